@@ -1,0 +1,53 @@
+"""symgen: multibody models become equations of motion, compiled code, checked runs and recordings."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sympy import acos, asin, atan, atan2, cos, cosh, exp, log, pi, sign, sin, sinh, sqrt, tan, tanh
+
+    from .model.functions import dot, maximum, minimum, t
+    from .model.model import Model
+
+__version__ = "0.1.0"
+__all__ = [
+    "Model",
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "cos",
+    "cosh",
+    "dot",
+    "exp",
+    "log",
+    "maximum",
+    "minimum",
+    "pi",
+    "sign",
+    "sin",
+    "sinh",
+    "sqrt",
+    "t",
+    "tan",
+    "tanh",
+]
+_OWN = {"Model": ".model.model", **dict.fromkeys(("dot", "minimum", "maximum", "t"), ".model.functions")}
+
+
+def __getattr__(name: str) -> Any:
+    # SymPy takes a second to import, and most commands do without it.
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module = (
+        importlib.import_module(_OWN[name], __name__) if name in _OWN else importlib.import_module("sympy")
+    )
+    value = getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

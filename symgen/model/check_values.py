@@ -1,0 +1,89 @@
+"""Checks of numbers at the parameters' values: all finite, masses and inertias not negative, planes kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from .description import Body, Description
+from .evaluate import NotFinite, evaluate
+from .items import Item, definition_items, items
+from .printing import shortened
+from .sources import Address, Sources
+
+ROUND_OFF = 1e-9  # of the largest moment of inertia
+
+
+def check_values(d: Description, sources: Sources) -> None:
+    """Check the numbers of a description, as far as parameters and constants determine them."""
+    known: dict[str, float | None] = {p.name: p.value for p in (*d.parameters, *d.constants)}
+    values: dict[Address, float | None] = {}
+    for item in definition_items(d):
+        known[item.key] = values[item.table, item.key] = _value(item, known, sources)
+    for item in items(d):
+        values[item.table, item.key] = _value(item, known, sources)
+    for body in d.bodies:
+        _check_mass(body, values, sources)
+        _check_inertia(body, values, sources)
+    _check_plane(d, values, sources)
+
+
+def is_massless(body: Body) -> bool:
+    """Whether a body is drawn only: mass and inertia are zero, whatever the parameters are set to."""
+    parts = [x for x in (body.mass, *body.inertia) if x is not None]
+    return all(x.is_Number and x == 0 for x in parts)
+
+
+def _value(item: Item, known: Mapping[str, float | None], sources: Sources) -> float | None:
+    try:
+        return evaluate(item.expression, known)
+    except NotFinite as error:
+        raise sources.error(
+            item.table,
+            item.key,
+            f"'{shortened(error.node)}' has no finite value at the parameters' values",
+            hint="look for a division by zero, or the root or logarithm of a negative number",
+        ) from None
+
+
+def _check_mass(body: Body, values: Mapping[Address, float | None], sources: Sources) -> None:
+    table = f"bodies.{body.name}"
+    mass = values.get((table, "mass"))
+    if mass is not None and mass < 0:
+        raise sources.error(table, "mass", f"the mass is negative at the parameters' values: {mass:g} kg")
+
+
+def _check_inertia(body: Body, values: Mapping[Address, float | None], sources: Sources) -> None:
+    table = f"bodies.{body.name}"
+    if len(body.inertia) == 1:
+        moment = values[table, "inertia"]
+        if moment is not None and moment < 0:
+            raise sources.error(
+                table, "inertia", f"the inertia is negative at the parameters' values: {moment:g} kg m^2"
+            )
+    elif body.inertia:
+        entries = [values[table, f"inertia[{k}]"] for k in range(len(body.inertia))]
+        xx, yy, zz, xy, xz, yz = [*entries, 0.0, 0.0, 0.0][:6]
+        for k, moment in enumerate((xx, yy, zz)):
+            if moment < 0:
+                message = f"the inertia is negative at the parameters' values: {moment:g} kg m^2"
+                raise sources.error(table, f"inertia[{k}]", message)
+        minors = (xx * yy - xy * xy, xx * zz - xz * xz, yy * zz - yz * yz)
+        determinant = xx * minors[2] - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+        largest = max(xx, yy, zz)
+        if min(minors) < -ROUND_OFF * largest**2 or determinant < -ROUND_OFF * largest**3:
+            message = "the inertia tensor has a negative principal moment at the parameters' values"
+            raise sources.error(table, "inertia", message, hint="its elements are signed as in URDF")
+
+
+def _check_plane(d: Description, values: Mapping[Address, float | None], sources: Sources) -> None:
+    """Gravity along z would do nothing to bodies in the x-y plane: more likely it was meant as y."""
+    if d.gravity is None or values["gravity", "z"] == 0:
+        return
+    for body in d.bodies:
+        if body.planar and not is_massless(body):
+            raise sources.error(
+                "gravity",
+                "z",
+                f"gravity along z does not move the planar body '{body.name}'",
+                hint="planar bodies move in the x-y plane: use y, or give 'com' a third component",
+            )

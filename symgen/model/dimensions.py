@@ -1,0 +1,125 @@
+"""Physical dimensions of expressions, as far as the units that the user gave determine them.
+
+A bare number may carry a unit that was not written (`-0.1*dot(x)` is a damping force): as a term, or as a
+factor, it fits any dimension. Only factors that no one means as a measured quantity, 1/2 or 2/3 or pi, count
+as pure numbers and keep the dimension of their product known.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from fractions import Fraction
+
+import sympy
+
+from ..errors import ModelError
+from .exact import python_number
+from .printing import shortened
+from .tree import kind, postorder
+from .units import DIMENSIONLESS, TIME, Dimension, dimension_text, over, times, to_power
+
+NUMBER = "number"  # a bare number: fits any dimension
+Size = Dimension | str | None  # None: not known, fits any dimension too
+LARGEST_PURE = 100  # numerator and denominator of a ratio such as 2/5 or 1/12
+
+
+def infer(root: sympy.Expr, names: Mapping[str, Size], decimals: frozenset = frozenset()) -> Size:
+    """The dimension of an expression.
+
+    Parameters
+    ----------
+    root : sympy.Expr
+    names : mapping of str to Size
+        Dimensions of the names, definitions included.
+    decimals : frozenset of sympy.Rational
+        Numbers that were written as decimals.
+
+    Raises
+    ------
+    ModelError
+        If two known, different dimensions are added or compared, or a function takes a dimension.
+    """
+    memo: dict[int, Size] = {}
+    for node in postorder([root]):
+        sizes = [memo[id(x)] for x in node.args]
+        memo[id(node)] = _size(node, kind(node), sizes, names, decimals)
+    return memo[id(root)]
+
+
+def _size(
+    node: sympy.Basic, what: str | None, sizes: list[Size], names: Mapping[str, Size], decimals: frozenset
+) -> Size:
+    if what == "symbol":
+        return names.get(node.name)
+    if what in ("number", "constant"):
+        return NUMBER
+    if what == "sum":
+        return _same(node, sizes, "added")
+    if what == "product":
+        return _product(node, sizes, decimals)
+    if what == "power":
+        return _power(node, *sizes)
+    if what == "dot":
+        return over(sizes[0], TIME) if isinstance(sizes[0], tuple) else sizes[0]
+    if what in ("abs", "real"):
+        return sizes[0]
+    if what in ("min", "max"):
+        return _same(node, sizes, "compared")
+    if what == "atan2":
+        _same(node, sizes, "compared")
+        return DIMENSIONLESS
+    return DIMENSIONLESS if what == "sign" else _function(node, what, sizes[0])
+
+
+def _same(node: sympy.Basic, sizes: list[Size], verb: str) -> Size:
+    known = [(size, x) for size, x in zip(sizes, node.args, strict=True) if isinstance(size, tuple)]
+    if not known:
+        return NUMBER if all(size == NUMBER for size in sizes) else None
+    first, term = known[0]
+    for size, other in known[1:]:
+        if size is not first and size != first:
+            raise ModelError(
+                f"units do not match: '{shortened(term)}' in {dimension_text(first)} and "
+                f"'{shortened(other)}' in {dimension_text(size)} cannot be {verb}"
+            )
+    return first
+
+
+def _product(node: sympy.Mul, sizes: list[Size], decimals: frozenset) -> Size:
+    if None in sizes:
+        return None
+    known = [size for size in sizes if isinstance(size, tuple)]
+    if not known:
+        return NUMBER
+    result = functools.reduce(times, known)
+    carriers = [x for size, x in zip(sizes, node.args, strict=True) if size == NUMBER]
+    return result if all(_is_pure(x, decimals) for x in carriers) else None
+
+
+def _is_pure(x: sympy.Basic, decimals: frozenset) -> bool:
+    if isinstance(x, sympy.NumberSymbol) or x in (1, -1):
+        return True
+    if not isinstance(x, sympy.Rational) or isinstance(x, sympy.Integer) or abs(x) in decimals:
+        return False
+    return abs(x.p) <= LARGEST_PURE and x.q <= LARGEST_PURE
+
+
+def _power(node: sympy.Basic, base: Size, exponent: Size) -> Size:
+    if isinstance(exponent, tuple) and exponent != DIMENSIONLESS:
+        raise ModelError(f"the exponent '{shortened(node.exp)}' has a unit: {dimension_text(exponent)}")
+    if not isinstance(base, tuple) or base == DIMENSIONLESS:
+        return base
+    if not node.exp.is_Number:
+        return None
+    return to_power(base, Fraction(python_number(node.exp)).limit_denominator(1000))
+
+
+def _function(node: sympy.Basic, what: str, size: Size) -> Size:
+    # sin(t) and exp(-t) leave out a rate of 1/s, as bare numbers leave out their units.
+    if isinstance(size, tuple) and size not in (DIMENSIONLESS, TIME):
+        raise ModelError(
+            f"'{what}' takes a pure number or an angle, "
+            f"but '{shortened(node.args[0])}' is in {dimension_text(size)}"
+        )
+    return DIMENSIONLESS

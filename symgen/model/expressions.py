@@ -1,0 +1,290 @@
+"""Expressions from text to SymPy objects by a whitelist over Python's `ast`; no text is evaluated."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import sympy
+
+from ..errors import ModelError
+from . import exact
+from .functions import dot, maximum, minimum
+from .tokens import LONGEST_TEXT, Token, check_grammar, tokenise
+from .unevaluated import build, inverted, negated, split_product
+from .units import Unit, parse_unit
+
+DEEPEST_TREE = 120  # SymPy's hash recurses
+QUANTITY = re.compile(
+    r"(?P<number>[+-]?\s*+(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?+)"
+    r"(?P<unit>\s*+[A-Za-z].*|\s++1\s*+/.*)",
+    re.ASCII | re.DOTALL,
+)
+SYMPY_FUNCTIONS = {
+    name: getattr(sympy, name)
+    for name in "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sign".split()
+} | {"abs": sympy.Abs, "dot": dot}
+
+
+@dataclass(frozen=True)
+class Parsed:
+    """An expression with what its text said beyond it.
+
+    `unit` is that of a lone quantity (whose value is in SI units); `decimals` are the absolute values of
+    numbers that were written with a decimal point or exponent, or come from such: a unit may be meant.
+    """
+
+    expression: sympy.Expr
+    text: str
+    unit: Unit | None = None
+    decimals: frozenset[sympy.Rational] = frozenset()
+
+
+def parse(text: str) -> Parsed:
+    """Parse an expression or a lone quantity.
+
+    Parameters
+    ----------
+    text : str
+        For example `"m*g*l*(1 - cos(theta))"`, `"-5 N"`.
+
+    Returns
+    -------
+    Parsed
+        Names become plain `sympy.Symbol`s; whether they are declared is checked elsewhere.
+
+    Raises
+    ------
+    ModelError
+        With the column in the text as written.
+    """
+    if len(text) <= LONGEST_TEXT and (match := QUANTITY.fullmatch(text.strip())):
+        return _parse_quantity(text, match)
+    tokens = tokenise(text)
+    check_grammar(tokens, len(text))
+    builder = _Builder(tokens)
+    return Parsed(builder.build(), text, None, frozenset(builder.decimals))
+
+
+def quantity_value(text: str) -> tuple[float, Unit | None]:
+    """The SI value of a number or quantity, and its unit.
+
+    Parameters
+    ----------
+    text : str
+        For example `"0.1"`, `"20 mm"`.
+    """
+    parsed = parse(text)
+    value = parsed.expression
+    if not value.is_Number:
+        raise ModelError(
+            f"{text.strip()!r} is not a number", hint='write a number, or "number unit" as in "9.81 m/s^2"'
+        )
+    return float(value), parsed.unit
+
+
+def _parse_quantity(text: str, match: re.Match) -> Parsed:
+    digits = "".join(match["number"].split())
+    margin = len(text) - len(text.lstrip())
+    try:
+        magnitude = exact.decimal_fraction(digits.lstrip("+-"))
+    except ModelError as error:
+        raise error.located(column=margin + 1) from None
+    try:
+        unit = parse_unit(match["unit"])
+    except ModelError as error:
+        error.column = margin + match.start("unit") + (error.column or 1)
+        multiply = f"to multiply, write {digits}*{match['unit'].strip():.40}"
+        error.hint = f"{error.hint}; {multiply}" if error.hint else multiply
+        raise
+    magnitude = -magnitude if digits.startswith("-") else magnitude
+    value = magnitude * unit.factor
+    result = exact.number(value if unit.pi_power == 0 else unit.to_si(magnitude))
+    return Parsed(result, text, unit)
+
+
+class _Builder:
+    """One expression's way from tokens through `ast` to SymPy."""
+
+    def __init__(self, tokens: list[Token]) -> None:
+        self.decimals: set[sympy.Rational] = set()
+        source: list[str] = []
+        self.token_at: dict[int, Token] = {}
+        position = 0
+        for token in tokens:
+            # Python gives ^ a lower precedence than +. Values of numbers are read from the tokens, exactly.
+            part = "**" if token.text == "^" else "1" if token.kind == "number" else token.text
+            self.token_at[position] = token
+            source.append(part)
+            position += len(part) + 1
+        self.source = " ".join(source)
+
+    def build(self) -> sympy.Expr:
+        try:
+            tree = ast.parse(self.source, mode="eval")
+        except (SyntaxError, ValueError) as error:
+            column = self._column(getattr(error, "offset", None))
+            raise ModelError("the expression is not well formed", column=column) from None
+        except (RecursionError, MemoryError):
+            raise ModelError(
+                "the expression has too many operators in a row", hint="name its parts in [definitions]"
+            ) from None
+        return self._convert(tree.body, 0)
+
+    def _column(self, offset: int | None) -> int | None:
+        before = [start for start in self.token_at if offset is not None and start < offset]
+        return self.token_at[max(before)].column if before else None
+
+    def _token(self, node: ast.expr) -> Token:
+        return self.token_at[node.col_offset]
+
+    def _convert(self, node: ast.expr, depth: int) -> sympy.Expr:
+        if depth > DEEPEST_TREE:
+            raise ModelError("the expression is nested too deeply", hint="name its parts in [definitions]")
+        if isinstance(node, ast.Name):
+            return sympy.pi if node.id == "pi" else sympy.Symbol(node.id)
+        if isinstance(node, ast.Constant):
+            return self._number(self._token(node))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+            return self._call(node, depth)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
+            return self._power(node, depth)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Mult, ast.Div)):
+            return self._product(node, depth)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):
+            return self._sum(node, depth)
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.UAdd, ast.USub)):
+            return self._product(node, depth)
+        raise ModelError("this has no place in an expression", column=self._column(node.col_offset + 1))
+
+    def _number(self, token: Token) -> sympy.Expr:
+        try:
+            value = exact.number(exact.decimal_fraction(token.text))
+        except ModelError as error:
+            raise error.located(column=token.column) from None
+        if not token.text.isdigit():
+            self.decimals.add(abs(value))
+        return value
+
+    def _call(self, node: ast.Call, depth: int) -> sympy.Expr:
+        name = node.func.id
+        arguments = [self._convert(a, depth + 1) for a in node.args]
+        if all(a.is_Number for a in arguments):
+            return self._folded(self._token(node.func), lambda: exact.call(name, arguments), arguments)
+        if name == "sqrt":
+            return sympy.Pow(arguments[0], sympy.S.Half, evaluate=False)
+        if name in ("min", "max"):
+            return _nested(minimum if name == "min" else maximum, arguments)
+        if name == "dot" and isinstance(arguments[0], dot):
+            raise ModelError(
+                "dot(dot(…)) is a second derivative: accelerations cannot stand in a model",
+                column=self._token(node.func).column,
+            )
+        return SYMPY_FUNCTIONS[name](*arguments, evaluate=False)
+
+    def _power(self, node: ast.BinOp, depth: int) -> sympy.Expr:
+        base, exponent = self._convert(node.left, depth + 1), self._convert(node.right, depth + 1)
+        place = self._first_token(node.right)
+        if base.is_Number and exponent.is_Number:
+            return self._folded(place, lambda: exact.power(base, exponent), (base, exponent))
+        if exponent.is_Number:
+            if abs(exact.python_number(exponent)) > exact.LARGEST_EXPONENT:
+                raise ModelError(
+                    f"an exponent is at most {exact.LARGEST_EXPONENT}",
+                    column=None if place is None else place.column,
+                )
+            if exponent in (0, 1):
+                return base if exponent == 1 else sympy.S.One
+        return sympy.Pow(base, exponent, evaluate=False)
+
+    def _product(self, node: ast.expr, depth: int) -> sympy.Expr:
+        coefficient: sympy.Expr = sympy.S.One
+        factors: list[sympy.Expr] = []
+        for operand, inverse, negative in _product_operands(node):
+            if negative:
+                coefficient = -coefficient
+                continue
+            value = self._convert(operand, depth + 1)
+            number, rest = split_product(value)
+            if inverse:
+                rest = [inverted(x) for x in rest]
+                number = self._reciprocal(number, operand)
+            coefficient = self._folded(
+                self._first_token(operand),
+                functools.partial(exact.multiply, coefficient, number),
+                (coefficient, number),
+            )
+            factors += rest
+        return build(sympy.Mul, coefficient, sympy.S.One, factors)
+
+    def _reciprocal(self, number: sympy.Expr, operand: ast.expr) -> sympy.Expr:
+        if number is sympy.S.One:
+            return number
+        return self._folded(
+            self._first_token(operand), lambda: exact.power(number, sympy.S.NegativeOne), (number,)
+        )
+
+    def _sum(self, node: ast.expr, depth: int) -> sympy.Expr:
+        constant: sympy.Expr = sympy.S.Zero
+        terms: list[sympy.Expr] = []
+        for operand, negative in _sum_operands(node):
+            value = self._convert(operand, depth + 1)
+            parts = value.args if isinstance(value, sympy.Add) else (value,)
+            for part in parts:
+                part = negated(part) if negative else part
+                if part.is_Number:
+                    constant = self._folded(
+                        self._first_token(operand),
+                        functools.partial(exact.add, constant, part),
+                        (constant, part),
+                    )
+                else:
+                    terms.append(part)
+        return build(sympy.Add, constant, sympy.S.Zero, terms)
+
+    def _folded(self, place: Token | None, compute, operands: Iterable[sympy.Expr]) -> sympy.Expr:
+        try:
+            result = compute()
+        except ModelError as error:
+            raise error.located(column=place.column if place is not None else None) from None
+        if self.decimals and any(abs(x) in self.decimals for x in operands):
+            self.decimals.add(abs(result))
+        return result
+
+    def _first_token(self, node: ast.expr) -> Token | None:
+        return self.token_at.get(node.col_offset)
+
+
+def _nested(function: type, arguments: list[sympy.Expr]) -> sympy.Expr:
+    """A function of two arguments over many, as a tree as shallow as can be."""
+    while len(arguments) > 1:
+        pairs = [arguments[k : k + 2] for k in range(0, len(arguments), 2)]
+        arguments = [function(*pair, evaluate=False) if len(pair) == 2 else pair[0] for pair in pairs]
+    return arguments[0]
+
+
+def _sum_operands(node: ast.expr) -> list[tuple[ast.expr, bool]]:
+    """Terms of a sum with their signs; sums lean to the left as deep as they are long, so this is a loop."""
+    terms: list[tuple[ast.expr, bool]] = []
+    while isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):
+        terms.append((node.right, isinstance(node.op, ast.Sub)))
+        node = node.left
+    return [(node, False), *reversed(terms)]
+
+
+def _product_operands(node: ast.expr) -> list[tuple[ast.expr, bool, bool]]:
+    """Factors of a product: (operand, whether it divides, whether it stands for a minus sign alone)."""
+    factors: list[tuple[ast.expr, bool, bool]] = []
+    while True:
+        if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Mult, ast.Div)):
+            factors.append((node.right, isinstance(node.op, ast.Div), False))
+            node = node.left
+        elif isinstance(node, ast.UnaryOp):
+            if isinstance(node.op, ast.USub):
+                factors.append((node, False, True))
+            node = node.operand
+        else:
+            return [(node, False, False), *reversed(factors)]

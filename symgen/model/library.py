@@ -1,0 +1,192 @@
+"""Finding model files by path or bundled name, listing them without SymPy, and loading them."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import tomllib
+import traceback
+import types
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ModelError, SymgenError, nearest
+
+if TYPE_CHECKING:
+    from .model import Model
+
+SUFFIXES = (".toml", ".py")
+
+
+def bundled_folder() -> Path:
+    """Where the bundled models are: inside an installed package, beside it in a source checkout."""
+    package = Path(__file__).resolve().parent.parent
+    installed = package / "bundled"
+    return installed if installed.is_dir() else package.parent / "models"
+
+
+def bundled() -> dict[str, Path]:
+    """The bundled models' files by name."""
+    files = sorted(
+        p for p in bundled_folder().glob("*") if p.suffix in SUFFIXES and not p.name.startswith("_")
+    )
+    return {path.stem: path for path in files}
+
+
+def find(model: str | Path) -> Path:
+    """The file of a model, given by its path or by the name of a bundled one.
+
+    Raises
+    ------
+    ModelError
+        If there is none, with the nearest name.
+    """
+    path = Path(model)
+    if path.suffix in SUFFIXES or len(path.parts) > 1:
+        if not path.is_file():
+            what = "is a folder" if path.is_dir() else "does not exist"
+            raise ModelError(f"the model file '{path}' {what}", hint=_near_file(path))
+        if path.suffix not in SUFFIXES:
+            raise ModelError(f"'{path}' is not a model file", hint="a model is a .toml or a .py file")
+        return path
+    models = bundled()
+    if str(model) not in models:
+        hint = nearest(str(model), models, "bundled models")
+        raise ModelError(
+            f"there is no bundled model '{model}'", hint=f"{hint or 'name a file'} (`symgen list` shows all)"
+        )
+    return models[str(model)]
+
+
+def _near_file(path: Path) -> str | None:
+    beside = [p.name for p in path.parent.glob("*") if p.suffix in SUFFIXES] if path.parent.is_dir() else []
+    names = [*beside, *bundled()]
+    hint = nearest(path.name, names)
+    return hint if hint and hint.startswith("did") else None
+
+
+def list_models() -> list[tuple[str, str, Path]]:
+    """Name, description and file of every bundled model; no model is executed and SymPy is not imported."""
+    return [(name, _description(path), path) for name, path in bundled().items()]
+
+
+def _description(path: Path) -> str:
+    try:
+        text = path.read_text(encoding="utf-8")
+        if path.suffix == ".toml":
+            return str(tomllib.loads(text).get("description", ""))
+        return (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]
+    except (OSError, ValueError, SyntaxError, RecursionError):
+        return "(cannot be read)"
+
+
+def load(path: str | Path, options: Mapping[str, str] | None = None) -> Model:
+    """Load a model file.
+
+    Parameters
+    ----------
+    path : path
+        A `.toml` file, which is read; or a `.py` file, which is executed and defines `build(**options)`.
+    options : mapping of str to str, optional
+        Arguments of `build`; text that reads as a number, `true` or `false` is converted.
+
+    Returns
+    -------
+    Model
+    """
+    path = Path(path)
+    if path.suffix == ".py":
+        return _build(path, dict(options or {}))
+    if path.suffix != ".toml":
+        raise ModelError("a model is a .toml or a .py file", file=str(path))
+    if options:
+        raise ModelError(
+            f"a TOML model has no build options ({', '.join(options)})",
+            file=str(path),
+            hint="parameters are set with --set NAME=VALUE",
+        )
+    from .toml_reader import read_file
+
+    return read_file(path)
+
+
+def option_value(text: str) -> Any:
+    """The value of a build option: int, float or bool where the text reads as one."""
+    for convert in (int, float):
+        try:
+            return convert(text)
+        except ValueError:
+            pass
+    return {"true": True, "false": False}.get(text.lower(), text)
+
+
+def _build(path: Path, options: dict[str, str]) -> Model:
+    from .model import Model
+
+    module = _execute(path)
+    build = getattr(module, "build", None)
+    if not callable(build):
+        raise ModelError(
+            "the file defines no function 'build'", file=str(path), hint="def build(**options) -> Model"
+        )
+    arguments = {name: option_value(text) for name, text in options.items()}
+    _check_options(path, build, arguments)
+    try:
+        model = build(**arguments)
+    except (Exception, SystemExit) as error:
+        raise _author_error(path, error) from error
+    if not isinstance(model, Model):
+        raise ModelError(f"'build' returned {type(model).__name__}, not a Model", file=str(path))
+    if model.folder is None:
+        model.folder = path.parent
+    return model
+
+
+def _execute(path: Path) -> types.ModuleType:
+    """Run the author's file in a module of its own; nothing is written beside it, nothing registered."""
+    module = types.ModuleType(f"_symgen_model_{path.stem}")
+    module.__file__ = str(path)
+    try:
+        code = compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
+    except OSError as error:
+        raise ModelError(f"the file cannot be read: {error.strerror or error}", file=str(path)) from error
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        line = getattr(error, "lineno", None)
+        raise ModelError(
+            f"Python syntax: {getattr(error, 'msg', error)}", file=str(path), line=line
+        ) from None
+    try:
+        exec(code, module.__dict__)
+    except (Exception, SystemExit) as error:
+        raise _author_error(path, error) from error
+    return module
+
+
+def _author_error(path: Path, error: BaseException) -> SymgenError:
+    """What went wrong in the author's file, with the line of that file that was running."""
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
+    line = lines[-1] if lines else None
+    if isinstance(error, ModelError):
+        if error.file is not None and error.file.startswith("model '"):
+            error.file = str(path)
+        return error.located(file=str(path), line=line if error.file == str(path) else None)
+    return ModelError(f"{type(error).__name__}: {error}", file=str(path), line=line)
+
+
+def _check_options(path: Path, build: Any, arguments: dict[str, Any]) -> None:
+    parameters = inspect.signature(build).parameters
+    by_name = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    valid = {name: p for name, p in parameters.items() if p.kind in by_name}
+    open_ended = any(p.kind is inspect.Parameter.VAR_KEYWORD for p in parameters.values())
+    for name in arguments:
+        if name not in valid and not open_ended:
+            listed = f"options: {', '.join(valid)}" if valid else "it has none"
+            hint = nearest(name, valid) if valid else None
+            hint = f"{hint} ({listed})" if hint and hint.startswith("did") else listed
+            raise ModelError(f"the model has no option '{name}'", file=str(path), hint=hint)
+    missing = [n for n, p in valid.items() if p.default is inspect.Parameter.empty and n not in arguments]
+    if missing:
+        raise ModelError(
+            f"the model needs the option '{missing[0]}'", file=str(path), hint=f"--option {missing[0]}=VALUE"
+        )

@@ -1,0 +1,282 @@
+"""The builder of a model description: the Python face of what a TOML file says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from . import bodies, run_defaults
+from .declarations import Declarations
+from .description import Body, Constraint, Description, Event, Load
+from .events import make_event
+from .names import name_fault
+from .sources import Sources
+
+if TYPE_CHECKING:
+    from runtime import System
+
+
+class Model(Declarations):
+    """A mechanical system, described step by step.
+
+    Expressions are SymPy expressions of the symbols that the methods return, numbers, quantities (`"-5 N"`),
+    or text as in TOML files (`"m*g*(1 - cos(theta))"`), in which names may be declared later.
+
+    Parameters
+    ----------
+    name : str
+        ASCII letters, digits, underscore; the generated module's name.
+    description : str
+        One line for people.
+    gravity : sequence of 2 or 3, optional
+        Acceleration of gravity (x, y, z) [m/s^2].
+    folder : path, optional
+        Where the model's meshes are.
+
+    Examples
+    --------
+    >>> m = Model("pendulum", gravity=(0, "-9.81 m/s^2"))
+    >>> theta = m.coordinate("theta", start=0.1)
+    >>> mass, l = m.parameters(m="1 kg", l="0.5 m")
+    >>> m.body("bob", mass=mass, com=(l * sympy.sin(theta), -l * sympy.cos(theta)))
+    """
+
+    def __init__(
+        self,
+        name: str,
+        description: str = "",
+        gravity: Sequence[Any] | None = None,
+        *,
+        folder: str | Path | None = None,
+        _file: str | None = None,
+    ) -> None:
+        super().__init__(Sources(_file or str(name)[:60], _file is not None))
+        fault = name_fault(name, element=True)
+        if fault is not None:
+            raise self._sources.error("", "name", fault)
+        if not isinstance(description, str):
+            raise self._sources.error("", "description", f"a description is text, not {description!r:.60}")
+        self.name = name
+        self.description = description
+        self.folder = None if folder is None else Path(folder)
+        self._gravity: tuple[sympy.Expr, ...] | None = None
+        self._bodies: dict[str, Body] = {}
+        self._energies: dict[str, sympy.Expr] = {}
+        self._forces: dict[str, sympy.Expr] = {}
+        self._loads: dict[str, Load] = {}
+        self._constraints: dict[str, Constraint] = {}
+        self._events: dict[str, Event] = {}
+        self._run: dict[str, Any] = {}
+        if gravity is not None:
+            self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
+
+    def gravity(self, x: Any = 0, y: Any = 0, z: Any = 0) -> None:
+        """Set the acceleration of gravity [m/s^2]."""
+        if self._gravity is not None:
+            raise self._sources.error("gravity", "", "gravity is set already")
+        self._gravity = tuple(
+            self._sources.expression(value, "gravity", axis)
+            for axis, value in zip("xyz", (x, y, z), strict=True)
+        )
+
+    def body(
+        self,
+        name: str,
+        mass: Any = None,
+        com: Sequence[Any] = (),
+        inertia: Any = None,
+        angle: Any = None,
+        rotation: Sequence[tuple[str, Any]] = (),
+        shape: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Add a rigid body or point mass.
+
+        Parameters
+        ----------
+        name : str
+        mass : expression, optional
+            [kg]; 0 for a body that is drawn only.
+        com : sequence of 2 or 3
+            Centre of mass in world axes [m]; 2 components: the body moves in the x-y plane.
+        inertia : expression or sequence of 3 or 6, optional
+            About the centre of mass [kg m^2]. Planar: about z. 3-D: Ixx, Iyy, Izz (Ixy, Ixz, Iyz) in body
+            axes, elements of the tensor as in URDF.
+        angle : expression, optional
+            Planar: about z [rad].
+        rotation : sequence of (axis, angle)
+            3-D: successive body-fixed rotations about `"x"`, `"y"`, `"z"`.
+        shape : mapping, optional
+            What is drawn: `{"box": [x, y, z]}`, `{"sphere": [radius]}`, `{"cylinder": [radius, length]}`,
+            `{"capsule": [radius, length]}`, `{"mesh": "file.stl"}`.
+        """
+        self._new_element(name, "bodies", self._bodies)
+        self._bodies[name] = bodies.make_body(self, name, mass, com, inertia, angle, rotation, shape)
+
+    def kinetic(self, expression: Any) -> None:
+        """Add to the kinetic energy beyond that of the bodies [J]."""
+        self._add("energy", "kinetic", expression, self._energies)
+
+    def potential(self, expression: Any) -> None:
+        """Add to the potential energy beyond gravity's [J]."""
+        self._add("energy", "potential", expression, self._energies)
+
+    def dissipation(self, expression: Any) -> None:
+        """Add to the Rayleigh function [W]: generalised forces are minus its derivatives by the rates."""
+        self._add("energy", "dissipation", expression, self._energies)
+
+    def force(self, coordinate: sympy.Symbol | str, expression: Any) -> None:
+        """Add to the generalised force on a coordinate [J per unit of the coordinate]."""
+        name = coordinate.name if isinstance(coordinate, sympy.Symbol) else coordinate
+        if not isinstance(name, str):
+            raise self._sources.error(
+                "forces", str(name)[:60], "a force acts on a coordinate's symbol or name"
+            )
+        self._add("forces", name, expression, self._forces)
+
+    def load(
+        self,
+        name: str,
+        point: Sequence[Any] = (),
+        force: Sequence[Any] = (),
+        body: str | None = None,
+        torque: Any = (),
+    ) -> None:
+        """Add a force at a point, or a torque on a body, both in world axes.
+
+        Parameters
+        ----------
+        name : str
+        point, force : sequence of 2 or 3
+            Where the force acts [m], and the force [N].
+        body : str
+            The body that the torque acts on.
+        torque : expression or sequence of 3
+            [N m]; one number for a planar body.
+        """
+        self._new_element(name, "loads", self._loads)
+        self._loads[name] = bodies.make_load(self, name, point, force, body, torque)
+
+    def constraint(self, name: str, expression: Any) -> None:
+        """Hold an expression of the coordinates and `t` at zero."""
+        self._constrain("constraints", name, expression, "holonomic")
+
+    def velocity_constraint(self, name: str, expression: Any) -> None:
+        """Hold an expression that is linear in the rates at zero."""
+        self._constrain("velocity_constraints", name, expression, "velocity")
+
+    def event(self, name: str, when: Any, direction: str = "both", then: Any = "record") -> None:
+        """Act when an expression crosses zero.
+
+        Parameters
+        ----------
+        name : str
+        when : expression
+        direction : {"both", "rising", "falling"}
+        then : {"record", "terminate"} or dict
+            `{"reset": {"dot(x)": -e*dot(x)}}` sets coordinates and rates from their values before.
+        """
+        self._new_element(name, "events", self._events)
+        self._events[name] = make_event(self._sources, name, when, direction, then)
+
+    def run(self, **defaults: Any) -> None:
+        """Set defaults for runs: t_end, method, constraints, rtol, atol, step, fps, at."""
+        for key, value in defaults.items():
+            self._run[key] = run_defaults.checked(self._sources, key, value)
+
+    def describe(self) -> Description:
+        """The finished description, checked.
+
+        Raises
+        ------
+        ModelError
+            For the first thing that is wrong with the model.
+        """
+        from .check import check
+
+        description = self._description()
+        check(description, self._sources, self._kinds)
+        return description
+
+    def derive(self) -> System:
+        """Derive the equations of motion and load them, ready to run."""
+        from ..link import derive
+
+        return derive(self)
+
+    def to_toml(self) -> str:
+        """The model as the text of a TOML file."""
+        from .toml_writer import write
+
+        return write(self.describe(), self._sources)
+
+    @classmethod
+    def from_toml(cls, source: str | Path, folder: str | Path | None = None) -> Model:
+        """Read a model from a TOML file, or from its text.
+
+        Parameters
+        ----------
+        source : path or str
+            A `Path`, a path's text ending in `.toml`, or TOML text.
+        folder : path, optional
+            Where the meshes of a model given as text are.
+        """
+        from . import toml_reader
+
+        if isinstance(source, Path) or (source.endswith(".toml") and "\n" not in source):
+            return toml_reader.read_file(Path(source))
+        return toml_reader.read_text(source, folder=None if folder is None else Path(folder))
+
+    def _description(self) -> Description:
+        held = list(self._constraints.values())
+        return Description(
+            name=self.name,
+            description=self.description,
+            coordinates=tuple(self._coordinates),
+            parameters=tuple(self._parameters),
+            constants=tuple(self._constants),
+            inputs=tuple(self._inputs),
+            definitions=tuple(self._definitions),
+            bodies=tuple(self._bodies.values()),
+            gravity=self._gravity,
+            **self._energies,
+            forces=tuple(self._forces.items()),
+            loads=tuple(self._loads.values()),
+            constraints=tuple(c for c in held if c.kind == "holonomic"),
+            velocity_constraints=tuple(c for c in held if c.kind == "velocity"),
+            outputs=tuple(self._outputs),
+            events=tuple(self._events.values()),
+            run=MappingProxyType(dict(self._run)),
+            folder=self.folder,
+        )
+
+    def _new_element(self, name: Any, table: str, elements: Mapping[str, Any]) -> None:
+        fault = name_fault(name, element=True)
+        if fault is None and name in elements:
+            fault = f"the name '{name}' is taken"
+        if fault is not None:
+            raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
+
+    def _add(self, table: str, key: str, expression: Any, into: dict[str, sympy.Expr]) -> None:
+        new = self._sources.expression(expression, table, key)
+        into[key] = into[key] + new if key in into else new
+
+    def _constrain(self, table: str, name: Any, expression: Any, kind: str) -> None:
+        self._new_element(name, table, self._constraints)
+        self._constraints[name] = Constraint(name, self._sources.expression(expression, table, name), kind)
+
+    def _vector(self, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> list[Any]:
+        if isinstance(values, str) or not isinstance(values, (Sequence, sympy.MatrixBase)):
+            raise self._sources.error(table, key, f"a list of {_either(lengths)} components is expected here")
+        if len(values) not in lengths:
+            raise self._sources.error(
+                table, key, f"{_either(lengths)} components are expected here, {len(values)} are given"
+            )
+        return list(values)
+
+
+def _either(lengths: tuple[int, ...]) -> str:
+    return " or ".join(map(str, lengths))

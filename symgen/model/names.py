@@ -1,0 +1,41 @@
+"""Which names a model may use, and the functions of its expressions."""
+
+from __future__ import annotations
+
+import keyword
+import re
+
+FUNCTION_ARITY: dict[str, tuple[int, int | None]] = {  # fewest and most arguments
+    **dict.fromkeys(
+        "sin cos tan asin acos atan sinh cosh tanh exp log sqrt abs sign dot".split(),
+        (1, 1),
+    ),
+    "atan2": (2, 2),
+    "min": (2, None),
+    "max": (2, None),
+}
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z", re.ASCII)
+LONGEST_NAME = 100
+RESERVED = {"t": "the time", "pi": "the number pi"}
+
+
+def name_fault(name: object, element: bool = False) -> str | None:
+    """Why `name` cannot be a name in a model, or None.
+
+    `element` names (bodies, loads, constraints, events) do not stand in expressions, so that `t` and
+    functions are no trouble there.
+    """
+    if not isinstance(name, str):
+        return f"a name must be text, not {name!r:.60}"
+    shown = name if len(name) <= 60 else name[:59] + "…"
+    if not NAME.match(name):
+        return f"{shown!r} is not a name: ASCII letters, digits and underscores, beginning with a letter"
+    if len(name) > LONGEST_NAME:
+        return f"the name {shown!r} is longer than {LONGEST_NAME} characters"
+    if keyword.iskeyword(name):
+        return f"{name!r} is a reserved word of Python"
+    if not element and name in RESERVED:
+        return f"{name!r} is {RESERVED[name]}"
+    if not element and name in FUNCTION_ARITY:
+        return f"{name!r} is a function"
+    return None

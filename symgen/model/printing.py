@@ -1,0 +1,126 @@
+"""SymPy expressions to text that the expression parser reads back."""
+
+from __future__ import annotations
+
+import sympy
+
+from ..errors import ModelError
+from .tokens import LONGEST_TEXT
+from .tree import kind, postorder
+
+SUM, PRODUCT, POWER, ATOM = range(4)  # how tightly the outermost operation of a text binds
+Piece = tuple[str, int]
+
+
+def to_text(root: sympy.Expr, limit: int = LONGEST_TEXT) -> str:
+    """Print an expression.
+
+    Raises
+    ------
+    ModelError
+        If the text would be longer than `limit` characters.
+    """
+    memo: dict[int, Piece] = {}
+    for node in postorder([root]):
+        piece = _print(node, [memo[id(x)] for x in node.args])
+        if len(piece[0]) > limit:
+            raise ModelError(
+                f"the expression is longer than {limit} characters when written out",
+                hint="name its parts with Model.definition",
+            )
+        memo[id(node)] = piece
+    return memo[id(root)][0]
+
+
+def shortened(root: sympy.Basic, limit: int = 80) -> str:
+    """An expression for an error message, or what kind of thing it is where it is long."""
+    try:
+        return to_text(root, limit)
+    except ModelError:
+        return f"a {kind(root) or type(root).__name__}"
+
+
+def _print(node: sympy.Basic, args: list[Piece]) -> Piece:
+    what = kind(node)
+    if what == "symbol":
+        return node.name, ATOM
+    if what == "number":
+        return _number(node)
+    if what == "constant":
+        if node is sympy.E:
+            return "exp(1)", ATOM
+        return ("pi", ATOM) if node is sympy.pi else (repr(float(node)), ATOM)
+    if what == "sum":
+        return _sum(args), SUM
+    if what == "product":
+        return _product(node, args)
+    if what == "power":
+        return _power(node, args)
+    if what == "real":
+        return args[0]
+    if what == "cot":
+        return f"1/tan({args[0][0]})", PRODUCT
+    if what is None:
+        return str(type(node).__name__), ATOM
+    return f"{what}({', '.join(text for text, _ in args)})", ATOM
+
+
+def _number(node: sympy.Number) -> Piece:
+    if isinstance(node, sympy.Integer):
+        text, level = str(int(node.p)), ATOM
+    elif isinstance(node, sympy.Rational):
+        text, level = f"{int(node.p)}/{int(node.q)}", PRODUCT
+    else:
+        text, level = repr(float(node)), ATOM
+    return text, SUM if text.startswith("-") else level
+
+
+def _wrapped(piece: Piece, least: int) -> str:
+    text, level = piece
+    return text if level >= least else f"({text})"
+
+
+def _sum(args: list[Piece]) -> str:
+    text = args[0][0]
+    for term, _ in args[1:]:
+        text += f" - {term[1:]}" if term.startswith("-") else f" + {term}"
+    return text
+
+
+def _product(node: sympy.Mul, args: list[Piece]) -> Piece:
+    above, below, sign = [], [], ""
+    for x, piece in zip(node.args, args, strict=True):
+        if isinstance(x, sympy.Rational):
+            sign = "" if (x.p < 0) == bool(sign) else "-"
+            above += [str(abs(int(x.p)))] if abs(x.p) != 1 else []
+            below += [str(int(x.q))] if x.q != 1 else []
+        elif isinstance(x, sympy.Float) and x < 0:
+            sign = "" if sign else "-"
+            above.append(repr(-float(x)))
+        elif isinstance(x, sympy.Pow) and x.exp.is_Number and x.exp.is_negative:
+            below.append(_wrapped(_inverse(x, piece), POWER))
+        else:
+            above.append(_wrapped(piece, POWER))
+    text = sign + "*".join(above or ["1"]) + "".join(f"/{x}" for x in below)
+    return text, SUM if sign else PRODUCT
+
+
+def _inverse(x: sympy.Pow, piece: Piece) -> Piece:
+    """The text of 1/x, where `piece` is that of x = b^(-e)."""
+    text, _ = piece
+    return (text[2:], POWER) if text.startswith("1/") else (text, PRODUCT)
+
+
+def _power(node: sympy.Basic, args: list[Piece]) -> Piece:
+    base, exponent = args
+    if node.exp == sympy.S.Half:
+        return f"sqrt({base[0]})", ATOM
+    if node.exp.is_Number and node.exp.is_negative:
+        positive = _number(-node.exp)
+        inverse = _wrapped(base, ATOM)
+        if node.exp == -sympy.S.Half:
+            inverse = f"sqrt({base[0]})"
+        elif node.exp != -1:
+            inverse += f"^{_wrapped(positive, ATOM)}"
+        return f"1/{inverse}", PRODUCT
+    return f"{_wrapped(base, ATOM)}^{_wrapped(exponent, ATOM)}", POWER

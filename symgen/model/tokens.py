@@ -1,0 +1,185 @@
+"""Expression text cut into tokens and checked for grammar: what passes is arithmetic and known calls only."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from dataclasses import dataclass
+
+from ..errors import ModelError, nearest
+from .names import FUNCTION_ARITY, LONGEST_NAME
+
+LONGEST_TEXT = 20_000  # characters
+MOST_TOKENS = 4_000  # Python's parser recurses once per operator of a sum, and stops below 3000
+DEEPEST_NESTING = 60
+
+TOKEN = re.compile(
+    r"(?P<space>\s+)"
+    r"|(?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
+    r"|(?P<name>[A-Za-z][A-Za-z0-9_]*)"
+    r"|(?P<operator>\*\*|//|[-+*/^(),])",
+    re.ASCII,
+)
+
+
+@dataclass(frozen=True)
+class Token:
+    """A piece of an expression; `column` counts from 1 in the author's text."""
+
+    kind: str
+    text: str
+    column: int
+
+
+def tokenise(text: str) -> list[Token]:
+    """Cut an expression into numbers, names and operators.
+
+    Raises
+    ------
+    ModelError
+        With the column of whatever has no place in an expression.
+    """
+    if len(text) > LONGEST_TEXT:
+        raise ModelError(
+            f"the expression is {len(text)} characters long; {LONGEST_TEXT} is the limit",
+            hint="name its parts in [definitions]",
+        )
+    tokens: list[Token] = []
+    position = 0
+    while position < len(text):
+        match = TOKEN.match(text, position)
+        if match is None or match.group() == "//":
+            _refuse_character(text, position)
+        if match.lastgroup == "name" and len(match.group()) > LONGEST_NAME:
+            raise ModelError(f"a name has more than {LONGEST_NAME} characters", column=position + 1)
+        if match.lastgroup != "space":
+            tokens.append(Token(match.lastgroup, match.group(), position + 1))
+        position = match.end()
+    if len(tokens) > MOST_TOKENS:
+        raise ModelError(
+            f"the expression has {len(tokens)} numbers, names and operators; {MOST_TOKENS} is the limit",
+            hint="name its parts in [definitions]",
+        )
+    return tokens
+
+
+def _refuse_character(text: str, position: int) -> None:
+    found = "//" if text.startswith("//", position) else text[position]
+    hints = {
+        "=": "an expression has no equals sign: what it equals is held at zero, or named by its key",
+        "//": "division is /",
+        "[": "use round parentheses",
+        "{": "use round parentheses",
+        "_": "names begin with a letter",
+        ".": "a decimal point needs digits beside it",
+    }
+    shown = repr(found) if found.isprintable() else f"the character U+{ord(found):04X}"
+    raise ModelError(
+        f"{shown} has no place in an expression",
+        column=position + 1,
+        hint=hints.get(found, "it takes numbers, names, + - * / ^, parentheses and functions"),
+    )
+
+
+def check_grammar(tokens: list[Token], length: int) -> None:
+    """Check that tokens form one expression: operands and operators in turn, functions known, all closed.
+
+    Parameters
+    ----------
+    tokens : list of Token
+    length : int
+        Of the whole text, for the column of something missing at its end.
+    """
+    open_calls: list[
+        tuple[Token, Token | None, int]
+    ] = []  # parenthesis, function, number of arguments so far
+    want_operand, signs = True, 0
+    for index, token in enumerate(tokens):
+        following = tokens[index + 1] if index + 1 < len(tokens) else None
+        before = tokens[index - 1] if index else None
+        if want_operand:
+            signs = signs + 1 if token.text in ("+", "-") else 0
+            _check_operand(token, before, following)
+            if token.text == "(":
+                function = before if before is not None and before.kind == "name" else None
+                open_calls.append((token, function, 1))
+                _check_depth(len(open_calls), token)
+            elif signs:
+                _check_depth(signs, token)
+            elif token.kind == "number" or following is None or following.text != "(":
+                want_operand = False
+        else:
+            want_operand = _check_operator(token, before, open_calls)
+    if open_calls:
+        raise ModelError("this '(' is never closed", column=open_calls[-1][0].column)
+    if want_operand:
+        what = f"something is missing after '{tokens[-1].text}'" if tokens else "the expression is empty"
+        raise ModelError(what, column=length + 1 if tokens else 1)
+
+
+def _check_depth(depth: int, token: Token) -> None:
+    if depth > DEEPEST_NESTING:
+        raise ModelError(
+            f"the expression is nested more than {DEEPEST_NESTING} deep",
+            column=token.column,
+            hint="name its parts in [definitions]",
+        )
+
+
+def _check_operand(token: Token, before: Token | None, following: Token | None) -> None:
+    is_call = following is not None and following.text == "("
+    if token.kind == "name":
+        if keyword.iskeyword(token.text):
+            raise ModelError(f"'{token.text}' is a reserved word of Python, not a name", column=token.column)
+        if is_call and token.text not in FUNCTION_ARITY:
+            raise ModelError(
+                f"'{token.text}' is not a function", column=token.column, hint=_function_hint(token.text)
+            )
+        if not is_call and token.text in FUNCTION_ARITY:
+            raise ModelError(
+                f"'{token.text}' is a function", column=token.column, hint=f"write {token.text}(…)"
+            )
+    elif token.kind == "operator" and token.text not in "+-(":
+        place = f"after '{before.text}'" if before is not None else "at the start"
+        raise ModelError(f"'{token.text}' {place}: a number or a name is missing", column=token.column)
+
+
+def _function_hint(name: str) -> str:
+    close = nearest(name, FUNCTION_ARITY, "functions")
+    return close if close.startswith("did") else f"to multiply, write {name}*(…); {close}"
+
+
+def _check_operator(token: Token, before: Token, open_calls: list[tuple[Token, Token | None, int]]) -> bool:
+    """Check what follows an operand; returns whether an operand comes next."""
+    if token.kind != "operator" or token.text == "(":
+        raise ModelError(
+            f"an operator is missing between '{before.text}' and '{token.text}'",
+            column=token.column,
+            hint=f"to multiply, write {before.text}*{token.text}",
+        )
+    if token.text == ")":
+        if not open_calls:
+            raise ModelError("this ')' closes nothing", column=token.column)
+        _, function, count = open_calls.pop()
+        if function is not None:
+            _check_arity(function, count)
+        return False
+    if token.text == ",":
+        if not open_calls or open_calls[-1][1] is None:
+            raise ModelError(
+                "a comma has its place between the arguments of a function only",
+                column=token.column,
+                hint="the decimal sign is a point",
+            )
+        parenthesis, function, count = open_calls[-1]
+        open_calls[-1] = (parenthesis, function, count + 1)
+    return True
+
+
+def _check_arity(function: Token, count: int) -> None:
+    fewest, most = FUNCTION_ARITY[function.text]
+    if count < fewest or (most is not None and count > most):
+        wanted = (
+            f"{fewest} or more arguments" if most is None else f"{most} argument{'s' if most > 1 else ''}"
+        )
+        raise ModelError(f"'{function.text}' takes {wanted}, not {count}", column=function.column)

@@ -1,0 +1,196 @@
+"""Reading TOML model files, which are data from strangers: tables and keys onto the methods of `Model`."""
+
+from __future__ import annotations
+
+import keyword
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..errors import ModelError, nearest
+from .model import Model
+from .names import LONGEST_NAME
+
+LARGEST_FILE = 4 << 20  # bytes
+COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
+INPUT_KEYS = ("unit", "default")
+BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape")
+LOAD_KEYS = ("point", "force", "body", "torque")
+EVENT_KEYS = ("when", "direction", "then")
+ENERGY_KEYS = ("kinetic", "potential", "dissipation")
+TOP_KEYS = ("name", "description")
+POSITION = re.compile(r"\s*\(at line (\d+), column (\d+)\)\Z")
+
+
+def read_file(path: Path) -> Model:
+    """Read a model file; meshes are looked for below its folder."""
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise ModelError(f"the file is larger than {LARGEST_FILE >> 20} MiB", file=str(path))
+        text = path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
+    except OSError as error:
+        raise ModelError(f"the file cannot be read: {error.strerror or error}", file=str(path)) from error
+    except UnicodeDecodeError as error:
+        raise ModelError(
+            f"the file is not UTF-8 text: byte {error.start} does not fit",
+            file=str(path),
+            hint="save it as UTF-8",
+        ) from None
+    return read_text(text, file=str(path), folder=path.parent, name=_name_of(path.stem))
+
+
+def read_text(text: str, file: str = "TOML text", folder: Path | None = None, name: str = "model") -> Model:
+    """Read a model from TOML text.
+
+    Parameters
+    ----------
+    text : str
+    file : str
+        What errors call it.
+    folder : Path, optional
+        Where its meshes are.
+    name : str
+        The model's name where the text gives none.
+
+    Returns
+    -------
+    Model
+        Every value is read; what holds between the parts is checked by `Model.describe`.
+    """
+    if len(text) > LARGEST_FILE:
+        raise ModelError(f"the text is longer than {LARGEST_FILE >> 20} MiB", file=file)
+    document = _parse(text, file)
+    for key in document:
+        if key == "joints":
+            raise ModelError(
+                "joints come with a later version of symgen",
+                file=file,
+                table="joints",
+                hint="place the bodies by 'com' and 'rotation', and close loops by [constraints]",
+            )
+        if key not in READERS and key not in TOP_KEYS:
+            raise ModelError(
+                f"unknown key '{key:.60}'",
+                file=file,
+                key=key[:60],
+                hint=nearest(key[:60], [*READERS, *TOP_KEYS], "tables"),
+            )
+    model = Model(document.get("name", name), document.get("description", ""), folder=folder, _file=file)
+    for table, reader in READERS.items():
+        content = document.get(table, {})
+        if not isinstance(content, dict):
+            raise ModelError(f"'{table}' is a table, [{table}]", file=file, key=table)
+        if table in document:
+            reader(model, content)
+    return model
+
+
+def _parse(text: str, file: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        message = str(error)
+        where = POSITION.search(message)
+        if where is None:  # at the end of the document
+            raise ModelError(f"TOML syntax: {message}", file=file, line=text.count("\n") + 1) from None
+        raise ModelError(
+            f"TOML syntax: {message[: where.start()]}", file=file, line=int(where[1]), column=int(where[2])
+        ) from None
+    except (RecursionError, ValueError):  # nested too deeply; a number of thousands of digits
+        raise ModelError(
+            "TOML syntax: a value is nested too deeply, or a number is too long", file=file
+        ) from None
+
+
+def _name_of(stem: str) -> str:
+    """A model name from a file's stem."""
+    name = re.sub(r"[^A-Za-z0-9_]", "_", stem)[: LONGEST_NAME - 10]
+    return name if name[:1].isalpha() and not keyword.iskeyword(name) else f"model_{name}"
+
+
+def _keys(model: Model, table: str, key: str, content: Any, known: tuple[str, ...]) -> dict[str, Any]:
+    """A table with known keys only; `key` is its prefix within `table`."""
+    if not isinstance(content, dict):
+        example = "{ " + ", ".join(f"{k} = …" for k in known[:2]) + " }"
+        raise model._sources.error(
+            table, key, f"a table is expected here, such as {example}, not {content!r:.60}"
+        )
+    for name in content:
+        if name not in known:
+            place = f"{key}.{name}" if key else name
+            raise model._sources.error(
+                table, place[:120], f"unknown key '{name:.60}'", hint=nearest(name[:60], known, "keys")
+            )
+    return content
+
+
+def _each(method: str) -> Callable[[Model, dict[str, Any]], None]:
+    """A reader of a table whose entries are a name and a value."""
+
+    def read(model: Model, content: dict[str, Any]) -> None:
+        for name, value in content.items():
+            getattr(model, method)(name, value)
+
+    return read
+
+
+def _each_table(
+    method: str, table: str, known: tuple[str, ...], inline: bool
+) -> Callable[[Model, dict[str, Any]], None]:
+    """A reader of a table whose entries are tables, either inline or with a heading each."""
+
+    def read(model: Model, content: dict[str, Any]) -> None:
+        for name, value in content.items():
+            if inline:
+                _keys(model, table, name, value, known)
+            else:
+                _keys(model, f"{table}.{name}"[:120], "", value, known)
+            getattr(model, method)(name, **value)
+
+    return read
+
+
+def _event(model: Model, content: dict[str, Any]) -> None:
+    for name, value in content.items():
+        table = f"events.{name}"[:120]
+        _keys(model, table, "", value, EVENT_KEYS)
+        if "when" not in value:
+            raise model._sources.error(
+                table, "when", "the key 'when' is missing", hint='for example when = "x - 0.25"'
+            )
+        model.event(name, **value)
+
+
+def _gravity(model: Model, content: dict[str, Any]) -> None:
+    model.gravity(**_keys(model, "gravity", "", content, ("x", "y", "z")))
+
+
+def _energy(model: Model, content: dict[str, Any]) -> None:
+    for key, value in _keys(model, "energy", "", content, ENERGY_KEYS).items():
+        getattr(model, key)(value)
+
+
+def _run(model: Model, content: dict[str, Any]) -> None:
+    for key, value in content.items():
+        model.run(**{key: value})
+
+
+READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
+    "parameters": _each("parameter"),
+    "constants": _each("constant"),
+    "coordinates": _each_table("coordinate", "coordinates", COORDINATE_KEYS, inline=True),
+    "inputs": _each_table("input", "inputs", INPUT_KEYS, inline=True),
+    "definitions": _each("definition"),
+    "bodies": _each_table("body", "bodies", BODY_KEYS, inline=False),
+    "gravity": _gravity,
+    "energy": _energy,
+    "forces": _each("force"),
+    "loads": _each_table("load", "loads", LOAD_KEYS, inline=False),
+    "constraints": _each("constraint"),
+    "velocity_constraints": _each("velocity_constraint"),
+    "outputs": _each("output"),
+    "events": _event,
+    "run": _run,
+}

@@ -1,0 +1,155 @@
+"""Writing a model as TOML text that `toml_reader` reads back to the same description."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import sympy
+
+from ..errors import ModelError
+from .description import Body, Coordinate, Description, Event, Load
+from .printing import to_text
+from .sources import Sources
+
+
+def write(d: Description, sources: Sources) -> str:
+    """The TOML text of a description; expressions that were given as text are kept as they were written."""
+    writer = _Writer(sources)
+    blocks = ["\n".join(writer.head(d)), *("\n".join(block) for block in writer.blocks(d) if len(block) > 1)]
+    return "\n\n".join(blocks) + "\n"
+
+
+class _Writer:
+    def __init__(self, sources: Sources) -> None:
+        self.sources = sources
+
+    def head(self, d: Description) -> Iterator[str]:
+        yield f"name = {_quoted(d.name)}"
+        if d.description:
+            yield f"description = {_quoted(d.description)}"
+
+    def blocks(self, d: Description) -> Iterator[list[str]]:
+        yield ["[parameters]", *(f"{p.name} = {_number(p.value, p.unit, p.doc)}" for p in d.parameters)]
+        yield ["[constants]", *(f"{c.name} = {_number(c.value, c.unit)}" for c in d.constants)]
+        yield ["[coordinates]", *(_coordinate(c) for c in d.coordinates)]
+        yield ["[inputs]", *(f"{u.name} = {_table(unit=u.unit, default=u.default)}" for u in d.inputs)]
+        yield ["[definitions]", *self.entries("definitions", d.definitions)]
+        for body in d.bodies:
+            yield self.body(body)
+        if d.gravity is not None:
+            axes = [(a, x) for a, x in zip("xyz", d.gravity, strict=True) if x is not sympy.S.Zero]
+            yield ["[gravity]", *self.entries("gravity", axes or [("x", sympy.S.Zero)])]
+        energies = [(k, getattr(d, k)) for k in ("kinetic", "potential", "dissipation")]
+        yield ["[energy]", *self.entries("energy", [(k, x) for k, x in energies if x is not None])]
+        yield ["[forces]", *self.entries("forces", d.forces)]
+        for load in d.loads:
+            yield self.load(load)
+        yield ["[constraints]", *self.entries("constraints", [(c.name, c.expression) for c in d.constraints])]
+        held = [(c.name, c.expression) for c in d.velocity_constraints]
+        yield ["[velocity_constraints]", *self.entries("velocity_constraints", held)]
+        yield ["[outputs]", *self.entries("outputs", d.outputs)]
+        for event in d.events:
+            yield self.event(event)
+        yield ["[run]", *(f"{key} = {_literal(value)}" for key, value in d.run.items())]
+
+    def entries(self, table: str, pairs: Iterable[tuple[str, sympy.Expr]]) -> list[str]:
+        return [f"{key} = {self.value(table, key, x)}" for key, x in pairs]
+
+    def value(self, table: str, key: str, expression: sympy.Expr) -> str:
+        given = self.sources.of(table, key)
+        if len(given) == 1 and given[0].text is not None:
+            return _quoted(given[0].text)
+        if isinstance(expression, sympy.Integer):
+            return str(int(expression)) if abs(expression) < 2**53 else repr(float(expression))
+        if isinstance(expression, sympy.Float):
+            return repr(float(expression))
+        try:
+            return _quoted(to_text(expression))
+        except ModelError as error:
+            raise self.sources.locate(error, table, key) from None
+
+    def array(self, table: str, key: str, values: tuple[sympy.Expr, ...]) -> str:
+        return "[" + ", ".join(self.value(table, f"{key}[{k}]", x) for k, x in enumerate(values)) + "]"
+
+    def body(self, body: Body) -> list[str]:
+        table = f"bodies.{body.name}"
+        lines = [f"[{table}]"]
+        if body.mass is not None:
+            lines.append(f"mass = {self.value(table, 'mass', body.mass)}")
+        if len(body.inertia) == 1:
+            lines.append(f"inertia = {self.value(table, 'inertia', body.inertia[0])}")
+        elif body.inertia:
+            lines.append(f"inertia = {self.array(table, 'inertia', body.inertia)}")
+        lines.append(f"com = {self.array(table, 'com', body.com)}")
+        if body.angle is not None:
+            lines.append(f"angle = {self.value(table, 'angle', body.angle)}")
+        if body.rotation:
+            steps = (
+                f"[{_quoted(axis)}, {self.value(table, f'rotation[{k}]', x)}]"
+                for k, (axis, x) in enumerate(body.rotation)
+            )
+            lines.append(f"rotation = [{', '.join(steps)}]")
+        if body.shape is not None:
+            kind = body.shape.kind
+            sizes = self.array(table, f"shape.{kind}", body.shape.sizes)
+            lines.append(f"shape = {{ {kind} = {_quoted(body.shape.mesh) if kind == 'mesh' else sizes} }}")
+        return lines
+
+    def load(self, load: Load) -> list[str]:
+        table = f"loads.{load.name}"
+        if load.force:
+            point, force = self.array(table, "point", load.point), self.array(table, "force", load.force)
+            return [f"[{table}]", f"point = {point}", f"force = {force}"]
+        return [
+            f"[{table}]",
+            f"body = {_quoted(load.body)}",
+            f"torque = {self.array(table, 'torque', load.torque)}",
+        ]
+
+    def event(self, event: Event) -> list[str]:
+        table = f"events.{event.name}"
+        then = _quoted(event.action)
+        if event.action == "reset":
+            names = [f"dot({r.target})" if r.is_rate else r.target for r in event.resets]
+            values = [
+                self.value(table, f"then.reset.{n}", r.value)
+                for n, r in zip(names, event.resets, strict=True)
+            ]
+            pairs = (f"{_quoted(n)} = {x}" for n, x in zip(names, values, strict=True))
+            then = f"{{ reset = {{ {', '.join(pairs)} }} }}"
+        when = self.value(table, "when", event.when)
+        return [f"[{table}]", f"when = {when}", f"direction = {_quoted(event.direction)}", f"then = {then}"]
+
+
+def _coordinate(c: Coordinate) -> str:
+    guesses = {
+        "guess": c.guess if c.start is None else 0.0,
+        "rate_guess": c.rate_guess if c.rate is None else 0.0,
+    }
+    moved = {key: value for key, value in guesses.items() if value}
+    return f"{c.name} = {_table(unit=c.unit, start=c.start, rate=c.rate, **moved)}"
+
+
+def _number(value: float, unit: str | None, doc: str = "") -> str:
+    if doc:
+        return _table(value=value, unit=unit, doc=doc)
+    return _literal(value) if unit is None else _quoted(f"{value!r} {unit}")
+
+
+def _table(**values: Any) -> str:
+    inside = ", ".join(f"{key} = {_literal(value)}" for key, value in values.items() if value is not None)
+    return f"{{ {inside} }}" if inside else "{}"
+
+
+def _literal(value: Any) -> str:
+    if isinstance(value, str):
+        return _quoted(value)
+    if isinstance(value, tuple):
+        return "[" + ", ".join(_literal(x) for x in value) + "]"
+    return repr(value)
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,0 +1,88 @@
+"""Walks over SymPy expressions: by object identity, as much is shared, and in loops, as they can be deep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import sympy
+
+from .functions import dot, maximum, minimum
+
+FUNCTIONS: dict[type, str] = {
+    getattr(sympy, name): name
+    for name in "sin cos tan asin acos atan sinh cosh tanh exp log sign atan2 cot".split()
+} | {sympy.Abs: "abs", minimum: "min", maximum: "max", dot: "dot", sympy.re: "real", sympy.conjugate: "real"}
+
+
+def postorder(roots: Iterable[sympy.Basic], seen: set[int] | None = None) -> list[sympy.Basic]:
+    """Every object below the roots once, arguments before what they are arguments of.
+
+    Parameters
+    ----------
+    roots : iterable of sympy.Basic
+    seen : set of int, optional
+        Identities that are left out; grows by those returned.
+    """
+    seen = set() if seen is None else seen
+    order: list[sympy.Basic] = []
+    stack: list[tuple[sympy.Basic, bool]] = [(root, False) for root in reversed(list(roots))]
+    while stack:
+        node, done = stack.pop()
+        if done:
+            order.append(node)
+        elif id(node) not in seen:
+            seen.add(id(node))
+            stack.append((node, True))
+            stack.extend((x, False) for x in reversed(node.args) if id(x) not in seen)
+    return order
+
+
+def kind(node: sympy.Basic) -> str | None:
+    """What a node is: symbol, number, constant (pi), sum, product, power, a function; None if unknown."""
+    if isinstance(node, sympy.Symbol):
+        return "symbol"
+    if isinstance(node, sympy.Number):
+        return "number" if node.is_finite else None
+    if isinstance(node, sympy.NumberSymbol):
+        return "constant"
+    if isinstance(node, sympy.Add):
+        return "sum"
+    if isinstance(node, sympy.Mul):
+        return "product"
+    if isinstance(node, sympy.Pow):
+        return "power"
+    return FUNCTIONS.get(node.func)
+
+
+@dataclass(frozen=True)
+class Uses:
+    """What an expression mentions by itself, without looking into definitions.
+
+    `dotted` are the names inside a `dot(…)`; `nested` tells of a `dot` inside another;
+    `foreign` is the first node that no model can have.
+    """
+
+    names: frozenset[str]
+    dotted: frozenset[str]
+    has_dot: bool
+    nested: bool
+    foreign: sympy.Basic | None
+
+
+def uses(root: sympy.Basic) -> Uses:
+    """What an expression mentions."""
+    order = postorder([root])
+    dots = [node for node in order if isinstance(node, dot)]
+    inside = postorder([x for node in dots for x in node.args])
+    return Uses(
+        names=_names(order),
+        dotted=_names(inside),
+        has_dot=bool(dots),
+        nested=any(isinstance(node, dot) for node in inside),
+        foreign=next((node for node in order if kind(node) is None), None),
+    )
+
+
+def _names(nodes: list[sympy.Basic]) -> frozenset[str]:
+    return frozenset(node.name for node in nodes if isinstance(node, sympy.Symbol))
