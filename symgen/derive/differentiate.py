@@ -1,0 +1,181 @@
+"""Derivatives on the operation graph: tangents (forward), adjoints (reverse), sparse Jacobians."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from .graph import Graph
+
+
+def partials(g: Graph, node: int) -> list[tuple[int, int]]:
+    """Local partial derivatives of one operation: pairs (operand, derivative node).
+
+    A square is one operand with derivative 2a, so that it is not differentiated twice.
+    """
+    op, args = g.op[node], g.args[node]
+    if op == "add":
+        return [(args[0], g.one), (args[1], g.one)]
+    if op == "sub":
+        return [(args[0], g.one), (args[1], g.const(-1.0))]
+    if op == "neg":
+        return [(args[0], g.const(-1.0))]
+    if op == "mul":
+        a, b = args
+        return [(a, g.mul(g.const(2.0), a))] if a == b else [(a, b), (b, a)]
+    if op == "div":
+        a, b = args
+        inverse = g.div(g.one, b)
+        return [(a, inverse), (b, g.neg(g.mul(node, inverse)))]
+    if op == "select":
+        a, b, then, otherwise = args
+        return [(then, g.select(a, b, g.one, g.zero)), (otherwise, g.select(a, b, g.zero, g.one))]
+    if op == "atan2":
+        y, x = args
+        r2 = g.add(g.mul(x, x), g.mul(y, y))
+        return [(y, g.div(x, r2)), (x, g.neg(g.div(y, r2)))]
+    if op == "pow":
+        return _power_partials(g, node)
+    return [(args[0], _unary_partial(g, op, node, args[0]))]
+
+
+def _power_partials(g: Graph, node: int) -> list[tuple[int, int]]:
+    base, exponent = g.args[node]
+    value = g.value(exponent)
+    if value is not None:
+        return [(base, g.mul(exponent, g.power(base, value - 1.0)))]
+    by_base = g.mul(exponent, g.pow(base, g.sub(exponent, g.one)))
+    return [(base, by_base), (exponent, g.mul(node, g.unary("log", base)))]
+
+
+def _unary_partial(g: Graph, op: str, node: int, x: int) -> int:
+    match op:
+        case "sin":
+            return g.unary("cos", x)
+        case "cos":
+            return g.neg(g.unary("sin", x))
+        case "tan":
+            return g.add(g.one, g.mul(node, node))
+        case "asin":
+            return g.div(g.one, g.unary("sqrt", g.sub(g.one, g.mul(x, x))))
+        case "acos":
+            return g.neg(g.div(g.one, g.unary("sqrt", g.sub(g.one, g.mul(x, x)))))
+        case "atan":
+            return g.div(g.one, g.add(g.one, g.mul(x, x)))
+        case "sinh":
+            return g.unary("cosh", x)
+        case "cosh":
+            return g.unary("sinh", x)
+        case "tanh":
+            return g.sub(g.one, g.mul(node, node))
+        case "exp":
+            return node
+        case "log":
+            return g.div(g.one, x)
+        case "sqrt":
+            return g.div(g.const(0.5), node)
+        case "fabs":
+            return g.sign(x)
+    raise AssertionError(f"no derivative rule for {op}")
+
+
+def forward(g: Graph, outputs: list[int], seeds: dict[int, int]) -> list[int]:
+    """Tangents of `outputs` when each variable in `seeds` moves with its tangent (one sweep)."""
+    mask = 0
+    for variable in seeds:
+        mask |= g.mask[variable]
+    tangent = dict(seeds)
+    for node in g.reachable(outputs, mask):
+        if node in tangent or g.op[node] == "var":
+            continue
+        tangent[node] = _tangent(g, node, tangent)
+    return [tangent.get(node, g.zero) for node in outputs]
+
+
+def _tangent(g: Graph, node: int, tangent: dict[int, int]) -> int:
+    op, args = g.op[node], g.args[node]
+    if op == "div":  # (da - node db) / b: one division, and the quotient is there already
+        da, db = tangent.get(args[0], g.zero), tangent.get(args[1], g.zero)
+        return g.div(g.sub(da, g.mul(node, db)), args[1])
+    if op == "select":
+        return g.select(args[0], args[1], tangent.get(args[2], g.zero), tangent.get(args[3], g.zero))
+    total = g.zero
+    for operand, partial in partials(g, node):
+        moved = tangent.get(operand, g.zero)
+        if moved != g.zero:
+            total = g.add(total, g.mul(partial, moved))
+    return total
+
+
+def reverse(g: Graph, seeds: Iterable[tuple[int, int]], mask: int) -> dict[int, int]:
+    """Adjoints of all variables of the kinds in `mask` for the weighted sum of outputs.
+
+    `seeds` are pairs (output, weight); an output may occur more than once. Nodes that do not depend on
+    these kinds are skipped.
+    """
+    adjoint: dict[int, int] = {}
+    for node, weight in seeds:
+        adjoint[node] = g.add(adjoint.get(node, g.zero), weight)
+    for node in reversed(g.reachable(list(adjoint), mask)):
+        weight = adjoint.get(node, g.zero)
+        if weight == g.zero or g.op[node] == "var":
+            continue
+        for operand, share in _shares(g, node, weight, mask):
+            adjoint[operand] = g.add(adjoint.get(operand, g.zero), share)
+    return {node: value for node, value in adjoint.items() if g.op[node] == "var" and g.mask[node] & mask}
+
+
+def _shares(g: Graph, node: int, weight: int, mask: int) -> list[tuple[int, int]]:
+    """What an adjoint hands down to each operand that depends on the kinds in `mask`."""
+    op, args = g.op[node], g.args[node]
+    if op == "div":
+        share = g.div(weight, args[1])
+        pairs = [(args[0], share)]
+        if g.mask[args[1]] & mask:
+            pairs.append((args[1], g.neg(g.mul(node, share))))
+    elif op == "select":
+        a, b, then, otherwise = args
+        pairs = [(then, g.select(a, b, weight, g.zero)), (otherwise, g.select(a, b, g.zero, weight))]
+    else:
+        pairs = [(operand, g.mul(weight, partial)) for operand, partial in partials(g, node)]
+    return [(operand, share) for operand, share in pairs if g.mask[operand] & mask]
+
+
+def jacobian(g: Graph, outputs: list[int], inputs: list[int]) -> list[list[int]]:
+    """Derivatives of `outputs` by `inputs`, by columns or by rows, whichever costs fewer operations."""
+    by_columns = _sparse_forward(g, outputs, inputs)
+    by_rows = _rows_by_reverse(g, outputs, inputs)
+
+    def cost(rows: list[list[int]]) -> int:
+        return g.count([*outputs, *(entry for row in rows for entry in row)])
+
+    return min(by_columns, by_rows, key=cost)
+
+
+def _sparse_forward(g: Graph, outputs: list[int], inputs: list[int]) -> list[list[int]]:
+    """All tangents at once: each node carries its nonzero derivatives by the inputs."""
+    mask = 0
+    for variable in inputs:
+        mask |= g.mask[variable]
+    column = {variable: k for k, variable in enumerate(inputs)}
+    gradient: dict[int, dict[int, int]] = {}
+    for node in g.reachable(outputs, mask):
+        if g.op[node] == "var":
+            gradient[node] = {column[node]: g.one} if node in column else {}
+            continue
+        total: dict[int, int] = {}
+        for operand, partial in partials(g, node):
+            for k, entry in gradient.get(operand, {}).items():
+                total[k] = g.add(total.get(k, g.zero), g.mul(partial, entry))
+        gradient[node] = total
+    return [[gradient.get(node, {}).get(k, g.zero) for k in range(len(inputs))] for node in outputs]
+
+
+def _rows_by_reverse(g: Graph, outputs: list[int], inputs: list[int]) -> list[list[int]]:
+    mask = 0
+    for variable in inputs:
+        mask |= g.mask[variable]
+    rows = []
+    for node in outputs:
+        adjoint = reverse(g, [(node, g.one)], mask)
+        rows.append([adjoint.get(variable, g.zero) for variable in inputs])
+    return rows

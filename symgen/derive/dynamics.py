@@ -1,0 +1,240 @@
+"""Equations of motion on the graph: energies, mass matrix, and inverse dynamics by virtual power.
+
+Inertia forces come from d'Alembert's principle in Lagrange's form. Where T = 1/2 c u² with u the exact time
+derivative of a function of (q, t), the generalised inertia force is (∂u/∂v)ᵀ c du/dt, since d/dt(∂u/∂v) = ∂u/∂q
+there; for a rotating body it is (∂ω/∂v)ᵀ (I dω/dt + ω × I ω). So one forward sweep (accelerations) and one reverse
+sweep over v (virtual power) give all of M a + h, as recursive Newton–Euler does. Other kinetic energies take the
+general form d/dt(∂T/∂v) - ∂T/∂q.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from ..model.description import Description, Load
+from .differentiate import forward, reverse
+from .graph import PARAM, Q, V
+from .hessian import hessian
+from .kinematics import BodyKinematics, Matrix, cross, time_derivative, times, transposed_times
+from .load import Loader
+
+LARGEST_QUADRATIC_FORM = 12  # rates; beyond, virtual power is always cheaper
+
+
+@dataclass(frozen=True)
+class Variables:
+    """Nodes of the variables."""
+
+    t: int
+    q: list[int]
+    v: list[int]
+    a: list[int]
+    lam: list[int]
+
+
+@dataclass(frozen=True)
+class Mechanics:
+    """What the description says, on the graph.
+
+    `products` are terms c·u·w of T with u, w exact time derivatives; `kinetic_rest` is what else T holds.
+    `applied` are pairs (velocity, force) of the loads: their power is that of non-conservative forces.
+    """
+
+    kinetic: int
+    potential: int
+    dissipation: int
+    bodies: list[BodyKinematics]
+    products: list[tuple[int, int, int]]
+    kinetic_rest: int
+    applied: list[tuple[int, int]]
+    generalised: dict[int, int]  # force on each coordinate, by index
+
+
+def mechanics(loader: Loader, description: Description, bodies: list[BodyKinematics]) -> Mechanics:
+    """Energies and applied forces of a description."""
+    g = loader.g
+    half = g.const(0.5)
+    kinetic, potential = g.zero, g.zero
+    gravity = [loader.load(x) for x in description.gravity] if description.gravity else [g.zero] * 3
+    for b in bodies:
+        kinetic = g.add(kinetic, g.mul(g.mul(half, b.mass), g.dot(b.velocity, b.velocity)))
+        if b.omega is not None and b.inertia is not None:
+            kinetic = g.add(kinetic, g.mul(half, g.dot(b.omega, times(g, b.inertia, b.omega))))
+        potential = g.sub(potential, g.mul(b.mass, g.dot(gravity, b.position)))
+    extra = loader.load(description.kinetic) if description.kinetic is not None else g.zero
+    products, rest = _split_products(loader, extra)
+    extra_potential = loader.load(description.potential) if description.potential is not None else g.zero
+    index = {c.name: k for k, c in enumerate(description.coordinates)}
+    return Mechanics(
+        kinetic=g.add(kinetic, extra),
+        potential=g.add(potential, extra_potential),
+        dissipation=loader.load(description.dissipation) if description.dissipation is not None else g.zero,
+        bodies=bodies,
+        products=products,
+        kinetic_rest=rest,
+        applied=[pair for load in description.loads for pair in _load_pairs(loader, load, bodies)],
+        generalised={index[name]: loader.load(force) for name, force in description.forces},
+    )
+
+
+def _load_pairs(loader: Loader, load: Load, bodies: list[BodyKinematics]) -> list[tuple[int, int]]:
+    g = loader.g
+    if load.force:
+        velocity = time_derivative(loader, [loader.load(x) for x in load.point])
+        return list(zip(velocity, [loader.load(x) for x in load.force], strict=True))
+    body = next(b for b in bodies if b.body.name == load.body)
+    torque = [loader.load(x) for x in load.torque]
+    if len(torque) == 1:
+        torque = [g.zero, g.zero, torque[0]]
+    return list(zip(body.omega, transposed_times(g, body.rotation, torque), strict=True))
+
+
+def _split_products(loader: Loader, kinetic: int) -> tuple[list[tuple[int, int, int]], int]:
+    """Terms (c, u, w) = c·u·w of a kinetic energy with constant c and exact u, w; and the sum of the others."""
+    g = loader.g
+    products, rest = [], g.zero
+    stack = [(kinetic, g.one)]
+    while stack:
+        node, factor = stack.pop()
+        op, args = g.op[node], g.args[node]
+        if op in ("add", "sub"):
+            stack.append((args[1], factor if op == "add" else g.neg(factor)))
+            stack.append((args[0], factor))
+        elif op == "neg":
+            stack.append((args[0], g.neg(factor)))
+        elif op == "mul" and not g.mask[args[0]] & ~PARAM:
+            stack.append((args[1], g.mul(factor, args[0])))
+        elif op == "mul" and not g.mask[args[1]] & ~PARAM:
+            stack.append((args[0], g.mul(factor, args[1])))
+        elif op == "div" and not g.mask[args[1]] & ~PARAM:
+            stack.append((args[0], g.div(factor, args[1])))
+        elif op == "mul" and _is_exact(loader, args[0]) and _is_exact(loader, args[1]):
+            products.append((factor, *args))
+        elif node != g.zero:
+            rest = g.add(rest, g.mul(factor, node))
+    return products, rest
+
+
+def _is_exact(loader: Loader, node: int) -> bool:
+    """Whether a node is a constant combination of time derivatives of functions of q and t."""
+    g = loader.g
+    stack = [node]
+    while stack:
+        current = stack.pop()
+        if current in loader.exact:
+            continue
+        op, args = g.op[current], g.args[current]
+        if op in ("add", "sub", "neg"):
+            stack.extend(args)
+        elif op == "mul" and not g.mask[args[0]] & ~PARAM:
+            stack.append(args[1])
+        elif op == "mul" and not g.mask[args[1]] & ~PARAM:
+            stack.append(args[0])
+        elif op == "div" and not g.mask[args[1]] & ~PARAM:
+            stack.append(args[0])
+        else:
+            return False
+    return True
+
+
+def mass_matrix(loader: Loader, mech: Mechanics, x: Variables) -> Matrix:
+    """M = ∂²T/∂v²."""
+    return hessian(loader.g, mech.kinetic, x.v)
+
+
+def inverse_dynamics(loader: Loader, mech: Mechanics, x: Variables, accelerations: list[int]) -> list[int]:
+    """M a + h - Q for given accelerations (zeros give -f), without constraint forces."""
+    g = loader.g
+    motion = dict(zip([*x.q, *x.v, x.t], [*x.v, *accelerations, g.one], strict=True))
+    seeds = [(u, force) for u, force in _inertia_pairs(loader, mech, motion)]
+    seeds += [(u, g.neg(force)) for u, force in mech.applied]
+    seeds.append((mech.dissipation, g.one))
+    by_rate = reverse(g, seeds, V)
+    result = [by_rate.get(v, g.zero) for v in x.v]
+    by_position = reverse(g, [(mech.potential, g.one), (mech.kinetic_rest, g.const(-1.0))], Q)
+    for k, q in enumerate(x.q):
+        result[k] = g.add(result[k], by_position.get(q, g.zero))
+        result[k] = g.sub(result[k], mech.generalised.get(k, g.zero))
+    if mech.kinetic_rest != g.zero:
+        momentum = reverse(g, [(mech.kinetic_rest, g.one)], V)
+        p = [momentum.get(v, g.zero) for v in x.v]
+        result = [g.add(r, change) for r, change in zip(result, forward(g, p, motion), strict=True)]
+    return result
+
+
+def _inertia_pairs(loader: Loader, mech: Mechanics, motion: dict[int, int]) -> list[tuple[int, int]]:
+    """Pairs (velocity, inertia force) whose virtual power is that of the inertia forces."""
+    g = loader.g
+    pairs: list[tuple[int, int]] = []
+    for b in mech.bodies:
+        acceleration = forward(g, b.velocity, motion)
+        pairs += [(u, g.mul(b.mass, a)) for u, a in zip(b.velocity, acceleration, strict=True)]
+        if b.omega is not None and b.inertia is not None:
+            alpha = forward(g, b.omega, motion)
+            spin = cross(g, b.omega, times(g, b.inertia, b.omega))
+            moment = [g.add(m, s) for m, s in zip(times(g, b.inertia, alpha), spin, strict=True)]
+            pairs += list(zip(b.omega, moment, strict=True))
+    for c, u, w in mech.products:
+        du, dw = forward(g, [u, w], motion)
+        pairs.append((u, g.mul(c, dw)))
+        pairs.append((w, g.mul(c, du)))
+    return pairs
+
+
+def external_power(
+    loader: Loader, mech: Mechanics, x: Variables, mass: Matrix, accelerations: list[int]
+) -> int:
+    """Power of all that is not the gradient of V, except constraint forces: dE/dt for E = T + V.
+
+    With the Jacobi integral h = v·∂T/∂v - T + V: dh/dt = Q·v - ∂T/∂t + ∂V/∂t, and E = h + (2T - v·∂T/∂v), whose last
+    part vanishes where T is a quadratic form in the rates.
+    """
+    g = loader.g
+    seeds = [(u, force) for u, force in mech.applied] + [(mech.dissipation, g.const(-1.0))]
+    by_rate = reverse(g, seeds, V)
+    power = g.zero
+    for k, v in enumerate(x.v):
+        force = g.add(by_rate.get(v, g.zero), mech.generalised.get(k, g.zero))
+        power = g.add(power, g.mul(force, v))
+    by_time = forward(g, [mech.kinetic, mech.potential], {x.t: g.one})
+    power = g.add(power, g.sub(by_time[1], by_time[0]))
+    if not _is_quadratic(loader, mech, x, mass):
+        momentum = reverse(g, [(mech.kinetic, g.one)], V)
+        excess = g.mul(g.const(2.0), mech.kinetic)
+        for v in x.v:
+            excess = g.sub(excess, g.mul(v, momentum.get(v, g.zero)))
+        motion = dict(zip([*x.q, *x.v, x.t], [*x.v, *accelerations, g.one], strict=True))
+        power = g.add(power, forward(g, [excess], motion)[0])
+    return power
+
+
+def _is_quadratic(loader: Loader, mech: Mechanics, x: Variables, mass: Matrix) -> bool:
+    """Whether T is a quadratic form in the rates; prescribed motion, for one, adds terms of lower degree."""
+    g = loader.g
+    if any(g.mask[entry] & V for row in mass for entry in row):
+        return False
+    momentum = reverse(g, [(mech.kinetic, g.one)], V)
+    at_rest = dict.fromkeys(x.v, g.zero)
+    values = g.substitute([mech.kinetic, *(momentum.get(v, g.zero) for v in x.v)], at_rest)
+    return all(node == g.zero for node in values)
+
+
+def cheapest_form(loader: Loader, mech: Mechanics, x: Variables, mass: Matrix) -> Mechanics:
+    """The mechanics with its kinetic energy in the form that gives the cheaper equations.
+
+    Virtual power costs O(n) operations, but does not see that, say, the bob of a pendulum has no centrifugal moment.
+    T = vᵀ M v / 2 with the entries of M, where sin² + cos² has been found, does; it costs O(n²).
+    """
+    g = loader.g
+    if len(x.v) > LARGEST_QUADRATIC_FORM or not _is_quadratic(loader, mech, x, mass):
+        return mech
+    momentum = [g.dot(row, x.v) for row in mass]
+    quadratic = g.mul(g.const(0.5), g.dot(momentum, x.v))
+    other = replace(mech, bodies=[], products=[], kinetic_rest=quadratic)
+    at_rest = [g.zero] * len(x.v)
+
+    def cost(form: Mechanics) -> int:
+        entries = [entry for row in mass for entry in row]
+        return g.count([*entries, *inverse_dynamics(loader, form, x, at_rest)])
+
+    return min(mech, other, key=cost)

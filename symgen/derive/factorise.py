@@ -1,0 +1,200 @@
+"""Sparse LDLᵀ of the saddle-point matrix [M Gᵀ; G 0] as straight-line operations, with little fill."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..errors import ModelError
+from .graph import MOTION, Graph
+from .kinematics import Matrix
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """One block step of the elimination: a single row, or a coordinate and the constraint that determines it.
+
+    `inverse` is the inverse of the block on `rows`; `lower` maps each row below to its entries of L.
+    """
+
+    rows: tuple[int, ...]
+    inverse: Matrix
+    lower: dict[int, list[int]]
+
+
+@dataclass(frozen=True)
+class Factors:
+    """Block LDLᵀ in elimination order; rows below nv are coordinates, the others constraints.
+
+    `conditions` are the constraint pivots relative to their values before other constraints were eliminated:
+    1 for constraints that do not influence each other, 0 for dependent ones.
+    """
+
+    pivots: list[Pivot]
+    conditions: list[int]
+
+
+def factorise(g: Graph, mass: Matrix, jacobian: Matrix, names: list[str]) -> Factors:
+    """Factorise by minimum degree, constraints only after all of their coordinates that have inertia.
+
+    That restriction makes every pivot nonzero when M is positive definite and G has full rank (each
+    constraint's pivot is one of G M⁻¹ Gᵀ). Coordinates that a constraint determines without regard to inertia
+    come first, as pairs with that constraint (see `_Elimination._next_pair`).
+
+    Parameters
+    ----------
+    g : Graph
+    mass : n x n nodes
+    jacobian : m x n nodes
+    names : list of str
+        Names of the n + m rows, for errors and to break ties.
+
+    Raises
+    ------
+    ModelError
+        If a coordinate has neither inertia nor a constraint that determines it.
+    """
+    n, m = len(mass), len(jacobian)
+    entries: dict[int, dict[int, int]] = {i: {} for i in range(n + m)}
+    for i in range(n):
+        for j in range(n):
+            if mass[i][j] != g.zero:
+                entries[i][j] = mass[i][j]
+    for k, row in enumerate(jacobian):
+        for j, value in enumerate(row):
+            if value != g.zero:
+                entries[n + k][j] = entries[j][n + k] = value
+    return _Elimination(g, n, entries, names).run()
+
+
+class _Elimination:
+    """The state of one factorisation."""
+
+    def __init__(self, g: Graph, n: int, entries: dict[int, dict[int, int]], names: list[str]) -> None:
+        self.g, self.n, self.entries, self.names = g, n, entries, names
+        self.left = set(entries)
+        self.before_constraints: dict[int, int] = {}  # diagonal from eliminated coordinates alone
+        self.result = Factors([], [])
+
+    def run(self) -> Factors:
+        while (pair := self._next_pair()) is not None:
+            self._eliminate_pair(*pair)
+        while self.left:
+            self._eliminate(self._next())
+        return self.result
+
+    def _next_pair(self) -> tuple[int, int] | None:
+        """A coordinate and a constraint whose 2 x 2 block is regular wherever the whole matrix is.
+
+        A constraint on one coordinate alone prescribes it. A coordinate without inertia is given by a
+        constraint that has it with a constant coefficient, or by the only constraint that has it. Left to
+        the usual order, the first would need a regular M, the second a constraint that moves masses: a
+        piston without mass would divide by zero at its dead centres.
+        """
+        for c in sorted(i for i in self.left if i >= self.n):
+            if len(self.entries[c]) == 1:
+                return next(iter(self.entries[c])), c
+        candidates = []
+        for z in self.left:
+            row = self.entries[z]
+            if z < self.n and row and all(i >= self.n for i in row):
+                sure = [c for c, value in row.items() if len(row) == 1 or not self.g.mask[value] & MOTION]
+                candidates += [(self.g.mask[row[c]] != 0, len(self.entries[c]), z, c) for c in sure]
+        return min(candidates)[2:] if candidates else None
+
+    def _massive(self, i: int) -> bool:
+        return i < self.n and i in self.entries[i]
+
+    def _eligible(self, i: int) -> bool:
+        return i in self.entries[i] and (i < self.n or not any(self._massive(j) for j in self.entries[i]))
+
+    def _next(self) -> int:
+        candidates = [i for i in self.left if self._eligible(i)]
+        if not candidates:
+            stuck = ", ".join(sorted(self.names[i] for i in self.left if i < self.n))
+            if not stuck:  # constraints that repeat others, found without looking at numbers
+                return min(self.left)
+            raise ModelError(
+                f"the accelerations of {stuck} are not determined: no inertia acts on them and the "
+                "constraints do not fix them",
+                hint="give a body or a kinetic energy that moves with them, or a constraint to a coordinate "
+                "that has inertia",
+            )
+        return min(candidates, key=lambda i: (len(self.entries[i]), i))
+
+    def _eliminate(self, k: int) -> None:
+        g, row = self.g, self.entries[k]
+        pivot = row.get(k, g.zero)
+        if k >= self.n:
+            reference = self.before_constraints.get(k, pivot)
+            self.result.conditions.append(g.div(pivot, reference) if pivot != g.zero else g.zero)
+        if pivot == g.zero:  # a dependent constraint: without it the others give the same motion
+            self._apply(Pivot((k,), [[g.zero]], {i: [g.zero] for i in row}))
+            return
+        inverse = g.div(g.one, pivot)
+        lower = {
+            i: [g.one if value == pivot else g.mul(value, inverse)] for i, value in row.items() if i != k
+        }
+        self._apply(Pivot((k,), [[inverse]], lower))
+
+    def _eliminate_pair(self, z: int, c: int) -> None:
+        """Eliminate the block [[e, h], [h, 0]] of a coordinate and a constraint: regular whatever e is."""
+        g, rows = self.g, self.entries
+        inverse = g.div(g.one, rows[z][c])
+        corner = g.neg(g.mul(g.mul(inverse, rows[z].get(z, g.zero)), inverse))
+        block = [[g.zero, inverse], [inverse, corner]]
+        others = sorted((rows[z].keys() | rows[c].keys()) - {z, c})
+        couplings = {i: [rows[i].get(z, g.zero), rows[i].get(c, g.zero)] for i in others}
+        lower = {i: [g.dot(pair, column) for column in block] for i, pair in couplings.items()}
+        self._apply(Pivot((z, c), block, lower))
+
+    def _apply(self, pivot: Pivot) -> None:
+        """Subtract L D Lᵀ of a pivot from the rows that are left."""
+        g = self.g
+        removed = {k: self.entries.pop(k) for k in pivot.rows}
+        self.left -= removed.keys()
+        from_coordinate = pivot.rows[0] < self.n
+        others = sorted(pivot.lower)
+        for position, i in enumerate(others):
+            for k in pivot.rows:
+                self.entries[i].pop(k, None)
+            for j in others[position:]:
+                terms = zip(pivot.lower[i], pivot.rows, strict=True)
+                value = g.sum(g.mul(entry, removed[k].get(j, g.zero)) for entry, k in terms)
+                if value != g.zero:
+                    self._subtract(i, j, value, from_coordinate)
+        self.result.pivots.append(pivot)
+
+    def _subtract(self, i: int, j: int, value: int, from_coordinate: bool) -> None:
+        g = self.g
+        updated = g.sub(self.entries[i].get(j, g.zero), value)
+        if i == j and i >= self.n and from_coordinate:
+            self.before_constraints[i] = g.sub(self.before_constraints.get(i, g.zero), value)
+        for a, b in ((i, j), (j, i)):
+            if updated == g.zero:
+                self.entries[a].pop(b, None)
+            else:
+                self.entries[a][b] = updated
+
+
+def solve(g: Graph, factors: Factors, right: list[int]) -> list[int]:
+    """Solution of [M Gᵀ; G 0] x = right."""
+    x = list(right)
+    for pivot in factors.pivots:
+        for i, entries in pivot.lower.items():
+            for k, entry in zip(pivot.rows, entries, strict=True):
+                x[i] = g.sub(x[i], g.mul(entry, x[k]))
+    for pivot in reversed(factors.pivots):
+        here = [x[k] for k in pivot.rows]
+        for position, k in enumerate(pivot.rows):
+            x[k] = g.dot(pivot.inverse[position], here)
+            for i, entries in pivot.lower.items():
+                x[k] = g.sub(x[k], g.mul(entries[position], x[i]))
+    return x
+
+
+def pivot_ratio(g: Graph, factors: Factors) -> int:
+    """Smallest relative pivot of the constraints (1 if there is none to compare)."""
+    ratio = g.one
+    for condition in factors.conditions:
+        ratio = g.minimum(ratio, condition)
+    return ratio

@@ -1,0 +1,64 @@
+"""The header of a generated module: all that the run time needs to know about a model besides its functions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .. import __version__
+from ..model.description import Coordinate, Description
+from .structure import structure
+
+if TYPE_CHECKING:
+    from .pipeline import Derivation
+
+ABI = 1
+
+
+def header(d: Description, derivation: Derivation, source: str, operations: dict[str, int]) -> dict[str, Any]:
+    """The `MODEL` dictionary of the ABI (docs/architecture.md)."""
+    n = len(d.coordinates)
+    return {
+        "abi": ABI,
+        "generator": f"symgen {__version__}",
+        "source": source,
+        "name": d.name,
+        "description": d.description,
+        "nq": n,
+        "nv": n,
+        "nh": len(d.constraints),
+        "nn": len(d.velocity_constraints),
+        "nw": 0 if derivation.conservative else 1,
+        "coordinates": [_value(c.name, c.unit, c.start, c.guess) for c in d.coordinates],
+        "rates": [_value(c.name, _rate_unit(c), c.rate, c.rate_guess) for c in d.coordinates],
+        "parameters": [
+            {"name": p.name, "unit": p.unit or "", "value": float(p.value), "doc": p.doc}
+            for p in d.parameters
+        ],
+        "inputs": [{"name": u.name, "unit": u.unit or "", "value": float(u.default)} for u in d.inputs],
+        "constants": [{"name": c.name, "unit": c.unit or "", "value": float(c.value)} for c in d.constants],
+        "constraints": [{"name": c.name, "kind": c.kind} for c in (*d.constraints, *d.velocity_constraints)],
+        "outputs": [{"name": name, "unit": ""} for name, _ in d.outputs],
+        "events": [{"name": e.name, "direction": e.direction, "action": e.action} for e in d.events],
+        "bodies": [
+            {
+                "name": b.name,
+                "planar": b.planar,
+                "shape": b.shape.kind if b.shape else "",
+                "sizes": len(b.shape.sizes) if b.shape else 0,
+                "mesh": b.shape.mesh if b.shape else "",
+            }
+            for b in d.bodies
+        ],
+        "structure": structure(derivation).flags,
+        "operations": operations,
+        "run": dict(d.run),
+    }
+
+
+def _value(name: str, unit: str | None, enforced: float | None, guess: float) -> dict[str, Any]:
+    value = guess if enforced is None else enforced
+    return {"name": name, "unit": unit or "", "value": float(value), "enforced": enforced is not None}
+
+
+def _rate_unit(c: Coordinate) -> str:
+    return f"{c.unit}/s" if c.unit else ""

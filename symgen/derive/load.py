@@ -1,0 +1,161 @@
+"""SymPy expressions onto the operation graph, iteratively and by object identity, so that shared parts stay shared."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+
+import sympy
+from sympy.core.function import AppliedUndef
+
+from ..errors import ModelError
+from ..model.functions import dot, maximum, minimum
+from .differentiate import forward
+from .graph import UNARY, FoldingError, Graph
+
+FUNCTIONS = {getattr(sympy, name): name for name in UNARY if name != "fabs"} | {sympy.Abs: "fabs"}
+
+
+class Loader:
+    """Turns SymPy expressions into nodes of one graph.
+
+    Parameters
+    ----------
+    g : Graph
+    symbols : dict of str to int
+        Node of each symbol by name; definitions are added by `define`.
+    rates : dict of int to int
+        Time derivative of each coordinate and of `t` (a node each): what `dot` uses.
+    """
+
+    def __init__(self, g: Graph, symbols: dict[str, int], rates: dict[int, int]) -> None:
+        self.g = g
+        self.symbols = symbols
+        self.rates = rates
+        self.exact: set[int] = set(rates.values())  # nodes that are time derivatives of functions of q and t
+        self._memo: dict[sympy.Basic, int] = {}
+        self._frequency: Counter[sympy.Basic] = Counter()
+        self._counted: set[sympy.Basic] = set()
+
+    def count_terms(self, expressions: Iterable[sympy.Expr]) -> None:
+        """Learn how often each term occurs in sums and products, so that common prefixes are shared.
+
+        SymPy flattens sums: x1, x1 + x2, x1 + x2 + x3 share nothing there. Adding the most frequent terms first
+        restores the sharing.
+        """
+        stack = list(expressions)
+        while stack:
+            expression = stack.pop()
+            if expression in self._counted:
+                continue
+            self._counted.add(expression)
+            if isinstance(expression, (sympy.Add, sympy.Mul)):
+                self._frequency.update(expression.args)
+            stack.extend(expression.args)
+
+    def define(self, name: str, expression: sympy.Expr) -> None:
+        """Make `name` stand for an expression in what is loaded later."""
+        self.symbols[name] = self.load(expression)
+
+    def load(self, expression: sympy.Expr) -> int:
+        """The node of an expression."""
+        memo = self._memo
+        stack = [expression]
+        while stack:
+            current = stack[-1]
+            if current in memo:
+                stack.pop()
+                continue
+            waiting = [x for x in self._children(current) if x not in memo]
+            if waiting:
+                stack.extend(reversed(waiting))
+                continue
+            stack.pop()
+            try:
+                memo[current] = self._build(current)
+            except FoldingError as error:
+                raise ModelError(f"{error} (in the part {_shorten(current)})") from error
+        return memo[expression]
+
+    @staticmethod
+    def _children(expression: sympy.Expr) -> tuple:
+        if isinstance(expression, sympy.Pow) and expression.exp.is_Number:
+            return (expression.base,)
+        return expression.args
+
+    def _build(self, e: sympy.Expr) -> int:
+        g, memo = self.g, self._memo
+        if isinstance(e, sympy.Symbol):
+            if e.name not in self.symbols:
+                raise ModelError(f"the name '{e.name}' is not declared")
+            return self.symbols[e.name]
+        if e.is_Number or e.is_NumberSymbol:
+            return g.const(float(e))
+        if isinstance(e, sympy.Add):
+            return self._sum(e)
+        if isinstance(e, sympy.Mul):
+            return self._product(e)
+        if isinstance(e, sympy.Pow):
+            if e.exp.is_Number:
+                return g.power(memo[e.base], float(e.exp))
+            return g.unary("exp", memo[e.exp]) if e.base is sympy.E else g.pow(memo[e.base], memo[e.exp])
+        if isinstance(e, dot):
+            return self._total_derivative(memo[e.args[0]])
+        if isinstance(e, minimum):
+            return g.minimum(memo[e.args[0]], memo[e.args[1]])
+        if isinstance(e, maximum):
+            return g.maximum(memo[e.args[0]], memo[e.args[1]])
+        if e.func in FUNCTIONS:
+            return g.unary(FUNCTIONS[e.func], memo[e.args[0]])
+        if e.func is sympy.sign:
+            return g.sign(memo[e.args[0]])
+        if e.func is sympy.atan2:
+            return g.atan2(memo[e.args[0]], memo[e.args[1]])
+        if e.func is sympy.cot:  # SymPy writes tan(x + pi/2) as -cot(x)
+            return g.div(g.one, g.unary("tan", memo[e.args[0]]))
+        if e.func in (sympy.re, sympy.conjugate):  # and |exp(x)| as exp(re(x)); everything here is real
+            return memo[e.args[0]]
+        raise ModelError(f"{_what(e)} cannot be used in a model: {_shorten(e)}")
+
+    def _total_derivative(self, node: int) -> int:
+        result = forward(self.g, [node], self.rates)[0]
+        self.exact.add(result)
+        return result
+
+    def _ordered(self, args: tuple[sympy.Expr, ...]) -> list[sympy.Expr]:
+        position = {x: k for k, x in enumerate(args)}
+        return sorted(args, key=lambda x: (-self._frequency[x], position[x]))
+
+    def _sum(self, e: sympy.Add) -> int:
+        return self.g.sum(self._memo[x] for x in self._ordered(e.args))
+
+    def _product(self, e: sympy.Mul) -> int:
+        """Numerator over denominator, so that a*b/(c*d) costs one division."""
+        g = self.g
+        top, bottom = g.one, g.one
+        for x in self._ordered(e.args):
+            if isinstance(x, sympy.Pow) and x.exp.is_Number and x.exp.is_negative:
+                bottom = g.mul(bottom, g.power(self._memo[x.base], -float(x.exp)))
+            elif isinstance(x, sympy.Rational) and x.q != 1 and x.p in (1, -1):
+                top = g.mul(top, g.const(float(x)))
+            else:
+                top = g.mul(top, self._memo[x])
+        return g.div(top, bottom)
+
+
+def _what(e: sympy.Basic) -> str:
+    if isinstance(e, AppliedUndef):
+        return f"the function of time {e.func.__name__} (declare a coordinate and use its symbol)"
+    return f"the SymPy object {type(e).__name__}"
+
+
+def _shorten(e: sympy.Basic, limit: int = 120) -> str:
+    """A part of an expression for an error message; printing all of a deep one could take for ever."""
+    text = type(e).__name__ if len(e.args) > 8 else str(e) if not e.args or _shallow(e) else type(e).__name__
+    return text if len(text) <= limit else text[: limit - 1] + "…"
+
+
+def _shallow(e: sympy.Basic, depth: int = 4) -> bool:
+    if depth == 0:
+        return False
+    return len(e.args) <= 8 and all(_shallow(x, depth - 1) for x in e.args)
