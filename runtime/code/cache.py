@@ -1,0 +1,143 @@
+"""The user's cache folder: where it is, whether it can be trusted; files in it are checked when read."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import functools
+import hashlib
+import os
+import shutil
+import stat
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+
+_MAGIC = b"symgen-cache-1\n"
+_DIGEST_SIZE = hashlib.sha256().digest_size
+
+
+class CacheWarning(UserWarning):
+    """The cache folder cannot be used; the work is done again in every process."""
+
+
+def cache_folder(*parts: str) -> Path:
+    """Return the cache folder, or a folder below it; it exists, is writable, and belongs to the user.
+
+    `SYMGEN_CACHE_DIR` names it; otherwise it is `symgen` in the platform's place for caches. When that cannot
+    be written, or others could write there, a temporary folder of this process serves instead, with a
+    `CacheWarning`.
+
+    Parameters
+    ----------
+    *parts : str
+        Names of folders below it.
+
+    Returns
+    -------
+    folder : Path
+    """
+    folder = _prepared(os.environ.get("SYMGEN_CACHE_DIR") or str(_platform_folder()))
+    if parts:
+        folder = folder.joinpath(*parts)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    return folder
+
+
+def _platform_folder() -> Path:
+    home = Path(os.path.expanduser("~"))
+    xdg = os.environ.get("XDG_CACHE_HOME", "")
+    if os.path.isabs(xdg):
+        return Path(xdg) / "symgen"
+    if sys.platform == "darwin":
+        return home / "Library" / "Caches" / "symgen"
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local") / "symgen" / "Cache"
+    return home / ".cache" / "symgen"
+
+
+@functools.lru_cache(maxsize=8)
+def _prepared(path: str) -> Path:
+    folder = Path(path).expanduser().absolute()
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        cause = _distrust(folder) or ("" if os.access(folder, os.W_OK | os.X_OK) else "is not writable")
+    except OSError as error:
+        cause = f"cannot be made ({error.strerror or error})"
+    if not cause:
+        return folder
+    warnings.warn(
+        f"the cache folder {folder} {cause}: compiled code is not kept; "
+        "set SYMGEN_CACHE_DIR to a folder of your own",
+        CacheWarning,
+        stacklevel=3,
+    )
+    return _temporary_folder()
+
+
+def _distrust(folder: Path) -> str:
+    """Say why machine code in `folder` must not be run: someone else could have put it there."""
+    if os.name != "posix":
+        return ""
+    status = folder.stat()
+    if status.st_uid != os.geteuid():
+        return "belongs to another user"
+    if status.st_mode & stat.S_IWOTH:
+        return "can be written by everybody"
+    return ""
+
+
+@functools.lru_cache(maxsize=1)
+def _temporary_folder() -> Path:
+    folder = tempfile.mkdtemp(prefix="symgen-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)
+
+
+def store(path: Path, content: bytes) -> bool:
+    """Write `content` with its SHA-256 to `path` in one step, so that no reader ever sees a part of it."""
+    temporary = None
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=".new-", dir=path.parent)
+        with os.fdopen(handle, "wb") as file:
+            file.write(_MAGIC + hashlib.sha256(content).digest() + content)
+        os.replace(temporary, path)
+        return True
+    except OSError as error:
+        if temporary is not None:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)
+        warnings.warn(f"{path} could not be written ({error.strerror or error})", CacheWarning, stacklevel=2)
+        return False
+
+
+def fetch(path: Path) -> bytes | None:
+    """Return what `store` wrote to `path`; None when it is missing, torn or altered (then it is removed)."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    head = len(_MAGIC) + _DIGEST_SIZE
+    content = data[head:]
+    if data[: len(_MAGIC)] == _MAGIC and data[len(_MAGIC) : head] == hashlib.sha256(content).digest():
+        with contextlib.suppress(OSError):
+            os.utime(path)  # the age by which `prune` chooses
+        return content
+    with contextlib.suppress(OSError):
+        path.unlink()
+    return None
+
+
+def prune(folder: Path, keep: int, pattern: str = "*") -> None:
+    """Remove all but the `keep` newest files or folders in `folder` that match `pattern`."""
+    aged = []
+    for entry in folder.glob(pattern):
+        with contextlib.suppress(OSError):
+            aged.append((entry.stat().st_mtime, entry))
+    for _, entry in sorted(aged, reverse=True)[keep:]:
+        with contextlib.suppress(OSError):
+            if entry.is_dir():
+                shutil.rmtree(entry, ignore_errors=True)
+            else:
+                entry.unlink()

@@ -1,0 +1,132 @@
+"""The part of `runtime.code.jitted` that needs Numba: from Python functions to object code.
+
+Numba would optimise, link and load every inner function by itself, and again inside each of its callers. Here it
+only types and lowers; all functions of a step loop are linked once and optimised once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import llvmlite.binding as llvm
+import numba
+from numba.core import config, types
+from numba.core.compiler import Compiler
+from numba.core.typing.typeof import typeof_impl
+
+import runtime.code.bridge_numba  # noqa: F401  (teaches Numba call_kernel)
+from runtime.code import engine, native
+from runtime.code.jitted import Jitted
+
+if TYPE_CHECKING:
+    from numba.core.dispatcher import Dispatcher
+
+_SPEED_LEVEL = 2
+_LARGEST_INLINED = 3000  # lines of LLVM IR; inlining longer functions doubles compile time and gains nothing
+_dispatchers: dict[Jitted, Dispatcher] = {}
+
+
+class _LoweringOnly(Compiler):
+    """Numba's compiler without its last steps: linking, optimisation, machine code."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.state.flags.no_compile = True
+        library = self.state.targetctx.codegen().create_library("symgen")
+
+        def finalize() -> None:
+            library._finalized = True
+
+        library.finalize = finalize
+        self.state.library = library
+
+
+class _Token:
+    """What Numba knows an overload by, instead of its address in memory."""
+
+
+def _dispatcher(function: Jitted) -> Dispatcher:
+    found = _dispatchers.get(function)
+    if found is None:
+        made = numba.njit(
+            error_model="numpy",
+            _nrt=False,
+            no_cpython_wrapper=True,
+            no_cfunc_wrapper=True,
+            pipeline_class=_LoweringOnly,
+        )(function.py_func)
+
+        def add_overload(result: Any) -> None:
+            token = _Token()
+            made.targetctx.insert_user_function(token, result.fndesc, [result.library])
+            made.overloads[tuple(result.signature.args)] = result._replace(entry_point=token)
+
+        made.add_overload = add_overload
+        found = _dispatchers[function] = made
+    return found
+
+
+@typeof_impl.register(Jitted)
+def _type_of_jitted(value: Jitted, context: Any) -> Any:
+    """Let Numba see the dispatcher where jitted code names one of our functions."""
+    return typeof_impl(_dispatcher(value), context)
+
+
+def compile_jitted(function: Jitted, args: tuple) -> bytes:
+    """Compile `function` for the types of `args`.
+
+    Returns
+    -------
+    bytes
+        For `native.NativeFunction`.
+    """
+    kinds = tuple(numba.typeof(value) for value in args)
+    dispatcher = _dispatcher(function)
+    with _unoptimised():
+        dispatcher.compile(kinds)
+    result = dispatcher.overloads[kinds]
+    symbol = result.fndesc.llvm_func_name
+    module = _link(result.library, symbol)
+    engine.optimise(module, _SPEED_LEVEL)
+    needs = sorted(f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm."))
+    return native.pack(engine.emit(module), symbol, _results(result.signature.return_type), needs)
+
+
+@contextlib.contextmanager
+def _unoptimised() -> Iterator[None]:
+    """Keep Numba from optimising inner functions; that is done once, on the whole."""
+    before = config.OPT
+    config.OPT = type(before)(0)
+    try:
+        yield
+    finally:
+        config.OPT = before
+
+
+def _results(kind: Any) -> list[str]:
+    members = [] if kind == types.none else list(kind.types) if isinstance(kind, types.BaseTuple) else [kind]
+    names = ["int64" if isinstance(member, types.IntegerLiteral) else str(member) for member in members]
+    if not set(names) <= set(native.RESULTS):
+        raise TypeError(f"a jitted function that Python calls returns numbers or a tuple of them, not {kind}")
+    return names
+
+
+def _link(library: Any, symbol: str) -> llvm.ModuleRef:
+    """All functions of a library and of those it calls in one module, where only `symbol` is visible."""
+    module = library._final_module.clone()
+    pending, seen = list(library._linking_libraries), set()
+    while pending:
+        other = pending.pop()
+        if other in seen:
+            continue
+        seen.add(other)
+        pending += other._linking_libraries
+        module.link_in(other._final_module, preserve=True)
+    for function in module.functions:
+        if not function.is_declaration and function.name != symbol:
+            function.linkage = llvm.Linkage.internal
+            if str(function).count("\n") > _LARGEST_INLINED:
+                function.add_function_attribute("noinline")
+    return module

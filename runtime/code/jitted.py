@@ -1,0 +1,130 @@
+"""Jitted functions that run without Numba once they are compiled: the `jitted` decorator.
+
+Importing Numba and loading its own cached functions takes most of a second. So a function is compiled with Numba
+the first time, once per machine; its object code is kept, and later processes call it straight (`runtime.code.native`).
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import platform
+import types
+from collections.abc import Callable
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from runtime.code import cache, engine, native
+
+DISABLE_JIT = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+_KEPT = 400
+_SECONDS_PER_FUNCTION = 0.3  # roughly, to compile; for what the listener is told
+
+
+class Jitted:
+    """A function of numbers, contiguous arrays and named tuples of these, compiled for the types it is called with.
+
+    It allocates nothing: array views are not reference-counted (counting costs more than the arithmetic of a small
+    model), and whatever would allocate is an error when it is compiled. Other such functions may be called from it.
+
+    Attributes
+    ----------
+    py_func : callable
+        The function as it was written.
+    """
+
+    def __init__(self, function: Callable) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self._loaded: dict[str, native.NativeFunction] = {}
+
+    def __call__(self, *args: Any) -> Any:
+        signature = native.signature(args)
+        code = self._loaded.get(signature)
+        if code is None:
+            code = self._loaded[signature] = self._load(signature, args)
+        return code(*args)
+
+    def _load(self, signature: str, args: tuple) -> native.NativeFunction:
+        folder = cache.cache_folder("loops")
+        path = folder / f"{self.py_func.__name__}-{self._key(signature)}"
+        content = cache.fetch(path)
+        if content is None:
+            # Helpers of a few lines are not worth a word.
+            seconds = _SECONDS_PER_FUNCTION * max(0, len(self._called()) - 4)
+            engine.announce(f"the step loop {self.py_func.__name__} (once per machine)", 0, seconds)
+            from runtime.code.compile_jitted import compile_jitted
+
+            content = compile_jitted(self, args)
+            if cache.store(path, content):
+                cache.prune(folder, _KEPT)
+        return native.NativeFunction(self.py_func.__name__, content, args)
+
+    def _key(self, signature: str) -> str:
+        parts = (self.fingerprint, signature, engine.tools())
+        return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:40]
+
+    def _called(self) -> list[Jitted]:
+        """This function and all that it calls, directly or not, in a fixed order."""
+        found = [self]
+        for function in found:  # grows while it is walked
+            names = (name for code in _code_objects(function.py_func.__code__) for name in code.co_names)
+            values = (function.py_func.__globals__.get(name) for name in names)
+            found += dict.fromkeys(v for v in values if isinstance(v, Jitted) and v not in found)
+        return found
+
+    @functools.cached_property
+    def fingerprint(self) -> str:
+        """Hash of all that the machine code depends on: the code and constants of every function in it."""
+        digest = hashlib.sha256(_compiler().encode())
+        for function in (called.py_func for called in self._called()):
+            digest.update(f"{function.__module__}.{function.__qualname__}\0".encode())
+            for code in _code_objects(function.__code__):
+                constants = [c for c in code.co_consts if not isinstance(c, types.CodeType)]
+                digest.update(repr((code.co_code, constants, code.co_names, code.co_varnames)).encode())
+                for name in code.co_names:
+                    value = function.__globals__.get(name)
+                    if isinstance(value, (int, float, str, tuple)):
+                        digest.update(f"{name}={value!r}\0".encode())
+        return digest.hexdigest()
+
+
+def jitted(function: Callable) -> Any:
+    """Compile `function` on its first call, once for all processes; see `Jitted`.
+
+    Division by zero gives inf or nan as in NumPy, so that kernels can report it; the interpreter's lock is released.
+    With `NUMBA_DISABLE_JIT=1` the function is returned as it is.
+    """
+    return function if DISABLE_JIT else Jitted(function)
+
+
+def _code_objects(code: types.CodeType) -> list[types.CodeType]:
+    """A function's code and that of the functions defined inside it."""
+    found = [code]
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            found += _code_objects(constant)
+    return found
+
+
+@functools.lru_cache(maxsize=1)
+def _compiler() -> str:
+    """What compiles: versions, settings, and our own sources that have a part in it."""
+    folder = Path(__file__).parent
+    own = [
+        (folder / name).read_bytes()
+        for name in ("jitted.py", "compile_jitted.py", "native.py", "bridge_numba.py")
+    ]
+    sources = hashlib.sha256(b"\0".join(own)).hexdigest()
+    settings = [os.environ.get(name, "") for name in ("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME")]
+    return repr(
+        (
+            metadata.version("numba"),
+            metadata.version("llvmlite"),
+            platform.python_version(),
+            settings,
+            sources,
+        )
+    )

@@ -1,0 +1,63 @@
+"""Kernels that a user's own `numba.njit` code calls by name: their IR is linked into that code."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from collections.abc import Callable
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba import njit, types
+from numba.core.errors import NumbaTypeError
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array
+
+from runtime.code import numba_setup
+from runtime.kernel import KernelSource
+
+
+def linked_function(source: KernelSource) -> Callable:
+    """Return a jitted `f(t, y, p, out)` whose machine code is the kernel's.
+
+    Unlike a call by address, it holds no address that would be wrong in the next process, so it may be
+    cached.
+    """
+    if numba_setup.DISABLE_JIT:
+        return source.python_function()
+    symbol = "symgen_" + hashlib.sha256(source.key_text().encode()).hexdigest()[:24]
+    text, _ = source.lower(symbol)
+    linked = _intrinsic(symbol, source.name, text)
+
+    @njit(error_model="numpy")
+    def function(t, y, p, out):
+        linked(t, y, p, out)
+
+    return functools.update_wrapper(function, function.py_func)
+
+
+def _intrinsic(symbol: str, name: str, text: str):
+    def generate(context, builder, signature, arguments):
+        library = context.codegen().create_library(symbol)
+        library.add_llvm_module(llvm.parse_assembly(text))
+        library.finalize()
+        context.active_code_library.add_linking_library(library)
+        pointer = ir.DoubleType().as_pointer()
+        function_type = ir.FunctionType(ir.VoidType(), [ir.DoubleType(), pointer, pointer, pointer])
+        function = builder.module.globals.get(symbol) or ir.Function(builder.module, function_type, symbol)
+        arrays = [
+            builder.bitcast(make_array(kind)(context, builder, value).data, pointer)
+            for kind, value in zip(signature.args[1:], arguments[1:])
+        ]
+        builder.call(function, [arguments[0], *arrays])
+        return context.get_dummy_value()
+
+    @intrinsic
+    def linked(typing_context, t, y, p, out):
+        for label, array in (("y", y), ("p", p), ("out", out)):
+            fits = isinstance(array, types.Array) and array.ndim == 1 and array.layout == "C"
+            if not fits or array.dtype != types.float64:
+                raise NumbaTypeError(f"{name}: {label} must be a C-contiguous 1-D float64 array, not {array}")
+        return types.void(types.float64, y, p, out), generate
+
+    return linked

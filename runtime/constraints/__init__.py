@@ -1,0 +1,1 @@
+"""Constrained models: consistent starts, redundancy, rank."""

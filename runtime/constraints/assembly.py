@@ -1,0 +1,311 @@
+"""Consistent initial conditions: enforced values stay, guesses move as little as possible."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.constraints import contradictions
+from runtime.constraints.contradictions import AssemblyError, joined, listed
+from runtime.constraints.levels import Constraints
+from runtime.constraints.nearest_point import (
+    SOLVED,
+    Problem,
+    least_repair,
+    metric,
+    pseudo_solve,
+    solve_with_restarts,
+    worst,
+)
+from runtime.constraints.redundancy import Redundancy, find_redundancy
+from runtime.errors import UnknownNameError, nearest
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+_CONTRADICTION = 1e-6  # of a constraint's scale: what enforced values may be off
+_SATISFIED = 2e-14  # of its scale: nothing to do
+_MOVED = 1e-13  # of the characteristic size: below this a change is round-off
+_TAKES_PART = 1e-3  # of the largest residual: a constraint that is named
+_MAX_REPAIRS = 20
+_REFINEMENTS = 3
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Consistent initial conditions, and what it took.
+
+    Attributes
+    ----------
+    q, v : ndarray, shape (nq,) and (nv,)
+    moved : list of (str, float, float)
+        Coordinate or rate (`dot(x)`), its value before and after.
+    notes : list of str
+        What a user should know: enforced values that were repaired, redundant constraints.
+    redundant : list of str
+        Constraints that follow from those before them.
+    rank : int
+        Structural rank of the constraint Jacobian; smaller than m when constraints are redundant.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    moved: list[tuple[str, float, float]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    redundant: list[str] = field(default_factory=list)
+    rank: int = 0
+
+
+def assemble(
+    system: System,
+    p: np.ndarray,
+    start: Mapping[str, float] | None = None,
+    rate: Mapping[str, float] | None = None,
+    t: float = 0.0,
+) -> Assembly:
+    """Return initial conditions that satisfy the constraints, positions and velocities, to round-off.
+
+    Enforced values stay. Guesses move as little as possible, measured by the mass matrix at the guesses
+    (plainly where it is singular for them), and not at all when they already fit. Rates follow, at the
+    assembled positions.
+
+    Parameters
+    ----------
+    system : System
+    p : ndarray
+        Parameters, then inputs.
+    start, rate : mapping of str to float, optional
+        Values of coordinates and rates, in SI; they are enforced.
+    t : float [s]
+
+    Raises
+    ------
+    AssemblyError
+        Enforced values contradict constraints by more than 1e-6 of their scale, or constraints
+        contradict each other.
+    UnknownNameError
+        A name in `start` or `rate` is not a coordinate's.
+    """
+    q0, v0, q_enforced, v_enforced = system.initial_state()
+    _override(system, "start", system.coordinates, start, q0, q_enforced)
+    _override(system, "rate", system.rates, rate, v0, v_enforced)
+    if not system.m:
+        return Assembly(q0, v0)
+    if system.nq != system.nv:
+        raise AssemblyError(
+            f"model {system.name!r} has {system.nq} coordinates and {system.nv} rates; "
+            "constraints are only supported where there are as many of both"
+        )
+    return _Assembler(system, np.ascontiguousarray(p, dtype=float), float(t)).run(
+        q0, v0, q_enforced, v_enforced
+    )
+
+
+def _override(
+    system: System,
+    option: str,
+    records: Sequence[dict[str, Any]],
+    values: Mapping[str, float] | None,
+    state: np.ndarray,
+    enforced: np.ndarray,
+) -> None:
+    names = [record["name"] for record in records]
+    for name, value in (values or {}).items():
+        plain = name[4:-1] if option == "rate" and name.startswith("dot(") and name.endswith(")") else name
+        if plain not in names:
+            raise UnknownNameError(
+                f"{option}: model {system.name!r} has no coordinate {name!r}: {nearest(plain, names)}"
+            )
+        if not np.isfinite(value):
+            raise AssemblyError(f"{option}: {name} is {value}; give a finite number")
+        state[names.index(plain)] = float(value)
+        enforced[names.index(plain)] = True
+
+
+class _Assembler:
+    """One assembly: the model's constraints at fixed parameters and time, and what has been noted so far."""
+
+    def __init__(self, system: System, p: np.ndarray, t: float):
+        self.system = system
+        self.constraints = Constraints(system, p, t)
+        self.coordinates = [record["name"] for record in system.coordinates]
+        self.rates = [f"dot({name})" for name in self.coordinates]
+        self.notes: list[str] = []
+
+    def run(self, q0: np.ndarray, v0: np.ndarray, q_enforced: np.ndarray, v_enforced: np.ndarray) -> Assembly:
+        constraints = self.constraints
+        self._check_finite(q0, v0)
+        sizes = constraints.characteristic_sizes(q0)
+        scales = constraints.position_scales(q0, sizes)
+        q = self._positions(q0, q_enforced, sizes, scales)
+        v = self._velocities(q, v0, v_enforced, sizes)
+        everything = self._problem(q, np.ones(len(q), dtype=bool), sizes, scales)
+        ranks = find_redundancy(everything, q, lambda place: constraints.jacobian(place, v) * sizes)
+        moved = _changes(self.coordinates, q0, q, sizes)
+        moved += _changes(self.rates, v0, v, np.maximum(np.abs(v0), np.abs(v)))
+        return Assembly(q, v, moved, self.notes, self._note_ranks(ranks), ranks.rank)
+
+    def _check_finite(self, q: np.ndarray, v: np.ndarray) -> None:
+        constraints, names = self.constraints, self.constraints.names
+        residual = np.concatenate([constraints.position(q), constraints.velocity(q, v)])
+        bad = np.flatnonzero(~np.isfinite(residual))
+        if bad.size:
+            name = [*names[: self.system.nh], *names][bad[0]]
+            raise contradictions.not_finite(f"constraint {name!r}", listed(self.coordinates, q))
+        if not np.isfinite(constraints.jacobian(q, v)).all():
+            raise contradictions.not_finite("the constraints' Jacobian", listed(self.coordinates, q))
+        if not np.isfinite(constraints.mass(q)).all():
+            raise contradictions.not_finite("the mass matrix", listed(self.coordinates, q))
+
+    def _problem(self, q: np.ndarray, free: np.ndarray, sizes: np.ndarray, scales: np.ndarray) -> Problem:
+        """Return the position constraints over the free coordinates, the others held at `q`."""
+        constraints = self.constraints
+
+        def at(z: np.ndarray) -> np.ndarray:
+            full = q.copy()
+            full[free] = z
+            return full
+
+        return Problem(
+            residual=lambda z: constraints.position(at(z)) / scales,
+            jacobian=lambda z: constraints.position_jacobian(at(z))[:, free] / scales[:, None],
+            factor=metric(constraints.mass(q)[np.ix_(free, free)]),
+            sizes=sizes[free],
+        )
+
+    def _positions(
+        self, q0: np.ndarray, enforced: np.ndarray, sizes: np.ndarray, scales: np.ndarray
+    ) -> np.ndarray:
+        if worst(self.constraints.position(q0) / scales) <= _SATISFIED:
+            return q0
+        free = ~enforced
+        q = q0.copy()
+        if free.any():
+            q[free] = solve_with_restarts(self._problem(q0, free, sizes, scales), q0[free])
+        off = worst(self.constraints.position(q) / scales)
+        if off <= SOLVED:
+            return q
+        if off > _CONTRADICTION:
+            raise self._contradiction(q, q0, enforced, sizes, scales)
+        repaired = self._repair(q, enforced, sizes, scales)
+        if worst(self.constraints.position(repaired) / scales) > SOLVED:
+            raise self._contradiction(q, q0, enforced, sizes, scales)
+        self._note_repair(_changes(self.coordinates, q0, repaired, sizes), enforced)
+        return repaired
+
+    def _repair(
+        self, q: np.ndarray, enforced: np.ndarray, sizes: np.ndarray, scales: np.ndarray
+    ) -> np.ndarray:
+        """Move enforced values by the least that lets the constraints hold; the others follow."""
+        for _ in range(_MAX_REPAIRS):
+            residual = self.constraints.position(q) / scales
+            if worst(residual) <= _SATISFIED:
+                break
+            jacobian = self.constraints.position_jacobian(q) / scales[:, None]
+            q = q + least_repair(jacobian * sizes, residual, enforced) * sizes
+        return q
+
+    def _contradiction(
+        self, q: np.ndarray, q0: np.ndarray, enforced: np.ndarray, sizes: np.ndarray, scales: np.ndarray
+    ) -> AssemblyError:
+        """Return what is wrong: constraints that nothing satisfies, or enforced values."""
+        everywhere = self._problem(q, np.ones(len(q), dtype=bool), sizes, scales)
+        solution = solve_with_restarts(everywhere, q)
+        left = self.constraints.position(solution) / scales
+        if worst(left) > SOLVED:
+            wrong = np.flatnonzero(np.abs(left) > _TAKES_PART * worst(left))
+            return contradictions.with_each_other(self._named(wrong), left[wrong], self.coordinates, solution)
+        residual = self.constraints.position(q)
+        wrong = np.flatnonzero(np.abs(residual / scales) > _TAKES_PART * worst(residual / scales))
+        shown = enforced & (np.abs(self.constraints.position_jacobian(q)[wrong]).sum(axis=0) > 0)
+        shown = np.flatnonzero(shown if shown.any() else enforced)
+        names = [self.coordinates[i] for i in shown]
+        given, fitting = listed(names, q0[shown]), listed(names, solution[shown])
+        return contradictions.with_enforced_values(
+            self._named(wrong), residual[wrong], given, fitting, "value"
+        )
+
+    def _velocities(
+        self, q: np.ndarray, v0: np.ndarray, enforced: np.ndarray, sizes: np.ndarray
+    ) -> np.ndarray:
+        """Solve the velocity level, which is linear in the rates, in the metric of the free ones."""
+        scales = self.constraints.velocity_scales(q, v0, sizes)
+        matrix = self.constraints.jacobian(q, v0) / scales[:, None]
+
+        def residual(v: np.ndarray) -> np.ndarray:
+            return self.constraints.velocity(q, v) / scales
+
+        if worst(residual(v0)) <= _SATISFIED:
+            return v0
+        free, v = ~enforced, v0.copy()
+        if free.any():
+            factor = metric(self.constraints.mass(q)[np.ix_(free, free)])
+            reduced = np.linalg.solve(factor, matrix[:, free].T).T
+            for _ in range(_REFINEMENTS):
+                v[free] -= np.linalg.solve(factor.T, pseudo_solve(reduced, residual(v)))
+        off = worst(residual(v))
+        if off > SOLVED:
+            repaired = v.copy()
+            for _ in range(_REFINEMENTS):
+                repaired += least_repair(matrix * sizes, residual(repaired), enforced) * sizes
+            if off > _CONTRADICTION or worst(residual(repaired)) > SOLVED:
+                raise self._contradiction_of_rates(q, (v0, v, repaired), enforced, residual, scales)
+            self._note_repair(_changes(self.rates, v0, repaired, np.abs(v0)), enforced)
+            v = repaired
+        return v
+
+    def _contradiction_of_rates(self, q, rates, enforced, residual, scales) -> AssemblyError:
+        v0, v, repaired = rates
+        left = residual(repaired)
+        place = listed(self.coordinates, q)
+        if worst(left) > max(SOLVED, _CONTRADICTION * worst(residual(v))):
+            return contradictions.of_rates(
+                self._named(np.flatnonzero(np.abs(left) > _TAKES_PART * worst(left))), place
+            )
+        off = residual(v)
+        wrong = np.flatnonzero(np.abs(off) > _TAKES_PART * worst(off))
+        touched = np.abs(self.constraints.jacobian(q, v)[wrong]).sum(axis=0) > 0
+        shown = np.flatnonzero(enforced & touched)
+        names = [self.rates[i] for i in shown]
+        given, fitting = listed(names, v0[shown]), listed(names, repaired[shown])
+        return contradictions.with_enforced_values(
+            self._named(wrong), (off * scales)[wrong], given, fitting, "rate", f" at {place}"
+        )
+
+    def _named(self, indices: np.ndarray | list[int]) -> list[str]:
+        return [self.constraints.names[i] for i in indices]
+
+    def _note_repair(self, changes: list[tuple[str, float, float]], enforced: np.ndarray) -> None:
+        names = {*np.array(self.coordinates)[enforced], *np.array(self.rates)[enforced]}
+        repaired = [f"{name} by {after - before:.2e}" for name, before, after in changes if name in names]
+        if repaired:
+            self.notes.append(
+                "enforced values fitted the constraints nearly, not to the last digit, and were repaired: "
+                + joined(repaired)
+            )
+
+    def _note_ranks(self, ranks: Redundancy) -> list[str]:
+        redundant, involved = self._named(ranks.redundant), self._named(ranks.involved)
+        if redundant:
+            others = [name for name in involved if name not in redundant]
+            follows = f"follows from {joined(others)}" if others else "restricts nothing"
+            self.notes.append(
+                f"redundant: {joined(redundant)} ({follows}); their multipliers are not unique, "
+                "the minimum-norm ones are given"
+            )
+        if ranks.rank_here < ranks.rank:
+            self.notes.append(
+                f"the start is a singular configuration: the constraints have rank {ranks.rank_here} there "
+                f"and {ranks.rank} nearby; the motion may branch"
+            )
+        return redundant
+
+
+def _changes(
+    names: list[str], old: np.ndarray, new: np.ndarray, sizes: np.ndarray
+) -> list[tuple[str, float, float]]:
+    changed = np.flatnonzero(np.abs(new - old) > _MOVED * sizes)
+    return [(names[i], float(old[i]), float(new[i])) for i in changed]

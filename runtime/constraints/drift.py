@@ -1,0 +1,66 @@
+"""How far a run left its constraints, each held against its own scale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.constraints.levels import Constraints
+
+if TYPE_CHECKING:
+    from runtime.solution import Solution
+
+_STATES_FOR_SCALES = 16
+
+
+@dataclass(frozen=True)
+class Drift:
+    """The largest residual of a level, in parts of the constraint's scale: which, how much, when."""
+
+    name: str
+    relative: float
+    t: float
+
+
+def constraint_drift(solution: Solution) -> dict[str, Drift]:
+    """Return the drift for "position" (where there are holonomic constraints) and "velocity".
+
+    The scale of a position is the constraint's change over the coordinates' characteristic sizes; that of a
+    velocity its largest term over the run, and at least that of a motion by one size over the whole run.
+    """
+    from runtime.batches import evaluate
+
+    system = solution.system
+    rows = np.abs(evaluate(system, "constraint_residual", solution.p, solution.t, solution.states))
+    constraints = Constraints(system, solution.p, float(solution.t[0]))
+    sizes = constraints.characteristic_sizes(solution.q[0])
+    found = {}
+    if system.nh:
+        position = rows[:, : system.nh] / constraints.position_scales(solution.q[0], sizes)
+        found["position"] = _worst(position, constraints.names, solution)
+    velocity = rows[:, system.nh :] / _velocity_scales(solution, sizes)
+    found["velocity"] = _worst(velocity, constraints.names, solution)
+    return found
+
+
+def _worst(rows: np.ndarray, names: list[str], solution: Solution) -> Drift:
+    # argmax finds a NaN first.
+    frame, which = np.unravel_index(np.argmax(rows), rows.shape)
+    return Drift(names[which], float(rows[frame, which]), float(solution.t[frame]))
+
+
+def _velocity_scales(solution: Solution, sizes: np.ndarray) -> np.ndarray:
+    duration = float(solution.t[-1] - solution.t[0])
+    slow = sizes / duration if duration > 0.0 else np.zeros_like(sizes)
+    frames = np.unique(np.linspace(0, len(solution.t) - 1, _STATES_FOR_SCALES).astype(int))
+    scales = np.zeros(solution.system.m)
+    for i in frames:
+        here = Constraints(solution.system, solution.p, float(solution.t[i]))
+        q, v = solution.q[i], solution.v[i]
+        matrix = here.jacobian(q, v)
+        moving = np.abs(matrix * np.maximum(np.abs(v), slow)).max(axis=1, initial=0.0)
+        driven = np.abs(here.velocity(q, np.zeros_like(v)))
+        scales = np.fmax(scales, np.fmax(moving, driven))
+    return np.where(scales > 0.0, scales, 1.0)

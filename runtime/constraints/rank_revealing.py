@@ -1,0 +1,220 @@
+"""Solve M a = f + Gᵀλ, G a = γ when the rows of G may depend on each other.
+
+M is factored by Cholesky, S = G M⁻¹ Gᵀ by Cholesky with diagonal pivoting, stopped at the rank. `a` comes
+from a set of independent rows; the multipliers are those of least norm among all that give this `a`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from runtime.code.numba_setup import jit
+
+# Relative to the largest pivot of S with its diagonal scaled to 1. A value that follows the integration's
+# tolerance makes most runs through a change point fail.
+RANK_TOLERANCE = 1e-4
+_SINGULAR_MASS = 1e-12
+
+
+@jit
+def cholesky(a, n):
+    """Replace the lower triangle of the leading n × n block by its Cholesky factor; False if indefinite."""
+    for j in range(n):
+        largest = a[j, j]
+        for k in range(j):
+            a[j, j] -= a[j, k] * a[j, k]
+        if not a[j, j] > _SINGULAR_MASS * abs(largest):
+            return False
+        a[j, j] = math.sqrt(a[j, j])
+        for i in range(j + 1, n):
+            for k in range(j):
+                a[i, j] -= a[i, k] * a[j, k]
+            a[i, j] /= a[j, j]
+    return True
+
+
+@jit
+def forward_substitution(lower, n, x):
+    """Replace x by L⁻¹x."""
+    for i in range(n):
+        for k in range(i):
+            x[i] -= lower[i, k] * x[k]
+        x[i] /= lower[i, i]
+
+
+@jit
+def back_substitution(lower, n, x):
+    """Replace x by L⁻ᵀx."""
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            x[i] -= lower[k, i] * x[k]
+        x[i] /= lower[i, i]
+
+
+@jit
+def factor_mass(mass, jacobian):
+    """Factor M in place; if singular, M + s GᵀG, which has the same solution once s Gᵀγ is added to f.
+
+    Returns s (0 when M is definite), or nan when that is singular too: the motion is not determined.
+    """
+    n, m = mass.shape[0], jacobian.shape[0]
+    kept = np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            kept[i, j] = mass[i, j]
+    if cholesky(mass, n):
+        return 0.0
+    trace_mass, trace_g = 0.0, 0.0
+    for i in range(n):
+        trace_mass += abs(kept[i, i])
+        for k in range(m):
+            trace_g += jacobian[k, i] * jacobian[k, i]
+    shift = (trace_mass if trace_mass > 0.0 else 1.0) / trace_g
+    for i in range(n):
+        for j in range(n):
+            for k in range(m):
+                kept[i, j] += shift * jacobian[k, i] * jacobian[k, j]
+            mass[i, j] = kept[i, j]
+    return shift if cholesky(mass, n) else math.nan
+
+
+@jit
+def factor_constraints(lower_mass, jacobian, z, lower, order, scale):
+    """Factor E S E with pivoting, E = diag(scale); return the rank and the ratio of last to first pivot.
+
+    Parameters
+    ----------
+    lower_mass : ndarray, shape (n, n)
+        Cholesky factor of M.
+    jacobian : ndarray, shape (m, n)
+    z : ndarray, shape (m, n)
+        Written: the transpose of L⁻¹Gᵀ.
+    lower : ndarray, shape (m, m)
+        Written: the factor, rows in the order of the pivots.
+    order : ndarray of int64, shape (m,)
+        Written: which constraint each pivot is.
+    scale : ndarray, shape (m,)
+        Written: makes the diagonal of S 1, so that units of constraints do not matter.
+    """
+    m, n = z.shape
+    trace = 0.0
+    for j in range(m):
+        for k in range(n):
+            z[j, k] = jacobian[j, k]
+        forward_substitution(lower_mass, n, z[j])
+        square = 0.0
+        for k in range(n):
+            square += z[j, k] * z[j, k]
+        scale[j] = 1.0 / math.sqrt(square) if square != 0.0 else 1.0
+        order[j] = j
+        trace += square
+    if not math.isfinite(trace):
+        # Comparisons with nan would call these rows dependent, and lose them.
+        for i in range(m):
+            for j in range(m):
+                lower[i, j] = math.nan
+        return m, math.nan
+    for i in range(m):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(n):
+                total += z[i, k] * z[j, k]
+            lower[i, j] = total * scale[i] * scale[j]
+            lower[j, i] = lower[i, j]
+    ratio, first = 0.0, 0.0
+    for k in range(m):
+        pivot = k
+        for i in range(k + 1, m):
+            if lower[i, i] > lower[pivot, pivot]:
+                pivot = i
+        value = lower[pivot, pivot]
+        if k == 0:
+            first = value
+        if not (value > RANK_TOLERANCE * first and value > 0.0):
+            return k, ratio
+        ratio = value / first
+        _swap(lower, order, k, pivot)
+        root = math.sqrt(value)
+        lower[k, k] = root
+        for i in range(k + 1, m):
+            lower[i, k] /= root
+        for j in range(k + 1, m):
+            for i in range(j, m):
+                lower[i, j] -= lower[i, k] * lower[j, k]
+                lower[j, i] = lower[i, j]
+    return m, ratio
+
+
+@jit
+def _swap(lower, order, k, pivot):
+    """Exchange rows and columns k and pivot: of the finished columns their rows, of the rest both."""
+    if pivot == k:
+        return
+    m = order.shape[0]
+    order[k], order[pivot] = order[pivot], order[k]
+    for j in range(m):
+        lower[k, j], lower[pivot, j] = lower[pivot, j], lower[k, j]
+    for i in range(k, m):
+        lower[i, k], lower[i, pivot] = lower[i, pivot], lower[i, k]
+
+
+@jit
+def constrained_solve(lower_mass, z, lower, order, scale, rank, f, gamma, a, multipliers):
+    """Solve for a and the multipliers with the factors above.
+
+    `f` (with s Gᵀγ in it if M was singular) is overwritten; `a` and `multipliers` are written.
+    """
+    m, n = z.shape
+    forward_substitution(lower_mass, n, f)
+    for j in range(m):
+        multipliers[j] = 0.0
+    basic = np.empty(rank)
+    for i in range(rank):
+        j = order[i]
+        basic[i] = gamma[j]
+        for k in range(n):
+            basic[i] -= z[j, k] * f[k]
+        basic[i] *= scale[j]
+    forward_substitution(lower, rank, basic)
+    back_substitution(lower, rank, basic)
+    for k in range(n):
+        a[k] = f[k]
+    for i in range(rank):
+        j = order[i]
+        multipliers[j] = basic[i] * scale[j]
+        for k in range(n):
+            a[k] += z[j, k] * multipliers[j]
+    back_substitution(lower_mass, n, a)
+    if 0 < rank < m:
+        _least_norm(lower, order, scale, rank, multipliers)
+
+
+@jit
+def _least_norm(lower, order, scale, rank, multipliers):
+    """Take from the multipliers their part in the null space of Gᵀ."""
+    m = order.shape[0]
+    free = m - rank
+    null = np.zeros((free, m))  # rows span the null space
+    for c in range(free):
+        row = null[c]
+        for k in range(rank):
+            row[k] = -lower[rank + c, k]
+        back_substitution(lower, rank, row)
+        row[rank + c] = 1.0
+        for k in range(m):
+            row[k] *= scale[order[k]]
+    gram = np.zeros((free, free))
+    part = np.zeros(free)
+    for c in range(free):
+        for k in range(m):
+            part[c] += null[c, k] * multipliers[order[k]]
+            for d in range(free):
+                gram[c, d] += null[c, k] * null[d, k]
+    cholesky(gram, free)
+    forward_substitution(gram, free, part)
+    back_substitution(gram, free, part)
+    for c in range(free):
+        for k in range(m):
+            multipliers[order[k]] -= null[c, k] * part[c]

@@ -1,0 +1,111 @@
+"""Sentences for runs that fail: cause, time, coordinate or constraint, and one thing to do next."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.integrate import layout as at
+
+if TYPE_CHECKING:
+    from runtime.integrate.methods import Method
+    from runtime.loop_arrays import LoopArrays
+    from runtime.system import System
+
+_ROUND_OFF_RTOL = 1e-12
+
+
+def failure_message(status: int, system: System, method: Method, arrays: LoopArrays) -> str:
+    """Return the sentence for a negative `status` of a step loop.
+
+    Parameters
+    ----------
+    status : int
+        See `runtime.integrate.layout`.
+    """
+    when = f"t = {arrays.t:.9g} s"
+    if status == at.STEP_TOO_SMALL:
+        return _step_too_small(system, method, arrays, when)
+    if status == at.NOT_FINITE:
+        return _not_finite(system, method, arrays, when)
+    if status == at.PROJECTION_FAILED:
+        return (
+            f"The state cannot be brought back onto constraint {worst_constraint(system, arrays)!r} after {when}: "
+            + (
+                "try a smaller --step"
+                if not method.adaptive
+                else "the mechanism may be locked there; check its geometry"
+            )
+            + "."
+        )
+    if status == at.NEWTON_FAILED:
+        remedy = "try a smaller --step" if not method.adaptive else "try --method dop853"
+        return (
+            f"Newton's iteration of {method.name} does not converge at {when}: {fastest(system, arrays)} "
+            f"changes fastest; {remedy}."
+        )
+    if status == at.SINGULAR_MATRIX:
+        return (
+            f"The equations of motion have no unique solution at {when}: {fastest(system, arrays)} has no mass or too "
+            "many constraints there; give it a mass, or remove a constraint."
+        )
+    return f"{method.name} stopped at {when} with status {status}."
+
+
+def _step_too_small(system: System, method: Method, arrays: LoopArrays, when: str) -> str:
+    h = arrays.control[at.H]
+    if arrays.counters[at.STIFF_COUNT] > 0:
+        remedy = "the motion is stiff; try --method radau5"
+    elif arrays.control[at.RTOL] < _ROUND_OFF_RTOL:
+        remedy = "the tolerance is at the limit of round-off; loosen --rtol and --atol"
+    else:
+        remedy = "look for a singularity or a jump in the forces there, or loosen --rtol"
+    return f"Step size fell to {h:.1e} s at {when}: {fastest(system, arrays)} changes fastest; {remedy}."
+
+
+def _not_finite(system: System, method: Method, arrays: LoopArrays, when: str) -> str:
+    row = _row(system, arrays)
+    names = state_names(system)
+    broken = [names[i] for i in np.flatnonzero(~np.isfinite(row[: len(names)]))]
+    if broken:
+        what = f"the derivative of {broken[0]} is not finite"
+        remedy = "check the expressions that act on it for a division by zero or a root of a negative number"
+    elif method.adaptive:
+        what = f"no step leads on, however small; {fastest(system, arrays)} changes fastest"
+        remedy = "look for a singularity of the model there"
+    else:
+        what = f"the next step overflows; {fastest(system, arrays)} changes fastest"
+        remedy = f"try a smaller --step than {arrays.control[at.H]:.3g} s, or --method auto"
+    return f"The motion became infinite or undefined at {when}: {what}; {remedy}."
+
+
+def state_names(system: System) -> list[str]:
+    """Return the names of (q, v)."""
+    return [record["name"] for record in system.coordinates] + [
+        f"dot({record['name']})" for record in system.rates
+    ]
+
+
+def fastest(system: System, arrays: LoopArrays) -> str:
+    """Return the coordinate or rate that changes fastest for its size, quoted."""
+    names = state_names(system)
+    y, f = arrays.y[: len(names)], _row(system, arrays)[: len(names)]
+    with np.errstate(invalid="ignore", over="ignore"):
+        speed = np.abs(f) / (arrays.control[at.ATOL] + arrays.control[at.RTOL] * np.abs(y) + 1e-300)
+    speed = np.where(np.isnan(speed), np.inf, speed)
+    return repr(names[int(np.argmax(speed))])
+
+
+def worst_constraint(system: System, arrays: LoopArrays) -> str:
+    """Return the name of the constraint with the largest residual."""
+    residual = np.abs(
+        system.kernel("constraint_residual")(arrays.t, arrays.y[: system.nq + system.nv], arrays.p)
+    )
+    index = int(np.argmax(np.where(np.isnan(residual), np.inf, residual)))
+    index = index if index < system.nh else index - system.nh
+    return system.constraints[index]["name"]
+
+
+def _row(system: System, arrays: LoopArrays) -> np.ndarray:
+    return system.kernel("rhs")(arrays.t, arrays.y[: system.nq + system.nv], arrays.p)

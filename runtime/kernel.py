@@ -1,0 +1,166 @@
+"""One function of a model as machine code that Python can call."""
+
+from __future__ import annotations
+
+import ctypes
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.code.lower import Lengths, lower_function, python_function
+from runtime.errors import ModuleError
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+_PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+
+
+class SlowCompileWarning(UserWarning):
+    """The fast back end failed; Numba compiles the function instead, many times slower."""
+
+
+@dataclass(frozen=True)
+class KernelSource:
+    """The text of a function, and what its arrays hold."""
+
+    name: str
+    text: str
+    lengths: Lengths
+    file: str
+    first_line: int
+    system: System
+
+    def lower(self, symbol: str) -> tuple[str, int]:
+        """Return the function as LLVM IR that defines `symbol`, and the number of its operations."""
+        lowered = lower_function(
+            self.text, symbol, self.lengths, name=self.name, file=self.file, first_line=self.first_line
+        )
+        return lowered.ir, lowered.operations
+
+    def python_function(self) -> Callable:
+        """Return the function as plain Python, after the grammar's check."""
+        self.lower("checked")
+        return python_function(self.text, self.name, self.file, self.first_line)
+
+    def key_text(self) -> str:
+        """Return all that the IR depends on."""
+        return f"{self.lengths}\0{self.text}"
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """A compiled function `f(t, y, p, out)` of a model.
+
+    Attributes
+    ----------
+    name : str
+    address : int
+        Of the machine code, for `runtime.code.bridge.call_kernel`. Valid as long as this kernel lives.
+    out_size : int
+        The number of values that it may write. Structural zeros are not written.
+    """
+
+    name: str
+    address: int
+    source: KernelSource = field(repr=False)
+    _owner: Any = field(repr=False)
+    _call: Any = field(repr=False)
+
+    @property
+    def out_size(self) -> int:
+        return self.source.lengths.out
+
+    @property
+    def operations(self) -> int:
+        """The number of operations, as the generator counted them, else as lowering does."""
+        counted = self.source.system.operations.get(self.name)
+        return self.source.lower("counted")[1] if counted is None else counted
+
+    def __call__(self, t: float, y: Any, p: Any, out: np.ndarray | None = None) -> np.ndarray:
+        """Evaluate the function.
+
+        Parameters
+        ----------
+        t : float [s]
+        y, p : array_like of float
+            `system.describe_y(name)` says what is in y; p is parameters, then inputs.
+        out : ndarray of float64, shape (out_size,), C-contiguous, optional
+            Written in place, but for structural zeros. A new array of zeros by default.
+        """
+        lengths = self.source.lengths
+        y = self._checked("y", y, lengths.y)
+        p = self._checked("p", p, lengths.p)
+        if out is None:
+            out = np.zeros(lengths.out)
+        else:
+            self._check_out(out)
+        self._call(float(t), y.ctypes.data, p.ctypes.data, out.ctypes.data)
+        return out
+
+    def _checked(self, name: str, values: Any, length: int) -> np.ndarray:
+        """Return `values` as a contiguous float64 array of `length`, or say what was expected."""
+        model = self.source.system.name
+        try:
+            array = np.ascontiguousarray(values)
+            casting = "same_kind" if array.dtype.kind == "f" else "safe"
+            array = array.astype(np.float64, casting=casting, copy=False)
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"{name} cannot be read as float64 numbers, which {self.name} of model {model!r} needs"
+            ) from None
+        if np.shape(values) != (length,):
+            system = self.source.system
+            holds = system.describe_y(self.name) if name == "y" else system.describe_p()
+            what = f"{length} value{'s' * (length != 1)}" + (f": {holds}" if holds else "")
+            raise ValueError(
+                f"{name} has shape {np.shape(values)}, but {self.name} of model {model!r} reads {what}"
+            )
+        return array
+
+    def _check_out(self, out: Any) -> None:
+        kind = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else type(out).__name__
+        fits = isinstance(out, np.ndarray) and out.dtype == np.float64 and out.shape == (self.out_size,)
+        if not fits:
+            raise TypeError(
+                f"out of {self.name} must be a float64 array of shape ({self.out_size},), not {kind}"
+            )
+        if not (out.flags.c_contiguous and out.flags.writeable):
+            raise TypeError(
+                f"out of {self.name} must be contiguous and writeable: use np.zeros({self.out_size})"
+            )
+
+
+def compile_kernel(source: KernelSource) -> Kernel:
+    """Compile a function, or take it from the cache."""
+    try:
+        from runtime.code import engine
+
+        owner, symbol = source.system.machine_code(), f"symgen_{source.name}"
+        key = engine.cache_key(f"{symbol}\0{source.key_text()}")
+        address = owner.add(engine.object_code(key, source.name, symbol, source.lower), symbol)
+    except ModuleError:
+        raise
+    except Exception as error:
+        warnings.warn(
+            f"LLVM did not compile {source.name} of model {source.system.name!r} "
+            f"({type(error).__name__}: {error}); "
+            "Numba compiles it instead, which takes much longer. Does symgen know this llvmlite?",
+            SlowCompileWarning,
+            stacklevel=3,
+        )
+        owner = _compile_with_numba(source)
+        address = owner.address
+    return Kernel(source.name, address, source, owner, _PROTOTYPE(address))
+
+
+def _compile_with_numba(source: KernelSource) -> Any:
+    import numba
+    from numba import types
+
+    array = types.CPointer(types.float64)
+    signature = types.void(types.float64, array, array, array)
+    return numba.cfunc(signature, error_model="numpy")(source.python_function())

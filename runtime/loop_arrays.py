@@ -1,0 +1,162 @@
+"""The arrays through which Python and a step loop talk, for one run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.integrate import layout as at
+
+if TYPE_CHECKING:
+    from runtime.integrate.methods import Method
+    from runtime.system import System
+
+DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
+PROJECTION_TOL = 1e-12
+_KERNELS = {
+    "events": at.EVENTS,
+    "residual": at.RESIDUAL,
+    "residual_jacobian": at.RESIDUAL_JACOBIAN,
+    "energy": at.ENERGY,
+}
+
+
+class LoopArrays:
+    """Arguments of an `advance_*` function, see docs/architecture.md.
+
+    Parameters
+    ----------
+    system : System
+    method : Method
+    p : ndarray
+        Parameters, then inputs.
+    t : float [s]
+        Start.
+    state : ndarray, shape (nq + nv,)
+    frame_times : ndarray [s]
+    rtol, atol : float
+    step : float [s]
+        Of a fixed-step method; 0 lets an adaptive one choose.
+    span : float [s]
+        Length of the run, for the limits of the step size.
+    with_events : bool
+        Whether events are looked for.
+    log_length : int
+        Rows of the step log.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        method: Method,
+        p: np.ndarray,
+        t: float,
+        state: np.ndarray,
+        *,
+        frame_times: np.ndarray,
+        rtol: float,
+        atol: float,
+        step: float = 0.0,
+        span: float,
+        with_events: bool = True,
+        log_length: int = 4096,
+    ):
+        self.coefficients = method.coefficients(system)
+        self.n_events = len(system.events) if with_events else 0
+        self.addresses, self._keep = kernel_addresses(system, method, with_events=with_events)
+        self.sizes = loop_sizes(system, with_events=with_events)
+        self.p = np.array(p, dtype=float)
+        self.control = np.zeros(at.N_CONTROL + at.N_EVENT_BLOCKS * self.n_events)
+        self.counters = np.zeros(at.N_COUNTERS, dtype=np.int64)
+        self.y = np.concatenate([state, np.zeros(system.nw)])
+        self.f = np.zeros(system.n_row)
+        self.work = np.zeros(method.work_size(self.coefficients, self.sizes))
+        self.frame_times = np.ascontiguousarray(frame_times, dtype=float)
+        self.frames = np.zeros((len(frame_times), system.ny))
+        self.step_log = np.zeros((log_length, 2))
+        self.dense = np.zeros((8, system.ny))
+        self._advance = method.advance()
+        c = self.control
+        c[at.RTOL], c[at.ATOL] = rtol, atol
+        c[at.H], c[at.H_MAX], c[at.H_MIN] = step, span, 1e-15 * span
+        c[at.T] = c[at.T_GRID] = t
+        c[at.ERROR_OLD] = 1e-4
+        c[at.PROJECTION_TOL] = PROJECTION_TOL
+        c[at.MIN_PIVOT_RATIO] = np.inf
+
+    def advance(self, stop: float, max_steps: int) -> int:
+        """Run the loop until `stop` [s], an event, a failure, or for `max_steps` steps; returns its status."""
+        self.control[at.T_STOP] = stop
+        self.counters[at.MAX_STEPS_PER_CALL] = max_steps
+        self.counters[at.N_LOGGED_STEPS] = 0
+        return self._advance(*self.arguments())
+
+    def arguments(self) -> tuple[Any, ...]:
+        """Return the arguments of the loop."""
+        return (
+            self.coefficients, self.addresses, self.sizes, self.p, self.control, self.counters, self.y, self.f,
+            self.work, self.frame_times, self.frames, self.step_log, self.dense,
+        )  # fmt: skip
+
+    @property
+    def t(self) -> float:
+        """Current time [s]."""
+        return float(self.control[at.T])
+
+    @property
+    def h_last(self) -> float:
+        """Length of the last accepted step [s]."""
+        return float(self.control[at.H_LAST])
+
+    @property
+    def new_steps(self) -> np.ndarray:
+        """Steps that the last call logged, shape (n, 2)."""
+        return self.step_log[: self.counters[at.N_LOGGED_STEPS]]
+
+    def event_block(self, block: int) -> np.ndarray:
+        """Return a view of the events' SIDE, FIRED or FLOOR."""
+        first = at.N_CONTROL + block * self.n_events
+        return self.control[first : first + self.n_events]
+
+    def restart(self, *, state_changed: bool) -> None:
+        """Forget what no longer holds after the state was changed from outside."""
+        self.counters[at.F_VALID] = 0
+        if state_changed:
+            self.control[at.ERROR_OLD] = 1e-4
+            self.counters[at.LAST_REJECTED] = 0
+
+    def choose_step_anew(self) -> None:
+        """Let an adaptive method choose its next step as at the start of a run."""
+        self.control[at.H] = 0.0
+
+
+def kernel_addresses(system: System, method: Method, *, with_events: bool) -> tuple[np.ndarray, list[Any]]:
+    """Return the addresses of the kernels that a run needs, and what keeps their code alive.
+
+    Constrained models get the guarded versions of `rhs` and `project`, which survive dependent constraints.
+    """
+    addresses, keep = np.zeros(at.N_KERNELS, dtype=np.uint64), []
+    if system.m:
+        from runtime.constraints.kkt import robust_project_address, robust_rhs_address
+
+        for index, (address, owner) in (
+            (at.RHS, robust_rhs_address(system)),
+            (at.PROJECT, robust_project_address(system)),
+        ):
+            addresses[index] = address
+            keep.append(owner)
+    else:
+        keep.append(system.kernel("rhs"))
+        addresses[at.RHS] = keep[-1].address
+    for name in (*method.kernels, *(("events",) if with_events and system.events else ())):
+        keep.append(system.kernel(name))
+        addresses[_KERNELS[name]] = keep[-1].address
+    return addresses, keep
+
+
+def loop_sizes(system: System, *, with_events: bool) -> np.ndarray:
+    """Return the array `sizes` of the step loops, with the directions of the events behind it."""
+    events = system.events if with_events else ()
+    sizes = [system.nq, system.nv, system.nw, system.nh, system.m, len(events), system.ny, system.n_row]
+    return np.array(sizes + [DIRECTIONS[event["direction"]] for event in events], dtype=np.int64)

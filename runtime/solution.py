@@ -1,0 +1,271 @@
+"""The result of a run: states over time, what can be computed from them, and how the run went."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.errors import UnknownNameError, nearest
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A state at a time that the user asked for, hit exactly.
+
+    Attributes
+    ----------
+    t : float [s]
+    q, v : ndarray, shape (nq,), (nv,)
+    acceleration, multipliers, outputs : ndarray, shape (nv,), (m,), (number of outputs,)
+    energy : float [J]
+        T + V.
+    """
+
+    t: float
+    q: np.ndarray
+    v: np.ndarray
+    acceleration: np.ndarray
+    multipliers: np.ndarray
+    outputs: np.ndarray
+    energy: float
+
+
+@dataclass(frozen=True)
+class EventRecord:
+    """One event that fired.
+
+    Attributes
+    ----------
+    name, action : str
+    t : float [s]
+    q_before, v_before, q_after, v_after : ndarray
+    energy_change : float [J]
+        T + V after less before.
+    """
+
+    name: str
+    action: str
+    t: float
+    q_before: np.ndarray
+    v_before: np.ndarray
+    q_after: np.ndarray
+    v_after: np.ndarray
+    energy_change: float = 0.0
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energies at the frames [J].
+
+    Attributes
+    ----------
+    kinetic, potential, work : ndarray, shape (n_frames,)
+        `work` counts what came from outside, and from resets of events.
+    max_error : float
+        Largest deviation of T + V - work from its start over all checked states, in parts of the largest |T|, |V|.
+    """
+
+    kinetic: np.ndarray
+    potential: np.ndarray
+    work: np.ndarray
+    max_error: float
+
+    @property
+    def total(self) -> np.ndarray:
+        """T + V."""
+        return self.kinetic + self.potential
+
+    @property
+    def balance(self) -> np.ndarray:
+        """T + V - work: constant where the run is right."""
+        return self.total - self.work
+
+    @property
+    def initial(self) -> float:
+        """T + V at the start."""
+        return float(self.total[0])
+
+    @property
+    def final(self) -> float:
+        """T + V at the end."""
+        return float(self.total[-1])
+
+
+@dataclass(frozen=True)
+class ConstraintResidual:
+    """Largest magnitudes of the constraints' residuals at the frames.
+
+    Attributes
+    ----------
+    position, velocity : ndarray, shape (n_frames,)
+    max_position, max_velocity : float
+        Over all checked states.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    max_position: float
+    max_velocity: float
+
+
+@dataclass
+class Solution:
+    """A run and its result.
+
+    `solution["theta"]`, `solution["dot(theta)"]`, `solution["dot(dot(theta))"]`, `solution["lambda(pin)"]` and the
+    names of outputs give arrays over `solution.t`.
+
+    Attributes
+    ----------
+    system : System
+    p : ndarray
+        Parameters, then inputs.
+    t : ndarray, shape (n_frames,) [s]
+    q, v : ndarray, shapes (n_frames, nq), (n_frames, nv)
+    w : ndarray, shape (n_frames,) [J]
+        Work done on the system from outside and by resets.
+    samples : list of Sample
+        The states at the times of `at`.
+    events : list of EventRecord
+    energy : Energy
+    constraint_residual : ConstraintResidual
+    step_log : ndarray, shape (n, 2)
+        Time and length of accepted steps; thinned evenly in very long runs.
+    stats : dict of str to int
+        steps, rejected, rhs, jacobians, factorisations, newton, projections.
+    status : str
+        success, terminated, zeno, failed, interrupted.
+    message : str
+        What a status other than success means here: cause, time, and what to do next.
+    notes : list of str
+        What was chosen, moved, or found on the way.
+    method, constraints : str
+        What was used.
+    rtol, atol : float
+    step : float or None
+        Of fixed-step methods [s].
+    t_start, t_end : float [s]
+        What was asked for.
+    seconds : dict of str to float
+        Wall time of parts of the run.
+    min_pivot_ratio : float
+        Smallest pivot ratio of the constraints met; near 0 where their rank was in danger.
+    redundant : list of str
+        Constraints that follow from the others; their multipliers are not unique.
+    """
+
+    system: System
+    p: np.ndarray
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    w: np.ndarray
+    samples: list[Sample]
+    events: list[EventRecord]
+    energy: Energy
+    constraint_residual: ConstraintResidual
+    step_log: np.ndarray
+    stats: dict[str, int]
+    status: str
+    message: str
+    notes: list[str]
+    method: str
+    constraints: str
+    rtol: float
+    atol: float
+    step: float | None
+    t_start: float
+    t_end: float
+    seconds: dict[str, float] = field(default_factory=dict)
+    min_pivot_ratio: float = np.inf
+    redundant: list[str] = field(default_factory=list)
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return the values of a coordinate, rate, acceleration, multiplier or output at the frames."""
+        series = self._series()
+        if name not in series:
+            raise UnknownNameError(
+                f"model {self.system.name!r} has no series {name!r}: {nearest(name, list(series))}"
+            )
+        attribute, column = series[name]
+        return getattr(self, attribute)[:, column]
+
+    def names(self) -> list[str]:
+        """Return all names that `solution[name]` knows."""
+        return list(self._series())
+
+    def _series(self) -> dict[str, tuple[str, int]]:
+        rates = [record["name"] for record in self.system.rates]
+        named = {
+            "q": [record["name"] for record in self.system.coordinates],
+            "v": [f"dot({name})" for name in rates],
+            "accelerations": [f"dot(dot({name}))" for name in rates],
+            "multipliers": [f"lambda({record['name']})" for record in self.system.constraints],
+            "outputs": [record["name"] for record in self.system.outputs],
+        }
+        series: dict[str, tuple[str, int]] = {}
+        for attribute, names in named.items():
+            for column, name in enumerate(names):
+                series.setdefault(name, (attribute, column))
+        return series
+
+    @cached_property
+    def states(self) -> np.ndarray:
+        """(q, v), shape (n_frames, nq + nv)."""
+        return np.ascontiguousarray(np.hstack([self.q, self.v]))
+
+    @cached_property
+    def _rows(self) -> tuple[np.ndarray, np.ndarray]:
+        from runtime.batches import accelerations_and_multipliers
+
+        return accelerations_and_multipliers(self.system, self.p, self.t, self.states)
+
+    @property
+    def accelerations(self) -> np.ndarray:
+        """Accelerations at the frames, shape (n_frames, nv)."""
+        return self._rows[0]
+
+    @property
+    def multipliers(self) -> np.ndarray:
+        """Lagrange multipliers at the frames, shape (n_frames, m)."""
+        return self._rows[1]
+
+    @cached_property
+    def outputs(self) -> np.ndarray:
+        """The model's outputs at the frames, shape (n_frames, number of outputs)."""
+        from runtime.batches import evaluate
+
+        return evaluate(self.system, "outputs", self.p, self.t, self.states)
+
+    @cached_property
+    def health(self) -> list:
+        """The health report, a list of `runtime.checks.health.HealthCheck`."""
+        from runtime.checks.health import check
+
+        return check(self)
+
+    @property
+    def ok(self) -> bool:
+        """Whether the run came to a regular end and no health check objects."""
+        return self.status in ("success", "terminated") and all(entry.ok for entry in self.health)
+
+    def save(self, path: str | os.PathLike[str], **options: Any) -> None:
+        """Write a recording (`.rrd`); see `runtime.recording`."""
+        from runtime.recording.save import save_solution
+
+        save_solution(self, path, **options)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Solution of {self.system.name!r}: {self.status} at t = {self.t[-1]:.6g} s by {self.method}, "
+            f"{self.stats['steps']} steps>"
+        )

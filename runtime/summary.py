@@ -1,0 +1,145 @@
+"""From a finished run to its Solution: energies, constraint residuals, samples, statistics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
+from runtime.integrate import layout as at
+from runtime.solution import ConstraintResidual, Energy, Sample, Solution
+
+if TYPE_CHECKING:
+    from runtime.driver import Run
+    from runtime.system import System
+
+_STATISTICS = {
+    "steps": at.STEPS,
+    "rejected": at.REJECTED,
+    "rhs": at.RHS_CALLS,
+    "jacobians": at.JACOBIANS,
+    "factorisations": at.FACTORISATIONS,
+    "newton": at.NEWTON_ITERATIONS,
+    "projections": at.PROJECTIONS,
+}
+
+
+def summarise(
+    run: Run,
+    sample_times: Sequence[float],
+    notes: list[str],
+    seconds: dict[str, float],
+    settings: dict[str, Any],
+) -> Solution:
+    """Return the Solution of a run.
+
+    Parameters
+    ----------
+    run : Run
+        After `go`.
+    sample_times : sequence of float [s]
+        Those that the user asked for.
+    settings : dict
+        Method, tolerances and the like, as `Solution` has them.
+    """
+    system, arrays = run.system, run.arrays
+    times, rows, resets, shown = _collected(run)
+    energies = evaluate(system, "energy", arrays.p, times, rows)
+    work = resets + (rows[:, system.nq + system.nv] if system.nw else 0.0)
+    position, velocity = constraint_residuals(system, arrays.p, times, rows)
+    sampled = [entry for entry in run.samples if entry[0] in set(map(float, sample_times))]
+    extra = _sample_checks(system, arrays.p, run.samples)
+    with np.errstate(invalid="ignore", over="ignore"):  # the health report says what is not finite
+        initial = energies[0].sum() - work[0]
+        balance = np.concatenate([energies.sum(axis=1) - work, extra["balance"]])
+        largest = max(np.abs(energies).max(initial=0.0), extra["largest"])
+        error = float(np.abs(balance - initial).max())
+    q, v = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
+    return Solution(
+        system=system,
+        p=arrays.p,
+        t=times[shown],
+        q=rows[shown, q],
+        v=rows[shown, v],
+        w=work[shown],
+        samples=_samples(system, arrays.p, sampled),
+        events=run.actions.log,
+        energy=Energy(
+            energies[shown, 0], energies[shown, 1], work[shown], error / largest if largest > 0.0 else error
+        ),
+        constraint_residual=ConstraintResidual(
+            position[shown],
+            velocity[shown],
+            max(position.max(), extra["position"]),
+            max(velocity.max(), extra["velocity"]),
+        ),
+        step_log=run.step_log.array(),
+        stats={name: int(arrays.counters[index]) for name, index in _STATISTICS.items()},
+        status=run.status,
+        message=run.message,
+        notes=notes,
+        seconds=seconds,
+        min_pivot_ratio=float(arrays.control[at.MIN_PIVOT_RATIO]),
+        **settings,
+    )
+
+
+def _collected(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return times, states, energy of resets, and whether to show them, of all frames that the run reached."""
+    arrays, n = run.arrays, int(run.arrays.counters[at.NEXT_FRAME])
+    times, rows, shown = arrays.frame_times[:n], arrays.frames[:n], run.shown[:n]
+    resets = run.reset_energy_at_frames[:n]
+    if run.last is None:
+        return times, rows, resets, shown
+    t, y = run.last
+    return (
+        np.append(times, t),
+        np.vstack([rows, y]),
+        np.append(resets, run.actions.energy_of_resets),
+        np.append(shown, True),
+    )
+
+
+def _samples(
+    system: System, p: np.ndarray, entries: Sequence[tuple[float, np.ndarray, float]]
+) -> list[Sample]:
+    if not entries:
+        return []
+    times = np.array([entry[0] for entry in entries])
+    rows = np.vstack([entry[1] for entry in entries])
+    accelerations, multipliers = accelerations_and_multipliers(system, p, times, rows)
+    outputs = evaluate(system, "outputs", p, times, rows)
+    energies = evaluate(system, "energy", p, times, rows).sum(axis=1)
+    nq, n = system.nq, system.nq + system.nv
+    return [
+        Sample(
+            float(times[i]),
+            rows[i, :nq],
+            rows[i, nq:n],
+            accelerations[i],
+            multipliers[i],
+            outputs[i],
+            float(energies[i]),
+        )
+        for i in range(len(times))
+    ]
+
+
+def _sample_checks(
+    system: System, p: np.ndarray, entries: Sequence[tuple[float, np.ndarray, float]]
+) -> dict[str, Any]:
+    if not entries:
+        return {"balance": np.zeros(0), "largest": 0.0, "position": 0.0, "velocity": 0.0}
+    times = np.array([entry[0] for entry in entries])
+    rows = np.vstack([entry[1] for entry in entries])
+    energies = evaluate(system, "energy", p, times, rows)
+    work = np.array([entry[2] for entry in entries]) + (rows[:, system.nq + system.nv] if system.nw else 0.0)
+    position, velocity = constraint_residuals(system, p, times, rows)
+    return {
+        "balance": energies.sum(axis=1) - work,
+        "largest": np.abs(energies).max(),
+        "position": position.max(initial=0.0),
+        "velocity": velocity.max(initial=0.0),
+    }
