@@ -1,0 +1,1 @@
+"""Whether a result can be trusted, and which method and step would suit."""

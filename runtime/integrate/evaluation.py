@@ -1,0 +1,22 @@
+"""Evaluate the right-hand side within step loops, with counting and a check for infinities and nan."""
+
+from runtime.code.bridge import call_kernel
+from runtime.code.jitted import jitted
+from runtime.integrate.layout import NY, RHS, RHS_CALLS
+
+
+@jitted
+def all_finite(values, n):
+    """Whether the first `n` values are finite."""
+    total = 0.0
+    for i in range(n):
+        total += values[i] * 0.0
+    return total == 0.0
+
+
+@jitted
+def evaluate(addresses, sizes, p, counters, t, y, row):
+    """Evaluate the right-hand side into `row`; returns whether its derivatives are finite."""
+    call_kernel(addresses[RHS], t, y, p, row)
+    counters[RHS_CALLS] += 1
+    return all_finite(row, sizes[NY])

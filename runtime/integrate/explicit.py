@@ -1,0 +1,253 @@
+"""Explicit Runge-Kutta methods, adaptive and with a fixed step: one loop for all tableaus and models."""
+
+import math
+
+from runtime.code.bridge import call_kernel
+from runtime.code.jitted import jitted
+from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from runtime.integrate.copying import copy
+from runtime.integrate.dense import hermite_dense
+from runtime.integrate.dop853 import dop853_error, dop853_new_state, dop853_stages
+from runtime.integrate.evaluation import all_finite, evaluate
+from runtime.integrate.layout import (
+    ERROR_OLD,
+    F_VALID,
+    MAX_STEPS_PER_CALL,
+    MIN_PIVOT_RATIO,
+    N_LOGGED_STEPS,
+    N_ROW,
+    NM,
+    NOT_FINITE,
+    NQ,
+    NV,
+    NY,
+    PROJECTION_FAILED,
+    REJECTED,
+    RHS,
+    RHS_CALLS,
+    RUNNING,
+    STEP_TOO_SMALL,
+    H,
+    T,
+)
+from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.step_control import (
+    accept_step,
+    error_norm,
+    error_scale,
+    first_step,
+    grid_end,
+    reject_step,
+    step_end,
+    too_small,
+)
+from runtime.integrate.stiffness import watch_stiffness
+from runtime.integrate.tableaus import NO_ESTIMATE, TWO_ESTIMATES
+
+N_STATES = 4  # stage argument, new state, two error estimates
+
+
+@jitted
+def erk_work_size(n_rows, sizes):
+    """Length of `work` for a tableau of `n_rows` rows."""
+    return n_rows * sizes[N_ROW] + N_STATES * sizes[NY] + finish_scratch_size(sizes)
+
+
+@jitted
+def advance_erk(
+    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
+):
+    """Advance with an explicit Runge-Kutta method until something is for Python to do.
+
+    Arguments and result are those of all step loops, see docs/architecture.md; `method` is an `ErkTableau`.
+    """
+    ny, n_row = sizes[NY], sizes[N_ROW]
+    k = work[: method.n_rows * n_row].reshape((method.n_rows, n_row))
+    states = work[method.n_rows * n_row :][: N_STATES * ny].reshape((N_STATES, ny))
+    scratch = work[method.n_rows * n_row + N_STATES * ny :]
+    if not counters[F_VALID]:
+        if not evaluate(addresses, sizes, p, counters, control[T], y, f):
+            return NOT_FINITE
+        counters[F_VALID] = 1
+    if method.estimate != NO_ESTIMATE and control[H] <= 0.0:
+        control[H] = first_step(method.order, addresses, sizes, p, control, counters, y, f, k[0], states[0])
+        control[ERROR_OLD] = 1e-4
+    done = 0
+    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        t0 = control[T]
+        if method.estimate == NO_ESTIMATE:
+            status, t1 = fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch)
+        else:
+            status, t1 = adaptive_step(
+                method, addresses, sizes, p, control, counters, y, f, k, states, scratch
+            )
+        if status != RUNNING:
+            return status
+        status = commit_step(
+            method, addresses, sizes, p, control, counters, t0, t1, y, f, k, states, scratch,
+            frame_times, frames, step_log, dense,
+        )  # fmt: skip
+        if status != RUNNING:
+            return status
+        done += 1
+    return RUNNING
+
+
+@jitted
+def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch):
+    """Try steps until one is accepted: `states[1]` is then the new state, row `n_stages - fsal` its derivative.
+
+    Returns
+    -------
+    tuple
+        Status and the time of the new state [s].
+    """
+    cause = STEP_TOO_SMALL
+    copy(f, k[0])
+    while True:
+        t, t1 = control[T], step_end(control)
+        h = t1 - t
+        if too_small(control):
+            return cause, t
+        take_stages(method, addresses, sizes, p, counters, t, h, y, k, states)
+        error = estimate_error(method, sizes, control, h, y, k, states)
+        cause = STEP_TOO_SMALL
+        if error <= 1.0:
+            cause = reach_end(method, addresses, sizes, p, control, counters, t1, y, k, states, scratch)
+            if cause == RUNNING:
+                accept_step(
+                    method.exponent, method.beta, method.shrink, method.grow, error, h, control, counters
+                )
+                return RUNNING, t1
+            error = math.inf
+        elif not math.isfinite(error):
+            cause = NOT_FINITE
+        reject_step(method.exponent, method.shrink, error, h, control, counters)
+        counters[REJECTED] += 1
+
+
+@jitted
+def fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch):
+    """Take one step of the fixed grid; returns status and the time of the new state [s]."""
+    copy(f, k[0])
+    t, t1 = control[T], grid_end(control, counters)
+    take_stages(method, addresses, sizes, p, counters, t, t1 - t, y, k, states)
+    return reach_end(method, addresses, sizes, p, control, counters, t1, y, k, states, scratch), t1
+
+
+@jitted
+def take_stages(method, addresses, sizes, p, counters, t, h, y, k, states):
+    """Fill the rows of `k` from 1 on, `states[0]` (argument of the stage before the new state), `states[1]`."""
+    if method.estimate == TWO_ESTIMATES:
+        dop853_stages(method.a, method.c, addresses[RHS], t, h, y, p, k, states[0])
+        dop853_new_state(method.b, h, y, k, states[1])
+    else:
+        erk_stages(
+            method.a, method.c, 1, method.n_stages - method.fsal, addresses[RHS], t, h, y, p, k, states[0]
+        )
+        erk_sum(method.a[method.n_stages - method.fsal], method.n_stages - method.fsal, h, y, k, states[1])
+        if method.fsal:
+            call_kernel(addresses[RHS], t + h, states[1], p, k[method.n_stages - 1])
+    counters[RHS_CALLS] += method.n_stages - 1
+
+
+@jitted
+def erk_stages(a, c, first, end, rhs, t, h, y, p, k, y_stage):
+    """Fill rows `first` to `end` - 1 of `k`; rows before are given, `y_stage` is left at the last argument."""
+    for s in range(first, end):
+        erk_sum(a[s], s, h, y, k, y_stage)
+        call_kernel(rhs, t + c[s] * h, y_stage, p, k[s])
+
+
+@jitted
+def erk_sum(weights, n_rows, h, y, k, out):
+    """Write y + h Σ weights[j] k[j] over the first `n_rows` rows to `out`."""
+    n = y.shape[0]
+    copy(y, out)
+    for j in range(n_rows):
+        weight = h * weights[j]
+        if weight != 0.0:
+            for i in range(n):
+                out[i] += weight * k[j, i]
+
+
+@jitted
+def estimate_error(method, sizes, control, h, y, k, states):
+    """Return the error of the step in units of the tolerance; work w is left out, it follows the motion."""
+    n = sizes[NQ] + sizes[NV]
+    y_new, error = states[1], states[2]
+    if method.estimate == TWO_ESTIMATES:
+        third = states[3]
+        dop853_error(method.error, k, n, error, third)
+        sum_5, sum_3 = 0.0, 0.0
+        for i in range(n):
+            scale = error_scale(control, y[i], y_new[i])
+            sum_5 += (error[i] / scale) ** 2
+            sum_3 += (third[i] / scale) ** 2
+        # dop853.f: both vanish together, at rest or on a polynomial.
+        below = sum_5 + 0.01 * sum_3
+        return h * sum_5 / math.sqrt(n * below) if below != 0.0 else 0.0
+    for i in range(n):
+        error[i] = 0.0
+    for j in range(method.n_stages):
+        weight = h * method.error[0, j]
+        for i in range(n):
+            error[i] += weight * k[j, i]
+    return error_norm(control, n, y, y_new, error)
+
+
+@jitted
+def reach_end(method, addresses, sizes, p, control, counters, t1, y, k, states, scratch):
+    """Project the new state and evaluate its derivative; returns why that failed, or RUNNING."""
+    y_new, row = states[1], k[method.n_stages - method.fsal]
+    if sizes[NM] > 0:
+        if project_state(
+            addresses, sizes, p, t1, y_new, control, counters, scratch[: projection_size(sizes)]
+        ):
+            return PROJECTION_FAILED
+    if sizes[NM] > 0 or not method.fsal:
+        if not evaluate(addresses, sizes, p, counters, t1, y_new, row):
+            return NOT_FINITE
+    if sizes[NM] > 0:
+        for s in range(1, method.n_stages - method.fsal + 1):
+            control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], k[s, sizes[N_ROW] - 1])
+    if not (all_finite(y_new, sizes[NY]) and all_finite(row, sizes[NY])):
+        return NOT_FINITE
+    if method.stiff_bound > 0.0:
+        before = k[method.n_stages - method.fsal - 1]
+        watch_stiffness(method.stiff_bound, sizes, counters, t1 - control[T], y_new, row, states[0], before)
+    return RUNNING
+
+
+@jitted
+def commit_step(
+    method, addresses, sizes, p, control, counters, t0, t1, y, f, k, states, scratch,
+    frame_times, frames, step_log, dense,
+):  # fmt: skip
+    """Make the new state the current one, with dense output where somebody reads it, and record the step."""
+    if needs_dense(sizes, counters, frame_times, t1):
+        erk_dense(method, addresses, sizes, p, counters, t0, t1 - t0, y, k, states, dense)
+    copy(states[1], y)
+    copy(k[method.n_stages - method.fsal], f)
+    return finish_step(
+        addresses, sizes, p, control, counters, t0, t1, y, dense, method.n_dense, scratch,
+        frame_times, frames, step_log,
+    )  # fmt: skip
+
+
+@jitted
+def erk_dense(method, addresses, sizes, p, counters, t, h, y, k, states, dense):
+    """Fill the dense output of the step; further stages are taken here, so only for steps that need them."""
+    ny = sizes[NY]
+    first_extra = method.n_stages + 1 - method.fsal
+    erk_stages(method.a, method.c, first_extra, method.n_rows, addresses[RHS], t, h, y, p, k, states[0])
+    counters[RHS_CALLS] += method.n_rows - first_extra
+    hermite_dense(y, states[1], k[0], k[method.n_stages - method.fsal], h, ny, dense)
+    for r in range(method.n_dense - 4):
+        for i in range(ny):
+            dense[4 + r, i] = 0.0
+        for j in range(method.n_rows):
+            weight = h * method.dense[r, j]
+            if weight != 0.0:
+                for i in range(ny):
+                    dense[4 + r, i] += weight * k[j, i]

@@ -1,0 +1,138 @@
+"""Derivatives of accelerations by positions and rates, from the derivatives of the equations of motion."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from runtime.code.bridge import call_kernel
+from runtime.code.jitted import jitted
+from runtime.integrate.layout import (
+    JACOBIANS,
+    NM,
+    NOT_FINITE,
+    NQ,
+    NV,
+    NW,
+    RESIDUAL_JACOBIAN,
+    RUNNING,
+)
+from runtime.integrate.linear import lu_factor, lu_solve_matrix, pivot_ratio, solve_rank_deficient
+
+# Below this the ordinary factors are not trusted, and elimination with complete pivoting decides on the rank.
+TRUSTED_PIVOT_RATIO = 1e-9
+
+
+class JacobianWork(NamedTuple):
+    """Work arrays of `acceleration_jacobian`, with k = nv + m equations of motion and constraints.
+
+    Attributes
+    ----------
+    arguments : ndarray, shape (nq + 2 nv + m,)
+        (q, v, a, λ).
+    derivative : ndarray, shape (k (nq + nv + k),)
+        What the kernel `residual_jacobian` writes.
+    block : ndarray, shape (k, k)
+        Derivative by (a, λ).
+    right : ndarray, shape (k, nq + nv)
+        Minus the derivative by (q, v).
+    pivots : ndarray of int64, shape (k,)
+    scale : ndarray, shape (k,)
+    """
+
+    arguments: np.ndarray
+    derivative: np.ndarray
+    block: np.ndarray
+    right: np.ndarray
+    pivots: np.ndarray
+    scale: np.ndarray
+
+
+@jitted
+def jacobian_work_size(sizes):
+    """Length of the array that `jacobian_work` divides."""
+    n_state, n_equations = sizes[NQ] + sizes[NV], sizes[NV] + sizes[NM]
+    return n_state + n_equations + 2 * n_equations * (n_state + n_equations) + 2 * n_equations
+
+
+@jitted
+def jacobian_work(sizes, work):
+    """Divide `work`, of length `jacobian_work_size(sizes)`, into a `JacobianWork`."""
+    n_state, n = sizes[NQ] + sizes[NV], sizes[NV] + sizes[NM]
+    n_columns = n_state + n
+    arguments, rest = work[:n_columns], work[n_columns:]
+    derivative, rest = rest[: n * n_columns], rest[n * n_columns :]
+    block, rest = rest[: n * n].reshape((n, n)), rest[n * n :]
+    right, rest = rest[: n * n_state].reshape((n, n_state)), rest[n * n_state :]
+    return JacobianWork(arguments, derivative, block, right, rest[:n].view(np.int64), rest[n : 2 * n])
+
+
+@jitted
+def acceleration_jacobian(addresses, sizes, p, counters, t, y, row, work, out):
+    """Differentiate a(t, q, v) by implicit differentiation of the equations F(q, v, a, λ) = 0.
+
+    [F_a F_λ] ∂(a, λ)/∂(q, v) = -[F_q F_v], of which the rows of `a` are kept; so M is never inverted
+    by itself, and coordinates without mass are welcome where constraints determine their accelerations. Where
+    constraints are redundant, those that depend on others are left out.
+
+    Parameters
+    ----------
+    addresses, sizes, counters : ndarray
+        See `layout.py`.
+    t : float [s]
+    y : ndarray, shape (NY,)
+    row : ndarray, shape (N_ROW,)
+        The rhs row at (t, y): accelerations and multipliers are read from it.
+    work : ndarray, shape (jacobian_work_size(sizes),)
+    out : ndarray, shape (nv, nq + nv)
+        Overwritten by [∂a/∂q, ∂a/∂v].
+
+    Returns
+    -------
+    int
+        RUNNING, NOT_FINITE, or SINGULAR_MATRIX where accelerations are not determined.
+    """
+    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
+    n_state, n = nq + nv, nv + m
+    w = jacobian_work(sizes, work)
+    for i in range(n_state):
+        w.arguments[i] = y[i]
+    for i in range(nv):
+        w.arguments[n_state + i] = row[nq + i]
+    for i in range(m):
+        w.arguments[n_state + nv + i] = row[n_state + sizes[NW] + i]
+    differentiate(addresses, p, t, n, n_state, w)
+    counters[JACOBIANS] += 1
+    if lu_factor(w.block, w.pivots) == RUNNING and pivot_ratio(w.block) > TRUSTED_PIVOT_RATIO:
+        lu_solve_matrix(w.block, w.pivots, w.right)
+    else:
+        unpack(n, n_state, w)
+        status = solve_rank_deficient(w.block, w.right, nv, w.pivots, w.scale)
+        if status != RUNNING:
+            return status
+    total = 0.0
+    for i in range(nv):
+        for j in range(n_state):
+            out[i, j] = w.right[i, j]
+            total += 0.0 * out[i, j]
+    return RUNNING if math.isfinite(total) else NOT_FINITE
+
+
+@jitted
+def differentiate(addresses, p, t, n, n_state, w):
+    """Call the kernel at `w.arguments` and lay its result out as `block` and `right`."""
+    for i in range(w.derivative.shape[0]):
+        w.derivative[i] = 0.0
+    call_kernel(addresses[RESIDUAL_JACOBIAN], t, w.arguments, p, w.derivative)
+    unpack(n, n_state, w)
+
+
+@jitted
+def unpack(n, n_state, w):
+    """Copy the kernel's result to `block`, and to `right` with its sign changed."""
+    n_columns = n_state + n
+    for i in range(n):
+        for j in range(n_state):
+            w.right[i, j] = -w.derivative[i * n_columns + j]
+        for j in range(n):
+            w.block[i, j] = w.derivative[i * n_columns + n_state + j]

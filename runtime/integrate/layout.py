@@ -1,0 +1,42 @@
+"""Indices of the flat arrays that jitted integrators share with Python, and their status codes."""
+
+# Kernel addresses (uint64); 0 where the model has no such function.
+RHS, PROJECT, EVENTS, RESIDUAL, RESIDUAL_JACOBIAN, ENERGY = range(6)
+N_KERNELS = 6
+
+# Sizes (int64): N_SIZES numbers, then the direction (+1 rising, -1 falling, 0 both) of every event.
+NQ, NV, NW, NH, NM, NE, NY, N_ROW = range(8)  # NY = NQ+NV+NW; N_ROW = length of an rhs row (NY + m + (m > 0))
+N_SIZES = 8
+
+# Control (float64): settings first, then what the step loop carries from call to call, then the events' state.
+RTOL, ATOL, H_MAX, H_MIN, T_STOP, T, H, ERROR_OLD, PROJECTION_TOL, NEWTON_TOL = range(10)
+# T_STOP: the loop returns exactly there (REACHED_STOP). H: the next step to try (<= 0: choose one), or the
+# step itself of a fixed-step method. Time only runs forward. NEWTON_TOL: what implicit methods leave of Newton's
+# error, in units of the error tolerance; 0: the method's own choice.
+MAX_RESIDUAL, MIN_PIVOT_RATIO, T_EVENT, H_LAST, T_GRID = range(10, 15)
+# T_GRID: fixed-step methods step to T_GRID + k H, k = counters[GRID_STEP] + 1, so that time does not drift.
+N_CONTROL = 16
+# control[N_CONTROL + SIDE * NE + e]: sign of event function e before the step, 0 while it has not left zero yet;
+# ... FIRED: 1 where event e fired in the step that returned EVENT (several may, at one instant);
+# ... FLOOR: |g| of event e at or below this is round-off.
+SIDE, FIRED, FLOOR = range(3)
+N_EVENT_BLOCKS = 3
+
+# Counters (int64).
+STEPS, REJECTED, RHS_CALLS, JACOBIANS, FACTORISATIONS, NEWTON_ITERATIONS, PROJECTIONS = range(7)
+NEXT_FRAME, N_LOGGED_STEPS, MAX_STEPS_PER_CALL, F_VALID, EVENT_INDEX, LAST_REJECTED, STIFF_COUNT = range(
+    7, 14
+)
+NON_STIFF_COUNT, GRID_STEP = range(14, 16)
+# STIFF_COUNT: signs of stiffness in a row (15: stiff). Counters from 16 on belong to the family that runs.
+N_COUNTERS = 24
+
+# Status of a call of an `advance_*` loop.
+RUNNING = 0  # MAX_STEPS_PER_CALL steps done or the step log is full; call again
+REACHED_STOP = 1  # control[T] == control[T_STOP]
+EVENT = 2  # state is at control[T_EVENT] == control[T], just past the event counters[EVENT_INDEX]
+STEP_TOO_SMALL = -1
+NOT_FINITE = -2  # the state or its derivative became inf or nan
+NEWTON_FAILED = -3
+PROJECTION_FAILED = -4
+SINGULAR_MATRIX = -5

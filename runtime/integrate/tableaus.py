@@ -1,0 +1,201 @@
+"""Coefficients of the explicit Runge-Kutta methods, validated when they are made."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from runtime.integrate.dop853_coefficients import DOP853_A, DOP853_C, DOP853_D, DOP853_ERROR_3, DOP853_ERROR_5
+
+# How a tableau estimates its error.
+NO_ESTIMATE, ONE_ESTIMATE, TWO_ESTIMATES = range(3)
+
+
+class ErkTableau(NamedTuple):
+    """An explicit Runge-Kutta method as jitted loops take it.
+
+    Row `n_stages - fsal` of the stage derivatives belongs to the new state; rows after `n_stages` are the further
+    stages of the dense output.
+
+    Attributes
+    ----------
+    a : ndarray, shape (n_rows, n_rows)
+        Stage coefficients; strictly lower triangular. Row `n_stages` is `b` where the method is not FSAL.
+    b, c : ndarray, shapes (n_stages,), (n_rows,)
+    error : ndarray, shape (2, n_stages)
+        Error estimates: the first row, or (fifth order, third order) of dop853.
+    dense : ndarray, shape (n_dense - 4, n_rows)
+        Rows 4 and on of the dense output, as combinations of stage derivatives times h.
+    n_stages, n_rows, n_dense, order : int
+    estimate : int
+        NO_ESTIMATE (fixed step), ONE_ESTIMATE, TWO_ESTIMATES (dop853).
+    fsal : int
+        1 where the last stage is taken at the new state.
+    exponent, beta, shrink, grow : float
+        Hairer's step controller: `h_new = h safety / (err^exponent / err_old^beta)`, within [shrink, grow].
+    stiff_bound : float
+        Radius of the stability region on the negative real axis, as Hairer's stiffness test takes it.
+    """
+
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    error: np.ndarray
+    dense: np.ndarray
+    n_stages: int
+    n_rows: int
+    n_dense: int
+    order: int
+    estimate: int
+    fsal: int
+    exponent: float
+    beta: float
+    shrink: float
+    grow: float
+    stiff_bound: float
+
+
+def erk_tableau(
+    a, b, order, *, extra=(), error=(), dense=(), error_order=0, beta=0.0, limits=(0.2, 10.0), stiff_bound=0.0
+) -> ErkTableau:
+    """Return a checked tableau; nodes and FSAL are derived from the coefficients.
+
+    Parameters
+    ----------
+    a, b : sequence of rows, sequence
+        Stage coefficients (row s has s entries) and weights.
+    order : int
+    extra : sequence of rows
+        Further stages of the dense output; they may use the derivative at the new state as entry `n_stages`.
+    error : sequence of rows
+        None, one or two error estimates.
+    dense : sequence of rows
+        Beyond cubic Hermite.
+    error_order : int
+        The controller's exponent is 1 / error_order - 0.75 beta for one estimate, -0.2 beta for two
+        (dopri5.f, dop853.f).
+
+    Raises
+    ------
+    ValueError
+        Where shapes, row sums or weights contradict each other.
+    """
+    n = len(b)
+    b = np.array(b, dtype=float)
+    fsal = int(np.array_equal(np.append(np.array(a[-1], dtype=float), 0.0), b) and n > 1)
+    n_rows = n + 1 - fsal + len(extra)
+    matrix = np.zeros((n_rows, n_rows))
+    for s, row in enumerate(a):
+        if len(row) != s:
+            raise ValueError(f"stage {s} has {len(row)} coefficients; an explicit stage has {s}")
+        matrix[s, :s] = row
+    if not fsal:
+        matrix[n, :n] = b
+    for s, row in enumerate(extra, start=n + 1 - fsal):
+        matrix[s, : len(row)] = row
+    errors = np.zeros((2, n))
+    for s, row in enumerate(error):
+        errors[s] = row
+    tableau = ErkTableau(
+        a=matrix,
+        b=b,
+        c=matrix.sum(axis=1),
+        error=errors,
+        dense=np.array(dense, dtype=float).reshape(len(dense), n_rows),
+        n_stages=n,
+        n_rows=n_rows,
+        n_dense=4 + len(dense),
+        order=order,
+        estimate=len(error),
+        fsal=fsal,
+        exponent=(1.0 / error_order - (0.2 if len(error) == 2 else 0.75) * beta) if error else 0.0,
+        beta=beta,
+        shrink=limits[0],
+        grow=limits[1],
+        stiff_bound=stiff_bound,
+    )
+    validate(tableau)
+    return tableau
+
+
+def validate(tableau: ErkTableau) -> None:
+    """Raise ValueError where a tableau contradicts itself."""
+    if np.any(np.triu(tableau.a)):
+        raise ValueError("an explicit method's coefficients must be strictly lower triangular")
+    if abs(tableau.b.sum() - 1.0) > 1e-14:
+        raise ValueError(f"the weights sum to {tableau.b.sum()!r}, not to 1")
+    if np.any(np.abs(tableau.error.sum(axis=1)) > 1e-14):
+        raise ValueError("the coefficients of an error estimate must sum to 0")
+    if np.any(np.abs(tableau.dense.sum(axis=1)) > 1e-11):
+        raise ValueError("the coefficients of dense output beyond cubic Hermite must sum to 0")
+    if not np.all((tableau.c >= 0) & (tableau.c < 1.0 + 1e-14)):
+        raise ValueError(f"nodes must lie in the step, not at {tableau.c}")
+
+
+def euler() -> ErkTableau:
+    """Return the explicit Euler method."""
+    return erk_tableau([[]], [1.0], 1)
+
+
+def rk4() -> ErkTableau:
+    """Return the classical Runge-Kutta method of order 4 (Kutta 1901)."""
+    return erk_tableau([[], [0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6], 4)
+
+
+def dopri5() -> ErkTableau:
+    """Return Dormand and Prince's method of order 5(4) with dense output of order 4.
+
+    Dormand, Prince, J. Comp. Appl. Math. 6 (1980) 19; Hairer, Nørsett, Wanner (1993), table II.5.2, and the dense
+    output of dopri5.f.
+    """
+    f = Fraction
+    a = [
+        [],
+        [f(1, 5)],
+        [f(3, 40), f(9, 40)],
+        [f(44, 45), f(-56, 15), f(32, 9)],
+        [f(19372, 6561), f(-25360, 2187), f(64448, 6561), f(-212, 729)],
+        [f(9017, 3168), f(-355, 33), f(46732, 5247), f(49, 176), f(-5103, 18656)],
+        [f(35, 384), f(0), f(500, 1113), f(125, 192), f(-2187, 6784), f(11, 84)],
+    ]
+    error = [f(71, 57600), f(0), f(-71, 16695), f(71, 1920), f(-17253, 339200), f(22, 525), f(-1, 40)]
+    dense = [
+        f(-12715105075, 11282082432),
+        f(0),
+        f(87487479700, 32700410799),
+        f(-10690763975, 1880347072),
+        f(701980252875, 199316789632),
+        f(-1453857185, 822651844),
+        f(69997945, 29380423),
+    ]
+    return erk_tableau(
+        a,
+        [*a[-1], 0],
+        5,
+        error=[error],
+        dense=[dense],
+        error_order=5,
+        beta=0.04,
+        limits=(0.2, 10.0),
+        stiff_bound=3.25,
+    )
+
+
+def dop853() -> ErkTableau:
+    """Return Dormand and Prince's method of order 8(5,3) with dense output of order 7.
+
+    Hairer, Nørsett, Wanner (1993), II.5 and II.10; coefficients and controller of dop853.f.
+    """
+    a = [[DOP853_A[s].get(j, 0.0) for j in range(s)] for s in range(16)]
+    d = [[row.get(j, 0.0) for j in range(16)] for row in DOP853_D]
+    b = a[12]
+    error = [[row.get(j, 0.0) for j in range(12)] for row in (DOP853_ERROR_5, DOP853_ERROR_3)]
+    error[1] = [b[j] - error[1][j] for j in range(12)]
+    tableau = erk_tableau(
+        a[:12], b, 8, extra=a[13:], error=error, dense=d, error_order=8, limits=(0.333, 6.0), stiff_bound=6.1
+    )
+    if np.any(np.abs(tableau.c - np.array(DOP853_C)) > 1e-13):
+        raise ValueError("dop853's nodes contradict its coefficients")
+    return tableau
