@@ -1,0 +1,189 @@
+"""What a recording shows, and where on the screen: plots, camera, trails. `rrd` carries it out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import schema
+
+_MOST_CURVES = 48  # more curves in one plot show nothing and slow a viewer down
+_MOST_TRAILS = 24
+_TAN_HALF_VIEW = np.tan(np.radians(55.0) / 2)  # a viewer's usual vertical field of view
+_MARGIN = 1.1
+_SLANT = np.array([0.62, -0.68, 0.38]) / np.linalg.norm([0.62, -0.68, 0.38])
+_PALE = 200
+_RODS = ("capsule", "cylinder")
+
+
+@dataclass(frozen=True)
+class Curves:
+    """One plot: columns of one array of values.
+
+    Attributes
+    ----------
+    title : str
+    path : str
+        Entity path.
+    source : str
+        Which array: `q`, `v`, `outputs`, `energy`, `balance`, `residual`, `multipliers` or `step_size`.
+    columns : tuple of int
+    names : tuple of str
+    """
+
+    title: str
+    path: str
+    source: str
+    columns: tuple[int, ...]
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Where the eye is, what it looks at, and which way is up, in world axes [m]."""
+
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float]
+    up: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The screen: a 3-D view beside rows of plots.
+
+    Attributes
+    ----------
+    planar : bool
+        All bodies move in the x-y plane: it is looked at from +z.
+    camera : Camera or None
+        None: there are no bodies to look at.
+    grid : float
+        Spacing of the grid [m].
+    trails : tuple of (str, bool)
+        Bodies with a trail, and whether it is shown at first.
+    trail_seconds : float
+        How much of the past a trail shows [s of simulated time].
+    rows : tuple of tuple of Curves
+        Each row is a stack of tabs.
+    speed : float
+        Simulated seconds per second of playback.
+    """
+
+    planar: bool
+    camera: Camera | None
+    grid: float
+    trails: tuple[tuple[str, bool], ...]
+    trail_seconds: float
+    rows: tuple[tuple[Curves, ...], ...]
+    speed: float
+
+
+def plot_rows(header: dict) -> tuple[tuple[Curves, ...], ...]:
+    """Return the plots of a model, row by row."""
+    m = len(header["constraints"])
+    coordinates = _by_unit("coordinates", "Coordinates", "q", header["coordinates"])
+    names_of_rates = [{**rate, "name": f"dot({rate['name']})"} for rate in header["rates"]]
+    rates = _by_unit("rates", "Rates", "v", names_of_rates)
+    outputs = _by_unit("outputs", "Outputs", "outputs", header["outputs"])
+    energy = Curves("Energy", schema.ENERGY, "energy", (0, 1, 2), ("kinetic T", "potential V", "total T + V"))
+    balance = Curves(
+        "Energy balance error, log10",
+        schema.BALANCE,
+        "balance",
+        (0,),
+        ("|T + V − work − initial| / largest",),
+    )
+    step = Curves("Step size", schema.STEP_SIZE, "step_size", (0,), ("h [s]",))
+    residual = Curves(
+        "Constraint residual, log10",
+        schema.RESIDUAL,
+        "residual",
+        (0, 1),
+        ("largest, positions", "largest, velocities"),
+    )
+    if not m:
+        return _filled([coordinates + rates, outputs, [energy], [balance], [step]])
+    names = [constraint["name"] for constraint in header["constraints"]]
+    multipliers = _curves("Multipliers", schema.MULTIPLIERS, "multipliers", range(m), names)
+    return _filled([coordinates + rates, outputs, [energy, balance], [residual, multipliers], [step]])
+
+
+def _filled(rows: list[list[Curves]]) -> tuple[tuple[Curves, ...], ...]:
+    return tuple(tuple(row) for row in rows if row)
+
+
+def _by_unit(path: str, title: str, source: str, quantities: list[dict]) -> list[Curves]:
+    """Group quantities of one unit into one plot: angles and lengths do not share an axis."""
+    units = list(dict.fromkeys(quantity["unit"] for quantity in quantities))
+    groups = []
+    for number, unit in enumerate(units):
+        members = [i for i, quantity in enumerate(quantities) if quantity["unit"] == unit]
+        names = [quantities[i]["name"] for i in members]
+        where = f"{schema.PLOTS}/{path}" + (f"/{number + 1}" if len(units) > 1 else "")
+        groups.append(_curves(f"{title} [{unit}]" if unit else title, where, source, members, names))
+    return groups
+
+
+def _curves(title: str, path: str, source: str, columns, names) -> Curves:
+    columns, names = tuple(columns), tuple(names)
+    if len(columns) > _MOST_CURVES:
+        title = f"{title}: the first {_MOST_CURVES} of {len(columns)}"
+    return Curves(title, path, source, columns[:_MOST_CURVES], names[:_MOST_CURVES])
+
+
+def choose_trails(bodies: list[dict]) -> tuple[tuple[str, bool], ...]:
+    """Return the bodies that get a trail, and whether it is shown at first.
+
+    The path of a rod's middle says little, so rods' trails start hidden where there are other bodies.
+    """
+    shown = [body["shape"] not in _RODS for body in bodies]
+    if not any(shown):
+        shown = [True] * len(bodies)
+    chosen = sorted(range(len(bodies)), key=lambda i: (not shown[i], i))[:_MOST_TRAILS]
+    return tuple((bodies[i]["name"], shown[i]) for i in sorted(chosen))
+
+
+def choose_colours(bodies: list[dict]) -> list[tuple[int, int, int]]:
+    """Return a colour for each body; rods that pair with the other bodies have a paler tone of theirs."""
+    rods = [i for i, body in enumerate(bodies) if body["shape"] in _RODS]
+    others = [i for i, body in enumerate(bodies) if body["shape"] not in _RODS]
+    if len(rods) != len(others):
+        return [schema.colour(i) for i in range(len(bodies))]
+    colours = dict(zip(others, map(schema.colour, range(len(others)))))
+    pale = {rod: tuple((c + 2 * _PALE) // 3 for c in colours[other]) for rod, other in zip(rods, others)}
+    return [{**colours, **pale}[i] for i in range(len(bodies))]
+
+
+def choose_camera(low: np.ndarray, high: np.ndarray, planar: bool) -> Camera:
+    """Place the eye so that the box fills the view.
+
+    Parameters
+    ----------
+    low, high : ndarray, shape (3,) [m]
+        Corners of the box that the bodies stay in.
+    planar : bool
+        Look from +z with y up; else from above at a slant with z up.
+    """
+    centre = (low + high) / 2
+    half = (high - low) / 2
+    if planar:
+        distance = _MARGIN * max(half[0], half[1], 1e-9) / _TAN_HALF_VIEW + half[2]
+        return Camera((centre[0], centre[1], centre[2] + distance), tuple(centre), (0.0, 1.0, 0.0))
+    distance = _MARGIN * float(np.linalg.norm(half)) / _TAN_HALF_VIEW * 0.85
+    return Camera(tuple(centre + distance * _SLANT), tuple(centre), (0.0, 0.0, 1.0))
+
+
+def round_down(value: float) -> float:
+    """Return the largest of 1, 2, 5 times a power of ten that is not above `value` (positive)."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1 + 1e-12)))
+
+
+def choose_speed(seconds: float) -> float:
+    """Return a playback speed at which a run lasts 4 s to 60 s on the screen; 1 where real time does that."""
+    if not seconds > 0.0:
+        return 1.0
+    if seconds < 4.0:
+        return round_down(seconds / 4.0) if seconds / 4.0 < 0.5 else 1.0
+    return max(1.0, round_down(seconds / 30.0)) if seconds > 60.0 else 1.0

@@ -1,0 +1,101 @@
+"""Show a recording in the Rerun viewer, and leave no process behind."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from runtime.errors import RuntimeModelError
+
+_GRACE = 3.0  # seconds between asking the viewer to end and ending it
+
+
+def play(path: str | Path, web: bool = False) -> int:
+    """Open a recording in the viewer and wait until it is closed, or until Ctrl-C.
+
+    The viewer listens on this machine only (127.0.0.1), on a free port.
+
+    Parameters
+    ----------
+    path : path-like
+    web : bool
+        In the browser instead of a window.
+
+    Returns
+    -------
+    int
+        The viewer's exit status; 0 after Ctrl-C.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not a recording, or is damaged.
+    RuntimeModelError
+        If there is no screen, or the viewer cannot be started.
+    """
+    from .reader import read_recording
+    from .rrd import viewer_command
+
+    path = Path(path)
+    # The viewer would open an empty window on a damaged file.
+    read_recording(path)
+    if not web and not _has_display():
+        raise RuntimeModelError(
+            f"{path}: this machine has no screen to play it on (neither DISPLAY nor WAYLAND_DISPLAY is set); "
+            "use --web and open the address that it prints, or copy the file to a machine with a screen"
+        )
+    command = [*viewer_command(), "--bind", "127.0.0.1", "--port", "auto"]
+    if web:
+        command += ["--web-viewer", "--web-viewer-port", "0"]
+    return _run([*command, str(path)])
+
+
+def _has_display() -> bool:
+    if sys.platform in ("win32", "darwin"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _run(command: list[str]) -> int:
+    # A group of its own: the viewer is a child of a wrapper, and both have to go.
+    process = subprocess.Popen(command, start_new_session=True)
+    before = signal.getsignal(signal.SIGTERM)
+    with contextlib.suppress(ValueError):  # only the main thread may set handlers
+        signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        return process.wait()
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        _end_group(process)
+        with contextlib.suppress(ValueError):
+            signal.signal(signal.SIGTERM, before)
+
+
+def _interrupt(number, frame) -> None:
+    raise KeyboardInterrupt
+
+
+def _end_group(process: subprocess.Popen) -> None:
+    if not hasattr(os, "killpg"):
+        subprocess.run(["taskkill", "/PID", str(process.pid), "/T", "/F"], capture_output=True, check=False)
+        return
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, number)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(_GRACE)
+            if number == signal.SIGTERM and not _group_lives(process.pid):
+                return
+
+
+def _group_lives(group: int) -> bool:
+    try:
+        os.killpg(group, 0)
+    except (ProcessLookupError, PermissionError):
+        return False
+    return True

@@ -1,0 +1,249 @@
+"""Read a recording back: exact states, parameters, texts, and how the run ended."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import schema
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+@dataclass(frozen=True)
+class RecordedEvent:
+    """An event of a run.
+
+    Attributes
+    ----------
+    name : str
+    t : float [s]
+    frame : int
+        Number of the first frame after it.
+    energy_change : float [J]
+    """
+
+    name: str
+    t: float
+    frame: int
+    energy_change: float
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What a recording holds. Arrays are read-only.
+
+    Attributes
+    ----------
+    path : Path
+    name, title : str
+        Of the model; of the run.
+    complete : bool
+        False for a run that was cut short: `status` is then `incomplete`, and `health` and `stats` are empty.
+    status : str
+    module_text, model_text : str
+    method, constraints : str
+    rtol, atol : float
+    options, stats : dict
+    health : list of dict
+    versions : dict of str
+    parameters, inputs : dict of float
+        By name, in the order of the model.
+    t : ndarray, shape (n,) [s]
+    q, v, w, multipliers : ndarray, shape (n, …)
+    energy : ndarray, shape (n, 3)
+        T, V and T + V as they were written.
+    events : tuple of RecordedEvent
+    sha256 : str
+        Of the states, as the closing record has it; empty if there is none.
+    n_frames_written : int
+        As the closing record has it; -1 if there is none.
+    """
+
+    path: Path
+    name: str
+    title: str
+    complete: bool
+    status: str
+    module_text: str
+    model_text: str
+    method: str
+    constraints: str
+    rtol: float
+    atol: float
+    options: dict[str, Any]
+    stats: dict[str, Any]
+    health: list[dict[str, Any]]
+    versions: dict[str, str]
+    parameters: dict[str, float]
+    inputs: dict[str, float]
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    w: np.ndarray
+    multipliers: np.ndarray
+    energy: np.ndarray
+    events: tuple[RecordedEvent, ...]
+    sha256: str
+    n_frames_written: int
+
+    @property
+    def p(self) -> np.ndarray:
+        """Parameters, then inputs, as kernels take them."""
+        return np.array([*self.parameters.values(), *self.inputs.values()], dtype=float)
+
+    @property
+    def states(self) -> np.ndarray:
+        """The states Y = (q, v, w), shape (n, nq + nv + nw)."""
+        return np.ascontiguousarray(np.hstack([self.q, self.v, self.w]))
+
+    def state_sha256(self) -> str:
+        """Return the SHA-256 of the states as they were read."""
+        columns = {"t": self.t, "q": self.q, "v": self.v, "w": self.w, "lambda": self.multipliers}
+        return schema.state_sha256(columns)
+
+
+def read_recording(path: str | Path) -> Recording:
+    """Read a recording that `symgen run` wrote, also one of a run that was cut short.
+
+    Raises
+    ------
+    RecordingError
+        If the file is missing, damaged, not a recording, or not one of symgen.
+    """
+    from .rrd import RecordingError, read_rrd
+
+    path = Path(path)
+    application, batches = read_rrd(path, [schema.STATE, schema.EVENTS, schema.ENERGY])
+    if application != schema.APPLICATION_ID:
+        raise RecordingError(f"{path}: a Rerun recording of {application!r}, not one of symgen")
+    properties = {
+        name: _property(batches, name) for name in (schema.MODEL, schema.RUN, schema.VERSIONS, schema.RESULT)
+    }
+    model, run, result = properties[schema.MODEL], properties[schema.RUN], properties[schema.RESULT]
+    missing = [key for key in ("name", "module_text", "model_text") if key not in model]
+    if missing or "format" not in run:
+        raise RecordingError(
+            f"{path}: a recording of symgen without {', '.join(missing) or 'settings'}; run the model again"
+        )
+    if run["format"] != schema.FORMAT:
+        raise RecordingError(
+            f"{path}: has format {run['format']}, this program reads format {schema.FORMAT}; "
+            "use the version that wrote it"
+        )
+    if schema.STATE not in batches:
+        raise RecordingError(f"{path}: holds no states; run the model again")
+    try:
+        columns = _series(batches[schema.STATE], schema.STATE_ARCHETYPE, schema.STATE_COLUMNS)
+        n = len(columns["t"])
+        energy = _scalars(batches, schema.ENERGY, n)
+    except ValueError as error:
+        raise RecordingError(f"{path}: {error}; run the model again") from error
+    return Recording(
+        path=path,
+        name=model["name"],
+        title=run["title"],
+        complete=bool(result),
+        status=result.get("status", "incomplete"),
+        module_text=model["module_text"],
+        model_text=model["model_text"],
+        method=run["method"],
+        constraints=run["constraints"],
+        rtol=run["rtol"],
+        atol=run["atol"],
+        options=json.loads(run["options"]),
+        stats=json.loads(result.get("stats", "{}")),
+        health=json.loads(result.get("health", "[]")),
+        versions=properties[schema.VERSIONS],
+        parameters=_named_values(batches, schema.PARAMETERS),
+        inputs=_named_values(batches, schema.INPUTS),
+        t=columns["t"][:, 0],
+        q=columns["q"],
+        v=columns["v"],
+        w=columns["w"],
+        multipliers=columns["lambda"],
+        energy=energy,
+        events=_events(batches),
+        sha256=result.get("sha256", ""),
+        n_frames_written=result.get("n_frames", -1),
+    )
+
+
+def resume_state(path: str | Path) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the last state of a recording, (t, q, v, w), to go on from exactly."""
+    recording = read_recording(path)
+    return float(recording.t[-1]), recording.q[-1].copy(), recording.v[-1].copy(), recording.w[-1].copy()
+
+
+def _property_values(batches: dict[str, list[pa.RecordBatch]], name: str) -> dict[str, list]:
+    """Return the last values of each component of a property, under names without the archetype's."""
+    values: dict[str, list] = {}
+    for batch in batches.get(f"property:{name}", []):
+        for column, array in zip(batch.schema.names, batch.columns):
+            if ":" in column and len(array) and array[-1].is_valid:
+                values[column.rsplit(":", 1)[1]] = array[-1].as_py()
+    return values
+
+
+def _property(batches: dict[str, list[pa.RecordBatch]], name: str) -> dict[str, Any]:
+    return {key: value[0] for key, value in _property_values(batches, name).items()}
+
+
+def _named_values(batches: dict[str, list[pa.RecordBatch]], name: str) -> dict[str, float]:
+    values = _property_values(batches, name)
+    return dict(zip(values.get("names", []), values.get("values", [])))
+
+
+def _series(batches: list[pa.RecordBatch], archetype: str, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Put a series' columns together, in the order of the frames: arrays of shape (n, width), read-only."""
+    batches = [
+        batch for batch in batches if any(f"{archetype}:{name}" in batch.schema.names for name in names)
+    ]
+    frames = np.concatenate([batch.column(schema.FRAME).to_numpy() for batch in batches])
+    order = np.argsort(frames, kind="stable")
+    if not np.array_equal(frames[order], np.arange(len(frames))):
+        raise ValueError(
+            f"frames are missing or double: {len(frames)} of them, numbered {frames.min()} to {frames.max()}"
+        )
+    columns = {}
+    for name in names:
+        parts = [_matrix(batch, f"{archetype}:{name}") for batch in batches]
+        column = np.concatenate(parts)[order]
+        column.flags.writeable = False
+        columns[name] = column
+    return columns
+
+
+def _matrix(batch: pa.RecordBatch, column: str) -> np.ndarray:
+    if column not in batch.schema.names:
+        return np.zeros((batch.num_rows, 0))
+    array = batch.column(column)
+    flat = array.flatten().to_numpy(zero_copy_only=False)
+    if array.null_count or len(flat) % batch.num_rows:
+        raise ValueError(f"the column {column!r} has gaps")
+    return flat.reshape(batch.num_rows, -1)
+
+
+def _scalars(batches: dict[str, list[pa.RecordBatch]], entity: str, n: int) -> np.ndarray:
+    if entity not in batches:
+        return np.zeros((n, 0))
+    return _series(batches[entity], "Scalars", ("scalars",))["scalars"]
+
+
+def _events(batches: dict[str, list[pa.RecordBatch]]) -> tuple[RecordedEvent, ...]:
+    events = []
+    for batch in batches.get(schema.EVENTS, []):
+        prefix = f"{schema.EVENT_ARCHETYPE}:"
+        if f"{prefix}t" not in batch.schema.names:
+            continue
+        frames = batch.column(schema.FRAME).to_pylist()
+        parts = [batch.column(prefix + key).to_pylist() for key in ("name", "t", "energy_change")]
+        for frame, name, t, change in zip(frames, *parts):
+            if t is not None:
+                events.append(RecordedEvent(name[0], t[0], frame, change[0]))
+    return tuple(sorted(events, key=lambda event: (event.frame, event.t)))

@@ -1,0 +1,260 @@
+"""Record a run while it goes on: frames are gathered into chunks, and every chunk written survives a kill."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.errors import RuntimeModelError
+from runtime.uninterrupted import uninterrupted
+
+from .quantities import Quantities
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+    from .run_writer import RunWriter
+
+_CHUNK = 1000  # frames; a chunk costs hardly more than a frame
+_EARLY_CHUNK = 50
+_MAX_WAIT = 0.5  # seconds of wall time between chunks, while frames come
+_MOST_STEPS = 500  # a longer piece of the step log is shown by as many pairs of smallest and largest step
+
+
+class RunRecorder:
+    """Writes one recording of one run.
+
+    Call `start`, then `frames`, `steps` and `event` as the run goes on, and `finish` or `abort` at its end.
+    As a context manager it aborts when its block ends early. No file is made before there is something to
+    write.
+
+    Parameters
+    ----------
+    path : path-like
+        The recording; an older one at this place is replaced.
+    system : System
+    p : ndarray
+        Parameters, then inputs; constant over the run.
+    method, constraints : str
+        What was used, not what was asked for (`auto`).
+    rtol, atol : float
+    module_text, model_text : str
+        The generated module and the model as its author wrote it: a recording is checked from itself alone.
+    title : str, optional
+        The model's name otherwise.
+    options : dict, optional
+        Other settings of the run, as JSON can say them; `step` [s] for methods of fixed step size.
+    mesh_folder : path-like, optional
+        The model's folder, below which its meshes lie.
+
+    Raises
+    ------
+    RuntimeModelError
+        If nothing can be written at `path`.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        system: System,
+        p: np.ndarray,
+        *,
+        method: str,
+        rtol: float,
+        atol: float,
+        constraints: str,
+        module_text: str,
+        model_text: str,
+        title: str = "",
+        options: dict[str, Any] | None = None,
+        mesh_folder: str | os.PathLike[str] | None = None,
+    ):
+        self.path = _writable(Path(path))
+        self._of = Quantities(system, p)
+        if self._of.p.shape != (system.n_p,):
+            raise ValueError(
+                f"p has shape {self._of.p.shape}, but model {system.name!r} has {system.n_p} "
+                "parameters and inputs"
+            )
+        self._settings: dict[str, Any] = {
+            "title": title or system.name,
+            "method": method,
+            "constraints": constraints,
+            "rtol": float(rtol),
+            "atol": float(atol),
+            "module_text": module_text,
+            "model_text": model_text,
+            "options": dict(options or {}),
+            "mesh_folder": None if mesh_folder is None else Path(mesh_folder),
+        }
+        self._writer: RunWriter | None = None
+        self._closed = False
+        self._first: tuple[float, np.ndarray] | None = None
+        self._frames: list[tuple[np.ndarray, np.ndarray, float]] = []
+        self._steps: list[np.ndarray] = []
+        self._events: list[tuple[int, float, str, float]] = []
+        self._energy_of_resets = 0.0
+        self._n_taken = self._n_waiting = 0
+        self._last_write = time.monotonic()
+
+    def __enter__(self) -> RunRecorder:
+        return self
+
+    def __exit__(self, kind, value, trace) -> None:
+        self.abort()
+
+    def start(self, t0: float, state: np.ndarray) -> None:
+        """Take the initial state Y = (q, v, w) as the first frame; the energy balance refers to it."""
+        t, y = self._checked(np.array([t0]), np.array(state)[None])
+        self._first = (float(t[0]), y[0])
+        self._last_write = time.monotonic()
+        self._take(t, y)
+
+    def frames(self, times: np.ndarray, states: np.ndarray) -> None:
+        """Record frames (the arrays are copied); a first one that repeats the start is left out.
+
+        Parameters
+        ----------
+        times : ndarray, shape (n,) [s]
+        states : ndarray, shape (n, nq + nv + nw)
+        """
+        if self._first is None:
+            raise RuntimeError("call start() before frames()")
+        t, y = self._checked(times, states)
+        if len(t) and self._n_taken == 1 and t[0] == self._first[0] and np.array_equal(y[0], self._first[1]):
+            t, y = t[1:], y[1:]
+        if len(t):
+            self._take(t, y)
+        enough = _EARLY_CHUNK if self._writer is None else _CHUNK
+        if self._n_waiting >= enough or time.monotonic() - self._last_write >= _MAX_WAIT:
+            self.flush()
+
+    def steps(self, step_log: np.ndarray) -> None:
+        """Record accepted steps: rows of t and h [s]. For the plot only: a long log is thinned."""
+        log = np.array(step_log, dtype=float).reshape(-1, 2)
+        if len(log):
+            self._steps.append(_thinned(log))
+
+    def event(self, name: str, t: float, *, energy_change: float = 0.0) -> None:
+        """Record an event that comes after all frames given so far.
+
+        Parameters
+        ----------
+        name : str
+        t : float [s]
+        energy_change : float [J]
+            T + V after a reset less T + V before it. The energy balance of later frames allows for it.
+        """
+        self._events.append((self._n_taken, float(t), str(name), float(energy_change)))
+        self._energy_of_resets += float(energy_change)
+
+    def finish(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:
+        """Write what waits, the closing record with the SHA-256 of all states, and the final layout; close.
+
+        Parameters
+        ----------
+        status : str
+            How the run ended.
+        health : sequence of dict
+            The health report: `check`, `ok`, `value`, `limit`, `says`.
+        stats : dict
+        """
+        self.flush()
+        if self._writer is not None and not self._closed:
+            self._writer.result(status, health, stats)
+        self._close()
+
+    def abort(self) -> None:
+        """Write what waits and close without a closing record: the recording counts as incomplete."""
+        self.flush()
+        self._close()
+
+    def flush(self) -> None:
+        """Write all that waits, and hand it to the operating system. Ctrl-C takes effect afterwards."""
+        if self._closed:
+            return
+        with uninterrupted():  # half a chunk on file would make the recording unreadable
+            try:
+                self._write()
+            except BaseException:
+                # What cannot be written now is not tried again when the run is wound up.
+                self._closed = True
+                if self._writer is not None:
+                    self._writer.discard()
+                raise
+
+    def _write(self) -> None:
+        if self._frames:
+            t, y = (np.concatenate([chunk[part] for chunk in self._frames]) for part in (0, 1))
+            resets = np.concatenate([np.full(len(times), energy) for times, _, energy in self._frames])
+            if self._writer is None:
+                self._open(t, y)
+            self._writer.frames(t, y, resets)
+            self._frames, self._n_waiting = [], 0
+        if self._writer is not None:
+            if self._events:
+                self._writer.events(self._events)
+            if self._steps:
+                self._writer.steps(np.concatenate(self._steps))
+            self._events, self._steps = [], []
+            self._writer.flush()
+        self._last_write = time.monotonic()
+
+    def _open(self, t: np.ndarray, y: np.ndarray) -> None:
+        # Rerun takes a second to load, which a run that fails at its start should not wait for.
+        from .run_writer import RunWriter, Settings
+
+        self._writer = RunWriter(self.path, self._of, Settings(**self._settings), t, y)
+
+    def _checked(self, times: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if self._closed:
+            raise RuntimeError(f"{self.path}: the recording is closed already")
+        t, y, system = np.array(times, dtype=float), np.array(states, dtype=float, order="C"), self._of.system
+        if t.ndim != 1 or y.shape != (len(t), system.ny):
+            raise ValueError(
+                f"frames have shapes {t.shape} and {y.shape}, but model {system.name!r} "
+                f"takes (n,) and (n, {system.ny}): q, v and work"
+            )
+        return t, y
+
+    def _take(self, t: np.ndarray, y: np.ndarray) -> None:
+        self._frames.append((t, y, self._energy_of_resets))
+        self._n_taken += len(t)
+        self._n_waiting += len(t)
+
+    def _close(self) -> None:
+        if self._writer is not None and not self._closed:
+            self._writer.close()
+        self._closed = True
+
+
+def _writable(path: Path) -> Path:
+    folder = path.parent
+    if path.is_dir():
+        raise RuntimeModelError(f"{path}: is a folder; name a file in it, such as {path / 'run.rrd'}")
+    if not folder.is_dir():
+        raise RuntimeModelError(f"{path}: the folder {folder} does not exist; make it, or write elsewhere")
+    existed = path.exists()
+    try:
+        path.open("ab").close()
+    except OSError as error:
+        raise RuntimeModelError(
+            f"{path}: cannot be written ({error.strerror or error}); change its permissions, or write elsewhere"
+        ) from error
+    if not existed:
+        path.unlink()  # a run that fails at its start leaves no empty file
+    return path
+
+
+def _thinned(log: np.ndarray) -> np.ndarray:
+    if len(log) <= 2 * _MOST_STEPS:
+        return log
+    starts = np.linspace(0, len(log), _MOST_STEPS, endpoint=False).astype(int)
+    times = np.repeat(log[starts, 0], 2)
+    extremes = (np.minimum.reduceat(log[:, 1], starts), np.maximum.reduceat(log[:, 1], starts))
+    return np.column_stack([times, np.column_stack(extremes).ravel()])

@@ -1,0 +1,356 @@
+"""Rerun's file format: the only module that imports rerun. Columns in and out; nothing of mechanics."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import importlib.util
+import sys
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import rerun as rr
+import rerun.blueprint as rrb
+from rerun.chunk import RrdReader
+
+from runtime.errors import RuntimeModelError
+
+from . import schema
+from .geometry import Primitive
+from .layout import Curves, Layout
+
+RERUN_VERSION = rr.__version__
+_TURN_Z_TO_X = rr.Quaternion(xyzw=[0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)])
+_GREY = (150, 155, 165)
+_LEGEND_FITS = 12
+
+
+class RecordingError(RuntimeModelError):
+    """A file is not a recording that can be read; the text says why and what to do."""
+
+
+@contextlib.contextmanager
+def _strict() -> Iterator[None]:
+    """Make Rerun raise where it would warn and drop data; the user's own setting comes back afterwards."""
+    before = rr.strict_mode()
+    rr.set_strict_mode(True)
+    try:
+        yield
+    finally:
+        rr.set_strict_mode(before)
+
+
+class RrdWriter:
+    """One file being written; nothing of it is global.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; made here, so that errors of place and permission come at once.
+    title : str
+        Shown as the recording's name.
+    planar : bool
+        Which way is up in the scene: y in planar ones, z otherwise.
+    """
+
+    def __init__(self, path: Path, title: str, planar: bool):
+        self._path = path
+        self._stream = rr.RecordingStream(schema.APPLICATION_ID)
+        self._index: list[rr.TimeColumn] = []
+        with _strict():
+            self._stream.save(path)
+            self._stream.send_recording_name(title)
+            up = rr.ViewCoordinates.RIGHT_HAND_Y_UP if planar else rr.ViewCoordinates.RIGHT_HAND_Z_UP
+            self._static(schema.WORLD, up)
+
+    def _static(self, path: str, *archetypes) -> None:
+        self._stream.log(path, *archetypes, static=True, strict=True)
+
+    def property(self, name: str, values: dict[str, str | list | np.ndarray | int | float]) -> None:
+        """Write a recording property: a name and typed values; empty lists are left out."""
+        arrays = {key: pa.array(np.atleast_1d(value)) for key, value in values.items()}
+        filled = {key: array for key, array in arrays.items() if len(array)}
+        with _strict():
+            self._stream.send_property(
+                name, rr.DynamicArchetype(f"symgen.{name.capitalize()}", components=filled)
+            )
+
+    def times(self, t: np.ndarray, frames: np.ndarray | None = None) -> None:
+        """Take these times [s], and numbers of frames, for all columns written from now on."""
+        # A float duration would be cut off, not rounded.
+        nanoseconds = np.rint(t * 1e9).astype("timedelta64[ns]")
+        self._index = [rr.TimeColumn(schema.SIM_TIME, duration=nanoseconds)]
+        if frames is not None:
+            self._index.append(rr.TimeColumn(schema.FRAME, sequence=frames))
+
+    def _send(self, path: str, columns: list[rr.ComponentColumn]) -> None:
+        self._stream.send_columns(path, self._index, columns, strict=True)
+
+    def columns(self, path: str, archetype: str, arrays: dict[str, np.ndarray | list[str]]) -> None:
+        """Write float64 arrays of shape (n, width) bit for bit, or lists of n strings."""
+        with _strict():
+            parts = []
+            for name, array in arrays.items():
+                # NumPy arrays are taken apart number by number, Arrow's are not.
+                if isinstance(array, list):
+                    parts += rr.DynamicArchetype.columns(archetype, components={name: pa.array(array)})
+                elif array.shape[1]:
+                    flat = pa.array(np.ascontiguousarray(array).ravel())
+                    part = rr.DynamicArchetype.columns(archetype, components={name: flat})
+                    parts += part.partition(np.full(len(array), array.shape[1], dtype=np.int32))
+            self._send(path, parts)
+
+    def curves(self, curves: Curves, first_colour: int = 0) -> None:
+        """Name and colour the curves of a plot."""
+        colours = [schema.colour(first_colour + i) for i in range(len(curves.names))]
+        with _strict():
+            self._static(curves.path, rr.SeriesLines(names=list(curves.names), colors=colours, widths=1.5))
+
+    def scalars(self, path: str, values: np.ndarray) -> None:
+        """Write curves, shape (n, width)."""
+        n, width = values.shape
+        with _strict():
+            batch = rr.components.ScalarBatch(pa.array(np.ascontiguousarray(values).ravel()))
+            offsets = np.arange(0, (n + 1) * width, width, dtype=np.int32)
+            self._send(path, [rr.ComponentColumn(rr.Scalars.descriptor_scalars(), batch, offsets=offsets)])
+
+    def body(self, name: str, primitive: Primitive, colour: tuple[int, int, int]) -> None:
+        """Draw a body's shape, fixed to its pose."""
+        with _strict():
+            self._static(f"{schema.BODIES}/{name}/geometry", _archetype(primitive, colour))
+
+    def poses(self, name: str, positions: np.ndarray, quaternions: np.ndarray) -> None:
+        """Write a body's poses: positions (n, 3), quaternions (n, 4) as x, y, z, w."""
+        with _strict():
+            translation = _rows(rr.components.Translation3DBatch, positions)
+            rotation = _rows(rr.components.RotationQuatBatch, quaternions)
+            columns = [
+                rr.ComponentColumn(rr.Transform3D.descriptor_translation(), translation),
+                rr.ComponentColumn(rr.Transform3D.descriptor_quaternion(), rotation),
+            ]
+            self._send(f"{schema.BODIES}/{name}", columns)
+
+    def trail_style(self, name: str, colour: tuple[int, int, int]) -> None:
+        """Colour a trail; its lines are two pixels wide at any distance."""
+        with _strict():
+            radii = [rr.Radius.ui_points(1.0)]
+            self._static(
+                f"{schema.TRAILS}/{name}", rr.LineStrips3D.from_fields(colors=[(*colour, 150)], radii=radii)
+            )
+
+    def trail(self, name: str, segments: np.ndarray) -> None:
+        """Write one piece of a path per frame: segments (n, 2, 3). The view shows those of the last while."""
+        kind = rr.components.LineStrip3DBatch
+        points = pa.FixedSizeListArray.from_arrays(_flat32(segments), 3)
+        offsets = pa.array(np.arange(0, 2 * len(segments) + 1, 2, dtype=np.int32))
+        with _strict():
+            strips = kind(pa.ListArray.from_arrays(offsets, points).cast(_arrow_type(kind)))
+            self._send(
+                f"{schema.TRAILS}/{name}", [rr.ComponentColumn(rr.LineStrips3D.descriptor_strips(), strips)]
+            )
+
+    def origin(self, length: float) -> None:
+        """Mark the world's origin by a small cross."""
+        arms = [
+            [[-length, 0, 0], [length, 0, 0]],
+            [[0, -length, 0], [0, length, 0]],
+            [[0, 0, -length], [0, 0, length]],
+        ]
+        with _strict():
+            self._static(schema.ORIGIN, rr.LineStrips3D(arms, colors=_GREY, radii=rr.Radius.ui_points(1.0)))
+
+    def events(self, names: list[str]) -> None:
+        """Write events into the event log."""
+        with _strict():
+            self._send(schema.EVENTS, rr.TextLog.columns(text=names))
+
+    def document(self, text: str) -> None:
+        """Write the page about the run (Markdown)."""
+        with _strict():
+            self._static(schema.ABOUT, rr.TextDocument(text, media_type="text/markdown"))
+
+    def layout(self, layout: Layout) -> None:
+        """Say how the recording is shown when it is opened; the last one written counts."""
+        with _strict():
+            self._stream.send_blueprint(_blueprint(layout), make_active=True, make_default=True)
+
+    def flush(self) -> None:
+        """Hand all that was written to the operating system: it survives the end of this process."""
+        try:
+            self._stream.flush()
+        except RuntimeError as error:
+            raise RecordingError(
+                f"{self._path}: cannot be written any more ({error}); is the disk full? "
+                "Make room, record elsewhere, or run without a recording"
+            ) from error
+
+    def close(self) -> None:
+        """Flush, write the index at the end of the file, and close it."""
+        try:
+            self.flush()
+        finally:
+            self._stream.disconnect()
+
+
+@functools.cache
+def _arrow_type(batch: type) -> pa.DataType:
+    return batch([]).as_arrow_array().type
+
+
+def _flat32(values: np.ndarray) -> pa.Array:
+    return pa.array(np.ascontiguousarray(values, dtype=np.float32).ravel())
+
+
+def _rows(batch: type, values: np.ndarray):
+    """Return rows of numbers as the batch of a component that has a fixed number of them."""
+    return batch(pa.FixedSizeListArray.from_arrays(_flat32(values), type=_arrow_type(batch)))
+
+
+def _archetype(primitive: Primitive, colour: tuple[int, int, int]):
+    kind, sizes, solid = primitive.kind, primitive.sizes, rr.components.FillMode.Solid
+    turn = [_TURN_Z_TO_X] if primitive.along_x else None
+    if kind == "box":
+        return rr.Boxes3D(sizes=[sizes], colors=[colour], fill_mode=solid)
+    if kind == "sphere":
+        return rr.Ellipsoids3D(radii=[sizes[0]], colors=[colour], fill_mode=solid)
+    if kind == "cylinder":
+        return rr.Cylinders3D(
+            radii=[sizes[0]], lengths=[sizes[1]], quaternions=turn, colors=[colour], fill_mode=solid
+        )
+    if kind == "capsule":
+        # Rerun's capsule begins at the origin.
+        start = [-sizes[1] / 2, 0, 0] if primitive.along_x else [0, 0, -sizes[1] / 2]
+        return rr.Capsules3D(
+            radii=[sizes[0]],
+            lengths=[sizes[1]],
+            translations=[start],
+            quaternions=turn,
+            colors=[colour],
+            fill_mode=solid,
+        )
+    return rr.Asset3D(path=primitive.mesh, albedo_factor=colour)
+
+
+def _blueprint(layout: Layout) -> rrb.Blueprint:
+    rows = [_tabs([_plot(curves) for curves in row]) for row in layout.rows]
+    about = rrb.TextDocumentView(origin=schema.ABOUT, name="About this run")
+    scene = [] if layout.camera is None else [_scene(layout)]
+    left = rrb.Tabs(*scene, about, rrb.TextLogView(origin=schema.EVENTS, name="Events"), active_tab=0)
+    return rrb.Blueprint(
+        rrb.Horizontal(left, rrb.Vertical(*rows), column_shares=[3, 2]),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(
+            state="collapsed",
+            timeline=schema.SIM_TIME,
+            playback_speed=layout.speed,
+            loop_mode="all",
+            play_state="playing",
+        ),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _tabs(views: list):
+    return views[0] if len(views) == 1 else rrb.Tabs(*views, active_tab=0)
+
+
+def _scene(layout: Layout) -> rrb.Spatial3DView:
+    # A range of visible time counts for the entity that it names, not for those below it.
+    past = rrb.VisibleTimeRange(
+        schema.SIM_TIME,
+        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-layout.trail_seconds),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
+    )
+    overrides = {}
+    for name, shown in layout.trails:
+        behaviour = [] if shown else [rrb.EntityBehavior(visible=False)]
+        overrides[f"{schema.TRAILS}/{name}"] = [rrb.VisibleTimeRanges([past]), *behaviour]
+    plane = rr.components.Plane3D.XY if layout.planar else rr.components.Plane3D([0.0, 0.0, 1.0])
+    camera = layout.camera
+    return rrb.Spatial3DView(
+        origin=schema.WORLD,
+        name="Scene",
+        overrides=overrides,
+        line_grid=rrb.LineGrid3D(visible=True, spacing=layout.grid, plane=plane, color=(*_GREY, 40)),
+        eye_controls=rrb.EyeControls3D(position=camera.eye, look_target=camera.target, eye_up=camera.up),
+    )
+
+
+def _plot(curves: Curves) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(
+        origin=curves.path,
+        name=curves.title,
+        plot_legend=rrb.PlotLegend(visible=len(curves.names) <= _LEGEND_FITS),
+        axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+    )
+
+
+def read_rrd(path: Path, entities: list[str]) -> tuple[str, dict[str, list[pa.RecordBatch]]]:
+    """Read some entities of a recording.
+
+    Parameters
+    ----------
+    path : Path
+    entities : list of str
+        Entity paths; recording properties are read always, as `property:<name>`.
+
+    Returns
+    -------
+    application_id : str
+    batches : dict
+        For each entity that the file has, its record batches in the order of the file.
+
+    Raises
+    ------
+    RecordingError
+        If the file is missing, is no recording, or ends in the middle of a record.
+    """
+    if path.is_dir():
+        raise RecordingError(f"{path}: this is a folder, not a recording")
+    if not path.is_file():
+        raise RecordingError(f"{path}: there is no such file")
+    batches: dict[str, list[pa.RecordBatch]] = {}
+    with warnings.catch_warnings():
+        # A recording of a run that was cut short has no index at its end; that is not worth a warning.
+        warnings.simplefilter("ignore")
+        try:
+            reader = RrdReader(path)
+            stores = reader.recordings()
+            if not stores:
+                raise RecordingError(f"{path}: holds no recording, only a layout of the viewer")
+            wanted = [f"/{entity}" for entity in entities] + ["/__properties/**"]
+            for chunk in reader.stream(store=stores[0]).filter(content=wanted):
+                name = chunk.entity_path.lstrip("/").replace("__properties/", "property:")
+                batches.setdefault(name, []).append(chunk.to_record_batch())
+        except (RuntimeError, ValueError, OSError) as error:
+            raise _refusal(path, str(error)) from error
+    return stores[0].application_id, batches
+
+
+def _refusal(path: Path, reason: str) -> RecordingError:
+    if "Not an RRD" in reason or "too small to be" in reason:
+        return RecordingError(f"{path}: not a Rerun recording (.rrd)")
+    fixed = path.with_name(f"{path.stem}_recovered{path.suffix}")
+    return RecordingError(
+        f"{path}: damaged, or cut off in the middle of a record; "
+        f"recover all whole records with `rerun rrd optimize {path} -o {fixed}` and read that file "
+        f"(reader's words: {reason})"
+    )
+
+
+def viewer_command() -> list[str]:
+    """Return the command that starts this environment's own Rerun viewer.
+
+    Raises
+    ------
+    RecordingError
+        If the viewer is not part of this installation.
+    """
+    if importlib.util.find_spec("rerun_cli") is None:
+        raise RecordingError("the Rerun viewer is not installed; install it with `pip install rerun-sdk`")
+    return [sys.executable, "-m", "rerun_cli"]

@@ -1,0 +1,175 @@
+"""What goes into a recording of a run: settings at its beginning, frames, the result at its end."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+
+from . import about, schema
+from .layout import plot_rows
+from .quantities import Quantities
+from .rrd import RERUN_VERSION, RrdWriter
+from .scene import Scene
+
+_SMALLEST_SHOWN = 1e-16  # what stands for zero where the logarithm is plotted
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is known of a run before it begins; see `RunRecorder`."""
+
+    title: str
+    method: str
+    constraints: str
+    rtol: float
+    atol: float
+    module_text: str
+    model_text: str
+    options: dict[str, Any]
+    mesh_folder: Path | None
+
+
+class RunWriter:
+    """Writes one run to one file, in chunks of frames.
+
+    Parameters
+    ----------
+    path : Path
+    of : Quantities
+    settings : Settings
+    t, y : ndarray
+        The first frames: shapes are chosen by them, and the energy balance refers to the first.
+    """
+
+    def __init__(self, path: Path, of: Quantities, settings: Settings, t: np.ndarray, y: np.ndarray):
+        header = of.system.source.header
+        self._of, self._settings, self._header = of, settings, header
+        self._plots = [curves for row in plot_rows(header) for curves in row]
+        self._scene = Scene(header, of, settings.mesh_folder)
+        self._sha256 = hashlib.sha256()
+        self._largest_energy = 0.0
+        self._balance_at_start = float(of.balance(of.evaluate("energy", t[:1], y[:1]), y[:1])[0])
+        self.n_frames = 0
+        # All that can go wrong with the model's shapes goes wrong before the file is made.
+        self._scene.prepare(t, y)
+        self._rrd = RrdWriter(path, settings.title, self._scene.planar)
+        self._write_settings()
+        self._document("not finished", [], {})
+        self._scene.open(self._rrd)
+        for curves in self._plots:
+            self._rrd.curves(curves)
+
+    def frames(self, t: np.ndarray, y: np.ndarray, energy_of_resets: np.ndarray) -> None:
+        """Write frames; `energy_of_resets` [J] is what resets before each have added to T + V."""
+        of, system = self._of, self._of.system
+        energies = of.evaluate("energy", t, y)
+        multipliers = of.accelerations_and_multipliers(t, y)[1] if system.m else np.zeros((len(t), 0))
+        q, v, w = np.split(y, [system.nq, system.nq + system.nv], axis=1)
+        state = {"t": t[:, None], "q": q, "v": v, "w": w, "lambda": multipliers}
+        self._sha256.update(schema.state_bytes(state))
+        self._rrd.times(t, np.arange(self.n_frames, self.n_frames + len(t)))
+        self._rrd.columns(schema.STATE, schema.STATE_ARCHETYPE, state)
+        shown = {
+            "q": q,
+            "v": v,
+            "outputs": of.evaluate("outputs", t, y),
+            "energy": np.column_stack([energies, energies.sum(axis=1)]),
+            "balance": _logarithm(self._balance_error(energies, y, energy_of_resets))[:, None],
+            "residual": _logarithm(of.residuals(t, y)),
+            "multipliers": multipliers,
+        }
+        for curves in self._plots:
+            if curves.source in shown:
+                self._rrd.scalars(curves.path, shown[curves.source][:, curves.columns])
+        self._scene.frames(self._rrd, t, y)
+        if not self.n_frames:
+            self._rrd.layout(self._scene.layout())
+        self.n_frames += len(t)
+
+    def events(self, events: list[tuple[int, float, str, float]]) -> None:
+        """Write events: number of the first frame after it, time [s], name, change of T + V [J]."""
+        frames, t, names, changes = (list(column) for column in zip(*events))
+        columns = {"t": np.array(t)[:, None], "name": names, "energy_change": np.array(changes)[:, None]}
+        self._rrd.times(np.array(t), np.array(frames))
+        self._rrd.columns(schema.EVENTS, schema.EVENT_ARCHETYPE, columns)
+        self._rrd.events(names)
+
+    def steps(self, log: np.ndarray) -> None:
+        """Write the plot of step sizes: rows of t and h."""
+        # Equal steps differ in their last bits, which a plot would blow up to its full height.
+        self._rrd.times(log[:, 0])
+        self._rrd.scalars(schema.STEP_SIZE, log[:, 1:].astype(np.float32).astype(float))
+
+    def flush(self) -> None:
+        """Make all that was written survive the end of this process."""
+        self._rrd.flush()
+
+    def result(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:
+        """Write the closing record with the SHA-256 of all states, and the final layout."""
+        self._document(status, health, stats)
+        self._rrd.layout(self._scene.layout())
+        closing = {
+            "status": status,
+            "health": json.dumps([dict(check) for check in health]),
+            "stats": json.dumps(dict(stats)),
+            "n_frames": self.n_frames,
+            "sha256": self._sha256.hexdigest(),
+        }
+        self._rrd.property(schema.RESULT, closing)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._rrd.close()
+
+    def discard(self) -> None:
+        """Let go of a file that cannot be written any more."""
+        with contextlib.suppress(Exception):
+            self._rrd.close()
+
+    def _write_settings(self) -> None:
+        header, settings, n = self._header, self._settings, len(self._header["parameters"])
+        texts = {"module_text": settings.module_text, "model_text": settings.model_text}
+        names = {key: header[key] for key in ("name", "description", "source")}
+        self._rrd.property(schema.MODEL, {**names, **texts})
+        run = {key: getattr(settings, key) for key in ("title", "method", "constraints", "rtol", "atol")}
+        options = json.dumps(settings.options, sort_keys=True)
+        self._rrd.property(schema.RUN, {"format": schema.FORMAT, **run, "options": options})
+        for name, quantities, values in (
+            (schema.PARAMETERS, header["parameters"], self._of.p[:n]),
+            (schema.INPUTS, header["inputs"], self._of.p[n:]),
+        ):
+            if quantities:
+                columns = {key + "s": [quantity[key] for quantity in quantities] for key in ("name", "unit")}
+                self._rrd.property(name, {**columns, "values": values})
+        versions = {
+            "generator": header["generator"],
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "numba": numba.__version__,
+            "rerun": RERUN_VERSION,
+            "machine": f"{platform.system()} {platform.machine()}",
+        }
+        self._rrd.property(schema.VERSIONS, versions)
+
+    def _document(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:
+        self._rrd.document(about.page(self._header, self._of.p, self._settings, status, health, stats))
+
+    def _balance_error(self, energies: np.ndarray, y: np.ndarray, energy_of_resets: np.ndarray) -> np.ndarray:
+        """Return |T + V − work − its start|, of the largest |T| or |V| so far, shape (n,)."""
+        largest = np.maximum(np.maximum.accumulate(np.abs(energies).max(axis=1)), self._largest_energy)
+        self._largest_energy = float(largest[-1])
+        error = np.abs(self._of.balance(energies, y) - energy_of_resets - self._balance_at_start)
+        return error / np.where(largest > 0.0, largest, 1.0)
+
+
+def _logarithm(values: np.ndarray) -> np.ndarray:
+    return np.log10(np.maximum(values, _SMALLEST_SHOWN))

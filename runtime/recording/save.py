@@ -1,0 +1,112 @@
+"""Record a run that is over."""
+
+from __future__ import annotations
+
+import hashlib
+import pprint
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.module import DECORATOR
+
+from .recorder import RunRecorder
+
+if TYPE_CHECKING:
+    import os
+
+    from runtime.solution import EventRecord, Solution
+    from runtime.system import System
+
+
+def save_solution(
+    solution: Solution,
+    path: str | os.PathLike[str],
+    *,
+    model_text: str = "",
+    title: str = "",
+    mesh_folder=None,
+) -> None:
+    """Write a solution as a recording.
+
+    Parameters
+    ----------
+    solution : Solution
+    path : path-like
+    model_text : str, optional
+        The model as its author wrote it.
+    title : str, optional
+        The model's name otherwise.
+    mesh_folder : path-like, optional
+        The model's folder, below which its meshes lie.
+    """
+    system = solution.system
+    recorder = RunRecorder(
+        path,
+        system,
+        solution.p,
+        method=solution.method,
+        constraints=solution.constraints,
+        rtol=solution.rtol,
+        atol=solution.atol,
+        module_text=module_text(system),
+        model_text=model_text,
+        title=title,
+        options={"step": solution.step} if solution.step else {},
+        mesh_folder=mesh_folder,
+    )
+    places = [_frames_before(solution, event) for event in solution.events]
+    states = np.hstack([solution.q, solution.v, _work(solution, places)[:, : system.nw]])
+    with recorder:
+        recorder.start(solution.t[0], states[0])
+        recorder.steps(solution.step_log)
+        first = 1
+        for place, event in zip(places, solution.events):
+            recorder.frames(solution.t[first:place], states[first:place])
+            recorder.event(event.name, event.t, energy_change=event.energy_change)
+            first = max(first, place)
+        recorder.frames(solution.t[first:], states[first:])
+        recorder.finish(solution.status, [check.to_dict() for check in solution.health], solution.stats)
+
+
+def module_text(system: System) -> str:
+    """Return the text of a system's module: its file's where that is unchanged, else put together again."""
+    try:
+        text = Path(system.file).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        text = ""
+    if hashlib.sha256(text.encode()).hexdigest() == system.source.text_hash:
+        return text
+    header = pprint.pformat(system.source.header, sort_dicts=False, width=110)
+    used = ", ".join(_MATH)
+    functions = [f"{DECORATOR}\n{function}" for function in system.source.functions.values()]
+    start = f'"""{system.name}"""\n\nfrom math import {used}\n\nfrom numba import njit\n\nMODEL = {header}\n'
+    return "\n\n".join([start, *functions])
+
+
+_MATH = (
+    "acos", "asin", "atan", "atan2", "copysign", "cos", "cosh", "exp", "fabs", "log", "pow", "sin", "sinh",
+    "sqrt", "tan", "tanh",
+)  # fmt: skip
+
+
+def _frames_before(solution: Solution, event: EventRecord) -> int:
+    """Return how many frames come before an event; one at its very time may show the state after it."""
+    place = int(np.searchsorted(solution.t, event.t, side="left"))
+    while place < len(solution.t) and solution.t[place] == event.t:
+        after = np.array_equal(solution.q[place], event.q_after) and np.array_equal(
+            solution.v[place], event.v_after
+        )
+        if after and event.action == "reset":
+            break
+        place += 1
+    return place
+
+
+def _work(solution: Solution, places: list[int]) -> np.ndarray:
+    """Return the work without that of resets, shape (n, 1)."""
+    work = solution.w.copy()
+    for place, event in zip(places, solution.events):
+        work[place:] -= event.energy_change
+    return work[:, None]

@@ -1,0 +1,102 @@
+"""The moving picture of a run: shapes, poses and trails of bodies, and where to look at them from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import geometry, layout
+from .quantities import Quantities
+
+if TYPE_CHECKING:
+    from .rrd import RrdWriter
+
+_TRAIL_PART = 0.15  # of the run's time is what a trail shows, but
+_FRAMES_FOR_BOX = 100  # of a chunk are enough to place the camera
+_CROSS = 0.03  # arms of the mark at the origin, of the scene's diagonal
+_TRAIL_LONGEST = 1.5  # seconds of playback at most
+
+
+class Scene:
+    """The bodies of one run.
+
+    Parameters
+    ----------
+    header : dict
+        `MODEL` of the generated module.
+    of : Quantities
+    mesh_folder : Path or None
+    """
+
+    def __init__(self, header: dict, of: Quantities, mesh_folder: Path | None):
+        self._bodies = header["bodies"]
+        self._of = of
+        self._mesh_folder = mesh_folder
+        self._rows = layout.plot_rows(header)
+        self.planar = all(body["planar"] for body in self._bodies)
+        self._trails = layout.choose_trails(self._bodies)
+        self._colours = layout.choose_colours(self._bodies)
+        self._primitives: list[geometry.Primitive] = []
+        self._diagonal = 1.0
+        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
+        self._t_first = self._t_last = 0.0
+        self._last_position: np.ndarray | None = None
+
+    def prepare(self, t: np.ndarray, y: np.ndarray) -> None:
+        """Choose shapes by the first frames; nothing is written yet."""
+        self._t_first = float(t[0])
+        if not self._bodies:
+            return
+        positions, rotations = geometry.split_poses(self._of.evaluate("poses", t, y), len(self._bodies))
+        sizes = self._of.shape_sizes(t[0], y[0])
+        diagonal = geometry.diagonal_of(
+            *geometry.scene_box(positions.min(axis=(0, 1)), positions.max(axis=(0, 1)))
+        )
+        self._diagonal = diagonal
+        self._primitives = geometry.primitives(self._bodies, sizes, rotations, diagonal, self._mesh_folder)
+        self._last_position = positions[0]
+
+    def open(self, writer: RrdWriter) -> None:
+        """Write what does not move."""
+        index = {body["name"]: i for i, body in enumerate(self._bodies)}
+        for name, i in index.items():
+            writer.body(name, self._primitives[i], self._colours[i])
+        for name, _ in self._trails:
+            writer.trail_style(name, self._colours[index[name]])
+        if self._bodies:
+            writer.origin(_CROSS * self._diagonal)
+
+    def frames(self, writer: RrdWriter, t: np.ndarray, y: np.ndarray) -> None:
+        """Write poses and pieces of trails."""
+        self._t_last = float(t[-1])
+        if not self._bodies:
+            return
+        positions, rotations = geometry.split_poses(self._of.evaluate("poses", t, y), len(self._bodies))
+        some = slice(None, None, max(1, len(t) // _FRAMES_FOR_BOX))
+        low, high = geometry.drawn_box(self._primitives, positions[some], rotations[some])
+        self._low, self._high = np.minimum(self._low, low), np.maximum(self._high, high)
+        path = np.concatenate([self._last_position[None], positions]).astype(np.float32)
+        self._last_position = positions[-1]
+        turned = geometry.quaternions(rotations).astype(np.float32)
+        trailing = {name for name, _ in self._trails}
+        for i, body in enumerate(self._bodies):
+            writer.poses(body["name"], path[1:, i], turned[:, i])
+            if body["name"] in trailing:
+                writer.trail(body["name"], np.stack([path[:-1, i], path[1:, i]], axis=1))
+
+    def layout(self) -> layout.Layout:
+        """Return the screen for all frames so far."""
+        low, high = (self._low, self._high) if self._bodies else (np.zeros(3), np.zeros(3))
+        seconds = self._t_last - self._t_first
+        speed = layout.choose_speed(seconds)
+        return layout.Layout(
+            planar=self.planar,
+            camera=layout.choose_camera(low, high, self.planar) if self._bodies else None,
+            grid=layout.round_down(geometry.diagonal_of(low, high) / 8),
+            trails=self._trails,
+            trail_seconds=min(_TRAIL_PART * seconds, _TRAIL_LONGEST * speed),
+            rows=self._rows,
+            speed=speed,
+        )

@@ -1,0 +1,69 @@
+"""Where everything lies in a recording: entity paths, property names, column names, timelines."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+APPLICATION_ID = "symgen"
+FORMAT = 1
+
+FRAME = "frame"  # timeline: number of the frame
+SIM_TIME = "sim_time"  # timeline: simulated time, rounded to nanoseconds; the exact t is a state column
+
+WORLD = "world"
+BODIES = "world/bodies"
+TRAILS = "world/trails"
+ORIGIN = "world/origin"
+ABOUT = "about"
+STATE = "state"
+EVENTS = "events"
+PLOTS = "plots"
+ENERGY = "plots/energy"
+BALANCE = "plots/energy_balance_error"
+RESIDUAL = "plots/constraint_residual"
+MULTIPLIERS = "plots/multipliers"
+STEP_SIZE = "plots/step_size"
+
+STATE_ARCHETYPE = "symgen.State"
+STATE_COLUMNS = ("t", "q", "v", "w", "lambda")
+EVENT_ARCHETYPE = "symgen.Event"
+
+# Recording properties.
+MODEL = "model"
+RUN = "run"
+PARAMETERS = "parameters"
+INPUTS = "inputs"
+VERSIONS = "versions"
+RESULT = "result"  # written last: a recording without it is of a run that was cut short
+
+PALETTE = (
+    (78, 121, 167),
+    (242, 142, 43),
+    (89, 161, 79),
+    (225, 87, 89),
+    (118, 183, 178),
+    (237, 201, 72),
+    (176, 122, 161),
+    (255, 157, 167),
+    (156, 117, 95),
+    (186, 176, 172),
+)
+"""Ten colours that stay apart on dark and on light grounds (Tableau 10)."""
+
+
+def colour(index: int) -> tuple[int, int, int]:
+    """Return the colour of the `index`-th body or curve."""
+    return PALETTE[index % len(PALETTE)]
+
+
+def state_bytes(columns: dict[str, np.ndarray]) -> bytes:
+    """Return the rows (t, q, v, w, lambda) as little-endian float64: what the SHA-256 is taken of."""
+    rows = np.column_stack([columns[name] for name in STATE_COLUMNS])
+    return np.ascontiguousarray(rows, dtype="<f8").tobytes()
+
+
+def state_sha256(columns: dict[str, np.ndarray]) -> str:
+    """Return the SHA-256 of the state columns, as hexadecimal digits."""
+    return hashlib.sha256(state_bytes(columns)).hexdigest()
