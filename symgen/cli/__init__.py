@@ -1,0 +1,49 @@
+"""The command line: one group, whose commands are imported when they are called."""
+
+from __future__ import annotations
+
+import importlib
+
+import click
+
+from symgen import __version__
+from symgen.cli.failures import FailuresAsSentences
+
+_COMMANDS = {
+    "list": "the bundled models, one line each",
+    "show": "a model and its equations",
+    "derive": "write a model's equations of motion as a Python module",
+    "run": "integrate a model, check the result, record it",
+    "advise": "which step and method suit a model, and why",
+    "check": "how far a result can be trusted: convergence, energy, constraints",
+    "play": "show a recording in the Rerun viewer",
+    "verify": "re-read a recording and check it again",
+}
+
+
+class LazyCommands(FailuresAsSentences, click.Group):
+    """A group that imports a command's module when the command is asked for.
+
+    `symgen run` must not pay for what other commands need.
+    """
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        return list(_COMMANDS)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        if name not in _COMMANDS:
+            return None
+        return importlib.import_module(f"symgen.cli.{name}").command
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(_COMMANDS.items()))
+
+
+@click.group(cls=LazyCommands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="symgen")
+def main() -> None:
+    """Multibody models become equations of motion, compiled code, checked runs and recordings.
+
+    MODEL is a .toml or .py description, or the name of a bundled model (see `symgen list`).
+    """

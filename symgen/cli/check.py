@@ -1,0 +1,69 @@
+"""`symgen check`: does the result settle as steps are halved or tolerances tightened? A table and a plot."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from symgen.cli.arguments import OutputFile, as_dict, find_model, model_argument
+from symgen.cli.failures import FAILED, NOT_TRUSTED
+from symgen.cli.settings import load_system, run_options, solve_arguments
+
+if TYPE_CHECKING:
+    from runtime.checks.convergence import Convergence
+
+
+@click.command("check")
+@model_argument
+@run_options
+@click.option(
+    "--plot",
+    "plot_file",
+    type=OutputFile(),
+    help="The plot (default: <name>_check.png).",
+)
+@click.option("--json", "json_file", type=OutputFile(), help="Write the table to a file.")
+@click.pass_context
+def command(
+    context: click.Context,
+    model: str,
+    options: tuple[tuple[str, str], ...],
+    plot_file: Path | None,
+    json_file: Path | None,
+    **given: Any,
+) -> None:
+    """Run MODEL again and again with finer steps, and compare: convergence, energy balance, constraint drift.
+
+    The exit status is 3 when the result does not settle.
+    """
+    system, _ = load_system(find_model(model), as_dict(options, "--option"))
+    arguments = solve_arguments(system, given)
+    from runtime.checks.convergence import study
+
+    result = study(system, arguments)
+    for line in result.table():
+        click.echo(line)
+    if json_file is not None:
+        from runtime.result_json import to_json
+
+        json_file.write_text(to_json(result.to_dict()) + "\n", encoding="utf-8")
+    _plot(result, plot_file or Path(f"{system.name}_check.png"), asked=plot_file is not None)
+    if result.failed:
+        click.echo(f"Error: {result.says}", err=True)
+        context.exit(FAILED)
+    click.echo(result.says)
+    context.exit(0 if result.ok else NOT_TRUSTED)
+
+
+def _plot(result: Convergence, path: Path, asked: bool) -> None:
+    if importlib.util.find_spec("matplotlib") is None:
+        if asked:
+            raise click.UsageError("--plot needs matplotlib: pip install 'symgen[figures]'")
+        return
+    from symgen.cli.check_plot import write_plot
+
+    write_plot(result, path)
+    click.echo(f"plot: {path}")

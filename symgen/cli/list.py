@@ -1,0 +1,16 @@
+"""`symgen list`: the bundled models, one line each."""
+
+from __future__ import annotations
+
+import click
+
+
+@click.command("list")
+def command() -> None:
+    """List the bundled models, one line each."""
+    from symgen.model.library import list_models
+
+    models = list(list_models())
+    width = max((len(name) for name, _, _ in models), default=0)
+    for name, description, _ in models:
+        click.echo(f"{name:<{width}}  {description}".rstrip())

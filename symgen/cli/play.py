@@ -1,0 +1,21 @@
+"""`symgen play`: show a recording in the Rerun viewer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command("play")
+@click.argument("recording", metavar="RUN.rrd", type=click.Path(path_type=Path))
+@click.option("--web", is_flag=True, help="Show it in the browser.")
+@click.pass_context
+def command(context: click.Context, recording: Path, web: bool) -> None:
+    """Show RUN.rrd in the Rerun viewer until it is closed."""
+    from runtime.recording.play import play
+
+    status = play(recording, web=web)
+    if status:
+        click.echo(f"Error: the Rerun viewer ended with status {status}", err=True)
+        context.exit(1)

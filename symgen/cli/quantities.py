@@ -1,0 +1,118 @@
+"""Quantities of the command line: '10 deg' is 0.1745… for an angle; '5 N' for a length is refused."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from symgen.errors import ModelError
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+_NUMBER = re.compile(
+    r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?(?=$|[\s*]|[A-Za-z])", re.ASCII
+)
+
+
+def parameter_values(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
+    """Return the values of `--set`, in SI."""
+    records = (*system.parameters, *system.inputs)
+    constants = {record["name"] for record in system.constants}
+    coordinates = {record["name"] for record in system.coordinates}
+
+    def why_not(name: str) -> str | None:
+        if name in constants:
+            return (
+                f"{name!r} is a constant of model {system.name!r}: it is folded into the code, "
+                "not settable at run time; make it a parameter in the model"
+            )
+        return f"{name!r} is a coordinate: use --start or --rate" if name in coordinates else None
+
+    return _values("--set", pairs, records, f"model {system.name!r} has no parameter or input", why_not)
+
+
+def start_values(system: System, option: str, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
+    """Return the values of `--start` or `--rate`, in SI; a rate may be written `dot(x)`, too."""
+    records = system.coordinates if option == "--start" else system.rates
+    parameters = {record["name"] for record in (*system.parameters, *system.inputs)}
+
+    def why_not(name: str) -> str | None:
+        return f"{name!r} is a parameter: use --set" if name in parameters else None
+
+    if option == "--rate":
+        pairs = [(_inside_dot(name), text) for name, text in pairs]
+    return _values(option, pairs, records, f"model {system.name!r} has no coordinate", why_not)
+
+
+def _inside_dot(name: str) -> str:
+    return name[4:-1] if name.startswith("dot(") and name.endswith(")") else name
+
+
+def _values(option: str, pairs, records: Sequence[dict[str, Any]], unknown: str, why_not) -> dict[str, float]:
+    from runtime.errors import nearest
+
+    by_name = {record["name"]: record for record in records}
+    values: dict[str, float] = {}
+    for name, text in pairs:
+        if name not in by_name:
+            raise click.UsageError(why_not(name) or f"{option}: {unknown} {name!r}: {nearest(name, by_name)}")
+        if name in values:
+            raise click.UsageError(f"{option} gives {name!r} twice")
+        values[name] = quantity(text, by_name[name]["unit"], f"{option} {name}={text}")
+    return values
+
+
+def quantity(text: str, unit: str, shown: str) -> float:
+    """Return a number, or a number with a unit, in SI.
+
+    Parameters
+    ----------
+    text : str
+    unit : str
+        The unit that the value must fit; "" fits all.
+    shown : str
+        What the user wrote, for messages.
+
+    Raises
+    ------
+    click.UsageError
+        It is no quantity, or its unit does not fit.
+    """
+    match = _NUMBER.match(text)
+    if match is None:
+        raise click.UsageError(
+            f"{shown}: {text!r} is neither a number nor a quantity such as '0.2 {unit or 'm'}'"
+        )
+    number, rest = match.group(), text[match.end() :].strip()
+    value = float(number)
+    if rest:
+        value = _in_si(Fraction(number), rest.removeprefix("*").strip(), unit, shown)
+    if not math.isfinite(value):
+        raise click.UsageError(f"{shown}: {number} is outside the range of double precision")
+    return value
+
+
+def _in_si(number: Fraction, given: str, unit: str, shown: str) -> float:
+    # Numbers without a unit need no unit tables: they take a while to make.
+    from symgen.model.units import dimension_text, parse_unit
+
+    try:
+        parsed = parse_unit(given)
+    except ModelError as error:
+        raise click.UsageError(
+            f"{shown}: {error.message}" + (f"; {error.hint}" if error.hint else "")
+        ) from None
+    if unit:
+        wanted = parse_unit(unit)
+        if wanted.dimension != parsed.dimension:
+            raise click.UsageError(
+                f"{shown}: the unit {given} does not fit {unit}, in which the model has it: "
+                f"{dimension_text(parsed.dimension)} against {dimension_text(wanted.dimension)}"
+            )
+    return parsed.to_si(number)

@@ -1,0 +1,118 @@
+"""Options of a run: what the command line gives, what the model's [run] table says, and the defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from symgen.cli.arguments import Positive, value_options
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from runtime.system import System
+    from symgen.link import ModuleText
+
+DEFAULTS = {"method": "auto", "constraints": "auto", "rtol": 1e-8, "atol": 1e-10}
+_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
+
+
+def run_options(command: Callable) -> Callable:
+    """Give a command the options that say how to integrate: time, method, tolerances, values."""
+    options = (
+        click.option("--t-end", type=Positive(), help="Time at which the run ends [s]."),
+        click.option("--method", help="Integration method, or auto (default)."),
+        click.option(
+            "--constraints",
+            type=click.Choice(_TREATMENTS),
+            help="Constraint treatment (default auto; this version has projection).",
+        ),
+        click.option("--rtol", type=Positive(), help="Relative tolerance (default 1e-8)."),
+        click.option("--atol", type=Positive(or_zero=True), help="Absolute tolerance (default 1e-10)."),
+        click.option("--step", type=Positive(), help="Step of a fixed-step method [s]."),
+    )
+    command = value_options(command)
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def load_system(path: Path, build_options: dict[str, str], quiet: bool = False) -> tuple[System, ModuleText]:
+    """Return the system of a model file, derived now or found in the cache."""
+    import runtime
+    from runtime.code.engine import set_compile_listener
+    from symgen.link import module_for
+
+    if not quiet:
+        set_compile_listener(_announce_compilation)
+    module = module_for(path, build_options, None if quiet else _announce)
+    return runtime.load(module.text), module
+
+
+def _announce(text: str) -> None:
+    click.echo(text, err=True)
+
+
+def _announce_compilation(name: str, operations: int, seconds: float) -> None:
+    size = f"{operations} operations, " if operations else ""
+    click.echo(f"compiling {name}: {size}about {seconds:.0f} s …", err=True)
+
+
+def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:
+    """Return arguments for `runtime.solve.solve`.
+
+    Parameters
+    ----------
+    system : System
+    given : dict
+        t_end, method, constraints, rtol, atol, step, and if there are such: fps, at; None where the user said
+        nothing. set_values, start_values, rate_values: pairs of texts.
+    """
+    from symgen.cli.quantities import parameter_values, start_values
+
+    said = {key: value for key, value in given.items() if value is not None and not key.endswith("_values")}
+    defaults = {key: value for key, value in system.run_defaults.items() if key in given}
+    settings = {**DEFAULTS, **defaults, **said}
+    _check_method(settings["method"])
+    if "step" in said and not _takes_steps(settings["method"]):
+        raise click.UsageError(
+            f"--step: method {settings['method']} chooses its own steps; leave --step out and set --rtol, "
+            "or name a fixed-step method such as rk4"
+        )
+    if not _takes_steps(settings["method"]):
+        # The model's own step is for the method that its [run] table names.
+        settings.pop("step", None)
+    if settings.get("t_end") is None:
+        raise click.UsageError(f"model {system.name!r} does not say how long to run: give --t-end")
+    _check_times(settings)
+    settings["parameters"] = parameter_values(system, given["set_values"])
+    settings["start"] = start_values(system, "--start", given["start_values"])
+    settings["rate"] = start_values(system, "--rate", given["rate_values"])
+    return settings
+
+
+def _check_method(name: str) -> None:
+    from runtime.errors import nearest
+    from runtime.integrate.methods import METHODS
+
+    names = ["auto", *METHODS]
+    if name not in names:
+        raise click.UsageError(
+            f"--method: there is no method {name!r}: {nearest(name, names)}; all: {', '.join(names)}"
+        )
+
+
+def _takes_steps(name: str) -> bool:
+    from runtime.integrate.methods import METHODS
+
+    return name != "auto" and not METHODS[name].adaptive
+
+
+def _check_times(settings: dict[str, Any]) -> None:
+    outside = [t for t in settings.get("at") or () if not 0.0 <= t <= settings["t_end"]]
+    if outside:
+        raise click.UsageError(
+            f"--at: {outside[0]:g} s is outside the run, which is from 0 to {settings['t_end']:g} s"
+        )

@@ -1,0 +1,186 @@
+"""`symgen show`: a model and its equations, as text or LaTeX."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from symgen.cli.arguments import as_dict, find_model, model_argument
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import sympy
+
+    from runtime.system import System
+    from symgen.model.description import Body, Coordinate, Description
+
+_MOST_OPERATIONS = 400  # longer equations are not read by people
+_LONGEST_TEXT = 2000
+
+
+@click.command("show")
+@model_argument
+@click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
+def command(model: str, options: tuple[tuple[str, str], ...], latex: bool) -> None:
+    """Show MODEL as it was written, and its equations of motion."""
+    import runtime
+    from symgen.link import module_for
+    from symgen.model.library import load
+
+    path, build_options = find_model(model), as_dict(options, "--option")
+    description = load(path, build_options).describe()
+    system = runtime.load(module_for(path, build_options).text)
+    printer = _latex if latex else _text
+    lines = [f"{description.name}: {description.description}".rstrip(": "), ""]
+    lines += _tables(description) + _bodies(description, printer) + _terms(description, printer)
+    lines += _equations(system, printer)
+    click.echo("\n".join(lines))
+
+
+def _text(expression: sympy.Expr) -> str:
+    from symgen.errors import ModelError
+    from symgen.model.printing import to_text
+
+    try:
+        return to_text(expression, _LONGEST_TEXT)
+    except ModelError:
+        return "… (too long to be read)"
+
+
+def _latex(expression: sympy.Expr) -> str:
+    from symgen.cli.latex import to_latex
+
+    return to_latex(expression)
+
+
+def _section(title: str, rows: list[tuple[str, ...]]) -> list[str]:
+    if not rows:
+        return []
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = ["  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
+    return [title, *lines, ""]
+
+
+def _tables(d: Description) -> list[str]:
+    def quantity(value: float, unit: str | None) -> str:
+        return f"{value:.10g} {unit or ''}".strip()
+
+    return [
+        *_section("coordinates", [(c.name, c.unit or "", _start(c)) for c in d.coordinates]),
+        *_section("parameters", [(p.name, quantity(p.value, p.unit), p.doc) for p in d.parameters]),
+        *_section("constants", [(c.name, quantity(c.value, c.unit)) for c in d.constants]),
+        *_section("inputs", [(u.name, quantity(u.default, u.unit)) for u in d.inputs]),
+    ]
+
+
+def _start(c: Coordinate) -> str:
+    position = f"guess {c.guess:.10g}" if c.start is None else f"start {c.start:.10g}"
+    rate = f"rate guess {c.rate_guess:.10g}" if c.rate is None else f"rate {c.rate:.10g}"
+    return f"{position}, {rate}"
+
+
+def _bodies(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
+    rows = []
+    for body in d.bodies:
+        at = f"centre of mass ({', '.join(map(show, body.com))})"
+        mass = f"mass {show(body.mass)}" if body.mass is not None else "no mass"
+        inertia = f"inertia {', '.join(map(show, body.inertia))}" if body.inertia else ""
+        rows.append((body.name, mass, inertia, f"{at}{_orientation(body, show)}"))
+    return _section("bodies", rows)
+
+
+def _orientation(body: Body, show: Callable[[sympy.Expr], str]) -> str:
+    if body.angle is not None:
+        return f", angle {show(body.angle)}"
+    turns = [f"about {axis} by {show(angle)}" for axis, angle in body.rotation]
+    return f", turned {', then '.join(turns)}" if turns else ""
+
+
+def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
+    from symgen.model.functions import dot
+
+    def point(name: str, parts: tuple[sympy.Expr, ...]) -> str:
+        return f"{name} ({', '.join(map(show, parts))})"
+
+    kinetic = [
+        (b.name, "=", show(_kinetic(b, dot)) + _spinning(b))
+        for b in d.bodies
+        if b.mass is not None or b.inertia
+    ]
+    kinetic += [("other", "=", show(d.kinetic))] if d.kinetic is not None else []
+    gravity = d.gravity or ()
+    potential = [
+        (b.name, "=", show(-b.mass * sum(g * x for g, x in zip(gravity, b.com))))
+        for b in d.bodies
+        if b.mass is not None and any(gravity)
+    ]
+    potential += [("other", "=", show(d.potential))] if d.potential is not None else []
+    dissipation = [("R", "=", show(d.dissipation))] if d.dissipation is not None else []
+    loads = [
+        (load.name, point("force", load.force) + point(" at", load.point))
+        if load.force
+        else (load.name, point("torque", load.torque) + f" on {load.body}")
+        for load in d.loads
+    ]
+    return [
+        *_section("definitions", [(name, "=", show(e)) for name, e in d.definitions]),
+        *_section("kinetic energy", kinetic),
+        *_section("potential energy", potential),
+        *_section("dissipation", dissipation),
+        *_section("forces on coordinates", [(name, "=", show(e)) for name, e in d.forces]),
+        *_section("loads", loads),
+        *_section("constraints", [(c.name, "0 =", show(c.expression)) for c in d.constraints]),
+        *_section(
+            "velocity constraints", [(c.name, "0 =", show(c.expression)) for c in d.velocity_constraints]
+        ),
+        *_section("outputs", [(name, "=", show(e)) for name, e in d.outputs]),
+        *_section(
+            "events", [(e.name, f"when {show(e.when)} = 0, {e.direction}", e.action) for e in d.events]
+        ),
+    ]
+
+
+def _kinetic(body: Body, dot) -> sympy.Expr:
+    import sympy
+
+    energy = sympy.Integer(0)
+    if body.mass is not None:
+        energy += body.mass * sum(dot(x) ** 2 for x in body.com if not x.is_number) / 2
+    if body.planar and body.inertia and body.angle is not None:
+        energy += body.inertia[0] * dot(body.angle) ** 2 / 2
+    return energy
+
+
+def _spinning(body: Body) -> str:
+    return " + 1/2*omega.I.omega" if body.inertia and not body.planar else ""
+
+
+def _equations(system: System, show: Callable[[sympy.Expr], str]) -> list[str]:
+    from symgen.cli.equations import symbolic
+
+    names = [record["name"] for record in system.rates]
+    head = "equations of motion: M a = f" + (" + G^T lambda, G a = gamma" if system.m else "")
+    operations = sum(
+        system.operations.get(name, 0) for name in ("mass_matrix", "forces", "constraint_jacobian")
+    )
+    if operations > _MOST_OPERATIONS:
+        return [
+            head,
+            f"  {operations} operations: too long to be read; `symgen derive` writes them to a file",
+        ]
+    rows = []
+    for index, value in sorted(symbolic(system, "mass_matrix").items()):
+        i, j = divmod(index, system.nv)
+        if j >= i:
+            rows.append((f"M[{names[i]}, {names[j]}]", "=", show(value)))
+    rows += [(f"f[{names[i]}]", "=", show(value)) for i, value in sorted(symbolic(system, "forces").items())]
+    if system.m:
+        constraints = [record["name"] for record in system.constraints]
+        for index, value in sorted(symbolic(system, "constraint_jacobian").items()):
+            i, j = divmod(index, system.nv)
+            rows.append((f"G[{constraints[i]}, {names[j]}]", "=", show(value)))
+        gamma = sorted(symbolic(system, "gamma").items())
+        rows += [(f"gamma[{constraints[i]}]", "=", show(value)) for i, value in gamma]
+    return _section(head, rows)[:-1]

@@ -1,0 +1,37 @@
+"""`symgen verify`: re-read a recording and check states, energy, constraints and motion again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from symgen.cli.arguments import OutputFile
+from symgen.cli.failures import NOT_TRUSTED
+
+
+@click.command("verify")
+@click.argument("recording", metavar="RUN.rrd", type=click.Path(path_type=Path))
+@click.option("--json", "json_file", type=OutputFile(), help="Write the report to a file.")
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@click.pass_context
+def command(context: click.Context, recording: Path, json_file: Path | None, quiet: bool) -> None:
+    """Check RUN.rrd by computing everything again from the model in it.
+
+    The exit status is 3 when a check fails.
+    """
+    from runtime.recording.verify import verify
+
+    report = verify(recording)
+    if json_file is not None:
+        json_file.write_text(json.dumps(report.to_dict(), indent=1) + "\n", encoding="utf-8")
+    if not quiet:
+        click.echo(f"{recording}: {report.summary}")
+        for check in report.checks:
+            state = {True: "ok  ", False: "FAIL", None: "  - "}[check.ok]
+            click.echo(f"  {state} {check.name}: {check.says} ({check.value:.3g}, limit {check.limit:.3g})")
+    if not report.ok:
+        if quiet:
+            click.echo(f"Error: {recording}: {report.summary}", err=True)
+        context.exit(NOT_TRUSTED)

@@ -1,0 +1,198 @@
+"""From models to running systems: derivation with a cache of generated modules, the one door from symgen to runtime."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import __version__
+from .errors import ModelError
+
+if TYPE_CHECKING:
+    from runtime import System
+
+    from .derive.program import Program
+    from .model.model import Model
+
+LARGEST_MODEL_FILE = 4 << 20  # bytes
+
+
+@dataclass(frozen=True)
+class ModuleText:
+    """A generated module for a model file.
+
+    `derived` tells whether it was derived now (in `seconds`) or found in the cache at `path`.
+    """
+
+    text: str
+    derived: bool
+    seconds: float
+    path: Path | None
+
+
+@dataclass(frozen=True)
+class DerivedModel:
+    """A freshly derived model with what was found on the way; `seconds` by stage."""
+
+    text: str
+    name: str
+    operations: dict[str, int]
+    seconds: dict[str, float]
+    structure: dict[str, Any]
+    findings: tuple[str, ...]
+
+
+def derive(model: Model) -> System:
+    """Derive a model and load the result.
+
+    Parameters
+    ----------
+    model : Model
+
+    Returns
+    -------
+    runtime.System
+    """
+    import runtime
+
+    return runtime.load(derive_text(model).text)
+
+
+def derive_text(model: Model, source: str | None = None) -> DerivedModel:
+    """Derive a model into the text of its generated module.
+
+    Parameters
+    ----------
+    model : Model
+    source : str, optional
+        Hash of the file that the model came from; made of the equations themselves where there is none.
+
+    Returns
+    -------
+    DerivedModel
+    """
+    start = time.perf_counter()
+    description = model.describe()
+    checked = time.perf_counter()
+    from .derive.pipeline import derive as derive_program
+    from .emit import emit
+
+    program = derive_program(description, source or "")
+    derived = time.perf_counter()
+    if source is None:
+        program.header["source"] = _hash(emit(program).encode())
+    text = emit(program)
+    done = time.perf_counter()
+    seconds = {"check": checked - start, "derive": derived - checked, "emit": done - derived}
+    return _derived_model(program, text, seconds)
+
+
+def _derived_model(program: Program, text: str, seconds: dict[str, float]) -> DerivedModel:
+    head = program.header
+    sizes = {key: head[key] for key in ("nq", "nv", "nh", "nn", "nw")}
+    return DerivedModel(
+        text=text,
+        name=head["name"],
+        operations=dict(head["operations"]),
+        seconds=seconds,
+        structure={**sizes, **head["structure"]},
+        findings=program.findings,
+    )
+
+
+def derive_file(path: Path, options: dict[str, str] | None = None) -> DerivedModel:
+    """Read a model file and derive it, without looking into the cache.
+
+    Parameters
+    ----------
+    path : Path
+        A `.toml` or `.py` description.
+    options : dict of str to str
+        Build options of a `.py` description.
+
+    Returns
+    -------
+    DerivedModel
+    """
+    from .model import library
+
+    start = time.perf_counter()
+    content = _read(path)
+    model = library.load(path, options or {})
+    read = time.perf_counter() - start
+    result = derive_text(model, _source_hash(content, options or {}))
+    result.seconds["read"] = read
+    return result
+
+
+def module_for(
+    path: Path, options: dict[str, str] | None = None, notify: Callable[[str], None] | None = None
+) -> ModuleText:
+    """The generated module of a model file, from the user's cache or derived now.
+
+    A module is found by the content of the model file, its options and the generator's own sources, so it is
+    never stale; SymPy is imported only when there is something to derive.
+
+    Parameters
+    ----------
+    path : Path
+    options : dict of str to str
+    notify : callable, optional
+        Gets a line of text when a derivation starts.
+
+    Returns
+    -------
+    ModuleText
+    """
+    from runtime.code.cache import cache_folder, fetch, store
+
+    options = options or {}
+    key = hashlib.sha256()
+    for part in (path.name.encode(), _source_hash(_read(path), options).encode(), generator_hash().encode()):
+        key.update(part + b"\0")
+    cached = cache_folder("modules") / f"{path.stem}-{key.hexdigest()[:32]}"
+    content = fetch(cached)
+    if content is not None:
+        return ModuleText(content.decode(), False, 0.0, cached)
+    if notify is not None:
+        notify(f"deriving {path.stem} …")
+    start = time.perf_counter()
+    text = derive_file(path, options).text
+    seconds = time.perf_counter() - start
+    stored = store(cached, text.encode())
+    return ModuleText(text, True, seconds, cached if stored else None)
+
+
+@functools.lru_cache(maxsize=1)
+def generator_hash() -> str:
+    """Hash of the sources that decide what a generated module says."""
+    folder = Path(__file__).parent
+    digest = hashlib.sha256(__version__.encode())
+    for path in sorted([*folder.glob("derive/*.py"), *folder.glob("model/*.py"), folder / "emit.py"]):
+        digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _read(path: Path) -> bytes:
+    try:
+        if path.stat().st_size > LARGEST_MODEL_FILE:
+            raise ModelError(f"the file is larger than {LARGEST_MODEL_FILE >> 20} MiB", file=str(path))
+        return path.read_bytes()
+    except OSError as error:
+        raise ModelError(f"the file cannot be read: {error.strerror or error}", file=str(path)) from error
+
+
+def _source_hash(content: bytes, options: dict[str, str]) -> str:
+    """Hash of a model's text (with unified line ends) and options."""
+    text = content.replace(b"\r\n", b"\n")
+    return _hash(text + repr(sorted(options.items())).encode() if options else text)
+
+
+def _hash(content: bytes) -> str:
+    return f"sha256:{hashlib.sha256(content).hexdigest()}"
