@@ -1,0 +1,195 @@
+"""stiff_spring_pendulum: equations of motion, written by symgen 0.1.0. Do not edit.
+
+Pendulum on a stiff spring: fast bouncing on top of slow swinging (Lubich's form, dimensionless)
+"""
+
+from math import atan2, cos, sin, sqrt
+
+from numba import njit
+
+MODEL = {
+    "abi": 1,
+    "generator": "symgen 0.1.0",
+    "source": "sha256:b03024bc99cc315a9cdd7558f99b26e1a37d5585b7f0b6e4bcfd38e6009b8aad",
+    "name": "stiff_spring_pendulum",
+    "description": "Pendulum on a stiff spring: fast bouncing on top of slow swinging (Lubich's form, dimensionless)",
+    "nq": 2,
+    "nv": 2,
+    "nh": 0,
+    "nn": 0,
+    "nw": 0,
+    "coordinates": [
+        {"name": "x", "unit": "", "value": 0.999, "enforced": True},
+        {"name": "y", "unit": "", "value": 0.0, "enforced": True},
+    ],
+    "rates": [
+        {"name": "x", "unit": "", "value": 0.0, "enforced": True},
+        {"name": "y", "unit": "", "value": 0.0, "enforced": True},
+    ],
+    "parameters": [
+        {"name": "eps", "unit": "", "value": 0.001, "doc": "the spring's stiffness is 1/eps^2"},
+    ],
+    "inputs": [],
+    "constants": [],
+    "constraints": [],
+    "outputs": [],
+    "events": [],
+    "bodies": [
+        {"name": "bob", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
+        {"name": "spring", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
+    ],
+    "structure": {
+        "conservative": True,
+        "time_dependent": False,
+        "constant_mass": True,
+        "diagonal_mass": True,
+        "velocity_dependent": False,
+        "separable": True,
+    },
+    "operations": {
+        "rhs": 19,
+        "mass_matrix": 0,
+        "forces": 19,
+        "energy": 14,
+        "residual": 19,
+        "residual_jacobian": 37,
+        "poses": 6,
+        "shapes": 4,
+    },
+    "run": {
+        "t_end": 10.0,
+        "method": "dop853",
+        "fps": 60.0,
+    },
+}
+
+@njit(error_model="numpy")
+def rhs(t, y, p, out):
+    """State derivative: rates, accelerations. 19 operations."""
+    q_x = y[0]
+    q_y = y[1]
+    v_x = y[2]
+    v_y = y[3]
+    p_eps = p[0]
+    x0 = sqrt(q_x*q_x + q_y*q_y)
+    x1 = 0.5*(1.0/(p_eps*p_eps))*(2.0*(x0 + -1.0))*(0.5/x0)
+    out[0] = v_x
+    out[1] = v_y
+    out[2] = -(x1*(2.0*q_x))
+    out[3] = -(1.0 + x1*(2.0*q_y))
+
+
+@njit(error_model="numpy")
+def mass_matrix(t, y, p, out):
+    """Mass matrix M, row by row. 0 operations."""
+    out[0] = 1.0
+    out[3] = 1.0
+
+
+@njit(error_model="numpy")
+def forces(t, y, p, out):
+    """Forces f of M a = f + G^T lambda. 19 operations."""
+    q_x = y[0]
+    q_y = y[1]
+    p_eps = p[0]
+    x0 = sqrt(q_x*q_x + q_y*q_y)
+    x1 = 0.5*(1.0/(p_eps*p_eps))*(2.0*(x0 + -1.0))*(0.5/x0)
+    out[0] = -(x1*(2.0*q_x))
+    out[1] = -(1.0 + x1*(2.0*q_y))
+
+
+@njit(error_model="numpy")
+def energy(t, y, p, out):
+    """Kinetic and potential energy. 14 operations."""
+    q_x = y[0]
+    q_y = y[1]
+    v_x = y[2]
+    v_y = y[3]
+    p_eps = p[0]
+    x0 = sqrt(q_x*q_x + q_y*q_y) + -1.0
+    out[0] = 0.5*(v_x*v_x + v_y*v_y)
+    out[1] = q_y + 0.5*(x0*x0)/(p_eps*p_eps)
+
+
+@njit(error_model="numpy")
+def residual(t, y, p, out):
+    """M a - f - G^T lambda, then G a - gamma. 19 operations."""
+    q_x = y[0]
+    q_y = y[1]
+    a_x = y[4]
+    a_y = y[5]
+    p_eps = p[0]
+    x0 = sqrt(q_x*q_x + q_y*q_y)
+    x1 = 0.5*(1.0/(p_eps*p_eps))*(2.0*(x0 + -1.0))*(0.5/x0)
+    out[0] = a_x + x1*(2.0*q_x)
+    out[1] = a_y + (1.0 + x1*(2.0*q_y))
+
+
+@njit(error_model="numpy")
+def residual_jacobian(t, y, p, out):
+    """Residual derivatives by q, v, a, lambda. 37 operations."""
+    q_x = y[0]
+    q_y = y[1]
+    p_eps = p[0]
+    x0 = 0.5*(1.0/(p_eps*p_eps))
+    x1 = sqrt(q_x*q_x + q_y*q_y)
+    x2 = x0*(2.0*(x1 + -1.0))
+    x3 = 0.5/x1
+    x4 = 2.0*(x2*x3)
+    x5 = 2.0*q_x
+    x6 = x3*x5
+    x7 = x3*(1.0/x1)
+    x8 = x3*(x0*(2.0*x6)) - x2*(x6*x7)
+    x9 = 2.0*q_y
+    x10 = x3*x9
+    x11 = x3*(x0*(2.0*x10)) - x2*(x10*x7)
+    out[0] = x4 + x5*x8
+    out[1] = x5*x11
+    out[4] = 1.0
+    out[6] = x9*x8
+    out[7] = x9*x11 + x4
+    out[11] = 1.0
+
+
+@njit(error_model="numpy")
+def poses(t, y, p, out):
+    """Per body: position, rotation matrix (body to world). 6 operations."""
+    q_x = y[0]
+    q_y = y[1]
+    x0 = atan2(q_y, q_x)
+    x1 = cos(x0)
+    x2 = sin(x0)
+    out[0] = q_x
+    out[1] = q_y
+    out[2] = 0.0
+    out[3] = 1.0
+    out[4] = 0.0
+    out[5] = 0.0
+    out[6] = 0.0
+    out[7] = 1.0
+    out[8] = 0.0
+    out[9] = 0.0
+    out[10] = 0.0
+    out[11] = 1.0
+    out[12] = 0.5*q_x
+    out[13] = 0.5*q_y
+    out[14] = 0.0
+    out[15] = x1
+    out[16] = -x2
+    out[17] = 0.0
+    out[18] = x2
+    out[19] = x1
+    out[20] = 0.0
+    out[21] = 0.0
+    out[22] = 0.0
+    out[23] = 1.0
+
+
+@njit(error_model="numpy")
+def shapes(t, y, p, out):
+    """Sizes of the bodies' shapes. 4 operations."""
+    q_x = y[0]
+    q_y = y[1]
+    out[0] = 0.08
+    out[1] = 0.02
+    out[2] = sqrt(q_x*q_x + q_y*q_y)
