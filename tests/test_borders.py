@@ -1,0 +1,117 @@
+"""Who may import whom: runtime never symgen or SymPy, symgen runtime by few doors, Rerun in one file."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+FILES = sorted(
+    p.relative_to(ROOT).as_posix() for top in ("runtime", "symgen") for p in (ROOT / top).rglob("*.py")
+)
+RUNTIME = [f for f in FILES if f.startswith("runtime/")]
+SYMGEN = [f for f in FILES if f.startswith("symgen/")]
+RECORDING_DOOR = "runtime/recording/rrd.py"
+DECLARED = {"sympy", "numba", "llvmlite", "numpy", "scipy", "click", "rich", "rerun", "pyarrow", "matplotlib"}
+# A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
+EXECUTES = {"symgen/model/library.py", "runtime/code/lower.py"}
+HEAVY = ("sympy", "numba", "rerun", "scipy", "matplotlib", "llvmlite")
+
+
+@functools.cache
+def imports(file: str) -> set[str]:
+    """Packages that a file imports anywhere, also in functions and by name; not for types alone."""
+    tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+    found: set[str] = set()
+    pending: list[ast.AST] = [tree]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) in ("TYPE_CHECKING", "typing.TYPE_CHECKING"):
+            pending.extend(node.orelse)
+            continue
+        pending.extend(ast.iter_child_nodes(node))
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add(absolute(file, node))
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in (
+            "import_module",
+            "__import__",
+        ):
+            found |= named_packages(tree)
+    return found
+
+
+def named_packages(tree: ast.AST) -> set[str]:
+    """Packages that a file with imports by name can mean: those that any of its texts names."""
+    texts = (n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str))
+    return {text.split(".")[0] for text in texts} & {*DECLARED, "symgen", "runtime"}
+
+
+def absolute(file: str, node: ast.ImportFrom) -> str:
+    if not node.level:
+        return node.module.split(".")[0]
+    parts = Path(file).parent.parts
+    assert node.level <= len(parts), f"{file}: relative import beyond the package"
+    return parts[0]
+
+
+@pytest.mark.parametrize("file", RUNTIME)
+def test_runtime_imports_neither_sympy_nor_symgen(file):
+    assert not imports(file) & {"sympy", "symgen", "mpmath"}
+
+
+@pytest.mark.parametrize("file", SYMGEN)
+def test_symgen_reaches_runtime_only_in_the_link_and_the_commands(file):
+    if file != "symgen/link.py" and not file.startswith("symgen/cli/"):
+        assert "runtime" not in imports(file)
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_rerun_stands_in_one_file(file):
+    if file != RECORDING_DOOR:
+        assert not imports(file) & {"rerun", "rerun_sdk", "rerun_bindings"}
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_only_declared_dependencies_are_imported(file):
+    foreign = imports(file) - set(sys.stdlib_module_names) - {"symgen", "runtime"}
+    assert foreign <= DECLARED
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_no_code_is_executed_from_text(file):
+    """No eval, exec, sympify or parse_expr: model files are data."""
+    tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+    called = {ast.unparse(n.func).rpartition(".")[2] for n in ast.walk(tree) if isinstance(n, ast.Call)}
+    assert not called & {
+        "eval",
+        "sympify",
+        "parse_expr",
+        "lambdify",
+        *(() if file in EXECUTES else ("exec",)),
+    }
+
+
+def loaded_by(statement: str) -> set[str]:
+    """Packages in `sys.modules` after a statement in a fresh process."""
+    code = f"import sys; {statement}; print(*sorted({{m.split('.')[0] for m in sys.modules}}))"
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    return set(run.stdout.split())
+
+
+def test_importing_symgen_is_light():
+    assert not loaded_by("import symgen") & {"sympy", "runtime", *HEAVY}
+
+
+def test_importing_runtime_brings_neither_sympy_nor_symgen_nor_rerun():
+    assert not loaded_by("import runtime") & {"sympy", "symgen", "rerun", "scipy", "matplotlib"}
+
+
+def test_the_command_starts_without_heavy_imports():
+    assert not loaded_by("import symgen.cli") & {"sympy", "rerun", "scipy", "matplotlib"}

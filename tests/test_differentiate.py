@@ -1,0 +1,234 @@
+"""Derivatives on the graph against the complex step: forward, reverse, Jacobians, Hessian."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import pytest
+from hypothesis import assume, given, settings
+from random_expressions import (
+    COMPLEX,
+    OPERATIONS,
+    STEP,
+    VARIABLES,
+    Direct,
+    evaluate,
+    follow,
+    on_graph,
+    points,
+    recipes,
+)
+
+from symgen.derive.differentiate import forward, jacobian, reverse
+from symgen.derive.graph import PARAM, UNARY, Graph, Q, V
+from symgen.derive.hessian import hessian
+
+ALL = Q | V | PARAM
+
+
+def complex_step(function, point, k):
+    """Derivatives of all values of `function` by component k, exact to rounding."""
+    moved = list(point)
+    moved[k] = complex(moved[k], STEP)
+    return [complex(x).imag / STEP for x in function(moved)]
+
+
+def tame(values) -> bool:
+    return all(math.isfinite(abs(x)) and abs(x) < 1e5 for x in values)
+
+
+def close(actual, expected):
+    scale = max(1.0, *(abs(x) for x in expected))
+    return actual == pytest.approx(expected, rel=1e-8, abs=1e-8 * scale)
+
+
+UNARY_POINTS = {name: (0.3, -0.7) for name in UNARY} | {"log": (0.3, 2.0), "sqrt": (0.3, 2.0)}
+
+
+@pytest.mark.parametrize("name, x", [(n, x) for n, xs in sorted(UNARY_POINTS.items()) for x in xs])
+def test_unary_derivatives(name, x):
+    g = Graph()
+    a = g.var(Q, 0)
+    node = g.unary(name, a)
+    expected = complex_step(lambda p: [Direct(COMPLEX).unary(name, p[0])], [x], 0)
+    for derivative in (forward(g, [node], {a: g.one})[0], reverse(g, [(node, g.one)], Q)[a]):
+        assert evaluate(g, [derivative], {a: x}) == pytest.approx(expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("x", [-2.0, 0.0, 2.0])
+def test_sign_and_select_do_not_move(x):
+    g = Graph()
+    a = g.var(Q, 0)
+    assert forward(g, [g.sign(a)], {a: g.one}) == [g.zero]
+    bend = g.select(a, g.one, g.mul(a, a), g.mul(g.const(3.0), a))
+    assert evaluate(g, forward(g, [bend], {a: g.one}), {a: x}) == [3.0 if x >= 1.0 else 2.0 * x]
+
+
+@given(recipes, points)
+@settings(max_examples=80, deadline=None, derandomize=True)
+def test_random_expressions(recipe, point):
+    """Forward and reverse sweeps, and the Jacobian by columns, against the complex step."""
+    g, variables, nodes = on_graph(recipe)
+    outputs = nodes[-3:]
+    at = dict(zip(variables, point, strict=True))
+    assume(tame(follow(recipe, Direct(math), point)))
+    matrix = jacobian(g, outputs, variables)
+    gradient = reverse(g, [(n, g.const(w)) for n, w in zip(outputs, (1.0, -2.0, 0.5), strict=True)], ALL)
+    for k, x in enumerate(variables):
+        expected = complex_step(lambda p: follow(recipe, Direct(COMPLEX), p)[-3:], point, k)
+        assume(tame(expected))
+        assert close(evaluate(g, forward(g, outputs, {x: g.one}), at), expected)
+        assert close(evaluate(g, [row[k] for row in matrix], at), expected)
+        weighted = expected[0] - 2.0 * expected[1] + 0.5 * expected[2]
+        scale = max(1.0, *map(abs, expected))
+        assert evaluate(g, [gradient.get(x, g.zero)], at) == [
+            pytest.approx(weighted, rel=1e-8, abs=1e-8 * scale)
+        ]
+
+
+@given(recipes, points)
+@settings(max_examples=80, deadline=None, derandomize=True)
+def test_hessian_of_random_expressions(recipe, point):
+    assume(tame(follow(recipe, Direct(math), point)))
+    check_hessian(lambda g, variables: follow(recipe, g, variables)[-1], point)
+
+
+def check_hessian(build, point):
+    """Compare with the complex step through the reverse sweep's gradient."""
+    g = Graph()
+    variables = [g.var(*v) for v in VARIABLES]
+    output = build(g, variables)
+    wanted = variables[:4]
+    matrix = hessian(g, output, wanted)
+    gradient = reverse(g, [(output, g.one)], ALL)
+    rows = [gradient.get(x, g.zero) for x in wanted]
+
+    def slopes(p):
+        return evaluate(g, rows, dict(zip(variables, p, strict=True)), COMPLEX)
+
+    at = dict(zip(variables, point, strict=True))
+    for k in range(len(wanted)):
+        expected = complex_step(slopes, point, k)
+        assert close(evaluate(g, [row[k] for row in matrix], at), expected), f"column {k}"
+        assert [row[k] for row in matrix] == matrix[k], "not symmetric"
+
+
+POINT = [-0.4, -0.7, 0.6, -0.3, 0.5]
+
+
+@pytest.mark.parametrize("operation", sorted(OPERATIONS))
+def test_hessian_of_each_operation(operation):
+    recipe = [("mul", 5, 6, 0, 0), (operation, 0, 4, 6, 7)]
+    check_hessian(lambda g, variables: follow(recipe, g, variables)[-1], POINT)
+
+
+# Cases in which folding or sign rules make the local derivative pass through an operand.
+TRAPS = {
+    "same node twice": lambda g, q: g.power(g.add(g.mul(q[0], q[1]), g.mul(q[0], q[1])), 3.0),
+    "sum of equal nodes, squared": lambda g, q: g.mul(g.add(q[2], q[2]), g.add(q[2], q[2])),
+    "pow of one node": lambda g, q: g.pow(g.mul(q[2], q[2]), g.mul(q[2], q[2])),
+    "atan2 of one node": lambda g, q: g.mul(q[1], g.atan2(g.mul(q[0], q[0]), g.mul(q[0], q[0]))),
+    "atan2 on the unit circle": lambda g, q: g.power(
+        g.atan2(g.unary("sin", q[0]), g.unary("cos", q[0])), 2.0
+    ),
+    "atan2 of a negative": lambda g, q: g.atan2(g.neg(q[0]), q[1]),
+    "atan2 over a negative": lambda g, q: g.atan2(q[1], g.neg(g.mul(q[0], q[0]))),
+    "log of a negative": lambda g, q: g.unary("log", g.neg(g.mul(q[0], q[2]))),
+    "acos of a negative": lambda g, q: g.unary("acos", g.neg(g.mul(q[0], q[2]))),
+    "power of a negative": lambda g, q: g.power(g.neg(q[0]), 2.3),
+    "negative exponent": lambda g, q: g.pow(q[2], g.neg(g.mul(q[1], q[2]))),
+    "exponent minus one": lambda g, q: g.pow(q[2], g.sub(g.one, q[2])),
+    "quotient of quotients": lambda g, q: g.div(g.div(q[0], q[1]), g.div(q[1], q[2])),
+    "quotient of a quotient and its top": lambda g, q: g.div(g.mul(q[0], g.div(q[0], q[1])), q[1]),
+    "select by a variable": lambda g, q: g.mul(q[0], g.select(q[0], q[2], g.mul(q[0], q[1]), q[3])),
+    "square root": lambda g, q: g.unary("sqrt", g.sub(g.one, g.mul(q[2], g.mul(q[0], q[0])))),
+}
+
+
+@pytest.mark.parametrize("name", sorted(TRAPS))
+def test_hessian_traps(name):
+    check_hessian(TRAPS[name], POINT)
+
+
+def test_reverse_adds_seeds_of_one_output():
+    g = Graph()
+    x = g.var(Q, 0)
+    node = g.unary("sin", x)
+    twice = reverse(g, [(node, g.one), (node, g.one), (x, g.const(3.0))], Q)[x]
+    assert evaluate(g, [twice], {x: 0.3})[0] == pytest.approx(2.0 * math.cos(0.3) + 3.0, rel=1e-15)
+
+
+def test_reverse_looks_only_at_the_kinds_asked_for():
+    g = Graph()
+    q, v = g.var(Q, 0), g.var(V, 0)
+    result = reverse(g, [(g.mul(g.unary("sin", q), v), g.one)], V)
+    assert result == {v: g.unary("sin", q)}
+
+
+def test_jacobian_takes_the_cheaper_direction():
+    g = Graph()
+    q = [g.var(Q, k) for k in range(12)]
+    product = g.one
+    for x in q:
+        product = g.mul(product, g.unary("sin", x))
+    wide = jacobian(g, [product], q)  # one output of many inputs: reverse
+    assert g.count([product, *wide[0]]) < 12 * 6
+    tall = [g.unary("cos", g.mul(g.const(k + 1.0), product)) for k in range(12)]
+    column = jacobian(g, tall, q[:1])
+    assert (
+        g.count([*tall, *(row[0] for row in column)]) < 12 * 10
+    )  # by rows: 12 reverse sweeps over the product
+
+
+def deep(g: Graph, x: int, depth: int) -> int:
+    """Every level uses the one below twice: 2^depth paths, 3·depth operations."""
+    for _ in range(depth):
+        x = g.unary("sin", g.add(g.mul(x, x), g.mul(g.const(0.5), x)))
+    return x
+
+
+def test_shared_depth_is_differentiated_once():
+    g = Graph()
+    x, y = g.var(Q, 0), g.var(Q, 1)
+    node = deep(g, g.add(x, g.mul(x, y)), 60)
+    matrix = jacobian(g, [node], [x, y])
+    second = hessian(g, node, [x, y])
+    assert g.count([node, *matrix[0], *second[0], *second[1]]) < 60 * 40
+    at = {x: 0.7, y: 0.4}
+
+    def plain(p):
+        z = p[0] + p[0] * p[1]
+        for _ in range(60):
+            z = COMPLEX.sin(z * z + 0.5 * z)
+        return [z]
+
+    for k in range(2):
+        assert close(evaluate(g, [matrix[0][k]], at), complex_step(plain, [0.7, 0.4], k))
+
+
+def sweeps(length: int) -> tuple[int, float]:
+    """Nodes made and CPU seconds used by forward, reverse and Hessian on a chain of `length` levels."""
+    g = Graph()
+    x = g.var(Q, 0)
+    node = deep(g, x, length)
+    start = time.process_time()
+    forward(g, [node], {x: g.one})
+    reverse(g, [(node, g.one)], Q)
+    hessian(g, node, [x])
+    return len(g.op), time.process_time() - start
+
+
+def test_sweeps_are_linear():
+    small, quick = sweeps(800)
+    large, slow = sweeps(8_000)
+    assert large < 10.1 * small
+    assert slow < 40 * quick + 1.0
+
+
+def test_long_chains_are_differentiated_without_recursion():
+    g = Graph()
+    x = g.var(Q, 0)
+    node = deep(g, x, 25_000)  # 100 000 operations
+    assert forward(g, [node], {x: g.one})[0] != g.zero
+    assert reverse(g, [(node, g.one)], Q)[x] != g.zero

@@ -1,0 +1,196 @@
+"""Events: exact times, double crossings, order at one instant, resting contact, Zeno."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from runtime.solve import solve
+from runtime.system import load
+
+FIXTURES = Path(__file__).parent / "fixtures"
+METHODS = ("dop853", "dopri5", "rk4", "verlet")
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return load(FIXTURES / "ball.py")
+
+
+@pytest.fixture(scope="module")
+def oscillator():
+    return load(FIXTURES / "oscillator.py")
+
+
+def times(solution, name):
+    return [event.t for event in solution.events if event.name == name]
+
+
+def impact_times(n, e=0.8, g=9.81, height=1.0):
+    first = np.sqrt(2 * height / g)
+    flights = 2 * first * e ** np.arange(1, n)
+    return first + np.concatenate([[0.0], np.cumsum(flights)])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_impacts_of_a_bouncing_ball(ball, method):
+    exact = impact_times(6)
+    solution = solve(
+        ball, exact[-1] + 0.01, method=method, step=0.01 if method in ("rk4", "verlet") else None
+    )
+    np.testing.assert_allclose(times(solution, "floor"), exact, rtol=0, atol=1e-12)
+    impact = solution.events[-1]
+    assert impact.v_after[0] == pytest.approx(-0.8 * impact.v_before[0], rel=1e-14)
+    assert solution.status == "success"
+    # Energy that impacts take is counted as work, so the balance closes.
+    assert solution.energy.max_error < 1e-12
+    assert solution.energy.final < 0.2 * solution.energy.initial
+
+
+@pytest.mark.parametrize("method", ["dop853", "dopri5"])
+@pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-6, 1e-9])
+def test_double_crossing_within_one_step(ball, method, gap):
+    """The apex rises above the level by a hair; steps are far longer than the time above it."""
+    v0, g = 3.0, 9.81
+    apex = 10.0 + v0**2 / (2 * g)
+    solution = solve(
+        ball, 0.7, method=method, start={"x": 10.0}, rate={"x": v0}, parameters={"level": apex - gap}
+    )
+    half = np.sqrt(2 * gap / g)
+    # The level is known to round-off of 10 m, its crossing times to that over the speed there.
+    tolerance = 1e-14 / (g * half) + 1e-14
+    exact = [v0 / g - half, v0 / g + half]
+    np.testing.assert_allclose(times(solution, "passes"), exact, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(times(solution, "ascends"), exact[:1], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(times(solution, "descends"), exact[1:], rtol=0, atol=tolerance)
+
+
+def test_a_near_miss_is_not_an_event(ball):
+    solution = solve(
+        ball, 0.7, start={"x": 10.0}, rate={"x": 3.0}, parameters={"level": 10.0 + 9.0 / 19.62 + 1e-9}
+    )
+    assert solution.events == [] or {event.name for event in solution.events} <= {"late", "later"}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_events_of_one_instant_act_in_file_order(ball, method):
+    solution = solve(ball, 0.4, method=method, step=0.07 if method in ("rk4", "verlet") else None)
+    together = [event for event in solution.events if event.name in ("late", "later")]
+    assert [event.name for event in together] == ["late", "later"]
+    assert together[0].t == together[1].t == pytest.approx(0.3, abs=1e-15)
+
+
+def test_active_at_the_start_fires_only_after_leaving_zero(ball):
+    # At rest on the level: falls away from it and never comes back.
+    solution = solve(ball, 0.1, parameters={"level": 1.0})
+    assert times(solution, "passes") == times(solution, "descends") == []
+    # Thrown up from the level: comes back once.
+    solution = solve(ball, 0.9, rate={"x": 2.0}, parameters={"level": 1.0})
+    np.testing.assert_allclose(times(solution, "passes"), [2 * 2.0 / 9.81], atol=1e-13)
+    np.testing.assert_allclose(times(solution, "descends"), [2 * 2.0 / 9.81], atol=1e-13)
+    assert times(solution, "ascends") == []
+
+
+def test_an_event_does_not_fire_again_at_its_own_instant(ball):
+    # "passes" watches the floor itself, in both directions: one record for each impact.
+    exact = impact_times(4)
+    solution = solve(ball, exact[-1] + 0.01, parameters={"level": 0.0})
+    np.testing.assert_allclose(times(solution, "floor"), exact, atol=1e-12)
+    np.testing.assert_allclose(times(solution, "passes"), exact, atol=1e-12)
+
+
+def test_zeno(ball):
+    e = 0.6
+    first = np.sqrt(2 / 9.81)
+    rest = first * (1 + 2 * e / (1 - e))
+    solution = solve(ball, 5.0, parameters={"e": e})
+    assert solution.status == "zeno"
+    assert solution.t[-1] == pytest.approx(rest, abs=1e-6)
+    assert "'floor'" in solution.message and f"{rest:.5f}" in solution.message
+    assert np.abs(solution.q).max() <= 1.0 + 1e-12
+    assert solution.q.min() > -1e-9
+
+
+def test_stop_with_spring_against_scipy(oscillator):
+    """Independent oracle: SciPy's own event location, restarted by hand at each impact."""
+    from scipy.integrate import solve_ivp
+
+    def f(t, y):
+        return [y[1], 0.5 * np.sin(3.0 * t) - 0.2 * y[1] - 25.0 * y[0]]
+
+    def stop(t, y):
+        return y[0] + 0.05
+
+    stop.terminal, stop.direction = True, -1
+    t, y, exact = 0.0, [0.1, 0.0], []
+    while t < 6.0:
+        leg = solve_ivp(f, (t, 6.0), y, method="DOP853", rtol=1e-12, atol=1e-14, events=stop)
+        t, y = leg.t[-1], leg.y[:, -1]
+        if leg.status == 1:
+            exact.append(t)
+            y = [-0.05 + 1e-15, -0.6 * y[1]]
+    solution = solve(oscillator, 6.0, rtol=1e-11, atol=1e-13)
+    np.testing.assert_allclose(times(solution, "stop"), exact, atol=1e-9)
+    np.testing.assert_allclose(solution.q[-1, 0], y[0], atol=1e-9)
+    assert solution.energy.max_error < 1e-9
+
+
+def test_terminate(oscillator):
+    solution = solve(oscillator, 10.0, parameters={"t_limit": 0.1234567})
+    assert solution.status == "terminated"
+    assert solution.t[-1] == pytest.approx(0.1234567, abs=1e-15)
+    assert "'limit'" in solution.message
+    assert solution.events[-1].action == "terminate"
+
+
+def test_frames_before_an_event_are_those_without_it(ball):
+    free = solve(ball, 0.45, fps=500)
+    stopped = solve(ball, 2.0, fps=500)
+    np.testing.assert_allclose(stopped.q[:200], free.q[:200], atol=1e-14)
+
+
+PISTON = """
+[parameters]
+e = 0.6
+[coordinates]
+theta = { start = 0.5, rate = 20.0 }
+phi = { guess = -0.2 }
+x = { guess = 0.4 }
+[bodies.crank]
+mass = 1.0
+inertia = 0.01
+com = ["0.1*cos(theta)", "0.1*sin(theta)"]
+angle = "theta"
+[constraints]
+closes_x = "0.1*cos(theta) + 0.3*cos(phi) - x"
+closes_y = "0.1*sin(theta) + 0.3*sin(phi)"
+[forces]
+theta = "1.0"
+[events.stop]
+when = "x - 0.25"
+direction = "falling"
+then = { reset = { "dot(x)" = "-e*dot(x)" } }
+"""
+
+
+@pytest.fixture(scope="module")
+def piston():
+    from symgen import Model
+
+    return Model.from_toml(PISTON).derive()
+
+
+def test_reset_of_a_coordinate_without_mass(piston):
+    """The piston has no mass: only the constraints carry its impact to the crank."""
+    first = solve(piston, 0.3).events[0]
+    assert first.v_after[2] == pytest.approx(-0.6 * first.v_before[2], rel=1e-12)
+    np.testing.assert_allclose(first.v_after, -0.6 * first.v_before, rtol=1e-9)
+    assert first.energy_change < 0.0
+
+
+def test_zeno_where_bounces_vanish_in_round_off(piston):
+    solution = solve(piston, 5.0)
+    assert solution.status == "zeno"
+    assert solution["x"].min() > 0.25 - 1e-9

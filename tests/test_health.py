@@ -1,0 +1,215 @@
+"""Health reports: good runs pass, and each kind of bad run is caught by its check."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from runtime.checks.advice import advise
+from runtime.checks.convergence import study
+from runtime.checks.health import check, energy_limit, trusted
+from runtime.integrate.methods import find_method
+from runtime.result_json import result, to_json
+from runtime.solution import Solution
+from runtime.solve import solve
+from runtime.system import System, load
+
+FIXTURES = Path(__file__).parent / "fixtures"
+ARGUMENTS = {"t_end": 3.0, "method": "auto", "rtol": 1e-8, "atol": 1e-10}
+
+
+@pytest.fixture(scope="module")
+def pendulum() -> System:
+    return load(FIXTURES / "pendulum.py")
+
+
+@pytest.fixture(scope="module")
+def cartesian() -> System:
+    return load(FIXTURES / "cartesian_pendulum.py")
+
+
+@pytest.fixture(scope="module")
+def swing(cartesian: System) -> Solution:
+    return solve(cartesian, 2.0, start={"x": 0.3}, method="dop853")
+
+
+def objections(solution: Solution) -> list[str]:
+    return [entry.check for entry in check(solution) if not entry.ok]
+
+
+def test_good_runs_pass(pendulum, swing):
+    assert objections(solve(pendulum, 3.0, method="dop853")) == []
+    assert objections(solve(pendulum, 3.0, method="rk4", step=0.01)) == []
+    assert objections(swing) == []
+    assert trusted(swing) and swing.ok
+
+
+def test_checks_are_plain_values(swing):
+    for entry in check(swing):
+        assert type(entry.ok) is bool and type(entry.value) is float and type(entry.limit) is float
+        assert entry.says and set(entry.to_dict()) == {"check", "ok", "value", "limit", "says"}
+
+
+def test_coarse_fixed_step_is_not_trusted(pendulum):
+    run = solve(pendulum, 3.0, method="rk4", step=0.2)
+    found = {entry.check: entry for entry in check(run)}
+    # g/l = 19.62 at rest below: the fastest rate is at most its root.
+    assert found["resolution"].value == pytest.approx(2 * np.pi / np.sqrt(19.62) / 0.2, rel=0.2)
+    assert not found["resolution"].ok and "step of at most" in found["resolution"].says
+    assert found["stability"].ok
+    assert not trusted(run)
+
+
+def test_unstable_step_is_named():
+    oscillator = load(FIXTURES / "oscillator.py")
+    fastest = max(np.abs(np.linalg.eigvals(_linear(oscillator))))
+    run = solve(oscillator, 40.0 / fastest, method="verlet", step=2.2 / fastest)
+    assert "stability" in objections(run)
+
+
+def _linear(system: System) -> np.ndarray:
+    p = system.parameter_values()
+    rows = [
+        system.kernel("rhs")(0.0, y, p)[:2] - system.kernel("rhs")(0.0, [0.0, 0.0], p)[:2] for y in np.eye(2)
+    ]
+    return np.array(rows).T
+
+
+def test_euler_gains_energy(pendulum):
+    run = solve(pendulum, 3.0, method="euler", step=0.01)
+    assert "energy" in objections(run)
+
+
+@pytest.mark.parametrize(
+    ("rtol", "limit"), [(1e-3, 1e-2), (1e-8, 1e-4), (1e-12, 1e-6)], ids=["loose", "default", "tight"]
+)
+def test_energy_limit_follows_the_tolerance(rtol, limit):
+    assert energy_limit(find_method("dop853"), rtol) == pytest.approx(limit)
+
+
+def test_energy_limit_of_fixed_steps():
+    assert energy_limit(find_method("verlet"), 1e-8) == 1e-2
+    assert energy_limit(find_method("rk4"), 1e-8) == 1e-3
+
+
+def _altered(solution: Solution, **changes) -> Solution:
+    return replace(solution, **changes)
+
+
+def test_numbers_that_are_not_finite(swing):
+    q = swing.q.copy()
+    q[5, 1] = np.nan
+    found = check(_altered(swing, q=q))
+    assert [entry.ok for entry in found] == [True, False]
+    assert f"y is not finite from t = {swing.t[5]:.9g} s" in found[1].says
+
+
+def test_energy_that_is_not_a_number_is_not_trusted(swing):
+    assert "energy" in objections(_altered(swing, energy=replace(swing.energy, max_error=np.nan)))
+
+
+def test_drift_from_a_constraint_is_seen(swing):
+    q = swing.q.copy()
+    q[7] *= 1.0 + 1e-4
+    found = {entry.check: entry for entry in check(_altered(swing, q=q))}
+    assert not found["constraint position"].ok
+    assert "'rod'" in found["constraint position"].says
+    v = swing.v.copy()
+    v[7] += 1e-3 * q[7]
+    found = {entry.check: entry for entry in check(_altered(swing, v=v))}
+    assert found["constraint position"].ok and not found["constraint velocity"].ok
+
+
+def test_scale_of_the_drift_does_not_depend_on_the_constraints_scale():
+    run = solve(load(FIXTURES / "redundant_pendulum.py"), 1.0, start={"x": 0.3}, method="dop853")
+    found = {entry.check: entry for entry in check(run)}
+    assert all(entry.ok for entry in found.values())
+    assert "rod_again" in found["redundant constraints"].says
+
+
+def test_rejected_and_tiny_steps(swing):
+    stats = {**swing.stats, "steps": 10, "rejected": 90}
+    assert objections(_altered(swing, stats=stats)) == ["rejected steps"]
+    log = swing.step_log.copy()
+    log[:, 1] = 1e-16
+    assert objections(_altered(swing, step_log=log)) == ["step size"]
+
+
+@pytest.mark.parametrize("status", ["failed", "zeno", "interrupted"])
+def test_irregular_end(swing, status):
+    found = check(_altered(swing, status=status, message="It stopped."))
+    assert (found[0].check, found[0].ok, found[0].says) == ("status", False, "It stopped.")
+
+
+def test_result_reads_back_bit_for_bit(cartesian):
+    run = solve(cartesian, 1.0, start={"x": 0.3}, method="dop853", at=(0.25, 1.0))
+    data = json.loads(to_json(result(run, {"derive": 0.125})))
+    assert data["coordinates"] == {"x": run.q[-1, 0], "y": run.q[-1, 1]}
+    assert data["rates"]["x"] == run.v[-1, 0]
+    assert data["accelerations"]["y"] == run.accelerations[-1, 1]
+    assert data["multipliers"] == {"rod": run.multipliers[-1, 0]}
+    assert [sample["t"] for sample in data["samples"]] == [0.25, 1.0]
+    assert data["samples"][0]["coordinates"]["x"] == run.samples[0].q[0]
+    assert data["samples"][1]["coordinates"] == data["coordinates"]
+    assert set(data["seconds"]) == {"derive", "compile", "run", "log"} and data["seconds"]["derive"] == 0.125
+    assert {"steps", "rejected", "rhs", "jacobians", "factorisations"} <= set(data["stats"])
+    assert [entry["check"] for entry in data["health"]] == [entry.check for entry in run.health]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.1, "0.10000000000000001"),
+        (2.0, "2.0"),
+        (-1e-300, "-1.0000000000000000e-300"),
+        (float("inf"), "null"),
+        (float("nan"), "null"),
+        (np.float64(1.5), "1.5"),
+        (np.int64(3), "3"),
+        (True, "true"),
+        ([np.bool_(False), None], "[false, null]"),
+        ({"ω": {"a": ()}}, '{"\\u03c9": {"a": []}}'),
+    ],
+)
+def test_json_text(value, text):
+    assert json.loads(to_json(value)) == json.loads(text)
+    if isinstance(value, float) and np.isfinite(value):
+        assert json.loads(to_json(value)) == value
+
+
+def test_advice_for_a_pendulum(pendulum):
+    advice = advise(pendulum, ARGUMENTS)
+    omega = np.sqrt(9.81 / 0.5)
+    assert advice.fastest == pytest.approx(omega, rel=0.05)
+    assert advice.method == "dop853" and advice.reason
+    steps = {entry.method: entry for entry in advice.fixed_steps}
+    assert steps["verlet"].stable == pytest.approx(2.0 / advice.fastest)
+    assert 20 <= 2 * np.pi / advice.fastest / steps["rk4"].step <= 100
+    assert steps["rk4"].step < steps["rk4"].stable
+    assert any("fastest time scale" in line for line in advice.lines())
+    json.loads(to_json(advice.to_dict()))
+
+
+@pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("verlet", 2)])
+def test_step_halving_shows_the_order(pendulum, method, order):
+    table = study(pendulum, {**ARGUMENTS, "t_end": 1.0, "method": method, "step": 0.02})
+    assert [level.steps for level in table.levels] == [50, 100, 200, 400]
+    assert table.levels[1].order == pytest.approx(order, abs=0.15)
+    assert table.ok and not table.failed
+    assert len(table.table()) == 6
+
+
+def test_tolerances_tighten(cartesian):
+    table = study(cartesian, {**ARGUMENTS, "t_end": 1.0, "start": {"x": 0.3}})
+    assert [level.setting for level in table.levels] == pytest.approx([1e-6, 1e-7, 1e-8, 1e-9])
+    assert table.ok and table.constrained
+    assert table.levels[-1].difference is None and table.levels[-2].difference < 1e-6
+
+
+def test_a_step_that_is_too_long_does_not_settle(pendulum):
+    table = study(pendulum, {**ARGUMENTS, "t_end": 20.0, "method": "euler", "step": 0.05})
+    assert not table.ok and "not to be trusted" in table.says

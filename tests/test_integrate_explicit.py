@@ -1,0 +1,186 @@
+"""Explicit and symplectic methods: tableaus, observed orders, dense output, no allocation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from runtime.errors import RuntimeModelError
+from runtime.integrate import layout as at
+from runtime.integrate import tableaus
+from runtime.integrate.methods import METHODS, find_method
+from runtime.loop_arrays import LoopArrays
+from runtime.system import load
+
+FIXTURES = Path(__file__).parent / "fixtures"
+EXPLICIT = ("euler", "semi_implicit_euler", "verlet", "rk4", "dopri5", "dop853")
+# Steps from which the error is well above round-off and the method in its asymptotic range.
+STEP = {
+    "euler": 2e-4,
+    "semi_implicit_euler": 2e-4,
+    "verlet": 2e-3,
+    "rk4": 8e-3,
+    "dopri5": 0.02,
+    "dop853": 0.16,
+}
+T_END = 0.8
+
+
+@pytest.fixture(scope="module")
+def systems():
+    return {name: load(FIXTURES / f"{name}.py") for name in ("pendulum", "cartesian_pendulum", "oscillator")}
+
+
+def reference(name, times):
+    """Independent solution: SciPy at round-off tolerance, written from the physics and not from the module."""
+    if name == "oscillator":
+
+        def f(t, y):
+            force = 0.5 * np.sin(3.0 * t) - 0.2 * y[1]
+            return [y[1], force - 25.0 * y[0], force * y[1]]
+
+        start = [0.1, 0.0, 0.0]
+    else:
+
+        def f(t, y):
+            return [y[1], -9.81 / 0.5 * np.sin(y[0])]
+
+        start = [np.arctan2(0.3, 0.4) if name == "cartesian_pendulum" else 1.5, 0.0]
+    solution = solve_ivp(f, (0, T_END), start, method="DOP853", rtol=1e-13, atol=1e-15, dense_output=True)
+    y = solution.sol(times).T
+    if name == "cartesian_pendulum":
+        s, c, w = np.sin(y[:, 0]), np.cos(y[:, 0]), y[:, 1]
+        y = np.column_stack([0.5 * s, -0.5 * c, 0.5 * c * w, 0.5 * s * w])
+    return y
+
+
+def fixed_steps(system, name, h, frame_times):
+    """Run any method with steps of h: an adaptive one is given no reason to take others."""
+    method = METHODS[name]
+    q, v, _, _ = system.initial_state()
+    arrays = LoopArrays(
+        system, method, system.parameter_values(), 0.0, np.concatenate([q, v]), frame_times=frame_times,
+        rtol=1e6, atol=1e6, step=h, span=T_END, with_events=False, log_length=20_000,
+    )  # fmt: skip
+    arrays.control[at.H_MAX] = h
+    assert arrays.advance(T_END, 20_000) == at.REACHED_STOP
+    assert arrays.t == T_END
+    return arrays
+
+
+@pytest.mark.parametrize("model", ["pendulum", "cartesian_pendulum", "oscillator"])
+@pytest.mark.parametrize("name", EXPLICIT)
+def test_observed_order(systems, name, model):
+    exact = reference(model, np.array([T_END]))[0]
+    errors = []
+    for h in (STEP[name], STEP[name] / 4):
+        arrays = fixed_steps(systems[model], name, h, np.zeros(0))
+        errors.append(np.abs(arrays.y - exact).max())
+    observed = np.log2(errors[0] / errors[1]) / 2
+    assert errors[1] > 1e-14, "too close to round-off to observe an order"
+    assert 0.92 * METHODS[name].order < observed < METHODS[name].order + 1.2
+
+
+@pytest.mark.parametrize("model", ["pendulum", "oscillator"])
+@pytest.mark.parametrize("name", ["rk4", "dopri5", "dop853"])
+def test_dense_output_order(systems, name, model):
+    times = np.linspace(0.0, T_END, 203)[1:-1]
+    exact = reference(model, times)
+    errors = []
+    for h in (STEP[name], STEP[name] / 4):
+        arrays = fixed_steps(systems[model], name, h, times)
+        assert arrays.counters[at.NEXT_FRAME] == len(times)
+        errors.append(np.abs(arrays.frames - exact).max())
+    observed = np.log2(errors[0] / errors[1]) / 2
+    assert METHODS[name].dense_order + 1 - 0.5 < observed
+
+
+@pytest.mark.parametrize("name", ["dopri5", "dop853"])
+@pytest.mark.parametrize("model", ["pendulum", "cartesian_pendulum"])
+@pytest.mark.parametrize("rtol", [1e-5, 1e-8, 1e-11])
+def test_tolerance_is_met(systems, name, model, rtol):
+    system = systems[model]
+    q, v, _, _ = system.initial_state()
+    times = np.linspace(0.0, T_END, 31)[1:-1]
+    arrays = LoopArrays(
+        system, METHODS[name], system.parameter_values(), 0.0, np.concatenate([q, v]), frame_times=times,
+        rtol=rtol, atol=rtol, span=T_END, with_events=False,
+    )  # fmt: skip
+    assert arrays.advance(T_END, 4000) == at.REACHED_STOP
+    assert np.abs(arrays.y - reference(model, np.array([T_END]))[0]).max() < 30 * rtol
+    assert np.abs(arrays.frames - reference(model, times)).max() < 100 * rtol
+
+
+def test_verlet_reuses_accelerations_only_where_it_may(systems):
+    assert METHODS["verlet"].coefficients(systems["pendulum"]).reuse == 1
+    assert METHODS["verlet"].coefficients(systems["oscillator"]).reuse == 0
+    assert METHODS["verlet"].coefficients(systems["cartesian_pendulum"]).reuse == 0
+    arrays = fixed_steps(systems["pendulum"], "verlet", 0.01, np.zeros(0))
+    assert arrays.counters[at.RHS_CALLS] == arrays.counters[at.STEPS] + 1
+
+
+def test_fixed_steps_land_on_stops_without_drift(systems):
+    system = systems["pendulum"]
+    arrays = LoopArrays(
+        system, METHODS["rk4"], system.parameter_values(), 0.0, np.array([1.5, 0.0]), frame_times=np.zeros(0),
+        rtol=1e-8, atol=1e-8, step=0.1, span=3.0, log_length=1000,
+    )  # fmt: skip
+    assert arrays.advance(0.25, 1000) == at.REACHED_STOP
+    assert arrays.t == 0.25
+    assert arrays.advance(3.0, 1000) == at.REACHED_STOP
+    ends = arrays.new_steps[:, 0]
+    # The grid goes on from the start, not from the stop.
+    np.testing.assert_array_equal(ends[:-1], [k * 0.1 for k in range(3, 30)])
+    assert ends[-1] == 3.0
+
+
+@pytest.mark.parametrize("make", [tableaus.euler, tableaus.rk4, tableaus.dopri5, tableaus.dop853])
+def test_order_conditions(make):
+    """Trees up to order 4, and quadrature up to the method's order (Butcher)."""
+    tableau = make()
+    n = tableau.n_stages
+    a, b, c = tableau.a[:n, :n], tableau.b, tableau.c[:n]
+    for k in range(1, tableau.order + 1):
+        assert b @ c ** (k - 1) == pytest.approx(1 / k, abs=1e-13)
+    trees = {
+        3: [(b @ a @ c, 1 / 6)],
+        4: [(b * c @ a @ c, 1 / 8), (b @ a @ c**2, 1 / 12), (b @ a @ a @ c, 1 / 24)],
+    }
+    for order, conditions in trees.items():
+        if tableau.order >= order:
+            for value, exact in conditions:
+                assert value == pytest.approx(exact, abs=1e-13)
+
+
+def test_dop853_coefficients_are_scipys():
+    from scipy.integrate._ivp import dop853_coefficients as scipys
+
+    tableau = tableaus.dop853()
+    np.testing.assert_array_equal(tableau.a, scipys.A)
+    np.testing.assert_array_equal(tableau.dense, scipys.D)
+    np.testing.assert_allclose(tableau.error, [scipys.E5[:12], scipys.E3[:12]], atol=1e-17)
+
+
+def test_contradicting_tableaus_are_refused():
+    with pytest.raises(ValueError, match="sum to"):
+        tableaus.erk_tableau([[], [0.5]], [0.5, 0.6], 2)
+    with pytest.raises(ValueError, match="stage 1 has 2"):
+        tableaus.erk_tableau([[], [0.5, 0.5]], [0.5, 0.5], 2)
+
+
+def test_unknown_method_names_the_nearest():
+    with pytest.raises(RuntimeModelError, match=r"'dopri8'.*did you mean 'dopri5'"):
+        find_method("dopri8")
+
+
+def test_non_finite_and_step_too_small_are_told_apart(systems):
+    system = systems["pendulum"]
+    p = system.parameter_values({"l": 0.0})
+    arrays = LoopArrays(
+        system, METHODS["dop853"], p, 0.0, np.array([1.5, 0.0]), frame_times=np.zeros(0), rtol=1e-8, atol=1e-8,
+        span=1.0,
+    )  # fmt: skip
+    assert arrays.advance(1.0, 100) == at.NOT_FINITE
