@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from symgen.cli.arguments import as_dict, find_model, model_argument
+from symgen.cli.mechanism import mechanism, section
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     import sympy
 
     from runtime.system import System
-    from symgen.model.description import Body, Coordinate, Description
+    from symgen.model.description import Body, Coordinate, Description, Rate
 
 _MOST_OPERATIONS = 400  # longer equations are not read by people
 _LONGEST_TEXT = 2000
@@ -34,7 +35,8 @@ def command(model: str, options: tuple[tuple[str, str], ...], latex: bool) -> No
     system = runtime.load(module_for(path, build_options).text)
     printer = _latex if latex else _text
     lines = [f"{description.name}: {description.description}".rstrip(": "), ""]
-    lines += _tables(description) + _bodies(description, printer) + _terms(description, printer)
+    lines += _tables(description) + _bodies(description, printer) + mechanism(description, printer)
+    lines += _terms(description, printer)
     lines += _equations(system, printer)
     click.echo("\n".join(lines))
 
@@ -55,40 +57,42 @@ def _latex(expression: sympy.Expr) -> str:
     return to_latex(expression)
 
 
-def _section(title: str, rows: list[tuple[str, ...]]) -> list[str]:
-    if not rows:
-        return []
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = ["  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
-    return [title, *lines, ""]
-
-
 def _tables(d: Description) -> list[str]:
     def quantity(value: float, unit: str | None) -> str:
         return f"{value:.10g} {unit or ''}".strip()
 
     return [
-        *_section("coordinates", [(c.name, c.unit or "", _start(c)) for c in d.coordinates]),
-        *_section("parameters", [(p.name, quantity(p.value, p.unit), p.doc) for p in d.parameters]),
-        *_section("constants", [(c.name, quantity(c.value, c.unit)) for c in d.constants]),
-        *_section("inputs", [(u.name, quantity(u.default, u.unit)) for u in d.inputs]),
+        *section("coordinates", [(c.name, c.unit or "", _start(c)) for c in d.coordinates]),
+        *section("rates", [(r.name, r.unit or "", _rate(r)) for r in d.rates if r.coordinate != r.name]),
+        *section("parameters", [(p.name, quantity(p.value, p.unit), p.doc) for p in d.parameters]),
+        *section("constants", [(c.name, quantity(c.value, c.unit)) for c in d.constants]),
+        *section("inputs", [(u.name, quantity(u.default, u.unit)) for u in d.inputs]),
     ]
 
 
 def _start(c: Coordinate) -> str:
     position = f"guess {c.guess:.10g}" if c.start is None else f"start {c.start:.10g}"
+    if c.quaternion is not None:
+        return position
     rate = f"rate guess {c.rate_guess:.10g}" if c.rate is None else f"rate {c.rate:.10g}"
     return f"{position}, {rate}"
 
 
+def _rate(r: Rate) -> str:
+    return f"rate guess {r.guess:.10g}" if r.start is None else f"rate {r.start:.10g}"
+
+
 def _bodies(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
     rows = []
+    children = {j.child for j in d.joints}
     for body in d.bodies:
-        at = f"centre of mass ({', '.join(map(show, body.com))})"
+        at = f"centre of mass ({', '.join(map(show, body.com))})" + " in its own frame" * (
+            body.name in children
+        )
         mass = f"mass {show(body.mass)}" if body.mass is not None else "no mass"
         inertia = f"inertia {', '.join(map(show, body.inertia))}" if body.inertia else ""
         rows.append((body.name, mass, inertia, f"{at}{_orientation(body, show)}"))
-    return _section("bodies", rows)
+    return section("bodies", rows)
 
 
 def _orientation(body: Body, show: Callable[[sympy.Expr], str]) -> str:
@@ -104,15 +108,20 @@ def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
     def point(name: str, parts: tuple[sympy.Expr, ...]) -> str:
         return f"{name} ({', '.join(map(show, parts))})"
 
+    children = {j.child for j in d.joints}
     kinetic = [
-        (b.name, "=", show(_kinetic(b, dot)) + _spinning(b))
+        (
+            b.name,
+            "=",
+            _jointed_kinetic(b, show) if b.name in children else show(_kinetic(b, dot)) + _spinning(b),
+        )
         for b in d.bodies
         if b.mass is not None or b.inertia
     ]
     kinetic += [("other", "=", show(d.kinetic))] if d.kinetic is not None else []
     gravity = d.gravity or ()
     potential = [
-        (b.name, "=", show(-b.mass * sum(g * x for g, x in zip(gravity, b.com))))
+        (b.name, "=", _weight(b, gravity, b.name in children, show))
         for b in d.bodies
         if b.mass is not None and any(gravity)
     ]
@@ -125,20 +134,18 @@ def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
         for load in d.loads
     ]
     return [
-        *_section("definitions", [(name, "=", show(e)) for name, e in d.definitions]),
-        *_section("kinetic energy", kinetic),
-        *_section("potential energy", potential),
-        *_section("dissipation", dissipation),
-        *_section("forces on coordinates", [(name, "=", show(e)) for name, e in d.forces]),
-        *_section("loads", loads),
-        *_section("constraints", [(c.name, "0 =", show(c.expression)) for c in d.constraints]),
-        *_section(
+        *section("definitions", [(name, "=", show(e)) for name, e in d.definitions]),
+        *section("kinetic energy", kinetic),
+        *section("potential energy", potential),
+        *section("dissipation", dissipation),
+        *section("forces on coordinates", [(name, "=", show(e)) for name, e in d.forces]),
+        *section("loads", loads),
+        *section("constraints", [(c.name, "0 =", show(c.expression)) for c in d.constraints]),
+        *section(
             "velocity constraints", [(c.name, "0 =", show(c.expression)) for c in d.velocity_constraints]
         ),
-        *_section("outputs", [(name, "=", show(e)) for name, e in d.outputs]),
-        *_section(
-            "events", [(e.name, f"when {show(e.when)} = 0, {e.direction}", e.action) for e in d.events]
-        ),
+        *section("outputs", [(name, "=", show(e)) for name, e in d.outputs]),
+        *section("events", [(e.name, f"when {show(e.when)} = 0, {e.direction}", e.action) for e in d.events]),
     ]
 
 
@@ -151,6 +158,25 @@ def _kinetic(body: Body, dot) -> sympy.Expr:
     if body.planar and body.inertia and body.angle is not None:
         energy += body.inertia[0] * dot(body.angle) ** 2 / 2
     return energy
+
+
+def _jointed_kinetic(body: Body, show: Callable[[sympy.Expr], str]) -> str:
+    """In short where joints place the body: written out, it is too long to be read."""
+    import sympy
+
+    moving = [show(body.mass * sympy.Symbol("v.v") / 2)] if body.mass is not None else []
+    turning = ["1/2*omega.I.omega"] if body.inertia else []
+    return " + ".join(moving + turning)
+
+
+def _weight(
+    body: Body, gravity: tuple[sympy.Expr, ...], is_child: bool, show: Callable[[sympy.Expr], str]
+) -> str:
+    import sympy
+
+    if is_child:
+        return f"{show(-body.mass * sympy.Symbol('gravity.r'))}, gravity ({', '.join(map(show, gravity))})"
+    return show(-body.mass * sum(g * x for g, x in zip(gravity, body.com)))
 
 
 def _spinning(body: Body) -> str:
@@ -183,4 +209,4 @@ def _equations(system: System, show: Callable[[sympy.Expr], str]) -> list[str]:
             rows.append((f"G[{constraints[i]}, {names[j]}]", "=", show(value)))
         gamma = sorted(symbolic(system, "gamma").items())
         rows += [(f"gamma[{constraints[i]}]", "=", show(value)) for i, value in gamma]
-    return _section(head, rows)[:-1]
+    return section(head, rows)[:-1]

@@ -31,30 +31,23 @@ def make_body(
 ) -> Body:
     """A body from the arguments of `Model.body`."""
     table, sources = f"bodies.{name}", model._sources
-    if com is None or (isinstance(com, Sequence) and len(com) == 0):
+    if name == "world":
         raise sources.error(
-            table, "com", "the centre of mass 'com' is missing", hint='for example com = ["x", "0"]'
+            table, "", "'world' is the fixed frame, and not a body's name", hint="choose another name"
         )
     if mass is None and inertia is None:
         raise sources.error(
             table, "", "a body needs a mass, an inertia or both", hint="mass = 0 makes one that is drawn only"
         )
-    position = _expressions(model, com, table, "com", (2, 3))
-    planar = len(position) == 2
-    _check_orientation(model, table, planar, angle, rotation)
+    placed = _given(com)
+    position = _expressions(model, com, table, "com", (2, 3)) if placed else ()
+    planar = (
+        len(position) == 2 if placed else inertia is not None and (not _is_list(inertia) or len(inertia) == 1)
+    )
+    if placed:
+        _check_orientation(model, table, planar, angle, rotation)
     tensor = _inertia(model, table, planar, inertia)
     steps = _rotation(model, table, rotation)
-    if tensor and planar and angle is None:
-        raise sources.error(
-            table, "angle", "an inertia needs the angle that the body turns through", hint='give "angle"'
-        )
-    if tensor and not planar and not steps:
-        raise sources.error(
-            table,
-            "inertia",
-            "the inertia has no effect: without 'rotation' the body does not turn",
-            hint='give "rotation"',
-        )
     return Body(
         name=name,
         com=position,
@@ -91,7 +84,7 @@ def _expressions(model: Model, values: Any, table: str, key: str, lengths: tuple
 def _inertia(model: Model, table: str, planar: bool, inertia: Any) -> Expressions:
     if inertia is None:
         return ()
-    is_list = isinstance(inertia, (Sequence, sympy.MatrixBase)) and not isinstance(inertia, str)
+    is_list = _is_list(inertia)
     if planar:
         if is_list and len(inertia) != 1:
             raise model._sources.error(
@@ -103,6 +96,10 @@ def _inertia(model: Model, table: str, planar: bool, inertia: Any) -> Expression
             table, "inertia", "a 3-D body's inertia is [Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]"
         )
     return _expressions(model, inertia, table, "inertia", (3, 6))
+
+
+def _is_list(inertia: Any) -> bool:
+    return isinstance(inertia, (Sequence, sympy.MatrixBase)) and not isinstance(inertia, str)
 
 
 def _rotation(model: Model, table: str, rotation: Any) -> tuple[tuple[str, sympy.Expr], ...]:

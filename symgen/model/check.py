@@ -7,14 +7,26 @@ from dataclasses import dataclass
 
 from ..errors import nearest
 from . import check_units, check_values
+from .check_elements import check_elements
+from .check_loops import LoopChecker
+from .check_mentions import check_mentions
+from .check_tree import check_tree
 from .description import Description
-from .items import COORDINATES, INPUTS, RATES, TIME_ITSELF, Item, definition_items, items
+from .expand import expand
+from .items import COORDINATES, INPUTS, PLACES, RATES, TIME_ITSELF, Item, body_items, definition_items, items
 from .linearity import check_velocity_constraints
 from .printing import shortened
 from .sources import Sources
 from .tree import Uses, uses
+from .tree_order import moved_by
 
-KIND_OF_DEPENDENCE = {"coordinate": COORDINATES, "input": INPUTS}
+KIND_OF_DEPENDENCE = {
+    "coordinate": COORDINATES,
+    "input": INPUTS,
+    "rate": RATES,
+    "point component": PLACES,
+    "axis component": PLACES,
+}
 
 
 @dataclass(frozen=True)
@@ -25,8 +37,8 @@ class Dependence:
     via: Mapping[str, str]
 
 
-def check(d: Description, sources: Sources, kinds: Mapping[str, str]) -> None:
-    """Check a description; raises `ModelError` for the first thing that is wrong.
+def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Description:
+    """Check what the user said, and write out what is said in short.
 
     Parameters
     ----------
@@ -35,25 +47,72 @@ def check(d: Description, sources: Sources, kinds: Mapping[str, str]) -> None:
         Where its expressions came from.
     kinds : mapping of str to str
         What each declared name is.
+
+    Raises
+    ------
+    ModelError
+        For the first thing that is wrong.
     """
-    _check_elements(d, sources)
-    checker = _Checker(sources, kinds)
-    for item in definition_items(d):
-        checker.defined[item.key] = checker.dependence(item)
-    found = [(item, checker.dependence(item)) for item in items(d)]
-    for item, dependence in found:
-        checker.check_role(item, dependence)
+    check_tree(d, sources)
+    check_elements(d, sources)
+    loops = LoopChecker(d, sources)
+    for loop in d.loops:
+        loops.check(loop)
+    checker = _Checker(d, sources, kinds)
+    checker.define()
+    if d.points or d.axes or d.loops:
+        checker.place()
+        checker.define()
+    for item in items(d):
+        checker.check_role(item, checker.dependence(item))
     check_velocity_constraints(d, sources)
     check_values.check_values(d, sources)
-    _check_mentions(d, sources, found)
+    full = expand(d, sources, kinds)
+    checker.add_axes(full)
+    found = [(item, checker.dependence(item).coordinates) for item in items(full)]
+    check_mentions(full, sources, found, checker.moved)
     check_units.check_units(d, sources)
+    return full
 
 
 class _Checker:
-    def __init__(self, sources: Sources, kinds: Mapping[str, str]) -> None:
+    """What expressions depend on, through definitions, points and axes."""
+
+    def __init__(self, d: Description, sources: Sources, kinds: Mapping[str, str]) -> None:
+        self.description = d
         self.sources = sources
-        self.kinds = kinds
+        self.kinds = dict(kinds)
         self.defined: dict[str, Dependence] = {}
+        self.moved: dict[str, frozenset[str]] = {}  # name of a point's or axis' body: coordinates
+        self.coordinates = _coordinates_of(d)  # of each name that stands for coordinates or their rates
+
+    def define(self) -> None:
+        """Find what the definitions depend on."""
+        self.defined.clear()
+        for item in definition_items(self.description):
+            self.defined[item.key] = self.dependence(item)
+
+    def place(self) -> None:
+        """Find the coordinates that move points and axes."""
+        d, placed = self.description, {}
+        children = {j.child for j in d.joints}
+        for body in d.bodies:
+            if body.name not in children:
+                found = []
+                for item in body_items(body, False):
+                    found.append(self.dependence(item))
+                    self.check_role(item, found[-1])
+                placed[body.name] = frozenset().union(*(x.coordinates for x in found))
+        self.moved = moved_by(d, placed)
+        self.add_axes(d)
+
+    def add_axes(self, d: Description) -> None:
+        """Take the components of a description's points and axes for names."""
+        for kind, elements in (("point component", d.points), ("axis component", d.axes)):
+            for x in elements:
+                for c in "xyz":
+                    self.kinds[f"{x.name}_{c}"] = kind
+                    self.coordinates[f"{x.name}_{c}"] = self.moved[x.body]
 
     def dependence(self, item: Item) -> Dependence:
         """What an expression depends on; its names must be declared, its derivatives first ones."""
@@ -69,7 +128,7 @@ class _Checker:
 
     def _check_name(self, item: Item, name: str) -> None:
         kind = self.kinds.get(name)
-        if name == "t" or kind in ("parameter", "constant", "coordinate", "input") or name in self.defined:
+        if name == "t" or name in self.defined or kind not in (None, "definition", "output"):
             return
         if name == item.key and item.table == "definitions":
             message, hint = f"'{name}' refers to itself", None
@@ -92,7 +151,7 @@ class _Checker:
         culprit = "dot" if found.nested else None
         for name in sorted(found.dotted):
             via = self.defined[name].via if name in self.defined else {}
-            if RATES in via:
+            if RATES in via or self.kinds.get(name) == "rate":
                 culprit = name
             if self.kinds.get(name) == "input" or INPUTS in via:
                 raise self.sources.name_error(
@@ -102,7 +161,8 @@ class _Checker:
                     f"dot(…) of the input '{name}': how fast inputs change is not known",
                 )
         if culprit is not None:
-            through = "" if culprit == "dot" else f" ('{culprit}' contains a dot already)"
+            reason = "is a rate" if self.kinds.get(culprit) == "rate" else "contains a dot already"
+            through = "" if culprit == "dot" else f" ('{culprit}' {reason})"
             raise self.sources.name_error(
                 item.table,
                 item.key,
@@ -114,11 +174,12 @@ class _Checker:
         via: dict[str, str] = {RATES: "dot"} if found.has_dot else {}
         coordinates: set[str] = set()
         for name in sorted(found.names):
-            if self.kinds.get(name) == "coordinate":
-                coordinates.add(name)
+            coordinates |= self.coordinates.get(name, frozenset())
             kind = TIME_ITSELF if name == "t" else KIND_OF_DEPENDENCE.get(self.kinds.get(name))
             if kind is not None:
                 via.setdefault(kind, name)
+            if kind == PLACES and self.coordinates.get(name):
+                via.setdefault(COORDINATES, name)
             if name in self.defined:
                 coordinates |= self.defined[name].coordinates
                 for inherited in self.defined[name].via:
@@ -136,6 +197,17 @@ class _Checker:
                 raise self.sources.name_error(item.table, item.key, name, message, item.role.hint)
 
 
+def _coordinates_of(d: Description) -> dict[str, frozenset[str]]:
+    quaternions: dict[str, frozenset[str]] = {}
+    for j in d.joints:
+        quaternions[j.name] = frozenset(c.name for c in d.coordinates if c.quaternion == j.name)
+    found = {c.name: quaternions.get(c.quaternion, frozenset({c.name})) for c in d.coordinates}
+    for j in d.joints:
+        if quaternions[j.name]:
+            found |= dict.fromkeys(j.rates, quaternions[j.name])
+    return found | {r.name: frozenset({r.coordinate}) for r in d.rates if r.coordinate is not None}
+
+
 def _foreign_hint(name: str) -> str | None:
     if name in ("Min", "Max"):
         return f"use symgen.{name.lower()}imum"
@@ -144,70 +216,3 @@ def _foreign_hint(name: str) -> str | None:
     if name == "ImaginaryUnit":
         return "all values are real"
     return "an applied function of time is written as a coordinate's symbol" if name.islower() else None
-
-
-def _check_elements(d: Description, sources: Sources) -> None:
-    """Whether names of coordinates and bodies in forces, loads and events exist."""
-    coordinates = [c.name for c in d.coordinates]
-    if not coordinates:
-        raise sources.error("", "coordinates", "the model has no coordinates")
-    for name, _ in d.forces:
-        if name not in coordinates:
-            message = f"there is no coordinate '{name}' for a force to act on"
-            raise sources.error("forces", name, message, hint=nearest(name, coordinates, "coordinates"))
-    for event in d.events:
-        for reset in event.resets:
-            if reset.target not in coordinates:
-                shown = f"dot({reset.target:.60})" if reset.is_rate else f"{reset.target:.60}"
-                message = f"there is no coordinate '{reset.target:.60}' to reset"
-                hint = nearest(reset.target[:60], coordinates, "coordinates")
-                raise sources.error(f"events.{event.name}", f"then.reset.{shown}", message, hint=hint)
-    _check_torques(d, sources)
-    moving = [b for b in d.bodies if b.mass is not None or b.inertia]
-    if not moving and d.kinetic is None:
-        raise sources.error(
-            "", "bodies", "nothing has kinetic energy", hint="give bodies, or [energy] kinetic"
-        )
-
-
-def _check_torques(d: Description, sources: Sources) -> None:
-    bodies = {b.name: b for b in d.bodies}
-    for load in d.loads:
-        if not load.torque:
-            continue
-        table = f"loads.{load.name}"
-        body = bodies.get(load.body)
-        if body is None:
-            message = f"there is no body '{load.body}' for a torque to act on"
-            raise sources.error(table, "body", message, hint=nearest(load.body, bodies, "bodies"))
-        if body.angle is None and not body.rotation:
-            what = "angle" if body.planar else "rotation"
-            raise sources.error(
-                table, "body", f"the body '{body.name}' does not turn", hint=f"give it '{what}'"
-            )
-        if len(load.torque) == 1 and not body.planar:
-            message = f"a torque on the 3-D body '{body.name}' has three components"
-            raise sources.error(table, "torque", message)
-
-
-def _check_mentions(d: Description, sources: Sources, found: list[tuple[Item, Dependence]]) -> None:
-    """Every coordinate must move something, or be held by something."""
-    drawn_only = {f"bodies.{b.name}" for b in d.bodies if check_values.is_massless(b)}
-    mentioned = {name for name, _ in d.forces}
-    for item, dependence in found:
-        moves = (
-            item.table.startswith("bodies.")
-            and item.table not in drawn_only
-            and not item.key.startswith("shape")
-        )
-        acts = item.table.startswith("loads.") or item.table in (
-            "forces",
-            "constraints",
-            "velocity_constraints",
-        )
-        if moves or acts or (item.table, item.key) == ("energy", "kinetic"):
-            mentioned |= dependence.coordinates
-    for c in d.coordinates:
-        if c.name not in mentioned:
-            message = f"no kinetic energy, force or constraint mentions the coordinate '{c.name}'"
-            raise sources.error("coordinates", c.name, message, hint="use it, or leave it out")

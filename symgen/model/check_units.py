@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from ..errors import ModelError
-from .description import Description
+from .description import Coordinate, Description
 from .dimensions import Size, infer
 from .items import Item, definition_items, items, unit_dimension
 from .sources import Sources
-from .units import TIME, dimension_text
+from .units import LENGTH, TIME, dimension_text
 
 
 def check_units(d: Description, sources: Sources) -> None:
     """Check the dimensions of all expressions; a model without units is not checked."""
     declared = (*d.parameters, *d.constants, *d.coordinates, *d.inputs)
     everything = [*definition_items(d), *items(d)]
-    has_units = any(x.unit is not None for x in declared)
+    given = [x for x in declared if not isinstance(x, Coordinate) or x.joint is None]
+    has_units = any(x.unit is not None for x in given)
     if not has_units and not any(s.unit is not None for x in everything for s in sources.of(x.table, x.key)):
         return
     names: dict[str, Size] = {x.name: unit_dimension(x.unit) for x in declared}
     names["t"] = TIME
+    names |= {r.name: unit_dimension(r.unit) for r in d.rates if r.coordinate != r.name}
+    names |= {f"{p.name}_{c}": LENGTH for p in d.points for c in "xyz"}
     for item in everything:
         size = _check_item(item, names, sources)
         if item.table == "definitions":

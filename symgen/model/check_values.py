@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from .description import Body, Description
+from .description import Body, Description, Joint
 from .evaluate import NotFinite, evaluate
 from .items import Item, definition_items, items
 from .printing import shortened
@@ -24,6 +24,14 @@ def check_values(d: Description, sources: Sources) -> None:
     for body in d.bodies:
         _check_mass(body, values, sources)
         _check_inertia(body, values, sources)
+    for joint in d.joints:
+        _check_joint(joint, values, sources)
+    for loop in d.loops:
+        length = values.get((f"constraints.{loop.name}", "distance.length"))
+        if length is not None and length <= 0:
+            message = f"the length is not positive at the parameters' values: {length:g} m"
+            hint = "hold points at one place by 'coincident'" if length == 0 else None
+            raise sources.error(f"constraints.{loop.name}", "distance.length", message, hint=hint)
     _check_plane(d, values, sources)
 
 
@@ -73,6 +81,22 @@ def _check_inertia(body: Body, values: Mapping[Address, float | None], sources: 
         if min(minors) < -ROUND_OFF * largest**2 or determinant < -ROUND_OFF * largest**3:
             message = "the inertia tensor has a negative principal moment at the parameters' values"
             raise sources.error(table, "inertia", message, hint="its elements are signed as in URDF")
+
+
+def _check_joint(joint: Joint, values: Mapping[Address, float | None], sources: Sources) -> None:
+    table = f"joints.{joint.name}"
+    for k, _ in enumerate(joint.armature):
+        key = "armature" if len(joint.armature) == 1 else f"armature[{k}]"
+        if values[table, key] < 0:
+            message = f"the armature is negative at the parameters' values: {values[table, key]:g}"
+            raise sources.error(table, key, message)
+    if joint.limits:
+        lower, upper = (values[table, f"limits[{k}]"] for k in (0, 1))
+        if lower >= upper:
+            message = (
+                f"the lower limit {lower:g} is not below the upper one {upper:g} at the parameters' values"
+            )
+            raise sources.error(table, "limits", message)
 
 
 def _check_plane(d: Description, values: Mapping[Address, float | None], sources: Sources) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import sympy
@@ -49,28 +50,10 @@ class Declarations:
         guess, rate_guess : float or str
             Initial value and rate that assembly may move; where `start` or `rate` is not given.
         """
-        table, numbers = (
-            "coordinates",
-            {"start": start, "guess": guess, "rate": rate, "rate_guess": rate_guess},
-        )
-        self._declare(name, "coordinate", table)
-        size = self._sources.unit(unit, table, f"{name}.unit")
-        values: dict[str, float | None] = {}
-        for key in ("start", "guess"):
-            if numbers[key] is not None:
-                values[key], size = self._sources.number(numbers[key], size, table, f"{name}.{key}")
-        per_second = None if size is None else _per_second(size)
-        for key in ("rate", "rate_guess"):
-            if numbers[key] is not None:
-                values[key], _ = self._sources.number(numbers[key], per_second, table, f"{name}.{key}")
-        for enforced, moved in (("start", "guess"), ("rate", "rate_guess")):
-            if numbers[enforced] is not None and numbers[moved] not in (None, 0.0):
-                raise self._sources.error(
-                    table,
-                    f"{name}.{moved}",
-                    f"'{enforced}' and '{moved}' are both given",
-                    hint=f"'{enforced}' is kept, '{moved}' may be moved by assembly: give one of them",
-                )
+        self._declare(name, "coordinate", "coordinates")
+        size = self._sources.unit(unit, "coordinates", f"{name}.unit")
+        numbers = {"start": start, "guess": guess, "rate": rate, "rate_guess": rate_guess}
+        values, size = self._initial("coordinates", f"{name}.{{}}", size, numbers)
         self._coordinates.append(Coordinate(name, None if size is None else size.coherent, **values))
         return sympy.Symbol(name)
 
@@ -136,6 +119,44 @@ class Declarations:
             raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
         self._kinds[name] = kind
 
+    def _initial(
+        self, table: str, place: str, size: Unit | None, numbers: Mapping[str, Any]
+    ) -> tuple[dict[str, float], Unit | None]:
+        """Initial values of a coordinate in SI units; `place` is a key with {} where that of `numbers` stands."""
+        values: dict[str, float] = {}
+        for key in ("start", "guess"):
+            if numbers.get(key) is not None:
+                values[key], size = self._sources.number(numbers[key], size, table, place.format(key))
+        per_second = None if size is None else _per_second(size)
+        for key in ("rate", "rate_guess"):
+            if numbers.get(key) is not None:
+                values[key], _ = self._sources.number(numbers[key], per_second, table, place.format(key))
+        for enforced, moved in (("start", "guess"), ("rate", "rate_guess")):
+            if numbers.get(enforced) is not None and numbers.get(moved) not in (None, 0.0):
+                raise self._sources.error(
+                    table,
+                    place.format(moved),
+                    f"'{enforced}' and '{moved}' are both given",
+                    hint=f"'{enforced}' is kept, '{moved}' may be moved by assembly: give one of them",
+                )
+        return values, size
+
+    def _new_element(self, name: Any, table: str, elements: Mapping[str, Any]) -> None:
+        fault = name_fault(name, element=True)
+        if fault is None and name in elements:
+            fault = f"the name '{name}' is taken"
+        if fault is not None:
+            raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
+
+    def _vector(self, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> list[Any]:
+        if isinstance(values, str) or not isinstance(values, (Sequence, sympy.MatrixBase)):
+            raise self._sources.error(table, key, f"a list of {_either(lengths)} components is expected here")
+        if len(values) not in lengths:
+            raise self._sources.error(
+                table, key, f"{_either(lengths)} components are expected here, {len(values)} are given"
+            )
+        return list(values)
+
     def _number(self, table: str, name: str, value: Any, unit: Any) -> tuple[float, Unit | None]:
         size = self._sources.unit(unit, table, f"{name}.unit")
         if size is not None and isinstance(value, str):
@@ -176,6 +197,10 @@ def _per_second(unit: Unit) -> Unit:
 
 def _one_or_all(symbols: list[sympy.Symbol]) -> Any:
     return symbols[0] if len(symbols) == 1 else tuple(symbols)
+
+
+def _either(lengths: tuple[int, ...]) -> str:
+    return " or ".join(map(str, lengths))
 
 
 def _article(kind: str) -> str:

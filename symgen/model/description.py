@@ -1,4 +1,4 @@
-"""The frozen description of a mechanical system: exactly what the user said, nothing derived."""
+"""The frozen description of a mechanical system: what the user said, nothing derived."""
 
 from __future__ import annotations
 
@@ -31,7 +31,11 @@ class Constant:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A generalised coordinate: `start`, `rate` are enforced, `guess`, `rate_guess` assembly may move."""
+    """A generalised coordinate: `start`, `rate` are enforced, `guess`, `rate_guess` assembly may move.
+
+    `quaternion` names the joint whose unit quaternion it is an element of; such a coordinate has no rate
+    of its own. `joint` names the joint that made it; None where the user declared it.
+    """
 
     name: str
     unit: str | None = None
@@ -39,6 +43,23 @@ class Coordinate:
     rate: float | None = None
     guess: float = 0.0
     rate_guess: float = 0.0
+    quaternion: str | None = None
+    joint: str | None = None
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A generalised speed: an element of v, with an enforced `start` or a `guess`.
+
+    `coordinate` names the coordinate whose time derivative it is; None for the angular velocities of
+    spherical and free joints. Outside free joints such a rate has its coordinate's name.
+    """
+
+    name: str
+    unit: str | None = None
+    start: float | None = None
+    guess: float = 0.0
+    coordinate: str | None = None
 
 
 @dataclass(frozen=True)
@@ -63,8 +84,9 @@ class Shape:
 class Body:
     """A rigid body or point mass.
 
-    `com` has 2 (planar) or 3 components; `inertia` has 0, 1 (planar), 3 or 6 entries
-    (Ixx, Iyy, Izz, Ixy, Ixz, Iyz: elements of the tensor about the centre of mass, in body axes).
+    `com` is in world axes; in the body's own frame where a joint places the body. It has 2 (planar) or
+    3 components. `inertia` has 0, 1 (planar), 3 or 6 entries (Ixx, Iyy, Izz, Ixy, Ixz, Iyz: elements of the
+    tensor about the centre of mass, in body axes).
     `angle` orients a planar body; `rotation` is a sequence of (axis, angle), successive and body-fixed.
     """
 
@@ -79,7 +101,68 @@ class Body:
     @property
     def planar(self) -> bool:
         """Whether the body moves in the x-y plane."""
-        return len(self.com) == 2
+        return len(self.com) == 2 or (not self.com and len(self.inertia) == 1)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """What a body can do relative to its parent: a body or "world".
+
+    The joint frame stands at `xyz` [m] in the parent's frame, turned by `rpy` [rad] as in URDF:
+    R = Rz(yaw) Ry(pitch) Rx(roll); both of parameters and constants only, and multiples of pi/2 in `rpy` are
+    exact multiples of SymPy's pi. At zero coordinates the child's frame is the joint frame. `axis` is a unit vector
+    in the joint frame; `axis2`, of universal joints only, one in the frame that the first rotation has turned.
+
+    `stiffness`, `damping`, `armature` and `rest` are empty, one for all coordinates (rates), or one for each;
+    `limits` are empty, or a lower and an upper one. In a finished description they are part of its energies and
+    events already.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    xyz: tuple[Expr, ...]
+    rpy: tuple[Expr, ...]
+    axis: tuple[float, ...] = ()
+    axis2: tuple[float, ...] = ()
+    coordinates: tuple[str, ...] = ()
+    rates: tuple[str, ...] = ()
+    stiffness: tuple[Expr, ...] = ()
+    damping: tuple[Expr, ...] = ()
+    armature: tuple[Expr, ...] = ()
+    rest: tuple[Expr, ...] = ()
+    limits: tuple[Expr, ...] = ()
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point fixed in a body or "world", `at` in its frame [m]; its world coordinates are NAME_x, NAME_y, NAME_z."""
+
+    name: str
+    body: str
+    at: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A vector fixed in a body or "world"; its world components are NAME_x, NAME_y, NAME_z."""
+
+    name: str
+    body: str
+    direction: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A ready-made constraint as the user asked for it: coincident, distance, gear and so on.
+
+    A finished description has its scalar equations among the `constraints`, and what they need among the `axes`.
+    """
+
+    name: str
+    kind: str
+    arguments: tuple[tuple[str, Any], ...]
 
 
 @dataclass(frozen=True)
@@ -129,7 +212,12 @@ class Description:
     Expressions are SymPy objects over plain `Symbol(name)` (parameters, constants, coordinates, inputs,
     definitions, `t`) and the opaque functions of `symgen.model.functions` (`dot`, `minimum`, `maximum`).
     A definition's symbol stands for its expression; definitions come in an order in which each uses
-    only those before it. `gravity` is an acceleration vector.
+    only those before it; they may use the names of points and axes. `gravity` is an acceleration vector.
+
+    `coordinates` are in the order of q, `rates` in that of v: a joint's three angular velocities stand where its
+    four quaternion elements stand. Every joint comes after the joint of its parent. A body that is the child of
+    a joint has `com` in its own frame; the frame of any other stands at its centre of mass, with its axes.
+    `forces` are by the names of rates, as are resets of rates.
     """
 
     name: str
@@ -152,3 +240,17 @@ class Description:
     events: tuple[Event, ...] = ()
     run: MappingProxyType[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     folder: Path | None = None
+    rates: tuple[Rate, ...] = ()
+    joints: tuple[Joint, ...] = ()
+    points: tuple[Point, ...] = ()
+    axes: tuple[Axis, ...] = ()
+    loops: tuple[Loop, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.rates:
+            object.__setattr__(self, "rates", tuple(map(plain_rate, self.coordinates)))
+
+
+def plain_rate(c: Coordinate) -> Rate:
+    """The time derivative of a coordinate as an element of v."""
+    return Rate(c.name, c.unit and f"{c.unit}/s", c.rate, c.rate_guess, c.name)

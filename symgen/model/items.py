@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import functools
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import sympy
 
-from .description import Body, Description, Load
+from .description import Body, Description, Joint, Load, Loop
+from .joint_types import TYPES, JointType
 from .units import (
     ACCELERATION,
     DIMENSIONLESS,
@@ -21,9 +23,11 @@ from .units import (
     Dimension,
     over,
     parse_unit,
+    times,
 )
 
 RATES, INPUTS, COORDINATES, TIME_ITSELF = "a rate", "an input", "a coordinate", "the time"
+PLACES = "the place of a point or axis"
 
 
 @dataclass(frozen=True)
@@ -37,13 +41,24 @@ class Role:
 
 DEFINITION = Role("a definition")
 POSITION = Role("a position or angle", (RATES, INPUTS))
+PLACEMENT = Role(
+    "the place of a body",
+    (RATES, INPUTS, PLACES),
+    "attach it by [joints], or by a constraint such as coincident",
+)
+UNVARYING = (RATES, INPUTS, PLACES, COORDINATES, TIME_ITSELF)
+FIXED_COM = Role(
+    "the centre of mass of a joint's child", UNVARYING, "it is in the body's own frame, which the joint moves"
+)
+FIXED = Role("what is fixed in a body or joint", UNVARYING, "it is made of parameters and constants")
+RATIO = Role("a ratio or length", UNVARYING, "it is made of parameters and constants")
 CONSTANT = Role(
     "a mass or inertia",
-    (RATES, INPUTS, COORDINATES, TIME_ITSELF),
+    UNVARYING,
     "masses and inertias are made of parameters and constants; write others as energy, in [energy] kinetic",
 )
 GRAVITY = Role(
-    "gravity", (RATES, INPUTS, COORDINATES), "write fields that vary as energy, in [energy] potential"
+    "gravity", (RATES, INPUTS, COORDINATES, PLACES), "write fields that vary as energy, in [energy] potential"
 )
 KINETIC = Role("the kinetic energy", (INPUTS,), "inputs act through forces and loads")
 POTENTIAL = Role(
@@ -75,8 +90,16 @@ def unit_dimension(unit: str | None) -> Dimension | None:
 
 def items(d: Description) -> Iterator[Item]:
     """All expressions of a description but its definitions, which come first of all (`definition_items`)."""
+    children = {j.child for j in d.joints}
     for body in d.bodies:
-        yield from _body_items(body)
+        yield from body_items(body, body.name in children)
+    sizes = {c.name: unit_dimension(c.unit) for c in d.coordinates}
+    for joint in d.joints:
+        yield from joint_items(joint)
+    for point in d.points:
+        yield from _vector_items(f"points.{point.name}", "at", point.at, FIXED, LENGTH)
+    for axis in d.axes:
+        yield from _vector_items(f"axes.{axis.name}", "direction", axis.direction, FIXED)
     for axis, value in zip("xyz", d.gravity or ()):
         yield Item("gravity", axis, value, GRAVITY, ACCELERATION)
     energies = (
@@ -87,19 +110,21 @@ def items(d: Description) -> Iterator[Item]:
     for key, value, role, size in energies:
         if value is not None:
             yield Item("energy", key, value, role, size)
-    sizes = {c.name: unit_dimension(c.unit) for c in d.coordinates}
+    speeds = {r.name: unit_dimension(r.unit) for r in d.rates}
     for name, value in d.forces:
-        size = sizes.get(name)
-        yield Item("forces", name, value, FORCE_ROLE, None if size is None else over(ENERGY, size))
+        size = over(sizes[name], TIME) if sizes.get(name) else speeds.get(name)
+        yield Item("forces", name, value, FORCE_ROLE, None if size is None else over(POWER, size))
     for load in d.loads:
         yield from _load_items(load)
     for c in d.constraints:
         yield Item("constraints", c.name, c.expression, HOLONOMIC)
+    for loop in d.loops:
+        yield from loop_items(loop, sizes)
     for c in d.velocity_constraints:
         yield Item("velocity_constraints", c.name, c.expression, VELOCITY)
     for name, value in d.outputs:
         yield Item("outputs", name, value, OBSERVED)
-    yield from _event_items(d, sizes)
+    yield from _event_items(d, sizes, speeds)
 
 
 def definition_items(d: Description) -> Iterator[Item]:
@@ -108,18 +133,19 @@ def definition_items(d: Description) -> Iterator[Item]:
         yield Item("definitions", name, value, DEFINITION)
 
 
-def _body_items(body: Body) -> Iterator[Item]:
+def body_items(body: Body, is_child: bool) -> Iterator[Item]:
+    """The expressions of a body; `is_child` tells that a joint places it."""
+    place = PLACEMENT if not is_child else FIXED_COM
     table = f"bodies.{body.name}"
     if body.mass is not None:
         yield Item(table, "mass", body.mass, CONSTANT, MASS)
-    for k, value in enumerate(body.com):
-        yield Item(table, f"com[{k}]", value, POSITION, LENGTH)
+    yield from _vector_items(table, "com", body.com, place, LENGTH)
     for k, value in enumerate(body.inertia):
         yield Item(table, "inertia" if len(body.inertia) == 1 else f"inertia[{k}]", value, CONSTANT, INERTIA)
     if body.angle is not None:
-        yield Item(table, "angle", body.angle, POSITION, DIMENSIONLESS)
+        yield Item(table, "angle", body.angle, place, DIMENSIONLESS)
     for k, (_, value) in enumerate(body.rotation):
-        yield Item(table, f"rotation[{k}]", value, POSITION, DIMENSIONLESS)
+        yield Item(table, f"rotation[{k}]", value, place, DIMENSIONLESS)
     if body.shape is not None:
         for k, value in enumerate(body.shape.sizes):
             yield Item(table, f"shape.{body.shape.kind}[{k}]", value, OBSERVED, LENGTH)
@@ -127,20 +153,75 @@ def _body_items(body: Body) -> Iterator[Item]:
 
 def _load_items(load: Load) -> Iterator[Item]:
     table = f"loads.{load.name}"
-    for k, value in enumerate(load.point):
-        yield Item(table, f"point[{k}]", value, POSITION, LENGTH)
-    for k, value in enumerate(load.force):
-        yield Item(table, f"force[{k}]", value, FORCE_ROLE, FORCE)
-    for k, value in enumerate(load.torque):
-        yield Item(table, f"torque[{k}]", value, FORCE_ROLE, ENERGY)
+    yield from _vector_items(table, "point", load.point, POSITION, LENGTH)
+    yield from _vector_items(table, "force", load.force, FORCE_ROLE, FORCE)
+    yield from _vector_items(table, "torque", load.torque, FORCE_ROLE, ENERGY)
 
 
-def _event_items(d: Description, sizes: dict[str, Dimension | None]) -> Iterator[Item]:
+def _vector_items(
+    table: str, key: str, values: tuple[sympy.Expr, ...], role: Role, dimension: Dimension | None = None
+) -> Iterator[Item]:
+    for k, value in enumerate(values):
+        yield Item(table, f"{key}[{k}]", value, role, dimension)
+
+
+def joint_items(joint: Joint) -> Iterator[Item]:
+    """The expressions of a joint, with the dimensions that its type gives them."""
+    table, kind = f"joints.{joint.name}", TYPES[joint.type]
+    yield from _vector_items(table, "origin.xyz", joint.xyz, FIXED, LENGTH)
+    yield from _vector_items(table, "origin.rpy", joint.rpy, FIXED, DIMENSIONLESS)
+    for key in ELASTIC:
+        values = getattr(joint, key)
+        single = len(values) == 1
+        for k, value in enumerate(values):
+            # One number for displacements and angles alike can have no unit: its two dimensions differ.
+            sizes = _elastic_dimensions(kind, key)
+            for size in dict.fromkeys(sizes if single else sizes[k : k + 1]):
+                yield Item(table, key if single else f"{key}[{k}]", value, FIXED, size)
+    if joint.limits:
+        yield from _vector_items(table, "limits", joint.limits, FIXED, _elastic_dimensions(kind, "rest")[0])
+
+
+ELASTIC = ("stiffness", "damping", "armature", "rest")
+
+
+@functools.cache
+def _elastic_dimensions(kind: JointType, key: str) -> tuple[Dimension, ...]:
+    """Dimensions of a joint's spring or damper, one for each coordinate or rate; `rest` has the coordinates'."""
+    sizes = [unit_dimension(unit) for unit in kind.units] + [DIMENSIONLESS] * (3 * kind.quaternion)
+    if key == "rest":
+        return tuple(sizes)
+    energy = POWER if key == "damping" else ENERGY
+    divisors = sizes if key == "stiffness" else [over(size, TIME) for size in sizes]
+    return tuple(over(energy, times(x, x)) for x in divisors)
+
+
+def loop_items(loop: Loop, sizes: Mapping[str, Dimension | None]) -> Iterator[Item]:
+    """The expressions among the arguments of a ready-made constraint."""
+    arguments = dict(loop.arguments)
+    first, second = (sizes.get(x) for x in arguments.get("coordinates", (arguments.get("coordinate"), None)))
+    roles = {
+        "length": (RATIO, LENGTH),
+        "ratio": (RATIO, None if first is None or second is None else over(first, second)),
+        "offset": (HOLONOMIC, first),
+        "follows": (HOLONOMIC, first),
+        "expression": (HOLONOMIC, None),
+    }
+    for key, (role, dimension) in roles.items():
+        if key in arguments:
+            yield Item(f"constraints.{loop.name}", f"{loop.kind}.{key}", arguments[key], role, dimension)
+
+
+def _event_items(
+    d: Description, sizes: Mapping[str, Dimension | None], speeds: Mapping[str, Dimension | None]
+) -> Iterator[Item]:
     for event in d.events:
         yield Item(f"events.{event.name}", "when", event.when, OBSERVED)
         for reset in event.resets:
             size = sizes.get(reset.target)
             if size is not None and reset.is_rate:
                 size = over(size, TIME)
+            elif size is None:
+                size = speeds.get(reset.target)
             key = f"then.reset.dot({reset.target})" if reset.is_rate else f"then.reset.{reset.target}"
             yield Item(f"events.{event.name}", key, reset.value, OBSERVED, size)

@@ -17,7 +17,7 @@ def check_velocity_constraints(d: Description, sources: Sources) -> None:
     """Every velocity constraint must contain rates, and be linear in them."""
     if not d.velocity_constraints:
         return
-    degrees: dict[str, int] = {}
+    degrees = {r.name: 1 for r in d.rates if r.coordinate != r.name}
     for name, expression in d.definitions:
         degrees[name] = rate_degree(expression, degrees)
     for c in d.velocity_constraints:
@@ -42,7 +42,7 @@ def rate_degree(root: sympy.Expr, definitions: Mapping[str, int]) -> int:
     ----------
     root : sympy.Expr
     definitions : mapping of str to int
-        Degrees of the definitions that it may use.
+        Degrees of the names that it may use, where they are not 0: definitions, and rates with names of their own.
     """
     memo: dict[int, int] = {}
     for node in postorder([root]):

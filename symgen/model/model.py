@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from . import bodies, run_defaults
-from .declarations import Declarations
-from .description import Body, Constraint, Description, Event, Load
+from .closures import Closures
+from .description import Body, Description, Event, Load
 from .events import make_event
 from .names import name_fault
 from .sources import Sources
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from runtime import System
 
 
-class Model(Declarations):
+class Model(Closures):
     """A mechanical system, described step by step.
 
     Expressions are SymPy expressions of the symbols that the methods return, numbers, quantities (`"-5 N"`),
@@ -65,10 +65,9 @@ class Model(Declarations):
         self.folder = None if folder is None else Path(folder)
         self._gravity: tuple[sympy.Expr, ...] | None = None
         self._bodies: dict[str, Body] = {}
-        self._energies: dict[str, sympy.Expr] = {}
-        self._forces: dict[str, sympy.Expr] = {}
+        self._energies: dict[str, list[sympy.Expr]] = {}  # terms, added up at last: SymPy sorts a sum at each +
+        self._forces: dict[str, list[sympy.Expr]] = {}
         self._loads: dict[str, Load] = {}
-        self._constraints: dict[str, Constraint] = {}
         self._events: dict[str, Event] = {}
         self._run: dict[str, Any] = {}
         if gravity is not None:
@@ -160,14 +159,6 @@ class Model(Declarations):
         self._new_element(name, "loads", self._loads)
         self._loads[name] = bodies.make_load(self, name, point, force, body, torque)
 
-    def constraint(self, name: str, expression: Any) -> None:
-        """Hold an expression of the coordinates and `t` at zero."""
-        self._constrain("constraints", name, expression, "holonomic")
-
-    def velocity_constraint(self, name: str, expression: Any) -> None:
-        """Hold an expression that is linear in the rates at zero."""
-        self._constrain("velocity_constraints", name, expression, "velocity")
-
     def event(self, name: str, when: Any, direction: str = "both", then: Any = "record") -> None:
         """Act when an expression crosses zero.
 
@@ -195,11 +186,9 @@ class Model(Declarations):
         ModelError
             For the first thing that is wrong with the model.
         """
-        from .check import check
+        from .check import finished
 
-        description = self._description()
-        check(description, self._sources, self._kinds)
-        return description
+        return finished(self._description(), self._sources, self._kinds)
 
     def derive(self) -> System:
         """Derive the equations of motion and load them, ready to run."""
@@ -211,7 +200,8 @@ class Model(Declarations):
         """The model as the text of a TOML file."""
         from .toml_writer import write
 
-        return write(self.describe(), self._sources)
+        self.describe()
+        return write(self._description(), self._sources)
 
     @classmethod
     def from_toml(cls, source: str | Path, folder: str | Path | None = None) -> Model:
@@ -235,15 +225,15 @@ class Model(Declarations):
         return Description(
             name=self.name,
             description=self.description,
-            coordinates=tuple(self._coordinates),
+            coordinates=self._all_coordinates(),
             parameters=tuple(self._parameters),
             constants=tuple(self._constants),
             inputs=tuple(self._inputs),
             definitions=tuple(self._definitions),
             bodies=tuple(self._bodies.values()),
             gravity=self._gravity,
-            **self._energies,
-            forces=tuple(self._forces.items()),
+            **{key: sympy.Add(*terms) for key, terms in self._energies.items()},
+            forces=tuple((name, sympy.Add(*terms)) for name, terms in self._forces.items()),
             loads=tuple(self._loads.values()),
             constraints=tuple(c for c in held if c.kind == "holonomic"),
             velocity_constraints=tuple(c for c in held if c.kind == "velocity"),
@@ -251,32 +241,12 @@ class Model(Declarations):
             events=tuple(self._events.values()),
             run=MappingProxyType(dict(self._run)),
             folder=self.folder,
+            rates=self._all_rates(),
+            joints=tuple(self._joints.values()),
+            points=tuple(self._points.values()),
+            axes=tuple(self._axes.values()),
+            loops=tuple(self._loops.values()),
         )
 
-    def _new_element(self, name: Any, table: str, elements: Mapping[str, Any]) -> None:
-        fault = name_fault(name, element=True)
-        if fault is None and name in elements:
-            fault = f"the name '{name}' is taken"
-        if fault is not None:
-            raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
-
-    def _add(self, table: str, key: str, expression: Any, into: dict[str, sympy.Expr]) -> None:
-        new = self._sources.expression(expression, table, key)
-        into[key] = into[key] + new if key in into else new
-
-    def _constrain(self, table: str, name: Any, expression: Any, kind: str) -> None:
-        self._new_element(name, table, self._constraints)
-        self._constraints[name] = Constraint(name, self._sources.expression(expression, table, name), kind)
-
-    def _vector(self, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> list[Any]:
-        if isinstance(values, str) or not isinstance(values, (Sequence, sympy.MatrixBase)):
-            raise self._sources.error(table, key, f"a list of {_either(lengths)} components is expected here")
-        if len(values) not in lengths:
-            raise self._sources.error(
-                table, key, f"{_either(lengths)} components are expected here, {len(values)} are given"
-            )
-        return list(values)
-
-
-def _either(lengths: tuple[int, ...]) -> str:
-    return " or ".join(map(str, lengths))
+    def _add(self, table: str, key: str, expression: Any, into: dict[str, list[sympy.Expr]]) -> None:
+        into.setdefault(key, []).append(self._sources.expression(expression, table, key))

@@ -25,6 +25,9 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "definitions": "definition",
     "bodies": "body",
     "forces": "force",
+    "joints": "joint",
+    "points": "point",
+    "axes": "axis",
     "loads": "load",
     "constraints": "constraint",
     "velocity_constraints": "velocity_constraint",
@@ -71,7 +74,7 @@ class Sources:
         """Tell an error where it happened."""
         if not self.is_file:
             table, key = _call(table, key)
-        shown = re.sub(r"\[(\d+)\]\Z", lambda m: f", element {int(m[1]) + 1}", key)
+        shown = re.sub(r"\[(\d+)\]\Z", lambda m: f", element {int(m[1]) + 1}", key).removeprefix(", ")
         return error.located(
             file=self.name if self.is_file else f"model '{self.name}'", table=table or None, key=shown or None
         )
@@ -135,6 +138,9 @@ def _call(table: str, key: str) -> Address:
         return f"{key or head}(…)", ""
     if head not in CALLS:
         return "", key
+    if head == "constraints" and name and key:  # a ready-made one, whose kind is the method
+        kind, argument = re.match(r"(\w+)\.?(.*)", key).groups()
+        return f"{kind}({name!r})", argument
     if not name:
         name, _, key = key.partition(".")
     return f"{CALLS[head]}({name!r})", key

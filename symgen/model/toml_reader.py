@@ -17,6 +17,20 @@ LARGEST_FILE = 4 << 20  # bytes
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
 INPUT_KEYS = ("unit", "default")
 BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape")
+JOINT_KEYS = (
+    "type", "parent", "child", "origin", "axis", "axis2", "coordinate", "start", "rate", "guess", "rate_guess",
+    "unit", "stiffness", "damping", "rest", "armature", "limits",
+)  # fmt: skip
+READY_MADE = {  # arguments in the order of the methods; those of the second list may be left out
+    "distance": (("points", "length"), ()),
+    "point_on_line": (("point", "line", "direction"), ("body",)),
+    "point_in_plane": (("point", "plane", "normal"), ("body",)),
+    "parallel": (("bodies", "axes"), ()),
+    "gear": (("coordinates", "ratio"), ("offset",)),
+    "couple": (("expression",), ()),
+    "motion": (("coordinate", "follows"), ()),
+}
+PAIRS = ("distance", "gear")  # whose first argument is a list, and two in the method
 LOAD_KEYS = ("point", "force", "body", "torque")
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
@@ -63,13 +77,6 @@ def read_text(text: str, file: str = "TOML text", folder: Path | None = None, na
         raise ModelError(f"the text is longer than {LARGEST_FILE >> 20} MiB", file=file)
     document = _parse(text, file)
     for key in document:
-        if key == "joints":
-            raise ModelError(
-                "joints come with a later version of symgen",
-                file=file,
-                table="joints",
-                hint="place the bodies by 'com' and 'rotation', and close loops by [constraints]",
-            )
         if key not in READERS and key not in TOP_KEYS:
             raise ModelError(
                 f"unknown key '{key:.60}'",
@@ -163,6 +170,36 @@ def _event(model: Model, content: dict[str, Any]) -> None:
         model.event(name, **value)
 
 
+def _constraints(model: Model, content: dict[str, Any]) -> None:
+    for name, value in content.items():
+        if isinstance(value, dict):
+            _ready_made(model, name, value)
+        else:
+            model.constraint(name, value)
+
+
+def _ready_made(model: Model, name: str, value: dict[str, Any]) -> None:
+    """A constraint that is given as a table: its kind, and the arguments of that kind."""
+    table, kinds = f"constraints.{name}"[:120], ("coincident", *READY_MADE)
+    _keys(model, table, "", value, kinds)
+    if len(value) != 1:
+        message = f"a ready-made constraint is one of {', '.join(kinds)}; {len(value)} are given"
+        raise model._sources.error(table, "", message, hint='for example coincident = ["a", "b"]')
+    ((kind, arguments),) = value.items()
+    if kind == "coincident":
+        model.coincident(name, *model._vector(arguments, table, kind, (2,)))
+        return
+    needed, optional = READY_MADE[kind]
+    _keys(model, table, kind, arguments, (*needed, *optional))
+    for key in needed:
+        if key not in arguments:
+            raise model._sources.error(table, f"{kind}.{key}", f"the key '{key}' is missing")
+    first, *rest = (arguments[key] for key in needed)
+    place = f"{kind}.{needed[0]}"
+    leading = model._vector(first, table, place, (2,)) if kind in PAIRS else [first]
+    getattr(model, kind)(name, *leading, *rest, **{k: arguments[k] for k in optional if k in arguments})
+
+
 def _gravity(model: Model, content: dict[str, Any]) -> None:
     model.gravity(**_keys(model, "gravity", "", content, ("x", "y", "z")))
 
@@ -184,11 +221,14 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "inputs": _each_table("input", "inputs", INPUT_KEYS, inline=True),
     "definitions": _each("definition"),
     "bodies": _each_table("body", "bodies", BODY_KEYS, inline=False),
+    "joints": _each_table("joint", "joints", JOINT_KEYS, inline=False),
+    "points": _each_table("point", "points", ("body", "at"), inline=False),
+    "axes": _each_table("axis", "axes", ("body", "direction"), inline=False),
     "gravity": _gravity,
     "energy": _energy,
     "forces": _each("force"),
     "loads": _each_table("load", "loads", LOAD_KEYS, inline=False),
-    "constraints": _each("constraint"),
+    "constraints": _constraints,
     "velocity_constraints": _each("velocity_constraint"),
     "outputs": _each("output"),
     "events": _event,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import sympy
 
 from ..errors import ModelError
-from .description import Body, Coordinate, Description, Event, Load
+from .description import Body, Coordinate, Description, Event, Joint, Load, Loop, Rate
+from .joint_types import TYPES
 from .printing import to_text
 from .sources import Sources
 
@@ -33,11 +34,18 @@ class _Writer:
     def blocks(self, d: Description) -> Iterator[list[str]]:
         yield ["[parameters]", *(f"{p.name} = {_number(p.value, p.unit, p.doc)}" for p in d.parameters)]
         yield ["[constants]", *(f"{c.name} = {_number(c.value, c.unit)}" for c in d.constants)]
-        yield ["[coordinates]", *(_coordinate(c) for c in d.coordinates)]
+        yield ["[coordinates]", *(_coordinate(c) for c in d.coordinates if c.joint is None)]
         yield ["[inputs]", *(f"{u.name} = {_table(unit=u.unit, default=u.default)}" for u in d.inputs)]
         yield ["[definitions]", *self.entries("definitions", d.definitions)]
         for body in d.bodies:
             yield self.body(body)
+        made = _by_joint(d)
+        for joint in d.joints:
+            yield self.joint(joint, *made.get(joint.name, ((), ())))
+        for point in d.points:
+            yield self.fixed(f"points.{point.name}", point.body, "at", point.at)
+        for axis in d.axes:
+            yield self.fixed(f"axes.{axis.name}", axis.body, "direction", axis.direction)
         if d.gravity is not None:
             axes = [(a, x) for a, x in zip("xyz", d.gravity, strict=True) if x is not sympy.S.Zero]
             yield ["[gravity]", *self.entries("gravity", axes or [("x", sympy.S.Zero)])]
@@ -47,6 +55,8 @@ class _Writer:
         for load in d.loads:
             yield self.load(load)
         yield ["[constraints]", *self.entries("constraints", [(c.name, c.expression) for c in d.constraints])]
+        for loop in d.loops:
+            yield self.loop(loop)
         held = [(c.name, c.expression) for c in d.velocity_constraints]
         yield ["[velocity_constraints]", *self.entries("velocity_constraints", held)]
         yield ["[outputs]", *self.entries("outputs", d.outputs)]
@@ -82,7 +92,8 @@ class _Writer:
             lines.append(f"inertia = {self.value(table, 'inertia', body.inertia[0])}")
         elif body.inertia:
             lines.append(f"inertia = {self.array(table, 'inertia', body.inertia)}")
-        lines.append(f"com = {self.array(table, 'com', body.com)}")
+        if body.com:
+            lines.append(f"com = {self.array(table, 'com', body.com)}")
         if body.angle is not None:
             lines.append(f"angle = {self.value(table, 'angle', body.angle)}")
         if body.rotation:
@@ -96,6 +107,48 @@ class _Writer:
             sizes = self.array(table, f"shape.{kind}", body.shape.sizes)
             lines.append(f"shape = {{ {kind} = {_quoted(body.shape.mesh) if kind == 'mesh' else sizes} }}")
         return lines
+
+    def joint(self, joint: Joint, made: Sequence[Coordinate], rates: Sequence[Rate]) -> list[str]:
+        table = f"joints.{joint.name}"
+        lines = [
+            f"type = {_quoted(joint.type)}",
+            f"parent = {_quoted(joint.parent)}",
+            f"child = {_quoted(joint.child)}",
+        ]
+        origin = [
+            f"{key} = {self.array(table, f'origin.{key}', values)}"
+            for key, values in (("xyz", joint.xyz), ("rpy", joint.rpy))
+            if any(x is not sympy.S.Zero for x in values)
+        ]
+        if origin:
+            lines.append(f"origin = {{ {', '.join(origin)} }}")
+        lines += [f"{key} = {_literal(x)}" for key, x in (("axis", joint.axis), ("axis2", joint.axis2)) if x]
+        if joint.coordinates != TYPES[joint.type].coordinate_names(joint.name):
+            lines.append(f"coordinate = {_one_or_list(joint.coordinates)}")
+        lines += _joint_state(joint, made, rates)
+        for key in ("stiffness", "damping", "rest", "armature"):
+            values = getattr(joint, key)
+            if len(values) == 1:
+                lines.append(f"{key} = {self.value(table, key, values[0])}")
+            elif values:
+                lines.append(f"{key} = {self.array(table, key, values)}")
+        if joint.limits:
+            lines.append(f"limits = {self.array(table, 'limits', joint.limits)}")
+        return [f"[{table}]", *lines]
+
+    def fixed(self, table: str, body: str, key: str, vector: tuple[sympy.Expr, ...]) -> list[str]:
+        return [f"[{table}]", f"body = {_quoted(body)}", f"{key} = {self.array(table, key, vector)}"]
+
+    def loop(self, loop: Loop) -> list[str]:
+        table, arguments = f"constraints.{loop.name}", dict(loop.arguments)
+        if loop.kind == "coincident":
+            return [f"[{table}]", f"coincident = {_literal(arguments['points'])}"]
+        pairs = [
+            f"{key} = {self.value(table, f'{loop.kind}.{key}', x) if isinstance(x, sympy.Expr) else _literal(x)}"
+            for key, x in arguments.items()
+            if key != "offset" or x is not sympy.S.Zero
+        ]
+        return [f"[{table}]", f"{loop.kind} = {{ {', '.join(pairs)} }}"]
 
     def load(self, load: Load) -> list[str]:
         table = f"loads.{load.name}"
@@ -121,6 +174,43 @@ class _Writer:
             then = f"{{ reset = {{ {', '.join(pairs)} }} }}"
         when = self.value(table, "when", event.when)
         return [f"[{table}]", f"when = {when}", f"direction = {_quoted(event.direction)}", f"then = {then}"]
+
+
+def _by_joint(d: Description) -> dict[str, tuple[list[Coordinate], list[Rate]]]:
+    """The coordinates that each joint made, and their rates."""
+    made: dict[str, tuple[list[Coordinate], list[Rate]]] = {}
+    rates = {r.name: r for r in d.rates}
+    for c in d.coordinates:
+        if c.joint is not None:
+            made.setdefault(c.joint, ([], []))[0].append(c)
+    for joint in d.joints:
+        if joint.name in made:
+            own = joint.rates if TYPES[joint.type].quaternion else [c.name for c in made[joint.name][0]]
+            made[joint.name][1].extend(rates[name] for name in own)
+    return made
+
+
+def _joint_state(joint: Joint, made: Sequence[Coordinate], rates: Sequence[Rate]) -> list[str]:
+    """Initial values of the coordinates and rates that a joint made; nothing where they are the defaults."""
+    if not made:
+        return []
+    speeds = [(r.start, r.guess) for r in rates]
+    lines = []
+    defaults = tuple(float(c.quaternion is not None and c.name == joint.coordinates[-4]) for c in made)
+    for keys, pairs, unmoved in (
+        (("start", "guess"), [(c.start, c.guess) for c in made], defaults),
+        (("rate", "rate_guess"), speeds, (0.0,) * len(speeds)),
+    ):
+        enforced, guesses = zip(*pairs, strict=True)
+        if enforced[0] is not None:
+            lines.append(f"{keys[0]} = {_one_or_list(enforced)}")
+        elif guesses != unmoved:
+            lines.append(f"{keys[1]} = {_one_or_list(guesses)}")
+    return lines
+
+
+def _one_or_list(values: tuple[Any, ...]) -> str:
+    return _literal(values[0] if len(values) == 1 else values)
 
 
 def _coordinate(c: Coordinate) -> str:

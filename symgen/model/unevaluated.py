@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 
 import sympy
 
@@ -40,3 +41,29 @@ def build(cls: type, number: sympy.Expr, neutral: sympy.Expr, rest: list[sympy.E
     if number != neutral or not args:
         args.insert(0, number)
     return args[0] if len(args) == 1 else cls(*args, evaluate=False)
+
+
+def total(terms: Iterable[sympy.Expr]) -> sympy.Expr:
+    """A sum."""
+    rest = [x for x in terms if not (x.is_Number and x == 0)]
+    return build(sympy.Add, sympy.S.Zero, sympy.S.Zero, rest)
+
+
+def difference(a: sympy.Expr, b: sympy.Expr) -> sympy.Expr:
+    """a - b."""
+    return total([a, negated(b)])
+
+
+def product(factors: Iterable[sympy.Expr]) -> sympy.Expr:
+    """A product."""
+    number, rest = sympy.S.One, []
+    for x in factors:
+        coefficient, others = split_product(x)
+        number *= coefficient
+        rest += others
+    return sympy.S.Zero if number == 0 else build(sympy.Mul, number, sympy.S.One, rest)
+
+
+def squared(x: sympy.Expr) -> sympy.Expr:
+    """x^2."""
+    return sympy.Pow(x, sympy.Integer(2), evaluate=False)

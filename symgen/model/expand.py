@@ -1,0 +1,134 @@
+"""From what the user said to the finished description: joints' springs, stops and defaults, ready-made constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+import sympy
+
+from .description import Axis, Body, Constraint, Description, Event, Joint, Reset
+from .functions import dot
+from .joint_types import TYPES
+from .ready_made import HALF, Writer
+from .sources import Sources
+from .tree_order import parents_first, with_axes
+from .unevaluated import difference, product, squared, total
+
+
+def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Description:
+    """Write out what a checked description says in short.
+
+    Parameters
+    ----------
+    d : Description
+    sources : Sources
+    kinds : mapping of str to str
+        What each declared name is; the names that are made here must not be among them.
+    """
+    children = {j.child for j in d.joints}
+    bodies = {b.name: _with_com(b) if b.name in children else b for b in d.bodies}
+    joints = tuple(with_axes(j, bodies[j.child]) for j in parents_first(d.joints))
+    d = replace(d, bodies=tuple(bodies.values()), joints=joints, **_energies(d, joints))
+    constraints, axes = _constraints(d, sources, kinds)
+    rate_of = {r.coordinate: r.name for r in d.rates if r.coordinate is not None}
+    return replace(
+        d,
+        constraints=constraints,
+        axes=(*d.axes, *axes),
+        forces=tuple((rate_of.get(name, name), value) for name, value in d.forces),
+        events=(*(_with_rates(e, d, rate_of) for e in d.events), *_limits(d, sources)),
+    )
+
+
+def _with_com(body: Body) -> Body:
+    return body if body.com else replace(body, com=(sympy.S.Zero,) * (2 if body.planar else 3))
+
+
+def _energies(d: Description, joints: Iterable[Joint]) -> dict[str, sympy.Expr | None]:
+    """The energies with those of the joints' springs, dampers and rotors."""
+    energies = {"kinetic": d.kinetic, "potential": d.potential, "dissipation": d.dissipation}
+    terms: dict[str, list[sympy.Expr]] = {key: [] for key in energies}
+    for j in joints:
+        names = map(sympy.Symbol, j.coordinates)
+        if TYPES[j.type].quaternion:
+            rates = list(map(sympy.Symbol, j.rates))
+        else:
+            coordinates = list(names)
+            rates = list(map(dot, coordinates))
+            rests = _spread(j.rest or (sympy.S.Zero,), len(coordinates))
+            stretched = [difference(q, rest) for q, rest in zip(coordinates, rests, strict=True)]
+            terms["potential"] += _quadratic(j.stiffness, stretched)
+            terms["kinetic"] += _quadratic(j.armature, rates)
+        terms["dissipation"] += _quadratic(j.damping, rates)
+    return {key: _added(energies[key], terms[key]) for key in energies}
+
+
+def _quadratic(factors: tuple[sympy.Expr, ...], values: list[sympy.Expr]) -> list[sympy.Expr]:
+    if not factors:
+        return []
+    pairs = zip(_spread(factors, len(values)), values, strict=True)
+    return [product([HALF, factor, squared(value)]) for factor, value in pairs]
+
+
+def _spread(values: tuple[sympy.Expr, ...], count: int) -> tuple[sympy.Expr, ...]:
+    return values * count if len(values) == 1 else values
+
+
+def _added(energy: sympy.Expr | None, terms: list[sympy.Expr]) -> sympy.Expr | None:
+    terms = [x for x in terms if x != 0]
+    if not terms:
+        return energy
+    return total([*([] if energy is None else [energy]), *terms])
+
+
+def _constraints(
+    d: Description, sources: Sources, kinds: Mapping[str, str]
+) -> tuple[tuple[Constraint, ...], list[Axis]]:
+    """All holonomic constraints, plain ones first, and the axes that the others need."""
+    constraints, writer = list(d.constraints), Writer(d)
+    taken = {c.name for c in (*d.constraints, *d.velocity_constraints)}
+    for loop in d.loops:
+        known = len(writer.axes)
+        for suffix, expression in writer.write(loop):
+            name = loop.name + suffix
+            if name in taken:
+                raise _clash(sources, loop.name, f"constraint '{name}'")
+            taken.add(name)
+            constraints.append(Constraint(name, expression))
+        for axis in writer.axes[known:]:
+            for component in "xyz":
+                if f"{axis.name}_{component}" in kinds:
+                    raise _clash(sources, loop.name, f"name '{axis.name}_{component}'")
+    return tuple(constraints), writer.axes
+
+
+def _clash(sources: Sources, loop: str, what: str):
+    message = f"the ready-made constraint '{loop}' makes the {what}, which is taken"
+    return sources.error(f"constraints.{loop}", "", message, hint="choose another name")
+
+
+def _with_rates(event: Event, d: Description, rate_of: Mapping[str, str]) -> Event:
+    """An event whose resets name rates by their own names."""
+    own = {r.name for r in d.rates if r.coordinate != r.name}
+
+    def renamed(reset: Reset) -> Reset:
+        if reset.is_rate:
+            return replace(reset, target=rate_of.get(reset.target, reset.target))
+        return replace(reset, is_rate=reset.target in own)
+
+    return replace(event, resets=tuple(map(renamed, event.resets))) if event.resets else event
+
+
+def _limits(d: Description, sources: Sources) -> Iterator[Event]:
+    taken = {e.name for e in d.events}
+    for j in d.joints:
+        for side, direction, limit in zip(("lower", "upper"), ("falling", "rising"), j.limits):
+            name = f"{j.name}_{side}"
+            if name in taken:
+                message = f"the limits of the joint make the event '{name}', which is taken"
+                raise sources.error(
+                    f"joints.{j.name}", "limits", message, hint="choose another name for the event"
+                )
+            taken.add(name)
+            yield Event(name, difference(sympy.Symbol(j.coordinates[0]), limit), direction)
