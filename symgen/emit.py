@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from .derive.dense_solve import TEXT
+from .derive.graph import INPUT, LAM, PARAM, A, Q, T, V
+from .derive.program import Program
+from .function_text import FunctionText, Tables
 
-from .derive.graph import INPUT, LAM, PARAM, UNARY, A, Graph, Q, T, V
-from .derive.program import Function, Program
-
-LONGEST_INLINE = 60  # characters of an expression that is written where it is used instead of getting a name
-
-# Binding strength of printed expressions.
-_CONDITIONAL, _SUM, _PRODUCT, _SIGN, _ATOM = range(5)
+DECORATOR = '@njit(error_model="numpy")\n'
 
 
 def emit(program: Program) -> str:
@@ -19,9 +16,12 @@ def emit(program: Program) -> str:
     The text is a function of the program alone: no dates, paths or hashes of the process.
     """
     names = _variable_names(program)
-    bodies = [_FunctionText(program.graph, f, names, program.header).text() for f in program.functions]
-    used = sorted({name for _, calls in bodies for name in calls})
-    head = program.header
+    tables = Tables()
+    functions = {name: FunctionText(program, name, names, tables) for name in program.names()}
+    used = sorted({name for function in functions.values() for name in function.calls})
+    solvers = [DECORATOR + TEXT[name] for name in TEXT if any(name in f.solvers for f in functions.values())]
+    hoisted = {name: function.n_hoisted for name, function in functions.items() if function.n_hoisted}
+    head = _with_hoisted(program.header, hoisted)
     parts = [
         f'"""{_one_line(head["name"])}: equations of motion, written by {head["generator"]}. Do not edit.',
         "",
@@ -32,9 +32,28 @@ def emit(program: Program) -> str:
         "from numba import njit",
         "",
         *_header_lines(head),
+        *(f"{name} = {_tuple(places)}" for places, name in tables.names.items()),
         "",
     ]
-    return "\n".join(parts) + "\n" + "\n\n".join(text for text, _ in bodies)
+    return (
+        "\n".join(parts)
+        + "\n"
+        + "\n\n".join([*solvers, *("\n".join(f.lines) + "\n" for f in functions.values())])
+    )
+
+
+def _with_hoisted(header: dict, hoisted: dict[str, int]) -> dict:
+    """The header with the numbers of hoisted values, behind the numbers of operations."""
+    result: dict = {}
+    for key, value in header.items():
+        result[key] = value
+        if key == "operations":
+            result["hoisted"] = hoisted
+    return result
+
+
+def _tuple(places: tuple[int, ...]) -> str:
+    return f"({', '.join(map(str, places))})"
 
 
 def _one_line(text: str) -> str:
@@ -85,100 +104,3 @@ def _variable_names(program: Program) -> dict[tuple[int, int], str]:
     for kind, (prefix, entries) in groups.items():
         names |= {(kind, k): f"{prefix}_{entry['name']}" for k, entry in enumerate(entries)}
     return names
-
-
-class _FunctionText:
-    """Prints one function: inputs unpacked, one line per shared or long operation, outputs."""
-
-    def __init__(self, g: Graph, function: Function, names: dict[tuple[int, int], str], head: dict) -> None:
-        self.g, self.function, self.names, self.head = g, function, names, head
-        self.written = function.written(g)
-        self.uses = Counter(node for _, node in self.written)
-        self.nodes = g.reachable(node for _, node in self.written)
-        for node in self.nodes:
-            self.uses.update(g.operands(node))
-        self.calls: set[str] = set()
-        self.printed: dict[int, tuple[str, int]] = {}  # expression and its binding strength
-        self.lines: list[str] = []
-
-    def text(self) -> tuple[str, set[str]]:
-        for node in self._schedule():
-            self._print(node)
-        operations = sum(self.g.op[n] not in ("const", "var") for n in self.nodes)
-        lines = ['@njit(error_model="numpy")', f"def {self.function.name}(t, y, p, out):"]
-        lines.append(f'    """{self.function.doc} {operations} operations."""')
-        lines += [f"    {line}" for line in (*self._inputs(), *self.lines)]
-        lines += [f"    out[{k}] = {self.printed[node][0]}" for k, node in self.written]
-        return "\n".join(lines) + "\n", self.calls
-
-    def _inputs(self) -> list[str]:
-        return [
-            f"{self.names[args]} = {self._place(*args)}"
-            for args in sorted(self.g.args[n] for n in self.nodes if self.g.op[n] == "var")
-            if args[0] != T
-        ]
-
-    def _place(self, kind: int, index: int) -> str:
-        head = self.head
-        offsets = {Q: 0, V: head["nq"], A: head["nq"] + head["nv"], LAM: head["nq"] + 2 * head["nv"]}
-        if kind in (PARAM, INPUT):
-            return f"p[{index + (len(head['parameters']) if kind == INPUT else 0)}]"
-        return f"y[{offsets[kind] + index}]"
-
-    def _schedule(self) -> list[int]:
-        """Depth-first post-order from the outputs: short lifetimes, which halves LLVM's time."""
-        done: set[int] = set()
-        order: list[int] = []
-        for _, output in self.written:
-            stack = [output]
-            while stack:
-                node = stack[-1]
-                waiting = [x for x in self.g.operands(node) if x not in done] if node not in done else []
-                if waiting:
-                    stack.extend(reversed(waiting))
-                    continue
-                stack.pop()
-                if node not in done:
-                    done.add(node)
-                    order.append(node)
-        return order
-
-    def _print(self, node: int) -> None:
-        g = self.g
-        op, args = g.op[node], g.args[node]
-        if op == "var":
-            self.printed[node] = (self.names[args], _ATOM)
-            return
-        if op == "const":
-            self.printed[node] = (repr(args[0]), _SIGN if args[0] < 0.0 else _ATOM)
-            return
-        text, strength = self._expression(op, args)
-        if self.uses[node] > 1 or len(text) > LONGEST_INLINE:
-            name = f"x{len(self.lines)}"
-            self.lines.append(f"{name} = {text}")
-            text, strength = name, _ATOM
-        self.printed[node] = (text, strength)
-
-    def _expression(self, op: str, args: tuple[int, ...]) -> tuple[str, int]:
-        at = self._at
-        match op:
-            case "add":
-                return f"{at(args[0], _SUM)} + {at(args[1], _PRODUCT)}", _SUM
-            case "sub":
-                return f"{at(args[0], _SUM)} - {at(args[1], _PRODUCT)}", _SUM
-            case "mul":
-                return f"{at(args[0], _PRODUCT)}*{at(args[1], _SIGN)}", _PRODUCT
-            case "div":
-                return f"{at(args[0], _PRODUCT)}/{at(args[1], _SIGN)}", _PRODUCT
-            case "neg":
-                return f"-{at(args[0], _ATOM)}", _SIGN
-            case "select":
-                a, b, then, otherwise = (at(x, _SUM) for x in args)
-                return f"({then} if {a} < {b} else {otherwise})", _ATOM
-        self.calls.add(op)
-        assert op in UNARY or op in ("pow", "atan2"), op
-        return f"{op}({', '.join(at(x, _CONDITIONAL) for x in args)})", _ATOM
-
-    def _at(self, node: int, strength: int) -> str:
-        text, own = self.printed[node]
-        return text if own >= strength else f"({text})"

@@ -37,11 +37,17 @@ class ModuleText:
 
 @dataclass(frozen=True)
 class DerivedModel:
-    """A freshly derived model with what was found on the way; `seconds` by stage."""
+    """A freshly derived model with what was found on the way; `seconds` by stage.
+
+    `operations` counts all that a call of each function does, `once` those of them that depend on parameters only,
+    `code` those that stand in its text, where loops over equal subsystems count once.
+    """
 
     text: str
     name: str
     operations: dict[str, int]
+    once: dict[str, int]
+    code: dict[str, int]
     seconds: dict[str, float]
     structure: dict[str, Any]
     findings: tuple[str, ...]
@@ -79,7 +85,7 @@ def derive_text(model: Model, source: str | None = None) -> DerivedModel:
     start = time.perf_counter()
     description = model.describe()
     checked = time.perf_counter()
-    from .derive.pipeline import derive as derive_program
+    from .derive.subsystems import derive as derive_program
     from .emit import emit
 
     program = derive_program(description, source or "")
@@ -99,8 +105,14 @@ def _derived_model(program: Program, text: str, seconds: dict[str, float]) -> De
         text=text,
         name=head["name"],
         operations=dict(head["operations"]),
+        once={name: program.counts(name)[0] for name in program.names()},
+        code=program.written_operations(),
         seconds=seconds,
-        structure={**sizes, **head["structure"]},
+        structure={
+            **sizes,
+            **head["structure"],
+            "subsystems": [len(part.members) for part in program.parts] or [1],
+        },
         findings=program.findings,
     )
 
@@ -173,7 +185,8 @@ def generator_hash() -> str:
     """Hash of the sources that decide what a generated module says."""
     folder = Path(__file__).parent
     digest = hashlib.sha256(__version__.encode())
-    for path in sorted([*folder.glob("derive/*.py"), *folder.glob("model/*.py"), folder / "emit.py"]):
+    emitters = (folder / "emit.py", folder / "function_text.py")
+    for path in sorted([*folder.glob("derive/*.py"), *folder.glob("model/*.py"), *emitters]):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -67,7 +67,8 @@ class Generated:
         self.complex_space = execute(self.text)
         self.complex_space.update({k: v for k, v in vars(COMPLEX).items() if k in self.complex_space})
         self.model = self.space["MODEL"]
-        self.n, self.m = self.model["nq"], self.model["nh"] + self.model["nn"]
+        self.nq, self.n = self.model["nq"], self.model["nv"]  # the same but for quaternions
+        self.m = self.model["nh"] + self.model["nn"]
         self.nh, self.nw = self.model["nh"], self.model["nw"]
         self.p = np.array([x["value"] for x in (*self.model["parameters"], *self.model["inputs"])])
 
@@ -75,22 +76,23 @@ class Generated:
         return name in self.space
 
     def size(self, name: str) -> int:
-        n, m = self.n, self.m
+        nq, n, m = self.nq, self.n, self.m
         return {
-            "rhs": 2 * n + self.nw + m + (m > 0),
+            "rhs": nq + n + self.nw + m + (m > 0),
             "mass_matrix": n * n,
             "forces": n,
             "energy": 2,
             "residual": n + m,
-            "residual_jacobian": (n + m) * (3 * n + m),
+            "residual_jacobian": (n + m) * (nq + 2 * n + m),
             "constraint_residual": self.nh + m,
             "constraint_jacobian": m * n,
             "gamma": m,
-            "project": 2 * n + self.nh + m,
+            "project": nq + n + self.nh + m,
+            "kinematics": nq * n + nq * nq,
             "poses": 12 * len(self.model["bodies"]),
             "outputs": len(self.model["outputs"]),
             "events": len(self.model["events"]),
-        }.get(name, 2 * n)
+        }.get(name, nq + n)
 
     def __call__(self, name: str, t, y, p=None) -> np.ndarray:
         """What function `name` writes."""
@@ -110,12 +112,12 @@ class Generated:
 
     def split(self, t, y, p=None) -> SimpleNamespace:
         """`rhs` by its parts: qdot, a, power, lam, ratio."""
-        out, n = self("rhs", t, y, p), self.n
-        k = 2 * n + self.nw
+        out, nq, n = self("rhs", t, y, p), self.nq, self.nq + self.n
+        k = n + self.nw
         return SimpleNamespace(
-            qdot=out[:n],
-            a=out[n : 2 * n],
-            power=out[2 * n] if self.nw else 0.0,
+            qdot=out[:nq],
+            a=out[nq:n],
+            power=out[n] if self.nw else 0.0,
             lam=out[k : k + self.m],
             ratio=out[-1],
         )
@@ -126,7 +128,16 @@ class Generated:
         return self(name, complex(t, STEP * t_direction), moved).imag / STEP
 
     def random_state(self, rng: np.random.Generator, low=-0.9, high=0.9) -> tuple[float, np.ndarray]:
-        return rng.uniform(0.1, 1.0), rng.uniform(low, high, 2 * self.n)
+        y = rng.uniform(low, high, self.nq + self.n)
+        for k in self.model["quaternions"]:
+            y[k : k + 4] /= np.linalg.norm(y[k : k + 4])
+        return rng.uniform(0.1, 1.0), y
+
+    def N(self, t, y) -> np.ndarray:
+        """The matrix of dq/dt = N v."""
+        if "kinematics" not in self:
+            return np.eye(self.n)
+        return self("kinematics", t, y)[: self.nq * self.n].reshape(self.nq, self.n)
 
     def consistent_state(self, rng: np.random.Generator, q_guess, t=0.3) -> tuple[float, np.ndarray]:
         """A random state near `q_guess` on both levels of the constraints, without the module's `project`."""

@@ -22,7 +22,7 @@ from random_expressions import (
 
 from symgen.derive.differentiate import forward, jacobian, reverse
 from symgen.derive.graph import PARAM, UNARY, Graph, Q, V
-from symgen.derive.hessian import hessian
+from symgen.derive.hessian import hessian, mixed_hessian
 
 ALL = Q | V | PARAM
 
@@ -114,6 +114,32 @@ def check_hessian(build, point):
         assert [row[k] for row in matrix] == matrix[k], "not symmetric"
 
 
+@given(recipes, points)
+@settings(max_examples=80, deadline=None, derandomize=True)
+def test_mixed_hessian_of_random_expressions(recipe, point):
+    assume(tame(follow(recipe, Direct(math), point)))
+    check_mixed_hessian(lambda g, variables: follow(recipe, g, variables)[-1], point)
+
+
+def check_mixed_hessian(build, point):
+    """Derivatives by v, then by q and the parameter, with the complex step through the reverse sweep's gradient."""
+    g = Graph()
+    variables = [g.var(*v) for v in VARIABLES]
+    rows, columns = variables[2:4], [*variables[:2], variables[4]]
+    output = build(g, variables)
+    matrix = mixed_hessian(g, output, rows, columns)
+    gradient = reverse(g, [(output, g.one)], V)
+    slopes = [gradient.get(x, g.zero) for x in rows]
+    at = dict(zip(variables, point, strict=True))
+
+    def along(p):
+        return evaluate(g, slopes, dict(zip(variables, p, strict=True)), COMPLEX)
+
+    for k, x in enumerate(columns):
+        expected = complex_step(along, point, variables.index(x))
+        assert close(evaluate(g, [row.get(k, g.zero) for row in matrix], at), expected), f"column {k}"
+
+
 POINT = [-0.4, -0.7, 0.6, -0.3, 0.5]
 
 
@@ -149,6 +175,26 @@ TRAPS = {
 @pytest.mark.parametrize("name", sorted(TRAPS))
 def test_hessian_traps(name):
     check_hessian(TRAPS[name], POINT)
+
+
+@pytest.mark.parametrize("name", sorted(TRAPS))
+def test_mixed_hessian_traps(name):
+    check_mixed_hessian(TRAPS[name], POINT)
+
+
+def test_mixed_hessian_pushes_chains_down_together():
+    """Σ u_k(v) a_k(q) along two chains beside each other: a few operations for each of the n² derivatives."""
+    g, n = Graph(), 30
+    q, v = [g.var(Q, k) for k in range(n)], [g.var(V, k) for k in range(n)]
+    angle, a, u, power = g.zero, g.zero, g.zero, g.zero
+    for x, w in zip(q, v, strict=True):
+        angle = g.add(angle, x)
+        a = g.add(a, g.unary("sin", angle))
+        u = g.add(u, g.mul(g.unary("cos", angle), w))
+        power = g.add(power, g.mul(a, u))
+    matrix = mixed_hessian(g, power, v, q)
+    assert sum(map(len, matrix)) == n * n
+    assert g.count([x for row in matrix for x in row.values()]) < 5 * n * n
 
 
 def test_reverse_adds_seeds_of_one_output():
@@ -195,6 +241,9 @@ def test_shared_depth_is_differentiated_once():
     matrix = jacobian(g, [node], [x, y])
     second = hessian(g, node, [x, y])
     assert g.count([node, *matrix[0], *second[0], *second[1]]) < 60 * 40
+    z = g.var(V, 0)
+    mixed = mixed_hessian(g, deep(g, g.add(node, z), 60), [z], [x, y])
+    assert g.count(mixed[0].values()) < 60 * 80
     at = {x: 0.7, y: 0.4}
 
     def plain(p):
@@ -232,3 +281,4 @@ def test_long_chains_are_differentiated_without_recursion():
     node = deep(g, x, 25_000)  # 100 000 operations
     assert forward(g, [node], {x: g.one})[0] != g.zero
     assert reverse(g, [(node, g.one)], Q)[x] != g.zero
+    assert mixed_hessian(g, g.mul(node, g.var(V, 0)), [g.var(V, 0)], [x])[0][0] != g.zero

@@ -230,8 +230,8 @@ def test_header_says_what_the_model_says():
     assert model["run"] == {"t_end": 5.0, "method": "auto"}
     assert model["nq"] == model["nv"] == 1 and model["nh"] == model["nn"] == model["nw"] == 0
     assert " ".join(model) == (
-        "abi generator source name description nq nv nh nn nw coordinates rates parameters inputs constants "
-        "constraints outputs events bodies structure operations run"
+        "abi generator source name description nq nv nh nn nw coordinates quaternions rates parameters inputs "
+        "constants constraints outputs events bodies structure operations hoisted run"
     )
 
 

@@ -15,6 +15,7 @@ _COMMANDS = {
     "derive": "write a model's equations of motion as a Python module",
     "run": "integrate a model, check the result, record it",
     "advise": "which step and method suit a model, and why",
+    "bench": "run time against error of every method, on scenes with known end states",
     "check": "how far a result can be trusted: convergence, energy, constraints",
     "play": "show a recording in the Rerun viewer",
     "verify": "re-read a recording and check it again",

@@ -44,6 +44,8 @@ def command(
     if json_file is not None:
         figures = {
             "operations": derived.operations,
+            "once": derived.once,
+            "code": derived.code,
             "seconds": derived.seconds,
             "structure": derived.structure,
         }
@@ -63,8 +65,18 @@ def _report(derived: DerivedModel, path: Path) -> list[str]:
     found = [name.replace("_", " ") for name, value in structure.items() if value is True]
     lines = [f"{derived.name}: {sizes}", f"  structure: {', '.join(found) or 'nothing to make use of'}"]
     lines += [f"  {finding}" for finding in derived.findings]
-    width = max(map(len, derived.operations), default=0)
-    lines.append("  operations:")
-    lines += [f"    {name:<{width}} {count:>8}" for name, count in derived.operations.items()]
+    lines += _operations(derived)
     seconds = ", ".join(f"{stage} {value:.3f} s" for stage, value in derived.seconds.items())
     return [*lines, f"  time: {seconds}", f"wrote {path} ({len(derived.text.encode()) / 1000:.1f} kB)"]
+
+
+def _operations(derived: DerivedModel) -> list[str]:
+    """A table: what a call of each function does, what of it once per set of parameters, what stands in the text."""
+    operations = derived.operations
+    with_loops = any(derived.code[name] < count for name, count in operations.items())
+    width = max(map(len, operations), default=0)
+    lines = [f"  operations:{'':{width - 8}}   in all     once" + ("  in code" if with_loops else "")]
+    for name, count in operations.items():
+        code = f" {derived.code[name]:>8}" if with_loops else ""
+        lines.append(f"    {name:<{width}} {count:>8} {derived.once[name] or '-':>8}{code}")
+    return lines

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ _NUMBER = re.compile(
 
 def parameter_values(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
     """Return the values of `--set`, in SI."""
-    records = (*system.parameters, *system.inputs)
+    records = {record["name"]: record for record in (*system.parameters, *system.inputs)}
     constants = {record["name"] for record in system.constants}
     coordinates = {record["name"] for record in system.coordinates}
 
@@ -38,26 +38,27 @@ def parameter_values(system: System, pairs: Iterable[tuple[str, str]]) -> dict[s
 
 
 def start_values(system: System, option: str, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
-    """Return the values of `--start` or `--rate`, in SI; a rate may be written `dot(x)`, too."""
-    records = system.coordinates if option == "--start" else system.rates
+    """Return the values of `--start` or `--rate`, in SI; a rate may also be written `dot(x)` or as its coordinate."""
+    from runtime.names import inside_dot, rate_indices
+
+    records = {record["name"]: record for record in system.coordinates}
+    if option == "--rate":
+        places = rate_indices(system.coordinates, system.rates, system.quaternions)
+        records = {name: system.rates[index] for name, index in places.items()}
+        pairs = [(inside_dot(name), text) for name, text in pairs]
     parameters = {record["name"] for record in (*system.parameters, *system.inputs)}
 
     def why_not(name: str) -> str | None:
         return f"{name!r} is a parameter: use --set" if name in parameters else None
 
-    if option == "--rate":
-        pairs = [(_inside_dot(name), text) for name, text in pairs]
     return _values(option, pairs, records, f"model {system.name!r} has no coordinate", why_not)
 
 
-def _inside_dot(name: str) -> str:
-    return name[4:-1] if name.startswith("dot(") and name.endswith(")") else name
-
-
-def _values(option: str, pairs, records: Sequence[dict[str, Any]], unknown: str, why_not) -> dict[str, float]:
+def _values(
+    option: str, pairs, by_name: Mapping[str, dict[str, Any]], unknown: str, why_not
+) -> dict[str, float]:
     from runtime.errors import nearest
 
-    by_name = {record["name"]: record for record in records}
     values: dict[str, float] = {}
     for name, text in pairs:
         if name not in by_name:

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 from ..model.description import Description
 from .differentiate import forward, jacobian, reverse
-from .dynamics import Variables
-from .kinematics import Matrix, time_derivative
+from .kinematics import time_derivative
 from .load import Loader
+from .variables import Variables
+from .vectors import Matrix
 
 
 @dataclass(frozen=True)
@@ -27,21 +28,25 @@ def constraints(loader: Loader, description: Description, x: Variables) -> Const
     position = [loader.load(c.expression) for c in description.constraints]
     nonholonomic = [loader.load(c.expression) for c in description.velocity_constraints]
     velocity = [*time_derivative(loader, position), *nonholonomic]
-    G = jacobian(g, position, x.q) + jacobian(g, nonholonomic, x.v)
+    if x.marks or x.quaternions:
+        G = jacobian(g, velocity, x.v)
+    else:
+        G = jacobian(g, position, x.q) + jacobian(g, nonholonomic, x.v)
     bias = acceleration(loader, velocity, x, [g.zero] * len(x.v))
     return Constraints(position, velocity, G, [g.neg(b) for b in bias])
 
 
 def acceleration(loader: Loader, velocity: list[int], x: Variables, accelerations: list[int]) -> list[int]:
     """Time derivatives of velocity-level constraints for given accelerations: G a - γ."""
-    g = loader.g
-    motion = dict(zip([*x.q, *x.v, x.t], [*x.v, *accelerations, g.one], strict=True))
-    return forward(g, velocity, motion)
+    return forward(loader.g, velocity, x.motion(accelerations))
 
 
 def constraint_forces(loader: Loader, c: Constraints, x: Variables) -> list[int]:
     """Gᵀ λ, by one reverse sweep: no products with the elements of G."""
     g = loader.g
+    if x.marks or x.quaternions:
+        by_rate = reverse(g, list(zip(c.velocity, x.lam, strict=True)), g.mask[x.v[0]])
+        return [by_rate.get(v, g.zero) for v in x.v]
     from_position = reverse(g, list(zip(c.position, x.lam, strict=False)), g.mask[x.q[0]])
     rest = list(zip(c.velocity[len(c.position) :], x.lam[len(c.position) :], strict=True))
     from_velocity = reverse(g, rest, g.mask[x.v[0]])

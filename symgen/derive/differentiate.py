@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from .graph import Graph
+from .graph import Graph, SparseRows
 
 
 def partials(g: Graph, node: int) -> list[tuple[int, int]]:
@@ -145,13 +145,13 @@ def jacobian(g: Graph, outputs: list[int], inputs: list[int]) -> list[list[int]]
     by_columns = _sparse_forward(g, outputs, inputs)
     by_rows = _rows_by_reverse(g, outputs, inputs)
 
-    def cost(rows: list[list[int]]) -> int:
-        return g.count([*outputs, *(entry for row in rows for entry in row)])
+    def cost(rows: SparseRows) -> int:
+        return g.count([*outputs, *(entry for row in rows for entry in row.values())])
 
-    return min(by_columns, by_rows, key=cost)
+    return g.dense(min(by_columns, by_rows, key=cost), len(inputs))
 
 
-def _sparse_forward(g: Graph, outputs: list[int], inputs: list[int]) -> list[list[int]]:
+def _sparse_forward(g: Graph, outputs: list[int], inputs: list[int]) -> SparseRows:
     """All tangents at once: each node carries its nonzero derivatives by the inputs."""
     mask = 0
     for variable in inputs:
@@ -167,15 +167,16 @@ def _sparse_forward(g: Graph, outputs: list[int], inputs: list[int]) -> list[lis
             for k, entry in gradient.get(operand, {}).items():
                 total[k] = g.add(total.get(k, g.zero), g.mul(partial, entry))
         gradient[node] = total
-    return [[gradient.get(node, {}).get(k, g.zero) for k in range(len(inputs))] for node in outputs]
+    return [{k: d for k, d in gradient.get(node, {}).items() if d != g.zero} for node in outputs]
 
 
-def _rows_by_reverse(g: Graph, outputs: list[int], inputs: list[int]) -> list[list[int]]:
+def _rows_by_reverse(g: Graph, outputs: list[int], inputs: list[int]) -> SparseRows:
     mask = 0
     for variable in inputs:
         mask |= g.mask[variable]
+    position = {variable: k for k, variable in enumerate(inputs)}
     rows = []
     for node in outputs:
         adjoint = reverse(g, [(node, g.one)], mask)
-        rows.append([adjoint.get(variable, g.zero) for variable in inputs])
+        rows.append({position[x]: d for x, d in adjoint.items() if x in position and d != g.zero})
     return rows

@@ -15,64 +15,67 @@ from ..model.description import Description, Load
 from .differentiate import forward, reverse
 from .graph import PARAM, Q, V
 from .hessian import hessian
-from .kinematics import BodyKinematics, Matrix, cross, time_derivative, times, transposed_times
+from .kinematics import BodyKinematics, Scene, time_derivative
 from .load import Loader
+from .trees import Tree
+from .variables import Variables
+from .vectors import Matrix, cross, plus, times, transposed_times
 
 LARGEST_QUADRATIC_FORM = 12  # rates; beyond, virtual power is always cheaper
-
-
-@dataclass(frozen=True)
-class Variables:
-    """Nodes of the variables."""
-
-    t: int
-    q: list[int]
-    v: list[int]
-    a: list[int]
-    lam: list[int]
+LARGEST_QUADRATIC_FORM_OF_A_TREE = 4
 
 
 @dataclass(frozen=True)
 class Mechanics:
     """What the description says, on the graph.
 
-    `products` are terms c·u·w of T with u, w exact time derivatives; `kinetic_rest` is what else T holds.
-    `applied` are pairs (velocity, force) of the loads: their power is that of non-conservative forces.
+    `kinetic` is T without that of the `trees` on the world, which is quadratic in the rates; `energy` is all of T and
+    V. `potential` is what generalised forces are derived from: V without the gravity that acts on trees. `products`
+    are terms c·u·w of T with u, w exact time derivatives; `kinetic_rest` is what else T holds. `bodies` are those
+    placed by hand. `applied` are pairs (velocity, force) of the loads: their power is that of non-conservative forces.
     """
 
     kinetic: int
     potential: int
+    energy: tuple[int, int]
     dissipation: int
     bodies: list[BodyKinematics]
+    trees: list[Tree]
     products: list[tuple[int, int, int]]
     kinetic_rest: int
     applied: list[tuple[int, int]]
-    generalised: dict[int, int]  # force on each coordinate, by index
+    generalised: dict[int, int]  # force on each rate, by index
 
 
-def mechanics(loader: Loader, description: Description, bodies: list[BodyKinematics]) -> Mechanics:
+def mechanics(loader: Loader, description: Description, scene: Scene) -> Mechanics:
     """Energies and applied forces of a description."""
     g = loader.g
     half = g.const(0.5)
     kinetic, potential = g.zero, g.zero
-    gravity = [loader.load(x) for x in description.gravity] if description.gravity else [g.zero] * 3
-    for b in bodies:
+    by_hand = [b for b in scene.bodies if b.velocity is not None]
+    for b in by_hand:
         kinetic = g.add(kinetic, g.mul(g.mul(half, b.mass), g.dot(b.velocity, b.velocity)))
         if b.omega is not None and b.inertia is not None:
             kinetic = g.add(kinetic, g.mul(half, g.dot(b.omega, times(g, b.inertia, b.omega))))
-        potential = g.sub(potential, g.mul(b.mass, g.dot(gravity, b.position)))
+        potential = g.sub(potential, g.mul(b.mass, g.dot(scene.gravity, b.position)))
     extra = loader.load(description.kinetic) if description.kinetic is not None else g.zero
     products, rest = _split_products(loader, extra)
     extra_potential = loader.load(description.potential) if description.potential is not None else g.zero
-    index = {c.name: k for k, c in enumerate(description.coordinates)}
+    kinetic = g.sum([kinetic, *(tree.kinetic for tree in scene.trees if not tree.on_world), extra])
+    potential = g.add(potential, extra_potential)
+    of_trees = g.sum(tree.gravity_potential(scene.gravity) for tree in scene.trees)
+    whole_kinetic = g.sum([kinetic, *(tree.kinetic for tree in scene.trees if tree.on_world)])
+    index = {r.name: k for k, r in enumerate(description.rates)}
     return Mechanics(
-        kinetic=g.add(kinetic, extra),
-        potential=g.add(potential, extra_potential),
+        kinetic=kinetic,
+        potential=potential if scene.uniform_gravity else g.add(potential, of_trees),
+        energy=(whole_kinetic, g.add(potential, of_trees)),
         dissipation=loader.load(description.dissipation) if description.dissipation is not None else g.zero,
-        bodies=bodies,
+        bodies=by_hand,
+        trees=scene.trees,
         products=products,
         kinetic_rest=rest,
-        applied=[pair for load in description.loads for pair in _load_pairs(loader, load, bodies)],
+        applied=[pair for load in description.loads for pair in _load_pairs(loader, load, scene.bodies)],
         generalised={index[name]: loader.load(force) for name, force in description.forces},
     )
 
@@ -138,46 +141,67 @@ def _is_exact(loader: Loader, node: int) -> bool:
 
 
 def mass_matrix(loader: Loader, mech: Mechanics, x: Variables) -> Matrix:
-    """M = ∂²T/∂v²."""
-    return hessian(loader.g, mech.kinetic, x.v)
+    """M: the second derivatives of T by the rates, and composite bodies for trees on the world."""
+    g = loader.g
+    matrix = hessian(g, mech.kinetic, x.v)
+    for tree in mech.trees:
+        if tree.on_world:
+            for (i, j), entry in tree.mass_entries().items():
+                matrix[i][j] = g.add(matrix[i][j], entry)
+    return matrix
 
 
 def inverse_dynamics(loader: Loader, mech: Mechanics, x: Variables, accelerations: list[int]) -> list[int]:
     """M a + h - Q for given accelerations (zeros give -f), without constraint forces."""
     g = loader.g
-    motion = dict(zip([*x.q, *x.v, x.t], [*x.v, *accelerations, g.one], strict=True))
-    seeds = [(u, force) for u, force in _inertia_pairs(loader, mech, motion)]
+    motion = x.motion(accelerations)
+    seeds = [(u, force) for u, force in inertia_pairs(loader, mech, motion)]
     seeds += [(u, g.neg(force)) for u, force in mech.applied]
     seeds.append((mech.dissipation, g.one))
+    down = [(mech.kinetic_rest, g.const(-1.0))]
+    if x.marks or x.quaternions:  # ∂(dV/dt)/∂v is Nᵀ ∂V/∂q, and stops at points
+        seeds += [(change, g.one) for change in forward(g, [mech.potential], loader.rates)]
+    else:
+        down.insert(0, (mech.potential, g.one))
     by_rate = reverse(g, seeds, V)
-    result = [by_rate.get(v, g.zero) for v in x.v]
-    by_position = reverse(g, [(mech.potential, g.one), (mech.kinetic_rest, g.const(-1.0))], Q)
-    for k, q in enumerate(x.q):
-        result[k] = g.add(result[k], by_position.get(q, g.zero))
-        result[k] = g.sub(result[k], mech.generalised.get(k, g.zero))
+    by_position = x.by_rates(reverse(g, down, Q))
+    result = [g.add(by_rate.get(v, g.zero), p) for v, p in zip(x.v, by_position, strict=True)]
+    for k, force in mech.generalised.items():
+        result[k] = g.sub(result[k], force)
     if mech.kinetic_rest != g.zero:
         momentum = reverse(g, [(mech.kinetic_rest, g.one)], V)
         p = [momentum.get(v, g.zero) for v in x.v]
         result = [g.add(r, change) for r, change in zip(result, forward(g, p, motion), strict=True)]
+        result = [g.add(r, turning) for r, turning in zip(result, turning_momentum(x, p), strict=True)]
     return result
 
 
-def _inertia_pairs(loader: Loader, mech: Mechanics, motion: dict[int, int]) -> list[tuple[int, int]]:
-    """Pairs (velocity, inertia force) whose virtual power is that of the inertia forces."""
+def turning_momentum(x: Variables, p: list[int]) -> list[int]:
+    """ω × p for the angular velocities of quaternions: what dp/dt lacks in their turning axes (Boltzmann-Hamel)."""
+    result = [x.g.zero] * len(p)
+    for _, i in x.quaternions:
+        result[i : i + 3] = cross(x.g, x.v[i : i + 3], p[i : i + 3])
+    return result
+
+
+def inertia_pairs(loader: Loader, mech: Mechanics, motion: dict[int, int]) -> list[tuple[int, int]]:
+    """Pairs (velocity, force) whose virtual power is that of the inertia forces, and of gravity on trees."""
     g = loader.g
     pairs: list[tuple[int, int]] = []
+    moving = [u for b in mech.bodies for u in (*b.velocity, *(b.omega or ()))]
+    moving += [u for _, *factors in mech.products for u in factors]
+    rate = dict(zip(moving, forward(g, moving, motion), strict=True))
     for b in mech.bodies:
-        acceleration = forward(g, b.velocity, motion)
-        pairs += [(u, g.mul(b.mass, a)) for u, a in zip(b.velocity, acceleration, strict=True)]
+        pairs += [(u, g.mul(b.mass, rate[u])) for u in b.velocity]
         if b.omega is not None and b.inertia is not None:
-            alpha = forward(g, b.omega, motion)
+            alpha = [rate[u] for u in b.omega]
             spin = cross(g, b.omega, times(g, b.inertia, b.omega))
-            moment = [g.add(m, s) for m, s in zip(times(g, b.inertia, alpha), spin, strict=True)]
-            pairs += list(zip(b.omega, moment, strict=True))
+            pairs += list(zip(b.omega, plus(g, times(g, b.inertia, alpha), spin), strict=True))
     for c, u, w in mech.products:
-        du, dw = forward(g, [u, w], motion)
-        pairs.append((u, g.mul(c, dw)))
-        pairs.append((w, g.mul(c, du)))
+        pairs.append((u, g.mul(c, rate[w])))
+        pairs.append((w, g.mul(c, rate[u])))
+    for tree in mech.trees:
+        pairs += tree.pairs([motion[v] for v in tree.x.v])
     return pairs
 
 
@@ -190,22 +214,24 @@ def external_power(
     part vanishes where T is a quadratic form in the rates.
     """
     g = loader.g
-    seeds = [(u, force) for u, force in mech.applied] + [(mech.dissipation, g.const(-1.0))]
-    by_rate = reverse(g, seeds, V)
-    power = g.zero
-    for k, v in enumerate(x.v):
-        force = g.add(by_rate.get(v, g.zero), mech.generalised.get(k, g.zero))
-        power = g.add(power, g.mul(force, v))
-    by_time = forward(g, [mech.kinetic, mech.potential], {x.t: g.one})
+    power = g.dot(applied_forces(mech, x), x.v)
+    by_time = forward(g, list(mech.energy), {x.t: g.one})
     power = g.add(power, g.sub(by_time[1], by_time[0]))
     if not _is_quadratic(loader, mech, x, mass):
         momentum = reverse(g, [(mech.kinetic, g.one)], V)
         excess = g.mul(g.const(2.0), mech.kinetic)
         for v in x.v:
             excess = g.sub(excess, g.mul(v, momentum.get(v, g.zero)))
-        motion = dict(zip([*x.q, *x.v, x.t], [*x.v, *accelerations, g.one], strict=True))
-        power = g.add(power, forward(g, [excess], motion)[0])
+        power = g.add(power, forward(g, [excess], x.motion(accelerations))[0])
     return power
+
+
+def applied_forces(mech: Mechanics, x: Variables) -> list[int]:
+    """Generalised forces of all that has no potential, by rates."""
+    g = x.g
+    seeds = [*mech.applied, (mech.dissipation, g.const(-1.0))]
+    by_rate = reverse(g, seeds, V)
+    return [g.add(by_rate.get(v, g.zero), mech.generalised.get(k, g.zero)) for k, v in enumerate(x.v)]
 
 
 def _is_quadratic(loader: Loader, mech: Mechanics, x: Variables, mass: Matrix) -> bool:
@@ -226,11 +252,12 @@ def cheapest_form(loader: Loader, mech: Mechanics, x: Variables, mass: Matrix) -
     T = vᵀ M v / 2 with the entries of M, where sin² + cos² has been found, does; it costs O(n²).
     """
     g = loader.g
-    if len(x.v) > LARGEST_QUADRATIC_FORM or not _is_quadratic(loader, mech, x, mass):
+    largest = LARGEST_QUADRATIC_FORM_OF_A_TREE if mech.trees else LARGEST_QUADRATIC_FORM
+    if len(x.v) > largest or not _is_quadratic(loader, mech, x, mass):
         return mech
     momentum = [g.dot(row, x.v) for row in mass]
     quadratic = g.mul(g.const(0.5), g.dot(momentum, x.v))
-    other = replace(mech, bodies=[], products=[], kinetic_rest=quadratic)
+    other = replace(mech, bodies=[], trees=[], products=[], kinetic_rest=quadratic, potential=mech.energy[1])
     at_rest = [g.zero] * len(x.v)
 
     def cost(form: Mechanics) -> int:

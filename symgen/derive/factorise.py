@@ -1,10 +1,16 @@
-"""Sparse LDLᵀ of the saddle-point matrix [M Gᵀ; G 0] as straight-line operations, with little fill."""
+"""Sparse LDLᵀ of the saddle-point matrix [M Gᵀ; G 0] as straight-line operations, with little fill.
+
+What is left when it is large and full, as the mass matrix of a long chain in relative coordinates, is factorised by
+loops.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from heapq import heappop, heappush
 
 from ..errors import ModelError
+from . import dense_solve
 from .graph import MOTION, Graph
 from .kinematics import Matrix
 
@@ -31,6 +37,8 @@ class Factors:
 
     pivots: list[Pivot]
     conditions: list[int]
+    rest: tuple[int, ...] = ()  # rows that are left to a dense factorisation by loops
+    dense: int = -1  # and its node
 
 
 def factorise(g: Graph, mass: Matrix, jacobian: Matrix, names: list[str]) -> Factors:
@@ -67,20 +75,53 @@ def factorise(g: Graph, mass: Matrix, jacobian: Matrix, names: list[str]) -> Fac
 
 
 class _Elimination:
-    """The state of one factorisation."""
+    """The state of one factorisation.
+
+    Candidates wait in heaps. Whatever changes a row puts it there again, and an entry that no longer holds is
+    dropped when it comes up: so each step costs no more than the rows that it touches.
+    """
 
     def __init__(self, g: Graph, n: int, entries: dict[int, dict[int, int]], names: list[str]) -> None:
         self.g, self.n, self.entries, self.names = g, n, entries, names
         self.left = set(entries)
         self.before_constraints: dict[int, int] = {}  # diagonal from eliminated coordinates alone
         self.result = Factors([], [])
+        self.n_entries = sum(map(len, entries.values()))
+        self.touched = sorted(entries)
+        self.prescribed: list[int] = []
+        self.determined: list[tuple[bool, int, int, int]] = []
+        self.by_degree: list[tuple[int, int]] = []
 
     def run(self) -> Factors:
         while (pair := self._next_pair()) is not None:
             self._eliminate_pair(*pair)
-        while self.left:
+        self.touched = sorted(self.left)
+        while self.left and not self._rest_is_dense():
             self._eliminate(self._next())
-        return self.result
+        return self._with_dense_rest() if self.left else self.result
+
+    def _rest_is_dense(self) -> bool:
+        """Whether what is left is so large and full that loops are faster; all its coordinates need inertia.
+
+        What does not move is written out up to a larger size: the run time does it once.
+        """
+        n = len(self.left)
+        if not dense_solve.worthwhile(n, self.n_entries):
+            return False
+        if any(i < self.n and i not in self.entries[i] for i in self.left):
+            return False
+        entries = (entry for i in self.left for entry in self.entries[i].values())
+        return n > dense_solve.LARGEST_HOISTED or any(self.g.mask[entry] & MOTION for entry in entries)
+
+    def _with_dense_rest(self) -> Factors:
+        g, rest = self.g, sorted(self.left)
+        position = {i: k for k, i in enumerate(rest)}
+        rows = [{position[j]: node for j, node in self.entries[i].items()} for i in rest]
+        n_coordinates = sum(i < self.n for i in rest)
+        references = [self.before_constraints.get(i, g.zero) for i in rest]
+        dense = dense_solve.factor(g, rows, n_coordinates, references)
+        conditions = [dense_solve.condition(g, dense, k) for k in range(n_coordinates, len(rest))]
+        return Factors(self.result.pivots, self.result.conditions + conditions, tuple(rest), dense)
 
     def _next_pair(self) -> tuple[int, int] | None:
         """A coordinate and a constraint whose 2 x 2 block is regular wherever the whole matrix is.
@@ -90,16 +131,38 @@ class _Elimination:
         the usual order, the first would need a regular M, the second a constraint that moves masses: a
         piston without mass would divide by zero at its dead centres.
         """
-        for c in sorted(i for i in self.left if i >= self.n):
-            if len(self.entries[c]) == 1:
+        self._collect_pairs()
+        while self.prescribed:
+            c = heappop(self.prescribed)
+            if c in self.left and len(self.entries[c]) == 1:
                 return next(iter(self.entries[c])), c
-        candidates = []
-        for z in self.left:
-            row = self.entries[z]
-            if z < self.n and row and all(i >= self.n for i in row):
-                sure = [c for c, value in row.items() if len(row) == 1 or not self.g.mask[value] & MOTION]
-                candidates += [(self.g.mask[row[c]] != 0, len(self.entries[c]), z, c) for c in sure]
-        return min(candidates)[2:] if candidates else None
+        while self.determined:
+            candidate = heappop(self.determined)
+            if candidate[2] in self.left and candidate in self._determinations(candidate[2]):
+                return candidate[2:]
+        return None
+
+    def _collect_pairs(self) -> None:
+        """Put what the rows touched last make possible into the heaps."""
+        coordinates: set[int] = set()
+        for i in self.touched:
+            if i < self.n:
+                coordinates.add(i)
+                continue
+            coordinates.update(z for z in self.entries[i] if z < self.n)
+            if len(self.entries[i]) == 1:
+                heappush(self.prescribed, i)
+        for z in coordinates:
+            for candidate in self._determinations(z):
+                heappush(self.determined, candidate)
+
+    def _determinations(self, z: int) -> list[tuple[bool, int, int, int]]:
+        """The constraints that determine a coordinate without inertia, the best one smallest."""
+        row = self.entries[z]
+        if z in row or any(i < self.n for i in row):
+            return []
+        sure = [c for c, value in row.items() if len(row) == 1 or not self.g.mask[value] & MOTION]
+        return [(self.g.mask[row[c]] != 0, len(self.entries[c]), z, c) for c in sure]
 
     def _massive(self, i: int) -> bool:
         return i < self.n and i in self.entries[i]
@@ -108,18 +171,22 @@ class _Elimination:
         return i in self.entries[i] and (i < self.n or not any(self._massive(j) for j in self.entries[i]))
 
     def _next(self) -> int:
-        candidates = [i for i in self.left if self._eligible(i)]
-        if not candidates:
-            stuck = ", ".join(sorted(self.names[i] for i in self.left if i < self.n))
-            if not stuck:  # constraints that repeat others, found without looking at numbers
-                return min(self.left)
-            raise ModelError(
-                f"the accelerations of {stuck} are not determined: no inertia acts on them and the "
-                "constraints do not fix them",
-                hint="give a body or a kinetic energy that moves with them, or a constraint to a coordinate "
-                "that has inertia",
-            )
-        return min(candidates, key=lambda i: (len(self.entries[i]), i))
+        for i in self.touched:
+            if self._eligible(i):
+                heappush(self.by_degree, (len(self.entries[i]), i))
+        while self.by_degree:
+            degree, i = heappop(self.by_degree)
+            if i in self.left and degree == len(self.entries[i]) and self._eligible(i):
+                return i
+        stuck = ", ".join(sorted(self.names[i] for i in self.left if i < self.n))
+        if not stuck:  # constraints that repeat others, found without looking at numbers
+            return min(self.left)
+        raise ModelError(
+            f"the accelerations of {stuck} are not determined: no inertia acts on them and the "
+            "constraints do not fix them",
+            hint="give a body or a kinetic energy that moves with them, or a constraint to a coordinate "
+            "that has inertia",
+        )
 
     def _eliminate(self, k: int) -> None:
         g, row = self.g, self.entries[k]
@@ -152,11 +219,13 @@ class _Elimination:
         g = self.g
         removed = {k: self.entries.pop(k) for k in pivot.rows}
         self.left -= removed.keys()
+        self.n_entries -= sum(map(len, removed.values()))
         from_coordinate = pivot.rows[0] < self.n
         others = sorted(pivot.lower)
+        self.touched = others
         for position, i in enumerate(others):
             for k in pivot.rows:
-                self.entries[i].pop(k, None)
+                self.n_entries -= self.entries[i].pop(k, None) is not None
             for j in others[position:]:
                 terms = zip(pivot.lower[i], pivot.rows, strict=True)
                 value = g.sum(g.mul(entry, removed[k].get(j, g.zero)) for entry, k in terms)
@@ -169,11 +238,15 @@ class _Elimination:
         updated = g.sub(self.entries[i].get(j, g.zero), value)
         if i == j and i >= self.n and from_coordinate:
             self.before_constraints[i] = g.sub(self.before_constraints.get(i, g.zero), value)
-        for a, b in ((i, j), (j, i)):
-            if updated == g.zero:
-                self.entries[a].pop(b, None)
-            else:
-                self.entries[a][b] = updated
+        if updated == g.zero:
+            if i == j and i in self.entries[i]:  # without inertia it no longer holds its constraints back
+                self.touched = sorted({*self.touched, *self.entries[i]})
+            self.n_entries -= (2 if i != j else 1) * (j in self.entries[i])
+            self.entries[i].pop(j, None)
+            self.entries[j].pop(i, None)
+        else:
+            self.n_entries += (2 if i != j else 1) * (j not in self.entries[i])
+            self.entries[i][j] = self.entries[j][i] = updated
 
 
 def solve(g: Graph, factors: Factors, right: list[int]) -> list[int]:
@@ -183,6 +256,10 @@ def solve(g: Graph, factors: Factors, right: list[int]) -> list[int]:
         for i, entries in pivot.lower.items():
             for k, entry in zip(pivot.rows, entries, strict=True):
                 x[i] = g.sub(x[i], g.mul(entry, x[k]))
+    if factors.rest:
+        dense = dense_solve.solve(g, factors.dense, [x[i] for i in factors.rest])
+        for i, value in zip(factors.rest, dense, strict=True):
+            x[i] = value
     for pivot in reversed(factors.pivots):
         here = [x[k] for k in pivot.rows]
         for position, k in enumerate(pivot.rows):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
 
 # Kinds of variable, each with its own bit in a node's dependency mask.
-T, Q, V, A, LAM, PARAM, INPUT, LOCAL = (1 << k for k in range(8))  # LOCAL: stand-ins within a derivative
+# LOCAL: stand-ins within a derivative; VIRTUAL: virtual velocities, by which a virtual power is differentiated.
+T, Q, V, A, LAM, PARAM, INPUT, LOCAL, VIRTUAL = (1 << k for k in range(9))
 KIND_NAMES = {T: "t", Q: "q", V: "v", A: "a", LAM: "lam", PARAM: "p", INPUT: "u"}
 MOTION = T | Q | V | A | LAM | INPUT  # everything that can change during a run
 
@@ -28,6 +30,13 @@ UNARY: dict[str, Callable[[float], float]] = {
 ODD = frozenset(("sin", "tan", "asin", "atan", "sinh", "tanh"))
 EVEN = frozenset(("cos", "cosh", "fabs"))
 LARGEST_UNROLLED_POWER = 64
+ON_ARRAYS = frozenset(("factor_ldl", "solve_ldl", "element"))  # see `dense_solve.py`
+_LEAVES = ("const", "var")
+
+
+SparseRows = list[
+    dict[int, int]
+]  # a matrix: for each row, its entries (nodes) by column, without structural zeros
 
 
 class FoldingError(ValueError):
@@ -47,19 +56,21 @@ class Graph:
         self.op: list[str] = []
         self.args: list[tuple] = []
         self.mask: list[int] = []
-        self._index: dict[tuple, int] = {}
+        self._operands: list[tuple[int, ...]] = []  # `args`, but nothing for constants and variables
+        self._index: defaultdict[str, dict[tuple, int]] = defaultdict(dict)  # by operation, then arguments
+        self._circle: set[int] = set()  # products k·sin(x)² and k·cos(x)²
         self.zero = self.const(0.0)
         self.one = self.const(1.0)
 
     def _node(self, op: str, args: tuple, mask: int) -> int:
-        key = (op, args)
-        node = self._index.get(key)
+        table = self._index[op]
+        node = table.get(args)
         if node is None:
-            node = len(self.op)
-            self._index[key] = node
+            node = table[args] = len(self.op)
             self.op.append(op)
             self.args.append(args)
             self.mask.append(mask)
+            self._operands.append(() if op in _LEAVES else args)
         return node
 
     def const(self, value: float) -> int:
@@ -84,7 +95,7 @@ class Graph:
         if op == "neg":
             return self.args[a][0]
         if op == "sub":
-            reverse = self._index.get(("sub", (self.args[a][1], self.args[a][0])))
+            reverse = self._index["sub"].get((self.args[a][1], self.args[a][0]))
             if reverse is not None:
                 return reverse
         return self._node("neg", (a,), self.mask[a])
@@ -94,16 +105,17 @@ class Graph:
             return b
         if b == self.zero:
             return a
-        va, vb = self.value(a), self.value(b)
-        if va is not None and vb is not None:
-            return self.const(va + vb)
-        if self.op[b] == "neg":
+        op_a, op_b = self.op[a], self.op[b]
+        if op_a == "const" and op_b == "const":
+            return self.const(self.args[a][0] + self.args[b][0])
+        if op_b == "neg":
             return self.sub(a, self.args[b][0])
-        if self.op[a] == "neg":
+        if op_a == "neg":
             return self.sub(b, self.args[a][0])
-        unit = self._unit_circle(a, b)
-        if unit is not None:
-            return unit
+        if a in self._circle or b in self._circle:
+            unit = self._unit_circle(a, b)
+            if unit is not None:
+                return unit
         if a > b:
             a, b = b, a
         return self._node("add", (a, b), self.mask[a] | self.mask[b])
@@ -114,7 +126,7 @@ class Graph:
         The one identity that is applied: rigid bodies make these pairs by the dozen, and 1 is exact.
         """
         for x, y in ((a, b), (b, a)):
-            if self.op[x] != "mul":
+            if x not in self._circle:
                 continue
             factor, partner = self._circle_partner(x)
             if partner is None:
@@ -135,10 +147,10 @@ class Graph:
             root = self.args[square][0]
             if self.op[root] not in ("sin", "cos"):
                 continue
-            twin = self._index.get(("cos" if self.op[root] == "sin" else "sin", self.args[root]))
-            partner = self._index.get(("mul", (twin, twin)))
+            twin = self._index["cos" if self.op[root] == "sin" else "sin"].get(self.args[root])
+            partner = self._index["mul"].get((twin, twin))
             if partner is not None and factor != self.one:
-                partner = self._index.get(("mul", (min(factor, partner), max(factor, partner))))
+                partner = self._index["mul"].get((min(factor, partner), max(factor, partner)))
             return factor, partner
         return self.one, None
 
@@ -149,39 +161,45 @@ class Graph:
             return a
         if a == self.zero:
             return self.neg(b)
-        va, vb = self.value(a), self.value(b)
-        if va is not None and vb is not None:
-            return self.const(va - vb)
-        if self.op[b] == "neg":
+        op_a, op_b = self.op[a], self.op[b]
+        if op_a == "const" and op_b == "const":
+            return self.const(self.args[a][0] - self.args[b][0])
+        if op_b == "neg":
             return self.add(a, self.args[b][0])
-        if self.op[a] == "neg":
+        if op_a == "neg":
             return self.neg(self.add(self.args[a][0], b))
-        reverse = self._index.get(("sub", (b, a)))
+        reverse = self._index["sub"].get((b, a))
         if reverse is not None:
             return self._node("neg", (reverse,), self.mask[reverse])
         return self._node("sub", (a, b), self.mask[a] | self.mask[b])
 
     def mul(self, a: int, b: int) -> int:
-        if a > b:
-            a, b = b, a
-        if self.zero in (a, b):
+        if a == self.one:
+            return b
+        if b == self.one:
+            return a
+        if a == self.zero or b == self.zero:
             return self.zero
-        va, vb = self.value(a), self.value(b)
-        if vb is not None:  # at most the first factor is a constant from here on
-            a, b, va, vb = b, a, vb, va
-        if va is not None:
-            if vb is not None:
-                return self.const(va * vb)
-            return self._scale(va, b)
+        op_a, op_b = self.op[a], self.op[b]
+        if op_a == "const":
+            value = self.args[a][0]
+            return self.const(value * self.args[b][0]) if op_b == "const" else self._scale(value, b)
+        if op_b == "const":
+            return self._scale(self.args[b][0], a)
         negative = False
-        if self.op[a] == "neg":
+        if op_a == "neg":
             a, negative = self.args[a][0], True
-        if self.op[b] == "neg":
+        if op_b == "neg":
             b, negative = self.args[b][0], not negative
-        if a > b:
-            a, b = b, a
-        node = self._node("mul", (a, b), self.mask[a] | self.mask[b])
+        node = self._product(a, b) if a <= b else self._product(b, a)
         return self.neg(node) if negative else node
+
+    def _product(self, a: int, b: int) -> int:
+        """The node a·b of operands without signs; remembers the products that `_unit_circle` looks for."""
+        node = self._node("mul", (a, b), self.mask[a] | self.mask[b])
+        if self.op[a] in ("sin", "cos") if a == b else a in self._circle or b in self._circle:
+            self._circle.add(node)
+        return node
 
     def _scale(self, factor: float, a: int) -> int:
         """Product of a number and a node, with the numbers of nested products gathered into one."""
@@ -194,8 +212,8 @@ class Graph:
         if factor == -1.0:
             return self.neg(a)
         if factor < 0.0:
-            return self.neg(self._node("mul", (self.const(-factor), a), self.mask[a]))
-        return self._node("mul", (self.const(factor), a), self.mask[a])
+            return self.neg(self._product(self.const(-factor), a))
+        return self._product(self.const(factor), a)
 
     def div(self, a: int, b: int) -> int:
         vb = self.value(b)
@@ -294,6 +312,13 @@ class Graph:
         """-1, 0 or 1."""
         return self.select(a, self.zero, self.const(-1.0), self.select(self.zero, a, self.one, self.zero))
 
+    def on_arrays(self, op: str, args: tuple[int, ...]) -> int:
+        """One of the operations in `ON_ARRAYS`, whose result is no number, or an element of such a result."""
+        mask = 0
+        for x in args:
+            mask |= self.mask[x]
+        return self._node(op, args, mask)
+
     def sum(self, nodes: Iterable[int]) -> int:
         total = self.zero
         for node in nodes:
@@ -304,20 +329,34 @@ class Graph:
         """Sum of products."""
         return self.sum(self.mul(x, y) for x, y in zip(a, b, strict=True))
 
+    def sparse(self, matrix: Iterable[Sequence[int]]) -> SparseRows:
+        """The nonzero entries of a matrix."""
+        zero = self.zero
+        return [{k: node for k, node in enumerate(row) if node != zero} for row in matrix]
+
+    def dense(self, rows: SparseRows, n_columns: int) -> list[list[int]]:
+        """A matrix with its zeros."""
+        result = [[self.zero] * n_columns for _ in rows]
+        for full, row in zip(result, rows, strict=True):
+            for k, node in row.items():
+                full[k] = node
+        return result
+
     def operands(self, node: int) -> tuple[int, ...]:
         """The nodes that a node is computed from."""
-        return () if self.op[node] in ("const", "var") else self.args[node]
+        return self._operands[node]
 
     def reachable(self, outputs: Iterable[int], mask: int = -1) -> list[int]:
         """All nodes below `outputs` that depend on a kind in `mask` (-1: all), in topological order."""
-        seen: set[int] = set()
-        stack = list(outputs)
+        operands, masks = self._operands, self.mask
+        every = mask == -1
+        seen = {node for node in outputs if every or masks[node] & mask}
+        stack = list(seen)
         while stack:
-            node = stack.pop()
-            if node in seen or (mask != -1 and not self.mask[node] & mask):
-                continue
-            seen.add(node)
-            stack.extend(self.operands(node))
+            for x in operands[stack.pop()]:
+                if x not in seen and (every or masks[x] & mask):
+                    seen.add(x)
+                    stack.append(x)
         return sorted(seen)
 
     def substitute(self, outputs: list[int], replacement: dict[int, int]) -> list[int]:
@@ -338,8 +377,24 @@ class Graph:
             return node
         if op in UNARY:
             return self.unary(op, *operands)
+        if op in ON_ARRAYS:
+            return self.on_arrays(op, tuple(operands))
         return getattr(self, op)(*operands)
 
     def count(self, outputs: Iterable[int]) -> int:
         """Number of operations that `outputs` cost (constants and variables are free)."""
-        return sum(self.op[n] not in ("const", "var") for n in self.reachable(outputs))
+        return sum(map(self.cost, self.reachable(outputs)))
+
+    def cost(self, node: int) -> int:
+        """Number of operations on numbers that one node stands for."""
+        op, args = self.op[node], self.args[node]
+        if op not in ON_ARRAYS:
+            return op not in _LEAVES
+        if op == "element":
+            return 0
+        sizes = self.args[args[0]] if op == "solve_ldl" else args
+        n, n_coordinates = (int(self.args[x][0]) for x in sizes[:2])
+        if op == "solve_ldl":
+            return 2 * n * n
+        updates = sum((n - k) * (n - k - 1) // 2 for k in range(n))
+        return n + n * (n - 1) // 2 + 2 * updates + 2 * n_coordinates * (n - n_coordinates)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..model.description import Coordinate, Description
+from ..model.description import Description
 from .structure import structure
+from .variables import with_rates
 
 if TYPE_CHECKING:
     from .pipeline import Derivation
@@ -16,20 +17,21 @@ ABI = 1
 
 def header(d: Description, derivation: Derivation, source: str, operations: dict[str, int]) -> dict[str, Any]:
     """The `MODEL` dictionary of the ABI (docs/architecture.md)."""
-    n = len(d.coordinates)
+    rates = with_rates(d).rates
     return {
         "abi": ABI,
         "generator": f"symgen {__version__}",
         "source": source,
         "name": d.name,
         "description": d.description,
-        "nq": n,
-        "nv": n,
+        "nq": len(d.coordinates),
+        "nv": len(rates),
         "nh": len(d.constraints),
         "nn": len(d.velocity_constraints),
         "nw": 0 if derivation.conservative else 1,
         "coordinates": [_value(c.name, c.unit, c.start, c.guess) for c in d.coordinates],
-        "rates": [_value(c.name, _rate_unit(c), c.rate, c.rate_guess) for c in d.coordinates],
+        "quaternions": [k for k, _ in derivation.x.quaternions],
+        "rates": [_value(r.name, r.unit, r.start, r.guess) for r in rates],
         "parameters": [
             {"name": p.name, "unit": p.unit or "", "value": float(p.value), "doc": p.doc}
             for p in d.parameters
@@ -58,7 +60,3 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
 def _value(name: str, unit: str | None, enforced: float | None, guess: float) -> dict[str, Any]:
     value = guess if enforced is None else enforced
     return {"name": name, "unit": unit or "", "value": float(value), "enforced": enforced is not None}
-
-
-def _rate_unit(c: Coordinate) -> str:
-    return f"{c.unit}/s" if c.unit else ""

@@ -1,17 +1,20 @@
-"""Second derivatives on the graph by edge pushing (Gower and Mello 2012, Algorithm 3): M from T."""
+"""Second derivatives on the graph by edge pushing (Gower and Mello 2012, Algorithm 3): M from T, and mixed ones."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 
-from .differentiate import forward, partials, reverse
-from .graph import LOCAL, Graph
+from .condense import Statement, condense
+from .graph import Graph, SparseRows
+
+Edges = dict[int, dict[int, int]]  # edges[a][b] = edges[b][a] = weight
+LARGEST_STATEMENT = 3  # inputs of an operation that is merged into its only user
 
 
 def hessian(g: Graph, output: int, inputs: list[int]) -> list[list[int]]:
     """Second derivatives of `output` by `inputs`.
 
-    One reverse sweep carries the adjoint of each node and the nonlinear "edges" between pairs of nodes.
+    One reverse sweep carries the adjoint of each statement and the nonlinear "edges" between pairs of them.
     On the kinetic energy of a tree of bodies the edges gather the inertia of all that hangs below a joint,
     which is the composite-body algorithm.
 
@@ -26,86 +29,121 @@ def hessian(g: Graph, output: int, inputs: list[int]) -> list[list[int]]:
     -------
     list of list of int, n x n, symmetric
     """
+    mask = _kinds(g, inputs)
+    edges = _push_edges(g, condense(g, output, mask, 0), output, mask, lambda a, b: True)
+    return g.dense(_by_position(g, edges, inputs, inputs), len(inputs))
+
+
+def mixed_hessian(g: Graph, output: int, rows: list[int], columns: list[int]) -> SparseRows:
+    """Second derivatives of `output` by each of `rows` and each of `columns`.
+
+    Only the edges between what depends on rows and what depends on columns are carried, and only the adjoints of
+    what depends on rows.
+
+    Parameters
+    ----------
+    g : Graph
+    output : int
+    rows, columns : list of int
+        Variables; no kind may be in both.
+
+    Returns
+    -------
+    SparseRows
+    """
+    by_row, by_column = _kinds(g, rows), _kinds(g, columns)
+    masks = g.mask
+
+    def couples(a: int, b: int) -> bool:
+        one_way = masks[a] & by_row and masks[b] & by_column
+        return bool(one_way or (masks[b] & by_row and masks[a] & by_column))
+
+    statements = condense(g, output, by_row | by_column, LARGEST_STATEMENT)
+    edges = _push_edges(g, statements, output, by_row, couples)
+    return _by_position(g, edges, rows, columns)
+
+
+def _by_position(g: Graph, edges: Edges, rows: list[int], columns: list[int]) -> SparseRows:
+    position = {variable: k for k, variable in enumerate(columns)}
+    return [
+        {position[x]: w for x, w in sorted(edges.get(row, {}).items()) if x in position and w != g.zero}
+        for row in rows
+    ]
+
+
+def _kinds(g: Graph, variables: list[int]) -> int:
     mask = 0
-    for variable in inputs:
+    for variable in variables:
         mask |= g.mask[variable]
+    return mask
+
+
+def _push_edges(
+    g: Graph,
+    statements: dict[int, Statement],
+    output: int,
+    linear: int,
+    wanted: Callable[[int, int], bool],
+) -> Edges:
+    """The edges between variables, those that are wanted.
+
+    `linear` are the kinds whose adjoints are carried: all that can meet a wanted edge.
+    """
     adjoint = {output: g.one}
-    edges: dict[int, dict[int, int]] = {}  # edges[i][j] = edges[j][i] = weight
-    for node in reversed(g.reachable([output], mask)):
+    edges: Edges = {}
+    for node in _by_height(statements):
         if g.op[node] == "var":
             continue
-        local = _local_partials(g, node, mask)
-        _push(g, edges, node, local)
-        weight = adjoint.get(node, g.zero)
+        statement = statements[node]
+        _push(g, edges, node, statement, wanted)
+        weight = adjoint.pop(node, g.zero)
         if weight != g.zero:
-            _create(g, edges, node, weight, mask)
-            for x, d in local:
-                adjoint[x] = g.add(adjoint.get(x, g.zero), g.mul(weight, d))
-    return [[edges.get(a, {}).get(b, g.zero) for b in inputs] for a in inputs]
+            for (x, y), second in statement.curvature.items():
+                if wanted(x, y):
+                    _accumulate(g, edges, x, y, g.mul(weight, second))
+            for x, d in statement.gradient.items():
+                if g.mask[x] & linear:
+                    adjoint[x] = g.add(adjoint.get(x, g.zero), g.mul(weight, d))
+    return edges
 
 
-def _local_partials(g: Graph, node: int, mask: int) -> list[tuple[int, int]]:
-    """Partials by the operands of the kinds in `mask`, one for each: an operand may stand in both places."""
-    total: dict[int, int] = {}
-    for x, d in partials(g, node):
-        if g.mask[x] & mask:
-            total[x] = g.add(total.get(x, g.zero), d)
-    return [(x, d) for x, d in total.items() if d != g.zero]
+def _by_height(statements: dict[int, Statement]) -> list[int]:
+    """Statements from the highest above the variables down.
+
+    So chains that run beside each other (velocities, accelerations and virtual velocities of a chain of bodies)
+    come down together, and edges between far ends of them do not arise.
+    """
+    height: dict[int, int] = {}
+    for node, statement in statements.items():
+        height[node] = 1 + max((height[x] for x in statement.gradient if x != node), default=0)
+    return sorted(statements, key=lambda node: (-height[node], -node))
 
 
-def _accumulate(g: Graph, edges: dict[int, dict[int, int]], a: int, b: int, weight: int) -> None:
+def _accumulate(g: Graph, edges: Edges, a: int, b: int, weight: int) -> None:
     if weight == g.zero:
         return
-    total = g.add(edges.setdefault(a, {}).get(b, g.zero), weight)
-    edges[a][b] = total
-    edges.setdefault(b, {})[a] = total
+    row = edges.setdefault(a, {})
+    total = row.get(b)
+    row[b] = edges.setdefault(b, {})[a] = weight if total is None else g.add(total, weight)
 
 
-def _push(g: Graph, edges: dict[int, dict[int, int]], node: int, local: list[tuple[int, int]]) -> None:
-    """Move the edges of `node` to its operands (chain rule for second derivatives)."""
+def _push(
+    g: Graph, edges: Edges, node: int, statement: Statement, wanted: Callable[[int, int], bool]
+) -> None:
+    """Move the edges of a statement to its inputs (chain rule for second derivatives)."""
     own = edges.pop(node, None)
     if not own:
         return
+    local = list(statement.gradient.items())
     for other, weight in own.items():
         if other == node:
             for k, (x, dx) in enumerate(local):
                 for y, dy in local[k:]:
-                    _accumulate(g, edges, x, y, g.mul(g.mul(dx, dy), weight))
+                    if wanted(x, y):
+                        _accumulate(g, edges, x, y, g.mul(g.mul(dx, dy), weight))
             continue
         edges[other].pop(node, None)
         for x, d in local:
-            push = g.mul(d, weight)
-            _accumulate(g, edges, x, other, g.mul(g.const(2.0), push) if x == other else push)
-
-
-def _create(g: Graph, edges: dict[int, dict[int, int]], node: int, weight: int, mask: int) -> None:
-    """Add the operation's own second derivatives."""
-    op, args = g.op[node], g.args[node]
-    if op in ("add", "sub", "neg"):
-        return
-    if op == "mul":
-        a, b = args
-        if a == b:
-            _accumulate(g, edges, a, a, g.mul(g.const(2.0), weight))
-        elif g.mask[a] & mask and g.mask[b] & mask:
-            _accumulate(g, edges, a, b, weight)
-        return
-    moving = [x for x in dict.fromkeys(args) if g.mask[x] & mask]
-    for x, y, second in _second_partials(g, node, moving):
-        _accumulate(g, edges, x, y, g.mul(weight, second))
-
-
-def _second_partials(g: Graph, node: int, moving: list[int]) -> Iterator[tuple[int, int, int]]:
-    """Second derivatives of one operation by each pair of the operands in `moving`.
-
-    Variables of their own stand in for the operands meanwhile: on the operands themselves, sign rules and
-    identities could carry a derivative past them to what they are made of.
-    """
-    stand_in = {x: g.var(LOCAL, k) for k, x in enumerate(moving)}
-    operands = {variable: x for x, variable in stand_in.items()}
-    local = g.rebuild(node, [stand_in.get(x, x) for x in g.operands(node)])
-    gradient = reverse(g, [(local, g.one)], LOCAL)
-    for k, x in enumerate(moving):
-        up_to_x = [gradient.get(stand_in[y], g.zero) for y in moving[: k + 1]]
-        second = g.substitute(forward(g, up_to_x, {stand_in[x]: g.one}), operands)
-        yield from ((x, y, s) for y, s in zip(moving, second, strict=False))
+            if wanted(x, other):
+                push = g.mul(d, weight)
+                _accumulate(g, edges, x, other, g.mul(g.const(2.0), push) if x == other else push)

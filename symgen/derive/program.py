@@ -2,35 +2,132 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
-from .graph import Graph
+from .graph import Graph, SparseRows
+from .hoist import count
+from .places import LAYOUTS, Places, Sizes, reductions, write_places
 
 
 @dataclass(frozen=True)
 class Function:
-    """A straight-line function: `outputs` are the nodes of `out`; structural zeros of a matrix are not written."""
+    """A straight-line function: `outputs` are the nodes that it writes, at `places` of `out` (in order if None).
+
+    Of the first `copies` entries of `out`, those that are not written so are the entries of `y`.
+    """
 
     name: str
     doc: str
     outputs: tuple[int, ...]
-    sparse: bool = False
+    places: tuple[int, ...] | None = None
+    copies: int = 0
 
-    def written(self, g: Graph) -> list[tuple[int, int]]:
+    @staticmethod
+    def matrix(name: str, doc: str, rows: SparseRows, n_columns: int) -> Function:
+        """A function that writes a matrix row by row, but for its structural zeros."""
+        entries = {i * n_columns + j: node for i, row in enumerate(rows) for j, node in sorted(row.items())}
+        return Function(name, doc, tuple(entries.values()), tuple(entries))
+
+    def written(self) -> list[tuple[int, int]]:
         """Pairs (index in `out`, node) of what the function writes."""
-        return [(k, n) for k, n in enumerate(self.outputs) if not (self.sparse and n == g.zero)]
+        places = range(len(self.outputs)) if self.places is None else self.places
+        return list(zip(places, self.outputs, strict=True))
+
+
+@dataclass(frozen=True)
+class Part:
+    """Equal subsystems: the functions of one of them, and where each one's elements stand in the whole model.
+
+    Attributes
+    ----------
+    graph : Graph
+    functions : tuple of Function
+        Of the first member alone.
+    members : tuple of mapping
+        Indices in the whole model by the letters of `places.LAYOUTS`, and of "parameters" and "inputs".
+    sizes : mapping
+        Lengths of these vectors in one member.
+    title : str
+        For people.
+    """
+
+    graph: Graph
+    functions: tuple[Function, ...]
+    members: tuple[Places, ...]
+    sizes: Sizes
+    title: str
+
+    @cached_property
+    def own_parameters(self) -> frozenset[int]:
+        """Parameters that stand at different places in different members."""
+        columns = zip(*(member["parameters"] for member in self.members), strict=True)
+        return frozenset(k for k, column in enumerate(columns) if len(set(column)) > 1)
+
+    def function(self, name: str) -> Function | None:
+        """The function of this name, if there is one."""
+        return next((f for f in self.functions if f.name == name), None)
+
+    def places(self, function: Function, whole: Sizes) -> dict[int, tuple[int, ...]]:
+        """For each number that a function writes: its place in the whole model's `out`, for each member."""
+        written = [k for k, _ in function.written()]
+        rows = [write_places(function.name, written, member, self.sizes, whole) for member in self.members]
+        return dict(zip(written, zip(*rows, strict=True), strict=True))
 
 
 @dataclass(frozen=True)
 class Program:
-    """Derived equations: a graph, functions on it, and all that the generated module's header says."""
+    """Derived equations: a graph, functions on it, and all that the generated module's header says.
+
+    A model of several subsystems has `parts`; then `functions` are only those that look at all of them.
+    """
 
     graph: Graph
     functions: tuple[Function, ...]
     header: dict[str, Any]
     findings: tuple[str, ...] = field(default=())
+    parts: tuple[Part, ...] = field(default=())
+    sizes: Sizes = field(default_factory=dict)
+
+    @cached_property
+    def own(self) -> dict[str, Function]:
+        """The functions that are not those of parts, by name."""
+        return {f.name: f for f in self.functions}
+
+    def names(self) -> Iterator[str]:
+        """The functions' names in the order of the generated file."""
+        shared = {f.name for part in self.parts for f in part.functions}
+        yield from (name for name in LAYOUTS if name in shared)
+        yield from (f.name for f in self.functions)
 
     def operations(self) -> dict[str, int]:
-        """Operations per function."""
-        return {f.name: self.graph.count(node for _, node in f.written(self.graph)) for f in self.functions}
+        """Operations that a call of each function does."""
+        return {name: sum(self.counts(name)) for name in self.names()}
+
+    def written_operations(self) -> dict[str, int]:
+        """Operations in the text of each function; loops count once."""
+        result = dict.fromkeys(self.names(), 0)
+        for owner in (self, *self.parts):
+            for f in owner.functions:
+                result[f.name] += owner.graph.count(node for _, node in f.written())
+        return result
+
+    def counts(self, name: str) -> tuple[int, int]:
+        """Operations of a function that depend on parameters only, and all others; loops count as often as they run."""
+        once, always = 0, 0
+        if name in self.own:
+            shared, own, motion = count(self.graph, (n for _, n in self.own[name].written()))
+            once, always = shared + own, motion
+        for part in self.parts:
+            f = part.function(name)
+            if f is None:
+                continue
+            n = len(part.members)
+            nodes = [node for _, node in f.written()]
+            totals = reductions(name, self.sizes)
+            shared, own, motion = count(part.graph, nodes, part.own_parameters)
+            joined = sum(place[0] in totals for place in part.places(f, self.sizes).values())
+            once, always = once + shared + n * own, always + n * (motion + joined)
+        return once, always

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from .graph import INPUT, MOTION, T, V
+from .symmetries import conserved_momenta, ignorable_coordinates
 
 if TYPE_CHECKING:
     from .pipeline import Derivation
@@ -13,24 +16,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Structure:
-    """Flags for the module's header, and findings in words for the report."""
+    """Flags for the module's header, and findings in words for the report (found when they are asked for)."""
 
     flags: dict[str, bool]
-    findings: list[str] = field(default_factory=list)
+    derivation: Derivation
+
+    @cached_property
+    def findings(self) -> list[str]:
+        return list(_findings(self.derivation, self.flags))
 
 
 def structure(d: Derivation) -> Structure:
     """Find the structure of derived equations by the dependency masks of their nodes."""
     g = d.g
-    masks = [g.mask[entry] for row in d.mass for entry in row]
-    constant_mass = not any(mask & MOTION for mask in masks)
-    n = len(d.mass)
-    diagonal = all(d.mass[i][j] == g.zero for i in range(n) for j in range(n) if i != j)
+    rows = d.mass_rows
+    constant_mass = not any(g.mask[entry] & MOTION for row in rows for entry in row.values())
+    diagonal = all(row.keys() <= {i} for i, row in enumerate(rows))
     force_mask = 0
     for node in d.forces:
         force_mask |= g.mask[node]
     everything = force_mask
-    for node in (*d.constraints.position, *d.constraints.velocity, d.mech.kinetic, d.mech.potential, d.power):
+    for node in (*d.constraints.position, *d.constraints.velocity, *d.mech.energy, d.power):
         everything |= g.mask[node]
     flags = {
         "conservative": d.conservative,
@@ -38,19 +44,22 @@ def structure(d: Derivation) -> Structure:
         "constant_mass": constant_mass,
         "diagonal_mass": diagonal,
         "velocity_dependent": bool(force_mask & V),
-        "separable": constant_mass and not force_mask & (V | T | INPUT) and not d.x.lam,
+        "separable": constant_mass
+        and not force_mask & (V | T | INPUT)
+        and not d.x.lam
+        and not d.x.quaternions,
     }
-    return Structure(flags, list(_findings(d, flags)))
+    return Structure(flags, d)
 
 
-def _findings(d: Derivation, flags: dict[str, bool]):
+def _findings(d: Derivation, flags: dict[str, bool]) -> Iterator[str]:
     g, n = d.g, len(d.mass)
-    filled = sum(entry != g.zero for row in d.mass for entry in row)
+    filled = sum(map(len, d.mass_rows))
     shape = "diagonal" if flags["diagonal_mass"] else f"{filled} of {n * n} entries nonzero"
     yield f"mass matrix {n} x {n}: {shape}{', constant' if flags['constant_mass'] else ''}"
     if d.x.lam:
         c = d.constraints
-        filled = sum(entry != g.zero for row in c.jacobian for entry in row)
+        filled = sum(map(len, d.jacobian_rows))
         yield (
             f"{len(c.position)} holonomic and {len(d.x.lam) - len(c.position)} velocity constraints, "
             f"Jacobian {len(d.x.lam)} x {n} with {filled} nonzero entries"
@@ -62,13 +71,9 @@ def _findings(d: Derivation, flags: dict[str, bool]):
     )
     if not flags["time_dependent"]:
         yield "no explicit time"
-    ignorable = [c.name for k, c in enumerate(d.description.coordinates) if _ignorable(d, k)]
+    ignorable = [d.description.coordinates[k].name for k in ignorable_coordinates(d)]
     if ignorable:
-        yield f"coordinates that no force, energy or constraint depends on: {', '.join(ignorable)}"
-
-
-def _ignorable(d: Derivation, k: int) -> bool:
-    """Whether nothing in the equations depends on coordinate k itself."""
-    g = d.g
-    nodes = [*d.forces, *d.constraints.position, *d.constraints.velocity, *(e for row in d.mass for e in row)]
-    return d.x.q[k] not in set(g.reachable(nodes))
+        yield f"ignorable coordinates (no energy, force or constraint depends on them): {', '.join(ignorable)}"
+    conserved = [d.description.rates[k].name for k in conserved_momenta(d)]
+    if conserved:
+        yield f"conserved momenta, the derivatives of T by the rates: {', '.join(conserved)}"

@@ -1,0 +1,159 @@
+"""`symgen bench`: run time against error of every method on scenes with known end states."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from symgen.cli.arguments import OutputFile
+from symgen.cli.failures import FAILED, INTERRUPTED
+
+if TYPE_CHECKING:
+    from runtime.bench.case import Effort
+    from runtime.bench.scene_run import SceneRun
+
+
+@click.command("bench")
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.option("--methods", help="Names of methods, separated by commas (default: all).")
+@click.option("--quick", is_flag=True, help="Fewer settings, shorter runs.")
+@click.option("--peers", is_flag=True, help="Also measure other integrators that are installed.")
+@click.option("--json", "json_file", type=OutputFile(), help="Everything measured (default: bench.json).")
+@click.option("--png", "png_file", type=OutputFile(), help="The work-precision diagram (default: bench.png).")
+@click.option("--list", "only_list", is_flag=True, help="List the scenes and stop.")
+@click.pass_context
+def command(
+    context: click.Context,
+    scenes: tuple[str, ...],
+    methods: str | None,
+    quick: bool,
+    peers: bool,
+    json_file: Path | None,
+    png_file: Path | None,
+    only_list: bool,
+) -> None:
+    """Measure run time against error: every method on each SCENE (all by default), and what `auto` chooses.
+
+    The error is that of the end state against a reference of high precision. Run times are those of the compiled
+    loop; `solve` is the whole call with assembly, frames and checks.
+    """
+    from runtime.bench.case import FULL, QUICK
+    from runtime.bench.scenes import SCENES, find_scene
+
+    if only_list:
+        for scene in SCENES.values():
+            click.echo(f"{scene.name:24}{scene.says}, {scene.t_end:g} s of {scene.model}")
+        return
+    _check_figure(png_file)
+    chosen = [find_scene(name) for name in dict.fromkeys(scenes)] or list(SCENES.values())
+    names = _method_names(methods)
+    bench = _Bench(QUICK if quick else FULL, names, peers)
+    interrupted = False
+    try:
+        for scene in chosen:
+            bench.measure(scene)
+    except KeyboardInterrupt:
+        interrupted = True
+    bench.write(json_file or Path("bench.json"), png_file or Path("bench.png"))
+    if interrupted:
+        click.echo("interrupted; what was measured is kept", err=True)
+    context.exit(INTERRUPTED if interrupted else FAILED if bench.failed else 0)
+
+
+def _method_names(text: str | None) -> list[str] | None:
+    if text is None:
+        return None
+    from runtime.errors import nearest
+    from runtime.integrate.methods import METHODS
+
+    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    for name in names:
+        if name not in METHODS:
+            raise click.UsageError(f"--methods: there is no method {name!r}: {nearest(name, METHODS)}")
+    return names or None
+
+
+def _check_figure(png_file: Path | None) -> None:
+    if png_file is not None and importlib.util.find_spec("matplotlib") is None:
+        raise click.UsageError("--png needs matplotlib: pip install 'symgen[figures]'")
+
+
+class _Bench:
+    """Measures scene after scene, shows each table when it is there, and keeps the results."""
+
+    def __init__(self, effort: Effort, methods: list[str] | None, peers: bool):
+        self.effort, self.methods, self.peers = effort, methods, peers
+        self.results: list[dict[str, Any]] = []
+        self.failed = False
+
+    def measure(self, scene: Any) -> None:
+        """Measure a scene and print its table; also when Ctrl-C ends it early."""
+        run = self._prepared(scene)
+        if run is None:
+            return
+        try:
+            run.measure(self.methods, lambda name: _progress(f"{scene.name}: {name}"))
+            if self.peers:
+                self._measure_peers(run)
+        finally:
+            _progress("")
+            from runtime.bench.report import scene_table
+
+            self.results.append(run.to_dict())
+            for line in [*scene_table(self.results[-1]), ""]:
+                click.echo(line)
+
+    def _prepared(self, scene: Any) -> SceneRun | None:
+        from runtime.bench.scene_run import SceneRun
+        from runtime.errors import RuntimeModelError
+        from symgen.cli.settings import load_system
+        from symgen.errors import SymgenError
+        from symgen.model.library import bundled_folder, find
+
+        try:
+            system, module = load_system(Path(find(scene.model)), dict(scene.options))
+            return SceneRun(scene, system, module.text, bundled_folder() / "references", self.effort)
+        except (RuntimeModelError, SymgenError) as error:
+            click.echo(f"{scene.name}: left out: {error}", err=True)
+            self.failed = True
+            return None
+
+    def _measure_peers(self, run: SceneRun) -> None:
+        from runtime.bench.peers import find_peers, run_peer
+
+        for name, script in find_peers(_peers_folder()).items():
+            _progress(f"{run.case.scene.name}: {name}")
+            run.peers.update(run_peer(script, run.case, self.effort))
+
+    def write(self, json_file: Path, png_file: Path) -> None:
+        """Write what was measured."""
+        if not self.results:
+            return
+        from runtime.bench.machine import machine
+        from runtime.result_json import to_json
+
+        data = {"machine": machine(), "scenes": self.results}
+        json_file.write_text(to_json(data) + "\n", encoding="utf-8")
+        click.echo(f"figures: {json_file}")
+        if importlib.util.find_spec("matplotlib") is not None:
+            from runtime.bench.figure import write_figure
+
+            write_figure(self.results, png_file)
+            click.echo(f"diagram: {png_file}")
+
+
+def _peers_folder() -> Path:
+    """Where the peers' scripts are: inside an installed package, in benchmarks/ of a source checkout."""
+    package = Path(__file__).resolve().parent.parent
+    installed = package / "peers"
+    return installed if installed.is_dir() else package.parent / "benchmarks" / "peers"
+
+
+def _progress(text: str) -> None:
+    """Show what is being measured, where somebody watches."""
+    stream = click.get_text_stream("stderr")
+    if stream.isatty():
+        click.echo(f"\r{text}\x1b[K", err=True, nl=False)

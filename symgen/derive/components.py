@@ -1,0 +1,277 @@
+"""Splits a description into subsystems that do not act on each other, and finds which of them are equal.
+
+Coordinates belong together when a body, a joint, a term of an energy, a force, a load, a constraint or a reset
+mentions them together. Gravity, parameters, inputs and time are shared; outputs and events only look.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import accumulate
+from typing import Any
+
+import sympy
+
+from ..model.description import Description
+from ..model.tree import postorder
+from .canonical import Canonical
+from .places import Places
+
+ENERGIES = ("kinetic", "potential", "dissipation")
+WORLD = "world"
+
+
+@dataclass(frozen=True)
+class Component:
+    """One subsystem: its description, with all names as in the whole model, and where its elements stand there."""
+
+    description: Description
+    places: Places
+    signature: tuple
+
+
+@dataclass(frozen=True)
+class _Element:
+    """A part of a description that belongs to one subsystem: which table, which entry, and what it mentions."""
+
+    table: str
+    index: int
+    item: Any
+    owners: tuple[str, ...]  # coordinates and bodies, beyond those in its expressions
+    expressions: tuple[sympy.Expr, ...]
+
+
+def split(d: Description) -> list[list[Component]]:
+    """The subsystems of a description, equal ones together, in the order of their first coordinates.
+
+    Two are equal when they differ in names only (of coordinates, parameters, bodies, …) and in start values.
+    """
+    names = _Names(d)
+    elements = [*_elements(d)]
+    joined = _Union([c.name for c in d.coordinates] + [_body(b.name) for b in d.bodies])
+    mentioned = [[*e.owners, *names.owners(e.expressions)] for e in elements]
+    for owners in (*mentioned, *_resets(d, names)):
+        joined.join(owners)
+    roots = list(dict.fromkeys(joined.root(c.name) for c in d.coordinates))
+    if len(roots) == 1:
+        return [[Component(d, {}, ())]]
+    belonging: dict[str, list[_Element]] = {root: [] for root in roots}
+    for element, owners in zip(elements, mentioned, strict=True):
+        # What mentions no coordinate goes with the first subsystem.
+        root = joined.root(owners[0]) if owners else roots[0]
+        belonging[root if root in belonging else roots[0]].append(element)
+    parts = [_Part(d, names, belonging[root]) for root in roots]
+    by_root = dict(zip(roots, parts, strict=True))
+    for k, c in enumerate(d.coordinates):
+        by_root[joined.root(c.name)].coordinates.append(k)
+    for k, r in enumerate(d.rates):
+        by_root[joined.root(names.rates[r.name][0])].rates.append(k)
+    uses = Counter(name for part in parts for name in part.used)
+    classes: dict[tuple, list[Component]] = defaultdict(list)
+    canonical = Canonical({c.name: c.value for c in d.constants})
+    for part in parts:
+        component = part.component(uses, canonical)
+        classes[component.signature].append(component)
+    return list(classes.values())
+
+
+def _body(name: str) -> str:
+    """A body's key beside those of coordinates, whose names have no dots."""
+    return f"body.{name}"
+
+
+def _elements(d: Description) -> Iterator[_Element]:
+    """All elements of a description that act."""
+    for k, b in enumerate(d.bodies):
+        steps = [angle for _, angle in b.rotation]
+        sizes = b.shape.sizes if b.shape else ()
+        single = [x for x in (b.mass, b.angle) if x is not None]
+        yield _Element("bodies", k, b, (_body(b.name),), (*b.com, *single, *b.inertia, *steps, *sizes))
+    for k, j in enumerate(d.joints):
+        bodies = (_body(name) for name in (j.child, j.parent) if name != WORLD)
+        yield _Element("joints", k, j, (*j.coordinates, *bodies), (*j.xyz, *j.rpy))
+    for table in ENERGIES:
+        energy = getattr(d, table)
+        for k, term in enumerate(sympy.Add.make_args(energy) if energy is not None else ()):
+            yield _Element(table, k, term, (), (term,))
+    rates = {r.name: r for r in d.rates}
+    for k, (name, force) in enumerate(d.forces):
+        yield _Element("forces", k, (name, force), _owners_of_rate(d, rates[name]), (force,))
+    for k, load in enumerate(d.loads):
+        owners = (_body(load.body),) if load.body else ()
+        yield _Element("loads", k, load, owners, (*load.point, *load.force, *load.torque))
+    for table in ("constraints", "velocity_constraints"):
+        for k, c in enumerate(getattr(d, table)):
+            yield _Element(table, k, c, (), (c.expression,))
+
+
+def _owners_of_rate(d: Description, rate: Any) -> tuple[str, ...]:
+    if rate.coordinate is not None:
+        return (rate.coordinate,)
+    return next(j.coordinates for j in d.joints if rate.name in j.rates)
+
+
+def _resets(d: Description, names: _Names) -> Iterator[list[str]]:
+    """Coordinates that resets tie together."""
+    for event in d.events:
+        if event.resets:
+            targets = [
+                names.rates.get(r.target, (r.target,)) if r.is_rate else (r.target,) for r in event.resets
+            ]
+            values = names.owners([event.when, *(r.value for r in event.resets)])
+            yield [*(owner for group in targets for owner in group), *values]
+
+
+class _Names:
+    """What the names in expressions stand for."""
+
+    def __init__(self, d: Description) -> None:
+        self.owner: dict[str, tuple[str, ...]] = {c.name: (c.name,) for c in d.coordinates}
+        self.rates = {r.name: _owners_of_rate(d, r) for r in d.rates}
+        self.owner |= self.rates
+        self.support: dict[str, str] = {}  # component names of points and axes: the point's or axis' own name
+        for item in (*d.points, *d.axes):
+            for letter in "xyz":
+                name = f"{item.name}_{letter}"
+                self.owner[name] = () if item.body == WORLD else (_body(item.body),)
+                self.support[name] = item.name
+        self.size_bounds = [0, *accumulate(len(b.shape.sizes) if b.shape else 0 for b in d.bodies)]
+        self._memo: dict[sympy.Basic, frozenset[str]] = {}
+        self.definitions = dict(d.definitions)
+        self.index = {
+            "parameters": {p.name: k for k, p in enumerate(d.parameters)},
+            "inputs": {u.name: k for k, u in enumerate(d.inputs)},
+            "definitions": {name: k for k, (name, _) in enumerate(d.definitions)},
+            "points": {p.name: k for k, p in enumerate(d.points)},
+            "axes": {a.name: k for k, a in enumerate(d.axes)},
+        }
+        for name, expression in d.definitions:
+            self.owner[name] = tuple(self.owners([expression]))
+        watching = [expression for _, expression in d.outputs]
+        for event in d.events:
+            watching += [event.when, *(r.value for r in event.resets)]
+        self.watched: dict[str, list[str]] = defaultdict(list)  # by body: points and axes that are looked at
+        looked_at = {self.support[name] for name in self.closure(watching) if name in self.support}
+        for item in (*d.points, *d.axes):
+            if item.name in looked_at:
+                self.watched[item.body].append(item.name)
+
+    def places(self, table: str, names: Iterable[str]) -> list[int]:
+        """Where the elements of these names stand in a table; others are left out."""
+        index = self.index[table]
+        return sorted(index[name] for name in names if name in index)
+
+    def mentioned(self, expression: sympy.Basic) -> frozenset[str]:
+        """The names in an expression."""
+        found = self._memo.get(expression)
+        if found is None:
+            nodes = postorder([expression])
+            found = self._memo[expression] = frozenset(n.name for n in nodes if isinstance(n, sympy.Symbol))
+        return found
+
+    def owners(self, expressions: Iterable[sympy.Basic]) -> list[str]:
+        """The coordinates and bodies that expressions depend on, through definitions too."""
+        found: dict[str, None] = {}
+        for expression in expressions:
+            for name in sorted(self.mentioned(expression)):
+                found |= dict.fromkeys(self.owner.get(name, ()))
+        return list(found)
+
+    def closure(self, expressions: Iterable[sympy.Basic]) -> set[str]:
+        """All names that expressions need, through definitions too."""
+        found: set[str] = set()
+        waiting = list(expressions)
+        while waiting:
+            for name in self.mentioned(waiting.pop()) - found:
+                found.add(name)
+                if name in self.definitions:
+                    waiting.append(self.definitions[name])
+        return found
+
+
+class _Union:
+    """Sets of names that are joined step by step."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._parent = {name: name for name in names}
+
+    def root(self, name: str) -> str:
+        parent = self._parent
+        while parent[name] != name:
+            parent[name] = parent[parent[name]]
+            name = parent[name]
+        return name
+
+    def join(self, names: Iterable[str]) -> None:
+        roots = [self.root(name) for name in names]
+        for root in roots[1:]:
+            self._parent[self.root(root)] = self.root(roots[0])
+
+
+class _Part:
+    """One subsystem while it is cut out of the whole."""
+
+    def __init__(self, d: Description, names: _Names, elements: list[_Element]) -> None:
+        self.d, self.names = d, names
+        self.coordinates: list[int] = []
+        self.rates: list[int] = []
+        self.tables: dict[str, list[_Element]] = defaultdict(list)
+        for element in elements:
+            self.tables[element.table].append(element)
+        self.used = names.closure(x for e in elements for x in e.expressions)
+        bodies = {e.item.name for e in self.tables["bodies"]}
+        supports = {names.support[name] for name in self.used if name in names.support}
+        here = supports.union(*(names.watched.get(name, ()) for name in bodies))
+        self.points = [d.points[k] for k in names.places("points", here)]
+        self.axes = [d.axes[k] for k in names.places("axes", here)]
+        more = [x for p in self.points for x in p.at] + [x for a in self.axes for x in a.direction]
+        if bodies and d.gravity is not None:
+            more += d.gravity
+        self.used |= names.closure(more)
+
+    def component(self, uses: Counter[str], canonical: Canonical) -> Component:
+        """The finished subsystem; parameters that several use come first, so that order tells equal ones."""
+        d, places = self.d, self.names.places
+        parameters = places("parameters", self.used)
+        parameters.sort(key=lambda k: uses[d.parameters[k].name] < 2)
+        inputs, definitions = places("inputs", self.used), places("definitions", self.used)
+        own = replace(
+            d,
+            coordinates=tuple(d.coordinates[k] for k in self.coordinates),
+            rates=tuple(d.rates[k] for k in self.rates),
+            parameters=tuple(d.parameters[k] for k in parameters),
+            inputs=tuple(d.inputs[k] for k in inputs),
+            definitions=tuple(d.definitions[k] for k in definitions),
+            points=tuple(self.points),
+            axes=tuple(self.axes),
+            loops=(),
+            gravity=d.gravity if self.tables["bodies"] else None,
+            outputs=(),
+            events=(),
+            **{table: self._items(table) for table in ("bodies", "joints", "forces", "loads")},
+            **{table: self._items(table) for table in ("constraints", "velocity_constraints")},
+            **{table: sympy.Add(*self._items(table)) if self.tables[table] else None for table in ENERGIES},
+        )
+        return Component(own, self._places(parameters, inputs), canonical.signature(own))
+
+    def _items(self, table: str) -> tuple:
+        return tuple(e.item for e in self.tables[table])
+
+    def _places(self, parameters: list[int], inputs: list[int]) -> Places:
+        d = self.d
+        holonomic = [e.index for e in self.tables["constraints"]]
+        velocity = [len(d.constraints) + e.index for e in self.tables["velocity_constraints"]]
+        bodies = [e.index for e in self.tables["bodies"]]
+        sizes = [range(*self.names.size_bounds[b : b + 2]) for b in bodies]
+        return {
+            "q": tuple(self.coordinates),
+            "v": tuple(self.rates),
+            "h": tuple(holonomic),
+            "c": (*holonomic, *velocity),
+            "p": tuple(12 * b + k for b in bodies for k in range(12)),
+            "s": tuple(k for entries in sizes for k in entries),
+            "parameters": tuple(parameters),
+            "inputs": tuple(inputs),
+        }

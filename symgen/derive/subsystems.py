@@ -1,0 +1,139 @@
+"""Derivation of scenes: each kind of subsystem once, all together one model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from ..model.description import Description
+from .components import Component, split
+from .gather import gather
+from .graph import Graph
+from .header import header
+from .pipeline import Derivation, functions
+from .places import MIN, SUM, Sizes
+from .program import Function, Part, Program
+from .structure import structure
+from .watching import watchers
+
+LONGEST_LIST = 4  # names in a comment
+MOST_KINDS = 10  # in the findings
+
+
+def derive(description: Description, source: str = "") -> Program:
+    """Derive a model by its independent subsystems, equal ones once.
+
+    Parameters
+    ----------
+    description : Description
+        A checked description.
+    source : str
+        Hash of the model's text, kept in the module's header.
+
+    Returns
+    -------
+    Program
+    """
+    kinds = split(description)
+    if len(kinds) == 1 and len(kinds[0]) == 1:
+        d = Derivation(description)
+        program = Program(d.g, tuple(_gathered(d)), {})
+        head = header(description, d, source, program.operations()) | {"subsystems": []}
+        return _with_savings(replace(program, header=head, findings=tuple(structure(d).findings)))
+    derivations = [Derivation(kind[0].description) for kind in kinds]
+    parts = _parts(kinds, derivations)
+    sizes = {letter: sum(len(p.members) * p.sizes[letter] for p in parts) for letter in parts[0].sizes}
+    for key in (SUM, MIN):
+        sizes[key] = max(p.sizes[key] for p in parts)
+    g, watching = watchers(description, kinds, derivations)
+    program = Program(g, tuple(watching), {}, parts=parts, sizes=sizes)
+    head = header(description, derivations[0], source, program.operations())
+    head |= {"nw": sizes[SUM], "quaternions": _quaternions(kinds, derivations)}
+    head |= {"structure": _flags(derivations), "subsystems": _records(parts)}
+    return _with_savings(replace(program, header=head, findings=(*_findings(parts, derivations),)))
+
+
+def _gathered(d: Derivation) -> Iterator[Function]:
+    for function in functions(d):
+        yield replace(function, outputs=gather(d.g, function.outputs))
+
+
+def _parts(kinds: list[list[Component]], derivations: list[Derivation]) -> tuple[Part, ...]:
+    made = [list(_gathered(d)) for d in derivations]
+    present = {f.name for own in made for f in own}
+    result = []
+    for kind, d, own in zip(kinds, derivations, made, strict=True):
+        sizes = {letter: len(places) for letter, places in kind[0].places.items()}
+        sizes |= {SUM: 0 if d.conservative else 1, MIN: 1 if sizes["c"] else 0}
+        own += _trivial(d, present - {f.name for f in own}, sizes)
+        members = tuple(component.places for component in kind)
+        result.append(Part(d.g, tuple(own), members, sizes, _title(kind)))
+    return tuple(result)
+
+
+def _trivial(d: Derivation, missing: set[str], sizes: Sizes) -> Iterator[Function]:
+    """What a subsystem without constraints or quaternions does where others have them."""
+    g: Graph = d.g
+    if "project" in missing:
+        yield Function("project", "State.", (*d.x.q, *d.x.v))
+    if "kinematics" in missing:
+        nq, nv = sizes["q"], sizes["v"]
+        yield Function.matrix("kinematics", "Matrix N.", [{k: g.one} for k in range(nq)], nv)
+
+
+def _title(kind: list[Component]) -> str:
+    first = _list([c.name for c in kind[0].description.coordinates])
+    if len(kind) == 1:
+        return f"subsystem of {first}"
+    last = _list([c.name for c in kind[-1].description.coordinates])
+    return f"{len(kind)} equal subsystems: {first}; …; {last}"
+
+
+def _list(names: list[str]) -> str:
+    return ", ".join(names if len(names) <= LONGEST_LIST else [*names[: LONGEST_LIST - 1], "…"])
+
+
+def _flags(derivations: list[Derivation]) -> dict[str, bool]:
+    """Flags of the whole: something is there when one has it, something is so when it is so in all."""
+    flags = [structure(d).flags for d in derivations]
+    there = ("time_dependent", "velocity_dependent")
+    return {key: (any if key in there else all)(f[key] for f in flags) for key in flags[0]}
+
+
+def _quaternions(kinds: list[list[Component]], derivations: list[Derivation]) -> list[int]:
+    """Where in q each unit quaternion begins."""
+    found: list[int] = []
+    for kind, d in zip(kinds, derivations, strict=True):
+        found += [component.places["q"][k] for component in kind for k, _ in d.x.quaternions]
+    return sorted(found)
+
+
+def _records(parts: tuple[Part, ...]) -> list[dict]:
+    keys = {"coordinates": "q", "rates": "v", "constraints": "c"}
+    return [{key: [list(m[letter]) for m in part.members] for key, letter in keys.items()} for part in parts]
+
+
+def _findings(parts: tuple[Part, ...], derivations: list[Derivation]) -> Iterator[str]:
+    n, kinds = sum(len(part.members) for part in parts), len(parts)
+    each = "derived once" if kinds == 1 else "each derived once"
+    yield f"{n} subsystems of {kinds} kind{'s' * (kinds > 1)}, {each}"
+    for part, d in zip(parts[:MOST_KINDS], derivations, strict=False):
+        yield f"{part.title}: {'; '.join(structure(d).findings)}"
+    if kinds > MOST_KINDS:
+        yield f"and {kinds - MOST_KINDS} kinds more"
+
+
+def _with_savings(program: Program) -> Program:
+    """The program with what its structure saves, in operations."""
+    found = list(program.findings)
+    once, always = program.counts("rhs")
+    if once:
+        found.append(
+            f"{once} of {once + always} operations of rhs depend on parameters only: done once per run"
+        )
+    executed, written = sum(program.operations().values()), sum(program.written_operations().values())
+    if written < executed:
+        found.append(
+            f"{written} of {executed} operations of all functions are code: the others repeat it in loops"
+        )
+    return replace(program, findings=tuple(found))
