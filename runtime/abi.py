@@ -8,7 +8,7 @@ from typing import Any
 ABI = 1
 
 _ALWAYS = ("rhs", "mass_matrix", "forces", "energy", "residual", "residual_jacobian")
-_WITH_CONSTRAINTS = ("constraint_residual", "constraint_jacobian", "gamma", "project")
+_WITH_CONSTRAINTS = ("constraint_residual", "constraint_jacobian", "gamma")
 _RESET = "reset_"
 
 
@@ -17,6 +17,10 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
     yield from _ALWAYS
     if header["nh"] + header["nn"]:
         yield from _WITH_CONSTRAINTS
+    if header["nh"] + header["nn"] or header.get("quaternions"):
+        yield "project"
+    if header["nq"] != header["nv"]:
+        yield "kinematics"
     for key, name in (("bodies", "poses"), ("outputs", "outputs"), ("events", "events")):
         if header[key]:
             yield name
@@ -43,6 +47,7 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         "constraint_jacobian": (state, m * nv),
         "gamma": (state, m),
         "project": (state, state + nh + m),
+        "kinematics": (state, nq * nv + nq * nq),
         "poses": (state, 12 * len(header["bodies"])),
         "shapes": (state, sum(body["sizes"] for body in header["bodies"])),
         "outputs": (state, len(header["outputs"])),

@@ -39,7 +39,7 @@ def evaluate(
     if not system.has(function):
         return np.zeros((len(times), 0))
     kernel = system.kernel(function)
-    return _rows(kernel.address, kernel.out_size, p, times, states)
+    return _rows(kernel.prepared_address, kernel.out_size, system.prepared(p), times, states)
 
 
 def accelerations_and_multipliers(
@@ -51,8 +51,8 @@ def accelerations_and_multipliers(
 
         address, _keep = robust_rhs_address(system)
     else:
-        address = system.kernel("rhs").address
-    rows = _rows(address, system.n_row, p, times, states)
+        address = system.kernel("rhs").prepared_address
+    rows = _rows(address, system.n_row, system.prepared(p), times, states)
     return rows[:, system.nq : system.nq + system.nv], rows[:, system.ny : system.ny + system.m]
 
 

@@ -16,14 +16,16 @@ if TYPE_CHECKING:
     from runtime.system import System
 
 CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
-EXPLICIT, STIFF = "dop853", "radau5"
+SERIES, EXPLICIT, STIFF = "taylor", "dop853", "radau5"
+# Series of larger models take seconds to compile, and at loose tolerances they gain little.
+_LARGEST_FOR_SERIES = 2000  # operations of the residual
+_INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 # An explicit step can follow about one radian of a motion at usual tolerances, and decay times step of about 6.
 _STIFFNESS_RATIO = 100.0
 _MIN_DECAYS = 2000.0  # fewer time constants than this in a run are quick to step through anyway
 _MIN_DECAYS_OF_VIBRATION = 100.0  # a vibration that dies out is not worth following, one that lasts is
 _EXPLICIT_BELOW = 1e-10  # at tighter tolerances the high order wins even on stiff models
 _SCOUT_STEPS = 400
-_STEPS_PER_PERIOD = 50
 _STIFF_SIGNS = 15
 
 
@@ -53,15 +55,32 @@ def choose_method(
                 f"method {name!r} needs rates that are the derivatives of the coordinates, but model {system.name!r} "
                 f"has {system.nq} coordinates and {system.nv} rates (quaternions): use dop853 or rk4"
             )
+        if refusal := method.refusal(system):
+            raise RuntimeModelError(f"method {name!r} {refusal}")
         return method, []
     scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
     reason = stiff_at_start(scales, t_end - t, rtol)
     if not reason and rtol >= _EXPLICIT_BELOW:
         reason = scout(system, p, t, state, t_end, rtol, atol)
-    if reason and STIFF in METHODS and system.nq == system.nv:
+    if reason:
         return METHODS[STIFF], [f"method auto: {STIFF}, because {reason}"]
-    why = reason or "no motion decays so fast that it would limit an explicit step"
-    return METHODS[EXPLICIT], [f"method auto: {EXPLICIT}, {'although' if reason else 'because'} {why}"]
+    objection = objection_to_series(system, p, t, state)
+    if objection:
+        return METHODS[EXPLICIT], [f"method auto: {EXPLICIT}, because {objection}"]
+    return METHODS[SERIES], [
+        f"method auto: {SERIES}, because no motion decays so fast that it would limit an explicit step"
+    ]
+
+
+def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
+    """Return why Taylor series do not suit a model or its start; an empty string where they do."""
+    operations = system.operations.get("residual", 0)
+    if operations > _LARGEST_FOR_SERIES:
+        return f"Taylor series of a model of {operations} operations take long to compile"
+    if system.m and not system.kernel("rhs")(t, state, p)[-1] >= _INDEPENDENT:
+        return "constraints depend on each other at the start"
+    refusal = METHODS[SERIES].refusal(system)
+    return f"{SERIES} {refusal}" if refusal else ""
 
 
 def stiff_at_start(scales: TimeScales, span: float, rtol: float) -> str:
@@ -105,7 +124,7 @@ def choose_step(
 ) -> tuple[float, list[str]]:
     """Return the step of a fixed-step method [s], 0 for an adaptive one, and notes.
 
-    The default is 1/50 of the fastest period of the linearised motion at the start.
+    The default is a share of the fastest period of the linearised motion at the start.
     """
     if method.adaptive:
         if step is not None:
@@ -117,9 +136,10 @@ def choose_step(
     span = t_end - t
     if step is None:
         scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
-        step = min(scales.fastest_period / _STEPS_PER_PERIOD, span / _STEPS_PER_PERIOD)
+        step = min(scales.fastest_period, span) / method.steps_per_period
         return step, [
-            f"step: {step:.3g} s, 1/{_STEPS_PER_PERIOD} of the fastest period at the start; set --step to change it"
+            f"step: {step:.3g} s, 1/{method.steps_per_period} of the fastest period at the start; "
+            "set --step to change it"
         ]
     if not (np.isfinite(step) and step > 0.0):
         raise RuntimeModelError(f"step is {step}: give a positive number of seconds")

@@ -43,6 +43,8 @@ class Run:
     progress : callable, optional
         Called with (t, steps) now and then.
     max_steps : int, optional
+    fallback : Method, optional
+        Takes over where `method` cannot go on.
     """
 
     def __init__(
@@ -56,7 +58,9 @@ class Run:
         recorder: Any = None,
         progress: Callable[[float, int], None] | None = None,
         max_steps: int | None = None,
+        fallback: Method | None = None,
     ):
+        self.fallback = fallback
         self.system, self.method, self.arrays, self.shown = system, method, arrays, shown
         self.stops = list(stops)
         self.recorder, self.progress, self.max_steps = recorder, progress, max_steps
@@ -113,12 +117,22 @@ class Run:
     def _after_call(self, status: int) -> bool:
         """Collect what a call of the step loop has left, act on its status; returns whether to go on."""
         self._collect()
+        if status < 0 and self.fallback is not None:
+            self._fall_back()
+            return True
         if status < 0:
             self._end("failed", failure_message(status, self.system, self.method, self.arrays))
             return False
         if status == at.EVENT:
             return self._on_event()
         return not (status == at.RUNNING and self._steps_used_up())
+
+    def _fall_back(self) -> None:
+        before, self.method, self.fallback = self.method, self.fallback, None
+        self.notes.append(
+            f"method auto: {self.method.name} from t = {self.arrays.t:.9g} s on, where {before.name} cannot go on"
+        )
+        self.arrays.change_method(self.system, self.method)
 
     def _allowed(self, n_steps: int) -> int:
         if self.max_steps is None:

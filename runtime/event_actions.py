@@ -44,7 +44,7 @@ def event_values_and_floor(system: System, arrays: LoopArrays) -> tuple[np.ndarr
     kernel, t, p = system.kernel("events"), arrays.t, arrays.p
     y = arrays.y[: system.nq + system.nv].copy()
     g = kernel(t, y, p)
-    relative = _PERTURBATION * (_PROJECTION_NOISE if system.m else 1.0)
+    relative = _PERTURBATION * (_PROJECTION_NOISE if system.m or system.quaternions else 1.0)
     floor = np.abs(kernel(t + relative * abs(t), y, p) - g)
     for i in range(len(y)):
         kept = y[i]
@@ -131,16 +131,15 @@ class EventActions:
     def _make_consistent(self, name: str, before: np.ndarray, after: np.ndarray) -> None:
         """Bring the state back onto the constraints; rates that the reset changed stay, where that is possible."""
         system, arrays = self.system, self.arrays
-        if not system.m:
+        if not (system.m or system.quaternions):
             return
-        from runtime.constraints.after_reset import rates_after_reset
         from runtime.integrate.projection import project_state, projection_size
 
         buffer = np.zeros(projection_size(arrays.sizes))
         status = project_state(
             arrays.addresses,
             arrays.sizes,
-            arrays.p,
+            arrays.prepared,
             arrays.t,
             arrays.y,
             arrays.control,
@@ -153,7 +152,9 @@ class EventActions:
                 "be met: reset the coordinates to a position that the mechanism can have."
             )
         given = after != before
-        if given.any():
+        if system.m and given.any():
+            from runtime.constraints.after_reset import rates_after_reset
+
             q = arrays.y[: system.nq].copy()
             rates = rates_after_reset(system, arrays.p, arrays.t, q, after, given)
             if rates is not None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.integrate import layout as at
+from runtime.names import rate_labels
 
 if TYPE_CHECKING:
     from runtime.integrate.methods import Method
@@ -82,9 +83,7 @@ def _not_finite(system: System, method: Method, arrays: LoopArrays, when: str) -
 
 def state_names(system: System) -> list[str]:
     """Return the names of (q, v)."""
-    return [record["name"] for record in system.coordinates] + [
-        f"dot({record['name']})" for record in system.rates
-    ]
+    return [r["name"] for r in system.coordinates] + rate_labels(system.coordinates, system.rates)
 
 
 def fastest(system: System, arrays: LoopArrays) -> str:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.code.lower import Lengths, lower_function, python_function
+from runtime.code.grammar import FunctionText, Lengths
+from runtime.code.modules import PREPARED, lower_function, lower_kernel, lower_setup
 from runtime.errors import ModuleError
 
 if TYPE_CHECKING:
@@ -25,30 +26,52 @@ class SlowCompileWarning(UserWarning):
 
 @dataclass(frozen=True)
 class KernelSource:
-    """The text of a function, and what its arrays hold."""
+    """A function of a model, and where its hoisted values stand in a prepared `p`."""
 
-    name: str
-    text: str
-    lengths: Lengths
-    file: str
-    first_line: int
+    code: FunctionText
+    n_hoisted: int
+    offset: int
     system: System
+
+    @property
+    def name(self) -> str:
+        """The function's name."""
+        return self.code.name
+
+    @property
+    def lengths(self) -> Lengths:
+        """How many values the function reads and writes."""
+        return self.code.lengths
 
     def lower(self, symbol: str) -> tuple[str, int]:
         """Return the function as LLVM IR that defines `symbol`, and the number of its operations."""
-        lowered = lower_function(
-            self.text, symbol, self.lengths, name=self.name, file=self.file, first_line=self.first_line
-        )
+        lowered = lower_function(self.code, symbol)
+        return lowered.ir, lowered.operations
+
+    def lower_apart(self, symbol: str) -> tuple[str, int]:
+        """Return LLVM IR that defines `symbol` and, where work is hoisted, `symbol_prepared` as well."""
+        if not self.n_hoisted:
+            return self.lower(symbol)
+        lowered = lower_kernel(self.code, symbol, self.n_hoisted, self.offset)
         return lowered.ir, lowered.operations
 
     def python_function(self) -> Callable:
         """Return the function as plain Python, after the grammar's check."""
         self.lower("checked")
-        return python_function(self.text, self.name, self.file, self.first_line)
+        return self.code.python_function()
+
+    def njit_function(self) -> Callable:
+        """Return the same compiled by Numba."""
+        from numba import njit
+
+        self.lower("checked")
+        return self.code.python_function(njit(error_model="numpy"))
 
     def key_text(self) -> str:
         """Return all that the IR depends on."""
-        return f"{self.lengths}\0{self.text}"
+        code = self.code
+        tables = {name: code.tables[name] for name in sorted(code.tables)}
+        return f"{code.lengths}\0{tables}\0{self.n_hoisted} {self.offset}\0{code.text}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +83,15 @@ class Kernel:
     name : str
     address : int
         Of the machine code, for `runtime.code.bridge.call_kernel`. Valid as long as this kernel lives.
+    prepared_address : int
+        The same for a `p` that `System.prepared` has made: without the work that depends on parameters only.
     out_size : int
         The number of values that it may write. Structural zeros are not written.
     """
 
     name: str
     address: int
+    prepared_address: int
     source: KernelSource = field(repr=False)
     _owner: Any = field(repr=False)
     _call: Any = field(repr=False)
@@ -141,7 +167,8 @@ def compile_kernel(source: KernelSource) -> Kernel:
 
         owner, symbol = source.system.machine_code(), f"symgen_{source.name}"
         key = engine.cache_key(f"{symbol}\0{source.key_text()}")
-        address = owner.add(engine.object_code(key, source.name, symbol, source.lower), symbol)
+        address = owner.add(engine.object_code(key, source.name, symbol, source.lower_apart), symbol)
+        prepared = owner.address(symbol + PREPARED) if source.n_hoisted else address
     except ModuleError:
         raise
     except Exception as error:
@@ -153,8 +180,34 @@ def compile_kernel(source: KernelSource) -> Kernel:
             stacklevel=3,
         )
         owner = _compile_with_numba(source)
-        address = owner.address
-    return Kernel(source.name, address, source, owner, _PROTOTYPE(address))
+        address = prepared = owner.address
+    return Kernel(source.name, address, prepared, source, owner, _PROTOTYPE(address))
+
+
+def compile_setup(sources: Sequence[KernelSource]) -> Callable[[np.ndarray, int], None]:
+    """Compile the hoisted work of functions, or take it from the cache.
+
+    Returns
+    -------
+    callable
+        `setup(p, n)` reads parameters and inputs from p[:n] and writes the functions' hoisted values behind them.
+    """
+    from runtime.code import engine
+
+    parts = [(source.code, source.n_hoisted) for source in sources]
+
+    def lower(symbol: str) -> tuple[str, int]:
+        lowered = lower_setup(parts, symbol)
+        return lowered.ir, lowered.operations
+
+    owner, symbol = sources[0].system.machine_code(), "symgen_setup"
+    key = engine.cache_key("\0".join((symbol, *(source.key_text() for source in sources))))
+    call = _PROTOTYPE(owner.add(engine.object_code(key, "setup", symbol, lower), symbol))
+
+    def setup(p: np.ndarray, n: int) -> None:
+        call(0.0, None, p.ctypes.data, p.ctypes.data + n * p.itemsize)
+
+    return setup
 
 
 def _compile_with_numba(source: KernelSource) -> Any:
@@ -163,4 +216,4 @@ def _compile_with_numba(source: KernelSource) -> Any:
 
     array = types.CPointer(types.float64)
     signature = types.void(types.float64, array, array, array)
-    return numba.cfunc(signature, error_model="numpy")(source.python_function())
+    return numba.cfunc(signature, error_model="numpy")(source.njit_function().py_func)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,6 +69,7 @@ class LoopArrays:
         self.addresses, self._keep = kernel_addresses(system, method, with_events=with_events)
         self.sizes = loop_sizes(system, with_events=with_events)
         self.p = np.array(p, dtype=float)
+        self.prepared = system.prepared(self.p)
         self.control = np.zeros(at.N_CONTROL + at.N_EVENT_BLOCKS * self.n_events)
         self.counters = np.zeros(at.N_COUNTERS, dtype=np.int64)
         self.y = np.concatenate([state, np.zeros(system.nw)])
@@ -77,6 +80,7 @@ class LoopArrays:
         self.step_log = np.zeros((log_length, 2))
         self.dense = np.zeros((8, system.ny))
         self._advance = method.advance()
+        self._bound: Callable[[], int] | None = None
         c = self.control
         c[at.RTOL], c[at.ATOL] = rtol, atol
         c[at.H], c[at.H_MAX], c[at.H_MIN] = step, span, 1e-15 * span
@@ -90,12 +94,15 @@ class LoopArrays:
         self.control[at.T_STOP] = stop
         self.counters[at.MAX_STEPS_PER_CALL] = max_steps
         self.counters[at.N_LOGGED_STEPS] = 0
-        return self._advance(*self.arguments())
+        if self._bound is None:
+            bind = getattr(self._advance, "bind", None) or functools.partial(functools.partial, self._advance)
+            self._bound = bind(*self.arguments())
+        return self._bound()
 
     def arguments(self) -> tuple[Any, ...]:
         """Return the arguments of the loop."""
         return (
-            self.coefficients, self.addresses, self.sizes, self.p, self.control, self.counters, self.y, self.f,
+            self.coefficients, self.addresses, self.sizes, self.prepared, self.control, self.counters, self.y, self.f,
             self.work, self.frame_times, self.frames, self.step_log, self.dense,
         )  # fmt: skip
 
@@ -126,13 +133,23 @@ class LoopArrays:
             self.control[at.ERROR_OLD] = 1e-4
             self.counters[at.LAST_REJECTED] = 0
 
+    def change_method(self, system: System, method: Method) -> None:
+        """Go on from the current state with another method, which chooses its own steps."""
+        self.coefficients = method.coefficients(system)
+        self.addresses, self._keep = kernel_addresses(system, method, with_events=self.n_events > 0)
+        self.work = np.zeros(method.work_size(self.coefficients, self.sizes))
+        self._advance = method.advance()
+        self.counters[at.FAMILY_COUNTERS :] = 0
+        self.restart(state_changed=True)
+        self.choose_step_anew()
+
     def choose_step_anew(self) -> None:
         """Let an adaptive method choose its next step as at the start of a run."""
         self.control[at.H] = 0.0
 
 
 def kernel_addresses(system: System, method: Method, *, with_events: bool) -> tuple[np.ndarray, list[Any]]:
-    """Return the addresses of the kernels that a run needs, and what keeps their code alive.
+    """Return the addresses of the kernels that a run needs, and what keeps their code alive; they take a prepared `p`.
 
     Constrained models get the guarded versions of `rhs` and `project`, which survive dependent constraints.
     """
@@ -147,16 +164,18 @@ def kernel_addresses(system: System, method: Method, *, with_events: bool) -> tu
             addresses[index] = address
             keep.append(owner)
     else:
-        keep.append(system.kernel("rhs"))
-        addresses[at.RHS] = keep[-1].address
+        for index, name in ((at.RHS, "rhs"), *(((at.PROJECT, "project"),) if system.quaternions else ())):
+            keep.append(system.kernel(name))
+            addresses[index] = keep[-1].prepared_address
     for name in (*method.kernels, *(("events",) if with_events and system.events else ())):
         keep.append(system.kernel(name))
-        addresses[_KERNELS[name]] = keep[-1].address
+        addresses[_KERNELS[name]] = keep[-1].prepared_address
     return addresses, keep
 
 
 def loop_sizes(system: System, *, with_events: bool) -> np.ndarray:
-    """Return the array `sizes` of the step loops, with the directions of the events behind it."""
+    """Return the array `sizes` of the step loops: numbers, the events' directions, the quaternions' places."""
     events = system.events if with_events else ()
     sizes = [system.nq, system.nv, system.nw, system.nh, system.m, len(events), system.ny, system.n_row]
-    return np.array(sizes + [DIRECTIONS[event["direction"]] for event in events], dtype=np.int64)
+    directions = [DIRECTIONS[event["direction"]] for event in events]
+    return np.array([*sizes, *directions, *system.quaternions, system.nq], dtype=np.int64)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from runtime.abi import ABI, required_functions
+from runtime.code import dense_ldl
 from runtime.errors import ModuleError
 
 DECORATOR = '@njit(error_model="numpy")'
@@ -19,6 +20,7 @@ DECORATOR = '@njit(error_model="numpy")'
 _PREAMBLE_LINE = re.compile(r"(#.*|from (math|numba) import [A-Za-z0-9_, ()]*)?$")
 _TOP_LEVEL_LINE = re.compile(r"^[^\s#].*$", re.MULTILINE)
 _DEFINITION = re.compile(r"def ([A-Za-z_][A-Za-z0-9_]*)\(t, y, p, out\):$")
+_TABLE = re.compile(r"(I[0-9]{1,9}) = \(((?:[0-9]{1,15}, )*[0-9]{1,15},?)\)$")
 
 _COUNTS = ("nq", "nv", "nh", "nn", "nw")
 _TEXTS = ("generator", "source", "name", "description")
@@ -63,6 +65,8 @@ class ModuleSource:
         The text of each function, from its `def` line on.
     lines : dict of int
         The line of each function's `def` in the module.
+    tables : dict of tuple of int
+        Index tables, which the functions' loops use.
     text_hash : str
         SHA-256 of the whole text.
     """
@@ -71,6 +75,7 @@ class ModuleSource:
     header: dict[str, Any]
     functions: dict[str, str]
     lines: dict[str, int]
+    tables: dict[str, tuple[int, ...]]
     text_hash: str
 
 
@@ -94,12 +99,14 @@ def read_module(path_or_text: str | os.PathLike[str]) -> ModuleSource:
             raise ModuleError(file, "", f"it cannot be read ({error.strerror})", "check the path") from None
     start, end = _header_span(file, text)
     header = _header(file, text, start, end)
-    functions, lines = _functions(file, text, end)
-    for name in required_functions(header):
+    tops = [(match.start(), match.group().rstrip()) for match in _TOP_LEVEL_LINE.finditer(text, end + 1)]
+    tables = _tables(tops)
+    functions, lines = _functions(file, text, end, tops[len(tables) :])
+    for name in (*required_functions(header), *header.get("hoisted", ())):
         if name not in functions:
             raise ModuleError(file, "", f"the function {name!r} is missing")
     digest = hashlib.sha256(text.encode()).hexdigest()
-    return ModuleSource(file, header, functions, lines, digest)
+    return ModuleSource(file, header, functions, lines, tables, digest)
 
 
 def _line(text: str, position: int) -> int:
@@ -176,7 +183,11 @@ def _check_header(header: Any) -> None:
     for name in _get(header, "operations", dict, ""):
         _get(header["operations"], name, int, "operations")
     _get(header, "run", dict, "")
+    for name in _get(header, "hoisted", dict, "") if "hoisted" in header else ():
+        if _get(header["hoisted"], name, int, "hoisted") < 1:
+            raise _Fault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
     _check_sizes(header)
+    _check_subsystems(header)
 
 
 def _check_records(key: str, records: list[Any], fields: dict[str, type]) -> None:
@@ -203,6 +214,7 @@ def _check_sizes(header: dict[str, Any]) -> None:
     ):
         if len(header[key]) != size:
             raise _Fault(f"{key} has {len(header[key])} entries, but {symbol} is {size}")
+    _check_quaternions(header)
     kinds = [constraint["kind"] for constraint in header["constraints"]]
     if kinds != ["holonomic"] * header["nh"] + ["velocity"] * header["nn"]:
         raise _Fault("constraints must list the nh holonomic ones, then the nn velocity constraints")
@@ -214,15 +226,73 @@ def _check_sizes(header: dict[str, Any]) -> None:
         raise _Fault("a body has a negative count of sizes")
 
 
-def _functions(file: str, text: str, start: int) -> tuple[dict[str, str], dict[str, int]]:
+def _check_subsystems(header: dict[str, Any]) -> None:
+    """Every coordinate, rate and constraint belongs to one subsystem, if there are any."""
+    kinds = _get(header, "subsystems", list, "") if "subsystems" in header else []
+    for key, size in (("coordinates", "nq"), ("rates", "nv"), ("constraints", "nh")) if kinds else ():
+        found: list[Any] = []
+        for index, kind in enumerate(kinds):
+            members = _get(kind, key, list, f"subsystems[{index}]")
+            lengths = {len(member) if type(member) is list else -1 for member in members}
+            if len(lengths) != 1 or -1 in lengths:
+                raise _Fault(f"subsystems[{index}][{key!r}] is not a list of equally long lists")
+            found += [k for member in members for k in member]
+        count = header[size] + (header["nn"] if key == "constraints" else 0)
+        if any(type(k) is not int for k in found) or sorted(found) != list(range(count)):
+            raise _Fault(f"subsystems do not name each of the {count} {key} once")
+
+
+def _check_quaternions(header: dict[str, Any]) -> None:
+    """Quaternions are what makes coordinates and rates differ: each has four of the one and three of the other."""
+    places = header.get("quaternions", [])
+    if type(places) is not list or any(type(place) is not int for place in places):
+        raise _Fault(f"'quaternions' is {places!r:.60}, expected a list of indices")
+    ends = [0, *(place + 4 for place in places)]
+    if any(place < end for place, end in zip(places, ends)) or ends[-1] > header["nq"]:
+        raise _Fault(f"'quaternions' is {places}, expected ascending indices of four coordinates each")
+    if header["nq"] - header["nv"] != len(places):
+        raise _Fault(
+            f"nq - nv is {header['nq'] - header['nv']}, but 'quaternions' has {len(places)} entries: "
+            "every unit quaternion has one coordinate more than it has rates, all else as many"
+        )
+
+
+def _tables(tops: list[tuple[int, str]]) -> dict[str, tuple[int, ...]]:
+    """Read the index tables that may stand between the header and the functions."""
+    tables: dict[str, tuple[int, ...]] = {}
+    for _, line in tops:
+        found = _TABLE.match(line)
+        if found is None or found.group(1) in tables:
+            break
+        tables[found.group(1)] = tuple(int(entry) for entry in found.group(2).split(",") if entry)
+    return tables
+
+
+def _is_solver(text: str, file: str, line: int) -> bool:
+    """Whether the text of a function is that of a solver which this run time knows under its name."""
+    name = text[4 : text.find("(")]
+    if name not in dense_ldl.SOLVERS:
+        return False
+    if not dense_ldl.is_known(text):
+        cause = f"the function {name!r} is not the one that this run time knows"
+        raise ModuleError(file, f"line {line}", cause, "derive the model again")
+    return True
+
+
+def _functions(
+    file: str, text: str, start: int, tops: list[tuple[int, str]]
+) -> tuple[dict[str, str], dict[str, int]]:
     """Split what follows the header at the lines in column 0: decorator, definition, decorator, …"""
-    tops = [(match.start(), match.group().rstrip()) for match in _TOP_LEVEL_LINE.finditer(text, start + 1)]
     functions: dict[str, str] = {}
     lines: dict[str, int] = {}
     line, counted = _line(text, start), start
     for index in range(0, len(tops), 2):
         position, decorator = tops[index]
         line, counted = line + text.count("\n", counted, position), position
+        begin = tops[index + 1][0] if index + 1 < len(tops) else len(text)
+        end = tops[index + 2][0] if index + 2 < len(tops) else len(text)
+        if decorator == DECORATOR and _is_solver(text[begin:end], file, line + 1):
+            continue
         definition = _DEFINITION.match(tops[index + 1][1]) if index + 1 < len(tops) else None
         if decorator != DECORATOR or definition is None:
             cause = f"expected {DECORATOR} and 'def name(t, y, p, out):', found {decorator[:60]!r}"
@@ -230,8 +300,6 @@ def _functions(file: str, text: str, start: int) -> tuple[dict[str, str], dict[s
         name = definition.group(1)
         if name in functions:
             raise ModuleError(file, f"line {line}", f"the function {name!r} is defined twice")
-        begin = tops[index + 1][0]
-        end = tops[index + 2][0] if index + 2 < len(tops) else len(text)
         functions[name] = text[begin:end].rstrip() + "\n"
         lines[name] = line + text.count("\n", position, begin)
     return functions, lines

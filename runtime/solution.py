@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from runtime.errors import UnknownNameError, nearest
+from runtime.names import acceleration_labels, rate_indices, rate_labels
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -121,7 +122,8 @@ class Solution:
     """A run and its result.
 
     `solution["theta"]`, `solution["dot(theta)"]`, `solution["dot(dot(theta))"]`, `solution["lambda(pin)"]` and the
-    names of outputs give arrays over `solution.t`.
+    names of outputs give arrays over `solution.t`; so do the names of angular velocities, `solution["ball_wx"]`
+    and `solution["dot(ball_wx)"]`.
 
     Attributes
     ----------
@@ -204,11 +206,11 @@ class Solution:
         return list(self._series())
 
     def _series(self) -> dict[str, tuple[str, int]]:
-        rates = [record["name"] for record in self.system.rates]
+        coordinates, rates = self.system.coordinates, self.system.rates
         named = {
-            "q": [record["name"] for record in self.system.coordinates],
-            "v": [f"dot({name})" for name in rates],
-            "accelerations": [f"dot(dot({name}))" for name in rates],
+            "q": [record["name"] for record in coordinates],
+            "v": rate_labels(coordinates, rates),
+            "accelerations": acceleration_labels(coordinates, rates),
             "multipliers": [f"lambda({record['name']})" for record in self.system.constraints],
             "outputs": [record["name"] for record in self.system.outputs],
         }
@@ -216,6 +218,11 @@ class Solution:
         for attribute, names in named.items():
             for column, name in enumerate(names):
                 series.setdefault(name, (attribute, column))
+        for name, column in rate_indices(coordinates, rates, self.system.quaternions).items():
+            # A rate of another name than its coordinate's, as `ball_vx` of `ball_x`, is its derivative as well.
+            if name in series and series[name][0] == "q":
+                series.setdefault(f"dot({name})", ("v", column))
+                series.setdefault(f"dot(dot({name}))", ("accelerations", column))
         return series
 
     @cached_property

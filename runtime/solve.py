@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from runtime.checks.inertia import refuse_negative_inertia
-from runtime.choose import choose_constraints, choose_method, choose_step
+from runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
 from runtime.constraints.assembly import assemble
 from runtime.driver import Run
 from runtime.errors import RuntimeModelError
+from runtime.integrate.methods import METHODS
 from runtime.loop_arrays import LoopArrays
 from runtime.summary import summarise
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 _FPS = 60.0
 _LEAST_FRAMES, _MOST_FRAMES = 200, 20_000
 _FRAMES_IN_MEMORY = 1_000_000_000
-_SMALLEST_RTOL = 100.0 * np.finfo(float).eps
+SMALLEST_RTOL = 1e-15  # a few units of the last digit
 
 
 def solve(
@@ -58,7 +59,7 @@ def solve(
     rtol, atol : float
         Tolerances of adaptive methods, per step and component.
     step : float, optional [s]
-        Of fixed-step methods; 1/50 of the fastest period at the start by default.
+        Of fixed-step methods; 1/50 of the fastest period at the start by default, up to 1/14 with high orders.
     constraints : str
         "projection" or "auto".
     parameters, inputs : mapping of str to float, optional
@@ -115,6 +116,7 @@ def solve(
     run = Run(
         system, chosen, arrays, shown, _stops(at, t_start, t_end),
         recorder=recorder, progress=progress, max_steps=max_steps,
+        fallback=METHODS[EXPLICIT] if method == "auto" and chosen.name == SERIES else None,
     )  # fmt: skip
     prepared = time.perf_counter()
     # No steps: the loop is compiled, or read from the cache, before the run is timed.
@@ -173,9 +175,9 @@ def _tolerance(name: str, value: float) -> float:
 
 
 def _usable_rtol(rtol: float) -> tuple[float, list[str]]:
-    if rtol >= _SMALLEST_RTOL:
+    if rtol >= SMALLEST_RTOL:
         return rtol, []
-    return _SMALLEST_RTOL, [f"rtol: {_SMALLEST_RTOL:.1e} instead of {rtol:.1e}, which is below round-off"]
+    return SMALLEST_RTOL, [f"rtol: {SMALLEST_RTOL:.1e} instead of {rtol:.1e}, which is below round-off"]
 
 
 def _stops(times: Sequence[float], t_start: float, t_end: float) -> list[float]:

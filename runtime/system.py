@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from runtime.abi import array_sizes
-from runtime.code.lower import Lengths
+from runtime.code.grammar import FunctionText, Lengths
 from runtime.errors import UnknownNameError, nearest
 from runtime.kernel import Kernel, KernelSource, compile_kernel
 from runtime.module import ModuleSource, read_module
+from runtime.names import acceleration_labels, rate_labels
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,10 +46,16 @@ class System:
         nh + nn, the number of multipliers.
     ny : int
         nq + nv + nw, the length of the state that integrators carry.
+    n_prepared : int
+        The length of a prepared `p`.
     n_row : int
         The length of a row that `rhs` writes.
     coordinates, rates, parameters, inputs, constants, constraints, outputs, events, bodies : tuple of dict
         The header's records, see docs/architecture.md.
+    subsystems : tuple of dict
+        For each kind of independent subsystem: indices of each one's coordinates, rates and constraints.
+    quaternions : tuple of int
+        Where in q each unit quaternion (w, x, y, z) begins.
     structure, operations, run_defaults : dict
         The header's `structure`, `operations` and `run`.
     source : ModuleSource
@@ -67,6 +74,8 @@ class System:
             set_(key, tuple(header[key]))
         for key in ("outputs", "events", "bodies"):
             set_(key, tuple(header[key]))
+        set_("quaternions", tuple(header.get("quaternions", ())))
+        set_("subsystems", tuple(header.get("subsystems", ())))
         m = self.nh + self.nn
         set_("m", m)
         set_("ny", self.nq + self.nv + self.nw)
@@ -75,6 +84,12 @@ class System:
         set_("_p", np.array(values))
         names = [record["name"] for record in (*self.parameters, *self.inputs)]
         set_("_p_index", {name: index for index, name in enumerate(names)})
+        hoisted, end = {}, len(values)
+        for name, count in header.get("hoisted", {}).items():
+            hoisted[name] = (count, end)
+            end += count
+        set_("_hoisted", hoisted)
+        set_("n_prepared", end)
         set_("_kernels", {})
         set_("_lock", threading.RLock())
 
@@ -122,6 +137,32 @@ class System:
             return f"{name!r} is a coordinate of model {self.name!r}: set its start or rate instead"
         return f"model {self.name!r} has no parameter or input {name!r}: {nearest(name, self._p_index)}"
 
+    def prepared(self, p: np.ndarray) -> np.ndarray:
+        """Return `p` with all that depends on it alone worked out behind it, for kernels' `prepared_address`.
+
+        Do it again after a change of `p`.
+
+        Parameters
+        ----------
+        p : ndarray, shape (n_p,)
+
+        Returns
+        -------
+        ndarray, shape (n_prepared,)
+        """
+        p = np.ascontiguousarray(p, dtype=float)
+        if not self._hoisted:
+            return p
+        if "_setup" not in self.__dict__:
+            from runtime.kernel import compile_setup
+
+            with self._lock:
+                sources = [self._kernel_source(name) for name in self._hoisted]
+                self.__dict__["_setup"] = compile_setup(sources)
+        longer = np.concatenate([p, np.zeros(self.n_prepared - self.n_p)])
+        self._setup(longer, self.n_p)
+        return longer
+
     def initial_state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return the model's start values, before assembly.
 
@@ -161,11 +202,9 @@ class System:
 
     def njit_function(self, function: str) -> Callable:
         """Return the same text compiled by Numba, an oracle for the kernel."""
-        from numba import njit
-
         import runtime.code.numba_setup  # noqa: F401
 
-        return njit(error_model="numpy")(self.python_function(function))
+        return self._kernel_source(function).njit_function()
 
     def numba(self, function: str) -> Callable:
         """Return `f(t, y, p, out)` for calls from your own `numba.njit` code, at a kernel's speed.
@@ -197,7 +236,10 @@ class System:
             raise UnknownNameError(self._no_function(function))
         text, line = self.source.functions[function], self.source.lines[function]
         lengths = Lengths(sizes[0], self.n_p, sizes[1])
-        return KernelSource(function, text, lengths, self.file, line, self)
+        tables = {name: entries for name, entries in self.source.tables.items() if f"{name}[" in text}
+        code = FunctionText(function, text, lengths, tables, self.file, line)
+        n_hoisted, offset = self._hoisted.get(function, (0, 0))
+        return KernelSource(code, n_hoisted, offset, self)
 
     def _no_function(self, function: str) -> str:
         if function in ("project", "gamma", "constraint_residual", "constraint_jacobian") and not self.m:
@@ -208,9 +250,9 @@ class System:
     def describe_y(self, function: str) -> str:
         """Say what `function` reads as `y`, for messages: 'theta, dot(theta)'."""
         names = [record["name"] for record in self.coordinates]
-        names += [f"dot({record['name']})" for record in self.rates]
+        names += rate_labels(self.coordinates, self.rates)
         if function in ("residual", "residual_jacobian"):
-            names += [f"dot(dot({record['name']}))" for record in self.rates]
+            names += acceleration_labels(self.coordinates, self.rates)
             names += [f"lambda({record['name']})" for record in self.constraints]
         return _short(names)
 

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from runtime.code import cache, engine
-from runtime.code.lower import Lengths, lower_function
+from runtime.code.grammar import FunctionText, Lengths
+from runtime.code.modules import lower_function
 
 ROOT = Path(__file__).parent.parent
 TEXT = "def f(t, y, p, out):\n    out[0] = sin(y[0]) * p[0] + tan(t)\n"
@@ -27,7 +28,7 @@ class Lowering:
 
     def __call__(self, symbol: str) -> tuple[str, int]:
         self.calls += 1
-        lowered = lower_function(self.text, symbol, Lengths(1, 1, 1))
+        lowered = lower_function(FunctionText("f", self.text, Lengths(1, 1, 1)), symbol)
         return lowered.ir, lowered.operations
 
 
@@ -92,9 +93,8 @@ def test_code_stays_valid_while_more_is_added():
     y, p, out = np.array([0.5]), np.array([2.0]), np.zeros(1)
     addresses = []
     for index in range(5):
-        ir = lower_function(
-            f"def f(t, y, p, out):\n    out[0] = y[0] + {index}.0\n", f"f{index}", Lengths(1, 1, 1)
-        ).ir
+        text = f"def f(t, y, p, out):\n    out[0] = y[0] + {index}.0\n"
+        ir = lower_function(FunctionText("f", text, Lengths(1, 1, 1)), f"f{index}").ir
         addresses.append(code.add(engine.compile_ir(ir), f"f{index}"))
     for index, address in enumerate(addresses):
         PROTOTYPE(address)(0.0, y.ctypes.data, p.ctypes.data, out.ctypes.data)
@@ -122,7 +122,7 @@ warnings.simplefilter("error")
 import runtime, runtime.kernel
 if sys.argv[1] == "second":
     def refuse(*a, **k): raise AssertionError("lowered again")
-    runtime.kernel.lower_function = refuse
+    runtime.kernel.lower_function = runtime.kernel.lower_kernel = refuse
 system = runtime.load({str(ROOT / "tests" / "fixtures" / "double_pendulum.py")!r})
 out = system.kernel("rhs")(0.0, [1.0, 2.0, 3.0, 4.0], system.parameter_values())
 print(out.tobytes().hex(), "numba" in sys.modules)

@@ -13,7 +13,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from runtime.code import engine, llvm_text
-from runtime.code.lower import MATH_FUNCTIONS, Lengths, lower_function, python_function
+from runtime.code.grammar import MATH_FUNCTIONS, FunctionText, Lengths
+from runtime.code.modules import lower_function, lower_kernel, lower_setup
 from runtime.errors import ModuleError
 
 N_Y, N_P, N_OUT = 6, 4, 5
@@ -24,13 +25,18 @@ PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_vo
 def machine_function(text: str, lengths: Lengths = LENGTHS):
     """Lower and compile; return a Python callable that writes `out`."""
     code = engine.MachineCode()
-    call = PROTOTYPE(code.add(engine.compile_ir(lower_function(text, "kernel", lengths).ir), "kernel"))
+    ir = lower_function(FunctionText("rhs", text, lengths), "kernel").ir
+    call = PROTOTYPE(code.add(engine.compile_ir(ir), "kernel"))
 
     def function(t, y, p, out):
         call(t, y.ctypes.data, p.ctypes.data, out.ctypes.data)
 
     function.keep = code
     return function
+
+
+def python_function(text: str):
+    return FunctionText("rhs", text, LENGTHS).python_function()
 
 
 def evaluate(function, t, y, p, n_out: int = N_OUT) -> np.ndarray:
@@ -118,7 +124,7 @@ def test_agrees_with_python_bit_for_bit(seed, n_statements, values):
     text = random_function(random.Random(seed), n_statements)
     t, y, p = values[0], np.array(values[1 : N_Y + 1]), np.array(values[N_Y + 1 :])
     try:
-        expected = evaluate(python_function(text, "rhs", "<text>", 1), t, y.tolist(), p.tolist())
+        expected = evaluate(python_function(text), t, y.tolist(), p.tolist())
     except (ValueError, OverflowError, ZeroDivisionError):
         assume(False)  # Python raises where machines have nan and inf
     assert_same_bits(evaluate(machine_function(text), t, y, p), expected)
@@ -128,7 +134,7 @@ def test_agrees_with_python_bit_for_bit(seed, n_statements, values):
 def test_agrees_with_numba_bit_for_bit(seed):
     text = random_function(random.Random(seed), 25)
     fast = machine_function(text)
-    oracle = numba.njit(error_model="numpy")(python_function(text, "rhs", "<text>", 1))
+    oracle = numba.njit(error_model="numpy")(python_function(text))
     rng = np.random.default_rng(seed)
     for scale in (0.0, 1.0, 30.0, 1e150):
         y, p = scale * rng.normal(size=N_Y), scale * rng.normal(size=N_P)
@@ -140,21 +146,21 @@ def test_pieces_change_nothing(monkeypatch, piece):
     text = random_function(random.Random(piece), 600)
     y, p = np.linspace(-1, 1, N_Y), np.linspace(0.2, 0.9, N_P)
     whole = evaluate(machine_function(text), 0.3, y, p)
-    monkeypatch.setattr(llvm_text, "PIECE_OPERATIONS", piece)
-    ir = lower_function(text, "kernel", LENGTHS).ir
+    monkeypatch.setattr(llvm_text, "PIECE_LINES", piece)
+    ir = lower_function(FunctionText("rhs", text, LENGTHS), "kernel").ir
     assert ir.count("define internal") > 2
     assert_same_bits(evaluate(machine_function(text), 0.3, y, p), whole)
-    assert_same_bits(whole, evaluate(python_function(text, "rhs", "", 1), 0.3, y.tolist(), p.tolist()))
+    assert_same_bits(whole, evaluate(python_function(text), 0.3, y.tolist(), p.tolist()))
 
 
 def test_scratch_places_are_used_again(monkeypatch):
-    monkeypatch.setattr(llvm_text, "PIECE_OPERATIONS", 10)
+    monkeypatch.setattr(llvm_text, "PIECE_LINES", 10)
     lines = ["w0 = y[0] + 1.0"] + [f"w{i} = sin(w{i - 1}) + w{max(i - 12, 0)}" for i in range(1, 400)]
     text = "def rhs(t, y, p, out):\n    " + "\n    ".join([*lines, "out[0] = w399"]) + "\n"
-    ir = lower_function(text, "kernel", LENGTHS).ir
+    ir = lower_function(FunctionText("rhs", text, LENGTHS), "kernel").ir
     places = int(ir.split("alloca double, i64 ")[1].split(",")[0])
     assert places < 60  # 400 values, of which a dozen are alive at any place
-    expected = evaluate(python_function(text, "rhs", "", 1), 0.0, [0.4] * N_Y, [])
+    expected = evaluate(python_function(text), 0.0, [0.4] * N_Y, [])
     assert_same_bits(evaluate(machine_function(text), 0.0, np.full(N_Y, 0.4), np.zeros(N_P)), expected)
 
 
@@ -162,7 +168,7 @@ def test_long_chains_do_not_need_recursion():
     chain = " + ".join(f"y[{i % N_Y}] * {i}.0" for i in range(800))
     text = f"def rhs(t, y, p, out):\n    out[0] = {chain}\n"
     y = np.linspace(0.1, 0.7, N_Y)
-    expected = evaluate(python_function(text, "rhs", "", 1), 0.0, y.tolist(), [])
+    expected = evaluate(python_function(text), 0.0, y.tolist(), [])
     assert_same_bits(evaluate(machine_function(text), 0.0, y, np.zeros(N_P)), expected)
 
 
@@ -262,9 +268,8 @@ def test_no_fused_multiply_add():
 )
 def test_refuses_all_else(body):
     with pytest.raises(ModuleError) as caught:
-        lower_function(
-            f"def rhs(t, y, p, out):\n    a0 = 1.0\n    {body}\n", "kernel", LENGTHS, name="rhs", file="m.py"
-        )
+        text = f"def rhs(t, y, p, out):\n    a0 = 1.0\n    {body}\n"
+        lower_function(FunctionText("rhs", text, LENGTHS, file="m.py"), "kernel")
     assert "m.py" in str(caught.value) and "rhs" in str(caught.value)
 
 
@@ -284,16 +289,158 @@ def test_refuses_all_else(body):
 )
 def test_refuses_other_definitions(text):
     with pytest.raises(ModuleError):
-        lower_function(text, "kernel", LENGTHS)
+        lower_function(FunctionText("rhs", text, LENGTHS), "kernel")
 
 
 def test_names_the_line_in_the_module():
     text = "def rhs(t, y, p, out):\n    a = t\n    out[0] = a.real\n"
     with pytest.raises(ModuleError, match="line 42, function 'rhs'"):
-        lower_function(text, "kernel", LENGTHS, name="rhs", first_line=40)
+        lower_function(FunctionText("rhs", text, LENGTHS, first_line=40), "kernel")
 
 
 def test_python_function_sees_only_the_grammar():
-    function = python_function("def rhs(t, y, p, out):\n    out[0] = sin(t)\n", "rhs", "<text>", 1)
+    function = python_function("def rhs(t, y, p, out):\n    out[0] = sin(t)\n")
     assert function.__globals__["__builtins__"] == {}
     assert MATH_FUNCTIONS < set(function.__globals__)
+
+
+LOOPS = """def rhs(t, y, p, out):
+    "Two loops, values that go in, come out, and change places."
+    g = p[0]
+    c0 = g*2.0
+    e0 = 0.5
+    e1 = y[0]
+    two = 2.0
+    w = sin(y[5])
+    for k in range(3):
+        l = p[1 + k]
+        c1 = l*c0
+        c2 = sqrt(fabs(c1))
+        a = y[2*k] - y[I0[k]]*w
+        b = a*c2 + two*t + e1
+        e0 = e0 + b*g
+        e1 = e1*0.5 + e0
+        out[1 + k] = b/l
+    e2 = e1
+    for k in range(2):
+        c3 = p[k] - p[1 + 2*k]
+        swapped = e2
+        e2 = e0
+        e0 = swapped + c3*y[3 + k]
+    for k in range(1):
+        out[4 + k] = y[k]*c0
+    out[0] = e0 - 3.0*e2
+"""
+TABLES = {"I0": (5, 1, 3)}
+N_HOISTED = 1 + 2 * 3 + 2
+
+
+def loops(text: str = LOOPS, **changes) -> FunctionText:
+    return FunctionText("rhs", text, LENGTHS, TABLES, **changes)
+
+
+def machine_code(ir: str, *symbols: str):
+    code = engine.MachineCode()
+    code.add(engine.compile_ir(ir), symbols[0])
+    calls = [PROTOTYPE(code.address(symbol)) for symbol in symbols]
+    return code, calls
+
+
+@pytest.mark.parametrize("piece", [2, 3, 5, 3000])
+def test_loops_agree_with_python_and_numba(monkeypatch, piece):
+    monkeypatch.setattr(llvm_text, "PIECE_LINES", piece)
+    source = loops()
+    _keep, (call,) = machine_code(lower_function(source, "kernel").ir, "kernel")
+    rng = np.random.default_rng(7)
+    plain, jitted = source.python_function(), numba.njit(error_model="numpy")(source.python_function())
+    for _ in range(3):
+        y, p = rng.normal(size=N_Y), rng.normal(size=N_P)
+        expected = evaluate(plain, 0.3, y.tolist(), p.tolist())
+        out = np.zeros(N_OUT)
+        call(0.3, y.ctypes.data, p.ctypes.data, out.ctypes.data)
+        assert_same_bits(out, expected)
+        assert_same_bits(evaluate(jitted, 0.3, y, p), expected)
+
+
+@pytest.mark.parametrize("piece", [2, 3000])
+def test_hoisted_work_apart_changes_nothing(monkeypatch, piece):
+    monkeypatch.setattr(llvm_text, "PIECE_LINES", piece)
+    source, offset = loops(), N_P + 2
+    ir = lower_kernel(source, "kernel", N_HOISTED, offset).ir
+    _keep, (whole, prepared) = machine_code(ir, "kernel", "kernel_prepared")
+    _keep_too, (setup,) = machine_code(lower_setup([(source, N_HOISTED)] * 2, "setup").ir, "setup")
+    y, p = np.linspace(-1.0, 2.0, N_Y), np.array([9.81, 0.3, -0.2, 1.5])
+    expected = evaluate(source.python_function(), 0.3, y.tolist(), p.tolist())
+    values = np.zeros(2 * N_HOISTED)
+    setup(0.0, None, p.ctypes.data, values.ctypes.data)
+    assert_same_bits(values[:N_HOISTED], values[N_HOISTED:])
+    assert values[0] == 2 * 9.81 and values[2] == math.sqrt(values[1]) and values[-1] == p[1] - p[3]
+    longer = np.concatenate([p, [7.0, 7.0], values[:N_HOISTED]])
+    for call, passed in ((whole, p), (prepared, longer), (whole, longer)):
+        out = np.zeros(N_OUT)
+        call(0.3, y.ctypes.data, passed.ctypes.data, out.ctypes.data)
+        assert_same_bits(out, expected)
+
+
+def test_a_prepared_kernel_reads_its_hoisted_values_only():
+    """The values in the longer p count, not what they were computed from."""
+    source = FunctionText("rhs", "def rhs(t, y, p, out):\n    c0 = p[0]*2.0\n    out[0] = c0\n", LENGTHS)
+    _keep, (prepared,) = machine_code(lower_kernel(source, "kernel", 1, N_P).ir, "kernel_prepared")
+    p, out = np.array([1.0, 0, 0, 0, 5.5]), np.zeros(N_OUT)
+    prepared(0.0, None, p.ctypes.data, out.ctypes.data)
+    assert out[0] == 5.5
+
+
+@pytest.mark.parametrize(
+    ("statements", "cause"),
+    [
+        ("c0 = y[0]\n    out[0] = c0", "only p\\[i\\] can be read"),
+        ("c0 = t*p[0]\n    out[0] = c0", "'t' has no value here that follows from p alone"),
+        ("x0 = sin(p[0])\n    c0 = x0\n    out[0] = c0", "'x0' has no value"),
+        ("out[0] = p[0]", "0 hoisted values, but the header says 1"),
+        ("c0 = p[0]\n    c1 = p[1]\n    out[0] = c0", "2 hoisted values, but the header says 1"),
+    ],
+)
+def test_hoisted_work_depends_on_parameters_only(statements, cause):
+    source = FunctionText("rhs", f"def rhs(t, y, p, out):\n    {statements}\n", LENGTHS)
+    for lower in (
+        lambda: lower_kernel(source, "kernel", 1, N_P),
+        lambda: lower_setup([(source, 1)], "setup"),
+    ):
+        with pytest.raises(ModuleError, match=cause):
+            lower()
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "for i in range(3):\n        out[0] = t",
+        "for k in range(0):\n        out[0] = t",
+        "for k in range(t):\n        out[0] = t",
+        "for k in range(1, 3):\n        out[0] = t",
+        "for k in range(3):\n        out[k] = t\n    else:\n        out[0] = t",
+        "for k in range(3):\n        for k in range(2):\n            out[0] = t",
+        "for k in range(3):\n        out[0] = k",
+        "for k in range(3):\n        k = 2.0",
+        "k = 2.0\n    for k in range(3):\n        out[0] = t",
+        "for k in range(3):\n        out[3*k] = t",
+        "for k in range(3):\n        out[k*1] = t",
+        "for k in range(3):\n        out[k + 1] = t",
+        "for k in range(3):\n        out[0*k] = t",
+        "for k in range(3):\n        out[2 - k] = t",
+        "for k in range(3):\n        out[k + k] = t",
+        "for k in range(3):\n        out[I0[0]] = t",
+        "for k in range(3):\n        out[I0[k]] = t",
+        "for k in range(3):\n        out[I1[k]] = t",
+        "for k in range(4):\n        out[0] = y[I0[k]]",
+        "for k in range(3):\n        x = y[k]\n    out[0] = x",
+        "for k in range(3):\n        out[0] = x\n        x = t",
+        "out[k] = t",
+        "out[I0[k]] = t",
+        "out[0] = I0",
+        "while t < 1.0:\n        out[0] = t",
+    ],
+)
+def test_refuses_all_other_loops(loop):
+    with pytest.raises(ModuleError, match="line"):
+        lower_function(loops(f"def rhs(t, y, p, out):\n    {loop}\n"), "kernel")

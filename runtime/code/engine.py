@@ -47,11 +47,17 @@ class MachineCode:
                 self._engine = llvm.create_mcjit_compiler(module, _new_target_machine())
             self._engine.add_object_file(llvm.ObjectFileRef.from_data(object_code))
             self._engine.finalize_object()
-            address = self._engine.get_function_address(symbol)
-            if not address:
-                raise RuntimeError(f"the object code has no symbol {symbol!r}")
+            address = self.address(symbol)
             self._symbols.add(symbol)
             return address
+
+    def address(self, symbol: str) -> int:
+        """Return the address of a function of the code added so far."""
+        with _lock:
+            address = self._engine.get_function_address(symbol) if self._engine else 0
+        if not address:
+            raise RuntimeError(f"the object code has no symbol {symbol!r}")
+        return address
 
     def data_address(self, name: str) -> int:
         """Return the address of a global variable of the code added so far."""
@@ -192,7 +198,7 @@ def tools() -> str:
     """Return what decides how code is compiled here: our lowering, LLVM, the processor."""
     digest = hashlib.sha256()
     folder = Path(__file__).parent
-    for file in ("lower.py", "llvm_text.py", "engine.py"):
+    for file in ("grammar.py", "lower.py", "llvm_text.py", "dense_ldl.py", "modules.py", "engine.py"):
         digest.update((folder / file).read_bytes())
     cpu, features = _host()
     parts = (

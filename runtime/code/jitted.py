@@ -41,11 +41,18 @@ class Jitted:
         self._loaded: dict[str, native.NativeFunction] = {}
 
     def __call__(self, *args: Any) -> Any:
+        return self._code(args)(*args)
+
+    def bind(self, *args: Any) -> Callable[[], Any]:
+        """Return the call with these arguments; arrays are read and written where they are now."""
+        return self._code(args).bind(*args)
+
+    def _code(self, args: tuple) -> native.NativeFunction:
         signature = native.signature(args)
         code = self._loaded.get(signature)
         if code is None:
             code = self._loaded[signature] = self._load(signature, args)
-        return code(*args)
+        return code
 
     def _load(self, signature: str, args: tuple) -> native.NativeFunction:
         folder = cache.cache_folder("loops")

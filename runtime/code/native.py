@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import json
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -148,11 +149,23 @@ class NativeFunction:
         self._call = prototype(address)
 
     def __call__(self, *args: Any) -> Any:
+        return self.bind(*args)()
+
+    def bind(self, *args: Any) -> Callable[[], Any]:
+        """Return the call with these arguments, for calls in a row: converting arrays takes longer than a short run."""
         flat: list = []
         for value in args:
             _flatten(value, flat)
         result, error = self._result(), ctypes.c_void_p()
-        status = self._call(ctypes.addressof(result), ctypes.addressof(error), *flat)
+        pointers = [ctypes.addressof(result), ctypes.addressof(error)]
+        passed = [kind(value) for kind, value in zip(self._call.argtypes, pointers + flat)]
+
+        def call(_keep: tuple = (args, error)) -> Any:
+            return self._returned(self._call(*passed), result)
+
+        return call
+
+    def _returned(self, status: int, result: Any) -> Any:
         if status not in _RETURNED:
             raise RuntimeError(
                 f"internal error: the jitted function {self.name} raised an exception (code {status})"

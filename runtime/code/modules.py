@@ -1,0 +1,145 @@
+"""LLVM modules of kernels: a function as it stands, a function apart from its hoisted work, and all hoisted work."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from runtime.code.grammar import FunctionText
+from runtime.code.llvm_text import declarations, function, table
+from runtime.code.lower import Lowering
+
+_ABI = {"t": "double", "y": "ptr", "p": "ptr", "out": "ptr"}
+_PASSED = "double %t, ptr %y, ptr %p, ptr %out"
+PREPARED = "_prepared"
+_LARGEST_ON_STACK = 16_384  # values
+
+
+@dataclass(frozen=True)
+class Lowered:
+    """A module as LLVM IR, and the number of operations in it; loops count once."""
+
+    ir: str
+    operations: int
+
+
+class _Module:
+    """Collects the functions of one LLVM module."""
+
+    def __init__(self) -> None:
+        self._parts: list[str] = []
+        self._called: set[str] = set()
+        self._tables: dict[str, tuple[int, ...]] = {}
+        self._solvers: dict[str, str] = {}
+        self.operations = 0
+
+    def add(self, source: FunctionText, part: str, symbol: str, linkage: str = "internal") -> Lowering:
+        """Define `symbol`: a part of a function, that takes `h` besides unless the part is "whole"."""
+        lowering = Lowering(source, part)
+        statements = source.setup_statements() if part == "setup" else source.statements()
+        inner = f"{symbol}.code"
+        lowering.lower(statements, inner)
+        self._called |= lowering.code.called
+        self._tables |= {name: source.tables[name] for name in sorted(lowering.used_tables)}
+        self.operations += lowering.code.operations
+        self._solvers |= lowering.code.solvers
+        if not lowering.spaces:
+            self._parts.append(lowering.code.text(symbol, linkage))
+            return lowering
+        self._parts.append(lowering.code.text(inner, "internal"))
+        more = {} if part == "whole" else {"h": "ptr"}
+        passed = _PASSED + "".join(f", ptr %{name}" for name in more)
+        passed += "".join(f", ptr %{name}" for name in lowering.spaces)
+        begin, end = self._make_spaces(lowering.spaces)
+        self.define(symbol, [*begin, f"call void @{inner}({passed})", *end], linkage, more)
+        return lowering
+
+    def _make_spaces(self, spaces: dict[str, int]) -> tuple[list[str], list[str]]:
+        """Lines that make arrays, on the stack unless they are large, and lines that give them back."""
+        begin, end = [], []
+        for name, length in spaces.items():
+            if length <= _LARGEST_ON_STACK:
+                begin.append(f"%{name} = alloca double, i64 {length}, align 64")
+                continue
+            self._solvers["malloc"] = "declare noalias ptr @malloc(i64)\ndeclare void @free(ptr)\n"
+            begin.append(f"%{name} = call ptr @malloc(i64 {8 * length})")
+            end.append(f"call void @free(ptr %{name})")
+        return begin, end
+
+    def define(
+        self, symbol: str, lines: list[str], linkage: str = "", more: dict[str, str] | None = None
+    ) -> None:
+        """Define a function by the lines of its body."""
+        self._parts.append(function(symbol, {**_ABI, **(more or {})}, lines, linkage))
+
+    def lowered(self) -> Lowered:
+        tables = [table(name, entries) for name, entries in self._tables.items()]
+        before = (*tables, declarations(self._called), *self._solvers.values())
+        return Lowered("".join((*before, *self._parts)), self.operations)
+
+
+def lower_function(source: FunctionText, symbol: str) -> Lowered:
+    """Lower one function to LLVM IR, as it stands.
+
+    Parameters
+    ----------
+    source : FunctionText
+    symbol : str
+        The name of the machine-code function `void symbol(double, ptr, ptr, ptr)`.
+
+    Raises
+    ------
+    ModuleError
+        The text is outside of the grammar of ABI 1 or indexes beyond its arrays; names the line.
+    """
+    module = _Module()
+    module.add(source, "whole", symbol, "")
+    return module.lowered()
+
+
+def lower_kernel(source: FunctionText, symbol: str, n_hoisted: int, offset: int) -> Lowered:
+    """Lower one function apart from its hoisted work.
+
+    Parameters
+    ----------
+    source : FunctionText
+    symbol : str
+        Keeps to the ABI: it does the hoisted work on every call. `symbol_prepared` takes a longer `p`, from
+        `System.prepared`, in which the hoisted values stand.
+    n_hoisted : int
+        How many hoisted values the header says that the function has.
+    offset : int
+        The place of the first in the longer `p`.
+    """
+    module = _Module()
+    met = module.add(source, "setup", f"{symbol}.setup").n_hoisted
+    body = module.add(source, "body", f"{symbol}.body").n_hoisted
+    if not met == body == n_hoisted:
+        source.refuse(None, f"it has {max(met, body)} hoisted values, but the header says {n_hoisted}")
+    call = f"call void @{symbol}.body({_PASSED}, ptr %h)"
+    alone = [
+        f"%h = alloca double, i64 {n_hoisted}, align 64",
+        f"call void @{symbol}.setup({_PASSED}, ptr %h)",
+    ]
+    module.define(symbol, [*alone, call])
+    there = f"%h = getelementptr inbounds double, ptr %p, i64 {offset}"
+    module.define(symbol + PREPARED, [there, f"tail {call}"])
+    return module.lowered()
+
+
+def lower_setup(sources: Sequence[tuple[FunctionText, int]], symbol: str) -> Lowered:
+    """Lower the hoisted work of several functions, with the numbers of their values, to one function.
+
+    It writes all values to `out`, one function's after another's.
+    """
+    module, lines, offset = _Module(), [], 0
+    for number, (source, n_hoisted) in enumerate(sources):
+        name = f"{symbol}.{number}"
+        met = module.add(source, "setup", name).n_hoisted
+        if met != n_hoisted:
+            source.refuse(None, f"it has {met} hoisted values, but the header says {n_hoisted}")
+        lines.append(f"%h{number} = getelementptr inbounds double, ptr %out, i64 {offset}")
+        lines.append(f"call void @{name}({_PASSED}, ptr %h{number})")
+        offset += n_hoisted
+    module.define(symbol, lines)
+    return module.lowered()

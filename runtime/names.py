@@ -1,0 +1,40 @@
+"""How rates are called: `dot(x)` where they are the derivative of x, otherwise by a name of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+Records = Sequence[Mapping[str, Any]]
+
+
+def rate_labels(coordinates: Records, rates: Records) -> list[str]:
+    """Return what users read for each rate, such as `dot(theta)` or `ball_wx`."""
+    names = {record["name"] for record in coordinates}
+    return [f"dot({r['name']})" if r["name"] in names else r["name"] for r in rates]
+
+
+def acceleration_labels(coordinates: Records, rates: Records) -> list[str]:
+    """Return what users read for the derivative of each rate, such as `dot(dot(theta))` or `dot(ball_wx)`."""
+    return [f"dot({label})" for label in rate_labels(coordinates, rates)]
+
+
+def rate_indices(coordinates: Records, rates: Records, quaternions: Sequence[int]) -> dict[str, int]:
+    """Return where each rate is, by its name and by that of the coordinate whose derivative it is.
+
+    Parameters
+    ----------
+    quaternions : sequence of int
+        Where in q each quaternion begins; its four coordinates have no rates of their own.
+    """
+    indices = {record["name"]: index for index, record in enumerate(rates)}
+    for i, record in enumerate(coordinates):
+        before = [place for place in quaternions if place <= i]
+        if not before or i >= before[-1] + 4:
+            indices.setdefault(record["name"], i - len(before))
+    return indices
+
+
+def inside_dot(name: str) -> str:
+    """Return x for `dot(x)`, other names as they are."""
+    return name[4:-1] if name.startswith("dot(") and name.endswith(")") else name
