@@ -20,6 +20,7 @@ MODEL = {
         {"name": "x", "unit": "m", "value": 0.0, "enforced": True},
         {"name": "y", "unit": "m", "value": 1.1, "enforced": True},
     ],
+    "quaternions": [],
     "rates": [
         {"name": "x", "unit": "m/s", "value": 0.5, "enforced": True},
         {"name": "y", "unit": "m/s", "value": 0.0, "enforced": True},
@@ -61,23 +62,31 @@ MODEL = {
         "events": 1,
         "reset_bounce": 2,
     },
+    "hoisted": {
+        "rhs": 1,
+        "forces": 1,
+        "energy": 2,
+        "residual": 1,
+    },
     "run": {
         "t_end": 5.0,
         "fps": 60.0,
     },
+    "subsystems": [],
 }
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
     """State derivative: rates, accelerations. 4 operations."""
-    v_x = y[2]
-    v_y = y[3]
     p_m = p[1]
     p_g = p[3]
+    c0 = -(p_m*p_g*(1.0/p_m))
+    v_x = y[2]
+    v_y = y[3]
     out[0] = v_x
     out[1] = v_y
     out[2] = 0.0
-    out[3] = -(p_m*p_g*(1.0/p_m))
+    out[3] = c0
 
 
 @njit(error_model="numpy")
@@ -93,31 +102,35 @@ def forces(t, y, p, out):
     """Forces f of M a = f + G^T lambda. 2 operations."""
     p_m = p[1]
     p_g = p[3]
+    c0 = -(p_m*p_g)
     out[0] = 0.0
-    out[1] = -(p_m*p_g)
+    out[1] = c0
 
 
 @njit(error_model="numpy")
 def energy(t, y, p, out):
     """Kinetic and potential energy. 7 operations."""
+    p_m = p[1]
+    p_g = p[3]
+    c0 = 0.5*p_m
+    c1 = p_m*p_g
     q_y = y[1]
     v_x = y[2]
     v_y = y[3]
-    p_m = p[1]
-    p_g = p[3]
-    out[0] = 0.5*p_m*(v_x*v_x + v_y*v_y)
-    out[1] = p_m*(q_y*p_g)
+    out[0] = c0*(v_x*v_x + v_y*v_y)
+    out[1] = q_y*c1
 
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
     """M a - f - G^T lambda, then G a - gamma. 4 operations."""
-    a_x = y[4]
-    a_y = y[5]
     p_m = p[1]
     p_g = p[3]
+    c0 = p_m*p_g
+    a_x = y[4]
+    a_y = y[5]
     out[0] = a_x*p_m
-    out[1] = p_m*p_g + a_y*p_m
+    out[1] = c0 + a_y*p_m
 
 
 @njit(error_model="numpy")
@@ -171,20 +184,20 @@ def shapes(t, y, p, out):
 
 @njit(error_model="numpy")
 def events(t, y, p, out):
-    """Event functions. 1 operations."""
-    q_y = y[1]
+    """Event functions. 1 operation."""
     p_r = p[0]
+    q_y = y[1]
     out[0] = q_y - p_r
 
 
 @njit(error_model="numpy")
 def reset_bounce(t, y, p, out):
     """State after event 'bounce'. 2 operations."""
+    p_e = p[2]
     q_x = y[0]
     q_y = y[1]
     v_x = y[2]
     v_y = y[3]
-    p_e = p[2]
     out[0] = q_x
     out[1] = q_y
     out[2] = v_x

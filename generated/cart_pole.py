@@ -22,6 +22,7 @@ MODEL = {
         {"name": "x", "unit": "m", "value": 0.0, "enforced": True},
         {"name": "theta", "unit": "rad", "value": 0.1, "enforced": True},
     ],
+    "quaternions": [],
     "rates": [
         {"name": "x", "unit": "m/s", "value": 0.0, "enforced": True},
         {"name": "theta", "unit": "rad/s", "value": 0.0, "enforced": True},
@@ -56,168 +57,196 @@ MODEL = {
         "separable": False,
     },
     "operations": {
-        "rhs": 40,
+        "rhs": 39,
         "mass_matrix": 6,
-        "forces": 23,
+        "forces": 22,
         "energy": 19,
         "residual": 29,
-        "residual_jacobian": 47,
+        "residual_jacobian": 40,
         "poses": 13,
         "shapes": 0,
         "outputs": 2,
+    },
+    "hoisted": {
+        "rhs": 6,
+        "mass_matrix": 3,
+        "forces": 3,
+        "energy": 3,
+        "residual": 3,
+        "residual_jacobian": 4,
+        "poses": 1,
     },
     "run": {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "subsystems": [],
 }
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
-    """State derivative: rates, accelerations, power. 40 operations."""
-    q_theta = y[1]
-    v_x = y[2]
-    v_theta = y[3]
+    """State derivative: rates, accelerations, power. 39 operations."""
     p_M = p[0]
     p_mp = p[1]
     p_l = p[2]
     p_b = p[3]
     p_g = p[4]
+    c0 = 1.0/(p_M + p_mp)
+    c1 = p_mp*p_l
+    c2 = c1*c0
+    c3 = p_mp*(p_l*p_l)
+    c4 = p_l*c1
+    c5 = p_l*(p_mp*p_g)
+    q_theta = y[1]
+    v_x = y[2]
+    v_theta = y[3]
     u_F = p[5]
     x0 = u_F - v_x*p_b
     x1 = sin(q_theta)
-    x2 = p_mp*(p_l*(v_theta*(v_theta*x1)))
-    x3 = x0 + x2
-    x4 = 1.0/(p_M + p_mp)
-    x5 = cos(q_theta)
-    x6 = x5*(p_mp*p_l)
-    x7 = x6*x4
-    x8 = x1*(p_l*(p_mp*(p_l*(v_theta*(v_theta*x5))))) - x5*(p_l*x2) - x1*(p_l*(p_mp*p_g))
-    x9 = 1.0/(p_mp*(p_l*p_l) - x6*x7)*(x8 + x3*x7)
+    x2 = v_theta*(v_theta*x1)
+    x3 = x0 + c1*x2
+    x4 = cos(q_theta)
+    x5 = x4*c2
+    x6 = 1.0/(c3 - x4*c1*x5)*(c4*(x1*(v_theta*(v_theta*x4))) - c4*(x4*x2) - x1*c5 + x3*x5)
     out[0] = v_x
     out[1] = v_theta
-    out[2] = x3*x4 + x7*x9
-    out[3] = -x9
+    out[2] = c0*x3 + x5*x6
+    out[3] = -x6
     out[4] = v_x*x0
 
 
 @njit(error_model="numpy")
 def mass_matrix(t, y, p, out):
     """Mass matrix M, row by row. 6 operations."""
-    q_theta = y[1]
     p_M = p[0]
     p_mp = p[1]
     p_l = p[2]
-    x0 = cos(q_theta)*(p_mp*p_l)
-    out[0] = p_M + p_mp
+    c0 = p_M + p_mp
+    c1 = p_mp*p_l
+    c2 = p_mp*(p_l*p_l)
+    q_theta = y[1]
+    x0 = cos(q_theta)*c1
+    out[0] = c0
     out[1] = x0
     out[2] = x0
-    out[3] = p_mp*(p_l*p_l)
+    out[3] = c2
 
 
 @njit(error_model="numpy")
 def forces(t, y, p, out):
-    """Forces f of M a = f + G^T lambda. 23 operations."""
-    q_theta = y[1]
-    v_x = y[2]
-    v_theta = y[3]
+    """Forces f of M a = f + G^T lambda. 22 operations."""
     p_mp = p[1]
     p_l = p[2]
     p_b = p[3]
     p_g = p[4]
+    c0 = p_mp*p_l
+    c1 = p_l*c0
+    c2 = p_l*(p_mp*p_g)
+    q_theta = y[1]
+    v_x = y[2]
+    v_theta = y[3]
     u_F = p[5]
     x0 = sin(q_theta)
-    x1 = p_mp*(p_l*(v_theta*(v_theta*x0)))
+    x1 = v_theta*(v_theta*x0)
     x2 = cos(q_theta)
-    x3 = x0*(p_l*(p_mp*(p_l*(v_theta*(v_theta*x2))))) - x2*(p_l*x1) - x0*(p_l*(p_mp*p_g))
-    out[0] = u_F - v_x*p_b + x1
-    out[1] = -x3
+    out[0] = u_F - v_x*p_b + c0*x1
+    out[1] = -(c1*(x0*(v_theta*(v_theta*x2))) - c1*(x2*x1) - x0*c2)
 
 
 @njit(error_model="numpy")
 def energy(t, y, p, out):
     """Kinetic and potential energy. 19 operations."""
-    q_theta = y[1]
-    v_x = y[2]
-    v_theta = y[3]
     p_M = p[0]
     p_mp = p[1]
     p_l = p[2]
     p_g = p[4]
+    c0 = 0.5*p_M
+    c1 = 0.5*p_mp
+    c2 = p_mp*(p_l*p_g)
+    q_theta = y[1]
+    v_x = y[2]
+    v_theta = y[3]
     x0 = cos(q_theta)
     x1 = v_x + p_l*(v_theta*x0)
     x2 = p_l*(v_theta*sin(q_theta))
-    out[0] = 0.5*p_M*(v_x*v_x) + 0.5*p_mp*(x1*x1 + x2*x2)
-    out[1] = p_mp*(p_g*(p_l*x0))
+    out[0] = c0*(v_x*v_x) + c1*(x1*x1 + x2*x2)
+    out[1] = x0*c2
 
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
     """M a - f - G^T lambda, then G a - gamma. 29 operations."""
+    p_M = p[0]
+    p_mp = p[1]
+    p_l = p[2]
+    p_b = p[3]
+    p_g = p[4]
+    c0 = p_mp*p_l
+    c1 = p_l*c0
+    c2 = p_l*(p_mp*p_g)
     q_theta = y[1]
     v_x = y[2]
     v_theta = y[3]
     a_x = y[4]
     a_theta = y[5]
-    p_M = p[0]
-    p_mp = p[1]
-    p_l = p[2]
-    p_b = p[3]
-    p_g = p[4]
     u_F = p[5]
     x0 = cos(q_theta)
     x1 = sin(q_theta)
-    x2 = p_mp*(a_x + p_l*(a_theta*x0 - v_theta*(v_theta*x1)))
-    x3 = x1*(p_l*(p_mp*(p_l*(v_theta*(v_theta*x0) + a_theta*x1)))) + x0*(p_l*x2)
-    out[0] = a_x*p_M + x2 - (u_F - v_x*p_b)
-    out[1] = x3 - x1*(p_l*(p_mp*p_g))
+    x2 = a_x + p_l*(a_theta*x0 - v_theta*(v_theta*x1))
+    x3 = c1*(x1*(v_theta*(v_theta*x0) + a_theta*x1)) + c0*(x0*x2) - x1*c2
+    out[0] = a_x*p_M + p_mp*x2 - (u_F - v_x*p_b)
+    out[1] = x3
 
 
 @njit(error_model="numpy")
 def residual_jacobian(t, y, p, out):
-    """Residual derivatives by q, v, a, lambda. 47 operations."""
-    q_theta = y[1]
-    v_theta = y[3]
-    a_x = y[4]
-    a_theta = y[5]
+    """Residual derivatives by q, v, a, lambda. 40 operations."""
     p_M = p[0]
     p_mp = p[1]
     p_l = p[2]
     p_b = p[3]
     p_g = p[4]
+    c0 = p_mp*p_l
+    c1 = p_M + p_mp
+    c2 = p_mp*p_g
+    c3 = p_mp*(p_l*p_l)
+    q_theta = y[1]
+    v_theta = y[3]
+    a_x = y[4]
+    a_theta = y[5]
     x0 = cos(q_theta)
     x1 = v_theta*x0
     x2 = sin(q_theta)
-    x3 = p_mp*(p_l*(v_theta*x1 + a_theta*x2))
+    x3 = c0*(v_theta*x1 + a_theta*x2)
     x4 = v_theta*x2
-    x5 = p_mp*(p_l*(x4 + x4))
-    x6 = x0*(p_mp*p_l)
-    x7 = x0*(p_l*x3)
-    x8 = p_l*(a_theta*x0 - v_theta*x4)
-    x9 = x7 + x2*(p_l*(p_mp*x8)) - (x7 + x2*(p_l*(p_mp*(a_x + x8)))) - x0*(p_l*(p_mp*p_g))
+    x5 = c0*(x4 + x4)
+    x6 = x0*c0
+    x7 = p_l*x2
+    x8 = a_theta*x0 - v_theta*x4
+    x9 = p_l*x0
     out[1] = -x3
     out[2] = p_b
     out[3] = -x5
-    out[4] = p_M + p_mp
+    out[4] = c1
     out[5] = x6
-    out[7] = x9
-    out[9] = x2*(p_l*(p_mp*(p_l*(x1 + x1)))) - x0*(p_l*x5)
+    out[7] = c0*(x7*x8) + x9*(x3 - c2) - x9*x3 - p_mp*(x7*(a_x + p_l*x8))
+    out[9] = c0*(x7*(x1 + x1)) - x9*x5
     out[10] = x6
-    out[11] = p_mp*(p_l*p_l)
+    out[11] = c3
 
 
 @njit(error_model="numpy")
 def poses(t, y, p, out):
     """Per body: position, rotation matrix (body to world). 13 operations."""
+    p_l = p[2]
+    c0 = 0.5*p_l
     q_x = y[0]
     q_theta = y[1]
-    p_l = p[2]
     x0 = sin(q_theta)
     x1 = cos(q_theta)
-    x2 = 0.5*p_l
-    x3 = 1.5707963267948966 - q_theta
-    x4 = cos(x3)
-    x5 = sin(x3)
+    x2 = 1.5707963267948966 - q_theta
+    x3 = cos(x2)
+    x4 = sin(x2)
     out[0] = q_x
     out[1] = 0.0
     out[2] = 0.0
@@ -242,14 +271,14 @@ def poses(t, y, p, out):
     out[21] = 0.0
     out[22] = 0.0
     out[23] = 1.0
-    out[24] = q_x + x0*x2
-    out[25] = x1*x2
+    out[24] = q_x + x0*c0
+    out[25] = x1*c0
     out[26] = 0.0
-    out[27] = x4
-    out[28] = -x5
+    out[27] = x3
+    out[28] = -x4
     out[29] = 0.0
-    out[30] = x5
-    out[31] = x4
+    out[30] = x4
+    out[31] = x3
     out[32] = 0.0
     out[33] = 0.0
     out[34] = 0.0
@@ -271,6 +300,6 @@ def shapes(t, y, p, out):
 @njit(error_model="numpy")
 def outputs(t, y, p, out):
     """Outputs. 2 operations."""
-    q_theta = y[1]
     p_l = p[2]
+    q_theta = y[1]
     out[0] = p_l*cos(q_theta)

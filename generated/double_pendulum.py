@@ -22,6 +22,7 @@ MODEL = {
         {"name": "theta1", "unit": "rad", "value": 1.5707963267948966, "enforced": True},
         {"name": "theta2", "unit": "rad", "value": 1.5707963267948966, "enforced": True},
     ],
+    "quaternions": [],
     "rates": [
         {"name": "theta1", "unit": "rad/s", "value": 0.0, "enforced": True},
         {"name": "theta2", "unit": "rad/s", "value": 0.0, "enforced": True},
@@ -54,225 +55,264 @@ MODEL = {
     },
     "operations": {
         "rhs": 68,
-        "mass_matrix": 17,
-        "forces": 45,
-        "energy": 34,
-        "residual": 51,
-        "residual_jacobian": 128,
-        "poses": 28,
+        "mass_matrix": 16,
+        "forces": 47,
+        "energy": 35,
+        "residual": 53,
+        "residual_jacobian": 102,
+        "poses": 29,
         "shapes": 0,
+    },
+    "hoisted": {
+        "rhs": 8,
+        "mass_matrix": 3,
+        "forces": 5,
+        "energy": 4,
+        "residual": 5,
+        "residual_jacobian": 9,
+        "poses": 1,
     },
     "run": {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "subsystems": [],
 }
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
     """State derivative: rates, accelerations. 68 operations."""
-    q_theta1 = y[0]
-    q_theta2 = y[1]
-    v_theta1 = y[2]
-    v_theta2 = y[3]
     p_m1 = p[0]
     p_m2 = p[1]
     p_L1 = p[2]
     p_L2 = p[3]
     p_g = p[4]
+    c0 = 1.0/((p_m1 + p_m2)*(p_L1*p_L1))
+    c1 = p_m2*p_g
+    c2 = p_L1*(c1 + p_m1*p_g)
+    c3 = p_m1*p_L1
+    c4 = p_m2*p_L2
+    c5 = p_L1*c4
+    c6 = p_m2*(p_L2*p_L2)
+    c7 = p_L2*c1
+    q_theta1 = y[0]
+    q_theta2 = y[1]
+    v_theta1 = y[2]
+    v_theta2 = y[3]
     x0 = sin(q_theta1)
     x1 = cos(q_theta1)
-    x2 = p_L1*(v_theta1*(v_theta1*x1))
+    x2 = v_theta1*(v_theta1*x1)
     x3 = cos(q_theta2)
-    x4 = p_m2*(x2 + p_L2*(v_theta2*(v_theta2*x3)))
-    x5 = p_L1*(v_theta1*(v_theta1*x0))
+    x4 = p_L1*x2 + p_L2*(v_theta2*(v_theta2*x3))
+    x5 = v_theta1*(v_theta1*x0)
     x6 = sin(q_theta2)
-    x7 = p_m2*(x5 + p_L2*(v_theta2*(v_theta2*x6)))
-    x8 = p_m2*p_g
-    x9 = x0*(p_L1*(p_m1*x2 + x4)) - x1*(p_L1*(p_m1*x5 + x7)) + x0*(p_L1*(x8 + p_m1*p_g))
-    x10 = 1.0/((p_m1 + p_m2)*(p_L1*p_L1))
-    x11 = p_m2*p_L2
-    x12 = x0*(p_L1*(x6*x11)) + x1*(p_L1*(x3*x11))
-    x13 = x12*x10
-    x14 = 1.0/(p_m2*(p_L2*p_L2) - x12*x13)*(x9*x13 - (x6*(p_L2*x4) - x3*(p_L2*x7) + x6*(p_L2*x8)))
+    x7 = p_L1*x5 + p_L2*(v_theta2*(v_theta2*x6))
+    x8 = x0*c2 + (p_L1*(x0*(p_m2*x4 + x2*c3)) - p_L1*(x1*(p_m2*x7 + x5*c3)))
+    x9 = c5*(x0*x6) + c5*(x1*x3)
+    x10 = c0*x9
+    x11 = 1.0/(c6 - x9*x10)*(x8*x10 - (x6*c7 + (c4*(x6*x4) - c4*(x3*x7))))
     out[0] = v_theta1
     out[1] = v_theta2
-    out[2] = -(x9*x10 + x13*x14)
-    out[3] = x14
+    out[2] = -(c0*x8 + x10*x11)
+    out[3] = x11
 
 
 @njit(error_model="numpy")
 def mass_matrix(t, y, p, out):
-    """Mass matrix M, row by row. 17 operations."""
-    q_theta1 = y[0]
-    q_theta2 = y[1]
+    """Mass matrix M, row by row. 16 operations."""
     p_m1 = p[0]
     p_m2 = p[1]
     p_L1 = p[2]
     p_L2 = p[3]
-    x0 = p_m2*p_L2
-    x1 = sin(q_theta1)*(p_L1*(sin(q_theta2)*x0)) + cos(q_theta1)*(p_L1*(cos(q_theta2)*x0))
-    out[0] = (p_m1 + p_m2)*(p_L1*p_L1)
-    out[1] = x1
-    out[2] = x1
-    out[3] = p_m2*(p_L2*p_L2)
+    c0 = (p_m1 + p_m2)*(p_L1*p_L1)
+    c1 = p_L1*(p_m2*p_L2)
+    c2 = p_m2*(p_L2*p_L2)
+    q_theta1 = y[0]
+    q_theta2 = y[1]
+    x0 = c1*(sin(q_theta1)*sin(q_theta2)) + c1*(cos(q_theta1)*cos(q_theta2))
+    out[0] = c0
+    out[1] = x0
+    out[2] = x0
+    out[3] = c2
 
 
 @njit(error_model="numpy")
 def forces(t, y, p, out):
-    """Forces f of M a = f + G^T lambda. 45 operations."""
-    q_theta1 = y[0]
-    q_theta2 = y[1]
-    v_theta1 = y[2]
-    v_theta2 = y[3]
+    """Forces f of M a = f + G^T lambda. 47 operations."""
     p_m1 = p[0]
     p_m2 = p[1]
     p_L1 = p[2]
     p_L2 = p[3]
     p_g = p[4]
+    c0 = p_m2*p_g
+    c1 = p_L1*(c0 + p_m1*p_g)
+    c2 = p_m1*p_L1
+    c3 = p_L2*c0
+    c4 = p_m2*p_L2
+    q_theta1 = y[0]
+    q_theta2 = y[1]
+    v_theta1 = y[2]
+    v_theta2 = y[3]
     x0 = sin(q_theta1)
     x1 = cos(q_theta1)
-    x2 = p_L1*(v_theta1*(v_theta1*x1))
+    x2 = v_theta1*(v_theta1*x1)
     x3 = cos(q_theta2)
-    x4 = p_m2*(x2 + p_L2*(v_theta2*(v_theta2*x3)))
-    x5 = p_L1*(v_theta1*(v_theta1*x0))
+    x4 = p_L1*x2 + p_L2*(v_theta2*(v_theta2*x3))
+    x5 = v_theta1*(v_theta1*x0)
     x6 = sin(q_theta2)
-    x7 = p_m2*(x5 + p_L2*(v_theta2*(v_theta2*x6)))
-    x8 = p_m2*p_g
-    x9 = x0*(p_L1*(p_m1*x2 + x4)) - x1*(p_L1*(p_m1*x5 + x7)) + x0*(p_L1*(x8 + p_m1*p_g))
-    out[0] = -x9
-    out[1] = -(x6*(p_L2*x4) - x3*(p_L2*x7) + x6*(p_L2*x8))
+    x7 = p_L1*x5 + p_L2*(v_theta2*(v_theta2*x6))
+    x8 = x0*c1 + (p_L1*(x0*(p_m2*x4 + x2*c2)) - p_L1*(x1*(p_m2*x7 + x5*c2)))
+    out[0] = -x8
+    out[1] = -(x6*c3 + (c4*(x6*x4) - c4*(x3*x7)))
 
 
 @njit(error_model="numpy")
 def energy(t, y, p, out):
-    """Kinetic and potential energy. 34 operations."""
-    q_theta1 = y[0]
-    q_theta2 = y[1]
-    v_theta1 = y[2]
-    v_theta2 = y[3]
+    """Kinetic and potential energy. 35 operations."""
     p_m1 = p[0]
     p_m2 = p[1]
     p_L1 = p[2]
     p_L2 = p[3]
     p_g = p[4]
+    c0 = 0.5*p_m1
+    c1 = 0.5*p_m2
+    c2 = p_m1*(p_L1*p_g)
+    c3 = p_m2*p_g
+    q_theta1 = y[0]
+    q_theta2 = y[1]
+    v_theta1 = y[2]
+    v_theta2 = y[3]
     x0 = cos(q_theta1)
     x1 = p_L1*(v_theta1*x0)
     x2 = p_L1*(v_theta1*sin(q_theta1))
     x3 = cos(q_theta2)
     x4 = x1 + p_L2*(v_theta2*x3)
     x5 = x2 + p_L2*(v_theta2*sin(q_theta2))
-    x6 = p_L1*x0
-    out[0] = 0.5*p_m1*(x1*x1 + x2*x2) + 0.5*p_m2*(x4*x4 + x5*x5)
-    out[1] = -(p_m1*(p_g*x6) + p_m2*(p_g*(x6 + p_L2*x3)))
+    out[0] = c0*(x1*x1 + x2*x2) + c1*(x4*x4 + x5*x5)
+    out[1] = -(x0*c2 + (p_L1*x0 + p_L2*x3)*c3)
 
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
-    """M a - f - G^T lambda, then G a - gamma. 51 operations."""
+    """M a - f - G^T lambda, then G a - gamma. 53 operations."""
+    p_m1 = p[0]
+    p_m2 = p[1]
+    p_L1 = p[2]
+    p_L2 = p[3]
+    p_g = p[4]
+    c0 = p_m2*p_g
+    c1 = p_L1*(c0 + p_m1*p_g)
+    c2 = p_m1*p_L1
+    c3 = p_L2*c0
+    c4 = p_m2*p_L2
     q_theta1 = y[0]
     q_theta2 = y[1]
     v_theta1 = y[2]
     v_theta2 = y[3]
     a_theta1 = y[4]
     a_theta2 = y[5]
-    p_m1 = p[0]
-    p_m2 = p[1]
-    p_L1 = p[2]
-    p_L2 = p[3]
-    p_g = p[4]
     x0 = sin(q_theta1)
-    x1 = p_m2*p_g
-    x2 = cos(q_theta1)
-    x3 = p_L1*(v_theta1*(v_theta1*x2) + a_theta1*x0)
-    x4 = cos(q_theta2)
-    x5 = sin(q_theta2)
-    x6 = p_m2*(x3 + p_L2*(v_theta2*(v_theta2*x4) + a_theta2*x5))
-    x7 = p_L1*(a_theta1*x2 - v_theta1*(v_theta1*x0))
-    x8 = p_m2*(x7 + p_L2*(a_theta2*x4 - v_theta2*(v_theta2*x5)))
-    x9 = x0*(p_L1*(x1 + p_m1*p_g)) + (x0*(p_L1*(p_m1*x3 + x6)) + x2*(p_L1*(p_m1*x7 + x8)))
-    out[0] = x9
-    out[1] = x5*(p_L2*x1) + (x5*(p_L2*x6) + x4*(p_L2*x8))
+    x1 = cos(q_theta1)
+    x2 = v_theta1*(v_theta1*x1) + a_theta1*x0
+    x3 = cos(q_theta2)
+    x4 = sin(q_theta2)
+    x5 = p_L1*x2 + p_L2*(v_theta2*(v_theta2*x3) + a_theta2*x4)
+    x6 = a_theta1*x1 - v_theta1*(v_theta1*x0)
+    x7 = p_L1*x6 + p_L2*(a_theta2*x3 - v_theta2*(v_theta2*x4))
+    x8 = x0*c1 + (p_L1*(x0*(p_m2*x5 + c2*x2)) + p_L1*(x1*(p_m2*x7 + c2*x6)))
+    out[0] = x8
+    out[1] = x4*c3 + (c4*(x4*x5) + c4*(x3*x7))
 
 
 @njit(error_model="numpy")
 def residual_jacobian(t, y, p, out):
-    """Residual derivatives by q, v, a, lambda. 128 operations."""
+    """Residual derivatives by q, v, a, lambda. 102 operations."""
+    p_m1 = p[0]
+    p_m2 = p[1]
+    p_L1 = p[2]
+    p_L2 = p[3]
+    p_g = p[4]
+    c0 = p_m2*p_g
+    c1 = p_m1*p_g
+    c2 = p_m1*p_L1
+    c3 = p_m1 + p_m2
+    c4 = p_L1*c3
+    c5 = p_m2*p_L2
+    c6 = c3*(p_L1*p_L1)
+    c7 = p_L1*c5
+    c8 = p_m2*(p_L2*p_L2)
     q_theta1 = y[0]
     q_theta2 = y[1]
     v_theta1 = y[2]
     v_theta2 = y[3]
     a_theta1 = y[4]
     a_theta2 = y[5]
-    p_m1 = p[0]
-    p_m2 = p[1]
-    p_L1 = p[2]
-    p_L2 = p[3]
-    p_g = p[4]
     x0 = cos(q_theta1)
-    x1 = p_m2*p_g
+    x1 = p_L1*x0
     x2 = v_theta1*x0
     x3 = sin(q_theta1)
-    x4 = p_L1*(v_theta1*x2 + a_theta1*x3)
-    x5 = p_m1*x4
+    x4 = v_theta1*x2 + a_theta1*x3
+    x5 = p_L1*x4
     x6 = cos(q_theta2)
     x7 = v_theta2*x6
     x8 = sin(q_theta2)
-    x9 = p_L2*(v_theta2*x7 + a_theta2*x8)
-    x10 = p_m2*(x4 + x9)
-    x11 = v_theta1*x3
-    x12 = p_L1*(a_theta1*x0 - v_theta1*x11)
-    x13 = p_m1*x12
-    x14 = p_m2*x12
-    x15 = v_theta2*x8
-    x16 = p_L2*(a_theta2*x6 - v_theta2*x15)
-    x17 = p_m2*(x12 + x16)
-    x18 = p_m2*x4
-    x19 = x0*(p_L1*(x5 + x10)) + x3*(p_L1*(x13 + x14)) - (x3*(p_L1*(x13 + x17)) + x0*(p_L1*(x5 + x18)))
-    x20 = p_m2*x16
-    x21 = p_m2*x9
-    x22 = p_L1*(x2 + x2)
-    x23 = p_m2*x22
-    x24 = p_L1*(x11 + x11)
-    x25 = p_m2*x24
-    x26 = p_m2*(p_L2*(x7 + x7))
-    x27 = p_m2*(p_L2*(x15 + x15))
-    x28 = p_m2*p_L2
-    x29 = x3*(p_L1*(x8*x28)) + x0*(p_L1*(x6*x28))
-    x30 = x6*(p_L2*x10) + x8*(p_L2*x20) - (x8*(p_L2*x17) + x6*(p_L2*x21))
-    out[0] = x0*(p_L1*(x1 + p_m1*p_g)) + x19
-    out[1] = x3*(p_L1*x20) - x0*(p_L1*x21)
-    out[2] = x3*(p_L1*(p_m1*x22 + x23)) - x0*(p_L1*(p_m1*x24 + x25))
-    out[3] = x3*(p_L1*x26) - x0*(p_L1*x27)
-    out[4] = (p_m1 + p_m2)*(p_L1*p_L1)
-    out[5] = x29
-    out[6] = x8*(p_L2*x14) - x6*(p_L2*x18)
-    out[7] = x6*(p_L2*x1) + x30
-    out[8] = x8*(p_L2*x23) - x6*(p_L2*x25)
-    out[9] = x8*(p_L2*x26) - x6*(p_L2*x27)
-    out[10] = x29
-    out[11] = p_m2*(p_L2*p_L2)
+    x9 = v_theta2*x7 + a_theta2*x8
+    x10 = p_L2*x9
+    x11 = c0 + p_m2*(x5 + x10)
+    x12 = p_L1*x3
+    x13 = v_theta1*x3
+    x14 = a_theta1*x0 - v_theta1*x13
+    x15 = p_L1*x14
+    x16 = v_theta2*x8
+    x17 = a_theta2*x6 - v_theta2*x16
+    x18 = p_L2*x17
+    x19 = p_m2*(x15 + x18)
+    x20 = x3*c4
+    x21 = x0*c4
+    x22 = x1*(x11 + (c1 + c2*x4)) - x12*(x19 + c2*x14) + x15*x20 - x5*x21
+    x23 = p_L1*(x2 + x2)
+    x24 = p_L1*(x13 + x13)
+    x25 = x7 + x7
+    x26 = x16 + x16
+    x27 = c7*(x3*x8) + c7*(x0*x6)
+    x28 = x8*c5
+    x29 = x6*c5
+    out[0] = x22
+    out[1] = c5*(x12*x17) - c5*(x1*x9)
+    out[2] = x23*x20 - x24*x21
+    out[3] = c5*(x12*x25) - c5*(x1*x26)
+    out[4] = c6
+    out[5] = x27
+    out[6] = x15*x28 - x5*x29
+    out[7] = p_L2*x6*x11 - p_L2*x8*x19 + x18*x28 - x10*x29
+    out[8] = x23*x28 - x24*x29
+    out[9] = p_L2*x25*x28 - p_L2*x26*x29
+    out[10] = x27
+    out[11] = c8
 
 
 @njit(error_model="numpy")
 def poses(t, y, p, out):
-    """Per body: position, rotation matrix (body to world). 28 operations."""
-    q_theta1 = y[0]
-    q_theta2 = y[1]
+    """Per body: position, rotation matrix (body to world). 29 operations."""
     p_L1 = p[2]
     p_L2 = p[3]
-    x0 = p_L1*sin(q_theta1)
-    x1 = p_L1*cos(q_theta1)
-    x2 = x0 + p_L2*sin(q_theta2)
-    x3 = x1 + p_L2*cos(q_theta2)
-    x4 = q_theta1 + -1.5707963267948966
-    x5 = cos(x4)
-    x6 = sin(x4)
-    x7 = q_theta2 + -1.5707963267948966
-    x8 = cos(x7)
-    x9 = sin(x7)
-    out[0] = x0
-    out[1] = -x1
+    c0 = 0.5*p_L1
+    q_theta1 = y[0]
+    q_theta2 = y[1]
+    x0 = sin(q_theta1)
+    x1 = p_L1*x0
+    x2 = cos(q_theta1)
+    x3 = p_L1*x2
+    x4 = x1 + p_L2*sin(q_theta2)
+    x5 = x3 + p_L2*cos(q_theta2)
+    x6 = q_theta1 + -1.5707963267948966
+    x7 = cos(x6)
+    x8 = sin(x6)
+    x9 = q_theta2 + -1.5707963267948966
+    x10 = cos(x9)
+    x11 = sin(x9)
+    out[0] = x1
+    out[1] = -x3
     out[2] = 0.0
     out[3] = 1.0
     out[4] = 0.0
@@ -283,8 +323,8 @@ def poses(t, y, p, out):
     out[9] = 0.0
     out[10] = 0.0
     out[11] = 1.0
-    out[12] = x2
-    out[13] = -x3
+    out[12] = x4
+    out[13] = -x5
     out[14] = 0.0
     out[15] = 1.0
     out[16] = 0.0
@@ -295,26 +335,26 @@ def poses(t, y, p, out):
     out[21] = 0.0
     out[22] = 0.0
     out[23] = 1.0
-    out[24] = 0.5*x0
-    out[25] = -(0.5*x1)
+    out[24] = x0*c0
+    out[25] = -(x2*c0)
     out[26] = 0.0
-    out[27] = x5
-    out[28] = -x6
+    out[27] = x7
+    out[28] = -x8
     out[29] = 0.0
-    out[30] = x6
-    out[31] = x5
+    out[30] = x8
+    out[31] = x7
     out[32] = 0.0
     out[33] = 0.0
     out[34] = 0.0
     out[35] = 1.0
-    out[36] = 0.5*(x0 + x2)
-    out[37] = -(0.5*(x1 + x3))
+    out[36] = 0.5*(x1 + x4)
+    out[37] = -(0.5*(x3 + x5))
     out[38] = 0.0
-    out[39] = x8
-    out[40] = -x9
+    out[39] = x10
+    out[40] = -x11
     out[41] = 0.0
-    out[42] = x9
-    out[43] = x8
+    out[42] = x11
+    out[43] = x10
     out[44] = 0.0
     out[45] = 0.0
     out[46] = 0.0

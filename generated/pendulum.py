@@ -21,6 +21,7 @@ MODEL = {
     "coordinates": [
         {"name": "theta", "unit": "rad", "value": 0.2, "enforced": True},
     ],
+    "quaternions": [],
     "rates": [
         {"name": "theta", "unit": "rad/s", "value": 0.0, "enforced": True},
     ],
@@ -51,27 +52,38 @@ MODEL = {
         "mass_matrix": 2,
         "forces": 5,
         "energy": 15,
-        "residual": 12,
+        "residual": 10,
         "residual_jacobian": 6,
-        "poses": 12,
+        "poses": 13,
         "shapes": 0,
+    },
+    "hoisted": {
+        "rhs": 1,
+        "mass_matrix": 1,
+        "forces": 1,
+        "energy": 2,
+        "residual": 2,
+        "residual_jacobian": 2,
+        "poses": 1,
     },
     "run": {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "subsystems": [],
 }
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
     """State derivative: rates, accelerations. 9 operations."""
-    q_theta = y[0]
-    v_theta = y[1]
     p_L = p[0]
     p_m = p[1]
     p_g = p[2]
+    c0 = p_L*(p_m*p_g)*(1.0/(p_m*(p_L*p_L)))
+    q_theta = y[0]
+    v_theta = y[1]
     out[0] = v_theta
-    out[1] = -(sin(q_theta)*(p_L*(p_m*p_g))*(1.0/(p_m*(p_L*p_L))))
+    out[1] = -(sin(q_theta)*c0)
 
 
 @njit(error_model="numpy")
@@ -79,70 +91,78 @@ def mass_matrix(t, y, p, out):
     """Mass matrix M, row by row. 2 operations."""
     p_L = p[0]
     p_m = p[1]
-    out[0] = p_m*(p_L*p_L)
+    c0 = p_m*(p_L*p_L)
+    out[0] = c0
 
 
 @njit(error_model="numpy")
 def forces(t, y, p, out):
     """Forces f of M a = f + G^T lambda. 5 operations."""
-    q_theta = y[0]
     p_L = p[0]
     p_m = p[1]
     p_g = p[2]
-    out[0] = -(sin(q_theta)*(p_L*(p_m*p_g)))
+    c0 = p_L*(p_m*p_g)
+    q_theta = y[0]
+    out[0] = -(sin(q_theta)*c0)
 
 
 @njit(error_model="numpy")
 def energy(t, y, p, out):
     """Kinetic and potential energy. 15 operations."""
-    q_theta = y[0]
-    v_theta = y[1]
     p_L = p[0]
     p_m = p[1]
     p_g = p[2]
+    c0 = 0.5*p_m
+    c1 = p_m*(p_L*p_g)
+    q_theta = y[0]
+    v_theta = y[1]
     x0 = cos(q_theta)
     x1 = p_L*(v_theta*x0)
     x2 = p_L*(v_theta*sin(q_theta))
-    out[0] = 0.5*p_m*(x1*x1 + x2*x2)
-    out[1] = -(p_m*(p_g*(p_L*x0)))
+    out[0] = c0*(x1*x1 + x2*x2)
+    out[1] = -(x0*c1)
 
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
-    """M a - f - G^T lambda, then G a - gamma. 12 operations."""
-    q_theta = y[0]
-    a_theta = y[2]
+    """M a - f - G^T lambda, then G a - gamma. 10 operations."""
     p_L = p[0]
     p_m = p[1]
     p_g = p[2]
-    x0 = p_m*(p_L*p_L)
-    x1 = sin(q_theta)*(p_L*(p_m*p_g)) + (0.5*(a_theta*x0) + x0*(0.5*a_theta))
-    out[0] = x1
+    c0 = p_L*(p_m*p_g)
+    c1 = 0.5*(p_m*(p_L*p_L))
+    q_theta = y[0]
+    a_theta = y[2]
+    x0 = a_theta*c1
+    out[0] = sin(q_theta)*c0 + (x0 + x0)
 
 
 @njit(error_model="numpy")
 def residual_jacobian(t, y, p, out):
     """Residual derivatives by q, v, a, lambda. 6 operations."""
-    q_theta = y[0]
     p_L = p[0]
     p_m = p[1]
     p_g = p[2]
-    out[0] = cos(q_theta)*(p_L*(p_m*p_g))
-    out[2] = p_m*(p_L*p_L)
+    c0 = p_m*(p_L*p_g)
+    c1 = p_m*(p_L*p_L)
+    q_theta = y[0]
+    out[0] = cos(q_theta)*c0
+    out[2] = c1
 
 
 @njit(error_model="numpy")
 def poses(t, y, p, out):
-    """Per body: position, rotation matrix (body to world). 12 operations."""
-    q_theta = y[0]
+    """Per body: position, rotation matrix (body to world). 13 operations."""
     p_L = p[0]
-    x0 = p_L*sin(q_theta)
-    x1 = p_L*cos(q_theta)
+    c0 = 0.5*p_L
+    q_theta = y[0]
+    x0 = sin(q_theta)
+    x1 = cos(q_theta)
     x2 = q_theta + -1.5707963267948966
     x3 = cos(x2)
     x4 = sin(x2)
-    out[0] = x0
-    out[1] = -x1
+    out[0] = p_L*x0
+    out[1] = -(p_L*x1)
     out[2] = 0.0
     out[3] = 1.0
     out[4] = 0.0
@@ -153,8 +173,8 @@ def poses(t, y, p, out):
     out[9] = 0.0
     out[10] = 0.0
     out[11] = 1.0
-    out[12] = 0.5*x0
-    out[13] = -(0.5*x1)
+    out[12] = x0*c0
+    out[13] = -(x1*c0)
     out[14] = 0.0
     out[15] = x3
     out[16] = -x4

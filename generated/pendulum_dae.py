@@ -22,6 +22,7 @@ MODEL = {
         {"name": "x", "unit": "", "value": 1.0, "enforced": True},
         {"name": "y", "unit": "", "value": 0.0, "enforced": True},
     ],
+    "quaternions": [],
     "rates": [
         {"name": "x", "unit": "", "value": 0.0, "enforced": True},
         {"name": "y", "unit": "", "value": 0.0, "enforced": True},
@@ -64,31 +65,40 @@ MODEL = {
         "poses": 6,
         "shapes": 0,
     },
+    "hoisted": {
+        "rhs": 2,
+        "forces": 1,
+        "energy": 2,
+        "residual": 1,
+        "constraint_residual": 1,
+        "project": 2,
+    },
     "run": {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "subsystems": [],
 }
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
     """State derivative: rates, accelerations, multipliers, pivot ratio. 23 operations."""
+    p_m = p[0]
+    p_g = p[2]
+    c0 = 1.0/p_m
+    c1 = p_m*p_g*c0
     q_x = y[0]
     q_y = y[1]
     v_x = y[2]
     v_y = y[3]
-    p_m = p[0]
-    p_g = p[2]
-    x0 = 1.0/p_m
-    x1 = q_x*x0
-    x2 = q_y*x0
-    x3 = p_m*p_g
-    x4 = 1.0/(q_x*x1 + q_y*x2)*(0.5*(v_x*(2.0*v_x) + v_y*(2.0*v_y)) - x3*x2)
+    x0 = q_x*c0
+    x1 = q_y*c0
+    x2 = 1.0/(q_x*x0 + q_y*x1)*(0.5*(2.0*(v_x*v_x) + 2.0*(v_y*v_y)) - q_y*c1)
     out[0] = v_x
     out[1] = v_y
-    out[2] = -(x1*x4)
-    out[3] = -(x3*x0 + x2*x4)
-    out[4] = x4
+    out[2] = -(x0*x2)
+    out[3] = -(c1 + x1*x2)
+    out[4] = x2
     out[5] = 1.0
 
 
@@ -105,25 +115,31 @@ def forces(t, y, p, out):
     """Forces f of M a = f + G^T lambda. 2 operations."""
     p_m = p[0]
     p_g = p[2]
+    c0 = -(p_m*p_g)
     out[0] = 0.0
-    out[1] = -(p_m*p_g)
+    out[1] = c0
 
 
 @njit(error_model="numpy")
 def energy(t, y, p, out):
     """Kinetic and potential energy. 7 operations."""
+    p_m = p[0]
+    p_g = p[2]
+    c0 = 0.5*p_m
+    c1 = p_m*p_g
     q_y = y[1]
     v_x = y[2]
     v_y = y[3]
-    p_m = p[0]
-    p_g = p[2]
-    out[0] = 0.5*p_m*(v_x*v_x + v_y*v_y)
-    out[1] = p_m*(q_y*p_g)
+    out[0] = c0*(v_x*v_x + v_y*v_y)
+    out[1] = q_y*c1
 
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
     """M a - f - G^T lambda, then G a - gamma. 22 operations."""
+    p_m = p[0]
+    p_g = p[2]
+    c0 = p_m*p_g
     q_x = y[0]
     q_y = y[1]
     v_x = y[2]
@@ -131,19 +147,18 @@ def residual(t, y, p, out):
     a_x = y[4]
     a_y = y[5]
     lam_rod = y[6]
-    p_m = p[0]
-    p_g = p[2]
     x0 = 2.0*q_x
     x1 = 0.5*lam_rod
     x2 = 2.0*q_y
     out[0] = a_x*p_m + x0*x1
-    out[1] = p_m*p_g + a_y*p_m + x2*x1
-    out[2] = -(0.5*(v_x*(2.0*v_x) + a_x*x0 + (v_y*(2.0*v_y) + a_y*x2)))
+    out[1] = c0 + a_y*p_m + x2*x1
+    out[2] = -(0.5*(2.0*(v_x*v_x) + a_x*x0 + (2.0*(v_y*v_y) + a_y*x2)))
 
 
 @njit(error_model="numpy")
 def residual_jacobian(t, y, p, out):
     """Residual derivatives by q, v, a, lambda. 8 operations."""
+    p_m = p[0]
     q_x = y[0]
     q_y = y[1]
     v_x = y[2]
@@ -151,7 +166,6 @@ def residual_jacobian(t, y, p, out):
     a_x = y[4]
     a_y = y[5]
     lam_rod = y[6]
-    p_m = p[0]
     out[0] = lam_rod
     out[4] = p_m
     out[6] = q_x
@@ -169,13 +183,14 @@ def residual_jacobian(t, y, p, out):
 @njit(error_model="numpy")
 def constraint_residual(t, y, p, out):
     """Position residuals, velocity residuals. 13 operations."""
+    p_L = p[1]
+    c0 = p_L*p_L
     q_x = y[0]
     q_y = y[1]
     v_x = y[2]
     v_y = y[3]
-    p_L = p[1]
-    out[0] = 0.5*(p_L*p_L - q_x*q_x - q_y*q_y)
-    out[1] = -(0.5*(v_x*(2.0*q_x) + v_y*(2.0*q_y)))
+    out[0] = 0.5*(c0 - q_x*q_x - q_y*q_y)
+    out[1] = -(0.5*(2.0*(q_x*v_x) + 2.0*(q_y*v_y)))
 
 
 @njit(error_model="numpy")
@@ -192,34 +207,35 @@ def gamma(t, y, p, out):
     """Right-hand side of G a = gamma. 6 operations."""
     v_x = y[2]
     v_y = y[3]
-    out[0] = 0.5*(v_x*(2.0*v_x) + v_y*(2.0*v_y))
+    out[0] = 0.5*(2.0*(v_x*v_x) + 2.0*(v_y*v_y))
 
 
 @njit(error_model="numpy")
 def project(t, y, p, out):
     """State moved onto the constraints, and the residuals it had. 30 operations."""
+    p_m = p[0]
+    p_L = p[1]
+    c0 = 1.0/p_m
+    c1 = p_L*p_L
     q_x = y[0]
     q_y = y[1]
     v_x = y[2]
     v_y = y[3]
-    p_m = p[0]
-    p_L = p[1]
-    x0 = 1.0/p_m
-    x1 = q_x*x0
-    x2 = 0.5*(p_L*p_L - q_x*q_x - q_y*q_y)
-    x3 = q_y*x0
-    x4 = 1.0/(q_x*x1 + q_y*x3)
-    x5 = x2*x4
-    x6 = q_x + x1*x5
-    x7 = q_y + x3*x5
-    x8 = 0.5*(v_x*(2.0*x6) + v_y*(2.0*x7))
-    x9 = x4*x8
-    out[0] = x6
-    out[1] = x7
-    out[2] = v_x - x1*x9
-    out[3] = v_y - x3*x9
-    out[4] = x2
-    out[5] = -x8
+    x0 = q_x*c0
+    x1 = 0.5*(c1 - q_x*q_x - q_y*q_y)
+    x2 = q_y*c0
+    x3 = 1.0/(q_x*x0 + q_y*x2)
+    x4 = x1*x3
+    x5 = q_x + x0*x4
+    x6 = q_y + x2*x4
+    x7 = 0.5*(2.0*(v_x*x5) + 2.0*(v_y*x6))
+    x8 = x3*x7
+    out[0] = x5
+    out[1] = x6
+    out[2] = v_x - x0*x8
+    out[3] = v_y - x2*x8
+    out[4] = x1
+    out[5] = -x7
 
 
 @njit(error_model="numpy")

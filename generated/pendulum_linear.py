@@ -21,6 +21,7 @@ MODEL = {
     "coordinates": [
         {"name": "theta", "unit": "rad", "value": 0.2, "enforced": True},
     ],
+    "quaternions": [],
     "rates": [
         {"name": "theta", "unit": "rad/s", "value": 0.0, "enforced": True},
     ],
@@ -51,27 +52,38 @@ MODEL = {
         "mass_matrix": 2,
         "forces": 6,
         "energy": 16,
-        "residual": 13,
+        "residual": 11,
         "residual_jacobian": 6,
         "poses": 13,
         "shapes": 0,
+    },
+    "hoisted": {
+        "rhs": 1,
+        "mass_matrix": 1,
+        "forces": 1,
+        "energy": 2,
+        "residual": 2,
+        "residual_jacobian": 2,
+        "poses": 1,
     },
     "run": {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "subsystems": [],
 }
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
     """State derivative: rates, accelerations. 10 operations."""
-    q_theta = y[0]
-    v_theta = y[1]
     p_L = p[0]
     p_m = p[1]
     p_g = p[2]
+    c0 = 1.0/(p_m*(p_L*p_L))*(2.0*(p_m*(p_g*(0.5*p_L))))
+    q_theta = y[0]
+    v_theta = y[1]
     out[0] = v_theta
-    out[1] = -(p_m*(p_g*(0.5*p_L))*(2.0*q_theta)*(1.0/(p_m*(p_L*p_L))))
+    out[1] = -(q_theta*c0)
 
 
 @njit(error_model="numpy")
@@ -79,44 +91,49 @@ def mass_matrix(t, y, p, out):
     """Mass matrix M, row by row. 2 operations."""
     p_L = p[0]
     p_m = p[1]
-    out[0] = p_m*(p_L*p_L)
+    c0 = p_m*(p_L*p_L)
+    out[0] = c0
 
 
 @njit(error_model="numpy")
 def forces(t, y, p, out):
     """Forces f of M a = f + G^T lambda. 6 operations."""
-    q_theta = y[0]
     p_L = p[0]
     p_m = p[1]
     p_g = p[2]
-    out[0] = -(p_m*(p_g*(0.5*p_L))*(2.0*q_theta))
+    c0 = 2.0*(p_m*(p_g*(0.5*p_L)))
+    q_theta = y[0]
+    out[0] = -(q_theta*c0)
 
 
 @njit(error_model="numpy")
 def energy(t, y, p, out):
     """Kinetic and potential energy. 16 operations."""
-    q_theta = y[0]
-    v_theta = y[1]
     p_L = p[0]
     p_m = p[1]
     p_g = p[2]
+    c0 = 0.5*p_m
+    c1 = p_m*(p_g*(0.5*p_L))
+    q_theta = y[0]
+    v_theta = y[1]
     x0 = p_L*(v_theta*cos(q_theta))
     x1 = p_L*(v_theta*sin(q_theta))
-    out[0] = 0.5*p_m*(x0*x0 + x1*x1)
-    out[1] = q_theta*q_theta*(p_m*(p_g*(0.5*p_L)))
+    out[0] = c0*(x0*x0 + x1*x1)
+    out[1] = q_theta*q_theta*c1
 
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
-    """M a - f - G^T lambda, then G a - gamma. 13 operations."""
-    q_theta = y[0]
-    a_theta = y[2]
+    """M a - f - G^T lambda, then G a - gamma. 11 operations."""
     p_L = p[0]
     p_m = p[1]
     p_g = p[2]
-    x0 = p_m*(p_L*p_L)
-    x1 = p_m*(p_g*(0.5*p_L))*(2.0*q_theta) + (0.5*(a_theta*x0) + x0*(0.5*a_theta))
-    out[0] = x1
+    c0 = 2.0*(p_m*(p_g*(0.5*p_L)))
+    c1 = 0.5*(p_m*(p_L*p_L))
+    q_theta = y[0]
+    a_theta = y[2]
+    x0 = a_theta*c1
+    out[0] = q_theta*c0 + (x0 + x0)
 
 
 @njit(error_model="numpy")
@@ -125,22 +142,25 @@ def residual_jacobian(t, y, p, out):
     p_L = p[0]
     p_m = p[1]
     p_g = p[2]
-    out[0] = 2.0*(p_m*(p_g*(0.5*p_L)))
-    out[2] = p_m*(p_L*p_L)
+    c0 = 2.0*(p_m*(p_g*(0.5*p_L)))
+    c1 = p_m*(p_L*p_L)
+    out[0] = c0
+    out[2] = c1
 
 
 @njit(error_model="numpy")
 def poses(t, y, p, out):
     """Per body: position, rotation matrix (body to world). 13 operations."""
-    q_theta = y[0]
     p_L = p[0]
+    c0 = 0.5*p_L
+    q_theta = y[0]
     x0 = sin(q_theta)
-    x1 = p_L*cos(q_theta)
+    x1 = cos(q_theta)
     x2 = q_theta + -1.5707963267948966
     x3 = cos(x2)
     x4 = sin(x2)
     out[0] = p_L*x0
-    out[1] = -x1
+    out[1] = -(p_L*x1)
     out[2] = 0.0
     out[3] = 1.0
     out[4] = 0.0
@@ -151,8 +171,8 @@ def poses(t, y, p, out):
     out[9] = 0.0
     out[10] = 0.0
     out[11] = 1.0
-    out[12] = x0*(0.5*p_L)
-    out[13] = -(0.5*x1)
+    out[12] = x0*c0
+    out[13] = -(x1*c0)
     out[14] = 0.0
     out[15] = x3
     out[16] = -x4

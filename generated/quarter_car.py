@@ -23,6 +23,7 @@ MODEL = {
         {"name": "z_mount", "unit": "m", "value": 0.0, "enforced": True},
         {"name": "z_wheel", "unit": "m", "value": 0.0, "enforced": True},
     ],
+    "quaternions": [],
     "rates": [
         {"name": "z_body", "unit": "m/s", "value": 0.0, "enforced": True},
         {"name": "z_mount", "unit": "m/s", "value": 0.0, "enforced": True},
@@ -73,31 +74,35 @@ MODEL = {
         "separable": False,
     },
     "operations": {
-        "rhs": 68,
+        "rhs": 59,
         "mass_matrix": 0,
-        "forces": 53,
-        "energy": 35,
-        "residual": 56,
+        "forces": 42,
+        "energy": 36,
+        "residual": 45,
         "residual_jacobian": 8,
-        "poses": 18,
+        "poses": 19,
         "shapes": 3,
-        "outputs": 25,
+        "outputs": 26,
+    },
+    "hoisted": {
+        "rhs": 7,
+        "forces": 3,
+        "energy": 7,
+        "residual": 3,
+        "residual_jacobian": 8,
+        "poses": 1,
+        "outputs": 3,
     },
     "run": {
         "t_end": 5.0,
         "fps": 60.0,
     },
+    "subsystems": [],
 }
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
-    """State derivative: rates, accelerations, power. 68 operations."""
-    q_z_body = y[0]
-    q_z_mount = y[1]
-    q_z_wheel = y[2]
-    v_z_body = y[3]
-    v_z_mount = y[4]
-    v_z_wheel = y[5]
+    """State derivative: rates, accelerations, power. 59 operations."""
     p_m_body = p[0]
     p_m_mount = p[1]
     p_m_wheel = p[2]
@@ -112,25 +117,39 @@ def rhs(t, y, p, out):
     p_t_width = p[11]
     p_wave = p[12]
     p_wave_rate = p[13]
-    x0 = 0.5*p_c_bushing*(2.0*(v_z_body - v_z_mount))
-    x1 = 0.5*p_k_spring*(2.0*(q_z_body - q_z_wheel))
-    x2 = 0.5*p_k_bushing*(2.0*(q_z_body - q_z_mount))
-    x3 = 0.5*p_c_damper*(2.0*(v_z_mount - v_z_wheel))
+    c0 = 1.0/p_m_body
+    c1 = 1.0/p_m_mount
+    c2 = 1.0/p_m_wheel
+    c3 = p_wave*p_wave_rate
+    c4 = 1.0/p_t_width
+    c5 = p_bump*(c4*(2.0*c4))
+    c6 = 0.5*p_k_tyre
+    q_z_body = y[0]
+    q_z_mount = y[1]
+    q_z_wheel = y[2]
+    v_z_body = y[3]
+    v_z_mount = y[4]
+    v_z_wheel = y[5]
+    x0 = p_c_bushing*(v_z_body - v_z_mount)
+    x1 = p_k_spring*(q_z_body - q_z_wheel)
+    x2 = p_k_bushing*(q_z_body - q_z_mount)
+    x3 = p_c_damper*(v_z_mount - v_z_wheel)
     x4 = x3 - x0
     x5 = t*p_wave_rate
-    x6 = (t - p_t_bump)/p_t_width
-    x7 = exp(-(x6*x6))
-    x8 = p_wave*(p_wave_rate*cos(x5)) - p_bump*(x7*(1.0/p_t_width*(2.0*x6)))
-    x9 = 0.5*p_c_tyre*(2.0*(v_z_wheel - x8)) - x3
-    x10 = 0.5*p_k_tyre
-    x11 = 2.0*(q_z_wheel - (p_bump*x7 + p_wave*sin(x5)))
+    x6 = t - p_t_bump
+    x7 = c4*x6
+    x8 = exp(-(x7*x7))
+    x9 = cos(x5)*c3 - x6*x8*c5
+    x10 = p_c_tyre*(v_z_wheel - x9) - x3
+    x11 = q_z_wheel - (p_wave*sin(x5) + p_bump*x8)
+    x12 = v_z_body*x0 + v_z_mount*x4 + v_z_wheel*x10 + c6*(x9*(2.0*x11))
     out[0] = v_z_body
     out[1] = v_z_mount
     out[2] = v_z_wheel
-    out[3] = -((x0 + (x1 + x2))*(1.0/p_m_body))
-    out[4] = -((x4 - x2)*(1.0/p_m_mount))
-    out[5] = -((x9 + (x10*x11 - x1))*(1.0/p_m_wheel))
-    out[6] = -(v_z_body*x0 + v_z_mount*x4 + v_z_wheel*x9 + x10*(x8*x11))
+    out[3] = -(c0*(x0 + (x1 + x2)))
+    out[4] = -(c1*(x4 - x2))
+    out[5] = -(c2*(x10 + (p_k_tyre*x11 - x1)))
+    out[6] = -x12
 
 
 @njit(error_model="numpy")
@@ -146,13 +165,7 @@ def mass_matrix(t, y, p, out):
 
 @njit(error_model="numpy")
 def forces(t, y, p, out):
-    """Forces f of M a = f + G^T lambda. 53 operations."""
-    q_z_body = y[0]
-    q_z_mount = y[1]
-    q_z_wheel = y[2]
-    v_z_body = y[3]
-    v_z_mount = y[4]
-    v_z_wheel = y[5]
+    """Forces f of M a = f + G^T lambda. 42 operations."""
     p_k_spring = p[3]
     p_k_bushing = p[4]
     p_c_bushing = p[5]
@@ -164,29 +177,32 @@ def forces(t, y, p, out):
     p_t_width = p[11]
     p_wave = p[12]
     p_wave_rate = p[13]
-    x0 = 0.5*p_c_bushing*(2.0*(v_z_body - v_z_mount))
-    x1 = 0.5*p_k_spring*(2.0*(q_z_body - q_z_wheel))
-    x2 = 0.5*p_k_bushing*(2.0*(q_z_body - q_z_mount))
-    x3 = 0.5*p_c_damper*(2.0*(v_z_mount - v_z_wheel))
-    x4 = t*p_wave_rate
-    x5 = (t - p_t_bump)/p_t_width
-    x6 = exp(-(x5*x5))
-    x7 = p_wave*(p_wave_rate*cos(x4)) - p_bump*(x6*(1.0/p_t_width*(2.0*x5)))
-    x8 = 0.5*p_k_tyre*(2.0*(q_z_wheel - (p_bump*x6 + p_wave*sin(x4))))
-    out[0] = -(x0 + (x1 + x2))
-    out[1] = -(x3 - x0 - x2)
-    out[2] = -(0.5*p_c_tyre*(2.0*(v_z_wheel - x7)) - x3 + (x8 - x1))
-
-
-@njit(error_model="numpy")
-def energy(t, y, p, out):
-    """Kinetic and potential energy. 35 operations."""
+    c0 = p_wave*p_wave_rate
+    c1 = 1.0/p_t_width
+    c2 = p_bump*(c1*(2.0*c1))
     q_z_body = y[0]
     q_z_mount = y[1]
     q_z_wheel = y[2]
     v_z_body = y[3]
     v_z_mount = y[4]
     v_z_wheel = y[5]
+    x0 = p_c_bushing*(v_z_body - v_z_mount)
+    x1 = p_k_spring*(q_z_body - q_z_wheel)
+    x2 = p_k_bushing*(q_z_body - q_z_mount)
+    x3 = p_c_damper*(v_z_mount - v_z_wheel)
+    x4 = t*p_wave_rate
+    x5 = t - p_t_bump
+    x6 = c1*x5
+    x7 = exp(-(x6*x6))
+    x8 = p_c_tyre*(v_z_wheel - (cos(x4)*c0 - x5*x7*c2)) - x3 + (p_k_tyre*(q_z_wheel - (p_wave*sin(x4) + p_bump*x7)) - x1)
+    out[0] = -(x0 + (x1 + x2))
+    out[1] = -(x3 - x0 - x2)
+    out[2] = -x8
+
+
+@njit(error_model="numpy")
+def energy(t, y, p, out):
+    """Kinetic and potential energy. 36 operations."""
     p_m_body = p[0]
     p_m_mount = p[1]
     p_m_wheel = p[2]
@@ -198,19 +214,48 @@ def energy(t, y, p, out):
     p_t_width = p[11]
     p_wave = p[12]
     p_wave_rate = p[13]
-    x0 = 0.5*p_m_body*(v_z_body*v_z_body) + 0.5*p_m_mount*(v_z_mount*v_z_mount)
-    x1 = (t - p_t_bump)/p_t_width
-    x2 = q_z_wheel - (p_bump*exp(-(x1*x1)) + p_wave*sin(t*p_wave_rate))
-    x3 = q_z_body - q_z_mount
-    x4 = q_z_body - q_z_wheel
-    x5 = x2*x2*(0.5*p_k_tyre) + (x3*x3*(0.5*p_k_bushing) + x4*x4*(0.5*p_k_spring))
-    out[0] = x0 + 0.5*p_m_wheel*(v_z_wheel*v_z_wheel)
-    out[1] = x5
+    c0 = 0.5*p_m_body
+    c1 = 0.5*p_m_mount
+    c2 = 0.5*p_m_wheel
+    c3 = 0.5*p_k_bushing
+    c4 = 0.5*p_k_spring
+    c5 = 0.5*p_k_tyre
+    c6 = 1.0/p_t_width
+    q_z_body = y[0]
+    q_z_mount = y[1]
+    q_z_wheel = y[2]
+    v_z_body = y[3]
+    v_z_mount = y[4]
+    v_z_wheel = y[5]
+    x0 = c0*(v_z_body*v_z_body) + c1*(v_z_mount*v_z_mount) + c2*(v_z_wheel*v_z_wheel)
+    x1 = q_z_body - q_z_mount
+    x2 = q_z_body - q_z_wheel
+    x3 = c6*(t - p_t_bump)
+    x4 = q_z_wheel - (p_wave*sin(t*p_wave_rate) + p_bump*exp(-(x3*x3)))
+    out[0] = x0
+    out[1] = x1*x1*c3 + x2*x2*c4 + c5*(x4*x4)
 
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
-    """M a - f - G^T lambda, then G a - gamma. 56 operations."""
+    """M a - f - G^T lambda, then G a - gamma. 45 operations."""
+    p_m_body = p[0]
+    p_m_mount = p[1]
+    p_m_wheel = p[2]
+    p_k_spring = p[3]
+    p_k_bushing = p[4]
+    p_c_bushing = p[5]
+    p_c_damper = p[6]
+    p_k_tyre = p[7]
+    p_c_tyre = p[8]
+    p_bump = p[9]
+    p_t_bump = p[10]
+    p_t_width = p[11]
+    p_wave = p[12]
+    p_wave_rate = p[13]
+    c0 = 1.0/p_t_width
+    c1 = p_wave*p_wave_rate
+    c2 = p_bump*(c0*(2.0*c0))
     q_z_body = y[0]
     q_z_mount = y[1]
     q_z_wheel = y[2]
@@ -220,33 +265,19 @@ def residual(t, y, p, out):
     a_z_body = y[6]
     a_z_mount = y[7]
     a_z_wheel = y[8]
-    p_m_body = p[0]
-    p_m_mount = p[1]
-    p_m_wheel = p[2]
-    p_k_spring = p[3]
-    p_k_bushing = p[4]
-    p_c_bushing = p[5]
-    p_c_damper = p[6]
-    p_k_tyre = p[7]
-    p_c_tyre = p[8]
-    p_bump = p[9]
-    p_t_bump = p[10]
-    p_t_width = p[11]
-    p_wave = p[12]
-    p_wave_rate = p[13]
-    x0 = 0.5*p_k_spring*(2.0*(q_z_body - q_z_wheel))
-    x1 = 0.5*p_k_bushing*(2.0*(q_z_body - q_z_mount))
-    x2 = 0.5*p_c_bushing*(2.0*(v_z_body - v_z_mount))
-    x3 = 0.5*p_c_damper*(2.0*(v_z_mount - v_z_wheel))
-    x4 = (t - p_t_bump)/p_t_width
-    x5 = exp(-(x4*x4))
-    x6 = t*p_wave_rate
-    x7 = 0.5*p_k_tyre*(2.0*(q_z_wheel - (p_bump*x5 + p_wave*sin(x6))))
-    x8 = p_wave*(p_wave_rate*cos(x6)) - p_bump*(x5*(1.0/p_t_width*(2.0*x4)))
-    x9 = 0.5*p_c_tyre*(2.0*(v_z_wheel - x8)) + a_z_wheel*p_m_wheel - x3
+    x0 = p_k_spring*(q_z_body - q_z_wheel)
+    x1 = p_k_bushing*(q_z_body - q_z_mount)
+    x2 = p_c_bushing*(v_z_body - v_z_mount)
+    x3 = p_c_damper*(v_z_mount - v_z_wheel)
+    x4 = t*p_wave_rate
+    x5 = t - p_t_bump
+    x6 = c0*x5
+    x7 = exp(-(x6*x6))
+    x8 = p_c_tyre*(v_z_wheel - (cos(x4)*c1 - x5*x7*c2)) + a_z_wheel*p_m_wheel
+    x9 = p_k_tyre*(q_z_wheel - (p_wave*sin(x4) + p_bump*x7)) - x0 + (x8 - x3)
     out[0] = x0 + x1 + (x2 + a_z_body*p_m_body)
     out[1] = x3 + a_z_mount*p_m_mount - x2 - x1
-    out[2] = x7 - x0 + x9
+    out[2] = x9
 
 
 @njit(error_model="numpy")
@@ -261,41 +292,46 @@ def residual_jacobian(t, y, p, out):
     p_c_damper = p[6]
     p_k_tyre = p[7]
     p_c_tyre = p[8]
-    x0 = -p_k_bushing
-    x1 = -p_k_spring
-    x2 = -p_c_bushing
-    x3 = -p_c_damper
-    out[0] = p_k_spring + p_k_bushing
-    out[1] = x0
-    out[2] = x1
+    c0 = p_k_spring + p_k_bushing
+    c1 = -p_k_bushing
+    c2 = -p_k_spring
+    c3 = -p_c_bushing
+    c4 = p_c_bushing + p_c_damper
+    c5 = -p_c_damper
+    c6 = p_k_spring + p_k_tyre
+    c7 = p_c_damper + p_c_tyre
+    out[0] = c0
+    out[1] = c1
+    out[2] = c2
     out[3] = p_c_bushing
-    out[4] = x2
+    out[4] = c3
     out[6] = p_m_body
-    out[9] = x0
+    out[9] = c1
     out[10] = p_k_bushing
-    out[12] = x2
-    out[13] = p_c_bushing + p_c_damper
-    out[14] = x3
+    out[12] = c3
+    out[13] = c4
+    out[14] = c5
     out[16] = p_m_mount
-    out[18] = x1
-    out[20] = p_k_spring + p_k_tyre
-    out[22] = x3
-    out[23] = p_c_damper + p_c_tyre
+    out[18] = c2
+    out[20] = c6
+    out[22] = c5
+    out[23] = c7
     out[26] = p_m_wheel
 
 
 @njit(error_model="numpy")
 def poses(t, y, p, out):
-    """Per body: position, rotation matrix (body to world). 18 operations."""
-    q_z_body = y[0]
-    q_z_mount = y[1]
-    q_z_wheel = y[2]
+    """Per body: position, rotation matrix (body to world). 19 operations."""
     p_bump = p[9]
     p_t_bump = p[10]
     p_t_width = p[11]
     p_wave = p[12]
     p_wave_rate = p[13]
-    x0 = (t - p_t_bump)/p_t_width
+    c0 = 1.0/p_t_width
+    q_z_body = y[0]
+    q_z_mount = y[1]
+    q_z_wheel = y[2]
+    x0 = c0*(t - p_t_bump)
     out[0] = 0.0
     out[1] = q_z_body + 1.05
     out[2] = 0.0
@@ -345,7 +381,7 @@ def poses(t, y, p, out):
     out[46] = 0.0
     out[47] = 1.0
     out[48] = 0.0
-    out[49] = p_bump*exp(-(x0*x0)) + p_wave*sin(t*p_wave_rate) + -0.02
+    out[49] = -0.02 + (p_wave*sin(t*p_wave_rate) + p_bump*exp(-(x0*x0)))
     out[50] = 0.0
     out[51] = 1.0
     out[52] = 0.0
@@ -379,9 +415,7 @@ def shapes(t, y, p, out):
 
 @njit(error_model="numpy")
 def outputs(t, y, p, out):
-    """Outputs. 25 operations."""
-    q_z_wheel = y[2]
-    v_z_wheel = y[5]
+    """Outputs. 26 operations."""
     p_k_tyre = p[7]
     p_c_tyre = p[8]
     p_bump = p[9]
@@ -389,10 +423,16 @@ def outputs(t, y, p, out):
     p_t_width = p[11]
     p_wave = p[12]
     p_wave_rate = p[13]
-    x0 = (t - p_t_bump)/p_t_width
-    x1 = exp(-(x0*x0))
-    x2 = t*p_wave_rate
-    x3 = p_bump*x1 + p_wave*sin(x2)
-    x4 = p_wave*(p_wave_rate*cos(x2)) - p_bump*(x1*(1.0/p_t_width*(2.0*x0)))
-    out[0] = x3
-    out[1] = -(p_c_tyre*(v_z_wheel - x4) + p_k_tyre*(q_z_wheel - x3))
+    c0 = 1.0/p_t_width
+    c1 = p_wave*p_wave_rate
+    c2 = p_bump*(c0*(2.0*c0))
+    q_z_wheel = y[2]
+    v_z_wheel = y[5]
+    x0 = t*p_wave_rate
+    x1 = t - p_t_bump
+    x2 = c0*x1
+    x3 = exp(-(x2*x2))
+    x4 = p_wave*sin(x0) + p_bump*x3
+    x5 = p_c_tyre*(v_z_wheel - (cos(x0)*c1 - x1*x3*c2)) + p_k_tyre*(q_z_wheel - x4)
+    out[0] = x4
+    out[1] = -x5

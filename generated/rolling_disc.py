@@ -26,6 +26,7 @@ MODEL = {
         {"name": "lean", "unit": "rad", "value": 0.3, "enforced": True},
         {"name": "spin", "unit": "rad", "value": 0.0, "enforced": True},
     ],
+    "quaternions": [],
     "rates": [
         {"name": "x", "unit": "m/s", "value": 0.0, "enforced": False},
         {"name": "y", "unit": "m/s", "value": 0.0, "enforced": False},
@@ -64,109 +65,130 @@ MODEL = {
         "separable": False,
     },
     "operations": {
-        "rhs": 207,
+        "rhs": 223,
         "mass_matrix": 13,
-        "forces": 49,
+        "forces": 66,
         "energy": 36,
-        "residual": 147,
-        "residual_jacobian": 239,
+        "residual": 125,
+        "residual_jacobian": 330,
         "constraint_residual": 19,
         "constraint_jacobian": 17,
         "gamma": 32,
-        "project": 128,
+        "project": 130,
         "poses": 35,
         "shapes": 1,
         "outputs": 9,
+    },
+    "hoisted": {
+        "rhs": 9,
+        "mass_matrix": 3,
+        "forces": 4,
+        "energy": 5,
+        "residual": 4,
+        "residual_jacobian": 3,
+        "project": 8,
+        "shapes": 1,
     },
     "run": {
         "t_end": 10.0,
         "fps": 60.0,
     },
+    "subsystems": [],
 }
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
-    """State derivative: rates, accelerations, multipliers, pivot ratio. 207 operations."""
+    """State derivative: rates, accelerations, multipliers, pivot ratio. 223 operations."""
+    p_m = p[0]
+    p_r = p[1]
+    p_g = p[2]
+    c0 = 1.0/p_m
+    c1 = p_r*p_r
+    c2 = c1*(0.25*p_m)
+    c3 = 1.0/c2
+    c4 = c1*(0.5*p_m)
+    c5 = 1.0/c4
+    c6 = p_r*c5
+    c7 = c4*c5
+    c8 = p_m*p_g*c0
     q_yaw = y[3]
     q_lean = y[4]
+    q_spin = y[5]
     v_x = y[6]
     v_y = y[7]
     v_z = y[8]
     v_yaw = y[9]
     v_lean = y[10]
     v_spin = y[11]
-    p_m = p[0]
-    p_r = p[1]
-    p_g = p[2]
-    x0 = 1.0/p_m
-    x1 = cos(q_yaw)
-    x2 = cos(q_lean)
-    x3 = p_r*x2
-    x4 = x1*x3
-    x5 = sin(q_yaw)
-    x6 = x5*x3
-    x7 = p_r*p_r
-    x8 = x7*(0.25*p_m)
-    x9 = 1.0/x8
-    x10 = x6*x9
-    x11 = sin(q_lean)
-    x12 = p_r*x11
-    x13 = x5*x12
-    x14 = x1*x12
-    x15 = x7*(0.5*p_m)
-    x16 = 1.0/(x8*(x2*x2) + x15*(x11*x11))
-    x17 = x14*x16
-    x18 = x11*x15
-    x19 = x18*x16
-    x20 = x13*x19 - p_r*x5
-    x21 = x14*x19 - p_r*x1
-    x22 = 1.0/(x15 - x18*x19)
-    x23 = x21*x22
-    x24 = x4*x10 - (x13*x17 + x20*x23)
-    x25 = 1.0/(x0 + x14*x17 + x21*x23 + x6*x10)
-    x26 = x24*x25
-    x27 = x13*x16
-    x28 = x20*x22
-    x29 = x4*x9
-    x30 = x0 + x13*x27 + x20*x28 + x4*x29
-    x31 = x24*x26 - x30
-    x32 = 1.0/x31
-    x33 = v_lean*x2
-    x34 = p_r*(v_yaw*x33)
-    x35 = p_r*(v_spin + v_yaw*x11)
-    x36 = v_yaw*x1
-    x37 = v_lean*p_r
-    x38 = x37*x2
-    x39 = v_yaw*x5
-    x40 = v_lean*x11
-    x41 = x37*x40
-    x42 = 0.5*v_yaw
-    x43 = 2.0*x11
-    x44 = 2.0*x2
-    x45 = x15*(x33*x43) - x8*(x40*x44)
-    x46 = x15*x33
-    x47 = 0.5*v_spin
-    x48 = x42*x45 + (0.5*(v_yaw*x45 + v_spin*x46) + x47*x46)
-    x49 = x48*x19 - (0.5*(v_yaw*x46) + x42*x46)
-    x50 = v_yaw*x42
-    x51 = x11*(x8*x50*x44) - x2*(x15*x50*x43 + x15*(v_yaw*x47 + v_spin*x42))
-    x52 = x5*x34 + x35*x36 + (x38*x39 + x1*x41) - x48*x27 - x28*x49 + x51*x29
-    x53 = x1*x34 - x35*x39 + (x38*x36 - x5*x41) - x48*x17 - x23*x49 - x51*x10
-    x54 = x52 + x26*x53
-    x55 = x12*x10
-    x56 = x55*x26 - x12*x29
-    x57 = x56*x32
-    x58 = x55*x25
-    x59 = x12*x9
-    x60 = x0 + x12*x59
-    x61 = x55*x58 - x60 - x56*x57
-    x62 = p_m*p_g*x0
-    x63 = 1.0/x61*(x62 - x37*x33 + x51*x59 + x58*x53 - x57*x54)
-    x64 = x32*x54 - x57*x63
-    x65 = x26*x64 - x25*x53 + x58*x63
-    x66 = x22*x49 - x23*x65 - x28*x64
-    x67 = -(x61/x60)
-    x68 = -(x31/x30)
+    x0 = cos(q_yaw)
+    x1 = cos(q_lean)
+    x2 = p_r*x1
+    x3 = x0*x2
+    x4 = sin(q_yaw)
+    x5 = x4*x2
+    x6 = x5*c3
+    x7 = p_r*x4
+    x8 = x0*c6
+    x9 = sin(q_lean)
+    x10 = x9*c7
+    x11 = p_r*x9
+    x12 = x7*x10 - x4*x11
+    x13 = p_r*x0
+    x14 = x13*x10 - x0*x11
+    x15 = 1.0/(c2*(x1*x1) + c4*(x9*x9) - x9*c4*x10)
+    x16 = x14*x15
+    x17 = x3*x6 - (x7*x8 + x12*x16)
+    x18 = 1.0/(c0 + x13*x8 + x14*x16 + x5*x6)
+    x19 = x17*x18
+    x20 = x4*c6
+    x21 = x12*x15
+    x22 = x3*c3
+    x23 = c0 + x7*x20 + x12*x21 + x3*x22
+    x24 = x17*x19 - x23
+    x25 = 1.0/x24
+    x26 = v_lean*x1
+    x27 = v_yaw*x26
+    x28 = p_r*x27
+    x29 = v_spin + v_yaw*x9
+    x30 = p_r*x29
+    x31 = v_yaw*x0
+    x32 = v_lean*p_r
+    x33 = x32*x1
+    x34 = v_yaw*x4
+    x35 = v_lean*x9
+    x36 = x32*x35
+    x37 = v_yaw*x1
+    x38 = cos(q_spin)
+    x39 = sin(q_spin)
+    x40 = x37*x38 + v_lean*x39
+    x41 = v_lean*x38 - x37*x39
+    x42 = x41*c2
+    x43 = x40*c2
+    x44 = x40*x42 - x41*x43 + c4*x27
+    x45 = x29*c4
+    x46 = v_spin*x38
+    x47 = v_yaw*x35
+    x48 = v_spin*x39
+    x49 = x41*x45 - x29*x42 + c2*(v_lean*x46 - (x38*x47 + x37*x48))
+    x50 = x29*x43 - x40*x45 - c2*(v_lean*x48 + (x37*x46 - x39*x47))
+    x51 = x44*x10 - (x1*(x38*x49 - x39*x50) + x9*x44)
+    x52 = x38*x50 + x39*x49
+    x53 = x4*x28 + x30*x31 + (x33*x34 + x0*x36) - x44*x20 - x21*x51 + x52*x22
+    x54 = x0*x28 - x30*x34 + (x33*x31 - x4*x36) - x44*x8 - x16*x51 - x52*x6
+    x55 = x53 + x19*x54
+    x56 = x11*x6
+    x57 = x56*x19 - x11*x22
+    x58 = x57*x25
+    x59 = x56*x18
+    x60 = x11*c3
+    x61 = c0 + x11*x60
+    x62 = x56*x59 - x61 - x57*x58
+    x63 = 1.0/x62*(c8 - x32*x26 + x52*x60 + x59*x54 - x58*x55)
+    x64 = x25*x55 - x58*x63
+    x65 = x19*x64 - x18*x54 + x59*x63
+    x66 = x15*x51 - x16*x65 - x21*x64
+    x67 = -(x62/x61)
+    x68 = -(x24/x23)
     x69 = (x68 if x68 < 1.0 else 1.0)
     out[0] = v_x
     out[1] = v_y
@@ -174,12 +196,12 @@ def rhs(t, y, p, out):
     out[3] = v_yaw
     out[4] = v_lean
     out[5] = v_spin
-    out[6] = -(x0*x65)
-    out[7] = -(x0*x64)
-    out[8] = -(x62 + x0*x63)
-    out[9] = x17*x65 - (x48*x16 + x19*x66) + x27*x64
-    out[10] = x10*x65 - x51*x9 - x29*x64 - x59*x63
-    out[11] = x66
+    out[6] = -(c0*x65)
+    out[7] = -(c0*x64)
+    out[8] = -(c8 + c0*x63)
+    out[9] = x66
+    out[10] = x6*x65 - x52*c3 - x22*x64 - x60*x63
+    out[11] = x8*x65 - (x44*c5 + x10*x66) + x20*x64
     out[12] = -x65
     out[13] = -x64
     out[14] = -x63
@@ -189,60 +211,78 @@ def rhs(t, y, p, out):
 @njit(error_model="numpy")
 def mass_matrix(t, y, p, out):
     """Mass matrix M, row by row. 13 operations."""
-    q_lean = y[4]
     p_m = p[0]
     p_r = p[1]
-    x0 = p_r*p_r
-    x1 = x0*(0.25*p_m)
-    x2 = cos(q_lean)
-    x3 = x0*(0.5*p_m)
-    x4 = sin(q_lean)
-    x5 = x4*x3
+    c0 = p_r*p_r
+    c1 = c0*(0.25*p_m)
+    c2 = c0*(0.5*p_m)
+    q_lean = y[4]
+    x0 = cos(q_lean)
+    x1 = sin(q_lean)
+    x2 = x1*c2
     out[0] = p_m
     out[7] = p_m
     out[14] = p_m
-    out[21] = x1*(x2*x2) + x3*(x4*x4)
-    out[23] = x5
-    out[28] = x1
-    out[33] = x5
-    out[35] = x3
+    out[21] = c1*(x0*x0) + c2*(x1*x1)
+    out[22] = 0.0
+    out[23] = x2
+    out[27] = 0.0
+    out[28] = c1
+    out[33] = x2
+    out[35] = c2
 
 
 @njit(error_model="numpy")
 def forces(t, y, p, out):
-    """Forces f of M a = f + G^T lambda. 49 operations."""
-    q_lean = y[4]
-    v_yaw = y[9]
-    v_lean = y[10]
-    v_spin = y[11]
+    """Forces f of M a = f + G^T lambda. 66 operations."""
     p_m = p[0]
     p_r = p[1]
     p_g = p[2]
-    x0 = 0.5*v_yaw
-    x1 = p_r*p_r
-    x2 = x1*(0.5*p_m)
-    x3 = cos(q_lean)
-    x4 = v_lean*x3
+    c0 = -(p_m*p_g)
+    c1 = p_r*p_r
+    c2 = c1*(0.5*p_m)
+    c3 = c1*(0.25*p_m)
+    q_lean = y[4]
+    q_spin = y[5]
+    v_yaw = y[9]
+    v_lean = y[10]
+    v_spin = y[11]
+    x0 = cos(q_lean)
+    x1 = cos(q_spin)
+    x2 = v_yaw*x0
+    x3 = sin(q_spin)
+    x4 = v_lean*x1 - x2*x3
     x5 = sin(q_lean)
-    x6 = 2.0*x5
-    x7 = x1*(0.25*p_m)
-    x8 = 2.0*x3
-    x9 = x2*(x4*x6) - x7*(v_lean*x5*x8)
-    x10 = x2*x4
-    x11 = 0.5*v_spin
-    x12 = v_yaw*x0
-    x13 = -(x5*(x7*x12*x8) - x3*(x2*x12*x6 + x2*(v_yaw*x11 + v_spin*x0)))
+    x6 = v_spin + v_yaw*x5
+    x7 = x6*c2
+    x8 = x4*c3
+    x9 = v_spin*x1
+    x10 = v_yaw*(v_lean*x5)
+    x11 = v_spin*x3
+    x12 = x4*x7 - x6*x8 + c3*(v_lean*x9 - (x1*x10 + x2*x11))
+    x13 = x2*x1 + v_lean*x3
+    x14 = x13*c3
+    x15 = x6*x14 - x13*x7 - c3*(v_lean*x11 + (x2*x9 - x3*x10))
+    x16 = x13*x8 - x4*x14 + c2*(v_yaw*(v_lean*x0))
     out[0] = 0.0
     out[1] = 0.0
-    out[2] = -(p_m*p_g)
-    out[3] = -(x0*x9 + (0.5*(v_yaw*x9 + v_spin*x10) + x11*x10))
-    out[4] = x13
-    out[5] = -(0.5*(v_yaw*x10) + x0*x10)
+    out[2] = c0
+    out[3] = -(x0*(x1*x12 - x3*x15) + x5*x16)
+    out[4] = -(x1*x15 + x3*x12)
+    out[5] = -x16
 
 
 @njit(error_model="numpy")
 def energy(t, y, p, out):
     """Kinetic and potential energy. 36 operations."""
+    p_m = p[0]
+    p_r = p[1]
+    p_g = p[2]
+    c0 = 0.5*p_m
+    c1 = p_r*p_r
+    c2 = c1*(0.25*p_m)
+    c3 = c1*c0
+    c4 = p_m*p_g
     q_z = y[2]
     q_lean = y[4]
     q_spin = y[5]
@@ -252,28 +292,30 @@ def energy(t, y, p, out):
     v_yaw = y[9]
     v_lean = y[10]
     v_spin = y[11]
-    p_m = p[0]
-    p_r = p[1]
-    p_g = p[2]
-    x0 = 0.5*p_m
-    x1 = cos(q_spin)
-    x2 = v_yaw*cos(q_lean)
-    x3 = sin(q_spin)
-    x4 = v_lean*x1 - x2*x3
-    x5 = p_r*p_r
-    x6 = x5*(0.25*p_m)
-    x7 = v_spin + v_yaw*sin(q_lean)
-    x8 = x2*x1 + v_lean*x3
-    x9 = x0*(v_x*v_x + v_y*v_y + v_z*v_z) + 0.5*(x4*(x4*x6) + x7*(x7*(x5*x0)) + x8*(x8*x6))
-    out[0] = x9
-    out[1] = p_m*(q_z*p_g)
+    x0 = cos(q_spin)
+    x1 = v_yaw*cos(q_lean)
+    x2 = sin(q_spin)
+    x3 = v_lean*x0 - x1*x2
+    x4 = v_spin + v_yaw*sin(q_lean)
+    x5 = x1*x0 + v_lean*x2
+    x6 = c0*(v_x*v_x + v_y*v_y + v_z*v_z) + 0.5*(c2*(x3*x3) + c3*(x4*x4) + c2*(x5*x5))
+    out[0] = x6
+    out[1] = q_z*c4
 
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
-    """M a - f - G^T lambda, then G a - gamma. 147 operations."""
+    """M a - f - G^T lambda, then G a - gamma. 125 operations."""
+    p_m = p[0]
+    p_r = p[1]
+    p_g = p[2]
+    c0 = p_m*p_g
+    c1 = p_r*p_r
+    c2 = c1*(0.5*p_m)
+    c3 = c1*(0.25*p_m)
     q_yaw = y[3]
     q_lean = y[4]
+    q_spin = y[5]
     v_yaw = y[9]
     v_lean = y[10]
     v_spin = y[11]
@@ -286,58 +328,60 @@ def residual(t, y, p, out):
     lam_contact_x = y[18]
     lam_contact_y = y[19]
     lam_contact_z = y[20]
-    p_m = p[0]
-    p_r = p[1]
-    p_g = p[2]
-    x0 = 0.5*v_yaw
-    x1 = p_r*p_r
-    x2 = x1*(0.5*p_m)
-    x3 = cos(q_lean)
-    x4 = v_lean*x3
+    x0 = cos(q_lean)
+    x1 = cos(q_spin)
+    x2 = v_yaw*x0
+    x3 = sin(q_spin)
+    x4 = v_lean*x1 - x2*x3
     x5 = sin(q_lean)
-    x6 = 2.0*x5
-    x7 = x1*(0.25*p_m)
-    x8 = v_lean*x5
-    x9 = 2.0*x3
-    x10 = x2*(x4*x6) - x7*(x8*x9)
-    x11 = x7*(x3*x3) + x2*(x5*x5)
-    x12 = 0.5*a_yaw
-    x13 = x2*x4
-    x14 = x5*x2
-    x15 = 0.5*v_spin
-    x16 = 0.5*a_spin
-    x17 = 0.5*(v_yaw*x10 + a_yaw*x11 + (v_spin*x13 + a_spin*x14)) + (x15*x13 + x14*x16)
-    x18 = sin(q_yaw)
-    x19 = cos(q_yaw)
-    x20 = p_r*(lam_contact_y*x18 + lam_contact_x*x19)
-    x21 = v_yaw*x0
-    x22 = x5*(x7*x21*x9) - x3*(x2*x21*x6 + x2*(v_yaw*x15 + v_spin*x0)) + (0.5*(a_lean*x7) + x7*(0.5*a_lean))
-    x23 = lam_contact_z*x5 + x3*(lam_contact_y*x19 - lam_contact_x*x18)
-    x24 = x0*x13 + x14*x12 + (0.5*(v_yaw*x13 + a_yaw*x14 + a_spin*x2) + x2*x16)
-    x25 = p_r*(a_spin + (v_yaw*x4 + a_yaw*x5))
-    x26 = p_r*(v_spin + v_yaw*x5)
-    x27 = v_yaw*x18
-    x28 = v_lean*p_r
-    x29 = x28*x3
-    x30 = v_yaw*x19
-    x31 = a_lean*p_r
-    x32 = x3*x31 - x28*x8
-    out[0] = 0.5*(a_x*p_m) + p_m*(0.5*a_x) - lam_contact_x
-    out[1] = 0.5*(a_y*p_m) + p_m*(0.5*a_y) - lam_contact_y
-    out[2] = p_m*p_g + (0.5*(a_z*p_m) + p_m*(0.5*a_z)) - lam_contact_z
-    out[3] = x0*x10 + x11*x12 + x17 + x5*x20
-    out[4] = x22 - p_r*x23
-    out[5] = x24 + x20
-    out[6] = a_x - (x19*x25 - x26*x27 + (x29*x30 + x18*x32))
-    out[7] = a_y + (x19*x32 - x29*x27 - (x26*x30 + x18*x25))
-    out[8] = a_z + (x28*x4 + x5*x31)
+    x6 = v_spin + v_yaw*x5
+    x7 = x6*c2
+    x8 = x4*c3
+    x9 = v_lean*x5
+    x10 = a_yaw*x0 - v_yaw*x9
+    x11 = v_spin*x3
+    x12 = v_spin*x1
+    x13 = x4*x7 - x6*x8 + c3*(x1*x10 - x2*x11 + (v_lean*x12 + a_lean*x3))
+    x14 = x2*x1 + v_lean*x3
+    x15 = x14*c3
+    x16 = x6*x15 - x14*x7 + c3*(a_lean*x1 - v_lean*x11 - (x2*x12 + x3*x10))
+    x17 = v_lean*x0
+    x18 = a_spin + (v_yaw*x17 + a_yaw*x5)
+    x19 = x14*x8 - x4*x15 + c2*x18
+    x20 = sin(q_yaw)
+    x21 = cos(q_yaw)
+    x22 = p_r*(lam_contact_y*x20 + lam_contact_x*x21)
+    x23 = lam_contact_z*x5 + x0*(lam_contact_y*x21 - lam_contact_x*x20)
+    x24 = p_r*x18
+    x25 = p_r*x6
+    x26 = v_yaw*x20
+    x27 = v_lean*p_r
+    x28 = x27*x0
+    x29 = v_yaw*x21
+    x30 = a_lean*p_r
+    x31 = x0*x30 - x27*x9
+    out[0] = a_x*p_m - lam_contact_x
+    out[1] = a_y*p_m - lam_contact_y
+    out[2] = c0 + a_z*p_m - lam_contact_z
+    out[3] = x0*(x1*x13 - x3*x16) + x5*x19 + x5*x22
+    out[4] = x1*x16 + x3*x13 - p_r*x23
+    out[5] = x19 + x22
+    out[6] = a_x - (x21*x24 - x25*x26 + (x28*x29 + x20*x31))
+    out[7] = a_y + (x21*x31 - x28*x26 - (x25*x29 + x20*x24))
+    out[8] = a_z + (x27*x17 + x5*x30)
 
 
 @njit(error_model="numpy")
 def residual_jacobian(t, y, p, out):
-    """Residual derivatives by q, v, a, lambda. 239 operations."""
+    """Residual derivatives by q, v, a, lambda. 330 operations."""
+    p_m = p[0]
+    p_r = p[1]
+    c0 = p_r*p_r
+    c1 = c0*(0.5*p_m)
+    c2 = c0*(0.25*p_m)
     q_yaw = y[3]
     q_lean = y[4]
+    q_spin = y[5]
     v_yaw = y[9]
     v_lean = y[10]
     v_spin = y[11]
@@ -347,63 +391,79 @@ def residual_jacobian(t, y, p, out):
     lam_contact_x = y[18]
     lam_contact_y = y[19]
     lam_contact_z = y[20]
-    p_m = p[0]
-    p_r = p[1]
     x0 = sin(q_lean)
     x1 = cos(q_yaw)
     x2 = sin(q_yaw)
     x3 = lam_contact_y*x1 - lam_contact_x*x2
     x4 = p_r*x3
-    x5 = 0.5*v_yaw
-    x6 = p_r*p_r
-    x7 = x6*(0.5*p_m)
-    x8 = cos(q_lean)
-    x9 = v_lean*x8
-    x10 = 2.0*x8
-    x11 = v_lean*x0
-    x12 = 2.0*x0
-    x13 = x9*x10 - x11*x12
-    x14 = x6*(0.25*p_m)
-    x15 = x7*x13 - x14*x13
-    x16 = 0.5*a_yaw
-    x17 = x7*(x8*x12) - x14*(x0*x10)
-    x18 = x8*x7
-    x19 = x7*x11
-    x20 = 0.5*v_spin
-    x21 = 0.5*(v_yaw*x15 + a_yaw*x17 + (a_spin*x18 - v_spin*x19)) + (0.5*a_spin*x18 - x20*x19)
-    x22 = lam_contact_y*x2 + lam_contact_x*x1
-    x23 = 0.5*(x7*(x9*x12) - x14*(x11*x10))
-    x24 = 0.5*(x7*x9)
-    x25 = x24 + x24
-    x26 = x0*x7
-    x27 = p_r*x0
-    x28 = x1*x27
-    x29 = x2*x27
-    x30 = v_yaw*x5
-    x31 = x14*x30
-    x32 = x7*x30
-    x33 = x8*(x31*x10) - x0*(x12*x31) - (x8*(x32*x10) - x0*(x32*x12 + x7*(v_yaw*x20 + v_spin*x5)))
-    x34 = x5 + x5
-    x35 = x7*x34
-    x36 = p_r*x8
-    x37 = x2*x36
-    x38 = x1*x36
-    x39 = p_r*x1
-    x40 = p_r*x2
-    x41 = a_lean*p_r
-    x42 = v_lean*p_r
-    x43 = x8*x41 - x42*x11
-    x44 = x42*x8
-    x45 = v_yaw*x2
-    x46 = p_r*(v_spin + v_yaw*x0)
-    x47 = v_yaw*x1
-    x48 = p_r*(a_spin + (v_yaw*x9 + a_yaw*x0))
-    x49 = p_r*(a_yaw*x8 - v_yaw*x11)
-    x50 = p_r*(v_yaw*x8)
-    x51 = x0*x42
-    x52 = x42*x9 + x0*x41
-    x53 = p_r*x9
-    x54 = x51 + p_r*x11
+    x5 = cos(q_lean)
+    x6 = p_r*(x5*(lam_contact_y*x2 + lam_contact_x*x1))
+    x7 = cos(q_spin)
+    x8 = v_yaw*x0
+    x9 = v_spin + x8
+    x10 = x9*c1
+    x11 = sin(q_spin)
+    x12 = x8*x11
+    x13 = v_yaw*x5
+    x14 = v_lean*x7 - x13*x11
+    x15 = x13*c1
+    x16 = x14*c2
+    x17 = c2*x12
+    x18 = v_spin*x11
+    x19 = v_lean*x5
+    x20 = v_yaw*x19 + a_yaw*x0
+    x21 = x10*x12 + x14*x15 - (x13*x16 + x9*x17) + c2*(x8*x18 - x7*x20)
+    x22 = x13*x7 + v_lean*x11
+    x23 = x22*c2
+    x24 = x8*x7
+    x25 = c2*x24
+    x26 = v_spin*x7
+    x27 = x13*x23 - x9*x25 - (x22*x15 - x10*x24) + c2*(x8*x26 + x11*x20)
+    x28 = v_lean*x0
+    x29 = a_yaw*x5 - v_yaw*x28
+    x30 = x14*x10 - x9*x16 + c2*(x7*x29 - x13*x18 + (v_lean*x26 + a_lean*x11))
+    x31 = x9*x23 - x22*x10 + c2*(a_lean*x7 - v_lean*x18 - (x13*x26 + x11*x29))
+    x32 = a_spin + x20
+    x33 = x22*x17 - x16*x24 - (x23*x12 - x14*x25) + c1*x29
+    x34 = x5*(x7*x21 - x11*x27) - x0*(x7*x30 - x11*x31) + (x5*(x22*x16 - x14*x23 + c1*x32) + x0*x33)
+    x35 = x0*c1
+    x36 = x5*x11
+    x37 = x36*c2
+    x38 = x14*x35 - x36*x10 - (x0*x16 - x9*x37) - c2*(x5*x18 + x7*x28)
+    x39 = x5*x7
+    x40 = x39*c2
+    x41 = x0*x23 + x9*x40 - (x39*x10 + x22*x35) - c2*(x5*x26 - x11*x28)
+    x42 = c1*x19 + (x39*x16 - x22*x37 - (x14*x40 - x36*x23))
+    x43 = x7*c2
+    x44 = x7*x10 - x9*x43 + c2*(x26 - x24)
+    x45 = x11*c2
+    x46 = x9*x45 - x11*x10 + c2*(x12 - x18)
+    x47 = x15 + (x11*x16 + x22*x43 - (x7*x23 + x14*x45))
+    x48 = x16 + (x14*c1 - x16)
+    x49 = x23 - x22*c1 - x23
+    x50 = x5*(x11*x43 - x7*x45)
+    x51 = p_r*x0
+    x52 = x1*x51
+    x53 = x2*x51
+    x54 = p_r*x5
+    x55 = x2*x54
+    x56 = x1*x54
+    x57 = p_r*x1
+    x58 = p_r*x2
+    x59 = a_lean*p_r
+    x60 = v_lean*p_r
+    x61 = x5*x59 - x60*x28
+    x62 = x60*x5
+    x63 = v_yaw*x2
+    x64 = p_r*x9
+    x65 = v_yaw*x1
+    x66 = p_r*x32
+    x67 = p_r*x29
+    x68 = p_r*x13
+    x69 = x0*x60
+    x70 = x60*x19 + x0*x59
+    x71 = p_r*x19
+    x72 = x69 + p_r*x28
     out[12] = p_m
     out[18] = -1.0
     out[34] = p_m
@@ -411,57 +471,61 @@ def residual_jacobian(t, y, p, out):
     out[56] = p_m
     out[62] = -1.0
     out[66] = x0*x4
-    out[67] = x5*x15 + x16*x17 + x21 + x8*(p_r*x22)
-    out[72] = x23 + x23
-    out[73] = x5*x17 + (x20*x18 + 0.5*(v_yaw*x17 + v_spin*x18))
-    out[74] = x25
-    out[78] = x14*(x8*x8) + x7*(x0*x0)
-    out[80] = x26
-    out[81] = x28
-    out[82] = x29
-    out[87] = p_r*(x8*x22)
-    out[88] = x33 - p_r*(lam_contact_z*x8 - x0*x3)
-    out[93] = x0*(x10*(x14*x34)) - x8*(x12*x35 + x7*(x20 + x20))
-    out[95] = -(x8*x35)
-    out[100] = x14
-    out[102] = x37
-    out[103] = -x38
-    out[104] = -x27
+    out[67] = x6 + x34
+    out[72] = x5*(x7*x38 - x11*x41) + x0*x42
+    out[73] = x5*(x7*x44 - x11*x46) + x0*x47
+    out[74] = x5*(x7*x48 - x11*x49)
+    out[78] = c2*(x5*x5) + c1*(x0*x0)
+    out[79] = x50
+    out[80] = x35
+    out[81] = x52
+    out[82] = x53
+    out[87] = x6
+    out[88] = p_r*(x0*x3 - lam_contact_z*x5) + (x7*x27 + x11*x21)
+    out[93] = x7*x41 + x11*x38
+    out[94] = x7*x46 + x11*x44
+    out[95] = x7*x49 + x11*x48
+    out[99] = x50
+    out[100] = c2
+    out[102] = x55
+    out[103] = -x56
+    out[104] = -x51
     out[108] = x4
-    out[109] = 0.5*(a_yaw*x18 - v_yaw*x19) + (x16*x18 - x5*x19)
-    out[114] = x25
-    out[115] = x5*x18 + 0.5*(v_yaw*x18)
-    out[120] = x26
-    out[122] = x7
-    out[123] = x39
-    out[124] = x40
-    out[129] = -(x1*x43 - x44*x45 - (x46*x47 + x2*x48))
-    out[130] = -(x1*x49 - x45*x50 - (x51*x47 + x2*x52))
-    out[135] = -(x1*x44 + (x1*x53 - (x46*x2 + x27*x45)))
-    out[136] = -(x1*x50 + (x36*x47 - x2*x54))
-    out[137] = p_r*x45
+    out[109] = x33
+    out[114] = x42
+    out[115] = x47
+    out[120] = x35
+    out[122] = c1
+    out[123] = x57
+    out[124] = x58
+    out[129] = -(x1*x61 - x62*x63 - (x64*x65 + x2*x66))
+    out[130] = -(x1*x67 - x63*x68 - (x69*x65 + x2*x70))
+    out[135] = -(x1*x62 + (x1*x71 - (x64*x2 + x51*x63)))
+    out[136] = -(x1*x68 + (x54*x65 - x2*x72))
+    out[137] = p_r*x63
     out[138] = 1.0
-    out[141] = -x28
-    out[142] = -x37
-    out[143] = -x39
-    out[150] = -(x1*x48 - x46*x45 + (x44*x47 + x2*x43))
-    out[151] = x51*x45 - x1*x52 - (x47*x50 + x2*x49)
-    out[156] = -(x2*x44 + (x46*x1 + x27*x47 + x2*x53))
-    out[157] = -(x2*x50 + (x36*x45 + x1*x54))
-    out[158] = -(p_r*x47)
+    out[141] = -x52
+    out[142] = -x55
+    out[143] = -x57
+    out[150] = -(x1*x66 - x64*x63 + (x62*x65 + x2*x61))
+    out[151] = x69*x63 - x1*x70 - (x65*x68 + x2*x67)
+    out[156] = -(x2*x62 + (x64*x1 + x51*x65 + x2*x71))
+    out[157] = -(x2*x68 + (x54*x63 + x1*x72))
+    out[158] = -(p_r*x65)
     out[160] = 1.0
-    out[162] = -x29
-    out[163] = x38
-    out[164] = -x40
-    out[172] = x43
-    out[178] = x44 + x53
+    out[162] = -x53
+    out[163] = x56
+    out[164] = -x58
+    out[172] = x61
+    out[178] = x62 + x71
     out[182] = 1.0
-    out[184] = x27
+    out[184] = x51
 
 
 @njit(error_model="numpy")
 def constraint_residual(t, y, p, out):
     """Position residuals, velocity residuals. 19 operations."""
+    p_r = p[1]
     q_yaw = y[3]
     q_lean = y[4]
     v_x = y[6]
@@ -470,7 +534,6 @@ def constraint_residual(t, y, p, out):
     v_yaw = y[9]
     v_lean = y[10]
     v_spin = y[11]
-    p_r = p[1]
     x0 = sin(q_lean)
     x1 = p_r*(v_spin + v_yaw*x0)
     x2 = cos(q_yaw)
@@ -485,9 +548,9 @@ def constraint_residual(t, y, p, out):
 @njit(error_model="numpy")
 def constraint_jacobian(t, y, p, out):
     """Constraint Jacobian G, row by row. 17 operations."""
+    p_r = p[1]
     q_yaw = y[3]
     q_lean = y[4]
-    p_r = p[1]
     x0 = cos(q_yaw)
     x1 = p_r*sin(q_lean)
     x2 = sin(q_yaw)
@@ -507,12 +570,12 @@ def constraint_jacobian(t, y, p, out):
 @njit(error_model="numpy")
 def gamma(t, y, p, out):
     """Right-hand side of G a = gamma. 32 operations."""
+    p_r = p[1]
     q_yaw = y[3]
     q_lean = y[4]
     v_yaw = y[9]
     v_lean = y[10]
     v_spin = y[11]
-    p_r = p[1]
     x0 = cos(q_yaw)
     x1 = cos(q_lean)
     x2 = v_lean*x1
@@ -532,7 +595,17 @@ def gamma(t, y, p, out):
 
 @njit(error_model="numpy")
 def project(t, y, p, out):
-    """State moved onto the constraints, and the residuals it had. 128 operations."""
+    """State moved onto the constraints, and the residuals it had. 130 operations."""
+    p_m = p[0]
+    p_r = p[1]
+    c0 = 1.0/p_m
+    c1 = p_r*p_r
+    c2 = c1*(0.5*p_m)
+    c3 = 1.0/c2
+    c4 = p_r*c3
+    c5 = c2*c3
+    c6 = c1*(0.25*p_m)
+    c7 = 1.0/c6
     q_x = y[0]
     q_y = y[1]
     q_z = y[2]
@@ -545,70 +618,61 @@ def project(t, y, p, out):
     v_yaw = y[9]
     v_lean = y[10]
     v_spin = y[11]
-    p_m = p[0]
-    p_r = p[1]
-    x0 = 1.0/p_m
-    x1 = sin(q_lean)
-    x2 = p_r*(v_spin + v_yaw*x1)
-    x3 = cos(q_yaw)
-    x4 = sin(q_yaw)
-    x5 = v_lean*p_r
-    x6 = cos(q_lean)
-    x7 = x5*x6
-    x8 = v_x - (x2*x3 + x4*x7)
-    x9 = p_r*x1
-    x10 = x3*x9
-    x11 = p_r*p_r
-    x12 = x11*(0.25*p_m)
-    x13 = x11*(0.5*p_m)
-    x14 = 1.0/(x12*(x6*x6) + x13*(x1*x1))
-    x15 = x10*x14
-    x16 = x1*x13
-    x17 = x16*x14
-    x18 = x10*x17 - p_r*x3
-    x19 = 1.0/(x13 - x16*x17)
-    x20 = x18*x19
-    x21 = p_r*x6
-    x22 = x4*x21
-    x23 = 1.0/x12
-    x24 = x22*x23
-    x25 = 1.0/(x0 + x10*x15 + x18*x20 + x22*x24)
-    x26 = x3*x21
-    x27 = x4*x9
-    x28 = x27*x17 - p_r*x4
-    x29 = x26*x24 - (x27*x15 + x28*x20)
-    x30 = x29*x25
-    x31 = x27*x14
-    x32 = x28*x19
-    x33 = x26*x23
-    x34 = 1.0/(x29*x30 - (x0 + x27*x31 + x28*x32 + x26*x33))
-    x35 = v_y + (x3*x7 - x2*x4)
-    x36 = x35 + x8*x30
-    x37 = x9*x24
-    x38 = x37*x30 - x9*x33
-    x39 = x38*x34
-    x40 = x37*x25
-    x41 = x9*x23
-    x42 = v_z + x1*x5
-    x43 = 1.0/(x37*x40 - (x0 + x9*x41) - x38*x39)*(x39*x36 - (x42 + x8*x40))
-    x44 = x34*x36 + x39*x43
-    x45 = x8*x25 - x30*x44 + x40*x43
-    x46 = x32*x44 - x20*x45
+    x0 = sin(q_lean)
+    x1 = p_r*(v_spin + v_yaw*x0)
+    x2 = cos(q_yaw)
+    x3 = sin(q_yaw)
+    x4 = v_lean*p_r
+    x5 = cos(q_lean)
+    x6 = x4*x5
+    x7 = v_x - (x1*x2 + x3*x6)
+    x8 = p_r*x2
+    x9 = x2*c4
+    x10 = x0*c5
+    x11 = p_r*x0
+    x12 = x8*x10 - x2*x11
+    x13 = 1.0/(c6*(x5*x5) + c2*(x0*x0) - x0*c2*x10)
+    x14 = x12*x13
+    x15 = p_r*x5
+    x16 = x3*x15
+    x17 = x16*c7
+    x18 = 1.0/(c0 + x8*x9 + x12*x14 + x16*x17)
+    x19 = x2*x15
+    x20 = p_r*x3
+    x21 = x20*x10 - x3*x11
+    x22 = x19*x17 - (x20*x9 + x21*x14)
+    x23 = x22*x18
+    x24 = x3*c4
+    x25 = x21*x13
+    x26 = x19*c7
+    x27 = 1.0/(x22*x23 - (c0 + x20*x24 + x21*x25 + x19*x26))
+    x28 = v_y + (x2*x6 - x1*x3)
+    x29 = x28 + x7*x23
+    x30 = x11*x17
+    x31 = x30*x23 - x11*x26
+    x32 = x31*x27
+    x33 = x30*x18
+    x34 = x11*c7
+    x35 = v_z + x0*x4
+    x36 = 1.0/(x30*x33 - (c0 + x11*x34) - x31*x32)*(x32*x29 - (x35 + x7*x33))
+    x37 = x27*x29 + x32*x36
+    x38 = x7*x18 - x23*x37 + x33*x36
+    x39 = x25*x37 - x14*x38
     out[0] = q_x
     out[1] = q_y
     out[2] = q_z
     out[3] = q_yaw
     out[4] = q_lean
     out[5] = q_spin
-    out[6] = v_x - x0*x45
-    out[7] = v_y + x0*x44
-    out[8] = v_z - x0*x43
-    out[9] = v_yaw + (x15*x45 - x17*x46 - x31*x44)
-    out[10] = v_lean + (x24*x45 + x33*x44 - x41*x43)
-    out[11] = v_spin + x46
-    out[12] = x8
-    out[13] = x35
-    out[14] = x42
+    out[6] = v_x - c0*x38
+    out[7] = v_y + c0*x37
+    out[8] = v_z - c0*x36
+    out[9] = v_yaw + x39
+    out[10] = v_lean + (x17*x38 + x26*x37 - x34*x36)
+    out[11] = v_spin + (x9*x38 - x10*x39 - x24*x37)
+    out[12] = x7
+    out[13] = x28
+    out[14] = x35
 
 
 @njit(error_model="numpy")
@@ -659,10 +723,11 @@ def poses(t, y, p, out):
 
 @njit(error_model="numpy")
 def shapes(t, y, p, out):
-    """Sizes of the bodies' shapes. 1 operations."""
+    """Sizes of the bodies' shapes. 1 operation."""
     p_r = p[1]
+    c0 = 1.8*p_r
     out[0] = 0.06
-    out[1] = 1.8*p_r
+    out[1] = c0
     out[2] = p_r
     out[3] = 0.06
 
@@ -670,11 +735,11 @@ def shapes(t, y, p, out):
 @njit(error_model="numpy")
 def outputs(t, y, p, out):
     """Outputs. 9 operations."""
+    p_r = p[1]
     q_x = y[0]
     q_y = y[1]
     q_yaw = y[3]
     q_lean = y[4]
-    p_r = p[1]
     x0 = sin(q_lean)
-    out[0] = q_x - sin(q_yaw)*(p_r*x0)
-    out[1] = q_y + x0*(p_r*cos(q_yaw))
+    out[0] = q_x - p_r*(x0*sin(q_yaw))
+    out[1] = q_y + p_r*(x0*cos(q_yaw))

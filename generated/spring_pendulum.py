@@ -22,6 +22,7 @@ MODEL = {
         {"name": "r", "unit": "m", "value": 1.2, "enforced": True},
         {"name": "theta", "unit": "rad", "value": 0.05, "enforced": True},
     ],
+    "quaternions": [],
     "rates": [
         {"name": "r", "unit": "m/s", "value": 0.0, "enforced": True},
         {"name": "theta", "unit": "rad/s", "value": 0.0, "enforced": True},
@@ -52,33 +53,43 @@ MODEL = {
         "separable": False,
     },
     "operations": {
-        "rhs": 55,
+        "rhs": 53,
         "mass_matrix": 10,
-        "forces": 37,
+        "forces": 35,
         "energy": 23,
-        "residual": 43,
+        "residual": 41,
         "residual_jacobian": 80,
-        "poses": 13,
+        "poses": 12,
         "shapes": 0,
         "outputs": 2,
+    },
+    "hoisted": {
+        "rhs": 2,
+        "forces": 1,
+        "energy": 3,
+        "residual": 1,
+        "residual_jacobian": 1,
     },
     "run": {
         "t_end": 20.0,
         "fps": 60.0,
     },
+    "subsystems": [],
 }
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
-    """State derivative: rates, accelerations. 55 operations."""
-    q_r = y[0]
-    q_theta = y[1]
-    v_r = y[2]
-    v_theta = y[3]
+    """State derivative: rates, accelerations. 53 operations."""
     p_m = p[0]
     p_k = p[1]
     p_l0 = p[2]
     p_g = p[3]
+    c0 = 1.0/p_m
+    c1 = p_m*p_g
+    q_r = y[0]
+    q_theta = y[1]
+    v_r = y[2]
+    v_theta = y[3]
     x0 = sin(q_theta)
     x1 = cos(q_theta)
     x2 = v_theta*x1
@@ -87,25 +98,23 @@ def rhs(t, y, p, out):
     x5 = p_m*(x3 + (x3 - q_r*(v_theta*x4)))
     x6 = v_r*x4
     x7 = p_m*(x6 + (x6 + q_r*(v_theta*x2)))
-    x8 = p_m*p_g
-    x9 = x0*x5 - x1*x7 + (0.5*p_k*(2.0*(q_r - p_l0)) - x1*x8)
-    x10 = 1.0/p_m
-    x11 = q_r*p_m
-    x12 = x1*(x0*x11) - x0*(x1*x11)
-    x13 = x12*x10
-    x14 = 1.0/(p_m*(q_r*q_r) - x12*x13)*(x9*x13 - (x0*(q_r*x7) + x1*(q_r*x5) + x0*(q_r*x8)))
+    x8 = x0*x5 - x1*x7 + (p_k*(q_r - p_l0) - x1*c1)
+    x9 = q_r*p_m
+    x10 = x1*(x0*x9) - x0*(x1*x9)
+    x11 = x10*c0
+    x12 = 1.0/(p_m*(q_r*q_r) - x10*x11)*(x11*x8 - (x0*(q_r*x7) + x1*(q_r*x5) + q_r*x0*c1))
     out[0] = v_r
     out[1] = v_theta
-    out[2] = -(x9*x10 + x13*x14)
-    out[3] = x14
+    out[2] = -(c0*x8 + x11*x12)
+    out[3] = x12
 
 
 @njit(error_model="numpy")
 def mass_matrix(t, y, p, out):
     """Mass matrix M, row by row. 10 operations."""
+    p_m = p[0]
     q_r = y[0]
     q_theta = y[1]
-    p_m = p[0]
     x0 = cos(q_theta)
     x1 = sin(q_theta)
     x2 = q_r*p_m
@@ -118,15 +127,16 @@ def mass_matrix(t, y, p, out):
 
 @njit(error_model="numpy")
 def forces(t, y, p, out):
-    """Forces f of M a = f + G^T lambda. 37 operations."""
-    q_r = y[0]
-    q_theta = y[1]
-    v_r = y[2]
-    v_theta = y[3]
+    """Forces f of M a = f + G^T lambda. 35 operations."""
     p_m = p[0]
     p_k = p[1]
     p_l0 = p[2]
     p_g = p[3]
+    c0 = p_m*p_g
+    q_r = y[0]
+    q_theta = y[1]
+    v_r = y[2]
+    v_theta = y[3]
     x0 = sin(q_theta)
     x1 = cos(q_theta)
     x2 = v_theta*x1
@@ -135,69 +145,72 @@ def forces(t, y, p, out):
     x5 = p_m*(x3 + (x3 - q_r*(v_theta*x4)))
     x6 = v_r*x4
     x7 = p_m*(x6 + (x6 + q_r*(v_theta*x2)))
-    x8 = p_m*p_g
-    out[0] = -(x0*x5 - x1*x7 + (0.5*p_k*(2.0*(q_r - p_l0)) - x1*x8))
-    out[1] = -(x0*(q_r*x7) + x1*(q_r*x5) + x0*(q_r*x8))
+    out[0] = -(x0*x5 - x1*x7 + (p_k*(q_r - p_l0) - x1*c0))
+    out[1] = -(x0*(q_r*x7) + x1*(q_r*x5) + q_r*x0*c0)
 
 
 @njit(error_model="numpy")
 def energy(t, y, p, out):
     """Kinetic and potential energy. 23 operations."""
-    q_r = y[0]
-    q_theta = y[1]
-    v_r = y[2]
-    v_theta = y[3]
     p_m = p[0]
     p_k = p[1]
     p_l0 = p[2]
     p_g = p[3]
+    c0 = 0.5*p_m
+    c1 = 0.5*p_k
+    c2 = p_m*p_g
+    q_r = y[0]
+    q_theta = y[1]
+    v_r = y[2]
+    v_theta = y[3]
     x0 = sin(q_theta)
     x1 = cos(q_theta)
     x2 = v_r*x0 + q_r*(v_theta*x1)
     x3 = v_r*x1 - q_r*(v_theta*x0)
     x4 = q_r - p_l0
-    out[0] = 0.5*p_m*(x2*x2 + x3*x3)
-    out[1] = x4*x4*(0.5*p_k) - p_m*(p_g*(q_r*x1))
+    out[0] = c0*(x2*x2 + x3*x3)
+    out[1] = x4*x4*c1 - q_r*x1*c2
 
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
-    """M a - f - G^T lambda, then G a - gamma. 43 operations."""
+    """M a - f - G^T lambda, then G a - gamma. 41 operations."""
+    p_m = p[0]
+    p_k = p[1]
+    p_l0 = p[2]
+    p_g = p[3]
+    c0 = p_m*p_g
     q_r = y[0]
     q_theta = y[1]
     v_r = y[2]
     v_theta = y[3]
     a_r = y[4]
     a_theta = y[5]
-    p_m = p[0]
-    p_k = p[1]
-    p_l0 = p[2]
-    p_g = p[3]
     x0 = cos(q_theta)
-    x1 = p_m*p_g
-    x2 = sin(q_theta)
-    x3 = v_theta*x2
-    x4 = v_r*x3
-    x5 = v_theta*x0
-    x6 = p_m*(a_r*x0 - x4 - (x4 + q_r*(v_theta*x5 + a_theta*x2)))
-    x7 = v_r*x5
-    x8 = p_m*(x7 + a_r*x2 + (x7 + q_r*(a_theta*x0 - v_theta*x3)))
-    out[0] = 0.5*p_k*(2.0*(q_r - p_l0)) - x0*x1 + (x0*x6 + x2*x8)
-    out[1] = x2*(q_r*x1) + (x0*(q_r*x8) - x2*(q_r*x6))
+    x1 = sin(q_theta)
+    x2 = v_theta*x1
+    x3 = v_r*x2
+    x4 = v_theta*x0
+    x5 = p_m*(a_r*x0 - x3 - (x3 + q_r*(v_theta*x4 + a_theta*x1)))
+    x6 = v_r*x4
+    x7 = p_m*(x6 + a_r*x1 + (x6 + q_r*(a_theta*x0 - v_theta*x2)))
+    out[0] = p_k*(q_r - p_l0) - x0*c0 + (x0*x5 + x1*x7)
+    out[1] = q_r*x1*c0 + (x0*(q_r*x7) - x1*(q_r*x5))
 
 
 @njit(error_model="numpy")
 def residual_jacobian(t, y, p, out):
     """Residual derivatives by q, v, a, lambda. 80 operations."""
+    p_m = p[0]
+    p_k = p[1]
+    p_g = p[3]
+    c0 = p_m*p_g
     q_r = y[0]
     q_theta = y[1]
     v_r = y[2]
     v_theta = y[3]
     a_r = y[4]
     a_theta = y[5]
-    p_m = p[0]
-    p_k = p[1]
-    p_g = p[3]
     x0 = sin(q_theta)
     x1 = cos(q_theta)
     x2 = v_theta*x0
@@ -206,46 +219,45 @@ def residual_jacobian(t, y, p, out):
     x5 = v_theta*x1
     x6 = v_theta*x5 + a_theta*x0
     x7 = p_m*x6
-    x8 = p_m*p_g
-    x9 = x0*x8
-    x10 = x5 + x5
-    x11 = p_m*x10
-    x12 = x2 + x2
-    x13 = p_m*x12
-    x14 = v_r*x1
-    x15 = p_m*(x14 + (x14 - q_r*x12))
-    x16 = v_r*x0
-    x17 = p_m*(x16 + (x16 + q_r*x10))
-    x18 = q_r*p_m
-    x19 = x1*(x0*x18) - x0*(x1*x18)
-    x20 = v_r*x5
-    x21 = v_r*x2
-    x22 = x1*(p_m*(x20 + a_r*x0 + (x20 + q_r*x3)) + q_r*x4) - x0*(p_m*(a_r*x1 - x21 - (x21 + q_r*x6)) - q_r*x7)
+    x8 = x0*c0
+    x9 = x5 + x5
+    x10 = p_m*x9
+    x11 = x2 + x2
+    x12 = p_m*x11
+    x13 = v_r*x1
+    x14 = p_m*(x13 + (x13 - q_r*x11))
+    x15 = v_r*x0
+    x16 = p_m*(x15 + (x15 + q_r*x9))
+    x17 = q_r*p_m
+    x18 = x1*(x0*x17) - x0*(x1*x17)
+    x19 = v_r*x5
+    x20 = v_r*x2
+    x21 = x1*(p_m*(x19 + a_r*x0 + (x19 + q_r*x3)) + q_r*x4) - x0*(p_m*(a_r*x1 - x20 - (x20 + q_r*x6)) - q_r*x7)
     out[0] = p_k + (x0*x4 - x1*x7)
-    out[1] = x9
-    out[2] = x0*x11 - x1*x13
-    out[3] = x0*x15 - x1*x17
+    out[1] = x8
+    out[2] = x0*x10 - x1*x12
+    out[3] = x0*x14 - x1*x16
     out[4] = p_m
-    out[5] = x19
-    out[6] = x9 + x22
-    out[7] = x1*(q_r*x8)
-    out[8] = x0*(q_r*x13) + x1*(q_r*x11)
-    out[9] = x0*(q_r*x17) + x1*(q_r*x15)
-    out[10] = x19
+    out[5] = x18
+    out[6] = x8 + x21
+    out[7] = q_r*x1*c0
+    out[8] = x0*(q_r*x12) + x1*(q_r*x10)
+    out[9] = x0*(q_r*x16) + x1*(q_r*x14)
+    out[10] = x18
     out[11] = p_m*(q_r*q_r)
 
 
 @njit(error_model="numpy")
 def poses(t, y, p, out):
-    """Per body: position, rotation matrix (body to world). 13 operations."""
+    """Per body: position, rotation matrix (body to world). 12 operations."""
     q_r = y[0]
     q_theta = y[1]
-    x0 = sin(q_theta)
+    x0 = q_r*sin(q_theta)
     x1 = q_r*cos(q_theta)
     x2 = q_theta + -1.5707963267948966
     x3 = cos(x2)
     x4 = sin(x2)
-    out[0] = q_r*x0
+    out[0] = x0
     out[1] = -x1
     out[2] = 0.0
     out[3] = 1.0
@@ -257,7 +269,7 @@ def poses(t, y, p, out):
     out[9] = 0.0
     out[10] = 0.0
     out[11] = 1.0
-    out[12] = x0*(0.5*q_r)
+    out[12] = 0.5*x0
     out[13] = -(0.5*x1)
     out[14] = 0.0
     out[15] = x3
@@ -283,7 +295,7 @@ def shapes(t, y, p, out):
 @njit(error_model="numpy")
 def outputs(t, y, p, out):
     """Outputs. 2 operations."""
-    q_r = y[0]
     p_k = p[1]
     p_l0 = p[2]
+    q_r = y[0]
     out[0] = p_k*(q_r - p_l0)

@@ -22,6 +22,7 @@ MODEL = {
         {"name": "x", "unit": "", "value": 0.999, "enforced": True},
         {"name": "y", "unit": "", "value": 0.0, "enforced": True},
     ],
+    "quaternions": [],
     "rates": [
         {"name": "x", "unit": "", "value": 0.0, "enforced": True},
         {"name": "y", "unit": "", "value": 0.0, "enforced": True},
@@ -47,36 +48,45 @@ MODEL = {
         "separable": True,
     },
     "operations": {
-        "rhs": 19,
+        "rhs": 17,
         "mass_matrix": 0,
-        "forces": 19,
-        "energy": 14,
-        "residual": 19,
-        "residual_jacobian": 37,
+        "forces": 17,
+        "energy": 15,
+        "residual": 17,
+        "residual_jacobian": 30,
         "poses": 6,
         "shapes": 4,
+    },
+    "hoisted": {
+        "rhs": 1,
+        "forces": 1,
+        "energy": 1,
+        "residual": 1,
+        "residual_jacobian": 2,
     },
     "run": {
         "t_end": 10.0,
         "method": "dop853",
         "fps": 60.0,
     },
+    "subsystems": [],
 }
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
-    """State derivative: rates, accelerations. 19 operations."""
+    """State derivative: rates, accelerations. 17 operations."""
+    p_eps = p[0]
+    c0 = 1.0/(p_eps*p_eps)
     q_x = y[0]
     q_y = y[1]
     v_x = y[2]
     v_y = y[3]
-    p_eps = p[0]
     x0 = sqrt(q_x*q_x + q_y*q_y)
-    x1 = 0.5*(1.0/(p_eps*p_eps))*(2.0*(x0 + -1.0))*(0.5/x0)
+    x1 = c0*((x0 + -1.0)*(0.5/x0))
     out[0] = v_x
     out[1] = v_y
-    out[2] = -(x1*(2.0*q_x))
-    out[3] = -(1.0 + x1*(2.0*q_y))
+    out[2] = -(2.0*(q_x*x1))
+    out[3] = -(1.0 + 2.0*(q_y*x1))
 
 
 @njit(error_model="numpy")
@@ -88,66 +98,70 @@ def mass_matrix(t, y, p, out):
 
 @njit(error_model="numpy")
 def forces(t, y, p, out):
-    """Forces f of M a = f + G^T lambda. 19 operations."""
+    """Forces f of M a = f + G^T lambda. 17 operations."""
+    p_eps = p[0]
+    c0 = 1.0/(p_eps*p_eps)
     q_x = y[0]
     q_y = y[1]
-    p_eps = p[0]
     x0 = sqrt(q_x*q_x + q_y*q_y)
-    x1 = 0.5*(1.0/(p_eps*p_eps))*(2.0*(x0 + -1.0))*(0.5/x0)
-    out[0] = -(x1*(2.0*q_x))
-    out[1] = -(1.0 + x1*(2.0*q_y))
+    x1 = c0*((x0 + -1.0)*(0.5/x0))
+    out[0] = -(2.0*(q_x*x1))
+    out[1] = -(1.0 + 2.0*(q_y*x1))
 
 
 @njit(error_model="numpy")
 def energy(t, y, p, out):
-    """Kinetic and potential energy. 14 operations."""
+    """Kinetic and potential energy. 15 operations."""
+    p_eps = p[0]
+    c0 = 0.5*(1.0/(p_eps*p_eps))
     q_x = y[0]
     q_y = y[1]
     v_x = y[2]
     v_y = y[3]
-    p_eps = p[0]
     x0 = sqrt(q_x*q_x + q_y*q_y) + -1.0
     out[0] = 0.5*(v_x*v_x + v_y*v_y)
-    out[1] = q_y + 0.5*(x0*x0)/(p_eps*p_eps)
+    out[1] = q_y + x0*x0*c0
 
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
-    """M a - f - G^T lambda, then G a - gamma. 19 operations."""
+    """M a - f - G^T lambda, then G a - gamma. 17 operations."""
+    p_eps = p[0]
+    c0 = 1.0/(p_eps*p_eps)
     q_x = y[0]
     q_y = y[1]
     a_x = y[4]
     a_y = y[5]
-    p_eps = p[0]
     x0 = sqrt(q_x*q_x + q_y*q_y)
-    x1 = 0.5*(1.0/(p_eps*p_eps))*(2.0*(x0 + -1.0))*(0.5/x0)
-    out[0] = a_x + x1*(2.0*q_x)
-    out[1] = a_y + (1.0 + x1*(2.0*q_y))
+    x1 = c0*((x0 + -1.0)*(0.5/x0))
+    out[0] = a_x + 2.0*(q_x*x1)
+    out[1] = a_y + (1.0 + 2.0*(q_y*x1))
 
 
 @njit(error_model="numpy")
 def residual_jacobian(t, y, p, out):
-    """Residual derivatives by q, v, a, lambda. 37 operations."""
+    """Residual derivatives by q, v, a, lambda. 30 operations."""
+    p_eps = p[0]
+    c0 = 1.0/(p_eps*p_eps)
+    c1 = 0.5*c0
     q_x = y[0]
     q_y = y[1]
-    p_eps = p[0]
-    x0 = 0.5*(1.0/(p_eps*p_eps))
-    x1 = sqrt(q_x*q_x + q_y*q_y)
-    x2 = x0*(2.0*(x1 + -1.0))
-    x3 = 0.5/x1
-    x4 = 2.0*(x2*x3)
-    x5 = 2.0*q_x
-    x6 = x3*x5
-    x7 = x3*(1.0/x1)
-    x8 = x3*(x0*(2.0*x6)) - x2*(x6*x7)
-    x9 = 2.0*q_y
-    x10 = x3*x9
-    x11 = x3*(x0*(2.0*x10)) - x2*(x10*x7)
-    out[0] = x4 + x5*x8
-    out[1] = x5*x11
+    x0 = sqrt(q_x*q_x + q_y*q_y)
+    x1 = 2.0*(x0 + -1.0)
+    x2 = 0.5/x0
+    x3 = c0*(x1*x2)
+    x4 = 2.0*q_x
+    x5 = x4*x2
+    x6 = c0*x2 - c1*(x1*(x2*(1.0/x0)))
+    x7 = x4*x6
+    x8 = 2.0*q_y
+    x9 = x8*x2
+    x10 = x8*x6
+    out[0] = x3 + x5*x7
+    out[1] = x9*x7
     out[4] = 1.0
-    out[6] = x9*x8
-    out[7] = x9*x11 + x4
+    out[6] = x5*x10
+    out[7] = x3 + x9*x10
     out[11] = 1.0
 
 
