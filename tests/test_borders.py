@@ -19,7 +19,7 @@ SYMGEN = [f for f in FILES if f.startswith("symgen/")]
 RECORDING_DOOR = "runtime/recording/rrd.py"
 DECLARED = {"sympy", "numba", "llvmlite", "numpy", "scipy", "click", "rich", "rerun", "pyarrow", "matplotlib"}
 # A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
-EXECUTES = {"symgen/model/library.py", "runtime/code/lower.py"}
+EXECUTES = {"symgen/model/library.py", "runtime/code/grammar.py"}
 HEAVY = ("sympy", "numba", "rerun", "scipy", "matplotlib", "llvmlite")
 
 

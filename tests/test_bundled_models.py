@@ -157,7 +157,7 @@ def test_chain_of_any_length(N):
 
 
 def test_auto_follows_a_stiff_vibration_that_lasts_with_an_explicit_method():
-    assert derived("stiff_spring_pendulum").run(t_end=1.0, method="auto").method == "dop853"
+    assert derived("stiff_spring_pendulum").run(t_end=1.0, method="auto").method == "taylor"
 
 
 @pytest.mark.parametrize(("name", "mass"), [("double_pendulum", "m1"), ("slider_crank", "m")])

@@ -209,7 +209,7 @@ def test_derive_writes_module_and_figures(folder):
     text = (folder / "out" / "rod.py").read_text()
     assert "def mass_matrix(t, y, p, out):" in text
     figures = json.loads((folder / "figures.json").read_text())
-    assert set(figures) == {"operations", "seconds", "structure"}
+    assert set(figures) == {"operations", "once", "code", "seconds", "structure"}
     assert figures["operations"]["constraint_jacobian"] >= 2 and figures["structure"]["nh"] == 1
     again = symgen("derive", "rod.toml", "-o", "again", "--quiet")
     assert (again.exit_code, again.output) == (0, "")

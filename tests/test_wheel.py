@@ -1,4 +1,4 @@
-"""What the wheel holds: the two packages and the bundled models, nothing else."""
+"""What the wheel holds: the two packages, the bundled models and the peers of the benchmark, nothing else."""
 
 import zipfile
 from pathlib import Path
@@ -28,6 +28,13 @@ def test_all_sources_and_models_are_inside_and_nothing_else(files):
         for top in ("symgen", "runtime")
         for path in (ROOT / top).rglob("*.py")
     }
-    models = {f"symgen/bundled/{p.name}" for p in (ROOT / "models").iterdir() if p.is_file()}
-    assert len(models) > 10
-    assert {name for name in files if ".dist-info/" not in name} == sources | models
+    data = {f"symgen/bundled/{name}" for name in inside("models")}
+    assert len(data) > 20
+    data |= {f"symgen/peers/{name}" for name in inside("benchmarks/peers")}
+    assert {name for name in files if ".dist-info/" not in name} == sources | data
+
+
+def inside(folder: str) -> set[str]:
+    """The model, reference and script files of a folder, by their paths in it."""
+    found = (path for path in (ROOT / folder).rglob("*") if path.suffix in (".toml", ".py", ".json"))
+    return {path.relative_to(ROOT / folder).as_posix() for path in found}

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _STATES = 20
 _SHORT_RUN_STEPS = 2000
-_STEPS_PER_PERIOD = {1: 1000, 2: 100, 4: 40}  # by order: an error of about 1e-3 per radian or better
+_STEPS_PER_PERIOD = {1: 1000, 2: 100, 4: 40, 8: 20, 14: 12}  # by order: an error of about 1e-3 per radian or better
 _SAFETY = 0.5  # of the stability limit
 
 
@@ -157,6 +157,7 @@ def _fixed_steps(system: System, scales: TimeScales, t_end: float):
             not method.adaptive
             and method.name != "euler"
             and (system.nq == system.nv or not method.needs_plain_rates)
+            and not method.refusal(system)
         ):
             yield _fixed_step(method, scales, t_end)
 

@@ -10,7 +10,9 @@ import numpy as np
 
 from runtime.checks.stability import stable_radius
 from runtime.constraints.drift import constraint_drift
+from runtime.failures import state_names
 from runtime.integrate.methods import Method, find_method
+from runtime.positions import Positions
 
 if TYPE_CHECKING:
     from runtime.checks.time_scales import TimeScales
@@ -20,6 +22,7 @@ _ENERGY_PER_RTOL, _LEAST_ENERGY, _LARGEST_ENERGY = 1e4, 1e-6, 1e-2
 _FIXED_STEP_ENERGY = {"low order": 1e-2, "high order": 1e-3}
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
 _FIXED_STEP_DRIFT = 1e-6
+_QUATERNION_LENGTH = 1e-12
 _MOST_REJECTED = 0.8
 _TINY_STEP = 64 * np.finfo(float).eps
 _MOST_TINY = 0.05  # part of the steps; events and stop times cut some steps short
@@ -65,6 +68,7 @@ def check(solution: Solution) -> list[HealthCheck]:
       order 2, 1e-3 above. The error is that of T + V - work, in parts of the largest |T|, |V|.
     * constraints: adaptive methods 100 rtol, at least 1e-8 and at most 1e-4; of fixed step 1e-6; in parts of
       the constraint's change over the coordinates' characteristic sizes, or of its largest velocity term.
+    * quaternions: their lengths 1e-12 from 1, as every state is scaled to that.
     * steps: at most 80 % rejected, at most 5 % at the limit of floating-point time.
     * resolution (fixed step): at least 20 steps in the fastest period, and inside the region of stability.
     """
@@ -75,6 +79,8 @@ def check(solution: Solution) -> list[HealthCheck]:
     found.append(_energy(solution, method))
     if solution.system.m:
         found += _constraints(solution, method)
+    if solution.system.quaternions:
+        found.append(_quaternions(solution))
     if method.adaptive:
         found += _steps(solution)
     else:
@@ -99,9 +105,8 @@ def _finite(solution: Solution) -> HealthCheck:
     if not bad.size:
         return HealthCheck("finite", True, 0.0, 0.0, "all numbers are finite")
     column = int(np.flatnonzero(~np.isfinite(states[bad[0]]))[0])
-    names = [record["name"] for record in solution.system.coordinates]
-    names += [f"dot({record['name']})" for record in solution.system.rates]
-    says = f"{names[column]} is not finite from t = {solution.t[bad[0]]:.9g} s on; take smaller steps"
+    name = state_names(solution.system)[column]
+    says = f"{name} is not finite from t = {solution.t[bad[0]]:.9g} s on; take smaller steps"
     return HealthCheck("finite", False, float(bad.size), 0.0, says)
 
 
@@ -147,6 +152,16 @@ def _constraints(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         yield HealthCheck("redundant constraints", True, float(len(solution.redundant)), 0.0, says)
 
 
+def _quaternions(solution: Solution) -> HealthCheck:
+    off = np.abs(Positions(solution.system).lengths(solution.q) - 1.0)
+    frame, which = np.unravel_index(np.argmax(off), off.shape)
+    name = solution.system.coordinates[solution.system.quaternions[which]]["name"]
+    value, t = float(off[frame, which]), solution.t[frame]
+    found = f"the length of the quaternion of {name} is off 1 by {value:.2g} at t = {t:.6g} s"
+    objection = f"{found}: its body is distorted; start from a quaternion of unit length"
+    return _limited("quaternions", value, _QUATERNION_LENGTH, f"at most, {found}", objection)
+
+
 def _steps(solution: Solution) -> Iterator[HealthCheck]:
     taken, rejected = solution.stats["steps"], solution.stats["rejected"]
     ratio = rejected / max(taken + rejected, 1)
@@ -174,9 +189,10 @@ def _resolution(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         return
     period = 2.0 * np.pi / fastest
     found = f"{period / h:.3g} steps in the fastest period, which is {period:.3g} s"
-    ok = bool(period / h >= _STEPS_PER_PERIOD)
-    objection = f"only {found}: take a step of at most {period / _STEPS_PER_PERIOD:.2g} s"
-    yield HealthCheck("resolution", ok, float(period / h), _STEPS_PER_PERIOD, found if ok else objection)
+    needed = min(_STEPS_PER_PERIOD, 0.7 * method.steps_per_period)
+    ok = bool(period / h >= needed)
+    objection = f"only {found}: take a step of at most {period / needed:.2g} s"
+    yield HealthCheck("resolution", ok, float(period / h), needed, found if ok else objection)
     radius = stable_radius(method)
     if radius is not None:
         found = f"step times fastest rate is {h * fastest:.3g}, stable up to {radius:g}"

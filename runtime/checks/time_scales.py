@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.batches import accelerations_and_multipliers
+from runtime.positions import Positions
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -45,12 +46,13 @@ class TimeScales:
 
 def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> TimeScales:
     """Return the time scales at a state; the Jacobian is taken by central differences."""
-    eigenvalues = np.linalg.eigvals(motion_jacobian(system, p, t, q, v))
+    eigenvalues = _eigenvalues(system, motion_jacobian(system, p, t, q, v))
     magnitudes = np.abs(eigenvalues)
     overdamped = -eigenvalues.real > _OVERDAMPED * magnitudes
     motion = float(magnitudes[~overdamped].max(initial=0.0))
     # Swings and turns need steps even where the linearised motion is slow: one radian or one size of q.
-    motion = max(motion, float(np.max(np.abs(v) / np.maximum(1.0, np.abs(q[: len(v)])), initial=0.0)))
+    sizes = Positions(system).per_rate(np.maximum(1.0, np.abs(q)), 1.0)
+    motion = max(motion, float(np.max(np.abs(v) / sizes, initial=0.0)))
     return TimeScales(
         fastest=float(magnitudes.max(initial=0.0)),
         decay=float(-eigenvalues.real[overdamped].min(initial=0.0)),
@@ -59,23 +61,32 @@ def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.nd
     )
 
 
+def _eigenvalues(system: System, jacobian: np.ndarray) -> np.ndarray:
+    """Return the eigenvalues of the linearised motion, each subsystem's by themselves: cost is cubic in their size."""
+    nv = system.nv
+    kinds = [np.array(kind["rates"], dtype=int) for kind in system.subsystems] or [np.arange(nv)[None]]
+    places = [np.hstack([rates, nv + rates]) for rates in kinds]
+    blocks = [jacobian[rows[:, :, None], rows[:, None, :]] for rows in places]
+    return np.concatenate([np.linalg.eigvals(block).ravel() for block in blocks])
+
+
 def motion_jacobian(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Return the Jacobian of (dq/dt, dv/dt), shape (nq + nv, nq + nv); zeros where it is not finite."""
-    y = np.concatenate([q, v])
-    n = len(y)
-    steps = _DIFFERENCE * np.maximum(1.0, np.abs(y))
-    states = np.vstack([y + np.diag(steps), y - np.diag(steps)])
-    f = derivatives(system, p, np.full(2 * n, t), states)
+    """Return the Jacobian of the motion of positions and rates, shape (2 nv, 2 nv); zeros where it is not finite.
+
+    Positions are what rates move: coordinates, and small rotations in body axes of quaternions. Those, turned
+    along with the body, follow δ' = δω - ω × δ.
+    """
+    positions, nv = Positions(system), system.nv
+    sizes = [positions.per_rate(np.maximum(1.0, np.abs(q)), 1.0), np.maximum(1.0, np.abs(v))]
+    steps = _DIFFERENCE * np.concatenate(sizes)
+    changes = np.vstack([np.diag(steps), -np.diag(steps)])
+    states = np.array([[*positions.move(q, change[:nv]), *(v + change[nv:])] for change in changes])
+    a, _ = accelerations_and_multipliers(system, p, np.full(4 * nv, t), states)
+    jacobian = np.zeros((2 * nv, 2 * nv))
+    jacobian[:nv, nv:] = np.eye(nv)
+    for _, j in positions.turns:
+        x, y, z = v[j : j + 3]
+        jacobian[j : j + 3, j : j + 3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
     with np.errstate(invalid="ignore", over="ignore"):
-        jacobian = ((f[:n] - f[n:]) / (2.0 * steps[:, None])).T
+        jacobian[nv:] = ((a[: 2 * nv] - a[2 * nv :]) / (2.0 * steps[:, None])).T
     return np.where(np.isfinite(jacobian), jacobian, 0.0)
-
-
-def derivatives(system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Return (dq/dt, dv/dt) at many states, shape (n, nq + nv)."""
-    accelerations, _ = accelerations_and_multipliers(system, p, times, states)
-    if system.nq == system.nv:
-        return np.hstack([states[:, system.nq :], accelerations])
-    from runtime.batches import evaluate
-
-    return evaluate(system, "rhs", p, times, states)[:, : system.nq + system.nv]

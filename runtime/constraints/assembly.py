@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,7 +21,9 @@ from runtime.constraints.nearest_point import (
     worst,
 )
 from runtime.constraints.redundancy import Redundancy, find_redundancy
-from runtime.errors import UnknownNameError, nearest
+from runtime.constraints.start_values import start_values
+from runtime.names import rate_labels
+from runtime.positions import Chart
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -42,7 +44,7 @@ class Assembly:
     ----------
     q, v : ndarray, shape (nq,) and (nv,)
     moved : list of (str, float, float)
-        Coordinate or rate (`dot(x)`), its value before and after.
+        Coordinate or rate (`dot(x)`, `ball_wx`), its value before and after.
     notes : list of str
         What a user should know: enforced values that were repaired, redundant constraints.
     redundant : list of str
@@ -70,7 +72,8 @@ def assemble(
 
     Enforced values stay. Guesses move as little as possible, measured by the mass matrix at the guesses
     (plainly where it is singular for them), and not at all when they already fit. Rates follow, at the
-    assembled positions.
+    assembled positions. Quaternions are made unit ones first; one of which a component is given or enforced is
+    enforced as a whole.
 
     Parameters
     ----------
@@ -84,67 +87,42 @@ def assemble(
     Raises
     ------
     AssemblyError
-        Enforced values contradict constraints by more than 1e-6 of their scale, or constraints
-        contradict each other.
+        Enforced values contradict constraints by more than 1e-6 of their scale, constraints contradict each other,
+        or a quaternion is zero.
     UnknownNameError
         A name in `start` or `rate` is not a coordinate's.
     """
-    q0, v0, q_enforced, v_enforced = system.initial_state()
-    _override(system, "start", system.coordinates, start, q0, q_enforced)
-    _override(system, "rate", system.rates, rate, v0, v_enforced)
+    given = start_values(system, start, rate)
     if not system.m:
-        return Assembly(q0, v0)
-    if system.nq != system.nv:
-        raise AssemblyError(
-            f"model {system.name!r} has {system.nq} coordinates and {system.nv} rates; "
-            "constraints are only supported where there are as many of both"
-        )
-    return _Assembler(system, np.ascontiguousarray(p, dtype=float), float(t)).run(
-        q0, v0, q_enforced, v_enforced
-    )
-
-
-def _override(
-    system: System,
-    option: str,
-    records: Sequence[dict[str, Any]],
-    values: Mapping[str, float] | None,
-    state: np.ndarray,
-    enforced: np.ndarray,
-) -> None:
-    names = [record["name"] for record in records]
-    for name, value in (values or {}).items():
-        plain = name[4:-1] if option == "rate" and name.startswith("dot(") and name.endswith(")") else name
-        if plain not in names:
-            raise UnknownNameError(
-                f"{option}: model {system.name!r} has no coordinate {name!r}: {nearest(plain, names)}"
-            )
-        if not np.isfinite(value):
-            raise AssemblyError(f"{option}: {name} is {value}; give a finite number")
-        state[names.index(plain)] = float(value)
-        enforced[names.index(plain)] = True
+        return Assembly(given.q, given.v, notes=given.notes)
+    assembler = _Assembler(system, np.ascontiguousarray(p, dtype=float), float(t), given.notes)
+    return assembler.run(given.q, given.v, given.q_enforced, given.v_enforced)
 
 
 class _Assembler:
     """One assembly: the model's constraints at fixed parameters and time, and what has been noted so far."""
 
-    def __init__(self, system: System, p: np.ndarray, t: float):
+    def __init__(self, system: System, p: np.ndarray, t: float, notes: list[str]):
         self.system = system
         self.constraints = Constraints(system, p, t)
         self.coordinates = [record["name"] for record in system.coordinates]
-        self.rates = [f"dot({name})" for name in self.coordinates]
-        self.notes: list[str] = []
+        self.rates = rate_labels(system.coordinates, system.rates)
+        self.notes = notes
 
     def run(self, q0: np.ndarray, v0: np.ndarray, q_enforced: np.ndarray, v_enforced: np.ndarray) -> Assembly:
-        constraints = self.constraints
+        constraints, positions = self.constraints, self.constraints.positions
         self._check_finite(q0, v0)
         sizes = constraints.characteristic_sizes(q0)
         scales = constraints.position_scales(q0, sizes)
-        q = self._positions(q0, q_enforced, sizes, scales)
+        self.chart = Chart(positions, q0)
+        x = self._positions(positions.held(q_enforced), sizes, scales)
+        q = self.chart.q(x)
         v = self._velocities(q, v0, v_enforced, sizes)
-        everything = self._problem(q, np.ones(len(q), dtype=bool), sizes, scales)
-        ranks = find_redundancy(everything, q, lambda place: constraints.jacobian(place, v) * sizes)
-        moved = _changes(self.coordinates, q0, q, sizes)
+        everything = self._problem(x, np.ones(len(x), dtype=bool), sizes, scales)
+        ranks = find_redundancy(
+            everything, x, lambda place: constraints.jacobian(self.chart.q(place), v) * sizes
+        )
+        moved = _changes(self.coordinates, q0, q, positions.per_coordinate(sizes))
         moved += _changes(self.rates, v0, v, np.maximum(np.abs(v0), np.abs(v)))
         return Assembly(q, v, moved, self.notes, self._note_ranks(ranks), ranks.rank)
 
@@ -160,70 +138,77 @@ class _Assembler:
         if not np.isfinite(constraints.mass(q)).all():
             raise contradictions.not_finite("the mass matrix", listed(self.coordinates, q))
 
-    def _problem(self, q: np.ndarray, free: np.ndarray, sizes: np.ndarray, scales: np.ndarray) -> Problem:
-        """Return the position constraints over the free coordinates, the others held at `q`."""
-        constraints = self.constraints
+    def _residual(self, x: np.ndarray) -> np.ndarray:
+        return self.constraints.position(self.chart.q(x))
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return self.chart.by_unknowns(x, self.constraints.position_jacobian(self.chart.q(x)))
+
+    def _problem(self, x: np.ndarray, free: np.ndarray, sizes: np.ndarray, scales: np.ndarray) -> Problem:
+        """Return the position constraints over the free unknowns of the chart, the others held at `x`."""
 
         def at(z: np.ndarray) -> np.ndarray:
-            full = q.copy()
+            full = x.copy()
             full[free] = z
             return full
 
         return Problem(
-            residual=lambda z: constraints.position(at(z)) / scales,
-            jacobian=lambda z: constraints.position_jacobian(at(z))[:, free] / scales[:, None],
-            factor=metric(constraints.mass(q)[np.ix_(free, free)]),
+            residual=lambda z: self._residual(at(z)) / scales,
+            jacobian=lambda z: self._jacobian(at(z))[:, free] / scales[:, None],
+            factor=metric(self.constraints.mass(self.chart.q(x))[np.ix_(free, free)]),
             sizes=sizes[free],
         )
 
-    def _positions(
-        self, q0: np.ndarray, enforced: np.ndarray, sizes: np.ndarray, scales: np.ndarray
-    ) -> np.ndarray:
-        if worst(self.constraints.position(q0) / scales) <= _SATISFIED:
-            return q0
+    def _positions(self, enforced: np.ndarray, sizes: np.ndarray, scales: np.ndarray) -> np.ndarray:
+        """Return the position, as unknowns of the chart."""
+        x0 = self.chart.start
+        if worst(self._residual(x0) / scales) <= _SATISFIED:
+            return x0
         free = ~enforced
-        q = q0.copy()
+        x = x0.copy()
         if free.any():
-            q[free] = solve_with_restarts(self._problem(q0, free, sizes, scales), q0[free])
-        off = worst(self.constraints.position(q) / scales)
+            x[free] = solve_with_restarts(self._problem(x0, free, sizes, scales), x0[free])
+        off = worst(self._residual(x) / scales)
         if off <= SOLVED:
-            return q
+            return x
         if off > _CONTRADICTION:
-            raise self._contradiction(q, q0, enforced, sizes, scales)
-        repaired = self._repair(q, enforced, sizes, scales)
-        if worst(self.constraints.position(repaired) / scales) > SOLVED:
-            raise self._contradiction(q, q0, enforced, sizes, scales)
-        self._note_repair(_changes(self.coordinates, q0, repaired, sizes), enforced)
+            raise self._contradiction(x, enforced, sizes, scales)
+        repaired = self._repair(x, enforced, sizes, scales)
+        if worst(self._residual(repaired) / scales) > SOLVED:
+            raise self._contradiction(x, enforced, sizes, scales)
+        per_coordinate = self.constraints.positions.per_coordinate
+        changes = _changes(self.coordinates, self.chart.q(x0), self.chart.q(repaired), per_coordinate(sizes))
+        self._note_repair(changes, np.array(self.coordinates)[per_coordinate(enforced)])
         return repaired
 
     def _repair(
-        self, q: np.ndarray, enforced: np.ndarray, sizes: np.ndarray, scales: np.ndarray
+        self, x: np.ndarray, enforced: np.ndarray, sizes: np.ndarray, scales: np.ndarray
     ) -> np.ndarray:
         """Move enforced values by the least that lets the constraints hold; the others follow."""
         for _ in range(_MAX_REPAIRS):
-            residual = self.constraints.position(q) / scales
+            residual = self._residual(x) / scales
             if worst(residual) <= _SATISFIED:
                 break
-            jacobian = self.constraints.position_jacobian(q) / scales[:, None]
-            q = q + least_repair(jacobian * sizes, residual, enforced) * sizes
-        return q
+            jacobian = self._jacobian(x) / scales[:, None]
+            x = x + least_repair(jacobian * sizes, residual, enforced) * sizes
+        return x
 
     def _contradiction(
-        self, q: np.ndarray, q0: np.ndarray, enforced: np.ndarray, sizes: np.ndarray, scales: np.ndarray
+        self, x: np.ndarray, enforced: np.ndarray, sizes: np.ndarray, scales: np.ndarray
     ) -> AssemblyError:
         """Return what is wrong: constraints that nothing satisfies, or enforced values."""
-        everywhere = self._problem(q, np.ones(len(q), dtype=bool), sizes, scales)
-        solution = solve_with_restarts(everywhere, q)
-        left = self.constraints.position(solution) / scales
+        everywhere = self._problem(x, np.ones(len(x), dtype=bool), sizes, scales)
+        nearest_x = solve_with_restarts(everywhere, x)
+        left, solution = self._residual(nearest_x) / scales, self.chart.q(nearest_x)
         if worst(left) > SOLVED:
             wrong = np.flatnonzero(np.abs(left) > _TAKES_PART * worst(left))
             return contradictions.with_each_other(self._named(wrong), left[wrong], self.coordinates, solution)
-        residual = self.constraints.position(q)
+        residual = self._residual(x)
         wrong = np.flatnonzero(np.abs(residual / scales) > _TAKES_PART * worst(residual / scales))
-        shown = enforced & (np.abs(self.constraints.position_jacobian(q)[wrong]).sum(axis=0) > 0)
-        shown = np.flatnonzero(shown if shown.any() else enforced)
-        names = [self.coordinates[i] for i in shown]
-        given, fitting = listed(names, q0[shown]), listed(names, solution[shown])
+        shown = enforced & (np.abs(self._jacobian(x)[wrong]).sum(axis=0) > 0)
+        shown = self.constraints.positions.per_coordinate(shown if shown.any() else enforced)
+        names = list(np.array(self.coordinates)[shown])
+        given, fitting = listed(names, self.chart.q(self.chart.start)[shown]), listed(names, solution[shown])
         return contradictions.with_enforced_values(
             self._named(wrong), residual[wrong], given, fitting, "value"
         )
@@ -253,7 +238,7 @@ class _Assembler:
                 repaired += least_repair(matrix * sizes, residual(repaired), enforced) * sizes
             if off > _CONTRADICTION or worst(residual(repaired)) > SOLVED:
                 raise self._contradiction_of_rates(q, (v0, v, repaired), enforced, residual, scales)
-            self._note_repair(_changes(self.rates, v0, repaired, np.abs(v0)), enforced)
+            self._note_repair(_changes(self.rates, v0, repaired, np.abs(v0)), np.array(self.rates)[enforced])
             v = repaired
         return v
 
@@ -279,8 +264,7 @@ class _Assembler:
         return [self.constraints.names[i] for i in indices]
 
     def _note_repair(self, changes: list[tuple[str, float, float]], enforced: np.ndarray) -> None:
-        names = {*np.array(self.coordinates)[enforced], *np.array(self.rates)[enforced]}
-        repaired = [f"{name} by {after - before:.2e}" for name, before, after in changes if name in names]
+        repaired = [f"{name} by {after - before:.2e}" for name, before, after in changes if name in enforced]
         if repaired:
             self.notes.append(
                 "enforced values fitted the constraints nearly, not to the last digit, and were repaired: "

@@ -10,6 +10,7 @@ import ctypes
 import sys
 import threading
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,7 @@ _lock = threading.Lock()
 def robust_rhs_address(system: System) -> tuple[int, Any]:
     """Return the address of a `rhs` that survives dependent constraints, and what must be kept alive with it.
 
-    It writes the same row. Where the straight-line pivot ratio is below 1e-6 or not a number, accelerations
+    It takes a prepared `p` (`System.prepared`) and writes the same row. Where the straight-line pivot ratio is below 1e-6 or not a number, accelerations
     and multipliers come from a pivoted factorisation; multipliers that are not unique are those of least
     norm, and the pivot ratio in the row is 0. See `robust_path.robust_rhs` for the power.
     """
@@ -56,7 +57,7 @@ def robust_project_address(system: System) -> tuple[int, Any]:
 def _guarded(system: System, name: str) -> tuple[int, Any]:
     kernel = system.kernel(name)
     if not system.m:
-        return kernel.address, kernel
+        return kernel.prepared_address, kernel
     with _lock:
         # Kept with the system: the guard refers to it, so a weak dictionary would never let go of either.
         guards = vars(system).setdefault("_guards", {})
@@ -72,14 +73,16 @@ class _Guard:
         from runtime.constraints import robust_path
 
         self._kernels = {key: system.kernel(key) for key in _USED}
-        self._context = np.zeros(robust_path.N_CONTEXT, dtype=np.int64)
+        places = np.array(system.quaternions, dtype=np.int64)
+        self._context = np.append(np.zeros(robust_path.N_CONTEXT, dtype=np.int64), places)
         for index, key in enumerate(_USED[: robust_path.RHS + 1]):
-            self._context[index] = self._kernels[key].address
-        sizes = (system.nq, system.nv, system.nh, system.m, system.nw, system.n_p)
+            self._context[index] = self._kernels[key].prepared_address
+        sizes = (system.nq, system.nv, system.nh, system.m, system.nw, system.n_prepared)
         self._context[robust_path.NQ : robust_path.TIME_DEPENDENT] = sizes
         self._context[robust_path.TIME_DEPENDENT] = system.structure["time_dependent"]
+        self._context[robust_path.N_QUATERNIONS] = len(places)
         self._name = name
-        self._lengths = self._kernels[name].source.lengths
+        self._lengths = replace(self._kernels[name].source.lengths, p=system.n_prepared)
         self._first_call = _PATH(self._compile_and_call)
         ir = _rhs_ir(system) if name == "rhs" else _project_ir(system)
         symbol, table = f"guarded_{name}", f"guarded_{name}_table"
@@ -88,8 +91,8 @@ class _Guard:
         self.address = self._code.add(code, symbol)
         slots = ctypes.c_uint64 * 4
         self._table = slots.from_address(self._code.data_address(table))
-        self._table[0] = self._kernels["rhs"].address
-        self._table[1] = self._kernels["project"].address
+        self._table[0] = self._kernels["rhs"].prepared_address
+        self._table[1] = self._kernels["project"].prepared_address
         self._table[2] = ctypes.cast(self._first_call, ctypes.c_void_p).value
         self._table[3] = self._context.ctypes.data
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.positions import Positions
+
 if TYPE_CHECKING:
     from runtime.system import System
 
@@ -28,6 +30,7 @@ class Constraints:
 
     def __init__(self, system: System, p: np.ndarray, t: float):
         self._system, self._p, self._t = system, p, t
+        self.positions = Positions(system)
         self.names = [record["name"] for record in system.constraints]
 
     def _call(self, name: str, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -47,7 +50,7 @@ class Constraints:
         return self._call("constraint_jacobian", q, v).reshape(self._system.m, self._system.nv)
 
     def position_jacobian(self, q: np.ndarray) -> np.ndarray:
-        """Return ∂Φ/∂q, shape (nh, nq): the first rows of G, since nq = nv."""
+        """Return the derivative of Φ by what rates move, shape (nh, nv): the first rows of G."""
         return self.jacobian(q)[: self._system.nh]
 
     def mass(self, q: np.ndarray) -> np.ndarray:
@@ -56,9 +59,9 @@ class Constraints:
         return self._call("mass_matrix", q, np.zeros(nv)).reshape(nv, nv)
 
     def characteristic_sizes(self, q: np.ndarray) -> np.ndarray:
-        """Return what counts as large for each coordinate, shape (nq,).
+        """Return what counts as large for what each rate moves, shape (nv,).
 
-        1 for angles and numbers without a unit, otherwise the largest value among coordinates and
+        1 for angles, turns and numbers without a unit, otherwise the largest value among coordinates and
         parameters of the same unit.
         """
         records = [*self._system.coordinates, *self._system.parameters, *self._system.inputs]
@@ -68,12 +71,14 @@ class Constraints:
             largest[record["unit"]] = max(largest.get(record["unit"], 0.0), float(value))
         units = [record["unit"] for record in self._system.coordinates]
         bare = max([1.0, *np.abs(q[[unit in _ANGLES for unit in units]])])
-        return np.array([bare if unit in _ANGLES else largest[unit] or 1.0 for unit in units])
+        sizes = np.array([bare if unit in _ANGLES else largest[unit] or 1.0 for unit in units])
+        return self.positions.per_rate(sizes, 1.0)
 
     def position_scales(self, q: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         """Return by how much each position constraint changes over the characteristic sizes, shape (nh,)."""
         random = np.random.default_rng(20240229)
-        near = [q, *(q + _NEAR * sizes * random.uniform(-1.0, 1.0, q.size) for _ in range(2))]
+        steps = [_NEAR * sizes * random.uniform(-1.0, 1.0, sizes.size) for _ in range(2)]
+        near = [q, *(self.positions.move(q, step) for step in steps)]
         scales = np.zeros(self._system.nh)
         for place in near:
             change = np.abs(self.position_jacobian(place) * sizes).max(axis=1, initial=0.0)

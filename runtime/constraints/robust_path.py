@@ -10,10 +10,10 @@ from runtime.code.bridge import call_kernel
 from runtime.code.numba_setup import jit
 from runtime.constraints.rank_revealing import constrained_solve, factor_constraints, factor_mass
 
-# The context: addresses, then sizes (all 64 bits wide).
+# The context: addresses, sizes (all 64 bits wide), and behind them where in q each quaternion begins.
 MASS_MATRIX, FORCES, CONSTRAINT_JACOBIAN, GAMMA, CONSTRAINT_RESIDUAL, ENERGY, RHS = range(7)
-NQ, NV, NH, M, NW, NP, TIME_DEPENDENT = range(7, 14)
-N_CONTEXT = 14
+NQ, NV, NH, M, NW, NP, TIME_DEPENDENT, N_QUATERNIONS = range(7, 15)
+N_CONTEXT = 15
 
 
 @jit
@@ -41,7 +41,7 @@ def robust_rhs(context, t, y, p, out):
 
 @jit
 def robust_project(context, t, y, p, out):
-    """Write what `project` should have: one Gauss step on positions, then one on velocities."""
+    """Write what `project` should have: a Gauss step on positions, to unit quaternions, then one on velocities."""
     nq, nv, nh, m = context[NQ], context[NV], context[NH], context[M]
     n = nq + nv
     mass, jacobian, z, lower, order, scale, shift = _factors(context, t, y, p)
@@ -63,7 +63,11 @@ def robust_project(context, t, y, p, out):
         moved[nq + i] = step[i]
     call_kernel(np.uint64(context[RHS]), t, moved, p, row)
     for i in range(nq):
-        out[i] = moved[i] = y[i] + row[i]
+        moved[i] = y[i] + row[i]
+    for k in range(context[N_QUATERNIONS]):
+        _scale_to_unit(moved, context[N_CONTEXT + k])
+    for i in range(nq):
+        out[i] = moved[i]
     for i in range(nv):
         moved[nq + i] = y[nq + i]
 
@@ -77,6 +81,13 @@ def robust_project(context, t, y, p, out):
     constrained_solve(mass, z, lower, order, scale, rank, f, target, step, multipliers)
     for i in range(nv):
         out[nq + i] = y[nq + i] + step[i]
+
+
+@jit
+def _scale_to_unit(q, i):
+    length = math.sqrt(q[i] ** 2 + q[i + 1] ** 2 + q[i + 2] ** 2 + q[i + 3] ** 2)
+    for j in range(i, i + 4):
+        q[j] /= length
 
 
 @jit

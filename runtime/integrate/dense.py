@@ -1,4 +1,4 @@
-"""Dense output in Hairer's nested form, one form for all methods."""
+"""Dense output: Hairer's nested form for all methods but `taylor`, whose series are used as they are."""
 
 from runtime.code.jitted import jitted
 
@@ -6,8 +6,18 @@ N_DENSE = 8
 
 
 @jitted
+def evaluate_series(theta, series, n_terms, n, out):
+    """Write Σ θ^k series[k] over `n_terms` rows into `out[:n]` (Horner)."""
+    for i in range(n):
+        out[i] = series[n_terms - 1, i]
+    for k in range(n_terms - 2, -1, -1):
+        for i in range(n):
+            out[i] = out[i] * theta + series[k, i]
+
+
+@jitted
 def evaluate_dense(theta, dense, n_terms, n, out):
-    """Write y(θ) = d0 + θ (d1 + (1-θ)(d2 + θ (d3 + ...))) into `out[:n]`.
+    """Write y(θ) = d0 + θ (d1 + (1-θ)(d2 + θ (d3 + ...))) into `out[:n]`; d0 + θ (d1 + θ (d2 + ...)) for a series.
 
     Hairer, Nørsett, Wanner, Solving ODEs I (1993), II.6 and CONTD8 of dop853.f.
 
@@ -18,11 +28,14 @@ def evaluate_dense(theta, dense, n_terms, n, out):
     dense : ndarray, shape (8, n)
         Coefficients d0, d1, ... of the step.
     n_terms : int
-        How many rows of `dense` are used.
+        How many rows of `dense` are used; negative for a power series in θ.
     n : int
         Number of components.
     out : ndarray, shape (n,)
     """
+    if n_terms < 0:
+        evaluate_series(theta, dense, -n_terms, n, out)
+        return
     for i in range(n):
         out[i] = dense[n_terms - 1, i]
     for j in range(n_terms - 2, -1, -1):

@@ -21,6 +21,7 @@ from runtime.integrate.layout import (
     NQ,
     NV,
     NY,
+    PROJECT,
     PROJECTION_FAILED,
     REJECTED,
     RHS,
@@ -200,12 +201,12 @@ def estimate_error(method, sizes, control, h, y, k, states):
 def reach_end(method, addresses, sizes, p, control, counters, t1, y, k, states, scratch):
     """Project the new state and evaluate its derivative; returns why that failed, or RUNNING."""
     y_new, row = states[1], k[method.n_stages - method.fsal]
-    if sizes[NM] > 0:
+    if addresses[PROJECT] != 0:
         if project_state(
             addresses, sizes, p, t1, y_new, control, counters, scratch[: projection_size(sizes)]
         ):
             return PROJECTION_FAILED
-    if sizes[NM] > 0 or not method.fsal:
+    if addresses[PROJECT] != 0 or not method.fsal:
         if not evaluate(addresses, sizes, p, counters, t1, y_new, row):
             return NOT_FINITE
     if sizes[NM] > 0:

@@ -3,13 +3,20 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size, finish_step
+from runtime.integrate.after_step import finish_step
 from runtime.integrate.copying import copy
 from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
+from runtime.integrate.implicit_dense import one_stage_dense
+from runtime.integrate.implicit_work import (
+    ACCELERATION,
+    CORRECTION,
+    FACTORED_FOR,
+    STAGE,
+    Y_NEW,
+    stage_work,
+)
+from runtime.integrate.jacobian import acceleration_jacobian
 from runtime.integrate.layout import (
     F_VALID,
     FACTORISATIONS,
@@ -22,6 +29,7 @@ from runtime.integrate.layout import (
     NEWTON_TOL,
     NM,
     NOT_FINITE,
+    NQ,
     NV,
     NW,
     NY,
@@ -32,13 +40,18 @@ from runtime.integrate.linear import lu_factor, lu_solve
 from runtime.integrate.newton import (
     DIVERGED,
     ITERATING,
-    N_MONITOR,
     RATE,
     forget_rate,
     judge_correction,
     start_newton,
 )
 from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.quaternions import (
+    chart_variation,
+    move,
+    n_quaternions,
+    quaternion_at,
+)
 from runtime.integrate.step_control import error_scale, grid_end
 
 # Of the tolerance; an error that Newton leaves is not seen by anything else here, and adds up over the steps.
@@ -49,12 +62,12 @@ KEEP_JACOBIAN_RATE = 0.2
 # accelerations of the last step.
 HAVE_JACOBIAN, HAVE_FACTORS, HAVE_ACCELERATION = range(16, 19)
 
-FACTORED_FOR = N_MONITOR  # in `numbers`, behind Newton's monitor
-N_NUMBERS = N_MONITOR + 1
-
 
 class OneStage(NamedTuple):
     """A one-stage implicit method: Y = y + s f(t + s, Y) with s = θ h, then y_new = y + (Y - y) / θ.
+
+    Quaternions are turned by s times the stage's angular velocity, then by h times it: as the addition of
+    angles it stands for, that is exact for a steady rotation.
 
     Attributes
     ----------
@@ -70,67 +83,6 @@ class OneStage(NamedTuple):
 
 IMPLICIT_EULER = OneStage(1.0, 2)
 IMPLICIT_MIDPOINT = OneStage(0.5, 3)
-
-
-# Rows of `vectors` and `states`.
-ACCELERATION, CORRECTION = range(2)
-STAGE, Y_NEW = range(2)
-
-
-class StageWork(NamedTuple):
-    """Work arrays of `advance_implicit`. They are few, because each makes every call of a jitted function longer.
-
-    Attributes
-    ----------
-    numbers : ndarray, shape (N_NUMBERS,)
-    jacobian : ndarray, shape (nv, 2 nv)
-        [∂a/∂q, ∂a/∂v].
-    matrix, pivots : ndarray, shapes (nv, nv), (nv,)
-        Factors of the Newton matrix.
-    vectors : ndarray, shape (2, nv)
-        Accelerations of the last step; a correction of v.
-    states : ndarray, shape (2, NY)
-        The stage; the new state.
-    row : ndarray, shape (N_ROW,)
-        The rhs row of the stage.
-    implicit : ndarray
-        See `acceleration_jacobian`.
-    scratch : ndarray
-        See `finish_step`.
-    """
-
-    numbers: np.ndarray
-    jacobian: np.ndarray
-    matrix: np.ndarray
-    pivots: np.ndarray
-    vectors: np.ndarray
-    states: np.ndarray
-    row: np.ndarray
-    implicit: np.ndarray
-    scratch: np.ndarray
-
-
-@jitted
-def implicit_work_size(sizes):
-    """Length of `work` for `advance_implicit`."""
-    nv = sizes[NV]
-    own = N_NUMBERS + 3 * nv * nv + 3 * nv + 2 * sizes[NY] + sizes[N_ROW]
-    return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
-
-
-@jitted
-def stage_work(sizes, work):
-    """Divide `work`, of length `implicit_work_size(sizes)`, into a `StageWork`."""
-    nv, ny = sizes[NV], sizes[NY]
-    numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
-    jacobian, rest = rest[: 2 * nv * nv].reshape((nv, 2 * nv)), rest[2 * nv * nv :]
-    matrix, rest = rest[: nv * nv].reshape((nv, nv)), rest[nv * nv :]
-    pivots, rest = rest[:nv].view(np.int64), rest[nv:]
-    vectors, rest = rest[: 2 * nv].reshape((2, nv)), rest[2 * nv :]
-    states, rest = rest[: 2 * ny].reshape((2, ny)), rest[2 * ny :]
-    row, rest = rest[: sizes[N_ROW]], rest[sizes[N_ROW] :]
-    n = jacobian_work_size(sizes)
-    return StageWork(numbers, jacobian, matrix, pivots, vectors, states, row, rest[:n], rest[n:])
 
 
 @jitted
@@ -191,11 +143,11 @@ def solve_stage(s, addresses, sizes, p, control, counters, t0, y, w):
 @jitted
 def predict(s, sizes, counters, y, w):
     """Guess the stage: the accelerations of the last step go on, or none."""
-    nv = sizes[NV]
-    for i in range(nv):
+    nq = sizes[NQ]
+    for i in range(sizes[NV]):
         rise = s * w.vectors[ACCELERATION, i] if counters[HAVE_ACCELERATION] else 0.0
-        w.states[STAGE, nv + i] = y[nv + i] + rise
-        w.states[STAGE, i] = y[i] + s * w.states[STAGE, nv + i]
+        w.states[STAGE, nq + i] = y[nq + i] + rise
+    move(sizes, y, s, w.states[STAGE], nq, w.states[STAGE])
 
 
 @jitted
@@ -203,7 +155,7 @@ def iterate(s, addresses, sizes, p, control, counters, t0, y, w):
     """Improve the stage by simplified Newton; returns RUNNING, or why it does not converge."""
     # Lengths of steps on the grid differ by round-off of time, which is nothing to Newton.
     if not counters[HAVE_FACTORS] or abs(s - w.numbers[FACTORED_FOR]) > 1e-6 * s:
-        status = factor_stage(s, counters, w)
+        status = factor_stage(s, sizes, counters, w)
         if status != RUNNING:
             return status
     tolerance = control[NEWTON_TOL] if control[NEWTON_TOL] > 0.0 else DEFAULT_NEWTON_TOL
@@ -225,13 +177,16 @@ def iterate(s, addresses, sizes, p, control, counters, t0, y, w):
 
 
 @jitted
-def factor_stage(s, counters, w):
-    """Factor I - s ∂a/∂v - s² ∂a/∂q."""
+def factor_stage(s, sizes, counters, w):
+    """Factor I - s ∂a/∂v - s² ∂a/∂q, where the rates of a quaternion turn it by `chart_variation`."""
     nv = w.matrix.shape[0]
     for i in range(nv):
         for j in range(nv):
             w.matrix[i, j] = -s * (w.jacobian[i, nv + j] + s * w.jacobian[i, j])
         w.matrix[i, i] += 1.0
+    for k in range(n_quaternions(sizes)):
+        j = quaternion_at(sizes, k) - k
+        factor_turns(s, j, sizes[NQ] + j, w)
     counters[FACTORISATIONS] += 1
     counters[HAVE_FACTORS] = 1
     w.numbers[FACTORED_FOR] = s
@@ -240,33 +195,61 @@ def factor_stage(s, counters, w):
 
 
 @jitted
+def factor_turns(s, j, first, w):
+    """Make the columns of the Newton matrix for the rates of a quaternion, from `j`; in states from `first`."""
+    a, b, c = s * w.states[STAGE, first], s * w.states[STAGE, first + 1], s * w.states[STAGE, first + 2]
+    for column in range(3):
+        along = 1.0 if column == 0 else 0.0, 1.0 if column == 1 else 0.0, 1.0 if column == 2 else 0.0
+        x, y, z = chart_variation(a, b, c, along[0], along[1], along[2])
+        for i in range(w.matrix.shape[0]):
+            turned = w.jacobian[i, j] * x + w.jacobian[i, j + 1] * y + w.jacobian[i, j + 2] * z
+            w.matrix[i, j + column] += s * s * (w.jacobian[i, j + column] - turned)
+
+
+@jitted
 def correct_stage(s, sizes, control, y, w):
     """Correct the stage, whose derivative is `w.row`, by Newton; returns the size of the correction."""
-    nv = sizes[NV]
+    nq, nv = sizes[NQ], sizes[NV]
     for i in range(nv):
-        w.vectors[CORRECTION, i] = y[nv + i] + s * w.row[nv + i] - w.states[STAGE, nv + i]
+        w.vectors[CORRECTION, i] = y[nq + i] + s * w.row[nq + i] - w.states[STAGE, nq + i]
     lu_solve(w.matrix, w.pivots, w.vectors[CORRECTION])
     total = 0.0
     for i in range(nv):
         dv = w.vectors[CORRECTION, i]
-        dq = s * dv
-        w.states[STAGE, nv + i] += dv
-        # Not q + dq: so q = q0 + s v holds to round-off, whatever Newton leaves in v.
-        w.states[STAGE, i] = y[i] + s * w.states[STAGE, nv + i]
-        total += (dq / error_scale(control, y[i], w.states[STAGE, i])) ** 2
-        total += (dv / error_scale(control, y[nv + i], w.states[STAGE, nv + i])) ** 2
-    return math.sqrt(total / (2 * nv))
+        w.states[STAGE, nq + i] += dv
+        total += (dv / error_scale(control, y[nq + i], w.states[STAGE, nq + i])) ** 2
+    # Not q + s dv: so q = q0 + s v holds to round-off, whatever Newton leaves in v.
+    move(sizes, y, s, w.states[STAGE], nq, w.states[STAGE])
+    return math.sqrt((total + size_of_move(s, sizes, control, y, w)) / (2 * nv))
+
+
+@jitted
+def size_of_move(s, sizes, control, y, w):
+    """Return the sum of squares of the correction's part in positions, in tolerances; a quaternion's size is 1."""
+    total = 0.0
+    start = 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            scale = error_scale(control, y[i], w.states[STAGE, i])
+            total += (s * w.vectors[CORRECTION, i - k] / scale) ** 2
+        if end < sizes[NQ]:
+            scale = error_scale(control, 1.0, 1.0)
+            for i in range(end - k, end - k + 3):
+                total += (s * w.vectors[CORRECTION, i] / scale) ** 2
+        start = end + 4
+    return total
 
 
 @jitted
 def reach_end(method, addresses, sizes, p, control, counters, t0, t1, y, w):
     """Write the new state to `w.states[Y_NEW]`, on the constraints; returns why not, or RUNNING."""
-    nv, n, h = sizes[NV], 2 * sizes[NV], t1 - t0
+    nq, n, h = sizes[NQ], sizes[NQ] + sizes[NV], t1 - t0
     s = method.theta * h
-    for i in range(nv):
-        w.vectors[ACCELERATION, i] = (w.states[STAGE, nv + i] - y[nv + i]) / s
-        w.states[Y_NEW, nv + i] = y[nv + i] + h * w.vectors[ACCELERATION, i]
-        w.states[Y_NEW, i] = y[i] + h * w.states[STAGE, nv + i]
+    for i in range(sizes[NV]):
+        w.vectors[ACCELERATION, i] = (w.states[STAGE, nq + i] - y[nq + i]) / s
+        w.states[Y_NEW, nq + i] = y[nq + i] + h * w.vectors[ACCELERATION, i]
+    move(sizes, y, h, w.states[STAGE], nq, w.states[Y_NEW])
     counters[HAVE_ACCELERATION] = 1
     if sizes[NW] > 0:
         # The row is that of the last iterate but one.
@@ -275,22 +258,9 @@ def reach_end(method, addresses, sizes, p, control, counters, t0, t1, y, w):
         w.states[Y_NEW, n] = y[n] + h * w.row[n]
     if sizes[NM] > 0:
         control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.row[sizes[N_ROW] - 1])
-        status = project_state(
-            addresses, sizes, p, t1, w.states[Y_NEW], control, counters, w.scratch[: projection_size(sizes)]
-        )
-        if status != RUNNING:
-            return status
+    status = project_state(
+        addresses, sizes, p, t1, w.states[Y_NEW], control, counters, w.scratch[: projection_size(sizes)]
+    )
+    if status != RUNNING:
+        return status
     return RUNNING if all_finite(w.states[Y_NEW], sizes[NY]) else NOT_FINITE
-
-
-@jitted
-def one_stage_dense(method, sizes, h, y0, y1, dense):
-    """Fill `dense` with the method's own interpolant: v linear, q linear (Euler) or the integral of v."""
-    nv = sizes[NV]
-    for i in range(sizes[NY]):
-        dense[0, i] = y0[i]
-        dense[1, i] = y1[i] - y0[i]
-        dense[2, i] = 0.0
-    if method.n_dense == 3:
-        for i in range(nv):
-            dense[2, i] = -0.5 * h * dense[1, nv + i]

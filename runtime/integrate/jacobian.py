@@ -18,6 +18,7 @@ from runtime.integrate.layout import (
     RUNNING,
 )
 from runtime.integrate.linear import lu_factor, lu_solve_matrix, pivot_ratio, solve_rank_deficient
+from runtime.integrate.quaternions import by_turning, n_quaternions, quaternion_at
 
 # Below this the ordinary factors are not trusted, and elimination with complete pivoting decides on the rank.
 TRUSTED_PIVOT_RATIO = 1e-9
@@ -34,8 +35,8 @@ class JacobianWork(NamedTuple):
         What the kernel `residual_jacobian` writes.
     block : ndarray, shape (k, k)
         Derivative by (a, λ).
-    right : ndarray, shape (k, nq + nv)
-        Minus the derivative by (q, v).
+    right : ndarray, shape (k, 2 nv)
+        Minus the derivative by (q, v), that by a quaternion taken by its rotation vector.
     pivots : ndarray of int64, shape (k,)
     scale : ndarray, shape (k,)
     """
@@ -63,13 +64,17 @@ def jacobian_work(sizes, work):
     arguments, rest = work[:n_columns], work[n_columns:]
     derivative, rest = rest[: n * n_columns], rest[n * n_columns :]
     block, rest = rest[: n * n].reshape((n, n)), rest[n * n :]
-    right, rest = rest[: n * n_state].reshape((n, n_state)), rest[n * n_state :]
+    n_right = 2 * sizes[NV]
+    right, rest = rest[: n * n_right].reshape((n, n_right)), rest[n * n_right :]
     return JacobianWork(arguments, derivative, block, right, rest[:n].view(np.int64), rest[n : 2 * n])
 
 
 @jitted
 def acceleration_jacobian(addresses, sizes, p, counters, t, y, row, work, out):
     """Differentiate a(t, q, v) by implicit differentiation of the equations F(q, v, a, λ) = 0.
+
+    By positions means: by what moves them, as rates do. That is q itself, or the rotation vector in body axes that
+    turns a quaternion.
 
     [F_a F_λ] ∂(a, λ)/∂(q, v) = -[F_q F_v], of which the rows of `a` are kept; so M is never inverted
     by itself, and coordinates without mass are welcome where constraints determine their accelerations. Where
@@ -84,7 +89,7 @@ def acceleration_jacobian(addresses, sizes, p, counters, t, y, row, work, out):
     row : ndarray, shape (N_ROW,)
         The rhs row at (t, y): accelerations and multipliers are read from it.
     work : ndarray, shape (jacobian_work_size(sizes),)
-    out : ndarray, shape (nv, nq + nv)
+    out : ndarray, shape (nv, 2 nv)
         Overwritten by [∂a/∂q, ∂a/∂v].
 
     Returns
@@ -93,7 +98,7 @@ def acceleration_jacobian(addresses, sizes, p, counters, t, y, row, work, out):
         RUNNING, NOT_FINITE, or SINGULAR_MATRIX where accelerations are not determined.
     """
     nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
-    n_state, n = nq + nv, nv + m
+    n_state = nq + nv
     w = jacobian_work(sizes, work)
     for i in range(n_state):
         w.arguments[i] = y[i]
@@ -101,38 +106,55 @@ def acceleration_jacobian(addresses, sizes, p, counters, t, y, row, work, out):
         w.arguments[n_state + i] = row[nq + i]
     for i in range(m):
         w.arguments[n_state + nv + i] = row[n_state + sizes[NW] + i]
-    differentiate(addresses, p, t, n, n_state, w)
+    differentiate(addresses, sizes, p, t, w)
     counters[JACOBIANS] += 1
     if lu_factor(w.block, w.pivots) == RUNNING and pivot_ratio(w.block) > TRUSTED_PIVOT_RATIO:
         lu_solve_matrix(w.block, w.pivots, w.right)
     else:
-        unpack(n, n_state, w)
+        unpack(sizes, w)
         status = solve_rank_deficient(w.block, w.right, nv, w.pivots, w.scale)
         if status != RUNNING:
             return status
     total = 0.0
     for i in range(nv):
-        for j in range(n_state):
+        for j in range(2 * nv):
             out[i, j] = w.right[i, j]
             total += 0.0 * out[i, j]
     return RUNNING if math.isfinite(total) else NOT_FINITE
 
 
 @jitted
-def differentiate(addresses, p, t, n, n_state, w):
+def differentiate(addresses, sizes, p, t, w):
     """Call the kernel at `w.arguments` and lay its result out as `block` and `right`."""
     for i in range(w.derivative.shape[0]):
         w.derivative[i] = 0.0
     call_kernel(addresses[RESIDUAL_JACOBIAN], t, w.arguments, p, w.derivative)
-    unpack(n, n_state, w)
+    unpack(sizes, w)
 
 
 @jitted
-def unpack(n, n_state, w):
+def unpack(sizes, w):
     """Copy the kernel's result to `block`, and to `right` with its sign changed."""
+    n, n_state = w.block.shape[0], sizes[NQ] + sizes[NV]
     n_columns = n_state + n
     for i in range(n):
-        for j in range(n_state):
-            w.right[i, j] = -w.derivative[i * n_columns + j]
+        row = w.derivative[i * n_columns : (i + 1) * n_columns]
+        by_positions(sizes, w.arguments, row, w.right[i])
+        for j in range(sizes[NV]):
+            w.right[i, sizes[NV] + j] = -row[sizes[NQ] + j]
         for j in range(n):
-            w.block[i, j] = w.derivative[i * n_columns + n_state + j]
+            w.block[i, j] = row[n_state + j]
+
+
+@jitted
+def by_positions(sizes, q, row, out):
+    """Write minus the derivatives by positions, of which `row` holds those by q, to `out[:nv]`."""
+    start = 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            out[i - k] = -row[i]
+        if end < sizes[NQ]:
+            x, y, z = by_turning(q, end, row[end], row[end + 1], row[end + 2], row[end + 3])
+            out[end - k], out[end - k + 1], out[end - k + 2] = -x, -y, -z
+        start = end + 4

@@ -4,7 +4,8 @@
 RHS, PROJECT, EVENTS, RESIDUAL, RESIDUAL_JACOBIAN, ENERGY = range(6)
 N_KERNELS = 6
 
-# Sizes (int64): N_SIZES numbers, then the direction (+1 rising, -1 falling, 0 both) of every event.
+# Sizes (int64): N_SIZES numbers, then the direction (+1 rising, -1 falling, 0 both) of every event, then where
+# in q each quaternion begins, and NQ at the end (see `quaternions.py`).
 NQ, NV, NW, NH, NM, NE, NY, N_ROW = range(8)  # NY = NQ+NV+NW; N_ROW = length of an rhs row (NY + m + (m > 0))
 N_SIZES = 8
 
@@ -28,7 +29,8 @@ NEXT_FRAME, N_LOGGED_STEPS, MAX_STEPS_PER_CALL, F_VALID, EVENT_INDEX, LAST_REJEC
     7, 14
 )
 NON_STIFF_COUNT, GRID_STEP = range(14, 16)
-# STIFF_COUNT: signs of stiffness in a row (15: stiff). Counters from 16 on belong to the family that runs.
+# STIFF_COUNT: signs of stiffness in a row (15: stiff). Counters from FAMILY_COUNTERS on belong to the family that runs.
+FAMILY_COUNTERS = 16
 N_COUNTERS = 24
 
 # Status of a call of an `advance_*` loop.

@@ -1,4 +1,4 @@
-"""Bring a state back onto the constraints, positions and velocities."""
+"""Bring a state back onto the constraints, positions and velocities, and quaternions to unit length."""
 
 import math
 
@@ -16,6 +16,7 @@ from runtime.integrate.layout import (
     PROJECTIONS,
     RUNNING,
 )
+from runtime.integrate.quaternions import scale_to_unit
 
 MAX_GAUSS_STEPS = 6
 
@@ -28,11 +29,14 @@ def projection_size(sizes):
 
 @jitted
 def project_state(addresses, sizes, p, t, y, control, counters, buffer):
-    """Project (q, v) in `y` onto the constraints, in place; nothing to do where the model has none.
+    """Project (q, v) in `y` onto the constraints, in place, with quaternions of unit length.
+
+    Nothing happens where the model has neither (`addresses[PROJECT]` is 0).
 
     The kernel makes one mass-weighted Gauss step for positions, one for velocities, and reports the residual it
     started from. Gauss steps converge quadratically, so one more is taken only while the reported residual is
-    above the square root of the tolerance.
+    above the square root of the tolerance. Quaternions are scaled to unit length before, too: what that changes in
+    the constraints would not show in the residual, and by a Gauss step their lengths change to second order only.
 
     Parameters
     ----------
@@ -49,10 +53,11 @@ def project_state(addresses, sizes, p, t, y, control, counters, buffer):
     int
         RUNNING, or PROJECTION_FAILED where the residual does not become small (`y` is then of no use).
     """
-    m = sizes[NM]
-    if m == 0 or addresses[PROJECT] == 0:
+    if addresses[PROJECT] == 0:
         return RUNNING
     n = sizes[NQ] + sizes[NV]
+    if sizes[NM] > 0:
+        scale_to_unit(sizes, y)
     enough = math.sqrt(control[PROJECTION_TOL])
     for _ in range(MAX_GAUSS_STEPS):
         call_kernel(addresses[PROJECT], t, y, p, buffer)
@@ -61,7 +66,7 @@ def project_state(addresses, sizes, p, t, y, control, counters, buffer):
         finite = True
         for i in range(n):
             finite = finite and math.isfinite(buffer[i])
-        for i in range(n, n + sizes[NH] + m):
+        for i in range(n, n + sizes[NH] + sizes[NM]):
             finite = finite and math.isfinite(buffer[i])
             residual = max(residual, abs(buffer[i]))
         if not finite:

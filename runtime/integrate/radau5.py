@@ -30,7 +30,9 @@ from runtime.integrate.layout import (
 from runtime.integrate.newton import MAX_ITERATIONS, OVERSHOOT, RATE
 from runtime.integrate.projection import project_state, projection_size
 from runtime.integrate.radau5_error import estimate_error, set_tolerances
-from runtime.integrate.radau5_stages import (
+from runtime.integrate.radau5_stages import factor_stages, integrate_work, predict_stages, solve_stages
+from runtime.integrate.radau5_turns import place, turns_to_increments
+from runtime.integrate.radau5_work import (
     F_NEW,
     FACTORED_FOR,
     HAVE_FACTORS,
@@ -41,11 +43,7 @@ from runtime.integrate.radau5_stages import (
     LAST_RATE,
     Y_NEW,
     Y_STAGE,
-    factor_stages,
-    integrate_work,
-    predict_stages,
     radau_work,
-    solve_stages,
 )
 from runtime.integrate.step_control import SAFETY, first_step, step_end, too_small
 
@@ -69,7 +67,8 @@ def advance_radau5(
     are. Deviations: q is eliminated from the Newton systems; 12 iterations; a Jacobian is kept up to a higher rate
     of contraction, and a slow contraction keeps the step from growing; the state is projected onto the
     constraints after acceptance, before the evaluation at the new point; work is a quadrature and has no part
-    in any norm. Arguments and result are those of all step loops, see docs/architecture.md; `method` is a
+    in any norm; quaternions are collocated by the rotation vector that turns them from the start of the step.
+    Arguments and result are those of all step loops, see docs/architecture.md; `method` is a
     `RadauIIA`.
     """
     w = radau_work(sizes, work)
@@ -143,7 +142,7 @@ def try_step(method, h, addresses, sizes, p, control, counters, t, y, f, w, dens
     # Lengths of equal steps differ by round-off of time, which is nothing to Newton.
     if not counters[HAVE_FACTORS] or abs(h - w.numbers[FACTORED_FOR]) > 1e-6 * h:
         counters[HAVE_FACTORS] = 0
-        status = factor_stages(method, h, counters, w)
+        status = factor_stages(method, h, sizes, counters, y, w)
         if status != RUNNING:
             return status
         counters[HAVE_FACTORS] = 1
@@ -171,16 +170,15 @@ def reach_end(method, h, addresses, sizes, p, control, counters, t0, t1, y, w):
     """Write the new state and its rhs row, on the constraints; returns why not, or RUNNING."""
     if not integrate_work(method, h, addresses, sizes, p, counters, t0, y, w):
         return NOT_FINITE
-    for i in range(sizes[NY]):
-        w.states[Y_NEW, i] = y[i] + w.states[2, i]
+    place(sizes, y, w.states[2], w.states[Y_NEW])
     if sizes[NM] > 0:
         for s in range(3):
             control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.rows[s, sizes[N_ROW] - 1])
-        status = project_state(
-            addresses, sizes, p, t1, w.states[Y_NEW], control, counters, w.scratch[: projection_size(sizes)]
-        )
-        if status != RUNNING:
-            return status
+    status = project_state(
+        addresses, sizes, p, t1, w.states[Y_NEW], control, counters, w.scratch[: projection_size(sizes)]
+    )
+    if status != RUNNING:
+        return status
     if not evaluate(addresses, sizes, p, counters, t1, w.states[Y_NEW], w.rows[F_NEW]):
         return NOT_FINITE
     return RUNNING if all_finite(w.states[Y_NEW], sizes[NY]) else NOT_FINITE
@@ -236,6 +234,8 @@ def reject_radau(error, h, control, counters, w):
 def radau_dense(method, sizes, y, w, dense):
     """Fill `dense` with the collocation polynomial; what projection moved is added in proportion to time."""
     c0, c1 = method.c[0], method.c[1]
+    for s in range(3):
+        turns_to_increments(sizes, y, w.states[s])
     for i in range(sizes[NY]):
         z0, z1, z2 = w.states[0, i], w.states[1, i], w.states[2, i]
         s0 = (z0 / c0 - z2) / (1.0 - c0)

@@ -104,6 +104,17 @@ def grid_end(control, counters):
 
 
 @jitted
+def grid_length(control, t0, t1):
+    """Return the length of a step of the grid [s]: exactly `control[H]` unless the step is cut at a stop time.
+
+    The difference of the times carries the round-off of time, which would jolt a method that conserves what
+    belongs to its step.
+    """
+    h = t1 - t0
+    return control[H] if abs(h - control[H]) <= 1e-9 * control[H] + 4.0 * EPS * abs(t1) else h
+
+
+@jitted
 def too_small(control):
     """Whether the step size has reached its lower limit, or the round-off of time."""
     return control[H] <= max(control[H_MIN], 4.0 * EPS * abs(control[T]))

@@ -1,4 +1,4 @@
-"""Semi-implicit Euler and velocity Verlet with a fixed step, for models whose rates are dq/dt."""
+"""Semi-implicit Euler and velocity Verlet with a fixed step."""
 
 from typing import NamedTuple
 
@@ -19,11 +19,13 @@ from runtime.integrate.layout import (
     NV,
     NW,
     NY,
+    PROJECT,
     PROJECTION_FAILED,
     RUNNING,
     T,
 )
 from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.quaternions import move
 from runtime.integrate.step_control import grid_end
 
 N_DENSE_TERMS = 4
@@ -37,8 +39,9 @@ class SymplecticScheme(NamedTuple):
     verlet : int
         1 for velocity Verlet, 0 for semi-implicit Euler.
     reuse : int
-        1 where the acceleration depends on neither v nor constraints and no work is carried: that of the new
-        positions serves the new velocities as it is, and a Verlet step costs one evaluation, otherwise two.
+        1 where the rates are dq/dt, the acceleration depends on neither v nor constraints and no work is carried:
+        that of the new positions serves the new velocities as it is, and a Verlet step costs one evaluation,
+        otherwise two.
     """
 
     verlet: int
@@ -94,7 +97,7 @@ def semi_implicit_step(sizes, h, y, f, y_new):
     nq, nv = sizes[NQ], sizes[NV]
     for i in range(nv):
         y_new[nq + i] = y[nq + i] + h * f[nq + i]
-        y_new[i] = y[i] + h * y_new[nq + i]
+    move(sizes, y, h, y_new, nq, y_new)
 
 
 @jitted
@@ -103,12 +106,14 @@ def verlet_step(reuse, addresses, sizes, p, counters, t1, h, y, f, y_new, row):
 
     Hairer, Lubich, Wanner, Acta Numerica 12 (2003) 399, (1.7). Where the acceleration depends on v, the new one is
     taken at predicted velocities v + h a: their error h^2 enters the new velocities as h^3, as the method's own does.
+    Quaternions are turned by h (v + h a / 2), which misses the turn of a step by h^3 (w x w') / 12.
     """
     nq, nv = sizes[NQ], sizes[NV]
     for i in range(nv):
-        acceleration = f[nq + i]
-        y_new[i] = y[i] + h * (y[nq + i] + 0.5 * h * acceleration)
-        y_new[nq + i] = y[nq + i] + h * acceleration
+        y_new[nq + i] = y[nq + i] + 0.5 * h * f[nq + i]
+    move(sizes, y, h, y_new, nq, y_new)
+    for i in range(nv):
+        y_new[nq + i] = y[nq + i] + h * f[nq + i]
     for i in range(nq + nv, sizes[NY]):
         y_new[i] = y[i]
     evaluate(addresses, sizes, p, counters, t1, y_new, row)
@@ -122,7 +127,7 @@ def verlet_step(reuse, addresses, sizes, p, counters, t1, h, y, f, y_new, row):
 def complete_step(method, addresses, sizes, p, control, counters, t1, h, y, f, y_new, row, scratch):
     """Project the new state, evaluate its derivative, add the work (trapezoidal rule); returns a status."""
     nq, nv = sizes[NQ], sizes[NV]
-    if sizes[NM] > 0:
+    if addresses[PROJECT] != 0:
         if project_state(
             addresses, sizes, p, t1, y_new, control, counters, scratch[: projection_size(sizes)]
         ):

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from runtime.names import rate_labels
+
 from . import schema
 
 _MOST_CURVES = 48  # more curves in one plot show nothing and slow a viewer down
@@ -83,7 +85,8 @@ def plot_rows(header: dict) -> tuple[tuple[Curves, ...], ...]:
     """Return the plots of a model, row by row."""
     m = len(header["constraints"])
     coordinates = _by_unit("coordinates", "Coordinates", "q", header["coordinates"])
-    names_of_rates = [{**rate, "name": f"dot({rate['name']})"} for rate in header["rates"]]
+    labels = rate_labels(header["coordinates"], header["rates"])
+    names_of_rates = [{**rate, "name": label} for rate, label in zip(header["rates"], labels)]
     rates = _by_unit("rates", "Rates", "v", names_of_rates)
     outputs = _by_unit("outputs", "Outputs", "outputs", header["outputs"])
     energy = Curves("Energy", schema.ENERGY, "energy", (0, 1, 2), ("kinetic T", "potential V", "total T + V"))

@@ -140,7 +140,7 @@ class _Derivative:
         system = of.system
         # As in the run: dependent constraints are no obstacle.
         self._address, self._keep = robust_rhs_address(system)
-        self._p, self._ny, self._row = of.p, system.ny, np.zeros(system.n_row)
+        self._p, self._ny, self._row = system.prepared(of.p), system.ny, np.zeros(system.n_row)
         self._calls = 0
 
     def __call__(self, t: float, y: np.ndarray) -> np.ndarray:

@@ -174,9 +174,11 @@ def _model_checks(system: System, recording: Recording, intervals: int, seed: in
 
 
 def _health(solution: Solution) -> list[Check]:
-    """Return the run's own checks of energy and constraints, made again with what was computed again."""
+    """Return the run's own checks of energy, constraints and quaternions, made again with what was computed again."""
     again = [
-        check for check in solution.health if check.check == "energy" or check.check.startswith("constraint ")
+        check
+        for check in solution.health
+        if check.check in ("energy", "quaternions") or check.check.startswith("constraint ")
     ]
     return [Check(check.check, bool(check.ok), check.value, check.limit, check.says) for check in again]
 

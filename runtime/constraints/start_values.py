@@ -1,0 +1,93 @@
+"""What a start is given as: the model's values, those of the user over them, quaternions of unit length."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from runtime.constraints.contradictions import AssemblyError
+from runtime.errors import UnknownNameError, nearest
+from runtime.names import inside_dot, rate_indices
+from runtime.positions import Positions
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+_UNIT_LENGTH = 1e-9  # what a quaternion's length may be off without a word
+
+
+class StartValues(NamedTuple):
+    """A start before constraints are looked at.
+
+    Attributes
+    ----------
+    q, v : ndarray, shape (nq,) and (nv,)
+    q_enforced, v_enforced : ndarray of bool, shape (nq,) and (nv,)
+    notes : list of str
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    q_enforced: np.ndarray
+    v_enforced: np.ndarray
+    notes: list[str]
+
+
+def start_values(
+    system: System, start: Mapping[str, float] | None, rate: Mapping[str, float] | None
+) -> StartValues:
+    """Return the model's start with the values of `start` and `rate`, which are enforced.
+
+    Raises
+    ------
+    AssemblyError
+        A value is not finite, or a quaternion is zero.
+    UnknownNameError
+        A name is not that of a coordinate or rate.
+    """
+    q, v, q_enforced, v_enforced = system.initial_state()
+    coordinates = {record["name"]: index for index, record in enumerate(system.coordinates)}
+    for name, value in (start or {}).items():
+        _enforce(system, "start", name, name, coordinates, value, q, q_enforced)
+    rates = rate_indices(system.coordinates, system.rates, system.quaternions)
+    for name, value in (rate or {}).items():
+        _enforce(system, "rate", name, inside_dot(name), rates, value, v, v_enforced)
+    q, notes = _unit_quaternions(system, q)
+    return StartValues(q, v, q_enforced, v_enforced, notes)
+
+
+def _enforce(
+    system: System,
+    option: str,
+    given: str,
+    name: str,
+    places: Mapping[str, int],
+    value: float,
+    state: np.ndarray,
+    enforced: np.ndarray,
+) -> None:
+    if name not in places:
+        what = "coordinate" if option == "start" or system.nq == system.nv else "rate"
+        raise UnknownNameError(
+            f"{option}: model {system.name!r} has no {what} {given!r}: {nearest(name, places)}"
+        )
+    if not np.isfinite(value):
+        raise AssemblyError(f"{option}: {given} is {value}; give a finite number")
+    state[places[name]] = float(value)
+    enforced[places[name]] = True
+
+
+def _unit_quaternions(system: System, q: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    positions, notes = Positions(system), []
+    for (i, _), length in zip(positions.turns, positions.lengths(q)):
+        names = f"{system.coordinates[i]['name']}, …, {system.coordinates[i + 3]['name']}"
+        if not (np.isfinite(length) and length > 0.0):
+            raise AssemblyError(
+                f"the quaternion {names} has the length {length:g}, which is no orientation: "
+                "give one, such as 1, 0, 0, 0"
+            )
+        if abs(length - 1.0) > _UNIT_LENGTH:
+            notes.append(f"the quaternion {names} had the length {length:.9g}, and was scaled to unit length")
+    return positions.normalised(q), notes
