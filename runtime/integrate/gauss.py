@@ -1,0 +1,196 @@
+"""Gauss collocation of order 4 to 16 with a fixed step: symmetric, and symplectic where the mass matrix is constant."""
+
+from runtime.code.jitted import jitted
+from runtime.integrate.after_step import finish_step, needs_dense
+from runtime.integrate.compensated import add_compensated
+from runtime.integrate.copying import copy
+from runtime.integrate.evaluation import all_finite
+from runtime.integrate.gauss_stages import interpolation, place_stages, solve_stages
+from runtime.integrate.gauss_work import (
+    EXTRAPOLATED_FOR,
+    FRAME,
+    H_HISTORY,
+    HAVE_FACTORS,
+    HAVE_HISTORY,
+    HAVE_JACOBIAN,
+    NEXT_STEP,
+    gauss_work,
+)
+from runtime.integrate.layout import (
+    F_VALID,
+    MAX_STEPS_PER_CALL,
+    MIN_PIVOT_RATIO,
+    N_LOGGED_STEPS,
+    N_ROW,
+    NEXT_FRAME,
+    NM,
+    NOT_FINITE,
+    NV,
+    NW,
+    NY,
+    RUNNING,
+    T,
+)
+from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.step_control import grid_end, grid_length
+
+N_DENSE_TERMS = 8
+
+
+@jitted
+def advance_gauss(
+    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
+):
+    """Advance with a `Gauss` method until something is for Python to do.
+
+    Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), VIII.6, for q'' = a(t, q, v): the unknowns are
+    accelerations. Fixed-point iteration until that fails once, from then on Newton's. Frames are steps of their own
+    from the step's start, so they have the method's order; the collocation polynomial serves events. The row `f` is not
+    used; F_VALID says that nobody has changed the state. Arguments and result are those of all step loops, see
+    docs/architecture.md.
+    """
+    w = gauss_work(method, sizes, work)
+    n = method.c.shape[0]
+    y_new, rest, y_old = w.states[n], w.states[n + 1], w.states[n + 2]
+    if not counters[F_VALID]:
+        counters[F_VALID] = 1
+        counters[HAVE_HISTORY], counters[HAVE_JACOBIAN], counters[HAVE_FACTORS] = 0, 0, 0
+        for i in range(sizes[NY]):
+            rest[i] = 0.0
+    done = 0
+    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        t0 = control[T]
+        t1 = grid_end(control, counters)
+        h = grid_length(control, t0, t1)
+        prepare_history(method, h, counters, w)
+        status = solve_stages(NEXT_STEP, method, h, addresses, sizes, p, control, counters, t0, y, w)
+        if status == RUNNING:
+            copy(y, y_old)
+            copy(y, y_new)
+            status = reach_end(method, h, addresses, sizes, p, control, counters, t1, y, y_new, rest, w)
+        if status != RUNNING:
+            return status
+        keep_history(h, sizes[NV], counters, w)
+        dense_is_read = needs_dense(sizes, counters, frame_times, t1)
+        if dense_is_read:
+            gauss_dense(method, h, sizes, y, y_new, w, dense)
+        copy(y_new, y)
+        first_frame = counters[NEXT_FRAME]
+        status = finish_step(
+            addresses, sizes, p, control, counters, t0, t1, y, dense, N_DENSE_TERMS, w.scratch,
+            frame_times, frames, step_log,
+        )  # fmt: skip
+        if dense_is_read:
+            refine_frames(
+                method, h, addresses, sizes, p, control, counters, t0, first_frame, frame_times, frames, w
+            )
+        if status != RUNNING:
+            return status
+        done += 1
+    return RUNNING
+
+
+@jitted
+def prepare_history(method, h, counters, w):
+    """Make the weights with which the last step's collocation polynomial is continued over a step of length `h`."""
+    if counters[HAVE_HISTORY]:
+        stretch = h / w.numbers[H_HISTORY]
+        if w.numbers[EXTRAPOLATED_FOR] != stretch:
+            interpolation(method, 1.0, stretch, w.weights[NEXT_STEP])
+            w.numbers[EXTRAPOLATED_FOR] = stretch
+
+
+@jitted
+def keep_history(h, nv, counters, w):
+    """Keep the accelerations of the stages for the next step."""
+    for i in range(nv):
+        for s in range(w.rows.shape[0]):
+            w.history[i, s] = w.rows[s, nv + i]
+    w.numbers[H_HISTORY] = h
+    counters[HAVE_HISTORY] = 1
+
+
+@jitted
+def reach_end(method, h, addresses, sizes, p, control, counters, t1, y, y_new, rest, w):
+    """Add the step to `y_new`, which is `y` so far, and project it onto the constraints; returns a status."""
+    n, nv = method.c.shape[0], sizes[NV]
+    place_stages(method, h, nv, y, w)
+    for i in range(nv):
+        travel, impulse = 0.0, 0.0
+        for s in range(n):
+            travel += w.travels[i, s]
+            impulse += w.impulses[i, s]
+        add_compensated(travel, i, y_new, rest)
+        add_compensated(impulse, nv + i, y_new, rest)
+    if sizes[NW] > 0:
+        work = 0.0
+        for s in range(n):
+            work += h * method.b[s] * w.rows[s, 2 * nv]
+        add_compensated(work, 2 * nv, y_new, rest)
+    if sizes[NM] > 0:
+        for s in range(n):
+            control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.rows[s, sizes[N_ROW] - 1])
+        status = project_state(
+            addresses, sizes, p, t1, y_new, control, counters, w.scratch[: projection_size(sizes)]
+        )
+        if status != RUNNING:
+            return status
+        for i in range(2 * nv):
+            rest[i] = 0.0
+    return RUNNING if all_finite(y_new, sizes[NY]) else NOT_FINITE
+
+
+@jitted
+def gauss_dense(method, h, sizes, y, y_new, w, dense):
+    """Fill `dense` with the collocation polynomial, up to degree 7; what projection moved is added in proportion."""
+    n, nv = method.c.shape[0], sizes[NV]
+    for i in range(sizes[NY]):
+        dense[0, i] = y[i]
+        dense[1, i] = y_new[i] - y[i]
+    for r in range(6):
+        for i in range(nv):
+            by_v, by_q = 0.0, 0.0
+            for s in range(n):
+                by_v += method.dense_v[r, s] * w.rows[s, nv + i]
+                by_q += method.dense_q[r, s] * w.rows[s, nv + i]
+            dense[2 + r, nv + i] = h * by_v
+            dense[2 + r, i] = h * h * by_q
+        for i in range(2 * nv, sizes[NY]):
+            by_v = 0.0
+            for s in range(n):
+                by_v += method.dense_v[r, s] * w.rows[s, i]
+            dense[2 + r, i] = h * by_v
+
+
+@jitted
+def refine_frames(method, h, addresses, sizes, p, control, counters, t0, first_frame, frame_times, frames, w):
+    """Replace frames that dense output has written by steps from the start of the step to their times.
+
+    The stages start from the collocation polynomial, so few iterations do. Where they do not converge the frame stays.
+    """
+    n, nv, y_old = method.c.shape[0], sizes[NV], w.states[method.c.shape[0] + 2]
+    for row in range(first_frame, counters[NEXT_FRAME]):
+        length = frame_times[row] - t0
+        if length <= 0.0 or frame_times[row] >= control[T]:
+            continue
+        interpolation(method, 0.0, length / h, w.weights[FRAME])
+        if (
+            solve_stages(FRAME, method, length, addresses, sizes, p, control, counters, t0, y_old, w)
+            != RUNNING
+        ):
+            continue
+        place_stages(method, length, nv, y_old, w)
+        frame = frames[row]
+        for i in range(sizes[NY]):
+            total = 0.0
+            for s in range(n):
+                if i < nv:
+                    total += w.travels[i, s]
+                elif i < 2 * nv:
+                    total += w.impulses[i - nv, s]
+                else:
+                    total += length * method.b[s] * w.rows[s, i]
+            frame[i] = y_old[i] + total
+        if sizes[NM] > 0:
+            buffer = w.scratch[: projection_size(sizes)]
+            project_state(addresses, sizes, p, frame_times[row], frame, control, counters, buffer)

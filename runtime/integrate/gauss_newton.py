@@ -1,0 +1,55 @@
+"""Newton's iteration for the stages of the Gauss methods: a system of the size of v for each eigenvalue of a."""
+
+from runtime.code.jitted import jitted
+from runtime.integrate.gauss_work import FACTORED_FOR, HAVE_FACTORS
+from runtime.integrate.layout import FACTORISATIONS, RUNNING
+from runtime.integrate.linear import lu_factor, lu_solve
+
+
+@jitted
+def factor_stages(method, h, counters, w):
+    """Factor the Newton matrix of every eigenvalue, unless that was done for steps of length `h`."""
+    if counters[HAVE_FACTORS] and w.numbers[FACTORED_FOR] == h:
+        return RUNNING
+    nv = w.jacobian.shape[0]
+    for k in range(method.eigenvalues.shape[0]):
+        g = h * method.eigenvalues[k]
+        for i in range(nv):
+            for j in range(nv):
+                w.matrices[k, i, j] = -g * (w.jacobian[i, nv + j] + g * w.jacobian[i, j])
+            w.matrices[k, i, i] += 1.0
+        status = lu_factor(w.matrices[k], w.pivots[k])
+        if status != RUNNING:
+            return status
+    counters[FACTORISATIONS] += 1
+    counters[HAVE_FACTORS] = 1
+    w.numbers[FACTORED_FOR] = h
+    return RUNNING
+
+
+@jitted
+def correct_by_newton(method, h, nv, w):
+    """Correct the impulses by simplified Newton in the eigenvectors of a, a system of size nv for each eigenvalue."""
+    n = method.c.shape[0]
+    for i in range(nv):
+        for s in range(n):
+            w.sums[i, s] = 0.0
+    for k in range(method.eigenvalues.shape[0]):
+        for i in range(nv):
+            total = complex(0.0, 0.0)
+            for s in range(n):
+                defect = w.rows[s, nv + i] - w.impulses[i, s] / (h * method.b[s])
+                total += method.from_stages[k, s] * defect
+            w.complex[i] = total
+        lu_solve(w.matrices[k], w.pivots[k], w.complex)
+        for i in range(nv):
+            for s in range(n):
+                x = method.to_stages[s, k] * w.complex[i]
+                w.sums[i, s] += x.real
+    for i in range(nv):
+        largest = 0.0
+        for s in range(n):
+            change = h * method.b[s] * w.sums[i, s]
+            largest = max(largest, abs(change))
+            w.impulses[i, s] += change
+        w.change[i] = largest

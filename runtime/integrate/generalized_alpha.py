@@ -1,0 +1,309 @@
+"""The generalised-α method and HHT with a fixed step; their Newton systems have the size of v."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from runtime.code.jitted import jitted
+from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from runtime.integrate.copying import copy
+from runtime.integrate.dense import hermite_dense
+from runtime.integrate.evaluation import all_finite, evaluate
+from runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
+from runtime.integrate.layout import (
+    F_VALID,
+    FACTORISATIONS,
+    MAX_STEPS_PER_CALL,
+    MIN_PIVOT_RATIO,
+    N_LOGGED_STEPS,
+    N_ROW,
+    NEWTON_FAILED,
+    NEWTON_ITERATIONS,
+    NEWTON_TOL,
+    NM,
+    NOT_FINITE,
+    NV,
+    NW,
+    NY,
+    RUNNING,
+    T,
+)
+from runtime.integrate.linear import lu_factor, lu_solve
+from runtime.integrate.newton import (
+    DIVERGED,
+    ITERATING,
+    N_MONITOR,
+    RATE,
+    forget_rate,
+    judge_correction,
+    start_newton,
+)
+from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.step_control import error_scale, grid_end
+
+# Of the tolerance; an error that Newton leaves is not seen by anything else here, and adds up over the steps.
+DEFAULT_NEWTON_TOL = 1e-3
+KEEP_JACOBIAN_RATE = 0.2
+N_DENSE_TERMS = 4
+
+# Counters of this family: whether work holds a Jacobian, and factors (for steps of length FACTORED_FOR).
+HAVE_JACOBIAN, HAVE_FACTORS = range(16, 18)
+
+FACTORED_FOR = N_MONITOR  # in `numbers`, behind Newton's monitor
+N_NUMBERS = N_MONITOR + 1
+
+# Rows of `vectors`.
+AVERAGE, NEW_AVERAGE, ACCELERATION, CORRECTION = range(4)
+
+
+class GeneralizedAlpha(NamedTuple):
+    """Parameters of the generalised-α method for q'' = a(t, q, v).
+
+    A runs behind a as an average, (1 - α_m) A₁ + α_m A₀ = (1 - α_f) a₁ + α_f a₀, and Newmark's formulas take A:
+    v₁ = v₀ + h ((1-γ) A₀ + γ A₁), q₁ = q₀ + h v₀ + h² ((1/2-β) A₀ + β A₁).
+
+    Attributes
+    ----------
+    alpha_m, alpha_f, beta, gamma : float
+    """
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+
+
+def generalized_alpha(spectral_radius: float = 0.9) -> GeneralizedAlpha:
+    """Return the method that damps the fastest motions by `spectral_radius`, 0 to 1, a step, and slow ones least.
+
+    Chung, Hulbert, J. Appl. Mech. 60 (1993) 371, (14), (20) and (25).
+    """
+    rho = spectral_radius
+    return _newmark((2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0))
+
+
+def hht(alpha: float = 0.1) -> GeneralizedAlpha:
+    """Return the method of Hilber, Hughes and Taylor with α, 0 to 1/3; damping grows with it.
+
+    Hilber, Hughes, Taylor, Earthq. Eng. Struct. Dyn. 5 (1977) 283, whose α is negative.
+    """
+    return _newmark(0.0, alpha)
+
+
+def _newmark(alpha_m: float, alpha_f: float) -> GeneralizedAlpha:
+    if not alpha_m <= alpha_f <= 0.5:
+        raise ValueError(
+            f"the method is unstable with α_m = {alpha_m}, α_f = {alpha_f}: α_m <= α_f <= 1/2 is needed"
+        )
+    lag = alpha_f - alpha_m
+    return GeneralizedAlpha(alpha_m, alpha_f, 0.25 * (1.0 + lag) ** 2, 0.5 + lag)
+
+
+class AlphaWork(NamedTuple):
+    """Work arrays of `advance_generalized_alpha`.
+
+    Attributes
+    ----------
+    numbers : ndarray, shape (N_NUMBERS,)
+    jacobian : ndarray, shape (nv, 2 nv)
+        [∂a/∂q, ∂a/∂v].
+    matrix, pivots : ndarray, shapes (nv, nv), (nv,)
+        Factors of the Newton matrix.
+    vectors : ndarray, shape (4, nv)
+        A at the start and at the end of the step, a at its end, a correction of that.
+    y_new : ndarray, shape (NY,)
+    row : ndarray, shape (N_ROW,)
+        The rhs row of the new state.
+    implicit, scratch : ndarray
+        See `acceleration_jacobian` and `finish_step`.
+    """
+
+    numbers: np.ndarray
+    jacobian: np.ndarray
+    matrix: np.ndarray
+    pivots: np.ndarray
+    vectors: np.ndarray
+    y_new: np.ndarray
+    row: np.ndarray
+    implicit: np.ndarray
+    scratch: np.ndarray
+
+
+@jitted
+def alpha_work_size(sizes):
+    """Length of `work` for `advance_generalized_alpha`."""
+    nv = sizes[NV]
+    own = N_NUMBERS + 3 * nv * nv + 5 * nv + sizes[NY] + sizes[N_ROW]
+    return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
+
+
+@jitted
+def alpha_work(sizes, work):
+    """Divide `work`, of length `alpha_work_size(sizes)`, into an `AlphaWork`."""
+    nv, ny, n_row = sizes[NV], sizes[NY], sizes[N_ROW]
+    numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
+    jacobian, rest = rest[: 2 * nv * nv].reshape((nv, 2 * nv)), rest[2 * nv * nv :]
+    matrix, rest = rest[: nv * nv].reshape((nv, nv)), rest[nv * nv :]
+    pivots, rest = rest[:nv].view(np.int64), rest[nv:]
+    vectors, rest = rest[: 4 * nv].reshape((4, nv)), rest[4 * nv :]
+    y_new, rest = rest[:ny], rest[ny:]
+    row, rest = rest[:n_row], rest[n_row:]
+    n = jacobian_work_size(sizes)
+    return AlphaWork(numbers, jacobian, matrix, pivots, vectors, y_new, row, rest[:n], rest[n:])
+
+
+@jitted
+def advance_generalized_alpha(
+    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
+):
+    """Advance with a `GeneralizedAlpha` method until something is for Python to do.
+
+    In the form of Arnold and Brüls, Multibody Syst. Dyn. 18 (2007) 185, the equations of motion hold at the ends of
+    steps, so a mass matrix that changes costs no order. Constrained models are integrated in their accelerations and
+    projected after every step. `control[NEWTON_TOL]` is in units of the error tolerance; 0 means DEFAULT_NEWTON_TOL.
+    Arguments and result are those of all step loops, see docs/architecture.md.
+    """
+    w = alpha_work(sizes, work)
+    nv = sizes[NV]
+    if not counters[F_VALID]:
+        if not evaluate(addresses, sizes, p, counters, control[T], y, f):
+            return NOT_FINITE
+        counters[F_VALID] = 1
+        for i in range(nv):
+            w.vectors[AVERAGE, i] = f[nv + i]
+    done = 0
+    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        t0 = control[T]
+        t1 = grid_end(control, counters)
+        status = solve_step(method, t1 - t0, addresses, sizes, p, control, counters, t1, y, f, w)
+        if status == RUNNING:
+            status = reach_end(t1 - t0, addresses, sizes, p, control, counters, t1, y, f, w)
+        if status != RUNNING:
+            return status
+        if needs_dense(sizes, counters, frame_times, t1):
+            hermite_dense(y, w.y_new, f, w.row, t1 - t0, sizes[NY], dense)
+        copy(w.y_new, y)
+        copy(w.row, f)
+        copy(w.vectors[NEW_AVERAGE], w.vectors[AVERAGE])
+        status = finish_step(
+            addresses, sizes, p, control, counters, t0, t1, y, dense, N_DENSE_TERMS, w.scratch,
+            frame_times, frames, step_log,
+        )  # fmt: skip
+        if status != RUNNING:
+            return status
+        done += 1
+    return RUNNING
+
+
+@jitted
+def solve_step(method, h, addresses, sizes, p, control, counters, t1, y, f, w):
+    """Solve for the accelerations at `t1`; where that fails, once more with a fresh Jacobian."""
+    if counters[HAVE_JACOBIAN]:
+        if iterate(method, h, addresses, sizes, p, control, counters, t1, y, f, w) == RUNNING:
+            return RUNNING
+    status = acceleration_jacobian(addresses, sizes, p, counters, control[T], y, f, w.implicit, w.jacobian)
+    if status != RUNNING:
+        return status
+    counters[HAVE_JACOBIAN], counters[HAVE_FACTORS] = 1, 0
+    return iterate(method, h, addresses, sizes, p, control, counters, t1, y, f, w)
+
+
+@jitted
+def iterate(method, h, addresses, sizes, p, control, counters, t1, y, f, w):
+    """Improve the accelerations at `t1` by simplified Newton from those at the start; returns a status."""
+    # Lengths of steps on the grid differ by round-off of time, which is nothing to Newton.
+    if not counters[HAVE_FACTORS] or abs(h - w.numbers[FACTORED_FOR]) > 1e-6 * h:
+        status = factor_step(method, h, counters, w)
+        if status != RUNNING:
+            return status
+    nv = sizes[NV]
+    for i in range(nv):
+        w.vectors[ACCELERATION, i] = f[nv + i]
+    tolerance = control[NEWTON_TOL] if control[NEWTON_TOL] > 0.0 else DEFAULT_NEWTON_TOL
+    start_newton(w.numbers)
+    verdict = ITERATING
+    iteration = 0
+    while verdict == ITERATING:
+        iteration += 1
+        place_end(method, h, nv, y, f, w)
+        if not evaluate(addresses, sizes, p, counters, t1, w.y_new, w.row):
+            return NOT_FINITE
+        size = correct_end(method, h, nv, control, y, w)
+        counters[NEWTON_ITERATIONS] += 1
+        verdict = judge_correction(iteration, size, tolerance, w.numbers)
+    if verdict == DIVERGED:
+        return NEWTON_FAILED
+    place_end(method, h, nv, y, f, w)
+    if w.numbers[RATE] > KEEP_JACOBIAN_RATE:
+        counters[HAVE_JACOBIAN] = 0
+    return RUNNING
+
+
+@jitted
+def leverage(method, h):
+    """Return by how much q and v at the end of the step change with a there."""
+    share = (1.0 - method.alpha_f) / (1.0 - method.alpha_m)
+    return h * h * method.beta * share, h * method.gamma * share
+
+
+@jitted
+def factor_step(method, h, counters, w):
+    """Factor 1 - (∂v/∂a) ∂a/∂v - (∂q/∂a) ∂a/∂q; returns a status."""
+    nv = w.matrix.shape[0]
+    by_q, by_v = leverage(method, h)
+    for i in range(nv):
+        for j in range(nv):
+            w.matrix[i, j] = -by_v * w.jacobian[i, nv + j] - by_q * w.jacobian[i, j]
+        w.matrix[i, i] += 1.0
+    counters[FACTORISATIONS] += 1
+    counters[HAVE_FACTORS] = 1
+    w.numbers[FACTORED_FOR] = h
+    forget_rate(w.numbers)
+    return lu_factor(w.matrix, w.pivots)
+
+
+@jitted
+def place_end(method, h, nv, y, f, w):
+    """Write the averaged accelerations, rates and positions at the end of the step that belong to a there."""
+    beta, gamma = method.beta, method.gamma
+    for i in range(nv):
+        a0, old = f[nv + i], w.vectors[AVERAGE, i]
+        mixed = (1.0 - method.alpha_f) * w.vectors[ACCELERATION, i] + method.alpha_f * a0
+        new = (mixed - method.alpha_m * old) / (1.0 - method.alpha_m)
+        w.vectors[NEW_AVERAGE, i] = new
+        w.y_new[nv + i] = y[nv + i] + h * ((1.0 - gamma) * old + gamma * new)
+        w.y_new[i] = y[i] + h * (y[nv + i] + h * ((0.5 - beta) * old + beta * new))
+
+
+@jitted
+def correct_end(method, h, nv, control, y, w):
+    """Correct the accelerations, for which `w.row` gives others, by Newton; returns the size of the correction."""
+    for i in range(nv):
+        w.vectors[CORRECTION, i] = w.row[nv + i] - w.vectors[ACCELERATION, i]
+    lu_solve(w.matrix, w.pivots, w.vectors[CORRECTION])
+    by_q, by_v = leverage(method, h)
+    total = 0.0
+    for i in range(nv):
+        change = w.vectors[CORRECTION, i]
+        w.vectors[ACCELERATION, i] += change
+        total += (by_q * change / error_scale(control, y[i], w.y_new[i])) ** 2
+        total += (by_v * change / error_scale(control, y[nv + i], w.y_new[nv + i])) ** 2
+    return math.sqrt(total / (2 * nv))
+
+
+@jitted
+def reach_end(h, addresses, sizes, p, control, counters, t1, y, f, w):
+    """Project the new state, evaluate its rhs row, add the work (trapezoidal rule); returns a status."""
+    if sizes[NM] > 0:
+        control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.row[sizes[N_ROW] - 1])
+        status = project_state(
+            addresses, sizes, p, t1, w.y_new, control, counters, w.scratch[: projection_size(sizes)]
+        )
+        if status != RUNNING:
+            return status
+    if not evaluate(addresses, sizes, p, counters, t1, w.y_new, w.row):
+        return NOT_FINITE
+    for i in range(2 * sizes[NV], 2 * sizes[NV] + sizes[NW]):
+        w.y_new[i] = y[i] + 0.5 * h * (f[i] + w.row[i])
+    return RUNNING if all_finite(w.y_new, sizes[NY]) else NOT_FINITE

@@ -1,0 +1,315 @@
+"""The Rosenbrock method Rodas5P for stiff systems: adaptive steps, no iterations, a Jacobian for every step."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from runtime.code.jitted import jitted
+from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from runtime.integrate.copying import copy
+from runtime.integrate.dense import evaluate_dense
+from runtime.integrate.evaluation import all_finite, evaluate
+from runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
+from runtime.integrate.layout import (
+    ERROR_OLD,
+    F_VALID,
+    FACTORISATIONS,
+    MAX_STEPS_PER_CALL,
+    MIN_PIVOT_RATIO,
+    N_LOGGED_STEPS,
+    N_ROW,
+    NM,
+    NOT_FINITE,
+    NV,
+    NW,
+    NY,
+    REJECTED,
+    RUNNING,
+    STEP_TOO_SMALL,
+    H,
+    T,
+)
+from runtime.integrate.linear import lu_factor, lu_solve
+from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.rodas5p_coefficients import LOBATTO, N_STAGES
+from runtime.integrate.step_control import (
+    accept_step,
+    error_norm,
+    first_step,
+    reject_step,
+    step_end,
+    too_small,
+)
+
+N_DENSE = 5
+EXPONENT, BETA, SHRINK, GROW = 0.17, 0.04, 0.2, 6.0
+# Of the step, for the derivative by time: truncation, of second order, is below round-off then.
+TIME_SHIFT = 1e-4
+
+# Rows of `states`, `rows` and `vectors`.
+Y_STAGE, Y_NEW = range(2)
+STAGE, F_NEW, F_LATER = range(3)
+SLOPE, POWER = range(2)
+
+
+class RodasWork(NamedTuple):
+    """Work arrays of rodas5p.
+
+    Attributes
+    ----------
+    jacobian : ndarray, shape (nv, 2 nv)
+        [A, B] = [∂a/∂q, ∂a/∂v].
+    matrix, pivots : ndarray, shapes (nv, nv), (nv,)
+        Factors of g - B - A/g, with g = 1/(h γ).
+    increments : ndarray, shape (8, 2 nv)
+    states : ndarray, shape (2, NY)
+        The argument of a stage; the new state.
+    rows : ndarray, shape (3, N_ROW)
+        The rhs rows of a stage, of the new state, of another state.
+    vectors : ndarray, shape (2, nv + 2)
+        ∂a/∂t; power at the start, at two places within, and at the end of the step.
+    implicit, scratch : ndarray
+        See `acceleration_jacobian` and `finish_step`.
+    """
+
+    jacobian: np.ndarray
+    matrix: np.ndarray
+    pivots: np.ndarray
+    increments: np.ndarray
+    states: np.ndarray
+    rows: np.ndarray
+    vectors: np.ndarray
+    implicit: np.ndarray
+    scratch: np.ndarray
+
+
+@jitted
+def rodas_work_size(sizes):
+    """Length of `work` for `advance_rodas5p`."""
+    nv = sizes[NV]
+    own = 3 * nv * nv + nv + 2 * N_STAGES * nv + 2 * sizes[NY] + 3 * sizes[N_ROW] + 2 * (nv + 2)
+    return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
+
+
+@jitted
+def rodas_work(sizes, work):
+    """Divide `work`, of length `rodas_work_size(sizes)`, into a `RodasWork`."""
+    nv, ny, n_row = sizes[NV], sizes[NY], sizes[N_ROW]
+    jacobian, rest = work[: 2 * nv * nv].reshape((nv, 2 * nv)), work[2 * nv * nv :]
+    matrix, rest = rest[: nv * nv].reshape((nv, nv)), rest[nv * nv :]
+    pivots, rest = rest[:nv].view(np.int64), rest[nv:]
+    n_increments = 2 * N_STAGES * nv
+    increments, rest = rest[:n_increments].reshape((N_STAGES, 2 * nv)), rest[n_increments:]
+    states, rest = rest[: 2 * ny].reshape((2, ny)), rest[2 * ny :]
+    rows, rest = rest[: 3 * n_row].reshape((3, n_row)), rest[3 * n_row :]
+    vectors, rest = rest[: 2 * (nv + 2)].reshape((2, nv + 2)), rest[2 * (nv + 2) :]
+    n = jacobian_work_size(sizes)
+    return RodasWork(jacobian, matrix, pivots, increments, states, rows, vectors, rest[:n], rest[n:])
+
+
+@jitted
+def advance_rodas5p(
+    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
+):
+    """Advance with a `Rosenbrock` method until something is for Python to do.
+
+    Steinebach, BIT 63 (2023) 27; Hairer, Wanner, Solving ODEs II (1996), IV.7. q is eliminated from the linear systems,
+    which have the size of v; constrained models are integrated in their accelerations and projected after every step;
+    work is a quadrature over the dense output and has no part in any norm. Arguments and result are those of all step
+    loops, see docs/architecture.md.
+    """
+    w = rodas_work(sizes, work)
+    if not counters[F_VALID]:
+        if not evaluate(addresses, sizes, p, counters, control[T], y, f):
+            return NOT_FINITE
+        counters[F_VALID] = 1
+    if control[H] <= 0.0:
+        control[H] = first_step(
+            5, addresses, sizes, p, control, counters, y, f, w.rows[STAGE], w.states[Y_STAGE]
+        )
+        control[ERROR_OLD] = 1e-4
+    done = 0
+    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        t0 = control[T]
+        status, t1 = rodas_step(method, addresses, sizes, p, control, counters, y, f, w)
+        if status != RUNNING:
+            return status
+        if sizes[NW] > 0 or needs_dense(sizes, counters, frame_times, t1):
+            rodas_dense(method, sizes, y, w, dense)
+        if sizes[NW] > 0:
+            integrate_work(method, addresses, sizes, p, counters, t0, t1 - t0, y, f, w, dense)
+            if not math.isfinite(w.states[Y_NEW, sizes[NY] - 1]):
+                return NOT_FINITE
+        copy(w.states[Y_NEW], y)
+        copy(w.rows[F_NEW], f)
+        status = finish_step(
+            addresses, sizes, p, control, counters, t0, t1, y, dense, N_DENSE, w.scratch,
+            frame_times, frames, step_log,
+        )  # fmt: skip
+        if status != RUNNING:
+            return status
+        done += 1
+    return RUNNING
+
+
+@jitted
+def rodas_step(method, addresses, sizes, p, control, counters, y, f, w):
+    """Try steps until one is accepted: `w.states[Y_NEW]` is then the new state, `w.rows[F_NEW]` its rhs row.
+
+    Returns
+    -------
+    tuple
+        Status and the time of the new state [s].
+    """
+    status = linearise(method, addresses, sizes, p, control, counters, y, f, w)
+    if status != RUNNING:
+        return status, control[T]
+    cause = STEP_TOO_SMALL
+    while True:
+        t, t1 = control[T], step_end(control)
+        h = t1 - t
+        if too_small(control):
+            return cause, t
+        error = math.inf
+        cause = take_stages(method, h, addresses, sizes, p, counters, t, t1, y, f, w)
+        if cause == RUNNING:
+            error = error_norm(control, 2 * sizes[NV], y, w.states[Y_NEW], w.increments[N_STAGES - 1])
+            cause = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
+        if error <= 1.0:
+            cause = reach_end(addresses, sizes, p, control, counters, t1, w)
+            if cause == RUNNING:
+                accept_step(EXPONENT, BETA, SHRINK, GROW, error, h, control, counters)
+                return RUNNING, t1
+            error = math.inf
+        reject_step(EXPONENT, SHRINK, error, h, control, counters)
+        counters[REJECTED] += 1
+
+
+@jitted
+def linearise(method, addresses, sizes, p, control, counters, y, f, w):
+    """Differentiate the accelerations at the start of the step by q, v and t; returns a status."""
+    t, nv = control[T], sizes[NV]
+    if method.time_dependent:
+        later, earlier = t + TIME_SHIFT * control[H], t - TIME_SHIFT * control[H]
+        finite = evaluate(addresses, sizes, p, counters, later, y, w.rows[F_LATER])
+        if not (finite and evaluate(addresses, sizes, p, counters, earlier, y, w.rows[STAGE])):
+            return NOT_FINITE
+        for i in range(nv):
+            rise = w.rows[F_LATER, nv + i] - w.rows[STAGE, nv + i]
+            w.vectors[SLOPE, i] = rise / (later - earlier) if later > earlier else 0.0
+    else:
+        for i in range(nv):
+            w.vectors[SLOPE, i] = 0.0
+    return acceleration_jacobian(addresses, sizes, p, counters, t, y, f, w.implicit, w.jacobian)
+
+
+@jitted
+def take_stages(method, h, addresses, sizes, p, counters, t, t1, y, f, w):
+    """Compute the increments of a step of length `h`, and its end in `w.states[Y_NEW]`; returns a status."""
+    n = 2 * sizes[NV]
+    status = factor(method, h, counters, w)
+    if status != RUNNING:
+        return status
+    copy(f, w.rows[STAGE])
+    y_stage = w.states[Y_STAGE]
+    for s in range(N_STAGES):
+        if s > 0:
+            for i in range(n):
+                total = y[i]
+                for j in range(s):
+                    total += method.a[s, j] * w.increments[j, i]
+                y_stage[i] = total
+            time = t1 if method.nodes[s] == 1.0 else t + method.nodes[s] * h
+            if not evaluate(addresses, sizes, p, counters, time, y_stage, w.rows[STAGE]):
+                return NOT_FINITE
+        solve_increment(s, method, h, sizes[NV], w)
+    copy(y, w.states[Y_NEW])
+    for i in range(n):
+        w.states[Y_NEW, i] = y_stage[i] + w.increments[N_STAGES - 1, i]
+    return RUNNING
+
+
+@jitted
+def factor(method, h, counters, w):
+    """Factor g - B - A/g; returns a status.
+
+    With J = [0 I; A B], (g - J) (x, z) = (r, s) is (g - B - A/g) z = s + A r/g and x = (r + z)/g.
+    """
+    nv, g = w.matrix.shape[0], 1.0 / (h * method.gamma)
+    for i in range(nv):
+        for j in range(nv):
+            w.matrix[i, j] = -w.jacobian[i, nv + j] - w.jacobian[i, j] / g
+        w.matrix[i, i] += g
+    counters[FACTORISATIONS] += 1
+    return lu_factor(w.matrix, w.pivots)
+
+
+@jitted
+def solve_increment(s, method, h, nv, w):
+    """Solve for increment `s`, with the rhs row of its stage in `w.rows[STAGE]`."""
+    g = 1.0 / (h * method.gamma)
+    increment = w.increments[s]
+    for i in range(2 * nv):
+        total = 0.0
+        for j in range(s):
+            total += method.couplings[s, j] * w.increments[j, i]
+        increment[i] = w.rows[STAGE, i] + total / h
+    for i in range(nv):
+        total = increment[nv + i] + h * method.slopes[s] * w.vectors[SLOPE, i]
+        for j in range(nv):
+            total += w.jacobian[i, j] * increment[j] / g
+        increment[nv + i] = total
+    lu_solve(w.matrix, w.pivots, increment[nv:])
+    for i in range(nv):
+        increment[i] = (increment[i] + increment[nv + i]) / g
+
+
+@jitted
+def reach_end(addresses, sizes, p, control, counters, t1, w):
+    """Project the new state and evaluate its rhs row; returns a status."""
+    if sizes[NM] > 0:
+        control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.rows[STAGE, sizes[N_ROW] - 1])
+        status = project_state(
+            addresses, sizes, p, t1, w.states[Y_NEW], control, counters, w.scratch[: projection_size(sizes)]
+        )
+        if status != RUNNING:
+            return status
+    if not evaluate(addresses, sizes, p, counters, t1, w.states[Y_NEW], w.rows[F_NEW]):
+        return NOT_FINITE
+    return RUNNING if all_finite(w.states[Y_NEW], sizes[NY]) else NOT_FINITE
+
+
+@jitted
+def rodas_dense(method, sizes, y, w, dense):
+    """Fill `dense` with the published dense output; what projection moved is added in proportion to time."""
+    for i in range(sizes[NY]):
+        dense[0, i] = y[i]
+        dense[1, i] = w.states[Y_NEW, i] - y[i]
+    for i in range(2 * sizes[NV]):
+        for r in range(3):
+            total = 0.0
+            for s in range(N_STAGES):
+                total += method.dense[r, s] * w.increments[s, i]
+            dense[2 + r, i] = total
+
+
+@jitted
+def integrate_work(method, addresses, sizes, p, counters, t0, h, y, f, w, dense):
+    """Integrate the power along the dense output by Lobatto's rule, of order 6, and make its dense output."""
+    n = 2 * sizes[NV]
+    power = w.vectors[POWER]
+    power[0] = h * f[n]
+    for k in range(2):
+        evaluate_dense(LOBATTO[k], dense, N_DENSE, n, w.states[Y_STAGE])
+        evaluate(addresses, sizes, p, counters, t0 + LOBATTO[k] * h, w.states[Y_STAGE], w.rows[F_LATER])
+        power[1 + k] = h * w.rows[F_LATER, n]
+    work = (power[0] + 5.0 * (power[1] + power[2]) + h * w.rows[F_NEW, n]) / 12.0
+    w.states[Y_NEW, n] = y[n] + work
+    dense[0, n] = y[n]
+    dense[1, n] = work
+    for r in range(3):
+        total = 0.0
+        for k in range(3):
+            total += method.work[r, k] * (power[k] - work)
+        dense[2 + r, n] = total
