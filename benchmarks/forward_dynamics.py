@@ -103,9 +103,9 @@ def _pinocchio(description, system, p, state) -> dict[str, float]:
     ours = system.kernel("rhs")(0.0, state, p)[system.nq : system.nq + system.nv]
     theirs = tree.accelerations(state)
     empty = pin.Model()
-    nothing = np.zeros(0)
+    nothing, no_data = np.zeros(0), empty.createData()
     spent = _best(lambda: pin.aba(model, data, q, v, tau))
-    overhead = _best(lambda d=empty.createData(): pin.aba(empty, d, nothing, nothing, nothing))
+    overhead = _best(lambda: pin.aba(empty, no_data, nothing, nothing, nothing))
     return {
         "aba ns": (spent - overhead) * 1e9,
         "difference": float(np.max(np.abs(ours - theirs)) / max(1.0, np.max(np.abs(theirs)))),
