@@ -1,0 +1,215 @@
+"""Taylor series of the whole motion: one kernel gives all coefficients, steps are as long as the series reach."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from runtime.code.bridge import call_kernel
+from runtime.code.jitted import jitted
+from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from runtime.integrate.copying import copy
+from runtime.integrate.evaluation import all_finite, evaluate
+from runtime.integrate.layout import (
+    ERROR_OLD,
+    EVENT,
+    F_VALID,
+    H_MAX,
+    MAX_STEPS_PER_CALL,
+    MIN_PIVOT_RATIO,
+    N_LOGGED_STEPS,
+    NM,
+    NOT_FINITE,
+    NY,
+    PROJECT,
+    PROJECTION_FAILED,
+    REJECTED,
+    RHS_CALLS,
+    RTOL,
+    RUNNING,
+    SINGULAR_MATRIX,
+    STEP_TOO_SMALL,
+    T_STOP,
+    H,
+    T,
+)
+from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.step_control import step_end, too_small
+from runtime.integrate.taylor_step import DEFECT_LIMIT, defect, scale_series, series_step
+
+# New state, what rounding lost in it, predicted slope, what was lost before.
+NEW, LOST, SLOPE, CARRY = range(4)
+N_STATES = 4
+CURRENT = 16  # counter: which of the two series is that of the current state
+MIN_PIVOT = 1e-6  # below it the accelerations are in doubt
+# Halving a step divides a defect by 2^order, unless it is round-off: its size is kept in control[ERROR_OLD]. A jump of
+# the accelerations does not shrink either, but it is larger than round-off can be.
+ROUND_OFF_GAIN = 4.0
+LARGEST_ROUND_OFF = 1e-9  # relative
+# A step that went too far makes later ones 7 % shorter than their series promise, which is forgotten over 50 steps.
+CAUTION, FORGET = 0.07, 0.98
+
+
+class TaylorSeries(NamedTuple):
+    """How the step loop takes the method.
+
+    Attributes
+    ----------
+    address : uint64
+        The kernel that computes a series: see `runtime.taylor.kernel.taylor_addresses`.
+    sum_address : uint64
+        The kernel that sums it.
+    n_rows : int
+        Rows of a series, one more than the highest order.
+    order : int
+        0: chosen by the tolerance.
+    """
+
+    address: np.uint64
+    sum_address: np.uint64
+    n_rows: int
+    order: int
+
+
+@jitted
+def taylor_work_size(n_rows, sizes):
+    """Length of `work`: two series with their pivot ratio, the rows of NEW and what follows, two numbers."""
+    return 2 * (n_rows * sizes[NY] + 1) + N_STATES * sizes[NY] + 2 + finish_scratch_size(sizes)
+
+
+@jitted
+def order_for(rtol):
+    """The order that needs the least time for a tolerance."""
+    if rtol >= 1e-8:
+        return 16
+    return 20 if rtol >= 1e-11 else 24
+
+
+@jitted
+def compute_series(method, order, p, control, counters, t, y, series):
+    """Compute the coefficients at (t, y) into `series`; returns RUNNING, or why they are of no use."""
+    series[0] = order
+    call_kernel(method.address, t, y, p, series)
+    counters[RHS_CALLS] += 1
+    ratio = series[series.shape[0] - 1]
+    control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], ratio)
+    if not ratio >= MIN_PIVOT:
+        return SINGULAR_MATRIX
+    return RUNNING
+
+
+@jitted
+def advance_taylor(
+    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
+):
+    """Advance with Taylor series until something is for Python to do.
+
+    Arguments and result are those of all step loops, see docs/architecture.md; `method` is a `TaylorSeries`.
+    Dense output is the series itself. `counters[F_VALID]` says that the series of the current state is there.
+    """
+    ny, length = sizes[NY], method.n_rows * sizes[NY] + 1
+    pair = work[: 2 * length].reshape((2, length))
+    states = work[2 * length :][: N_STATES * ny].reshape((N_STATES, ny))
+    cell = work[2 * length + N_STATES * ny :][:2]
+    scratch = work[2 * length + N_STATES * ny + 2 :]
+    order = method.order if method.order > 0 else order_for(control[RTOL])
+    done = 0
+    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if not counters[F_VALID]:
+            status = compute_series(
+                method, order, p, control, counters, control[T], y, pair[counters[CURRENT]]
+            )
+            if status != RUNNING:
+                return status
+            counters[F_VALID] = 1
+        t0 = control[T]
+        status, t1 = take_step(
+            method, order, addresses, sizes, p, control, counters, y, f, pair, states, cell, scratch
+        )
+        if status != RUNNING:
+            return status
+        old = pair[1 - counters[CURRENT]][: (order + 1) * ny].reshape((order + 1, ny))
+        if needs_dense(sizes, counters, frame_times, t1):
+            scale_series(t1 - t0, order, old)
+        copy(states[NEW], y)
+        copy(states[LOST], states[CARRY])
+        status = finish_step(
+            addresses, sizes, p, control, counters, t0, t1, y, old, -(order + 1), scratch,
+            frame_times, frames, step_log,
+        )  # fmt: skip
+        if status == EVENT:
+            for i in range(ny):
+                states[CARRY, i] = 0.0
+        if status != RUNNING:
+            return status
+        done += 1
+    return RUNNING
+
+
+@jitted
+def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair, states, cell, scratch):
+    """Step as far as the series reaches, less where it does not: `states[NEW]` is then the new state.
+
+    The accelerations at the new state, which its series begins with, must be those that the old series predicts.
+
+    Returns
+    -------
+    tuple
+        Status and the time of the new state [s].
+    """
+    ny, t = sizes[NY], control[T]
+    current = counters[CURRENT]
+    old = pair[current][: (order + 1) * ny].reshape((order + 1, ny))
+    sums = states[NEW:CARRY].reshape(CARRY * ny)
+    control[H] = min((1.0 - cell[1]) * series_step(order, sizes, control, old, cell), control[H_MAX])
+    cause, before = STEP_TOO_SMALL, math.inf
+    while True:
+        shorter = 0.5
+        if not control[H] > 0.0 or too_small(control):
+            return (NOT_FINITE if not all_finite(pair[current], (order + 1) * ny) else cause), t
+        t1 = step_end(control)
+        h = t1 - t
+        sums[0] = order
+        call_kernel(method.sum_address, h, pair[current], states[CARRY], sums)
+        cause = reach_end(method, order, addresses, sizes, p, control, counters, t1, f, pair, states, scratch)
+        if cause == RUNNING:
+            if t1 >= control[T_STOP]:
+                error = defect(h, order, sizes, control, old, f, states[SLOPE])
+            else:
+                error = defect(h, order, sizes, control, old, pair[1 - current][ny:], states[SLOPE])
+            if (
+                error > max(DEFECT_LIMIT, before / ROUND_OFF_GAIN)
+                and error * control[RTOL] <= LARGEST_ROUND_OFF
+            ):
+                control[ERROR_OLD] = error
+            if error <= max(DEFECT_LIMIT, ROUND_OFF_GAIN * control[ERROR_OLD]):
+                counters[CURRENT] = 1 - current
+                counters[F_VALID] = 0 if t1 >= control[T_STOP] else 1
+                cell[1] *= FORGET
+                return RUNNING, t1
+            before = error
+            cause = STEP_TOO_SMALL
+            shorter = max(0.5, 0.85 * (DEFECT_LIMIT / error) ** (1.0 / (order - 1)))
+            cell[1] = min(0.5, 1.0 - (1.0 - cell[1]) * (1.0 - CAUTION))
+        control[H] = shorter * h
+        counters[REJECTED] += 1
+
+
+@jitted
+def reach_end(method, order, addresses, sizes, p, control, counters, t1, f, pair, states, scratch):
+    """Project the new state and compute its series; at a stop time, only its derivative."""
+    y_new = states[NEW]
+    if addresses[PROJECT] != 0:
+        if project_state(
+            addresses, sizes, p, t1, y_new, control, counters, scratch[: projection_size(sizes)]
+        ):
+            return PROJECTION_FAILED
+        for i in range(sizes[NY]):
+            states[LOST, i] = 0.0
+    if t1 >= control[T_STOP]:
+        return RUNNING if evaluate(addresses, sizes, p, counters, t1, y_new, f) else NOT_FINITE
+    series = pair[1 - counters[CURRENT]]
+    status = compute_series(method, order, p, control, counters, t1, y_new, series)
+    if status != RUNNING and sizes[NM] > 0:
+        return status
+    return RUNNING if all_finite(series, 2 * sizes[NY]) else NOT_FINITE

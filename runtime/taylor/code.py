@@ -1,0 +1,195 @@
+"""Write LLVM IR for arithmetic on coefficients; long code in pieces that share a scratch array.
+
+A value is the text of a constant or of an SSA name, or None: zero, of which nothing is written.
+"""
+
+from __future__ import annotations
+
+from runtime.code.llvm_text import BINARY, INTRINSICS, LIBM, constant
+from runtime.taylor.sincos import DECLARATIONS, sincos_function
+
+PIECE_OPERATIONS = 400
+ARGUMENTS = "double %t, ptr noalias %y, ptr noalias %p, ptr noalias %out, ptr noalias %scratch, i64 %k"
+PASSED = "double %t, ptr %y, ptr %p, ptr %out, ptr %scratch"
+ONE = constant(1.0)
+
+Value = str | None
+
+
+class Piece:
+    """One internal function; loads and stores count as operations, since compiling them takes as long."""
+
+    def __init__(self, name: str, first_order: int | None) -> None:
+        self.name, self.first_order = name, first_order
+        self.lines: list[str] = []
+        self.local: set[str] = set()
+        self.operations = 0
+
+
+class Code:
+    """The functions of one kernel while they are written."""
+
+    def __init__(self, symbol: str) -> None:
+        self.symbol = symbol
+        self.pieces: list[Piece] = []
+        self.piece: Piece
+        self.operations = 0
+        self.n_slots = 0
+        self._n_names = 0
+        self._home: dict[str, Piece] = {}
+        self._slots: dict[str, int] = {}
+        self._loaded: dict[str, str] = {}
+        self._called: set[str] = set()
+
+    def begin_piece(self, first_order: int | None = None) -> None:
+        """Begin a new function; `first_order` is that of a piece which only runs for orders from there on."""
+        self.piece = Piece(f"{self.symbol}.{len(self.pieces)}", first_order)
+        self.pieces.append(self.piece)
+
+    @property
+    def is_full(self) -> bool:
+        return self.piece.operations > PIECE_OPERATIONS
+
+    def reserve(self, n: int, multiple: int = 1) -> int:
+        """Reserve `n` places of the scratch array, beginning at a multiple; returns the first."""
+        first = -(-self.n_slots // multiple) * multiple
+        self.n_slots = first + n
+        return first
+
+    def line(self, text: str) -> None:
+        self.piece.lines.append(text)
+
+    def name(self) -> str:
+        self._n_names += 1
+        return f"%n{self._n_names}"
+
+    def value(self, right_side: str) -> str:
+        """Write an operation and return its value, which later pieces may use as well."""
+        name = self.name()
+        self.line(f"{name} = {right_side}")
+        self.piece.local.add(name)
+        self.piece.operations += 1
+        self.operations += 1
+        self._home[name] = self.piece
+        return name
+
+    def use(self, value: str) -> str:
+        """Return a value as this piece knows it: loaded from scratch where another piece computed it."""
+        if value[0] != "%" or value in self.piece.local or value not in self._home:
+            return value
+        if value not in self._slots:
+            self._slots[value] = self.reserve(1)
+            home = self._home[value]
+            address = f"{value}.to"
+            home.lines.append(
+                f"{address} = getelementptr inbounds double, ptr %scratch, i64 {self._slots[value]}"
+            )
+            home.lines.append(f"store double {value}, ptr {address}, align 8")
+        self.piece.local.add(value)
+        self.line(f"{value}.at = getelementptr inbounds double, ptr %scratch, i64 {self._slots[value]}")
+        self.line(f"{value} = load double, ptr {value}.at, align 8")
+        self.piece.operations += 1
+        return value
+
+    def add(self, a: Value, b: Value) -> Value:
+        if a is None or b is None:
+            return b if a is None else a
+        return self.value(f"fadd contract double {self.use(a)}, {self.use(b)}")
+
+    def sub(self, a: Value, b: Value) -> Value:
+        if b is None:
+            return a
+        if a is None:
+            return self.neg(b)
+        return self.value(f"fsub contract double {self.use(a)}, {self.use(b)}")
+
+    def neg(self, a: Value) -> Value:
+        return None if a is None else self.value(f"fneg double {self.use(a)}")
+
+    def mul(self, a: Value, b: Value) -> Value:
+        if a is None or b is None:
+            return None
+        if ONE in (a, b):
+            return b if a == ONE else a
+        return self.value(f"fmul contract double {self.use(a)}, {self.use(b)}")
+
+    def div(self, a: Value, b: str) -> Value:
+        return None if a is None else self.value(f"fdiv double {self.use(a)}, {self.use(b)}")
+
+    def fma(self, a: Value, b: Value, c: Value) -> Value:
+        """a b + c, rounded once where the processor can."""
+        if a is None or b is None or c is None or ONE in (a, b):
+            return self.add(self.mul(a, b), c)
+        return self._fused(a, b, c)
+
+    def fnma(self, a: Value, b: Value, c: Value) -> Value:
+        """c - a b."""
+        if a is None or b is None:
+            return c
+        if c is None or ONE in (a, b):
+            return self.sub(c, self.mul(a, b))
+        return self._fused(self.neg(a), b, c)
+
+    def _fused(self, a: Value, b: Value, c: Value) -> str:
+        self._called.add("declare double @llvm.fmuladd.f64(double, double, double)")
+        return self.value(
+            f"call double @llvm.fmuladd.f64(double {self.use(a)}, double {self.use(b)}, double {self.use(c)})"
+        )
+
+    def call(self, function: str, arguments: list[str]) -> str:
+        """A mathematical function, as `runtime.code.llvm_text` calls it."""
+        target = f"llvm.{function}.f64" if function in INTRINSICS else function
+        types = "double, double" if function in BINARY else "double"
+        attributes = " nounwind willreturn memory(none)" if function in LIBM else ""
+        self._called.add(f"declare double @{target}({types}){attributes}")
+        passed = ", ".join(f"double {self.use(a)}" for a in arguments)
+        return self.value(f"call double @{target}({passed})")
+
+    def sincos(self, angle: str) -> tuple[str, str]:
+        """Sine and cosine of an angle."""
+        self._called.update(DECLARATIONS)
+        first = self.reserve(2)
+        pair = self.integer(f"getelementptr inbounds double, ptr %scratch, i64 {first}")
+        self.line(f"call void @{self.symbol}.sincos(double {self.use(angle)}, ptr {pair})")
+        return self.load("scratch", first), self.load("scratch", first + 1)
+
+    def select(self, comparison: str, left: str, right: str, chosen: str, other: str) -> str:
+        test = self.name()
+        self.line(f"{test} = fcmp {comparison} double {self.use(left)}, {self.use(right)}")
+        return self.value(f"select i1 {test}, double {self.use(chosen)}, double {self.use(other)}")
+
+    def load(self, array: str, index: int | str) -> str:
+        """Load from an argument's array at a fixed place, or at an i64 value."""
+        address = self.name()
+        self.line(f"{address} = getelementptr inbounds double, ptr %{array}, i64 {index}")
+        return self.value(f"load double, ptr {address}, align 8")
+
+    def store(self, array: str, index: int | str, value: Value) -> None:
+        address = self.name()
+        known = constant(0.0) if value is None else self.use(value)
+        self.line(f"{address} = getelementptr inbounds double, ptr %{array}, i64 {index}")
+        self.line(f"store double {known}, ptr {address}, align 8")
+        self.piece.operations += 1
+
+    def integer(self, right_side: str) -> str:
+        """An integer, for addresses; it is known in this piece only."""
+        name = self.name()
+        self.line(f"{name} = {right_side}")
+        return name
+
+    def declare(self, declaration: str) -> None:
+        self._called.add(declaration)
+
+    def text(self, main: str, extra: str = "") -> str:
+        """The module: declarations, pieces, further functions, and the body of the kernel itself."""
+        text = ["\n".join(sorted(self._called)) + "\n", extra]
+        if DECLARATIONS[0] in self._called:
+            text.append(sincos_function(f"{self.symbol}.sincos"))
+        for piece in self.pieces:
+            head = f"define internal void @{piece.name}({ARGUMENTS}) noinline nounwind"
+            body = "\n".join(piece.lines)
+            text.append(f"{head} {{\nentry:\n{body}\nbr label %done\ndone:\nret void\n}}\n")
+        arguments = "double %t, ptr noalias %y, ptr noalias %p, ptr noalias %out"
+        scratch = f"%scratch = alloca double, i64 {max(self.n_slots, 1)}, align 64"
+        text.append(f"define void @{self.symbol}({arguments}) nounwind {{\nentry:\n{scratch}\n{main}\n}}\n")
+        return "".join(text)

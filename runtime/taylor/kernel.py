@@ -1,0 +1,85 @@
+"""The kernel that computes a model's Taylor coefficients, as machine code."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.code import engine
+from runtime.taylor.motion import read_motion
+from runtime.taylor.plan import Plan
+from runtime.taylor.refusal import Refusal
+from runtime.taylor.rolled import rolled_kernel
+from runtime.taylor.sums import sum_kernel
+from runtime.taylor.unrolled import unrolled_kernel
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+MAX_ORDER = 28
+N_ROWS = MAX_ORDER + 2  # a row of zeros behind the last order
+_UNROLLED_BELOW = 5  # products of series
+_TEXTS = ("rhs", "residual", "mass_matrix", "constraint_jacobian", "constraint_residual", "poses")
+
+
+def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64]:
+    """Return the addresses of two kernels, compiled on first use; `system` owns their code.
+
+    The first is the model's `f(t, y, p, out)`: it reads the order wanted from out[0], 5 to MAX_ORDER. Row k of `out`
+    (NY long) receives the coefficients of order k of (q, v, w), behind N_ROWS rows comes the smallest pivot ratio.
+    The second sums a series, see `sums.py`.
+
+    Raises
+    ------
+    Refusal
+        Something in the model has no Taylor series.
+    """
+    if "_taylor" not in system.__dict__:
+        for name in _TEXTS:
+            if system.has(name):
+                system._kernel_source(name).lower("checked")
+        symbol = "symgen_taylor"
+        texts = [system.source.functions.get(name, "") for name in _TEXTS]
+        sizes = (system.nq, system.nv, system.nh, system.nn, system.nw)
+        key = engine.cache_key("\0".join((_generator(), repr((sizes, system.source.tables)), *texts)))
+        code = engine.object_code(key, "taylor", symbol, functools.partial(_lower, system))
+        system.__dict__["_taylor"] = (
+            np.uint64(system.machine_code().add(code, symbol)),
+            np.uint64(_sum_address(system)),
+        )
+    return system.__dict__["_taylor"]
+
+
+def taylor_refusal(system: System) -> str:
+    """Return why the model has no Taylor series, and what to use instead; an empty string where it has."""
+    try:
+        taylor_addresses(system)
+    except Refusal as refusal:
+        return f"does not fit model {system.name!r}: {refusal}; use dop853, or radau5 if the model is stiff"
+    return ""
+
+
+def _sum_address(system: System) -> int:
+    symbol = "symgen_taylor_sum"
+    ir = sum_kernel(symbol, system.ny)
+    code = engine.object_code(engine.cache_key(ir), "taylor", symbol, lambda _: (ir, 0))
+    return system.machine_code().add(code, symbol)
+
+
+def _lower(system: System, symbol: str) -> tuple[str, int]:
+    plan = Plan(read_motion(system))
+    few = len(plan.convolutions) < _UNROLLED_BELOW
+    return (unrolled_kernel if few else rolled_kernel)(plan, symbol, system.ny, MAX_ORDER, N_ROWS)
+
+
+@functools.lru_cache(maxsize=1)
+def _generator() -> str:
+    """Hash of the sources that decide what a kernel is."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

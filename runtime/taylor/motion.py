@@ -1,0 +1,162 @@
+"""A model's motion as a graph of series: what is integrated, and the equations for accelerations and multipliers."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from runtime.taylor.derivatives import use_derivatives
+from runtime.taylor.factors import share_factors
+from runtime.taylor.graph import CONVOLUTIONS, SeriesGraph
+from runtime.taylor.refusal import Refusal
+from runtime.taylor.text import named_outputs, read_outputs
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+_POSITIONS = ("constraint_residual", "poses")
+
+
+@dataclass
+class Motion:
+    """The series of a model.
+
+    Attributes
+    ----------
+    graph : SeriesGraph
+    coordinates, rates : list of int
+        Nodes of q and v.
+    unknowns : list of int
+        Accelerations, then multipliers, which `equations` determine at every order; none where the accelerations
+        are given as operations (those of `rhs`).
+    equations : list of int
+        Nodes of `residual`: M a - f - Gᵀλ, then G a - γ.
+    mass : dict of (row, column) to int
+        Entries of M that are not zero; needed at the start of a step only, as is G.
+    jacobian : dict of (constraint, column) to int
+    power : int or None
+        The power that the work is the integral of.
+    """
+
+    graph: SeriesGraph
+    coordinates: list[int]
+    rates: list[int]
+    unknowns: list[int] = field(default_factory=list)
+    equations: list[int] = field(default_factory=list)
+    mass: dict[tuple[int, int], int] = field(default_factory=dict)
+    jacobian: dict[tuple[int, int], int] = field(default_factory=dict)
+    power: int | None = None
+
+    @property
+    def n_convolutions(self) -> int:
+        """The number of products of series, which cost most."""
+        g = self.graph
+        roots = [
+            *self.equations,
+            *self.rates,
+            *self.coordinates,
+            *([] if self.power is None else [self.power]),
+        ]
+        return sum(g.kinds[node] in CONVOLUTIONS for node in g.reachable(roots))
+
+
+def read_motion(system: System) -> Motion:
+    """Return the series of a model in the form that needs the fewest products of series.
+
+    Either the accelerations are series of what `rhs` computes, or they are solved for from `residual`, order by
+    order. The latter has fewer products, except for the smallest models.
+
+    Raises
+    ------
+    Refusal
+        Something in the model has no Taylor series.
+    """
+    forms = [] if system.m else [_from_rhs(system)]
+    forms += [_from_residual(system, positions) for positions in (False, True)]
+    return min(forms, key=lambda form: form.n_convolutions)
+
+
+def _text(system: System, name: str) -> str:
+    return system.source.functions[name]
+
+
+def _outputs(
+    system: System,
+    graph: SeriesGraph,
+    name: str,
+    state: Callable[[int], int],
+    wanted: set[int] | None = None,
+    given: dict[str, int] | None = None,
+) -> dict[int, int]:
+    return read_outputs(graph, _text(system, name), state, wanted, given, system.source.tables)
+
+
+def _states(graph: SeriesGraph, system: System) -> tuple[list[int], list[int], Callable[[int], int]]:
+    """The nodes of q and v, their derivatives not yet known, and what reads y in functions of (q, v)."""
+    q = [graph.state(i) for i in range(system.nq)]
+    v = [graph.state(system.nq + i) for i in range(system.nv)]
+    graph.rates.update(v)
+    nodes = q + v
+    return q, v, nodes.__getitem__
+
+
+def _from_rhs(system: System) -> Motion:
+    graph = SeriesGraph()
+    q, v, state = _states(graph, system)
+    rows = _outputs(system, graph, "rhs", state, set(range(system.ny)))
+    for i, node in enumerate(q + v):
+        graph.integrate(node, rows[i])
+    return Motion(graph, q, v, power=rows.get(system.nq + system.nv))
+
+
+def _from_residual(system: System, positions: bool) -> Motion:
+    """`positions`: look for derivatives among positions of bodies and constraints as well."""
+    graph = SeriesGraph()
+    q, v, state = _states(graph, system)
+    a = [graph.unknown("acceleration", i) for i in range(system.nv)]
+    multipliers = [graph.unknown("multiplier", i) for i in range(system.m)]
+    rows = _outputs(system, graph, "rhs", state, set(range(system.nq)))
+    for node, derivative in zip(q + v, [rows[i] for i in range(system.nq)] + a):
+        graph.integrate(node, derivative)
+    nodes = q + v + a + multipliers
+    residual = _outputs(system, graph, "residual", nodes.__getitem__)
+    equations = [residual[i] for i in range(system.nv + system.m)]
+    mass = _outputs(system, graph, "mass_matrix", state)
+    entries = _outputs(system, graph, "constraint_jacobian", state) if system.m else {}
+    power = [_power(system, graph, state, a, multipliers)] if system.nw else []
+    candidates = []
+    for name in _POSITIONS:
+        if positions and system.has(name):
+            with contextlib.suppress(Refusal):  # they only help
+                candidates += _outputs(system, graph, name, state).values()
+    roots = [*equations, *power, *q, *v, *mass.values(), *entries.values()]
+    roots = iter(share_factors(graph, use_derivatives(graph, roots, candidates)))
+    return Motion(
+        graph, q, v, a + multipliers,
+        equations=[next(roots) for _ in equations],
+        power=[*(next(roots) for _ in power), None][0],
+        mass=dict(zip((divmod(i, system.nv) for i in mass), _after(roots, len(q + v)))),
+        jacobian=dict(zip((divmod(i, system.nv) for i in entries), roots)),
+    )  # fmt: skip
+
+
+def _after(values, skipped: int):
+    for _ in range(skipped):
+        next(values)
+    return values
+
+
+def _power(system: System, graph: SeriesGraph, state, a: list[int], multipliers: list[int]) -> int:
+    """The power as `rhs` computes it, with the accelerations and multipliers that it solves for taken as given."""
+    text, first = _text(system, "rhs"), system.nq
+    solved = {first + i: node for i, node in enumerate(a)}
+    solved |= {system.ny + i: node for i, node in enumerate(multipliers)}
+    given = {
+        name: graph.neg(solved[index]) if negative else solved[index]
+        for index, (name, negative) in named_outputs(text).items()
+        if index in solved
+    }
+    index = system.nq + system.nv
+    return _outputs(system, graph, "rhs", state, {index}, given)[index]

@@ -1,0 +1,259 @@
+"""The kernel with a loop over the orders: products of series side by side in SIMD lanes.
+
+The sums over known coefficients are one loop of vectors; the rest of an order is straight-line code, the same for all
+orders. A vector that is read soon after its coefficients were stored one by one has to wait for them: where there are
+few products, the two oldest and the two newest coefficients of each factor are left to the straight-line code.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from runtime.code.llvm_text import constant
+from runtime.taylor.code import ONE, PASSED, Code, Value
+from runtime.taylor.plan import Plan
+from runtime.taylor.steps import FIRST_STEP, Steps
+from runtime.taylor.unrolled import READ_LAST
+
+FIRST_IN_LOOP = (
+    3  # from here on the two oldest and the two newest coefficients of a factor are four different ones
+)
+_ANY = 1 << 20  # stands for the loop's order where orders are numbers
+_FEW_PRODUCTS = 36
+_WIDTHS = (8, 4, 2, 1)
+_ACCUMULATORS = 12
+_LONGEST_LEAD = 2
+
+
+@dataclass(frozen=True)
+class Lanes:
+    """Products of series computed side by side; `x`, `y` and `total` are places in the scratch array."""
+
+    width: int
+    lead: int
+    nodes: tuple[int, ...]
+    x: int
+    y: int
+    total: int
+
+
+class _Rolled(Steps):
+    def __init__(self, code: Code, plan: Plan, n_y: int, max_order: int, n_rows: int) -> None:
+        super().__init__(code, plan, n_y, n_rows)
+        self._length = max_order + _LONGEST_LEAD + 1
+        self.ends = 2 if len(plan.convolutions) < _FEW_PRODUCTS else 1
+        self.reciprocals = code.reserve(self._length)
+        self.history = {node: code.reserve(self._length) for node in sorted(plan.kept)}
+        self.lanes = _make_lanes(code, plan, self._length)
+        self._place = {node: (lanes, i) for lanes in self.lanes for i, node in enumerate(lanes.nodes)}
+        self._uses: dict[int, list[tuple[int, int, int]]] = {}
+        for node, (lanes, i) in self._place.items():
+            for factor, start in zip(plan.factors(node), (lanes.x, lanes.y)):
+                self._uses.setdefault(factor, []).append((start, lanes.width, i))
+        self._integers: dict[tuple[str, str], str] = {}
+
+    def finished(self, k: int) -> None:
+        """Keep the coefficients that later orders read."""
+        for node in self.plan.order:
+            n = k + self.plan.lead[node]
+            if n < 0 or node not in self.plan.kept:
+                continue
+            self._breathe()
+            value = self.values[node, n]
+            self.code.store("scratch", self._row(self.history[node], 1, n), value)
+            if n >= self.ends:
+                for start, width, lane in self._uses.get(node, ()):
+                    self.code.store("scratch", self._row(start + lane, width, n), value)
+
+    def _row(self, start: int, width: int, n: int) -> int | str:
+        """The place of row n of an array in scratch."""
+        if n < _ANY // 2:
+            return start + n * width
+        return self._integer(f"{width} * k + {start + (n - _ANY) * width}")
+
+    def _integer(self, formula: str) -> str:
+        """The value of "factor * k + offset"."""
+        key = (self.code.piece.name, formula)
+        if key not in self._integers:
+            factor, offset = formula.split(" * k + ")
+            scaled = self.code.integer(f"mul i64 %k, {factor}")
+            self._integers[key] = self.code.integer(f"add i64 {scaled}, {offset}")
+        return self._integers[key]
+
+    def at(self, node: int, n: int) -> Value:
+        if n < _ANY // 2 or self.graph.constant[node] or (node, n) in self.values:
+            return super().at(node, n)
+        value = self.code.load("scratch", self._row(self.history[node], 1, n))
+        self.values[node, n] = value
+        return value
+
+    def divided(self, value: Value, n: int, before: Value = None) -> Value:
+        if n < _ANY // 2:
+            return super().divided(value, n, before)
+        return self.code.fma(value, self._reciprocal(n), before)
+
+    def _reciprocal(self, n: int) -> str:
+        if (-1, n) not in self.values:
+            self.values[-1, n] = self.code.load("scratch", self._row(self.reciprocals, 1, n))
+        return self.values[-1, n]
+
+    def whole(self, n: int) -> str:
+        if n < _ANY // 2:
+            return super().whole(n)
+        if (-2, n) not in self.values:
+            integer = self._integer(f"1 * k + {n - _ANY}")
+            self.values[-2, n] = self.code.value(f"sitofp i64 {integer} to double")
+        return self.values[-2, n]
+
+    def corrected(self, before: Value, change: Value, lead: int) -> Value:
+        if self.k < _ANY // 2:
+            return super().corrected(before, change, lead)
+        if (-3, lead) not in self.values:
+            value: Value = ONE
+            for i in range(lead):
+                value = self.code.mul(value, self._reciprocal(self.k + i + 1))
+            self.values[-3, lead] = value
+        return self.code.fma(change, self.values[-3, lead], before)
+
+    def convolution(self, node: int, n: int) -> Value:
+        if n < _ANY // 2:
+            return super().convolution(node, n)
+        lanes, lane = self._place[node]
+        total: Value = self.code.load("scratch", lanes.total + lane)
+        x, y = self.plan.factors(node)
+        kind, code = self.graph.kinds[node], self.code
+        if x == y:
+            if self.ends == 2:
+                total = code.fma(code.add(self.at(x, 1), self.at(x, 1)), self.at(x, n - 1), total)
+            if kind == "mul":
+                total = code.fma(code.add(self.at(x, 0), self.at(x, 0)), self.at(x, n), total)
+            return total
+        pairs = [(n, 0), *([(0, n)] if kind == "mul" else [])]
+        pairs += [(1, n - 1), (n - 1, 1)] if self.ends == 2 else []
+        for i, j in sorted(pairs, key=lambda pair: self._lateness(x, y, *pair)):
+            total = code.fma(self.at(x, i), self.at(y, j), total)
+        return total
+
+    def _lateness(self, x: int, y: int, i: int, j: int) -> int:
+        """How long a product has to wait for its newer factor: those of the last step are there at once."""
+        node, order = (x, i) if i >= _ANY // 2 else (y, j)
+        return (
+            self.plan.depth[node] if order == self.k + self.plan.lead[node] else int(node in self.plan.open)
+        )
+
+    def put(self, ahead: int, index: int, value: Value) -> None:
+        if self.k < _ANY // 2:
+            super().put(ahead, index, value)
+        else:
+            self.code.store("out", self._integer(f"{self.n_y} * k + {ahead * self.n_y + index}"), value)
+
+
+def _make_lanes(code: Code, plan: Plan, length: int) -> list[Lanes]:
+    """Put products that are computed to the same order side by side, as many as a vector has lanes."""
+    found = []
+    for lead in range(_LONGEST_LEAD + 1):
+        nodes = [node for node in plan.convolutions if plan.lead[node] == lead]
+        while nodes:
+            width = next((w for w in _WIDTHS if 2 * len(nodes) > w), 1)
+            taken, nodes = nodes[:width], nodes[width:]
+            x, y = (code.reserve(length * width, 8) for _ in range(2))
+            found.append(Lanes(width, lead, tuple(taken), x, y, code.reserve(width, 8)))
+    return found
+
+
+def rolled_kernel(plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int) -> tuple[str, int]:
+    """Return the LLVM IR of the kernel for all orders from 5 to `max_order`, and its number of operations."""
+    code = Code(symbol)
+    code.begin_piece()
+    steps = _Rolled(code, plan, n_y, max_order, n_rows)
+    for i in range(1, max_order + 1):
+        code.store("scratch", steps.reciprocals + i, constant(1.0 / i))
+    for k in range(FIRST_STEP, FIRST_IN_LOOP):
+        steps.step(k)
+    n_before = len(code.pieces)
+    code.begin_piece()
+    steps.step(_ANY)
+    calls = [f"call void @{piece.name}({PASSED}, i64 0)" for piece in code.pieces[:n_before]]
+    body = [f"call void @{piece.name}({PASSED}, i64 %k)" for piece in code.pieces[n_before:]]
+    main = [
+        READ_LAST,
+        *calls,
+        "br label %loop",
+        "loop:",
+        f"%k = phi i64 [{FIRST_IN_LOOP}, %entry], [%next, %step]",
+        "%over = icmp sgt i64 %k, %last",
+        "br i1 %over, label %done, label %step",
+        "step:",
+        f"call void @{symbol}.sums(ptr %scratch, i64 %k)",
+        *body,
+        "%next = add i64 %k, 1",
+        "br label %loop",
+        "done:",
+        "ret void",
+    ]
+    return code.text("\n".join(main), _sums(code, steps.lanes, steps.ends, symbol)), code.operations
+
+
+def _sums(code: Code, lanes: list[Lanes], ends: int, symbol: str) -> str:
+    """The function that sums the inner products x_j y_{n-j}, j from `ends` to n - `ends`, of all lanes."""
+    lines = [
+        f"define internal void @{symbol}.sums(ptr noalias %scratch, i64 %k) noinline nounwind {{",
+        "entry:",
+    ]
+    label = "entry"
+    for lead in range(_LONGEST_LEAD + 1):
+        group = [item for item in lanes if item.lead == lead]
+        for first in range(0, len(group), _ACCUMULATORS):
+            text, label = _sum_loop(
+                code, group[first : first + _ACCUMULATORS], lead, ends, f"{lead}.{first}", label
+            )
+            lines += text
+    return "\n".join([*lines, "ret void", "}", ""])
+
+
+def _sum_loop(
+    code: Code, group: list[Lanes], lead: int, ends: int, tag: str, before: str
+) -> tuple[list[str], str]:
+    head, body, after = f"head{tag}", f"body{tag}", f"after{tag}"
+    lines = [
+        f"%top{tag} = add i64 %k, {lead - ends}",
+        f"%n{tag} = add i64 %k, {lead}",
+        f"br label %{head}",
+        f"{head}:",
+    ]
+    lines.append(f"%j{tag} = phi i64 [{ends}, %{before}], [%next{tag}, %{body}]")
+    for i, item in enumerate(group):
+        kind = _vector(item.width)
+        zero = "zeroinitializer" if item.width > 1 else constant(0.0)
+        lines.append(f"%sum{tag}.{i} = phi {kind} [{zero}, %{before}], [%more{tag}.{i}, %{body}]")
+    lines += [
+        f"%over{tag} = icmp sgt i64 %j{tag}, %top{tag}",
+        f"br i1 %over{tag}, label %{after}, label %{body}",
+        f"{body}:",
+        f"%m{tag} = sub i64 %n{tag}, %j{tag}",
+    ]
+    for i, item in enumerate(group):
+        kind, t = _vector(item.width), f"{tag}.{i}"
+        for letter, start, index in (("x", item.x, f"%j{tag}"), ("y", item.y, f"%m{tag}")):
+            lines += [
+                f"%{letter}i{t} = mul i64 {index}, {item.width}",
+                f"%{letter}o{t} = add i64 %{letter}i{t}, {start}",
+                f"%{letter}a{t} = getelementptr inbounds double, ptr %scratch, i64 %{letter}o{t}",
+                f"%{letter}{t} = load {kind}, ptr %{letter}a{t}, align {8 * item.width}",
+            ]
+        suffix = f"v{item.width}f64" if item.width > 1 else "f64"
+        code.declare(f"declare {kind} @llvm.fmuladd.{suffix}({kind}, {kind}, {kind})")
+        lines.append(
+            f"%more{t} = call {kind} @llvm.fmuladd.{suffix}({kind} %x{t}, {kind} %y{t}, {kind} %sum{t})"
+        )
+    lines += [f"%next{tag} = add i64 %j{tag}, 1", f"br label %{head}", f"{after}:"]
+    for i, item in enumerate(group):
+        lines += [
+            f"%to{tag}.{i} = getelementptr inbounds double, ptr %scratch, i64 {item.total}",
+            f"store {_vector(item.width)} %sum{tag}.{i}, ptr %to{tag}.{i}, align {8 * item.width}",
+        ]
+    return lines, after
+
+
+def _vector(width: int) -> str:
+    return f"<{width} x double>" if width > 1 else "double"

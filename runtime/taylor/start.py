@@ -1,0 +1,89 @@
+"""Write what a step begins with: the values of order 0, and the constants of the model."""
+
+from __future__ import annotations
+
+from runtime.code.llvm_text import constant
+from runtime.taylor.code import ONE, Code, Value
+from runtime.taylor.graph import SeriesGraph
+
+
+class Start:
+    """Writes values at the start of a step, each when it is first needed.
+
+    Attributes
+    ----------
+    values : dict of (node, order) to Value
+        Coefficients written so far.
+    """
+
+    def __init__(self, code: Code, graph: SeriesGraph) -> None:
+        self.code, self.graph = code, graph
+        self.values: dict[tuple[int, int], Value] = {}
+        self._inverses: dict[int, str] = {}
+        self._pairs: dict[int, tuple[str, str]] = {}
+
+    def constant(self, node: int) -> str:
+        """The value of a node that does not move."""
+        return self.initial(node)
+
+    def initial(self, node: int) -> Value:
+        """The value of a node at the start of the step."""
+        pending = [node]
+        while pending:
+            wanted = pending[-1]
+            if (wanted, 0) in self.values:
+                pending.pop()
+                continue
+            kind = self.graph.kinds[wanted]
+            below = self.graph.begins_with(wanted) if kind == "integral" else self.graph.args[wanted]
+            missing = [a for a in below if kind != "shift" and (a, 0) not in self.values]
+            if missing:
+                pending += missing
+            else:
+                self.values[wanted, 0] = self._initial(wanted)
+        return self.values[node, 0]
+
+    def _initial(self, node: int) -> Value:
+        g, code = self.graph, self.code
+        kind, args, data = g.kinds[node], g.args[node], g.data[node]
+        if kind == "number":
+            return constant(data[0])
+        if kind == "parameter":
+            return code.load("p", data[0])
+        if kind == "integral" and data[0] == "state":
+            return code.load("y", data[1])
+        if kind == "time":
+            return "%t"
+        if kind == "shift":
+            return self.values[args[0], 1]
+        zero = constant(0.0)
+        values = [self.values[a, 0] for a in (g.begins_with(node) if kind == "integral" else args)]
+        known = [zero if value is None else value for value in values]
+        if kind == "integral":
+            return self._function(data[0], data[1], known)
+        if kind == "call":
+            return code.call(data[0], known)
+        if kind == "sqrt":
+            return code.call("sqrt", known)
+        if kind == "select":
+            return code.select(data[0], *known)
+        if kind in ("div", "fdiv"):
+            return code.div(values[0], known[1])
+        if kind in ("mul", "scale", "fmul"):
+            return code.mul(*values)
+        return getattr(code, {"fadd": "add", "fsub": "sub"}.get(kind, kind))(*values)
+
+    def _function(self, name: str, argument: int, known: list[str]) -> str:
+        if name not in ("sin", "cos"):
+            return self.code.call(name, known)
+        if argument not in self._pairs:
+            self._pairs[argument] = self.code.sincos(known[0])
+        return self._pairs[argument][name == "cos"]
+
+    def inverse(self, node: int) -> str:
+        """1 / c of a quotient b / c, 1 / (2 u) of a root u, at the start of the step."""
+        if node not in self._inverses:
+            divisor = self.initial(self.graph.args[node][-1] if self.graph.kinds[node] == "div" else node)
+            half = self.graph.kinds[node] == "sqrt"
+            self._inverses[node] = self.code.div(constant(0.5) if half else ONE, divisor or constant(0.0))
+        return self._inverses[node]

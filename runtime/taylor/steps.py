@@ -1,0 +1,256 @@
+"""Write the computation of one coefficient of every series, for a given order or for any order in a loop."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from runtime.code.llvm_text import constant
+from runtime.taylor.code import ONE, Code, Value
+from runtime.taylor.elimination import Factors
+from runtime.taylor.plan import Plan
+from runtime.taylor.start import Start
+
+_FEW_UNKNOWNS = 3
+_EXACT_RECIPROCALS = 12  # up to here 1 / n is taken in two parts; further terms are small
+FIRST_STEP = -2  # series lead by 2 at most: their coefficient 0 comes at step -2
+
+
+class Steps(Start):
+    """Writes the steps with a fixed order: every coefficient has a value of its own."""
+
+    def __init__(self, code: Code, plan: Plan, n_y: int, n_rows: int) -> None:
+        super().__init__(code, plan.graph)
+        self.plan, self.n_y, self.n_rows = plan, n_y, n_rows
+        self.factors: Factors | None = None
+        self._weights: dict[int, list[Value]] | None = None
+
+    # The newest coefficients of one step: order `k` + lead.
+
+    def step(self, k: int) -> None:
+        """Write the coefficients of order `k` + lead of every series."""
+        self.k = k
+        for node in self.plan.order:
+            n = k + self.plan.lead[node]
+            if n >= 0:
+                self._breathe()
+                self.values[node, n] = self._provisional(node, n)
+        if k >= 0:
+            if k == 0:
+                if self.plan.motion.unknowns:
+                    self._factorise()
+                self._write_pivot_ratio()
+            self._correct()
+            self._write_out()
+        self.finished(k)
+
+    def finished(self, k: int) -> None:
+        """What an emitter does with the coefficients of a step."""
+
+    def _breathe(self) -> None:
+        if self.code.is_full:
+            self.code.begin_piece(max(self.k, 0))
+
+    def _provisional(self, node: int, n: int) -> Value:
+        if n == 0 and (self.k < 0 or node not in self.plan.open):
+            return self.initial(node)
+        return self._coefficient(node, n)
+
+    def _coefficient(self, node: int, n: int) -> Value:
+        g, code = self.graph, self.code
+        kind, args = g.kinds[node], g.args[node]
+        if kind in ("acceleration", "multiplier"):
+            return None
+        if kind == "time":
+            return ONE if n == 1 else None
+        if kind in ("add", "sub", "neg"):
+            parts = [self.at(a, n) for a in args]
+            return getattr(code, kind)(*parts)
+        if kind == "scale":
+            constant, inner = self.constant(args[0]), args[1]
+            if g.kinds[inner] == "shift":  # two factors that are known long before the series
+                return code.mul(code.mul(constant, self.whole(n + 1)), self.at(g.args[inner][0], n + 1))
+            return code.mul(constant, self.at(inner, n))
+        if kind == "integral":
+            return self.divided(self.at(args[0], n - 1), n)
+        if kind == "shift":
+            return code.mul(self.at(args[0], n + 1), self.whole(n + 1))
+        total = self.convolution(node, n)
+        if kind == "mul":
+            return total
+        rest = code.sub(self.at(args[0], n), total)
+        return code.mul(rest, self.inverse(node))
+
+    def at(self, node: int, n: int) -> Value:
+        """The coefficient of order n; of a constant, it is there at order 0 only."""
+        if self.graph.constant[node]:
+            return self.constant(node) if n == 0 else None
+        return self.values[node, n]
+
+    def divided(self, value: Value, n: int, before: Value = None) -> Value:
+        """value / n + before. A rounded 1 / n would be a bias, which grows with the number of steps, not its root."""
+        high = 1.0 / n
+        low = float((1 - Fraction(high) * n) / n)
+        if n <= _EXACT_RECIPROCALS and low:
+            before = self.code.fma(value, constant(low), before)
+        return self.code.fma(value, constant(high), before)
+
+    def whole(self, n: int) -> str:
+        return constant(float(n))
+
+    def corrected(self, before: Value, change: Value, lead: int) -> Value:
+        """before + change k! / (k + lead)!: how a correction of order k enters a series that leads."""
+        return self.divided(change, math.perm(self.k + lead, lead), before)
+
+    def convolution(self, node: int, n: int) -> Value:
+        """The sum of products in the coefficient n of a product, quotient or root, the newest terms last."""
+        x, y = self.plan.factors(node)
+        kind = self.graph.kinds[node]
+        first, last = {"mul": (0, n), "div": (1, n), "sqrt": (1, n - 1)}[kind]
+        code = self.code
+        total: Value = None
+        if x != y:
+            for j in sorted(range(first, last + 1), key=lambda j: (max(j, n - j), j)):
+                total = code.fma(self.at(x, j), self.at(y, n - j), total)
+            return total
+        for j in range((n - 1) // 2, first - 1, -1):
+            total = code.fma(self.at(x, j), self.at(x, n - j), total)
+        total = code.add(total, total)
+        middle = self.at(x, n // 2) if n % 2 == 0 and first <= n // 2 <= last else None
+        return code.fma(middle, middle, total)
+
+    # The unknowns.
+
+    def _factorise(self) -> None:
+        motion = self.plan.motion
+        n = len(motion.rates)
+        entries: dict[int, dict[int, str]] = {i: {} for i in range(len(motion.unknowns))}
+        for (i, j), node in motion.mass.items():
+            if i <= j and (value := self.initial(node)) is not None:
+                entries[i][j] = entries[j][i] = value
+        for (c, j), node in motion.jacobian.items():
+            if (value := self.initial(node)) is not None:
+                entries[n + c][j] = entries[j][n + c] = value
+        self.factors = Factors(self.code, n, entries)
+
+    def _write_pivot_ratio(self) -> None:
+        ratio = ONE
+        for condition in self.factors.conditions if self.factors else ():
+            ratio = self.code.select("ole", condition, ratio, condition, ratio)
+        self.code.store("out", self.n_rows * self.n_y, ratio)
+
+    def _solve(self) -> list[Value]:
+        """Accelerations and multipliers, from the residual at zero."""
+        motion, code = self.plan.motion, self.code
+        n = len(motion.rates)
+        if len(motion.unknowns) <= _FEW_UNKNOWNS:
+            solution = self._solve_by_terms()
+        else:
+            solution = self.factors.solve([code.neg(self.at(node, self.k)) for node in motion.equations])
+        return [*solution[:n], *(code.neg(value) for value in solution[n:])]
+
+    def _solve_by_terms(self) -> list[Value]:
+        """The inverse times the equations, term by term, the latest terms last: the shortest way to the result."""
+        code, depth = self.code, self.plan.depth
+        if self._weights is None:
+            self._weights = self._term_weights()
+        newest = sorted(self._weights, key=lambda term: (depth.get(term, 0), term))
+        terms = [(self.at(term, self.k), self._weights[term]) for term in newest]
+        solution: list[Value] = []
+        for i in range(len(self.plan.motion.unknowns)):
+            total: Value = None
+            for value, weights in terms:
+                total = code.fma(weights[i], value, total)
+            solution.append(total)
+        return solution
+
+    def _term_weights(self) -> dict[int, list[Value]]:
+        """What each term of the equations, where it is 1, adds to the solution."""
+        motion, code = self.plan.motion, self.code
+        right: dict[int, list[Value]] = {}
+        for row, equation in enumerate(motion.equations):
+            for factors, negative, term in self.plan.linear_terms(equation):
+                value: Value = ONE
+                for factor in factors:
+                    value = code.mul(value, self.constant(factor))
+                column = right.setdefault(term, [None] * len(motion.equations))
+                column[row] = code.add(column[row], value if negative else code.neg(value))
+        return {term: self.factors.solve(column) for term, column in right.items()}
+
+    def _correct(self) -> None:
+        """Solve for the unknowns of this order, and correct the open coefficients that are read again."""
+        plan = self.plan
+        if not plan.motion.unknowns:
+            return
+        change = dict(zip(plan.motion.unknowns, self._solve()))
+        for node in plan.order:
+            if node not in plan.closed_later:
+                continue
+            self._breathe()
+            if node not in change:
+                change[node] = self._change(node, change)
+            lead = plan.lead[node]
+            before = self.at(node, self.k + lead)
+            self.set(node, self.corrected(before, change[node], lead))
+
+    def set(self, node: int, value: Value) -> None:
+        """Replace the newest coefficient."""
+        self.values[node, self.k + self.plan.lead[node]] = value
+
+    def _change(self, node: int, change: dict[int, Value]) -> Value:
+        """The correction of a series, times (k + lead)! / k!, from those of what it is made of."""
+        g, code = self.graph, self.code
+        kind, args = g.kinds[node], g.args[node]
+        newest = {
+            a
+            for a, offset in self.plan.series_args(node)
+            if self.plan.lead[a] == self.plan.lead[node] + offset
+        }
+        parts = [change.get(a) if a in newest else None for a in args]
+        if kind in ("integral", "shift"):
+            return parts[0]
+        if kind in ("add", "sub", "neg"):
+            return getattr(code, kind)(*parts)
+        if kind == "scale":
+            return code.mul(self.constant(args[0]), parts[1])
+        if kind == "mul":
+            total = code.mul(parts[0], None if parts[0] is None else self.initial(args[1]))
+            return code.fma(parts[1], None if parts[1] is None else self.initial(args[0]), total)
+        rest = parts[0]
+        if kind == "div" and parts[1] is not None:
+            rest = code.fnma(self.initial(node), parts[1], rest)
+        return code.mul(rest, self.inverse(node))
+
+    # Results.
+
+    def _write_out(self) -> None:
+        """Write v_{k+1}, q_{k+2} and w_{k+1}, and at the start what comes before them."""
+        motion = self.plan.motion
+        nq, nv = len(motion.coordinates), len(motion.rates)
+        if self.k == 0:
+            for i, node in enumerate([*motion.coordinates, *motion.rates]):
+                self.put(0, i, self.initial(node))
+            if motion.power is not None:
+                self.put(0, nq + nv, self.code.load("y", nq + nv))
+            for i, node in enumerate(motion.coordinates):
+                self.put(1, i, self._coordinate(node, 1))
+        for i, node in enumerate(motion.rates):
+            self.put(1, nq + i, self._newest(node, 1))
+        for i, node in enumerate(motion.coordinates):
+            self.put(2, i, self._coordinate(node, 2))
+        if motion.power is not None:
+            self.put(1, nq + nv, self.divided(self._newest(motion.power, 0), self.k + 1))
+
+    def put(self, ahead: int, index: int, value: Value) -> None:
+        """Write the coefficient of order k + ahead of component `index` of the state."""
+        self.code.store("out", (self.k + ahead) * self.n_y + index, value)
+
+    def _newest(self, node: int, ahead: int) -> Value:
+        return self.at(node, self.k + ahead)
+
+    def _coordinate(self, node: int, ahead: int) -> Value:
+        """Coordinates are integrals; where their own series is not needed so far ahead, here it is made."""
+        if self.plan.lead[node] >= ahead:
+            return self._newest(node, ahead)
+        (derivative,) = self.graph.args[node]
+        return self.divided(self._newest(derivative, ahead - 1), self.k + ahead)

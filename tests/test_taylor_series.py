@@ -1,0 +1,214 @@
+"""Taylor coefficients from the text of functions: every function's series, both emitters, derivatives recognised."""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+
+from runtime.code import engine
+from runtime.constraints.assembly import assemble
+from runtime.errors import RuntimeModelError
+from runtime.system import load
+from runtime.taylor.motion import read_motion
+from runtime.taylor.plan import Plan
+from runtime.taylor.rolled import rolled_kernel
+from runtime.taylor.sincos import DECLARATIONS, sincos_function
+from runtime.taylor.sums import sum_kernel
+from runtime.taylor.unrolled import unrolled_kernel
+
+ROOT = Path(__file__).resolve().parents[1]
+OSCILLATOR = (ROOT / "tests" / "fixtures" / "oscillator.py").read_text(encoding="utf-8")
+EMITTERS = {"unrolled": unrolled_kernel, "rolled": rolled_kernel}
+ORDER, N_ROWS = 16, 30
+FORCE = "p[3] * sin(p[4] * t) + p[8] - p[1] * y[1] - p[2] * y[0]"
+RATE = "(w0 - p[2] * y[0]) / p[0]"
+
+FUNCTIONS = {
+    "sin(t + 1.0)*cos(3.0*t)": lambda t: mpmath.sin(t + 1) * mpmath.cos(3 * t),
+    "tan(0.3*t)": lambda t: mpmath.tan(mpmath.mpf("0.3") * t),
+    "asin(0.4*t) + acos(0.1*t*t)": lambda t: mpmath.asin(t * 0.4) + mpmath.acos(t * t * 0.1),
+    "atan(2.0*t)": lambda t: mpmath.atan(2 * t),
+    "atan2(t, 1.0 + t*t)": lambda t: mpmath.atan2(t, 1 + t * t),
+    "sinh(t)*cosh(0.5*t)": lambda t: mpmath.sinh(t) * mpmath.cosh(t / 2),
+    "tanh(t - 0.1)": lambda t: mpmath.tanh(t - 0.1),
+    "exp(-(t*t))": lambda t: mpmath.exp(-t * t),
+    "log(2.0 + sin(t))": lambda t: mpmath.log(2 + mpmath.sin(t)),
+    "sqrt(1.0 + t*t)": lambda t: mpmath.sqrt(1 + t * t),
+    "pow(t, 3.0) - pow(2.0 + t, -2.0)": lambda t: t**3 - (2 + t) ** -2,
+    "pow(1.0 + t, 1.7)": lambda t: (1 + t) ** 1.7,
+    "pow(1.5, t) + pow(1.0 + t, t)": lambda t: 1.5**t + (1 + t) ** t,
+    "1.0/(1.0 + t*t) - t/3.0": lambda t: 1 / (1 + t * t) - t / 3,
+}
+
+
+def with_force(expression: str):
+    """A unit mass that moves by x'' = expression of t."""
+    text = OSCILLATOR.replace(FORCE, expression).replace(RATE, expression)
+    assert text != OSCILLATOR
+    return load(text.replace("p[3] * sin(p[4] * t) + p[8] - p[1] * y[1]", f"({expression})"))
+
+
+def kernel(ir: str, symbol: str):
+    """A compiled kernel of arrays; it keeps its own code."""
+    code = engine.MachineCode()
+    address = code.add(engine.compile_ir(ir), symbol)
+    prototype = ctypes.CFUNCTYPE(
+        None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, use_errno=False
+    )
+    function = prototype(address)
+
+    def call(t, y, p, out, _owner=code):
+        function(t, y.ctypes.data, p.ctypes.data, out.ctypes.data)
+
+    return call
+
+
+def coefficients(system, t, y, emitter, order=ORDER):
+    """The rows of q, v, w at (t, y), and the pivot ratio."""
+    ir, _ = EMITTERS[emitter](Plan(read_motion(system)), "taylor", system.ny, order, N_ROWS)
+    out = np.full(N_ROWS * system.ny + 1, np.nan)
+    out[0] = order
+    kernel(ir, "taylor")(t, y, system.parameter_values(), out)
+    return out[:-1].reshape(N_ROWS, system.ny), out[-1]
+
+
+def start(system):
+    consistent = assemble(system, system.parameter_values(), None, None, 0.0)
+    return np.concatenate([consistent.q, consistent.v, np.zeros(system.nw)])
+
+
+@pytest.mark.parametrize("emitter", EMITTERS)
+@pytest.mark.parametrize("expression", FUNCTIONS)
+def test_series_of_functions(expression, emitter):
+    system, t0 = with_force(expression), 0.7
+    rows, _ = coefficients(system, t0, np.array([0.2, 0.3, 0.0]), emitter)
+    with mpmath.workdps(40):
+        exact = mpmath.taylor(FUNCTIONS[expression], mpmath.mpf(t0), ORDER - 2)
+    expected = np.array([float(c) / (k + 1) for k, c in enumerate(exact)])
+    scale = np.maximum.accumulate(np.abs(expected)[::-1])[
+        ::-1
+    ]  # what cancels in a coefficient shows in its neighbours
+    assert (
+        np.max(np.abs(rows[1:ORDER, 1] - expected) / np.maximum(scale, 1e-3 * np.abs(expected).max())) < 1e-12
+    )
+    np.testing.assert_allclose(rows[2 : ORDER + 1, 0] * np.arange(2, ORDER + 1), rows[1:ORDER, 1], rtol=1e-15)
+
+
+@pytest.mark.parametrize("emitter", EMITTERS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        "pendulum",
+        "double_pendulum",
+        "cart_pole",
+        "spinning_top",
+        "slider_crank",
+        "rolling_disc",
+        "free_rigid_body",
+        "pendulum_field",
+        "quarter_car",
+    ],
+)
+def test_series_solve_the_equations(name, emitter):
+    """At a distance where 25 terms are exact to round-off, the series has the slope that `rhs` computes."""
+    system = load(ROOT / "generated" / f"{name}.py")
+    y, t0, order = start(system), 0.3, 25
+    y[: system.nq + system.nv] += 0.0 if system.m or system.nq > system.nv else 0.1
+    rows, pivot = coefficients(system, t0, y, emitter, order)
+    assert 0.01 < pivot <= 1.0
+    n, terms = system.nq + system.nv, np.arange(order)
+    sizes = np.abs(rows[order - 6 : order, system.nq : n]).max(axis=1) + 1e-300
+    h = 0.2 * np.min(sizes ** (-1.0 / np.arange(order - 6, order)))
+    state = np.array([np.polyval(rows[order - 1 :: -1, i], h) for i in range(n)])
+    slope = np.array([np.polyval((terms[:, None] * rows[:order])[:0:-1, i], h) for i in range(system.ny)])
+    expected = system.kernel("rhs")(t0 + h, state, system.parameter_values())[: system.ny]
+    np.testing.assert_allclose(slope, expected, rtol=1e-11, atol=1e-11 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["four_bar", "pendulum_dae", "cart_pole"])
+def test_emitters_agree(name):
+    system = load(ROOT / "generated" / f"{name}.py")
+    y = start(system)
+    (one, ratio), (other, same) = (coefficients(system, 0.0, y, emitter) for emitter in EMITTERS)
+    sizes = np.maximum(np.abs(one[: ORDER - 1]).max(axis=1, keepdims=True), 1e-200)
+    assert np.max(np.abs(one - other)[: ORDER - 1] / sizes) < 1e-12
+    assert ratio == pytest.approx(same, rel=1e-12)
+
+
+@pytest.mark.parametrize("name, products", [("double_pendulum", 8), ("n_pendulum", 20), ("pendulum_dae", 4)])
+def test_accelerations_are_recognised_as_derivatives(name, products):
+    """Chains need a sine, a cosine and two products for each link: their accelerations are derivatives of these."""
+    assert read_motion(load(ROOT / "generated" / f"{name}.py")).n_convolutions == products
+
+
+def test_what_is_nearly_a_derivative_is_not_taken_for_one():
+    name = ROOT / "generated" / "double_pendulum.py"
+    text = name.read_text(encoding="utf-8")
+    head, residual = text.split("def residual(")
+    body, rest = residual.split("def residual_jacobian(")
+    changed = body.replace(" - v_theta1*(v_theta1", " - 1.0000000001*v_theta1*(v_theta1")
+    assert changed != body
+    system = load("def residual(".join([head, "def residual_jacobian(".join([changed, rest])]))
+    assert read_motion(system).n_convolutions > 8
+
+
+def test_sines_and_cosines():
+    """Below one unit in the last place; near zeros, below what the angle itself is known to by far."""
+    call = "define void @f(double %t, ptr %y, ptr %p, ptr %out) {\ncall void @pair(double %t, ptr %out)\nret void\n}\n"
+    function = kernel("\n".join([*DECLARATIONS, sincos_function("pair"), call]), "f")
+    rng = np.random.default_rng(0)
+    angles = [
+        0.0,
+        -1e-9,
+        *rng.uniform(-4.0, 4.0, 400),
+        *rng.uniform(-1e4, 1e4, 200),
+        *rng.uniform(-2e9, 2e9, 50),
+    ]
+    angles += [k * np.pi / 2 * (1.0 + 1e-15 * s) for k in range(-40, 41) for s in (-1, 0, 1)]
+    pair, empty = np.zeros(2), np.zeros(1)
+    with mpmath.workdps(40):
+        for angle in angles:
+            function(angle, empty, empty, pair)
+            for value, exact in zip(pair, (mpmath.sin(angle), mpmath.cos(angle)), strict=True):
+                assert abs(value - exact) <= max(np.spacing(abs(float(exact))), 1e-32 * abs(angle))
+
+
+@pytest.mark.parametrize("order", [6, 9, 16])
+@pytest.mark.parametrize("n_y", [1, 2, 3, 7, 12, 13])
+def test_sums(order, n_y):
+    rng = np.random.default_rng(n_y)
+    series, carry, h = rng.standard_normal((order + 2, n_y)), 1e-17 * rng.standard_normal(n_y), 0.37
+    series[order + 1] = 0.0
+    out = np.zeros(3 * n_y)
+    out[0] = order
+    kernel(sum_kernel("total", n_y), "total")(h, series.ravel(), carry, out)
+    total, lost, slope = out.reshape(3, n_y)
+    with mpmath.workdps(40):
+        for i in range(n_y):
+            terms = [mpmath.mpf(c) * mpmath.mpf(h) ** k for k, c in enumerate(series[:, i])]
+            exact = mpmath.fsum(terms) + mpmath.mpf(carry[i])
+            size = float(max(abs(term) for term in terms[1:]))
+            assert abs(mpmath.mpf(total[i]) + mpmath.mpf(lost[i]) - exact) < 4e-16 * order * size
+            assert abs(lost[i]) <= np.spacing(abs(total[i]))
+    exact = sum(k * series[k] * h ** (k - 1) for k in range(1, order + 1))
+    np.testing.assert_allclose(slope, exact, rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "expression, cause",
+    [("fabs(t)", "fabs"), ("copysign(1.0, t)", "copysign"), ("(1.0 if t < 2.0 else 3.0)", "choice")],
+)
+def test_what_has_no_series_is_refused_by_name(expression, cause):
+    system = with_force(expression)
+    with pytest.raises(RuntimeModelError, match=f"(?s)oscillator.*{cause}.*dop853"):
+        system.run(t_end=1.0, method="taylor")
+
+
+def test_choices_of_parameters_alone_are_served():
+    system = with_force("(2.0 if p[0] < 3.0 else 4.0) * t")
+    rows, _ = coefficients(system, 0.0, np.zeros(3), "unrolled")
+    np.testing.assert_array_equal(rows[1:5, 1], [0.0, 1.0, 0.0, 0.0])
