@@ -1,0 +1,190 @@
+"""Make the end states of the scenes of `symgen bench`, in high precision: models/references/<scene>.json.
+
+    python benchmarks/make_references.py [SCENE ...]
+
+The functions of the generated module are run as plain Python on numbers of 40 digits (gmpy2 where it is installed,
+else mpmath, several times slower), and integrated by the extrapolated midpoint rule of Gragg, Bulirsch and Stoer
+(Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.9), which shares nothing with the integrators
+of the run time. Each scene runs twice, at orders 24 and 28 with different tolerances; the difference is the claimed
+error. Parameters and start values are the doubles that every run starts from. A start with constraints is first
+projected onto them in the same precision; they are not enforced afterwards, for their drift is of the order of the
+integration error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from runtime.bench.scenes import SCENES, Scene
+from runtime.constraints.assembly import assemble
+from runtime.system import System, load
+from symgen.link import module_for
+from symgen.model.library import bundled_folder, find
+
+DIGITS = 40
+RUNS = ((12, 1e-22), (14, 1e-24))  # columns of the tableau, tolerance of a step
+SAFETY, SHRINK, GROW = 0.8, 0.2, 4.0
+PROJECTIONS = 6
+
+
+def number_field() -> tuple[Callable, Callable, dict[str, Callable]]:
+    """Return what makes and what prints high-precision numbers, and the functions that generated text calls."""
+    names = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt".split()
+    try:
+        import gmpy2 as numbers
+
+        numbers.get_context().precision = int(DIGITS * 3.33)
+        real, text = numbers.mpfr, "{:.23e}".format
+    except ImportError:
+        from mpmath import mp as numbers
+
+        numbers.dps = DIGITS
+        real, text = numbers.mpf, lambda x: numbers.nstr(x, 24)
+    functions = {name: getattr(numbers, name) for name in names}
+    functions |= {
+        "fabs": abs,
+        "pow": lambda x, y: x**y,
+        "copysign": lambda x, s: abs(x) if s >= 0 else -abs(x),
+    }
+    return real, text, functions
+
+
+REAL, TEXT, FUNCTIONS = number_field()
+
+
+def high_precision(module_text: str) -> dict[str, Callable]:
+    """Return the functions of a module on high-precision numbers: `f(t, y, p, out)`."""
+    namespace = dict(FUNCTIONS)
+    exec(re.sub(r"^(@njit|from math|from numba).*\n", "", module_text, flags=re.MULTILINE), namespace)
+    return namespace
+
+
+class Motion:
+    """The equations of motion of a scene on object arrays."""
+
+    def __init__(self, system: System, module_text: str, p: np.ndarray):
+        self.system = system
+        self._functions = high_precision(module_text)
+        self.p = [REAL(float(x)) for x in p]
+        self.n = system.nq + system.nv
+        self.calls = 0
+
+    def derivative(self, t, y: np.ndarray) -> np.ndarray:
+        """Return dy/dt, y = (q, v)."""
+        out = [REAL(0)] * self.system.n_row
+        self._functions["rhs"](t, [*y, REAL(0)], self.p, out)
+        self.calls += 1
+        return np.array(out[: self.n], dtype=object)
+
+    def projected(self, y: np.ndarray) -> np.ndarray:
+        """Return the consistent state nearest to y."""
+        if not self.system.has("project"):
+            return y
+        for _ in range(PROJECTIONS):
+            out = [REAL(0)] * (self.n + self.system.nh + self.system.m)
+            self._functions["project"](REAL(0), list(y), self.p, out)
+            y = np.array(out[: self.n], dtype=object)
+        return y
+
+
+def extrapolated_step(motion: Motion, t, y, f, h, columns: int, scale):
+    """Return the state after h, and the error of its second-best value in units of `scale`.
+
+    The midpoint rule with 2, 4, 6, ... substeps, extrapolated in h^2; without Gragg's smoothing step.
+    """
+    row: list[np.ndarray] = []
+    for j in range(columns):
+        n = 2 * (j + 1)
+        step = h / n
+        before, now = y, y + step * f
+        for i in range(1, n):
+            before, now = now, before + 2 * step * motion.derivative(t + i * step, now)
+        previous, row = row, [now]
+        for k in range(1, j + 1):
+            ratio = (REAL(n) / (2 * (j - k + 1))) ** 2
+            row.append(row[k - 1] + (row[k - 1] - previous[k - 1]) / (ratio - 1))
+    error = max(abs(a) / s for a, s in zip(row[-1] - row[-2], scale, strict=True))
+    return row[-1], float(error)
+
+
+def integrate(motion: Motion, y: np.ndarray, t_end: float, columns: int, tolerance: float, first: float):
+    """Return the end state and the largest |q| and |v| that were seen."""
+    nq = motion.system.nq
+    t, end, h = REAL(0), REAL(t_end), min(REAL(first), REAL(t_end))
+    largest = np.array([abs(x) for x in y], dtype=object)
+    f = motion.derivative(t, y)
+    while t < end:
+        h = min(h, end - t)
+        size = [max(largest[:nq]), max(max(largest[nq:]), REAL(1e-30))]
+        scale = [tolerance * max(size[i >= nq], REAL(1e-10)) for i in range(motion.n)]
+        new, error = extrapolated_step(motion, t, y, f, h, columns, scale)
+        if error <= 1.0:
+            t, y = t + h, new
+            largest = np.maximum(largest, np.abs(y))
+            f = motion.derivative(t, y)
+        factor = SAFETY * max(error, 1e-30) ** (-1.0 / (2 * columns - 1))
+        h = h * REAL(min(GROW, max(SHRINK, factor)))
+    return y, (float(max(largest[:nq])), float(max(largest[nq:])))
+
+
+def make(scene: Scene) -> dict:
+    """Integrate a scene twice and return its reference."""
+    began = time.process_time()
+    text = module_for(Path(find(scene.model)), dict(scene.options)).text
+    system = load(text)
+    p = system.parameter_values(scene.parameters)
+    assembly = assemble(system, p, scene.start, None, 0.0)
+    start = np.concatenate([assembly.q, assembly.v])
+    motion = Motion(system, text, p)
+    y0 = motion.projected(np.array([REAL(float(x)) for x in start], dtype=object))
+    ends = []
+    for columns, tolerance in RUNS:
+        end, size = integrate(motion, y0, scene.t_end, columns, tolerance, scene.t_end * 1e-4)
+        ends.append(end)
+        print(
+            f"  order {2 * columns}: {motion.calls} evaluations, {time.process_time() - began:.0f} s",
+            flush=True,
+        )
+    nq = system.nq
+    scale = [size[i >= nq] for i in range(motion.n)]
+    difference = max(float(abs(a - b)) / s for a, b, s in zip(*ends, scale, strict=True))
+    digits = [TEXT(x) for x in ends[1]]
+    return {
+        "scene": scene.name,
+        "model": scene.model,
+        "options": dict(scene.options),
+        "t_end": scene.t_end,
+        "parameters": {entry["name"]: float(x) for entry, x in zip((*system.parameters, *system.inputs), p)},
+        "coordinates": [entry["name"] for entry in system.coordinates],
+        "rates": [entry["name"] for entry in system.rates],
+        "start": {"q": assembly.q.tolist(), "v": assembly.v.tolist()},
+        "end": {"q": digits[:nq], "v": digits[nq:]},
+        "size": {"q": size[0], "v": size[1]},
+        "error": difference,
+        "method": f"benchmarks/make_references.py: extrapolation of orders {2 * RUNS[0][0]} and {2 * RUNS[1][0]} "
+        f"on {DIGITS}-digit numbers, error: largest difference in parts of size",
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("scenes", nargs="*", help="all by default")
+    folder = bundled_folder() / "references"
+    for name in parser.parse_args().scenes or SCENES:
+        print(name, flush=True)
+        reference = make(SCENES[name])
+        print(f"  error {reference['error']:.1e}", flush=True)
+        (folder / f"{name}.json").write_text(json.dumps(reference, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""A scene made ready to run, and one measured run of it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.bench.timing import OVER_TIME, TimedLoop, no_garbage_collection
+from runtime.failures import failure_message
+from runtime.integrate import layout as at
+
+if TYPE_CHECKING:
+    from runtime.bench.reference import Reference
+    from runtime.bench.scenes import Scene
+    from runtime.integrate.methods import Method
+    from runtime.system import System
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene with its model, the text of the model's module, and its end state."""
+
+    scene: Scene
+    system: System
+    text: str
+    reference: Reference
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long to measure.
+
+    Attributes
+    ----------
+    longest_run : float [s]
+        A setting whose run would take longer ends a sweep.
+    repeat : float [s]
+        A run is repeated until this time has passed, up to `most_runs` times.
+    per_decade : int
+        Tolerances to a decade; steps to a halving.
+    """
+
+    longest_run: float
+    repeat: float
+    most_runs: int
+    per_decade: int
+
+
+_LEAST_RUNS = 3  # one of them is not interrupted by something else, it is hoped
+FULL = Effort(longest_run=1.0, repeat=0.05, most_runs=40, per_decade=2)
+QUICK = Effort(longest_run=0.1, repeat=0.02, most_runs=10, per_decade=1)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One setting of one method.
+
+    Attributes
+    ----------
+    setting : float
+        rtol of an adaptive method, step [s] of another.
+    error : float or None
+        Against the reference; None where the run failed.
+    seconds : float
+        Of the compiled loop, the fastest of `runs` runs.
+    rhs, jacobians, steps, rejected : int
+        Counted by the loop; evaluations of a residual by implicit methods count as `rhs`.
+    says : str
+        Why it failed.
+    """
+
+    setting: float
+    error: float | None
+    seconds: float
+    runs: int = 0
+    steps: int = 0
+    rejected: int = 0
+    rhs: int = 0
+    jacobians: int = 0
+    says: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the row for JSON."""
+        return asdict(self)
+
+
+def measure(case: Case, method: Method, setting: float, effort: Effort) -> Row:
+    """Run a scene with one setting until its fastest time is known.
+
+    Parameters
+    ----------
+    setting : float
+        rtol, or the step [s] of a method of fixed step.
+    """
+    scene, system, reference = case.scene, case.system, case.reference
+    rtol = setting if method.adaptive else 1e-12  # of Newton's iterations where the step is fixed
+    loop = TimedLoop(
+        system, method, reference.p, reference.start, scene.t_end, rtol, rtol * scene.atol_ratio,
+        0.0 if method.adaptive else setting,
+    )  # fmt: skip
+    with no_garbage_collection():
+        status, best = loop.run(effort.longest_run)
+        if status != at.REACHED_STOP:
+            return Row(setting, None, best, 1, says=_why(status, case, method, loop, effort))
+        error = reference.error(loop.arrays.y)
+        runs, total = 1, best
+        while runs < _LEAST_RUNS or (total < effort.repeat and runs < effort.most_runs):
+            seconds = loop.run(np.inf)[1]
+            best, total, runs = min(best, seconds), total + seconds, runs + 1
+    counted = loop.arrays.counters
+    return Row(
+        setting, error, best, runs, int(counted[at.STEPS]), int(counted[at.REJECTED]), int(counted[at.RHS_CALLS]),
+        int(counted[at.JACOBIANS]),
+    )  # fmt: skip
+
+
+def _why(status: int, case: Case, method: Method, loop: TimedLoop, effort: Effort) -> str:
+    if status == OVER_TIME:
+        return f"takes longer than {effort.longest_run:g} s"
+    return failure_message(status, case.system, method, loop.arrays)

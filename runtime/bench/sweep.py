@@ -1,0 +1,100 @@
+"""All settings of one method on one scene, from coarse to fine, as far as that gains something."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.bench.case import Case, Effort, Row, measure
+from runtime.checks.time_scales import time_scales
+from runtime.choose import choose_method
+from runtime.errors import RuntimeModelError
+from runtime.solve import SMALLEST_RTOL
+
+if TYPE_CHECKING:
+    from runtime.integrate.methods import Method
+
+_LOOSEST, _TIGHTEST = -2.0, -15.0  # powers of ten of rtol
+_STEPS_PER_PERIOD = 3.0
+_LEAST_STEPS = 8
+_MOST_HALVINGS = 40
+_FAILURES = 4  # tolerances in a row that may fail; steps may be too long many times
+_STALE = 3  # settings in a row that may gain nothing, once the error is small
+_SMALL = 1e-9
+
+
+@dataclass
+class Curve:
+    """Measured runs of a method, coarsest setting first.
+
+    Attributes
+    ----------
+    quantity : str
+        "rtol" or "step".
+    says : str
+        Why the sweep ended before every error level was reached; why the method does not apply.
+    """
+
+    quantity: str
+    rows: list[Row] = field(default_factory=list)
+    says: str = ""
+
+    def usable(self) -> list[Row]:
+        """Return the runs that came to the end."""
+        return [row for row in self.rows if row.error is not None]
+
+
+def tolerances(effort: Effort) -> np.ndarray:
+    """Return the values of rtol of a sweep, loosest first."""
+    n = int((_LOOSEST - _TIGHTEST) * effort.per_decade)
+    values = 10.0 ** np.linspace(_LOOSEST, _TIGHTEST, n + 1)
+    return values[values >= 0.999 * SMALLEST_RTOL]
+
+
+def sweep(case: Case, name: str, effort: Effort) -> Curve:
+    """Measure a method on a scene."""
+    scene, reference = case.scene, case.reference
+    try:
+        method, _ = choose_method(
+            name, case.system, reference.p, 0.0, reference.start, scene.t_end, 1e-8, 1e-10
+        )
+    except RuntimeModelError as error:
+        return Curve("rtol", says=str(error))
+    curve = Curve("rtol" if method.adaptive else "step")
+    for setting in _settings(case, method, effort):
+        row = measure(case, method, setting, effort)
+        curve.rows.append(row)
+        curve.says = row.says
+        if _over(curve.rows, effort, method.adaptive):
+            break
+    return curve
+
+
+def _settings(case: Case, method: Method, effort: Effort) -> Iterator[float]:
+    if method.adaptive:
+        yield from map(float, tolerances(effort))
+        return
+    nq, start, span = case.system.nq, case.reference.start, case.scene.t_end
+    period = time_scales(case.system, case.reference.p, 0.0, start[:nq], start[nq:]).fastest_period
+    coarsest = min(period / _STEPS_PER_PERIOD, span / _LEAST_STEPS)
+    n = int(np.ceil(span / coarsest))
+    # `per_decade` steps to each halving: methods of high order gain much by a little.
+    counts = (round(n * 2.0 ** (k / effort.per_decade)) for k in range(_MOST_HALVINGS * effort.per_decade))
+    yield from (span / count for count in counts)
+
+
+def _over(rows: list[Row], effort: Effort, adaptive: bool) -> bool:
+    """Whether finer settings are out of reach or gain nothing."""
+    last = rows[-1]
+    if last.error is None:
+        given_up = adaptive and len(rows) >= _FAILURES and all(row.error is None for row in rows[-_FAILURES:])
+        return given_up or last.seconds > effort.longest_run
+    if 2.0 * last.seconds > effort.longest_run:
+        return True
+    errors = [row.error for row in rows if row.error is not None]
+    if len(errors) <= _STALE or min(errors) > _SMALL:
+        return False
+    return min(errors[-_STALE:]) > 0.5 * min(errors[:-_STALE])

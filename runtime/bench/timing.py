@@ -1,0 +1,82 @@
+"""Run time of a step loop: the same run again and again from its start, the fastest one counts."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Callable
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.integrate import layout as at
+from runtime.loop_arrays import LoopArrays
+
+if TYPE_CHECKING:
+    from runtime.integrate.methods import Method
+    from runtime.system import System
+
+STEPS_PER_CALL = 65_536
+OVER_TIME = 100  # status of a run that was given up; those of the loops are smaller
+_EMPTY_CALLS = 20
+
+
+class TimedLoop:
+    """A run without frames, events and logs, which can be repeated.
+
+    What Python spends on a call of the loop is measured with calls that take no step, and taken off.
+    """
+
+    def __init__(
+        self, system: System, method: Method, p: np.ndarray, state: np.ndarray, t_end: float, rtol: float,
+        atol: float, step: float,
+    ):  # fmt: skip
+        self.t_end = t_end
+        self.arrays = LoopArrays(
+            system, method, p, 0.0, state, frame_times=np.zeros(0), rtol=rtol, atol=atol, step=step, span=t_end,
+            with_events=False, log_length=STEPS_PER_CALL,
+        )  # fmt: skip
+        carried = (self.arrays.control, self.arrays.counters, self.arrays.y, self.arrays.f, self.arrays.work)
+        self._start = [(array, array.copy()) for array in carried]
+        self.arrays.advance(t_end, 0)  # compiles the loop, or reads it from the cache
+        self._empty_call = best_seconds(lambda: self.arrays.advance(t_end, 0), _EMPTY_CALLS, 0.0)
+
+    def run(self, limit: float) -> tuple[int, float]:
+        """Run from the start; returns status and seconds, `OVER_TIME` where it took longer than `limit` [s]."""
+        for array, start in self._start:
+            array[:] = start
+        calls = 0
+        began = time.perf_counter()
+        while True:
+            status = self.arrays.advance(self.t_end, STEPS_PER_CALL)
+            calls += 1
+            seconds = time.perf_counter() - began
+            if status != at.RUNNING:
+                return status, max(seconds - calls * self._empty_call, 1e-9)
+            if seconds > limit:
+                return OVER_TIME, seconds
+
+
+def best_seconds(run: Callable[[], object], least: int, at_least: float) -> float:
+    """Return the seconds of the fastest of several runs: `least` runs, and more until `at_least` seconds passed."""
+    best, total, n = np.inf, 0.0, 0
+    with no_garbage_collection():
+        while n < least or total < at_least:
+            began = time.perf_counter()
+            run()
+            took = time.perf_counter() - began
+            best, total, n = min(best, took), total + took, n + 1
+    return best
+
+
+@contextmanager
+def no_garbage_collection():
+    """Keep Python from collecting garbage in the middle of a measurement."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()

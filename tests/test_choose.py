@@ -1,0 +1,126 @@
+"""What `method = "auto"` chooses, and how a run goes on where its choice cannot."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+import runtime.choose
+from runtime.integrate import layout as at
+from runtime.integrate.methods import METHODS
+from runtime.loop_arrays import LoopArrays
+from symgen import Model, dot, sqrt
+from symgen.link import derive
+from symgen.model.library import find, load
+
+
+@functools.cache
+def derived(name: str):
+    """The system of a bundled model, derived once for all tests of this file."""
+    return derive(load(find(name)))
+
+
+def chosen_note(solution) -> str:
+    return next(note for note in solution.notes if note.startswith("method auto"))
+
+
+def valley():
+    """A point mass in the potential |x|, whose force jumps at the bottom; no term of its text says so to a series."""
+    model = Model("valley")
+    x = model.coordinate("x", start=1.0, rate=0.0)
+    model.body("ball", mass=1, com=(x, 0))
+    model.potential(sqrt(x**2))
+    return derive(model)
+
+
+def doubly_held_pendulum():
+    """A pendulum whose rod is said twice."""
+    model = Model("doubly_held")
+    x = model.coordinate("x", start=1.0, rate=0.0)
+    y = model.coordinate("y", start=0.0, rate=0.0)
+    model.body("bob", mass=1, com=(x, y))
+    model.gravity(y=-1)
+    model.constraint("rod", x**2 + y**2 - 1)
+    model.constraint("rod_again", 2 * x**2 + 2 * y**2 - 2)
+    return derive(model)
+
+
+def damped_oscillator():
+    """A stiff, overdamped spring beside a slow motion."""
+    model = Model("damper")
+    x = model.coordinate("x", start=1.0, rate=0.0)
+    model.body("mass", mass=1, com=(x, 0))
+    model.potential(50 * x**2)
+    model.dissipation(5e4 * dot(x) ** 2)
+    return derive(model)
+
+
+@pytest.mark.parametrize("name", ["pendulum", "double_pendulum", "spinning_top", "slider_crank"])
+def test_smooth_motion_is_for_taylor_series(name):
+    solution = derived(name).run(t_end=0.5)
+    assert solution.method == "taylor"
+    assert chosen_note(solution).startswith("method auto: taylor, because")
+
+
+def test_stiff_motion_is_for_an_implicit_method():
+    solution = damped_oscillator().run(t_end=5.0)
+    assert METHODS[solution.method].stiff
+    assert solution.q[-1, 0] == pytest.approx(np.exp(-5e-3), rel=1e-4)  # x' = -(k/c) x, k/c = 1e-3 1/s
+
+
+def test_dependent_constraints_are_for_the_explicit_method():
+    solution = doubly_held_pendulum().run(t_end=1.0)
+    assert solution.method == "dop853"
+    assert "constraints depend on each other" in chosen_note(solution)
+
+
+def test_large_models_are_for_the_explicit_method(monkeypatch):
+    monkeypatch.setattr(runtime.choose, "_LARGEST_FOR_SERIES", 20)
+    solution = derived("double_pendulum").run(t_end=0.5)
+    assert solution.method == "dop853"
+    assert "take long to compile" in chosen_note(solution)
+
+
+def test_model_without_series_is_for_the_explicit_method(monkeypatch):
+    refusing = METHODS["taylor"].__class__(
+        **{**vars(METHODS["taylor"]), "refusal": lambda system: "cannot do it"}
+    )
+    monkeypatch.setitem(METHODS, "taylor", refusing)
+    solution = derived("pendulum").run(t_end=0.5)
+    assert chosen_note(solution) == "method auto: dop853, because taylor cannot do it"
+
+
+def test_a_force_that_jumps_is_followed():
+    """The motion is made of parabolas: from rest at 1 it is back after 4 sqrt(2) s."""
+    solution = valley().run(t_end=4 * np.sqrt(2))
+    assert solution.q[-1, 0] == pytest.approx(1.0, abs=1e-5)
+    assert solution.energy.max_error < 1e-5
+
+
+def test_run_goes_on_where_the_choice_cannot(monkeypatch):
+    advance = LoopArrays.advance
+
+    def stuck(arrays, stop, max_steps):
+        """The loop, one step at a time; series fail after 0.3 s."""
+        if type(arrays.coefficients).__name__ == "TaylorSeries" and arrays.t > 0.3:
+            return at.SINGULAR_MATRIX
+        return advance(arrays, stop, min(max_steps, 1))
+
+    monkeypatch.setattr(LoopArrays, "advance", stuck)
+    system = derived("slider_crank")
+    solution = system.run(t_end=1.0, at=[0.2, 0.7], fps=100)
+    expected = system.run(t_end=1.0, at=[0.2, 0.7], fps=100, method="dop853", rtol=1e-11, atol=1e-13)
+    assert solution.status == "success"
+    assert any("dop853 from t = 0.3" in note and "taylor cannot go on" in note for note in solution.notes)
+    np.testing.assert_allclose(solution.t, expected.t)
+    np.testing.assert_allclose(solution.q, expected.q, atol=1e-6)
+    assert solution.energy.max_error < 1e-7
+    assert solution.constraint_residual.max_position < 1e-11
+
+
+def test_a_method_that_was_named_stays(monkeypatch):
+    monkeypatch.setattr(LoopArrays, "advance", lambda arrays, stop, max_steps: at.SINGULAR_MATRIX)
+    solution = derived("pendulum").run(t_end=1.0, method="taylor")
+    assert (solution.status, solution.method) == ("failed", "taylor")
