@@ -98,6 +98,7 @@ class Kernel:
 
     @property
     def out_size(self) -> int:
+        """The number of values that the function writes."""
         return self.source.lengths.out
 
     @property

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import ast
 import hashlib
-import math
 import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from runtime.abi import ABI, required_functions
+from runtime.abi import required_functions
 from runtime.code import dense_ldl
 from runtime.errors import ModuleError
+from runtime.header import HeaderFault, check_header
 
 DECORATOR = '@njit(error_model="numpy")'
 
@@ -21,34 +21,6 @@ _PREAMBLE_LINE = re.compile(r"(#.*|from (math|numba) import [A-Za-z0-9_, ()]*)?$
 _TOP_LEVEL_LINE = re.compile(r"^[^\s#].*$", re.MULTILINE)
 _DEFINITION = re.compile(r"def ([A-Za-z_][A-Za-z0-9_]*)\(t, y, p, out\):$")
 _TABLE = re.compile(r"(I[0-9]{1,9}) = \(((?:[0-9]{1,15}, )*[0-9]{1,15},?)\)$")
-
-_COUNTS = ("nq", "nv", "nh", "nn", "nw")
-_TEXTS = ("generator", "source", "name", "description")
-_FLAGS = (
-    "conservative",
-    "time_dependent",
-    "constant_mass",
-    "diagonal_mass",
-    "velocity_dependent",
-    "separable",
-)
-_VALUE = {"name": str, "unit": str, "value": float}
-_RECORDS: dict[str, dict[str, type]] = {
-    "coordinates": {**_VALUE, "enforced": bool},
-    "rates": {**_VALUE, "enforced": bool},
-    "parameters": _VALUE,
-    "inputs": _VALUE,
-    "constants": _VALUE,
-    "constraints": {"name": str, "kind": str},
-    "outputs": {"name": str, "unit": str},
-    "events": {"name": str, "direction": str, "action": str},
-    "bodies": {"name": str, "planar": bool, "shape": str, "sizes": int, "mesh": str},
-}
-_CHOICES = {
-    ("constraints", "kind"): ("holonomic", "velocity"),
-    ("events", "direction"): ("rising", "falling", "both"),
-    ("events", "action"): ("terminate", "record", "reset"),
-}
 
 
 @dataclass(frozen=True)
@@ -81,6 +53,14 @@ class ModuleSource:
 
 def read_module(path_or_text: str | os.PathLike[str]) -> ModuleSource:
     """Read a generated module from a file, or from its text (anything with a line break).
+
+    Parameters
+    ----------
+    path_or_text : path-like or str
+
+    Returns
+    -------
+    ModuleSource
 
     Raises
     ------
@@ -141,120 +121,10 @@ def _header(file: str, text: str, start: int, end: int) -> dict[str, Any]:
         cause = f"MODEL is not a literal ({error})" if str(error) else "MODEL is not a literal"
         raise ModuleError(file, f"line {line}", cause) from None
     try:
-        _check_header(header)
-    except _Fault as fault:
+        check_header(header)
+    except HeaderFault as fault:
         raise ModuleError(file, f"MODEL at line {line}", str(fault)) from None
     return header
-
-
-class _Fault(Exception):
-    """What is wrong with a header."""
-
-
-def _get(table: Any, key: str, kind: type, place: str) -> Any:
-    if not isinstance(table, dict):
-        raise _Fault(f"{place or 'MODEL'} is a {type(table).__name__}, expected a dict")
-    where = f"{place}[{key!r}]" if place else repr(key)
-    if key not in table:
-        raise _Fault(f"the key {where} is missing")
-    value = table[key]
-    if kind is float and type(value) is int:
-        value = float(value)
-    if type(value) is not kind:
-        raise _Fault(f"{where} is {value!r:.60}, expected a {kind.__name__}")
-    if kind is float and not math.isfinite(value):
-        raise _Fault(f"{where} is {value}, expected a finite number")
-    return value
-
-
-def _check_header(header: Any) -> None:
-    abi = _get(header, "abi", int, "")
-    if abi != ABI:
-        raise _Fault(f"the module has ABI {abi}, this run time reads ABI {ABI}")
-    for key in _TEXTS:
-        _get(header, key, str, "")
-    for key in _COUNTS:
-        if _get(header, key, int, "") < 0:
-            raise _Fault(f"{key!r} is {header[key]}, expected a count")
-    for key, fields in _RECORDS.items():
-        _check_records(key, _get(header, key, list, ""), fields)
-    for flag in _FLAGS:
-        _get(_get(header, "structure", dict, ""), flag, bool, "structure")
-    for name in _get(header, "operations", dict, ""):
-        _get(header["operations"], name, int, "operations")
-    _get(header, "run", dict, "")
-    for name in _get(header, "hoisted", dict, "") if "hoisted" in header else ():
-        if _get(header["hoisted"], name, int, "hoisted") < 1:
-            raise _Fault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
-    _check_sizes(header)
-    _check_subsystems(header)
-
-
-def _check_records(key: str, records: list[Any], fields: dict[str, type]) -> None:
-    for index, record in enumerate(records):
-        for field, kind in fields.items():
-            value = _get(record, field, kind, f"{key}[{index}]")
-            choices = _CHOICES.get((key, field))
-            if choices and value not in choices:
-                raise _Fault(f"{key}[{index}][{field!r}] is {value!r}, expected one of {', '.join(choices)}")
-    names = [record["name"] for record in records]
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            raise _Fault(f"{key} has the name {name!r} twice")
-        seen.add(name)
-
-
-def _check_sizes(header: dict[str, Any]) -> None:
-    m = header["nh"] + header["nn"]
-    for key, size, symbol in (
-        ("coordinates", header["nq"], "nq"),
-        ("rates", header["nv"], "nv"),
-        ("constraints", m, "nh + nn"),
-    ):
-        if len(header[key]) != size:
-            raise _Fault(f"{key} has {len(header[key])} entries, but {symbol} is {size}")
-    _check_quaternions(header)
-    kinds = [constraint["kind"] for constraint in header["constraints"]]
-    if kinds != ["holonomic"] * header["nh"] + ["velocity"] * header["nn"]:
-        raise _Fault("constraints must list the nh holonomic ones, then the nn velocity constraints")
-    if header["nw"] != (0 if header["structure"]["conservative"] else 1):
-        raise _Fault(
-            f"nw is {header['nw']}, but structure['conservative'] is {header['structure']['conservative']}"
-        )
-    if any(body["sizes"] < 0 for body in header["bodies"]):
-        raise _Fault("a body has a negative count of sizes")
-
-
-def _check_subsystems(header: dict[str, Any]) -> None:
-    """Every coordinate, rate and constraint belongs to one subsystem, if there are any."""
-    kinds = _get(header, "subsystems", list, "") if "subsystems" in header else []
-    for key, size in (("coordinates", "nq"), ("rates", "nv"), ("constraints", "nh")) if kinds else ():
-        found: list[Any] = []
-        for index, kind in enumerate(kinds):
-            members = _get(kind, key, list, f"subsystems[{index}]")
-            lengths = {len(member) if type(member) is list else -1 for member in members}
-            if len(lengths) != 1 or -1 in lengths:
-                raise _Fault(f"subsystems[{index}][{key!r}] is not a list of equally long lists")
-            found += [k for member in members for k in member]
-        count = header[size] + (header["nn"] if key == "constraints" else 0)
-        if any(type(k) is not int for k in found) or sorted(found) != list(range(count)):
-            raise _Fault(f"subsystems do not name each of the {count} {key} once")
-
-
-def _check_quaternions(header: dict[str, Any]) -> None:
-    """Quaternions are what makes coordinates and rates differ: each has four of the one and three of the other."""
-    places = header.get("quaternions", [])
-    if type(places) is not list or any(type(place) is not int for place in places):
-        raise _Fault(f"'quaternions' is {places!r:.60}, expected a list of indices")
-    ends = [0, *(place + 4 for place in places)]
-    if any(place < end for place, end in zip(places, ends)) or ends[-1] > header["nq"]:
-        raise _Fault(f"'quaternions' is {places}, expected ascending indices of four coordinates each")
-    if header["nq"] - header["nv"] != len(places):
-        raise _Fault(
-            f"nq - nv is {header['nq'] - header['nv']}, but 'quaternions' has {len(places)} entries: "
-            "every unit quaternion has one coordinate more than it has rates, all else as many"
-        )
 
 
 def _tables(tops: list[tuple[int, str]]) -> dict[str, tuple[int, ...]]:

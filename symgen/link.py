@@ -85,8 +85,8 @@ def derive_text(model: Model, source: str | None = None) -> DerivedModel:
     start = time.perf_counter()
     description = model.describe()
     checked = time.perf_counter()
-    from .derive.subsystems import derive as derive_program
-    from .emit import emit
+    from .derive.scenes.subsystems import derive as derive_program
+    from .emit.module import emit
 
     program = derive_program(description, source or "")
     derived = time.perf_counter()
@@ -185,8 +185,8 @@ def generator_hash() -> str:
     """Hash of the sources that decide what a generated module says."""
     folder = Path(__file__).parent
     digest = hashlib.sha256(__version__.encode())
-    emitters = (folder / "emit.py", folder / "function_text.py")
-    for path in sorted([*folder.glob("derive/*.py"), *folder.glob("model/*.py"), *emitters]):
+    sources = (path for part in ("model", "derive", "emit") for path in folder.glob(f"{part}/**/*.py"))
+    for path in sorted(sources):
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -22,6 +22,8 @@ OPTIMISATION_LEVEL = 2
 _KEPT_OBJECTS = 4000
 _LONG_COMPILE = 0.3  # seconds
 _SECONDS_PER_OPERATION = 6e-5
+# The files that decide what a function's machine code is.
+_SOURCES = ("grammar", "expressions", "lower", "straight_line", "llvm_text", "dense_ldl", "modules", "engine")
 
 _lock = threading.RLock()
 _listener: Callable[[str, int, float], None] | None = None
@@ -198,8 +200,8 @@ def tools() -> str:
     """Return what decides how code is compiled here: our lowering, LLVM, the processor."""
     digest = hashlib.sha256()
     folder = Path(__file__).parent
-    for file in ("grammar.py", "lower.py", "llvm_text.py", "dense_ldl.py", "modules.py", "engine.py"):
-        digest.update((folder / file).read_bytes())
+    for name in _SOURCES:
+        digest.update((folder / f"{name}.py").read_bytes())
     cpu, features = _host()
     parts = (
         digest.hexdigest(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import os
 import signal
 import subprocess
@@ -10,6 +11,8 @@ import sys
 from pathlib import Path
 
 from runtime.errors import RuntimeModelError
+
+from .errors import RecordingError
 
 _GRACE = 3.0  # seconds between asking the viewer to end and ending it
 
@@ -38,7 +41,6 @@ def play(path: str | Path, web: bool = False) -> int:
         If there is no screen, or the viewer cannot be started.
     """
     from .reader import read_recording
-    from .rrd import viewer_command
 
     path = Path(path)
     # The viewer would open an empty window on a damaged file.
@@ -52,6 +54,19 @@ def play(path: str | Path, web: bool = False) -> int:
     if web:
         command += ["--web-viewer", "--web-viewer-port", "0"]
     return _run([*command, str(path)])
+
+
+def viewer_command() -> list[str]:
+    """Return the command that starts this environment's own Rerun viewer.
+
+    Raises
+    ------
+    RecordingError
+        If the viewer is not part of this installation.
+    """
+    if importlib.util.find_spec("rerun_cli") is None:
+        raise RecordingError("the Rerun viewer is not installed; install it with `pip install rerun-sdk`")
+    return [sys.executable, "-m", "rerun_cli"]
 
 
 def _has_display() -> bool:

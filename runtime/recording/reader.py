@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import schema
+from .errors import RecordingError
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -116,7 +117,7 @@ def read_recording(path: str | Path) -> Recording:
     RecordingError
         If the file is missing, damaged, not a recording, or not one of symgen.
     """
-    from .rrd import RecordingError, read_rrd
+    from .rrd.read import read_rrd
 
     path = Path(path)
     application, batches = read_rrd(path, [schema.STATE, schema.EVENTS, schema.ENERGY])

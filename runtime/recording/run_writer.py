@@ -17,7 +17,7 @@ import numpy as np
 from . import about, schema
 from .layout import plot_rows
 from .quantities import Quantities
-from .rrd import RERUN_VERSION, RrdWriter
+from .rrd.write import RERUN_VERSION, RrdWriter
 from .scene import Scene
 
 _SMALLEST_SHOWN = 1e-16  # what stands for zero where the logarithm is plotted

@@ -11,7 +11,7 @@ from . import geometry, layout
 from .quantities import Quantities
 
 if TYPE_CHECKING:
-    from .rrd import RrdWriter
+    from .rrd.write import RrdWriter
 
 _TRAIL_PART = 0.15  # of the run's time is what a trail shows, but
 _FRAMES_FOR_BOX = 100  # of a chunk are enough to place the camera

@@ -12,7 +12,6 @@ from typing import Any
 import click
 
 FAILED = 1
-WRONG_USAGE = 2
 NOT_TRUSTED = 3
 INTERRUPTED = 130
 _TRACEBACK = "SYMGEN_TRACEBACK"

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from symgen.cli.failures import FAILED
+
 
 @click.command("play")
 @click.argument("recording", metavar="RUN.rrd", type=click.Path(path_type=Path))
@@ -18,4 +20,4 @@ def command(context: click.Context, recording: Path, web: bool) -> None:
     status = play(recording, web=web)
     if status:
         click.echo(f"Error: the Rerun viewer ended with status {status}", err=True)
-        context.exit(1)
+        context.exit(FAILED)

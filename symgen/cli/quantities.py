@@ -46,12 +46,24 @@ def start_values(system: System, option: str, pairs: Iterable[tuple[str, str]]) 
         places = rate_indices(system.coordinates, system.rates, system.quaternions)
         records = {name: system.rates[index] for name, index in places.items()}
         pairs = [(inside_dot(name), text) for name, text in pairs]
-    parameters = {record["name"] for record in (*system.parameters, *system.inputs)}
+    what = "rate" if option == "--rate" and system.quaternions else "coordinate"
+    return _values(
+        option, pairs, records, f"model {system.name!r} has no {what}", lambda name: _elsewhere(system, name)
+    )
 
-    def why_not(name: str) -> str | None:
-        return f"{name!r} is a parameter: use --set" if name in parameters else None
 
-    return _values(option, pairs, records, f"model {system.name!r} has no coordinate", why_not)
+def _elsewhere(system: System, name: str) -> str | None:
+    """Say how a name is given that is no coordinate, or no rate."""
+    if any(name == record["name"] for record in (*system.parameters, *system.inputs)):
+        return f"{name!r} is a parameter: use --set"
+    if any(name == record["name"] for record in system.rates):
+        return f"{name!r} is a rate: use --rate"
+    for number, place in enumerate(system.quaternions):
+        if any(name == record["name"] for record in system.coordinates[place : place + 4]):
+            first = place - number  # each quaternion before it has one rate less than coordinates
+            spin = ", ".join(record["name"] for record in system.rates[first : first + 3])
+            return f"{name!r} is an element of a quaternion, whose rates are the angular velocity {spin}"
+    return None
 
 
 def _values(

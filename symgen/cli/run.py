@@ -110,12 +110,9 @@ def _exit_status(solution: Solution) -> int:
     if solution.status not in ("success", "terminated"):
         click.echo(f"Error: {solution.message}", err=True)
         return FAILED
-    objections = [entry for entry in solution.health if not entry.ok]
-    if not objections:
-        return 0
-    for entry in objections:
+    for entry in solution.objections:
         click.echo(f"Not to be trusted: {entry.check}: {entry.says}", err=True)
-    return NOT_TRUSTED
+    return NOT_TRUSTED if solution.objections else 0
 
 
 def _seconds(solution: Solution, module: ModuleText, recording: _Recording | None) -> dict[str, float]:
@@ -147,10 +144,8 @@ def _report(solution: Solution, seconds: dict[str, float], recording: _Recording
     if solution.events:
         lines.append(f"  events   {_events(solution)}")
     lines += [f"  note     {note}" for note in solution.notes]
-    objections = [entry for entry in solution.health if not entry.ok]
-    lines.append(
-        f"  health   {len(solution.health) - len(objections)} of {len(solution.health)} checks passed"
-    )
+    objections, n = solution.objections, len(solution.health)
+    lines.append(f"  health   {n - len(objections)} of {n} checks passed")
     lines += [f"           not ok: {entry.check}: {entry.says}" for entry in objections]
     if recording is not None:
         lines.append(f"  recorded {recording.path}")

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..model.description import Description
-from .differentiate import forward, jacobian, reverse
+from .graph.differentiate import forward, jacobian, reverse
+from .graph.vectors import Matrix
 from .kinematics import time_derivative
 from .load import Loader
 from .variables import Variables
-from .vectors import Matrix
 
 
 @dataclass(frozen=True)

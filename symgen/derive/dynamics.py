@@ -12,14 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ..model.description import Description, Load
-from .differentiate import forward, reverse
-from .graph import PARAM, Q, V
-from .hessian import hessian
+from .graph.differentiate import forward, reverse
+from .graph.hessian import hessian
+from .graph.kinds import PARAM, Q, V
+from .graph.vectors import Matrix, cross, plus, times, transposed_times
 from .kinematics import BodyKinematics, Scene, time_derivative
 from .load import Loader
-from .trees import Tree
+from .trees.recursive import Tree
 from .variables import Variables
-from .vectors import Matrix, cross, plus, times, transposed_times
 
 LARGEST_QUADRATIC_FORM = 12  # rates; beyond, virtual power is always cheaper
 LARGEST_QUADRATIC_FORM_OF_A_TREE = 4

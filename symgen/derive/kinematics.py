@@ -9,13 +9,13 @@ import sympy
 
 from ..errors import ModelError
 from ..model.description import Axis, Body, Description, Point
-from .differentiate import forward
-from .graph import Q, V
-from .link_building import build_links, inertia_tensor, joints_by_base
+from .graph.differentiate import forward
+from .graph.kinds import Q, V
+from .graph.vectors import Matrix, Vector, cross, plus, product, times, transposed_times, zeros
 from .load import Loader
-from .trees import BaseMotion, Tree
+from .trees.link_building import build_links, inertia_tensor, joints_by_base
+from .trees.recursive import BaseMotion, Tree
 from .variables import Mark, Variables
-from .vectors import Matrix, Vector, cross, plus, product, times, transposed_times, zeros
 
 AXES = {"x": 0, "y": 1, "z": 2}
 WORLD = "world"

@@ -10,8 +10,9 @@ from sympy.core.function import AppliedUndef
 
 from ..errors import ModelError
 from ..model.functions import dot, maximum, minimum
-from .differentiate import forward
-from .graph import UNARY, FoldingError, Graph
+from .graph.differentiate import forward
+from .graph.graph import UNARY, Graph
+from .graph.nodes import FoldingError
 
 FUNCTIONS = {getattr(sympy, name): name for name in UNARY if name != "fabs"} | {sympy.Abs: "fabs"}
 

@@ -8,10 +8,7 @@ from dataclasses import replace
 import sympy
 
 from ..model.description import Description
-from . import factorise as ldl
-from .articulated import solve_articulated
 from .constraints import Constraints, acceleration, constraint_forces, constraints, rheonomic_power
-from .differentiate import jacobian
 from .dynamics import (
     Mechanics,
     cheapest_form,
@@ -20,23 +17,29 @@ from .dynamics import (
     mass_matrix,
     mechanics,
 )
-from .graph import INPUT, PARAM, Graph, SparseRows
+from .graph.differentiate import jacobian
+from .graph.gather import gather
+from .graph.graph import Graph
+from .graph.hessian import hessian
+from .graph.kinds import INPUT, PARAM
+from .graph.nodes import SparseRows
+from .graph.quaternions import normalised
+from .graph.vectors import Matrix
 from .header import header
-from .hessian import hessian
 from .kinematics import Scene
 from .load import Loader
 from .program import Function, Program
-from .quaternions import normalised
+from .solve import factorise as ldl
 from .structure import structure
-from .tree_derivatives import add_tree_derivatives
+from .trees.articulated import solve_articulated
+from .trees.derivatives import add_tree_derivatives
 from .variables import Variables, variables, with_rates
-from .vectors import Matrix
 from .virtual_power import residual_by_state
 
+LARGEST_GATHERED = 12  # rates; in larger mass matrices the search takes longer than it saves
 LARGEST_TREE_TRIED_ALL_WAYS = 8
-LARGEST_TRIED_ALL_WAYS = (
-    60  # numbers in a state; beyond, the derivatives of the virtual power are always cheapest
-)
+# Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.
+LARGEST_TRIED_ALL_WAYS = 60
 
 
 class Derivation:
@@ -51,7 +54,7 @@ class Derivation:
         self.scene = Scene(self.loader, d, x)
         self.bodies = self.scene.bodies
         self.mech: Mechanics = mechanics(self.loader, d, self.scene)
-        self.mass: Matrix = mass_matrix(self.loader, self.mech, x)
+        self.mass: Matrix = _gathered(g, mass_matrix(self.loader, self.mech, x))
         self.form: Mechanics = cheapest_form(self.loader, self.mech, x, self.mass)
         self.forces = [g.neg(h) for h in inverse_dynamics(self.loader, self.form, x, [g.zero] * n)]
         self.constraints: Constraints = constraints(self.loader, d, x)
@@ -88,6 +91,15 @@ class Derivation:
         return self.power == self.g.zero
 
 
+def _gathered(g: Graph, matrix: Matrix) -> Matrix:
+    """The matrix with the parameters in its products gathered: some entries are seen to be zero only then."""
+    if len(matrix) > LARGEST_GATHERED:
+        return matrix
+    flat = gather(g, tuple(entry for row in matrix for entry in row))
+    n = len(matrix)
+    return [list(flat[k * n : (k + 1) * n]) for k in range(n)]
+
+
 def _loader(g: Graph, d: Description, x: Variables) -> Loader:
     symbols = {"t": x.t}
     symbols |= {r.name: node for r, node in zip(d.rates, x.v, strict=True)}
@@ -114,7 +126,7 @@ def _expressions(d: Description) -> Iterator[sympy.Expr]:
 
 
 def derive(description: Description, source: str = "") -> Program:
-    """Derive the equations of motion and every function that the model needs.
+    """Derive the equations of motion, all of them together, and every function that the model needs.
 
     Parameters
     ----------
@@ -128,14 +140,18 @@ def derive(description: Description, source: str = "") -> Program:
     Program
     """
     d = Derivation(description)
-    all_functions = tuple(functions(d))
-    program = Program(d.g, all_functions, {})
-    head = header(description, d, source, program.operations())
-    return Program(d.g, all_functions, head, tuple(structure(d).findings))
+    program = Program(d.g, tuple(functions(d)), {})
+    head = header(description, d, source, program.operations()) | {"subsystems": []}
+    return replace(program, header=head, findings=tuple(structure(d).findings))
 
 
 def functions(d: Derivation) -> Iterator[Function]:
-    """The functions of the ABI that this model has, in the order of the generated file."""
+    """The functions of the ABI that this model has, parameters gathered, in the order of the generated file."""
+    for function in _functions(d):
+        yield replace(function, outputs=gather(d.g, function.outputs))
+
+
+def _functions(d: Derivation) -> Iterator[Function]:
     x, c = d.x, d.constraints
     m = len(x.lam)
     work = [] if d.conservative else [d.power]

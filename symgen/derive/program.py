@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from .graph import Graph, SparseRows
-from .hoist import count
+from .graph.graph import Graph
+from .graph.hoist import count
+from .graph.nodes import SparseRows
 from .places import LAYOUTS, Places, Sizes, reductions, write_places
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from .graph import INPUT, MOTION, T, V
+from .graph.kinds import INPUT, MOTION, T, V
 from .symmetries import conserved_momenta, ignorable_coordinates
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ class Structure:
 
     @cached_property
     def findings(self) -> list[str]:
+        """Findings, one sentence each."""
         return list(_findings(self.derivation, self.flags))
 
 
@@ -53,7 +54,7 @@ def structure(d: Derivation) -> Structure:
 
 
 def _findings(d: Derivation, flags: dict[str, bool]) -> Iterator[str]:
-    g, n = d.g, len(d.mass)
+    n = len(d.mass)
     filled = sum(map(len, d.mass_rows))
     shape = "diagonal" if flags["diagonal_mass"] else f"{filled} of {n * n} entries nonzero"
     yield f"mass matrix {n} x {n}: {shape}{', constant' if flags['constant_mass'] else ''}"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .dynamics import applied_forces
-from .evaluate import evaluate
+from .graph.evaluate import evaluate
 
 if TYPE_CHECKING:
     from .pipeline import Derivation

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from ..model.description import Description, plain_rate
-from .graph import LAM, A, Graph, Q, T, V
-from .quaternions import doubled_rates, rate
-from .vectors import Matrix, Vector
+from .graph.graph import Graph
+from .graph.kinds import LAM, A, Q, T, V
+from .graph.quaternions import doubled_rates, rate
+from .graph.vectors import Matrix, Vector
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,11 @@ hangs below a joint before it meets what is above.
 from __future__ import annotations
 
 from .constraints import Constraints, acceleration
-from .differentiate import forward, reverse
 from .dynamics import Mechanics, inertia_pairs, turning_momentum
-from .graph import VIRTUAL, SparseRows, V
-from .hessian import mixed_hessian
+from .graph.differentiate import forward, reverse
+from .graph.hessian import mixed_hessian
+from .graph.kinds import VIRTUAL, V
+from .graph.nodes import SparseRows
 from .load import Loader
 from .variables import Variables
 

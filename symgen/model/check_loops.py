@@ -41,20 +41,24 @@ class LoopChecker:
         self.check_plane(loop, dict(loop.arguments))
 
     def error(self, loop: Loop, key: str, message: str, hint: str | None = None) -> ModelError:
+        """The error for an argument of a ready-made constraint."""
         place = f"{loop.kind}.{key}" if key and not key.startswith("[") else loop.kind + key
         return self.sources.error(f"constraints.{loop.name}", place, message, hint=hint)
 
     def check_point(self, loop: Loop, key: str, name: str, element: str = "") -> None:
+        """Refuse the name of a point that is not there."""
         if name not in self.body_of:
             hint = nearest(name, self.body_of, "points") or "declare it in [points]"
             raise self.error(loop, key + element, f"there is no point '{name}'", hint)
 
     def check_body(self, loop: Loop, key: str, name: str) -> None:
+        """Refuse the name of a body that is not there."""
         known = [*self.planar, WORLD]
         if name not in known:
             raise self.error(loop, key, f"there is no body '{name}'", nearest(name, known, "bodies"))
 
     def check_coordinate(self, loop: Loop, key: str, name: str) -> None:
+        """Refuse the name of a coordinate that is not there, or is an element of a quaternion."""
         if name in self.quaternions:
             message = f"'{name}' is an element of the quaternion of the joint '{self.quaternions[name]}'"
             raise self.error(loop, key, message, "hold points or axes instead, as by coincident or parallel")

@@ -1,4 +1,4 @@
-"""Checks of numbers at the parameters' values: all finite, masses and inertias not negative, planes kept."""
+"""Checks of numbers at the parameters' values: finite, masses not negative, planes kept, constraints that hold."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from .items import Item, definition_items, items
 from .printing import shortened
 from .sources import Address, Sources
 
-ROUND_OFF = 1e-9  # of the largest moment of inertia
+ROUND_OFF = 1e-9  # of the largest moment of inertia, or value
+ORIENTATIONS = ((1.0, 0.0, 0.0, 0.0), (0.8, 0.6, 0.0, 0.0), (0.5, -0.5, 0.5, 0.5), (0.1, 0.1, -0.7, 0.7))
 
 
 def check_values(d: Description, sources: Sources) -> None:
@@ -21,6 +22,7 @@ def check_values(d: Description, sources: Sources) -> None:
         known[item.key] = values[item.table, item.key] = _value(item, known, sources)
     for item in items(d):
         values[item.table, item.key] = _value(item, known, sources)
+    _check_quaternion_constraints(d, known, sources)
     for body in d.bodies:
         _check_mass(body, values, sources)
         _check_inertia(body, values, sources)
@@ -97,6 +99,32 @@ def _check_joint(joint: Joint, values: Mapping[Address, float | None], sources: 
                 f"the lower limit {lower:g} is not below the upper one {upper:g} at the parameters' values"
             )
             raise sources.error(table, "limits", message)
+
+
+def _check_quaternion_constraints(
+    d: Description, known: Mapping[str, float | None], sources: Sources
+) -> None:
+    """A constraint on the length of a quaternion restricts nothing that rates can change."""
+    elements: dict[str, list[str]] = {}
+    for c in d.coordinates:
+        if c.quaternion is not None:
+            elements.setdefault(c.quaternion, []).append(c.name)
+    for c in d.constraints:
+        named = {symbol.name for symbol in c.expression.free_symbols}
+        for joint, names in elements.items():
+            if not named.intersection(names):
+                continue
+            try:
+                values = [
+                    evaluate(c.expression, {**known, **dict(zip(names, q, strict=True))})
+                    for q in ORIENTATIONS
+                ]
+            except NotFinite:
+                continue
+            if None not in values and max(values) - min(values) <= ROUND_OFF * max(map(abs, (1.0, *values))):
+                message = f"the constraint holds nothing: it has one value in all orientations of '{joint}'"
+                hint = "quaternions are kept at unit length without constraints: leave it out"
+                raise sources.error("constraints", c.name, message, hint=hint)
 
 
 def _check_plane(d: Description, values: Mapping[Address, float | None], sources: Sources) -> None:

@@ -68,6 +68,11 @@ FORCE_ROLE = Role("a force")
 HOLONOMIC = Role(
     "a constraint", (RATES, INPUTS), "an expression with rates belongs in [velocity_constraints]"
 )
+COURSE = Role(
+    "a prescribed motion",
+    (RATES, INPUTS, COORDINATES, PLACES),
+    "it is made of t, parameters and constants; hold expressions of coordinates at zero by 'couple'",
+)
 VELOCITY = Role("a velocity constraint", (INPUTS,), "prescribed motion is written with t")
 OBSERVED = Role("an output, event or size")
 
@@ -204,7 +209,7 @@ def loop_items(loop: Loop, sizes: Mapping[str, Dimension | None]) -> Iterator[It
         "length": (RATIO, LENGTH),
         "ratio": (RATIO, None if first is None or second is None else over(first, second)),
         "offset": (HOLONOMIC, first),
-        "follows": (HOLONOMIC, first),
+        "follows": (COURSE, first),
         "expression": (HOLONOMIC, None),
     }
     for key, (role, dimension) in roles.items():

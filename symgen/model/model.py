@@ -65,7 +65,8 @@ class Model(Closures):
         self.folder = None if folder is None else Path(folder)
         self._gravity: tuple[sympy.Expr, ...] | None = None
         self._bodies: dict[str, Body] = {}
-        self._energies: dict[str, list[sympy.Expr]] = {}  # terms, added up at last: SymPy sorts a sum at each +
+        # Terms, added up at last: SymPy sorts a sum at each +.
+        self._energies: dict[str, list[sympy.Expr]] = {}
         self._forces: dict[str, list[sympy.Expr]] = {}
         self._loads: dict[str, Load] = {}
         self._events: dict[str, Event] = {}
@@ -74,7 +75,13 @@ class Model(Closures):
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
 
     def gravity(self, x: Any = 0, y: Any = 0, z: Any = 0) -> None:
-        """Set the acceleration of gravity [m/s^2]."""
+        """Set the acceleration of gravity.
+
+        Parameters
+        ----------
+        x, y, z : expression
+            In world axes [m/s^2].
+        """
         if self._gravity is not None:
             raise self._sources.error("gravity", "", "gravity is set already")
         self._gravity = tuple(
@@ -128,7 +135,14 @@ class Model(Closures):
         self._add("energy", "dissipation", expression, self._energies)
 
     def force(self, coordinate: sympy.Symbol | str, expression: Any) -> None:
-        """Add to the generalised force on a coordinate [J per unit of the coordinate]."""
+        """Add to the generalised force on a coordinate.
+
+        Parameters
+        ----------
+        coordinate : Symbol or str
+        expression : expression
+            [J per unit of the coordinate]
+        """
         name = coordinate.name if isinstance(coordinate, sympy.Symbol) else coordinate
         if not isinstance(name, str):
             raise self._sources.error(

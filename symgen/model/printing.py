@@ -98,15 +98,15 @@ def _product(node: sympy.Mul, args: list[Piece]) -> Piece:
             sign = "" if sign else "-"
             above.append(repr(-float(x)))
         elif isinstance(x, sympy.Pow) and x.exp.is_Number and x.exp.is_negative:
-            below.append(_wrapped(_inverse(x, piece), POWER))
+            below.append(_wrapped(_inverse(piece), POWER))
         else:
             above.append(_wrapped(piece, POWER))
     text = sign + "*".join(above or ["1"]) + "".join(f"/{x}" for x in below)
     return text, SUM if sign else PRODUCT
 
 
-def _inverse(x: sympy.Pow, piece: Piece) -> Piece:
-    """The text of 1/x, where `piece` is that of x = b^(-e)."""
+def _inverse(piece: Piece) -> Piece:
+    """The text of 1/x, where `piece` is that of a power x = b^(-e)."""
     text, _ = piece
     return (text[2:], POWER) if text.startswith("1/") else (text, PRODUCT)
 

@@ -33,6 +33,7 @@ class Writer:
         return KINDS[loop.kind](self, loop.name, **dict(loop.arguments))
 
     def coincident(self, name: str, points: tuple[str, str]) -> Named:
+        """Two points are one."""
         return list(zip(("_x", "_y", "_z"), self.between(*points)))
 
     def distance(self, name: str, points: tuple[str, str], length: sympy.Expr) -> Named:
@@ -44,6 +45,7 @@ class Writer:
     def point_on_line(
         self, name: str, point: str, line: str, direction: Direction, body: str | None = None
     ) -> Named:
+        """A point stays on a line of a body."""
         body = body or self.body_of[line]
         apart = self.between(point, line)
         if len(apart) == 2 and self.in_plane(body):
@@ -58,10 +60,12 @@ class Writer:
     def point_in_plane(
         self, name: str, point: str, plane: str, normal: Direction, body: str | None = None
     ) -> Named:
+        """A point stays in a plane of a body."""
         vector = self.fixed(f"{name}_normal", body or self.body_of[plane], normal)
         return [("", _scalar_product(self.between(point, plane), vector))]
 
     def parallel(self, name: str, bodies: tuple[str, str], axes: tuple[Direction, Direction]) -> Named:
+        """Axes of two bodies stay parallel."""
         first, second = axes
         if all(map(self.in_plane, bodies)):
             normals: tuple[Direction, ...] = ((-second[1], second[0], 0.0),)
@@ -74,13 +78,16 @@ class Writer:
         ]
 
     def gear(self, name: str, coordinates: tuple[str, str], ratio: sympy.Expr, offset: sympy.Expr) -> Named:
+        """One coordinate is a multiple of another, and an offset."""
         first, second = map(sympy.Symbol, coordinates)
         return [("", total([first, negated(product([ratio, second])), negated(offset)]))]
 
     def couple(self, name: str, expression: sympy.Expr) -> Named:
+        """An expression is zero."""
         return [("", expression)]
 
     def motion(self, name: str, coordinate: str, follows: sympy.Expr) -> Named:
+        """A coordinate follows a prescribed motion."""
         return [("", difference(sympy.Symbol(coordinate), follows))]
 
     def in_plane(self, body: str) -> bool:

@@ -90,9 +90,8 @@ def check_grammar(tokens: list[Token], length: int) -> None:
     length : int
         Of the whole text, for the column of something missing at its end.
     """
-    open_calls: list[
-        tuple[Token, Token | None, int]
-    ] = []  # parenthesis, function, number of arguments so far
+    # Each with its parenthesis, function, and number of arguments so far.
+    open_calls: list[tuple[Token, Token | None, int]] = []
     want_operand, signs = True, 0
     for index, token in enumerate(tokens):
         following = tokens[index + 1] if index + 1 < len(tokens) else None

@@ -11,6 +11,7 @@ ARGUMENT_ORDER = functools.cmp_to_key(sympy.Basic.compare)
 
 
 def split_product(value: sympy.Expr) -> tuple[sympy.Expr, list[sympy.Expr]]:
+    """The number in a product, and its other factors."""
     if value.is_Number:
         return value, []
     if isinstance(value, sympy.Mul):
@@ -21,6 +22,7 @@ def split_product(value: sympy.Expr) -> tuple[sympy.Expr, list[sympy.Expr]]:
 
 
 def inverted(x: sympy.Expr) -> sympy.Expr:
+    """1/x."""
     if isinstance(x, sympy.Pow) and x.exp.is_Number:
         exponent = -x.exp
         return x.base if exponent == 1 else sympy.Pow(x.base, exponent, evaluate=False)
@@ -28,6 +30,7 @@ def inverted(x: sympy.Expr) -> sympy.Expr:
 
 
 def negated(x: sympy.Expr) -> sympy.Expr:
+    """-x."""
     number, rest = split_product(x)
     return build(sympy.Mul, -number, sympy.S.One, rest)
 

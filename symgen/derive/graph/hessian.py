@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from .condense import Statement, condense
-from .graph import Graph, SparseRows
+from .graph import Graph
+from .nodes import SparseRows
 
 Edges = dict[int, dict[int, int]]  # edges[a][b] = edges[b][a] = weight
 LARGEST_STATEMENT = 3  # inputs of an operation that is merged into its only user

@@ -7,8 +7,8 @@ from typing import Any
 
 import sympy
 
-from ..model.description import Description
-from ..model.tree import postorder
+from ...model.description import Description
+from ...model.tree import postorder
 
 
 class Canonical:

@@ -1,17 +1,20 @@
-"""One function of a generated module as text: what is hoisted, then straight-line code, loops for equal subsystems."""
+"""A kind of subsystem in a generated function as text: straight-line code, in a loop where there are several."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
-from .derive import hoist
-from .derive.dense_solve import FACTOR, TEXT
-from .derive.graph import INPUT, LAM, PARAM, UNARY, A, Graph, Q, T, V
-from .derive.places import MIN, SUM, reductions
-from .derive.places import START as START_VALUES
-from .derive.program import Function, Part, Program
+from ..derive.graph import hoist
+from ..derive.graph.graph import UNARY, Graph
+from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
+from ..derive.places import MIN, SUM
+from ..derive.program import Function, Part
+from ..derive.solve.dense_solve import FACTOR, TEXT
+
+if TYPE_CHECKING:
+    from .function import FunctionText
 
 LONGEST_INLINE = 60  # characters of an expression that is written where it is used instead of getting a name
 SHORTEST_COPY_LOOP = 8  # entries of the state that a reset leaves as they are
@@ -19,83 +22,6 @@ VECTORS = {Q: "q", V: "v", A: "v", LAM: "c", PARAM: "parameters", INPUT: "inputs
 
 # Binding strength of printed expressions.
 _CONDITIONAL, _SUM, _PRODUCT, _SIGN, _ATOM = range(5)
-
-
-class Tables:
-    """The module's index tables, for places in loops that are no affine function of k."""
-
-    def __init__(self) -> None:
-        self.names: dict[tuple[int, ...], str] = {}
-
-    def index(self, places: Sequence[int]) -> str:
-        """The text of an index that runs through `places`."""
-        first, step = places[0], places[1] - places[0] if len(places) > 1 else 0
-        if step < 0 or any(b - a != step for a, b in pairwise(places)):
-            return f"{self.names.setdefault(tuple(places), f'I{len(self.names)}')}[k]"
-        if not step:
-            return str(first)
-        multiple = "k" if step == 1 else f"{step}*k"
-        return f"{first} + {multiple}" if first else multiple
-
-
-class FunctionText:
-    """The text of one function.
-
-    Attributes
-    ----------
-    lines : list of str
-    calls : set of str
-        Mathematical functions in it.
-    solvers : set of str
-        Solvers by loops that it calls.
-    n_hoisted : int
-        Values that are worked out from parameters alone.
-    """
-
-    def __init__(
-        self, program: Program, name: str, names: dict[tuple[int, int], str], tables: Tables
-    ) -> None:
-        self.head, self.names, self.tables = program.header, names, tables
-        self.calls: set[str] = set()
-        self.solvers: set[str] = set()
-        self.n_hoisted = 0
-        self.n_names: Counter[str] = Counter()
-        self.totals: dict[int, str] = {}  # names of the numbers that all subsystems make together
-        if any(part.function(name) for part in program.parts):
-            kinds = reductions(name, program.sizes)
-            self.totals = {place: f"e{k}" for k, place in enumerate(kinds)}
-            self.kinds = kinds
-        self.sections = list(self._sections(program, name))
-        operations = sum(program.counts(name))
-        doc = max((s.function.doc for s in self.sections), key=len)
-        self.lines = ['@njit(error_model="numpy")', f"def {name}(t, y, p, out):"]
-        self.lines += [f'    """{doc} {operations} operation{"s" * (operations != 1)}."""']
-        self.lines += [f"    {line}" for line in self._body()]
-
-    def _sections(self, program: Program, name: str) -> Iterator[Section]:
-        for part in program.parts:
-            function = part.function(name)
-            if function is not None:
-                yield Section(self, part.graph, function, part, part.places(function, program.sizes))
-        if name in program.own:
-            yield Section(self, program.graph, program.own[name])
-
-    def _body(self) -> Iterator[str]:
-        for section in self.sections:
-            section.print()
-        parameters = {args: None for s in self.sections for args in s.shared_parameters()}
-        yield from (f"{self.names[args]} = p[{args[1]}]" for args in sorted(parameters))
-        for section in self.sections:
-            yield from section.hoisted
-        yield from (f"{name} = {START_VALUES[self.kinds[k]]}" for k, name in self.totals.items())
-        for section in self.sections:
-            yield from section.text()
-        yield from (f"out[{place}] = {name}" for place, name in self.totals.items())
-
-    def new_name(self, letter: str) -> str:
-        """The next name of a kind: `c` for hoisted values, `x` for others."""
-        self.n_names[letter] += 1
-        return f"{letter}{self.n_names[letter] - 1}"
 
 
 class Section:

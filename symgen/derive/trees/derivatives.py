@@ -13,10 +13,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .graph import Graph, SparseRows
-from .links import PRISMATIC, SPHERICAL, Link
-from .trees import Tree, Wrench
-from .vectors import (
+from ..graph.graph import Graph
+from ..graph.nodes import SparseRows
+from ..graph.vectors import (
     Inertia,
     Matrix,
     Vector,
@@ -29,6 +28,8 @@ from .vectors import (
     times,
     zeros,
 )
+from .links import PRISMATIC, SPHERICAL, Link
+from .recursive import Tree, Wrench
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ def _stirred(tree: Tree) -> list[Stirred]:
         if link.kind == PRISMATIC:
             body = _shifted(g, body, [g.zero, g.zero, link.slide], before)
         turned = Stirred(
-            body.inertia.turned(g, link.turn), link.turn.up_matrix(body.momenta), link.turn.up(body.momentum)
+            body.inertia.turned(link.turn), link.turn.up_matrix(body.momenta), link.turn.up(body.momentum)
         )
         body = _shifted(g, turned, link.offset, after)
         momenta[p] = [plus(g, a, b) for a, b in zip(momenta[p], body.momenta, strict=True)]

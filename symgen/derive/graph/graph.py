@@ -1,16 +1,11 @@
-"""The operation graph: hash-consed scalar operations in flat lists, folded and sign-normalised as they are built."""
+"""The operation graph: scalar operations, folded and sign-normalised as they are built."""
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 
-# Kinds of variable, each with its own bit in a node's dependency mask.
-# LOCAL: stand-ins within a derivative; VIRTUAL: virtual velocities, by which a virtual power is differentiated.
-T, Q, V, A, LAM, PARAM, INPUT, LOCAL, VIRTUAL = (1 << k for k in range(9))
-KIND_NAMES = {T: "t", Q: "q", V: "v", A: "a", LAM: "lam", PARAM: "p", INPUT: "u"}
-MOTION = T | Q | V | A | LAM | INPUT  # everything that can change during a run
+from .nodes import ON_ARRAYS, FoldingError, Nodes
 
 UNARY: dict[str, Callable[[float], float]] = {
     "sin": math.sin,
@@ -30,65 +25,21 @@ UNARY: dict[str, Callable[[float], float]] = {
 ODD = frozenset(("sin", "tan", "asin", "atan", "sinh", "tanh"))
 EVEN = frozenset(("cos", "cosh", "fabs"))
 LARGEST_UNROLLED_POWER = 64
-ON_ARRAYS = frozenset(("factor_ldl", "solve_ldl", "element"))  # see `dense_solve.py`
-_LEAVES = ("const", "var")
 
 
-SparseRows = list[
-    dict[int, int]
-]  # a matrix: for each row, its entries (nodes) by column, without structural zeros
+class Graph(Nodes):
+    """Scalar operations on nodes.
 
-
-class FoldingError(ValueError):
-    """A constant subexpression has no finite real value."""
-
-
-class Graph:
-    """Scalar operations, each stored once.
-
-    A node is an integer; `op[n]` is its operation, `args[n]` its arguments (nodes, all smaller than `n`, so
-    that numeric order is a topological order). Constants and variables have payloads in `args`:
-    `("const", (value,))`, `("var", (kind, index))`. Building a node folds constants, drops neutral elements,
-    moves signs outwards and finds an equal node that exists already; nothing is expanded or simplified beyond that.
+    Building a node folds constants, drops neutral elements, moves signs outwards and finds an equal node that exists
+    already; nothing is expanded or simplified beyond that.
     """
 
     def __init__(self) -> None:
-        self.op: list[str] = []
-        self.args: list[tuple] = []
-        self.mask: list[int] = []
-        self._operands: list[tuple[int, ...]] = []  # `args`, but nothing for constants and variables
-        self._index: defaultdict[str, dict[tuple, int]] = defaultdict(dict)  # by operation, then arguments
         self._circle: set[int] = set()  # products k·sin(x)² and k·cos(x)²
-        self.zero = self.const(0.0)
-        self.one = self.const(1.0)
-
-    def _node(self, op: str, args: tuple, mask: int) -> int:
-        table = self._index[op]
-        node = table.get(args)
-        if node is None:
-            node = table[args] = len(self.op)
-            self.op.append(op)
-            self.args.append(args)
-            self.mask.append(mask)
-            self._operands.append(() if op in _LEAVES else args)
-        return node
-
-    def const(self, value: float) -> int:
-        """Node of a number."""
-        value = float(value)
-        if not math.isfinite(value):
-            raise FoldingError(f"a constant part of an expression has the value {value}")
-        return self._node("const", (value + 0.0,), 0)  # + 0.0 turns -0.0 into 0.0
-
-    def var(self, kind: int, index: int = 0) -> int:
-        """Node of a variable."""
-        return self._node("var", (kind, index), kind)
-
-    def value(self, a: int) -> float | None:
-        """The number that a node stands for, None if it is not constant."""
-        return self.args[a][0] if self.op[a] == "const" else None
+        super().__init__()
 
     def neg(self, a: int) -> int:
+        """-a."""
         op = self.op[a]
         if op == "const":
             return self.const(-self.args[a][0])
@@ -101,6 +52,7 @@ class Graph:
         return self._node("neg", (a,), self.mask[a])
 
     def add(self, a: int, b: int) -> int:
+        """a + b."""
         if a == self.zero:
             return b
         if b == self.zero:
@@ -155,6 +107,7 @@ class Graph:
         return self.one, None
 
     def sub(self, a: int, b: int) -> int:
+        """a - b."""
         if a == b:
             return self.zero
         if b == self.zero:
@@ -174,6 +127,7 @@ class Graph:
         return self._node("sub", (a, b), self.mask[a] | self.mask[b])
 
     def mul(self, a: int, b: int) -> int:
+        """a·b."""
         if a == self.one:
             return b
         if b == self.one:
@@ -216,6 +170,7 @@ class Graph:
         return self._product(self.const(factor), a)
 
     def div(self, a: int, b: int) -> int:
+        """a/b."""
         vb = self.value(b)
         if vb is not None:
             if vb == 0.0:
@@ -267,6 +222,7 @@ class Graph:
         return self._node("pow", (a, b), self.mask[a] | self.mask[b])
 
     def atan2(self, a: int, b: int) -> int:
+        """The angle of the vector (b, a)."""
         va, vb = self.value(a), self.value(b)
         if va is not None and vb is not None:
             return self.const(math.atan2(va, vb))
@@ -303,23 +259,19 @@ class Graph:
         )
 
     def minimum(self, a: int, b: int) -> int:
+        """The smaller of a and b."""
         return self.select(b, a, b, a)
 
     def maximum(self, a: int, b: int) -> int:
+        """The larger of a and b."""
         return self.select(a, b, b, a)
 
     def sign(self, a: int) -> int:
         """-1, 0 or 1."""
         return self.select(a, self.zero, self.const(-1.0), self.select(self.zero, a, self.one, self.zero))
 
-    def on_arrays(self, op: str, args: tuple[int, ...]) -> int:
-        """One of the operations in `ON_ARRAYS`, whose result is no number, or an element of such a result."""
-        mask = 0
-        for x in args:
-            mask |= self.mask[x]
-        return self._node(op, args, mask)
-
     def sum(self, nodes: Iterable[int]) -> int:
+        """The sum of all, added in their order."""
         total = self.zero
         for node in nodes:
             total = self.add(total, node)
@@ -328,36 +280,6 @@ class Graph:
     def dot(self, a: Iterable[int], b: Iterable[int]) -> int:
         """Sum of products."""
         return self.sum(self.mul(x, y) for x, y in zip(a, b, strict=True))
-
-    def sparse(self, matrix: Iterable[Sequence[int]]) -> SparseRows:
-        """The nonzero entries of a matrix."""
-        zero = self.zero
-        return [{k: node for k, node in enumerate(row) if node != zero} for row in matrix]
-
-    def dense(self, rows: SparseRows, n_columns: int) -> list[list[int]]:
-        """A matrix with its zeros."""
-        result = [[self.zero] * n_columns for _ in rows]
-        for full, row in zip(result, rows, strict=True):
-            for k, node in row.items():
-                full[k] = node
-        return result
-
-    def operands(self, node: int) -> tuple[int, ...]:
-        """The nodes that a node is computed from."""
-        return self._operands[node]
-
-    def reachable(self, outputs: Iterable[int], mask: int = -1) -> list[int]:
-        """All nodes below `outputs` that depend on a kind in `mask` (-1: all), in topological order."""
-        operands, masks = self._operands, self.mask
-        every = mask == -1
-        seen = {node for node in outputs if every or masks[node] & mask}
-        stack = list(seen)
-        while stack:
-            for x in operands[stack.pop()]:
-                if x not in seen and (every or masks[x] & mask):
-                    seen.add(x)
-                    stack.append(x)
-        return sorted(seen)
 
     def substitute(self, outputs: list[int], replacement: dict[int, int]) -> list[int]:
         """`outputs` with nodes replaced."""
@@ -380,21 +302,3 @@ class Graph:
         if op in ON_ARRAYS:
             return self.on_arrays(op, tuple(operands))
         return getattr(self, op)(*operands)
-
-    def count(self, outputs: Iterable[int]) -> int:
-        """Number of operations that `outputs` cost (constants and variables are free)."""
-        return sum(map(self.cost, self.reachable(outputs)))
-
-    def cost(self, node: int) -> int:
-        """Number of operations on numbers that one node stands for."""
-        op, args = self.op[node], self.args[node]
-        if op not in ON_ARRAYS:
-            return op not in _LEAVES
-        if op == "element":
-            return 0
-        sizes = self.args[args[0]] if op == "solve_ldl" else args
-        n, n_coordinates = (int(self.args[x][0]) for x in sizes[:2])
-        if op == "solve_ldl":
-            return 2 * n * n
-        updates = sum((n - k) * (n - k - 1) // 2 for k in range(n))
-        return n + n * (n - 1) // 2 + 2 * updates + 2 * n_coordinates * (n - n_coordinates)

@@ -10,11 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from .differentiate import forward
-from .graph import Graph
-from .links import PRISMATIC, REVOLUTE, SPHERICAL, Link, Links
-from .variables import Variables
-from .vectors import (
+from ..graph.differentiate import forward
+from ..graph.graph import Graph
+from ..graph.vectors import (
     Inertia,
     Matrix,
     Vector,
@@ -30,6 +28,8 @@ from .vectors import (
     transposed_times,
     zeros,
 )
+from ..variables import Variables
+from .links import PRISMATIC, REVOLUTE, SPHERICAL, Link, Links
 
 Wrench = tuple[Vector, Vector]  # force, and moment about the origin
 
@@ -74,7 +74,7 @@ class Tree:
 
     def __init__(self, g: Graph, x: Variables, links: Links, base: BaseMotion | None) -> None:
         self.g, self.x, self.gravity = g, x, zeros(g)
-        self.links, self.places, self.base_name = links.links, links.places, links.base
+        self.links, self.places = links.links, links.places
         self.on_world = base is None
         self.base = base or BaseMotion(zeros(g), identity(g), zeros(g), zeros(g))
         self.carried_spin, self.spin = self._spins()
@@ -231,7 +231,7 @@ class Tree:
             link, carried = self.links[k], result[k]
             if link.kind == PRISMATIC:
                 carried = carried.shifted(g, [g.zero, g.zero, link.slide])
-            carried = carried.turned(g, link.turn).shifted(g, link.offset)
+            carried = carried.turned(link.turn).shifted(g, link.offset)
             result[link.parent] = result[link.parent].plus(g, carried)
         return result
 

@@ -6,7 +6,7 @@ call of a function of its own: `TEXT`, which the run time knows and replaces by 
 
 from __future__ import annotations
 
-from .graph import Graph
+from ..graph.graph import Graph
 
 FACTOR, SOLVE = "factor_ldl", "solve_ldl"
 SMALLEST = 24  # rows; from here on loops are faster than straight-line code, and compile in no time

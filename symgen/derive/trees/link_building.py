@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ..errors import ModelError
-from ..model.description import Body, Description, Joint
-from ..model.directions import cross_product, perpendicular
-from .graph import MOTION
-from .link_frames import JointLine, LinkFrame, choose_frames, snap, split_turn
-from .links import BASE, PRISMATIC, REVOLUTE, SPHERICAL, Link, Links, Place, carry_inertia
-from .load import Loader
-from .quaternions import rotation_matrix
-from .vectors import (
+from ...errors import ModelError
+from ...model.description import Body, Description, Joint
+from ...model.directions import cross_product, perpendicular
+from ..graph.kinds import MOTION
+from ..graph.quaternions import rotation_matrix
+from ..graph.vectors import (
     Inertia,
     Matrix,
     Turn,
@@ -26,6 +23,9 @@ from .vectors import (
     transposed_times,
     zeros,
 )
+from ..load import Loader
+from .link_frames import JointLine, LinkFrame, choose_frames, snap, split_turn
+from .links import BASE, PRISMATIC, REVOLUTE, SPHERICAL, Link, Links, Place, carry_inertia
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 NEGLIGIBLE = 1e-14  # of the lengths that an offset is made of: what cancellation leaves
@@ -119,7 +119,7 @@ class _Gatherer:
                 inertia = self._body_inertia(self.bodies[name], place)
                 links[place.link].inertia = links[place.link].inertia.plus(g, inertia)
         carry_inertia(g, links)
-        return Links(self.base, links, places)
+        return Links(links, places)
 
     def _line(self, stage: _Stage) -> JointLine | None:
         if stage.kind == BASE:

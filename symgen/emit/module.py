@@ -1,11 +1,12 @@
-"""From a derived program to the text of its generated module: plain, readable, deterministic Python."""
+"""The text of a generated module: its header, index tables, solvers and functions."""
 
 from __future__ import annotations
 
-from .derive.dense_solve import TEXT
-from .derive.graph import INPUT, LAM, PARAM, A, Q, T, V
-from .derive.program import Program
-from .function_text import FunctionText, Tables
+from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
+from ..derive.program import Program
+from ..derive.solve.dense_solve import TEXT
+from .function import FunctionText
+from .tables import Tables
 
 DECORATOR = '@njit(error_model="numpy")\n'
 

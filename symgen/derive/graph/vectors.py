@@ -216,7 +216,7 @@ class Inertia:
                 tensor[i][j] = tensor[j][i] = g.add(self.tensor[i][j], other.tensor[i][j])
         return Inertia(g.add(self.mass, other.mass), plus(g, self.first, other.first), tensor)
 
-    def turned(self, g: Graph, turn: Turn) -> Inertia:
+    def turned(self, turn: Turn) -> Inertia:
         """The same in the axes of the frame that `turn` was rotated from."""
         return Inertia(self.mass, turn.up(self.first), turn.up_symmetric(self.tensor))
 

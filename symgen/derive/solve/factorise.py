@@ -9,10 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from heapq import heappop, heappush
 
-from ..errors import ModelError
+from ...errors import ModelError
+from ..graph.graph import Graph
+from ..graph.kinds import MOTION
+from ..graph.vectors import Matrix
 from . import dense_solve
-from .graph import MOTION, Graph
-from .kinematics import Matrix
 
 
 @dataclass(frozen=True)

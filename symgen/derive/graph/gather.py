@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections import Counter
 
-from .graph import PARAM, Graph
+from .graph import Graph
+from .kinds import PARAM
 
 LARGEST = 20_000  # operations; in longer functions the search takes longer than it saves
 

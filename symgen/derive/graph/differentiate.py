@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from .graph import Graph, SparseRows
+from .graph import Graph
+from .nodes import SparseRows
 
 
 def partials(g: Graph, node: int) -> list[tuple[int, int]]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
-from .graph import ON_ARRAYS, PARAM, Graph
+from .graph import Graph
+from .kinds import PARAM
+from .nodes import ON_ARRAYS
 
 # What an operation depends on: numbers; parameters that all instances of a loop share; parameters of one's own; motion.
 CONSTANT, SHARED, OWN, MOTION = range(4)

@@ -14,10 +14,10 @@ from typing import Any
 
 import sympy
 
-from ..model.description import Description
-from ..model.tree import postorder
+from ...model.description import Description
+from ...model.tree import postorder
+from ..places import Places
 from .canonical import Canonical
-from .places import Places
 
 ENERGIES = ("kinetic", "potential", "dissipation")
 WORLD = "world"

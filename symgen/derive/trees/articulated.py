@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .graph import Graph
+from ..graph.graph import Graph
+from ..graph.vectors import Inertia, Matrix, Vector, cross, cross_z, dot, plus, scaled, transposed, zeros
 from .links import PRISMATIC, REVOLUTE, Link
-from .trees import Tree
-from .vectors import Inertia, Matrix, Vector, cross, cross_z, dot, plus, scaled, transposed, zeros
+from .recursive import Tree
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from .differentiate import forward, partials, reverse
-from .graph import LOCAL, Graph
+from .graph import Graph
+from .kinds import LOCAL
 
 
 @dataclass(frozen=True)

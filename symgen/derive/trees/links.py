@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .graph import Graph
-from .vectors import Inertia, Matrix, Turn, Vector, zeros
+from ..graph.graph import Graph
+from ..graph.vectors import Inertia, Matrix, Turn, Vector, zeros
 
 BASE, REVOLUTE, PRISMATIC, SPHERICAL = "base", "revolute", "prismatic", "spherical"
 
@@ -41,7 +41,6 @@ class Place:
 class Links:
     """The links of one tree, parents first; link 0 is the base: the world, or a body that is placed by hand."""
 
-    base: str
     links: list[Link]
     places: dict[str, Place]
 
@@ -60,7 +59,7 @@ def carry_inertia(g: Graph, links: list[Link]) -> None:
         carried, link.inertia = _split_inertia(g, link)
         constant = link.turn if link.kind == PRISMATIC else link.turn.constant
         links[link.parent].inertia = links[link.parent].inertia.plus(
-            g, carried.turned(g, constant).shifted(g, link.offset)
+            g, carried.turned(constant).shifted(g, link.offset)
         )
 
 

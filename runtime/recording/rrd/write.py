@@ -1,35 +1,24 @@
-"""Rerun's file format: the only module that imports rerun. Columns in and out; nothing of mechanics."""
+"""Write a recording: columns, shapes and texts to one file."""
 
 from __future__ import annotations
 
 import contextlib
 import functools
-import importlib.util
-import sys
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import rerun as rr
-import rerun.blueprint as rrb
-from rerun.chunk import RrdReader
 
-from runtime.errors import RuntimeModelError
-
-from . import schema
-from .geometry import Primitive
-from .layout import Curves, Layout
+from .. import schema
+from ..errors import RecordingError
+from ..geometry import Primitive
+from ..layout import Curves, Layout
+from .blueprint import GREY, blueprint
 
 RERUN_VERSION = rr.__version__
 _TURN_Z_TO_X = rr.Quaternion(xyzw=[0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)])
-_GREY = (150, 155, 165)
-_LEGEND_FITS = 12
-
-
-class RecordingError(RuntimeModelError):
-    """A file is not a recording that can be read; the text says why and what to do."""
 
 
 @contextlib.contextmanager
@@ -160,7 +149,7 @@ class RrdWriter:
             [[0, 0, -length], [0, 0, length]],
         ]
         with _strict():
-            self._static(schema.ORIGIN, rr.LineStrips3D(arms, colors=_GREY, radii=rr.Radius.ui_points(1.0)))
+            self._static(schema.ORIGIN, rr.LineStrips3D(arms, colors=GREY, radii=rr.Radius.ui_points(1.0)))
 
     def events(self, names: list[str]) -> None:
         """Write events into the event log."""
@@ -175,7 +164,7 @@ class RrdWriter:
     def layout(self, layout: Layout) -> None:
         """Say how the recording is shown when it is opened; the last one written counts."""
         with _strict():
-            self._stream.send_blueprint(_blueprint(layout), make_active=True, make_default=True)
+            self._stream.send_blueprint(blueprint(layout), make_active=True, make_default=True)
 
     def flush(self) -> None:
         """Hand all that was written to the operating system: it survives the end of this process."""
@@ -232,125 +221,3 @@ def _archetype(primitive: Primitive, colour: tuple[int, int, int]):
             fill_mode=solid,
         )
     return rr.Asset3D(path=primitive.mesh, albedo_factor=colour)
-
-
-def _blueprint(layout: Layout) -> rrb.Blueprint:
-    rows = [_tabs([_plot(curves) for curves in row]) for row in layout.rows]
-    about = rrb.TextDocumentView(origin=schema.ABOUT, name="About this run")
-    scene = [] if layout.camera is None else [_scene(layout)]
-    left = rrb.Tabs(*scene, about, rrb.TextLogView(origin=schema.EVENTS, name="Events"), active_tab=0)
-    return rrb.Blueprint(
-        rrb.Horizontal(left, rrb.Vertical(*rows), column_shares=[3, 2]),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(
-            state="collapsed",
-            timeline=schema.SIM_TIME,
-            playback_speed=layout.speed,
-            loop_mode="all",
-            play_state="playing",
-        ),
-        auto_views=False,
-        auto_layout=False,
-    )
-
-
-def _tabs(views: list):
-    return views[0] if len(views) == 1 else rrb.Tabs(*views, active_tab=0)
-
-
-def _scene(layout: Layout) -> rrb.Spatial3DView:
-    # A range of visible time counts for the entity that it names, not for those below it.
-    past = rrb.VisibleTimeRange(
-        schema.SIM_TIME,
-        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-layout.trail_seconds),
-        end=rrb.TimeRangeBoundary.cursor_relative(),
-    )
-    overrides = {}
-    for name, shown in layout.trails:
-        behaviour = [] if shown else [rrb.EntityBehavior(visible=False)]
-        overrides[f"{schema.TRAILS}/{name}"] = [rrb.VisibleTimeRanges([past]), *behaviour]
-    plane = rr.components.Plane3D.XY if layout.planar else rr.components.Plane3D([0.0, 0.0, 1.0])
-    camera = layout.camera
-    return rrb.Spatial3DView(
-        origin=schema.WORLD,
-        name="Scene",
-        overrides=overrides,
-        line_grid=rrb.LineGrid3D(visible=True, spacing=layout.grid, plane=plane, color=(*_GREY, 40)),
-        eye_controls=rrb.EyeControls3D(position=camera.eye, look_target=camera.target, eye_up=camera.up),
-    )
-
-
-def _plot(curves: Curves) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(
-        origin=curves.path,
-        name=curves.title,
-        plot_legend=rrb.PlotLegend(visible=len(curves.names) <= _LEGEND_FITS),
-        axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
-    )
-
-
-def read_rrd(path: Path, entities: list[str]) -> tuple[str, dict[str, list[pa.RecordBatch]]]:
-    """Read some entities of a recording.
-
-    Parameters
-    ----------
-    path : Path
-    entities : list of str
-        Entity paths; recording properties are read always, as `property:<name>`.
-
-    Returns
-    -------
-    application_id : str
-    batches : dict
-        For each entity that the file has, its record batches in the order of the file.
-
-    Raises
-    ------
-    RecordingError
-        If the file is missing, is no recording, or ends in the middle of a record.
-    """
-    if path.is_dir():
-        raise RecordingError(f"{path}: this is a folder, not a recording")
-    if not path.is_file():
-        raise RecordingError(f"{path}: there is no such file")
-    batches: dict[str, list[pa.RecordBatch]] = {}
-    with warnings.catch_warnings():
-        # A recording of a run that was cut short has no index at its end; that is not worth a warning.
-        warnings.simplefilter("ignore")
-        try:
-            reader = RrdReader(path)
-            stores = reader.recordings()
-            if not stores:
-                raise RecordingError(f"{path}: holds no recording, only a layout of the viewer")
-            wanted = [f"/{entity}" for entity in entities] + ["/__properties/**"]
-            for chunk in reader.stream(store=stores[0]).filter(content=wanted):
-                name = chunk.entity_path.lstrip("/").replace("__properties/", "property:")
-                batches.setdefault(name, []).append(chunk.to_record_batch())
-        except (RuntimeError, ValueError, OSError) as error:
-            raise _refusal(path, str(error)) from error
-    return stores[0].application_id, batches
-
-
-def _refusal(path: Path, reason: str) -> RecordingError:
-    if "Not an RRD" in reason or "too small to be" in reason:
-        return RecordingError(f"{path}: not a Rerun recording (.rrd)")
-    fixed = path.with_name(f"{path.stem}_recovered{path.suffix}")
-    return RecordingError(
-        f"{path}: damaged, or cut off in the middle of a record; "
-        f"recover all whole records with `rerun rrd optimize {path} -o {fixed}` and read that file "
-        f"(reader's words: {reason})"
-    )
-
-
-def viewer_command() -> list[str]:
-    """Return the command that starts this environment's own Rerun viewer.
-
-    Raises
-    ------
-    RecordingError
-        If the viewer is not part of this installation.
-    """
-    if importlib.util.find_spec("rerun_cli") is None:
-        raise RecordingError("the Rerun viewer is not installed; install it with `pip install rerun-sdk`")
-    return [sys.executable, "-m", "rerun_cli"]

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from ..model.description import Description
+from ...model.description import Description
+from .. import pipeline
+from ..graph.graph import Graph
+from ..header import header
+from ..pipeline import Derivation, functions
+from ..places import MIN, SUM, Sizes
+from ..program import Function, Part, Program
+from ..structure import structure
 from .components import Component, split
-from .gather import gather
-from .graph import Graph
-from .header import header
-from .pipeline import Derivation, functions
-from .places import MIN, SUM, Sizes
-from .program import Function, Part, Program
-from .structure import structure
 from .watching import watchers
 
 LONGEST_LIST = 4  # names in a comment
@@ -36,10 +36,7 @@ def derive(description: Description, source: str = "") -> Program:
     """
     kinds = split(description)
     if len(kinds) == 1 and len(kinds[0]) == 1:
-        d = Derivation(description)
-        program = Program(d.g, tuple(_gathered(d)), {})
-        head = header(description, d, source, program.operations()) | {"subsystems": []}
-        return _with_savings(replace(program, header=head, findings=tuple(structure(d).findings)))
+        return _with_savings(pipeline.derive(description, source))
     derivations = [Derivation(kind[0].description) for kind in kinds]
     parts = _parts(kinds, derivations)
     sizes = {letter: sum(len(p.members) * p.sizes[letter] for p in parts) for letter in parts[0].sizes}
@@ -53,13 +50,8 @@ def derive(description: Description, source: str = "") -> Program:
     return _with_savings(replace(program, header=head, findings=(*_findings(parts, derivations),)))
 
 
-def _gathered(d: Derivation) -> Iterator[Function]:
-    for function in functions(d):
-        yield replace(function, outputs=gather(d.g, function.outputs))
-
-
 def _parts(kinds: list[list[Component]], derivations: list[Derivation]) -> tuple[Part, ...]:
-    made = [list(_gathered(d)) for d in derivations]
+    made = [list(functions(d)) for d in derivations]
     present = {f.name for own in made for f in own}
     result = []
     for kind, d, own in zip(kinds, derivations, made, strict=True):

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from ..model.description import Description
-from ..model.tree import postorder
+from ...model.description import Description
+from ...model.tree import postorder
+from ..graph.graph import UNARY, Graph
+from ..graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
+from ..load import Loader
+from ..program import Function
 from .components import Component
-from .graph import INPUT, LAM, PARAM, UNARY, A, Graph, Q, T, V
-from .load import Loader
-from .program import Function
 
 if TYPE_CHECKING:
-    from .pipeline import Derivation
+    from ..pipeline import Derivation
 
 _VECTORS = {Q: "q", V: "v", A: "v", LAM: "c", PARAM: "parameters", INPUT: "inputs"}
 
@@ -46,10 +47,10 @@ def watchers(
     for name, expression in d.definitions:
         if name in needed:
             loader.define(name, expression)
-    return g, list(_functions(d, g, loader))
+    return g, list(_functions(d, loader))
 
 
-def _functions(d: Description, g: Graph, loader: Loader) -> Iterator[Function]:
+def _functions(d: Description, loader: Loader) -> Iterator[Function]:
     load = loader.load
     if d.outputs:
         yield Function("outputs", "Outputs.", tuple(load(e) for _, e in d.outputs))

@@ -1,0 +1,155 @@
+"""The header of a generated module: which keys it has, and what they hold."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from runtime.abi import ABI
+
+_COUNTS = ("nq", "nv", "nh", "nn", "nw")
+_TEXTS = ("generator", "source", "name", "description")
+_FLAGS = (
+    "conservative",
+    "time_dependent",
+    "constant_mass",
+    "diagonal_mass",
+    "velocity_dependent",
+    "separable",
+)
+_VALUE = {"name": str, "unit": str, "value": float}
+_RECORDS: dict[str, dict[str, type]] = {
+    "coordinates": {**_VALUE, "enforced": bool},
+    "rates": {**_VALUE, "enforced": bool},
+    "parameters": _VALUE,
+    "inputs": _VALUE,
+    "constants": _VALUE,
+    "constraints": {"name": str, "kind": str},
+    "outputs": {"name": str, "unit": str},
+    "events": {"name": str, "direction": str, "action": str},
+    "bodies": {"name": str, "planar": bool, "shape": str, "sizes": int, "mesh": str},
+}
+_CHOICES = {
+    ("constraints", "kind"): ("holonomic", "velocity"),
+    ("events", "direction"): ("rising", "falling", "both"),
+    ("events", "action"): ("terminate", "record", "reset"),
+}
+
+
+class HeaderFault(Exception):
+    """What is wrong with a header."""
+
+
+def check_header(header: Any) -> None:
+    """Check that a literal is the header of a module: all keys there, of the right types, sizes that agree.
+
+    Raises
+    ------
+    HeaderFault
+        Says what is wrong, in words.
+    """
+    abi = _get(header, "abi", int, "")
+    if abi != ABI:
+        raise HeaderFault(f"the module has ABI {abi}, this run time reads ABI {ABI}")
+    for key in _TEXTS:
+        _get(header, key, str, "")
+    for key in _COUNTS:
+        if _get(header, key, int, "") < 0:
+            raise HeaderFault(f"{key!r} is {header[key]}, expected a count")
+    for key, fields in _RECORDS.items():
+        _check_records(key, _get(header, key, list, ""), fields)
+    for flag in _FLAGS:
+        _get(_get(header, "structure", dict, ""), flag, bool, "structure")
+    for name in _get(header, "operations", dict, ""):
+        _get(header["operations"], name, int, "operations")
+    _get(header, "run", dict, "")
+    for name in _get(header, "hoisted", dict, "") if "hoisted" in header else ():
+        if _get(header["hoisted"], name, int, "hoisted") < 1:
+            raise HeaderFault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
+    _check_sizes(header)
+    _check_subsystems(header)
+
+
+def _get(table: Any, key: str, kind: type, place: str) -> Any:
+    if not isinstance(table, dict):
+        raise HeaderFault(f"{place or 'MODEL'} is a {type(table).__name__}, expected a dict")
+    where = f"{place}[{key!r}]" if place else repr(key)
+    if key not in table:
+        raise HeaderFault(f"the key {where} is missing")
+    value = table[key]
+    if kind is float and type(value) is int:
+        value = float(value)
+    if type(value) is not kind:
+        raise HeaderFault(f"{where} is {value!r:.60}, expected a {kind.__name__}")
+    if kind is float and not math.isfinite(value):
+        raise HeaderFault(f"{where} is {value}, expected a finite number")
+    return value
+
+
+def _check_records(key: str, records: list[Any], fields: dict[str, type]) -> None:
+    for index, record in enumerate(records):
+        for field, kind in fields.items():
+            value = _get(record, field, kind, f"{key}[{index}]")
+            choices = _CHOICES.get((key, field))
+            if choices and value not in choices:
+                raise HeaderFault(
+                    f"{key}[{index}][{field!r}] is {value!r}, expected one of {', '.join(choices)}"
+                )
+    names = [record["name"] for record in records]
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise HeaderFault(f"{key} has the name {name!r} twice")
+        seen.add(name)
+
+
+def _check_sizes(header: dict[str, Any]) -> None:
+    m = header["nh"] + header["nn"]
+    for key, size, symbol in (
+        ("coordinates", header["nq"], "nq"),
+        ("rates", header["nv"], "nv"),
+        ("constraints", m, "nh + nn"),
+    ):
+        if len(header[key]) != size:
+            raise HeaderFault(f"{key} has {len(header[key])} entries, but {symbol} is {size}")
+    _check_quaternions(header)
+    kinds = [constraint["kind"] for constraint in header["constraints"]]
+    if kinds != ["holonomic"] * header["nh"] + ["velocity"] * header["nn"]:
+        raise HeaderFault("constraints must list the nh holonomic ones, then the nn velocity constraints")
+    if header["nw"] != (0 if header["structure"]["conservative"] else 1):
+        raise HeaderFault(
+            f"nw is {header['nw']}, but structure['conservative'] is {header['structure']['conservative']}"
+        )
+    if any(body["sizes"] < 0 for body in header["bodies"]):
+        raise HeaderFault("a body has a negative count of sizes")
+
+
+def _check_subsystems(header: dict[str, Any]) -> None:
+    """Every coordinate, rate and constraint belongs to one subsystem, if there are any."""
+    kinds = _get(header, "subsystems", list, "") if "subsystems" in header else []
+    for key, size in (("coordinates", "nq"), ("rates", "nv"), ("constraints", "nh")) if kinds else ():
+        found: list[Any] = []
+        for index, kind in enumerate(kinds):
+            members = _get(kind, key, list, f"subsystems[{index}]")
+            lengths = {len(member) if type(member) is list else -1 for member in members}
+            if len(lengths) != 1 or -1 in lengths:
+                raise HeaderFault(f"subsystems[{index}][{key!r}] is not a list of equally long lists")
+            found += [k for member in members for k in member]
+        count = header[size] + (header["nn"] if key == "constraints" else 0)
+        if any(type(k) is not int for k in found) or sorted(found) != list(range(count)):
+            raise HeaderFault(f"subsystems do not name each of the {count} {key} once")
+
+
+def _check_quaternions(header: dict[str, Any]) -> None:
+    """Quaternions are what makes coordinates and rates differ: each has four of the one and three of the other."""
+    places = header.get("quaternions", [])
+    if type(places) is not list or any(type(place) is not int for place in places):
+        raise HeaderFault(f"'quaternions' is {places!r:.60}, expected a list of indices")
+    ends = [0, *(place + 4 for place in places)]
+    if any(place < end for place, end in zip(places, ends)) or ends[-1] > header["nq"]:
+        raise HeaderFault(f"'quaternions' is {places}, expected ascending indices of four coordinates each")
+    if header["nq"] - header["nv"] != len(places):
+        raise HeaderFault(
+            f"nq - nv is {header['nq'] - header['nv']}, but 'quaternions' has {len(places)} entries: "
+            "every unit quaternion has one coordinate more than it has rates, all else as many"
+        )

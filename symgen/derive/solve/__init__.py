@@ -1,0 +1,1 @@
+"""Linear solves as operations: sparse LDLᵀ written out, dense LDLᵀ by loops."""

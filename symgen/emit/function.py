@@ -1,0 +1,72 @@
+"""One function of a generated module as text: what is hoisted, then a section for each kind of subsystem."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from ..derive.places import START as START_VALUES
+from ..derive.places import reductions
+from ..derive.program import Program
+from .section import Section
+from .tables import Tables
+
+
+class FunctionText:
+    """The text of one function.
+
+    Attributes
+    ----------
+    lines : list of str
+    calls : set of str
+        Mathematical functions in it.
+    solvers : set of str
+        Solvers by loops that it calls.
+    n_hoisted : int
+        Values that are worked out from parameters alone.
+    """
+
+    def __init__(
+        self, program: Program, name: str, names: dict[tuple[int, int], str], tables: Tables
+    ) -> None:
+        self.head, self.names, self.tables = program.header, names, tables
+        self.calls: set[str] = set()
+        self.solvers: set[str] = set()
+        self.n_hoisted = 0
+        self.n_names: Counter[str] = Counter()
+        self.totals: dict[int, str] = {}  # names of the numbers that all subsystems make together
+        if any(part.function(name) for part in program.parts):
+            kinds = reductions(name, program.sizes)
+            self.totals = {place: f"e{k}" for k, place in enumerate(kinds)}
+            self.kinds = kinds
+        self.sections = list(self._sections(program, name))
+        operations = sum(program.counts(name))
+        doc = max((s.function.doc for s in self.sections), key=len)
+        self.lines = ['@njit(error_model="numpy")', f"def {name}(t, y, p, out):"]
+        self.lines += [f'    """{doc} {operations} operation{"s" * (operations != 1)}."""']
+        self.lines += [f"    {line}" for line in self._body()]
+
+    def _sections(self, program: Program, name: str) -> Iterator[Section]:
+        for part in program.parts:
+            function = part.function(name)
+            if function is not None:
+                yield Section(self, part.graph, function, part, part.places(function, program.sizes))
+        if name in program.own:
+            yield Section(self, program.graph, program.own[name])
+
+    def _body(self) -> Iterator[str]:
+        for section in self.sections:
+            section.print()
+        parameters = {args: None for s in self.sections for args in s.shared_parameters()}
+        yield from (f"{self.names[args]} = p[{args[1]}]" for args in sorted(parameters))
+        for section in self.sections:
+            yield from section.hoisted
+        yield from (f"{name} = {START_VALUES[self.kinds[k]]}" for k, name in self.totals.items())
+        for section in self.sections:
+            yield from section.text()
+        yield from (f"out[{place}] = {name}" for place, name in self.totals.items())
+
+    def new_name(self, letter: str) -> str:
+        """The next name of a kind: `c` for hoisted values, `x` for others."""
+        self.n_names[letter] += 1
+        return f"{letter}{self.n_names[letter] - 1}"
