@@ -84,7 +84,7 @@ class LoopArrays:
         c = self.control
         c[at.RTOL], c[at.ATOL] = rtol, atol
         c[at.H], c[at.H_MAX], c[at.H_MIN] = step, span, 1e-15 * span
-        c[at.T] = c[at.T_GRID] = t
+        c[at.T] = c[at.T_GRID] = c[at.T_EVENT] = t
         c[at.ERROR_OLD] = 1e-4
         c[at.PROJECTION_TOL] = PROJECTION_TOL
         c[at.MIN_PIVOT_RATIO] = np.inf

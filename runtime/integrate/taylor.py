@@ -29,6 +29,7 @@ from runtime.integrate.layout import (
     RUNNING,
     SINGULAR_MATRIX,
     STEP_TOO_SMALL,
+    T_EVENT,
     T_STOP,
     H,
     T,
@@ -40,6 +41,7 @@ from runtime.integrate.taylor_step import DEFECT_LIMIT, defect, scale_series, se
 # New state, what rounding lost in it, predicted slope, what was lost before.
 NEW, LOST, SLOPE, CARRY = range(4)
 N_STATES = 4
+EPS = float(np.finfo(float).eps)
 CURRENT = 16  # counter: which of the two series is that of the current state
 MIN_PIVOT = 1e-6  # below it the accelerations are in doubt
 # Halving a step divides a defect by 2^order, unless it is round-off: its size is kept in control[ERROR_OLD]. A jump of
@@ -48,6 +50,13 @@ ROUND_OFF_GAIN = 4.0
 LARGEST_ROUND_OFF = 1e-9  # relative
 # A step that went too far makes later ones 7 % shorter than their series promise, which is forgotten over 50 steps.
 CAUTION, FORGET = 0.07, 0.98
+# A float taken apart for its logarithm, the part by which steps are shorter, and a limit of the next step (0: none).
+BITS, SHORTER, LIMIT = range(3)
+N_CELLS = 3
+# A series may reach far past the next event: a ball that hardly bounces any more leaves the floor and returns in a
+# small part of the step that its parabola allows. The step after an event is this many times the time since the one
+# before.
+LONGER_THAN_BEFORE = 2.0
 
 
 class TaylorSeries(NamedTuple):
@@ -73,8 +82,8 @@ class TaylorSeries(NamedTuple):
 
 @jitted
 def taylor_work_size(n_rows, sizes):
-    """Length of `work`: two series with their pivot ratio, the rows of NEW and what follows, two numbers."""
-    return 2 * (n_rows * sizes[NY] + 1) + N_STATES * sizes[NY] + 2 + finish_scratch_size(sizes)
+    """Length of `work`: two series with their pivot ratio, the rows of NEW and what follows, three numbers."""
+    return 2 * (n_rows * sizes[NY] + 1) + N_STATES * sizes[NY] + N_CELLS + finish_scratch_size(sizes)
 
 
 @jitted
@@ -110,8 +119,8 @@ def advance_taylor(
     ny, length = sizes[NY], method.n_rows * sizes[NY] + 1
     pair = work[: 2 * length].reshape((2, length))
     states = work[2 * length :][: N_STATES * ny].reshape((N_STATES, ny))
-    cell = work[2 * length + N_STATES * ny :][:2]
-    scratch = work[2 * length + N_STATES * ny + 2 :]
+    cell = work[2 * length + N_STATES * ny :][:N_CELLS]
+    scratch = work[2 * length + N_STATES * ny + N_CELLS :]
     order = method.order if method.order > 0 else order_for(control[RTOL])
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
@@ -133,6 +142,7 @@ def advance_taylor(
             scale_series(t1 - t0, order, old)
         copy(states[NEW], y)
         copy(states[LOST], states[CARRY])
+        previous_event = control[T_EVENT]
         status = finish_step(
             addresses, sizes, p, control, counters, t0, t1, y, old, -(order + 1), scratch,
             frame_times, frames, step_log,
@@ -140,6 +150,7 @@ def advance_taylor(
         if status == EVENT:
             for i in range(ny):
                 states[CARRY, i] = 0.0
+            cell[LIMIT] = max(LONGER_THAN_BEFORE * (control[T_EVENT] - previous_event), EPS * control[H_MAX])
         if status != RUNNING:
             return status
         done += 1
@@ -161,7 +172,10 @@ def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair,
     current = counters[CURRENT]
     old = pair[current][: (order + 1) * ny].reshape((order + 1, ny))
     sums = states[NEW:CARRY].reshape(CARRY * ny)
-    control[H] = min((1.0 - cell[1]) * series_step(order, sizes, control, old, cell), control[H_MAX])
+    control[H] = min((1.0 - cell[SHORTER]) * series_step(order, sizes, control, old, cell), control[H_MAX])
+    if cell[LIMIT] > 0.0:
+        control[H] = min(control[H], cell[LIMIT])
+        cell[LIMIT] = 0.0
     cause, before = STEP_TOO_SMALL, math.inf
     while True:
         shorter = 0.5
@@ -185,12 +199,12 @@ def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair,
             if error <= max(DEFECT_LIMIT, ROUND_OFF_GAIN * control[ERROR_OLD]):
                 counters[CURRENT] = 1 - current
                 counters[F_VALID] = 0 if t1 >= control[T_STOP] else 1
-                cell[1] *= FORGET
+                cell[SHORTER] *= FORGET
                 return RUNNING, t1
             before = error
             cause = STEP_TOO_SMALL
             shorter = max(0.5, 0.85 * (DEFECT_LIMIT / error) ** (1.0 / (order - 1)))
-            cell[1] = min(0.5, 1.0 - (1.0 - cell[1]) * (1.0 - CAUTION))
+            cell[SHORTER] = min(0.5, 1.0 - (1.0 - cell[SHORTER]) * (1.0 - CAUTION))
         control[H] = shorter * h
         counters[REJECTED] += 1
 
