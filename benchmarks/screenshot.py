@@ -20,8 +20,8 @@ from pathlib import Path
 from rerun.experimental import ViewerClient
 
 from runtime.recording import schema
+from runtime.recording.play import viewer_command
 from runtime.recording.reader import read_recording
-from runtime.recording.rrd import viewer_command
 
 SOFTWARE_DRIVER = Path("/usr/share/vulkan/icd.d/lvp_icd.x86_64.json")
 START_SECONDS = 30.0

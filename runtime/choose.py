@@ -17,8 +17,12 @@ if TYPE_CHECKING:
 
 CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
 SERIES, EXPLICIT, STIFF = "taylor", "dop853", "radau5"
-# Series of larger models take seconds to compile, and at loose tolerances they gain little.
-_LARGEST_FOR_SERIES = 2000  # operations of the residual
+# Series are made of the residual, explicit stages call rhs, whose operations grow faster; steps of series also grow
+# with the order, which tight tolerances pay for. In small models what a step costs besides is more than either.
+_LARGEST_FOR_SERIES = 2000  # operations of the residual; series of larger models take seconds to compile
+_SMALL_FOR_SERIES = 200
+_GAIN_OF_SERIES = 5.0  # operations of rhs for one of the residual, at rtol 1e-2
+_GAIN_WITH_RTOL = 1.0 / 12.0  # exponent: the run time of order 8 grows as rtol^(-1/8), that of order 24 as rtol^(-1/24)
 _INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 # An explicit step can follow about one radian of a motion at usual tolerances, and decay times step of about 6.
 _STIFFNESS_RATIO = 100.0
@@ -64,7 +68,7 @@ def choose_method(
         reason = scout(system, p, t, state, t_end, rtol, atol)
     if reason:
         return METHODS[STIFF], [f"method auto: {STIFF}, because {reason}"]
-    objection = objection_to_series(system, p, t, state)
+    objection = objection_to_series(system, p, t, state, rtol)
     if objection:
         return METHODS[EXPLICIT], [f"method auto: {EXPLICIT}, because {objection}"]
     return METHODS[SERIES], [
@@ -72,11 +76,14 @@ def choose_method(
     ]
 
 
-def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
+def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float) -> str:
     """Return why Taylor series do not suit a model or its start; an empty string where they do."""
     operations = system.operations.get("residual", 0)
     if operations > _LARGEST_FOR_SERIES:
         return f"Taylor series of a model of {operations} operations take long to compile"
+    gain = system.operations.get("rhs", 0) * (1e-2 / rtol) ** _GAIN_WITH_RTOL if rtol > 0.0 else np.inf
+    if operations > _SMALL_FOR_SERIES and gain < _GAIN_OF_SERIES * operations:
+        return f"Taylor series of a model of {operations} operations pay at tighter tolerances only"
     if system.m and not system.kernel("rhs")(t, state, p)[-1] >= _INDEPENDENT:
         return "constraints depend on each other at the start"
     refusal = METHODS[SERIES].refusal(system)

@@ -27,7 +27,7 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
     """
     when = f"t = {arrays.t:.9g} s"
     if status == at.STEP_TOO_SMALL:
-        return _step_too_small(system, method, arrays, when)
+        return _step_too_small(system, arrays, when)
     if status == at.NOT_FINITE:
         return _not_finite(system, method, arrays, when)
     if status == at.PROJECTION_FAILED:
@@ -46,6 +46,11 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
             f"Newton's iteration of {method.name} does not converge at {when}: {fastest(system, arrays)} "
             f"changes fastest; {remedy}."
         )
+    if status == at.SINGULAR_MATRIX and method.name == "taylor" and system.m:
+        return (
+            f"Constraints depend on each other at {when}, where series of the accelerations cannot be solved for: "
+            "use --method dop853, which lets go of what is redundant."
+        )
     if status == at.SINGULAR_MATRIX:
         return (
             f"The equations of motion have no unique solution at {when}: {fastest(system, arrays)} has no mass or too "
@@ -54,7 +59,7 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
     return f"{method.name} stopped at {when} with status {status}."
 
 
-def _step_too_small(system: System, method: Method, arrays: LoopArrays, when: str) -> str:
+def _step_too_small(system: System, arrays: LoopArrays, when: str) -> str:
     h = arrays.control[at.H]
     if arrays.counters[at.STIFF_COUNT] > 0:
         remedy = "the motion is stiff; try --method radau5"

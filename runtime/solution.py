@@ -261,9 +261,14 @@ class Solution:
         return check(self)
 
     @property
+    def objections(self) -> list:
+        """The entries of the health report that are not ok."""
+        return [entry for entry in self.health if not entry.ok]
+
+    @property
     def ok(self) -> bool:
         """Whether the run came to a regular end and no health check objects."""
-        return self.status in ("success", "terminated") and all(entry.ok for entry in self.health)
+        return self.status in ("success", "terminated") and not self.objections
 
     def save(self, path: str | os.PathLike[str], **options: Any) -> None:
         """Write a recording (`.rrd`); see `runtime.recording`."""

@@ -26,6 +26,15 @@ if TYPE_CHECKING:
 def load(path_or_text: str | os.PathLike[str]) -> System:
     """Load a generated module from a file or its text. Nothing in it is executed; nothing is compiled yet.
 
+    Parameters
+    ----------
+    path_or_text : path-like or str
+        A text is told from a path by its line breaks.
+
+    Returns
+    -------
+    System
+
     Raises
     ------
     runtime.errors.ModuleError
@@ -184,7 +193,22 @@ class System:
         return function in self.source.functions and array_sizes(self.source.header, function) is not None
 
     def kernel(self, function: str) -> Kernel:
-        """Return a function of the model as machine code, compiled or read from the cache on first use."""
+        """Return a function of the model as machine code, compiled or read from the cache on first use.
+
+        Parameters
+        ----------
+        function : str
+            A name of the ABI, such as "rhs".
+
+        Returns
+        -------
+        runtime.kernel.Kernel
+
+        Raises
+        ------
+        UnknownNameError
+            The model has no such function; the message names the nearest.
+        """
         kernel = self._kernels.get(function)
         if kernel is None:
             with self._lock:
@@ -197,6 +221,15 @@ class System:
         """Return the function as plain Python: for a debugger, and as an oracle.
 
         Its text has passed the grammar's check, and it sees no names but those of the grammar.
+
+        Parameters
+        ----------
+        function : str
+
+        Returns
+        -------
+        callable
+            `f(t, y, p, out)` writes `out` in place.
         """
         return self._kernel_source(function).python_function()
 
@@ -211,6 +244,15 @@ class System:
 
         Its code becomes part of your function's, so `cache=True` works; but like all of Numba's caching it
         does not notice when the model changes: clear the cache then.
+
+        Parameters
+        ----------
+        function : str
+
+        Returns
+        -------
+        callable
+            `t` a float, `y`, `p` and `out` C-contiguous float64 arrays of one dimension; writes `out` in place.
         """
         from runtime.code.numba_link import linked_function
 

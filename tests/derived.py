@@ -10,7 +10,7 @@ from random_expressions import COMPLEX, STEP
 
 from symgen.derive.pipeline import derive
 from symgen.derive.program import Program
-from symgen.emit import emit
+from symgen.emit.module import emit
 from symgen.model.description import Constraint, Coordinate, Description, Input, Parameter
 from symgen.model.functions import dot, maximum, minimum
 

@@ -99,7 +99,7 @@ def pinocchio_tree(description: Description, parameters: dict[str, float]) -> Pi
     coordinates = {c.name: k for k, c in enumerate(description.coordinates)}
     frames = {"world": (0, pin.SE3.Identity())}  # Pinocchio's joint, and the body frame's place in it
     where, angles, balls = {}, [], []
-    for joint in description.joints:
+    for joint in _depth_first(description.joints):
         here, place = frames[joint.parent]
         xyz, rpy = [number(x) for x in joint.xyz], [number(x) for x in joint.rpy]
         place = place * pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.array(xyz))
@@ -116,6 +116,12 @@ def pinocchio_tree(description: Description, parameters: dict[str, float]) -> Pi
         frames[joint.child] = (here, place)
         model.appendBodyToJoint(here, _inertia(pin, bodies[joint.child], number), place)
     return PinocchioTree(model, [where[rate.name] for rate in description.rates], angles, balls)
+
+
+def _depth_first(joints: tuple[Joint, ...], parent: str = "world") -> list[Joint]:
+    """Joints in the order in which `crba` needs them: rates of what hangs on a joint follow those of the joint."""
+    own = [joint for joint in joints if joint.parent == parent]
+    return [j for joint in own for j in (joint, *_depth_first(joints, joint.child))]
 
 
 def _parts(pin, joint: Joint) -> list:

@@ -10,7 +10,9 @@ from types import SimpleNamespace
 from hypothesis import reject
 from hypothesis import strategies as st
 
-from symgen.derive.graph import PARAM, UNARY, FoldingError, Graph, Q, V
+from symgen.derive.graph.graph import UNARY, Graph
+from symgen.derive.graph.kinds import PARAM, Q, V
+from symgen.derive.graph.nodes import FoldingError
 
 VARIABLES = ((Q, 0), (Q, 1), (V, 0), (V, 1), (PARAM, 0))
 CONSTANTS = (-2.0, 0.5, 3.0)

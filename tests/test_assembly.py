@@ -258,6 +258,15 @@ def test_contradictory_constraints_are_refused_by_name():
     assert "fine" not in str(caught.value)
 
 
+def test_a_constraint_that_nothing_moves_is_off_by_its_value():
+    """Its derivative is round-off, by which its residual would be enormous."""
+    system = build(
+        {"x": (0.7, False, "m")}, {"rod": "(cos(x) + sin(x))^2 - 2*cos(x)*sin(x) - 3", "fine": "x - 1"}
+    )
+    with pytest.raises(AssemblyError, match="constraint 'rod' cannot hold: off by -2 at"):
+        run(system)
+
+
 def test_contradiction_on_the_velocity_level():
     system = build({"x": (0.0, False, "m")}, {"slow": "x - sin(t)", "fast": "x - sin(2*t)"})
     with pytest.raises(AssemblyError, match="'slow', 'fast' contradict each other on the velocity level"):

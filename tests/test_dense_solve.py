@@ -13,10 +13,10 @@ import runtime
 from runtime.code import dense_ldl, engine
 from runtime.errors import ModuleError
 from symgen import Model, cos, link, sin
-from symgen.derive import dense_solve
-from symgen.derive.graph import Graph
+from symgen.derive.graph.graph import Graph
 from symgen.derive.pipeline import derive
-from symgen.emit import emit
+from symgen.derive.solve import dense_solve
+from symgen.emit.module import emit
 
 SIZES = [(1, 1), (2, 1), (3, 2), (4, 4), (6, 5), (9, 6), (13, 13), (30, 22), (41, 41)]
 

@@ -12,7 +12,7 @@ SCRIPT = """
 import hashlib, sys
 sys.path.insert(0, sys.argv[1])
 from symgen.derive.pipeline import derive
-from symgen.emit import emit
+from symgen.emit.module import emit
 from symgen.model.library import find, load
 for name, options in (("chain_absolute", {"N": "5"}), ("n_pendulum", {"N": "25"}), ("andrews_squeezer", None)):
     text = emit(derive(load(find(name), options).describe()))

@@ -20,9 +20,10 @@ from random_expressions import (
     recipes,
 )
 
-from symgen.derive.differentiate import forward, jacobian, reverse
-from symgen.derive.graph import PARAM, UNARY, Graph, Q, V
-from symgen.derive.hessian import hessian, mixed_hessian
+from symgen.derive.graph.differentiate import forward, jacobian, reverse
+from symgen.derive.graph.graph import UNARY, Graph
+from symgen.derive.graph.hessian import hessian, mixed_hessian
+from symgen.derive.graph.kinds import PARAM, Q, V
 
 ALL = Q | V | PARAM
 

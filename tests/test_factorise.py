@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from random_expressions import evaluate
 
-from symgen.derive.factorise import factorise, pivot_ratio, solve
-from symgen.derive.graph import PARAM, Graph, Q
+from symgen.derive.graph.graph import Graph
+from symgen.derive.graph.kinds import PARAM, Q
 from symgen.derive.pipeline import derive
+from symgen.derive.solve.factorise import factorise, pivot_ratio, solve
 from symgen.model.library import find, load
 
 

@@ -8,7 +8,9 @@ import pytest
 from hypothesis import assume, given, settings
 from random_expressions import OPERATIONS, Direct, evaluate, follow, on_graph, points, recipes
 
-from symgen.derive.graph import PARAM, UNARY, FoldingError, Graph, Q, V
+from symgen.derive.graph.graph import UNARY, Graph
+from symgen.derive.graph.kinds import PARAM, Q, V
+from symgen.derive.graph.nodes import FoldingError
 
 
 @pytest.fixture

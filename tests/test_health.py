@@ -11,7 +11,7 @@ import pytest
 
 from runtime.checks.advice import advise
 from runtime.checks.convergence import study
-from runtime.checks.health import check, energy_limit, trusted
+from runtime.checks.health import check, energy_limit
 from runtime.integrate.methods import find_method
 from runtime.result_json import result, to_json
 from runtime.solution import Solution
@@ -45,7 +45,7 @@ def test_good_runs_pass(pendulum, swing):
     assert objections(solve(pendulum, 3.0, method="dop853")) == []
     assert objections(solve(pendulum, 3.0, method="rk4", step=0.01)) == []
     assert objections(swing) == []
-    assert trusted(swing) and swing.ok
+    assert swing.ok and swing.objections == []
 
 
 def test_checks_are_plain_values(swing):
@@ -61,7 +61,7 @@ def test_coarse_fixed_step_is_not_trusted(pendulum):
     assert found["resolution"].value == pytest.approx(2 * np.pi / np.sqrt(19.62) / 0.2, rel=0.2)
     assert not found["resolution"].ok and "step of at most" in found["resolution"].says
     assert found["stability"].ok
-    assert not trusted(run)
+    assert not run.ok and [entry.check for entry in run.objections] == objections(run)
 
 
 def test_unstable_step_is_named():
@@ -208,6 +208,18 @@ def test_tolerances_tighten(cartesian):
     assert [level.setting for level in table.levels] == pytest.approx([1e-6, 1e-7, 1e-8, 1e-9])
     assert table.ok and table.constrained
     assert table.levels[-1].difference is None and table.levels[-2].difference < 1e-6
+
+
+def test_study_takes_the_steps_that_runs_take(pendulum):
+    """Levels must differ even where steps are long beside the times of comparison."""
+    arguments = {**ARGUMENTS, "t_end": 1.0, "method": "dop853", "rtol": 1e-6, "atol": 1e-8}
+    table = study(pendulum, arguments)
+    assert [level.steps for level in table.levels] == [
+        pendulum.run(**{**arguments, "rtol": 1e-6 * f, "atol": 1e-8 * f}).stats["steps"]
+        for f in (100.0, 10.0, 1.0, 0.1)
+    ]
+    assert table.levels[0].steps < table.levels[-1].steps
+    assert table.levels[0].difference > 0.0
 
 
 def test_a_step_that_is_too_long_does_not_settle(pendulum):

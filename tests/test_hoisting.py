@@ -14,11 +14,13 @@ import runtime
 from runtime.code.bridge import call_kernel
 from runtime.errors import ModuleError
 from symgen import Model, cos, dot, sin
-from symgen.derive import hoist
-from symgen.derive.gather import gather
-from symgen.derive.graph import INPUT, PARAM, Graph, Q, T
+from symgen.derive.graph import hoist
+from symgen.derive.graph.gather import gather
+from symgen.derive.graph.graph import Graph
+from symgen.derive.graph.kinds import INPUT, PARAM, Q, T
 from symgen.derive.pipeline import derive
 from symgen.link import derive_text
+from symgen.model.library import find, load
 
 
 def chain(n: int = 4) -> Model:
@@ -162,3 +164,10 @@ def test_gathering_by_hand():
     assert gather(g, (kept, shared)) == (kept, shared)  # pulling r out of `kept` would cost a product
     assert gather(g, (g.div(g.mul(r, x), p),)) == (g.mul(g.mul(g.div(g.one, p), r), x),)
     assert gather(g, (g.mul(u, x), g.add(p, r))) == (g.mul(u, x), g.add(p, r))
+
+
+def test_entries_that_gathering_shows_to_be_zero_are_not_written():
+    """The disc's angular momenta: terms with one parameter each cancel once their parameters are gathered."""
+    text = derive_text(load(find("rolling_disc"))).text
+    assert "out[22]" not in text[text.index("def mass_matrix") : text.index("def forces")]
+    assert "= 0.0\n" not in text[text.index("def mass_matrix") : text.index("def forces")]

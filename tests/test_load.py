@@ -9,7 +9,8 @@ import sympy
 from derived import Generated, describe
 from random_expressions import evaluate
 
-from symgen.derive.graph import Graph, Q
+from symgen.derive.graph.graph import Graph
+from symgen.derive.graph.kinds import Q
 from symgen.derive.load import Loader
 
 

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from runtime.code import engine, llvm_text
+from runtime.code import engine, straight_line
 from runtime.code.grammar import MATH_FUNCTIONS, FunctionText, Lengths
 from runtime.code.modules import lower_function, lower_kernel, lower_setup
 from runtime.errors import ModuleError
@@ -146,7 +146,7 @@ def test_pieces_change_nothing(monkeypatch, piece):
     text = random_function(random.Random(piece), 600)
     y, p = np.linspace(-1, 1, N_Y), np.linspace(0.2, 0.9, N_P)
     whole = evaluate(machine_function(text), 0.3, y, p)
-    monkeypatch.setattr(llvm_text, "PIECE_LINES", piece)
+    monkeypatch.setattr(straight_line, "PIECE_LINES", piece)
     ir = lower_function(FunctionText("rhs", text, LENGTHS), "kernel").ir
     assert ir.count("define internal") > 2
     assert_same_bits(evaluate(machine_function(text), 0.3, y, p), whole)
@@ -154,7 +154,7 @@ def test_pieces_change_nothing(monkeypatch, piece):
 
 
 def test_scratch_places_are_used_again(monkeypatch):
-    monkeypatch.setattr(llvm_text, "PIECE_LINES", 10)
+    monkeypatch.setattr(straight_line, "PIECE_LINES", 10)
     lines = ["w0 = y[0] + 1.0"] + [f"w{i} = sin(w{i - 1}) + w{max(i - 12, 0)}" for i in range(1, 400)]
     text = "def rhs(t, y, p, out):\n    " + "\n    ".join([*lines, "out[0] = w399"]) + "\n"
     ir = lower_function(FunctionText("rhs", text, LENGTHS), "kernel").ir
@@ -348,7 +348,7 @@ def machine_code(ir: str, *symbols: str):
 
 @pytest.mark.parametrize("piece", [2, 3, 5, 3000])
 def test_loops_agree_with_python_and_numba(monkeypatch, piece):
-    monkeypatch.setattr(llvm_text, "PIECE_LINES", piece)
+    monkeypatch.setattr(straight_line, "PIECE_LINES", piece)
     source = loops()
     _keep, (call,) = machine_code(lower_function(source, "kernel").ir, "kernel")
     rng = np.random.default_rng(7)
@@ -364,7 +364,7 @@ def test_loops_agree_with_python_and_numba(monkeypatch, piece):
 
 @pytest.mark.parametrize("piece", [2, 3000])
 def test_hoisted_work_apart_changes_nothing(monkeypatch, piece):
-    monkeypatch.setattr(llvm_text, "PIECE_LINES", piece)
+    monkeypatch.setattr(straight_line, "PIECE_LINES", piece)
     source, offset = loops(), N_P + 2
     ir = lower_kernel(source, "kernel", N_HOISTED, offset).ir
     _keep, (whole, prepared) = machine_code(ir, "kernel", "kernel_prepared")

@@ -183,6 +183,14 @@ WRONG = {
         added(END, '[constraints.c]\nmotion = { coordinate = "ja_qw", follows = 1 }'),
         "constraints.c", "motion.coordinate", "quaternion of the joint 'ja'",
     ),
+    "constraint on a quaternion's length": (
+        added(END, '[constraints]\nc = "ja_qw^2 + ja_qx^2 + ja_qy^2 + ja_qz^2 - l"'),
+        "constraints", "c", "kept at unit length",
+    ),
+    "motion that follows a coordinate": (
+        added(END, '[constraints.c]\nmotion = { coordinate = "q", follows = "2*q" }'),
+        "constraints.c", "motion.follows", "hold expressions of coordinates at zero by 'couple'",
+    ),
     "motion with a rate": (
         added(END, '[constraints.c]\nmotion = { coordinate = "q", follows = "dot(p_x)" }'),
         "constraints.c", "motion.follows", "rate",

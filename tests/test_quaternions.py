@@ -316,8 +316,10 @@ def test_command_line_names_coordinates_and_rates():
     assert start_values(system, "--start", [("top_qw", "0.5")]) == {"top_qw": 0.5}
     given = [("top_wx", "1"), ("dot(x)", "2"), ("y", "3")]
     assert start_values(system, "--rate", given) == {"top_wx": 1.0, "x": 2.0, "y": 3.0}
-    with pytest.raises(click.UsageError, match="top_q"):
+    with pytest.raises(click.UsageError, match="angular velocity top_wx, top_wy, top_wz"):
         start_values(system, "--rate", [("top_qw", "1")])
+    with pytest.raises(click.UsageError, match="'top_wx' is a rate: use --rate"):
+        start_values(system, "--start", [("top_wx", "1")])
 
 
 # Events, checks, recordings

@@ -15,10 +15,12 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from runtime.errors import RuntimeModelError
-from runtime.recording import geometry, layout, play, rrd, schema
+from runtime.recording import geometry, layout, play, schema
+from runtime.recording.errors import RecordingError
 from runtime.recording.reader import read_recording, resume_state
 from runtime.recording.recorder import RunRecorder, _thinned
-from runtime.recording.rrd import RecordingError, read_rrd
+from runtime.recording.rrd import write
+from runtime.recording.rrd.read import read_rrd
 from runtime.recording.save import module_text
 from runtime.recording.verify import verify
 from runtime.system import load
@@ -314,7 +316,7 @@ def test_a_torn_file_is_refused_with_a_remedy_that_works(recorded, tmp_path):
         read_recording(torn)
     fixed = tmp_path / "torn_recovered.rrd"
     subprocess.run(
-        [*rrd.viewer_command(), "rrd", "optimize", str(torn), "-o", str(fixed)],
+        [*play.viewer_command(), "rrd", "optimize", str(torn), "-o", str(fixed)],
         check=True,
         capture_output=True,
     )
@@ -333,9 +335,9 @@ def test_other_files_are_refused_in_one_line(tmp_path, content):
 def test_a_missing_file_and_someone_elses_recording_are_refused(tmp_path):
     with pytest.raises(RecordingError, match="no such file"):
         read_recording(tmp_path / "missing.rrd")
-    foreign = rrd.rr.RecordingStream("someone_else")
+    foreign = write.rr.RecordingStream("someone_else")
     foreign.save(tmp_path / "foreign.rrd")
-    foreign.log("points", rrd.rr.Points3D([[0, 0, 0]]), static=True)
+    foreign.log("points", write.rr.Points3D([[0, 0, 0]]), static=True)
     foreign.flush()
     foreign.disconnect()
     with pytest.raises(RecordingError, match="'someone_else', not one of symgen"):
@@ -479,10 +481,10 @@ def test_rerun_is_imported_when_the_first_chunk_is_written():
 
 
 def test_nothing_global_is_left_in_rerun(recorded):
-    rr = rrd.rr
+    rr = write.rr
     assert rr.get_global_data_recording() is None and rr.get_thread_local_data_recording() is None
     before = rr.strict_mode()
-    writer = rrd.RrdWriter(recorded.with_name("strict.rrd"), "strict", True)
+    writer = write.RrdWriter(recorded.with_name("strict.rrd"), "strict", True)
     writer.times(np.zeros(2))
     with pytest.raises(Exception):  # noqa: B017  what Rerun raises is its own affair; without care it would only warn
         writer.scalars("plots/x", np.zeros((3, 1)))
@@ -512,8 +514,8 @@ def test_ctrl_c_ends_the_viewer_and_its_wrapper(recorded, tmp_path):
     """A stand-in for the viewer: a wrapper with a child, as Rerun's is."""
     code = f"""
 import sys
-from runtime.recording import play, rrd
-rrd.viewer_command = lambda: [sys.executable, "-c", {_VIEWER!r}]
+from runtime.recording import play
+play.viewer_command = lambda: [sys.executable, "-c", {_VIEWER!r}]
 sys.exit(play.play({str(recorded)!r}, web=True))
 """
     process = subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True)

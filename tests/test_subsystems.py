@@ -15,9 +15,10 @@ from runtime.checks.time_scales import motion_jacobian, time_scales
 from runtime.code.bridge import call_kernel
 from runtime.errors import ModuleError
 from symgen import Model, cos, dot, sin
-from symgen.derive import pipeline, subsystems
-from symgen.derive.components import split
-from symgen.emit import emit
+from symgen.derive import pipeline
+from symgen.derive.scenes import subsystems
+from symgen.derive.scenes.components import split
+from symgen.emit.module import emit
 
 
 def pendulum(m: Model, k: int, g, length=0.5, extra=0.0):

@@ -10,12 +10,12 @@ from derived import Generated
 from newton_euler import NewtonEuler
 from trees import ALL, SCALAR, humanoid, random_body, random_tree, seven_dof_arm
 
-from symgen.derive import factorise as ldl
-from symgen.derive.articulated import solve_articulated
 from symgen.derive.dynamics import inverse_dynamics
-from symgen.derive.evaluate import evaluate
-from symgen.derive.link_frames import along_third, multiply, snapped, split_turn, transpose
+from symgen.derive.graph.evaluate import evaluate
 from symgen.derive.pipeline import Derivation, derive
+from symgen.derive.solve import factorise as ldl
+from symgen.derive.trees.articulated import solve_articulated
+from symgen.derive.trees.link_frames import along_third, multiply, snapped, split_turn, transpose
 from symgen.model.model import Model
 
 

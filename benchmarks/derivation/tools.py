@@ -85,7 +85,7 @@ def _compiled(d, entries: list[int], module: str):
     import runtime
     from runtime.kernel import compile_kernel
     from symgen.derive.program import Function, Program
-    from symgen.emit import emit
+    from symgen.emit.module import emit
 
     source = runtime.load(module).kernel("rhs").source
     text = emit(

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 _STATES = 20
 _SHORT_RUN_STEPS = 2000
-_STEPS_PER_PERIOD = {1: 1000, 2: 100, 4: 40, 8: 20, 14: 12}  # by order: an error of about 1e-3 per radian or better
+# By order: an error of about 1e-3 per radian or better.
+_STEPS_PER_PERIOD = {1: 1000, 2: 100, 4: 40, 8: 20, 14: 12}
 _SAFETY = 0.5  # of the stability limit
 
 

@@ -128,7 +128,7 @@ def study(system: System, arguments: Mapping[str, Any]) -> Convergence:
     first = solve(system, **plain)
     method = find_method(first.method)
     quantity = "rtol" if method.adaptive else "step"
-    plain |= {"method": method.name, "at": _common_times(first)}
+    plain |= {"method": method.name, "at": _common_times(first) if first.step else ()}
     runs: list[Solution] = []
     for setting in _settings(first):
         runs.append(solve(system, **{**plain, **setting}))
@@ -148,10 +148,8 @@ def _settings(first: Solution) -> list[dict[str, float]]:
 
 
 def _common_times(first: Solution) -> tuple[float, ...]:
-    """Return times at which all runs have a state without interpolation: with a fixed step, ends of steps."""
+    """Return ends of steps of a fixed-step method, at which all runs have a state without interpolation."""
     parts = np.arange(_COMPARED_AT + 1) / _COMPARED_AT
-    if not first.step:
-        return tuple(first.t_start + parts * (first.t_end - first.t_start))
     whole = np.floor((first.t_end - first.t_start) / first.step * (1.0 + 1e-12))
     # A time between the ends of steps would cut one short: the runs would not take the steps that they claim.
     return tuple(np.minimum(first.t_start + np.unique(np.floor(parts * whole)) * first.step, first.t_end))
@@ -183,12 +181,24 @@ def _levels(runs: list[Solution], quantity: str) -> tuple[Level, ...]:
 
 def _difference(a: Solution, b: Solution) -> float:
     """Return the largest difference of two runs at common times, in parts of each variable's size."""
-    n = min(len(a.samples), len(b.samples))
-    rows = [np.array([np.concatenate([s.q, s.v]) for s in run.samples[:n]]) for run in (a, b)]
+    rows = _samples(a, b) if a.step else _frames(a, b)
     size = np.abs(rows[1]).max(axis=0)
     # A variable that stays at zero is held against the largest one.
     size = np.maximum(size, 1e-6 * size.max(initial=0.0))
     return float((np.abs(rows[0] - rows[1]) / np.where(size > 0.0, size, 1.0)).max(initial=0.0))
+
+
+def _samples(a: Solution, b: Solution) -> list[np.ndarray]:
+    n = min(len(a.samples), len(b.samples))
+    return [np.array([np.concatenate([s.q, s.v]) for s in run.samples[:n]]) for run in (a, b)]
+
+
+def _frames(a: Solution, b: Solution) -> list[np.ndarray]:
+    """Return states of two adaptive runs at common frames: to land on common times would shorten their steps."""
+    n = min(len(a.t), len(b.t))
+    n -= a.t[n - 1] != b.t[n - 1]  # events that end runs have times of their own
+    chosen = np.unique(np.linspace(0, n - 1, _COMPARED_AT + 1).astype(int))
+    return [np.hstack([run.q, run.v])[chosen] for run in (a, b)]
 
 
 def _verdict(levels: tuple[Level, ...], order: int | None) -> tuple[bool, str]:

@@ -88,11 +88,6 @@ def check(solution: Solution) -> list[HealthCheck]:
     return found
 
 
-def trusted(solution: Solution) -> bool:
-    """Return whether no check objects."""
-    return all(entry.ok for entry in solution.health)
-
-
 def _status(solution: Solution) -> HealthCheck:
     ok = solution.status in _REGULAR_ENDS
     says = f"{solution.status} at t = {solution.t[-1]:.9g} s" if ok else solution.message or solution.status

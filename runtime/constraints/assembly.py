@@ -202,7 +202,9 @@ class _Assembler:
         left, solution = self._residual(nearest_x) / scales, self.chart.q(nearest_x)
         if worst(left) > SOLVED:
             wrong = np.flatnonzero(np.abs(left) > _TAKES_PART * worst(left))
-            return contradictions.with_each_other(self._named(wrong), left[wrong], self.coordinates, solution)
+            return contradictions.with_each_other(
+                self._named(wrong), (left * scales)[wrong], self.coordinates, solution
+            )
         residual = self._residual(x)
         wrong = np.flatnonzero(np.abs(residual / scales) > _TAKES_PART * worst(residual / scales))
         shown = enforced & (np.abs(self._jacobian(x)[wrong]).sum(axis=0) > 0)

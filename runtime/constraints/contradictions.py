@@ -25,14 +25,14 @@ def with_each_other(
     names : sequence of str
         The constraints.
     left : ndarray
-        Their residuals in parts of their scales, at the configuration `nearest`.
+        Their residuals at the configuration `nearest`.
     coordinates : sequence of str
     nearest : ndarray
     """
     verdict = "cannot hold" if len(names) == 1 else "contradict each other"
     return AssemblyError(
-        f"{_subject(names)} {verdict}: at the least bad configuration, "
-        f"{listed(coordinates, nearest)}, {_numbers(left)} of their scales left over; "
+        f"{_subject(names)} {verdict}: off by {_numbers(left)} at the least bad configuration, "
+        f"{listed(coordinates, nearest)}; "
         "check the constraints and the parameters in them, or give guesses nearer to a solution"
     )
 

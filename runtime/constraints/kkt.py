@@ -42,9 +42,9 @@ _lock = threading.Lock()
 def robust_rhs_address(system: System) -> tuple[int, Any]:
     """Return the address of a `rhs` that survives dependent constraints, and what must be kept alive with it.
 
-    It takes a prepared `p` (`System.prepared`) and writes the same row. Where the straight-line pivot ratio is below 1e-6 or not a number, accelerations
-    and multipliers come from a pivoted factorisation; multipliers that are not unique are those of least
-    norm, and the pivot ratio in the row is 0. See `robust_path.robust_rhs` for the power.
+    It takes a prepared `p` (`System.prepared`) and writes the same row. Where the straight-line pivot ratio is below
+    1e-6 or not a number, accelerations and multipliers come from a pivoted factorisation; multipliers that are not
+    unique are those of least norm, and the pivot ratio in the row is 0. See `robust_path.robust_rhs` for the power.
     """
     return _guarded(system, "rhs")
 

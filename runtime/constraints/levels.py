@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 _ANGLES = ("", "rad", "deg")
 _NEAR = 1e-2  # of the characteristic sizes: where else G is looked at, since an entry may vanish at one place
+_ROUND_OFF = 1e-13  # of a constraint's value: a change that is none
 _SLOWEST = 1e-6  # characteristic sizes per second below which rates are not told from rest
 
 
@@ -75,7 +76,10 @@ class Constraints:
         return self.positions.per_rate(sizes, 1.0)
 
     def position_scales(self, q: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-        """Return by how much each position constraint changes over the characteristic sizes, shape (nh,)."""
+        """Return by how much each position constraint changes over the characteristic sizes, shape (nh,).
+
+        One that does not change, but for round-off, is held against its own value.
+        """
         random = np.random.default_rng(20240229)
         steps = [_NEAR * sizes * random.uniform(-1.0, 1.0, sizes.size) for _ in range(2)]
         near = [q, *(self.positions.move(q, step) for step in steps)]
@@ -83,6 +87,8 @@ class Constraints:
         for place in near:
             change = np.abs(self.position_jacobian(place) * sizes).max(axis=1, initial=0.0)
             scales = np.fmax(scales, np.where(np.isfinite(change), change, 0.0))
+        values = np.abs(self.position(q))
+        scales = np.where(scales > _ROUND_OFF * values, scales, values)
         return np.where(scales > 0.0, scales, 1.0)
 
     def velocity_scales(self, q: np.ndarray, v: np.ndarray, sizes: np.ndarray) -> np.ndarray:

@@ -15,6 +15,9 @@ from runtime.code.numba_setup import jit
 # Relative to the largest pivot of S with its diagonal scaled to 1. A value that follows the integration's
 # tolerance makes most runs through a change point fail.
 RANK_TOLERANCE = 1e-4
+# Of the largest pivot: a row that comes first stays first. Off the constraints each choice of independent rows gives
+# other accelerations, so that an order that follows round-off makes them jump between the stages of a step.
+_NEARLY_AS_LARGE = 0.1
 _SINGULAR_MASS = 1e-12
 
 
@@ -125,13 +128,16 @@ def factor_constraints(lower_mass, jacobian, z, lower, order, scale):
             lower[j, i] = lower[i, j]
     ratio, first = 0.0, 0.0
     for k in range(m):
-        pivot = k
+        best = k
         for i in range(k + 1, m):
-            if lower[i, i] > lower[pivot, pivot]:
-                pivot = i
-        value = lower[pivot, pivot]
+            if lower[i, i] > lower[best, best]:
+                best = i
         if k == 0:
-            first = value
+            first = lower[best, best]
+        pivot = best
+        if lower[k, k] > max(_NEARLY_AS_LARGE * lower[best, best], RANK_TOLERANCE * first):
+            pivot = k
+        value = lower[pivot, pivot]
         if not (value > RANK_TOLERANCE * first and value > 0.0):
             return k, ratio
         ratio = value / first
@@ -206,15 +212,18 @@ def _least_norm(lower, order, scale, rank, multipliers):
         for k in range(m):
             row[k] *= scale[order[k]]
     gram = np.zeros((free, free))
-    part = np.zeros(free)
     for c in range(free):
         for k in range(m):
-            part[c] += null[c, k] * multipliers[order[k]]
             for d in range(free):
                 gram[c, d] += null[c, k] * null[d, k]
     cholesky(gram, free)
-    forward_substitution(gram, free, part)
-    back_substitution(gram, free, part)
-    for c in range(free):
-        for k in range(m):
-            multipliers[order[k]] -= null[c, k] * part[c]
+    for _ in range(2):  # rows of very different scales leave too much after once
+        part = np.zeros(free)
+        for c in range(free):
+            for k in range(m):
+                part[c] += null[c, k] * multipliers[order[k]]
+        forward_substitution(gram, free, part)
+        back_substitution(gram, free, part)
+        for c in range(free):
+            for k in range(m):
+                multipliers[order[k]] -= null[c, k] * part[c]

@@ -110,11 +110,11 @@ def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, state
         h = t1 - t
         if too_small(control):
             return cause, t
-        take_stages(method, addresses, sizes, p, counters, t, h, y, k, states)
+        take_stages(method, addresses, p, counters, t, h, y, k, states)
         error = estimate_error(method, sizes, control, h, y, k, states)
         cause = STEP_TOO_SMALL
         if error <= 1.0:
-            cause = reach_end(method, addresses, sizes, p, control, counters, t1, y, k, states, scratch)
+            cause = reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch)
             if cause == RUNNING:
                 accept_step(
                     method.exponent, method.beta, method.shrink, method.grow, error, h, control, counters
@@ -132,12 +132,12 @@ def fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, 
     """Take one step of the fixed grid; returns status and the time of the new state [s]."""
     copy(f, k[0])
     t, t1 = control[T], grid_end(control, counters)
-    take_stages(method, addresses, sizes, p, counters, t, t1 - t, y, k, states)
-    return reach_end(method, addresses, sizes, p, control, counters, t1, y, k, states, scratch), t1
+    take_stages(method, addresses, p, counters, t, t1 - t, y, k, states)
+    return reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch), t1
 
 
 @jitted
-def take_stages(method, addresses, sizes, p, counters, t, h, y, k, states):
+def take_stages(method, addresses, p, counters, t, h, y, k, states):
     """Fill the rows of `k` from 1 on, `states[0]` (argument of the stage before the new state), `states[1]`."""
     if method.estimate == TWO_ESTIMATES:
         dop853_stages(method.a, method.c, addresses[RHS], t, h, y, p, k, states[0])
@@ -198,7 +198,7 @@ def estimate_error(method, sizes, control, h, y, k, states):
 
 
 @jitted
-def reach_end(method, addresses, sizes, p, control, counters, t1, y, k, states, scratch):
+def reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch):
     """Project the new state and evaluate its derivative; returns why that failed, or RUNNING."""
     y_new, row = states[1], k[method.n_stages - method.fsal]
     if addresses[PROJECT] != 0:

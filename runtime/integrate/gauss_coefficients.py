@@ -65,7 +65,7 @@ def gauss(n_stages: int) -> Gauss:
         a = np.array([[float(mu[i][j] * b[j]) for j in range(n_stages)] for i in range(n_stages)])
     exact = np.ascontiguousarray(_symplectic(np.array(mu, dtype=float)).T)
     c, b = np.array(c, dtype=float), np.array(b, dtype=float)
-    return Gauss(b, c, exact, np.array(barycentric, dtype=float), *_uncouple(a), *_dense(c, b))
+    return Gauss(b, c, exact, np.array(barycentric, dtype=float), *_uncouple(a), *_dense(c))
 
 
 def _legendre(n: int, x: Decimal) -> list[Decimal]:
@@ -115,7 +115,7 @@ def _uncouple(a: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return eigenvalues[upper].astype(complex), to_stages, np.ascontiguousarray(inverse[upper].astype(complex))
 
 
-def _dense(c: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _dense(c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     by_v, by_q = [], []
     for j, node in enumerate(c):
         factors = [Polynomial([-other, 1.0]) / (node - other) for other in np.delete(c, j)]

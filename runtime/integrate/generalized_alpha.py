@@ -1,16 +1,23 @@
 """The generalised-α method and HHT with a fixed step; their Newton systems have the size of v."""
 
 import math
-from typing import NamedTuple
-
-import numpy as np
 
 from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from runtime.integrate.after_step import finish_step, needs_dense
 from runtime.integrate.copying import copy
 from runtime.integrate.dense import hermite_dense
 from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
+from runtime.integrate.generalized_alpha_work import (
+    ACCELERATION,
+    AVERAGE,
+    CORRECTION,
+    FACTORED_FOR,
+    HAVE_FACTORS,
+    HAVE_JACOBIAN,
+    NEW_AVERAGE,
+    alpha_work,
+)
+from runtime.integrate.jacobian import acceleration_jacobian
 from runtime.integrate.layout import (
     F_VALID,
     FACTORISATIONS,
@@ -33,7 +40,6 @@ from runtime.integrate.linear import lu_factor, lu_solve
 from runtime.integrate.newton import (
     DIVERGED,
     ITERATING,
-    N_MONITOR,
     RATE,
     forget_rate,
     judge_correction,
@@ -46,111 +52,6 @@ from runtime.integrate.step_control import error_scale, grid_end
 DEFAULT_NEWTON_TOL = 1e-3
 KEEP_JACOBIAN_RATE = 0.2
 N_DENSE_TERMS = 4
-
-# Counters of this family: whether work holds a Jacobian, and factors (for steps of length FACTORED_FOR).
-HAVE_JACOBIAN, HAVE_FACTORS = range(16, 18)
-
-FACTORED_FOR = N_MONITOR  # in `numbers`, behind Newton's monitor
-N_NUMBERS = N_MONITOR + 1
-
-# Rows of `vectors`.
-AVERAGE, NEW_AVERAGE, ACCELERATION, CORRECTION = range(4)
-
-
-class GeneralizedAlpha(NamedTuple):
-    """Parameters of the generalised-α method for q'' = a(t, q, v).
-
-    A runs behind a as an average, (1 - α_m) A₁ + α_m A₀ = (1 - α_f) a₁ + α_f a₀, and Newmark's formulas take A:
-    v₁ = v₀ + h ((1-γ) A₀ + γ A₁), q₁ = q₀ + h v₀ + h² ((1/2-β) A₀ + β A₁).
-
-    Attributes
-    ----------
-    alpha_m, alpha_f, beta, gamma : float
-    """
-
-    alpha_m: float
-    alpha_f: float
-    beta: float
-    gamma: float
-
-
-def generalized_alpha(spectral_radius: float = 0.9) -> GeneralizedAlpha:
-    """Return the method that damps the fastest motions by `spectral_radius`, 0 to 1, a step, and slow ones least.
-
-    Chung, Hulbert, J. Appl. Mech. 60 (1993) 371, (14), (20) and (25).
-    """
-    rho = spectral_radius
-    return _newmark((2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0))
-
-
-def hht(alpha: float = 0.1) -> GeneralizedAlpha:
-    """Return the method of Hilber, Hughes and Taylor with α, 0 to 1/3; damping grows with it.
-
-    Hilber, Hughes, Taylor, Earthq. Eng. Struct. Dyn. 5 (1977) 283, whose α is negative.
-    """
-    return _newmark(0.0, alpha)
-
-
-def _newmark(alpha_m: float, alpha_f: float) -> GeneralizedAlpha:
-    if not alpha_m <= alpha_f <= 0.5:
-        raise ValueError(
-            f"the method is unstable with α_m = {alpha_m}, α_f = {alpha_f}: α_m <= α_f <= 1/2 is needed"
-        )
-    lag = alpha_f - alpha_m
-    return GeneralizedAlpha(alpha_m, alpha_f, 0.25 * (1.0 + lag) ** 2, 0.5 + lag)
-
-
-class AlphaWork(NamedTuple):
-    """Work arrays of `advance_generalized_alpha`.
-
-    Attributes
-    ----------
-    numbers : ndarray, shape (N_NUMBERS,)
-    jacobian : ndarray, shape (nv, 2 nv)
-        [∂a/∂q, ∂a/∂v].
-    matrix, pivots : ndarray, shapes (nv, nv), (nv,)
-        Factors of the Newton matrix.
-    vectors : ndarray, shape (4, nv)
-        A at the start and at the end of the step, a at its end, a correction of that.
-    y_new : ndarray, shape (NY,)
-    row : ndarray, shape (N_ROW,)
-        The rhs row of the new state.
-    implicit, scratch : ndarray
-        See `acceleration_jacobian` and `finish_step`.
-    """
-
-    numbers: np.ndarray
-    jacobian: np.ndarray
-    matrix: np.ndarray
-    pivots: np.ndarray
-    vectors: np.ndarray
-    y_new: np.ndarray
-    row: np.ndarray
-    implicit: np.ndarray
-    scratch: np.ndarray
-
-
-@jitted
-def alpha_work_size(sizes):
-    """Length of `work` for `advance_generalized_alpha`."""
-    nv = sizes[NV]
-    own = N_NUMBERS + 3 * nv * nv + 5 * nv + sizes[NY] + sizes[N_ROW]
-    return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
-
-
-@jitted
-def alpha_work(sizes, work):
-    """Divide `work`, of length `alpha_work_size(sizes)`, into an `AlphaWork`."""
-    nv, ny, n_row = sizes[NV], sizes[NY], sizes[N_ROW]
-    numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
-    jacobian, rest = rest[: 2 * nv * nv].reshape((nv, 2 * nv)), rest[2 * nv * nv :]
-    matrix, rest = rest[: nv * nv].reshape((nv, nv)), rest[nv * nv :]
-    pivots, rest = rest[:nv].view(np.int64), rest[nv:]
-    vectors, rest = rest[: 4 * nv].reshape((4, nv)), rest[4 * nv :]
-    y_new, rest = rest[:ny], rest[ny:]
-    row, rest = rest[:n_row], rest[n_row:]
-    n = jacobian_work_size(sizes)
-    return AlphaWork(numbers, jacobian, matrix, pivots, vectors, y_new, row, rest[:n], rest[n:])
 
 
 @jitted

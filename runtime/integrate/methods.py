@@ -152,10 +152,10 @@ def _gauss(order: int) -> Method:
 
 def _alpha(name: str) -> Method:
     def parameters(system: System) -> Any:
-        return _resolve(f"runtime.integrate.generalized_alpha:{name}")()
+        return _resolve(f"runtime.integrate.generalized_alpha_coefficients:{name}")()
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.generalized_alpha:alpha_work_size")(sizes))
+        return int(_resolve("runtime.integrate.generalized_alpha_work:alpha_work_size")(sizes))
 
     family = "runtime.integrate.generalized_alpha:advance_generalized_alpha"
     kernels = ("residual_jacobian",)
@@ -170,7 +170,7 @@ def _rodas5p() -> Method:
         return make(time_dependent=system.structure["time_dependent"])
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.rodas5p:rodas_work_size")(sizes))
+        return int(_resolve("runtime.integrate.rodas5p_work:rodas_work_size")(sizes))
 
     family = "runtime.integrate.rodas5p:advance_rodas5p"
     kernels = ("residual_jacobian",)
@@ -179,16 +179,18 @@ def _rodas5p() -> Method:
     )
 
 
-def _radau5() -> Method:
+def _radau(order: int) -> Method:
+    n_stages = (order + 1) // 2
+
     def coefficients(system: System) -> Any:
-        return _resolve("runtime.integrate.radau5_coefficients:radau5")()
+        return _resolve("runtime.integrate.radau_coefficients:radau")(n_stages)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.radau5_work:radau_work_size")(sizes))
+        return int(_resolve("runtime.integrate.radau_work:radau_work_size")(coefficients, sizes))
 
-    family = "runtime.integrate.radau5:advance_radau5"
+    family = "runtime.integrate.radau:advance_radau"
     kernels = ("residual_jacobian",)
-    return Method("radau5", 5, 3, True, family, coefficients, work_size, kernels, stiff=True)
+    return Method(f"radau{order}", order, n_stages, True, family, coefficients, work_size, kernels, stiff=True)
 
 
 def _bdf() -> Method:
@@ -239,7 +241,7 @@ METHODS: dict[str, Method] = {
         _alpha("hht"),
         *(_gauss(order) for order in range(4, 17, 2)),
         _rodas5p(),
-        _radau5(),
+        *(_radau(order) for order in (5, 9, 13)),
         _bdf(),
         taylor(),
     )
