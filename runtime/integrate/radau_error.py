@@ -1,0 +1,140 @@
+"""The error of a step of a Radau method: tolerances, the embedded estimate, its filter."""
+
+import math
+
+from runtime.code.jitted import jitted
+from runtime.integrate.evaluation import evaluate
+from runtime.integrate.layout import ATOL, LAST_REJECTED, NEWTON_TOL, NQ, NV, RTOL
+from runtime.integrate.linear import lu_solve
+from runtime.integrate.newton import EPS
+from runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at, solve_turning
+from runtime.integrate.radau_turns import add_turn
+from runtime.integrate.radau_work import (
+    ERROR,
+    F_NEW,
+    HAVE_HISTORY,
+    NEWTON_BOUND,
+    SCALE,
+    STAGES,
+    Y_STAGE,
+)
+
+
+@jitted
+def set_tolerances(method, sizes, control, y, w):
+    """Set the tolerance of every component, and Newton's.
+
+    The error is estimated with order s for a method of order 2 s - 1; radau.f therefore works with
+    0.1 rtol^((s+1)/(2s)).
+    """
+    n = len(method.c)
+    power = (n + 1.0) / (2.0 * n)
+    rtol = 0.1 * control[RTOL] ** power if control[RTOL] > 0.0 else 0.0
+    atol = control[ATOL] * (rtol / control[RTOL]) if rtol > 0.0 else 0.1 * control[ATOL] ** power
+    for i in range(sizes[NV]):
+        w.pairs[SCALE, sizes[NV] + i] = tolerance(rtol, atol, y[sizes[NQ] + i])
+    start = 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            w.pairs[SCALE, i - k] = tolerance(rtol, atol, y[i])
+        if end < sizes[NQ]:
+            for i in range(end - k, end - k + 3):
+                w.pairs[SCALE, i] = tolerance(rtol, atol, 1.0)
+        start = end + 4
+    w.numbers[NEWTON_BOUND] = control[NEWTON_TOL]
+    if control[NEWTON_TOL] <= 0.0:
+        w.numbers[NEWTON_BOUND] = max(10.0 * EPS / max(rtol, EPS), min(0.03, rtol ** (1.0 / power - 1.0)))
+
+
+@jitted
+def tolerance(rtol, atol, value):
+    """Return the tolerance of one component, never below its round-off."""
+    return max(atol + rtol * abs(value), 4.0 * EPS * abs(value) + 1e-300)
+
+
+@jitted
+def estimate_error(method, h, addresses, sizes, p, counters, t, y, f, w):
+    """Return the estimated error of the step in units of the tolerance; work has no part in it.
+
+    The estimate of the embedded method is filtered by (1 - h J / μ)⁻¹; in the first step, and after a
+    rejected one, a large estimate is filtered once more (Hairer, Wanner 1996, IV.8, (8.19) and (8.20)).
+    """
+    error = filter_error(method, h, sizes, y, f, False, w)
+    if error >= 1.0 and (counters[LAST_REJECTED] or not counters[HAVE_HISTORY]):
+        move(sizes, y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
+        for i in range(sizes[NV]):
+            w.states[Y_STAGE, sizes[NQ] + i] = y[sizes[NQ] + i] + w.pairs[ERROR, sizes[NV] + i]
+        if not evaluate(addresses, sizes, p, counters, t, w.states[Y_STAGE], w.rows[F_NEW]):
+            return math.inf
+        error = filter_error(method, h, sizes, y, w.rows[F_NEW], True, w)
+    return max(error, 1e-10) if math.isfinite(error) else error
+
+
+@jitted
+def filter_error(method, h, sizes, y, row, again, w):
+    """Write the filtered error to `w.pairs[ERROR]`; `again`: it is there already, and `row` belongs to y + error."""
+    nq, nv = sizes[NQ], sizes[NV]
+    shift = h / method.mu
+    unfiltered_positions(method, h, sizes, y, again, w)
+    for i in range(nv):
+        j = nq + i
+        by_v = row[j] + weighted(method, method.error, j, w) / h
+        for k in range(nv):
+            by_v += w.jacobian[i, k] * w.pairs[ERROR, k]
+        w.pairs[ERROR, nv + i] = by_v
+    lu_solve(w.real, w.pivots[0], w.pairs[ERROR, nv:])
+    start = 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k) - k
+        for i in range(start, end):
+            w.pairs[ERROR, i] += shift * w.pairs[ERROR, nv + i]
+        if end < nv:
+            add_turn(1.0 / shift, end, nv + end, nq + end, y, w.pairs[ERROR])
+        start = end + 3
+    total = 0.0
+    for i in range(2 * nv):
+        total += (w.pairs[ERROR, i] / w.pairs[SCALE, i]) ** 2
+    return math.sqrt(total / (2 * nv))
+
+
+@jitted
+def weighted(method, weights, i, w):
+    """Return the sum of the stages' increments of component `i`, each times its weight."""
+    total = 0.0
+    for s in range(len(method.c)):
+        total += weights[s] * w.states[STAGES + s, i]
+    return total
+
+
+@jitted
+def unfiltered_positions(method, h, sizes, y, again, w):
+    """Write the positions' part of the error, divided by μ/h (for quaternions, by `solve_turning`)."""
+    nq, nv = sizes[NQ], sizes[NV]
+    shift = h / method.mu
+    start = 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k) - k
+        for i in range(start, end):
+            j = nq + i
+            # v0 + eᵀZ_q / h, in which v0 cancels.
+            by_q = weighted(method, method.error_a, j, w)
+            w.pairs[ERROR, i] = shift * (by_q + w.pairs[ERROR, nv + i] if again else by_q)
+        if end < nv:
+            unfiltered_turn(method, h, end + k, end, nv, nq + end, y, again, w)
+        start = end + 3
+
+
+@jitted
+def unfiltered_turn(method, h, i, column, nv, first, y, again, w):
+    """Write a rotation vector's part of the error, solved with g - ∂θ'/∂θ, from `column` on."""
+    e, error, j = method.error, w.pairs[ERROR], nv + column
+    a, b, c = y[first], y[first + 1], y[first + 2]
+    x, y_, z = a, b, c
+    if again:
+        u, v, w_ = a + error[j], b + error[j + 1], c + error[j + 2]
+        x, y_, z = chart_rate(error[column], error[column + 1], error[column + 2], u, v, w_)
+    x += weighted(method, e, i, w) / h
+    y_ += weighted(method, e, i + 1, w) / h
+    z += weighted(method, e, i + 2, w) / h
+    error[column], error[column + 1], error[column + 2] = solve_turning(method.mu / h, a, b, c, x, y_, z)

@@ -1,0 +1,113 @@
+"""What the Radau methods keep between calls and within a step: their counters, numbers and work arrays."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from runtime.code.jitted import jitted
+from runtime.integrate.after_step import finish_scratch_size
+from runtime.integrate.jacobian import jacobian_work_size
+from runtime.integrate.layout import N_ROW, NV, NY
+from runtime.integrate.newton import N_MONITOR
+
+# Counters of this family: whether work holds a Jacobian, one of the present state, factors; and whether
+# `dense` and ERROR_OLD are those of the step before.
+HAVE_JACOBIAN, JACOBIAN_IS_FRESH, HAVE_FACTORS, HAVE_HISTORY = range(16, 20)
+
+# `numbers` of the work arrays: Newton's monitor, then these.
+FACTORED_FOR, NEWTON_BOUND, ITERATIONS, LAST_RATE = range(N_MONITOR, N_MONITOR + 4)
+N_NUMBERS = N_MONITOR + 4
+
+
+# Rows of `states` and of `rows`, where those of the stages begin; rows of `real_vectors`, of `pairs`.
+Y_STAGE, Y_NEW, STAGES = range(3)
+F_NEW, F_STAGES = range(2)
+X, DX = range(2)
+SCALE, ERROR = range(2)
+
+
+class RadauWork(NamedTuple):
+    """Work arrays of a Radau method with s = 2 k + 1 stages.
+
+    They are few, because every array makes every call of a jitted function longer.
+
+    Attributes
+    ----------
+    numbers : ndarray, shape (N_NUMBERS,)
+    jacobian : ndarray, shape (nv, 2 nv)
+        [A, B] = [∂a/∂q, ∂a/∂v], see `acceleration_jacobian`.
+    real, complex : ndarray, shapes (nv, nv), (k, nv, nv)
+        Factors of μ/h - B - A h/μ and of every ν/h - B - A h/ν; see `factor_stages` for quaternions.
+    pivots : ndarray of int64, shape (k + 1, nv)
+        Of the real one, then of the complex ones.
+    states : ndarray, shape (2 + s, NY)
+        The argument of a stage; the new state; increments of (q, v, w) from the start of the step to each stage, in
+        place of a quaternion's the rotation vector that turns it.
+    rows : ndarray, shape (1 + s, N_ROW)
+        The rhs rows of the new state and of the stages.
+    real_vectors : ndarray, shape (2, 2 nv)
+        The increments of (positions, v), transformed, and their corrections; of positions only those that turn
+        quaternions, as the others follow from those of v.
+    complex_vectors : ndarray, shape (2 k, 2 nv)
+        The same for every ν: all increments, then all corrections.
+    pairs : ndarray, shape (2, 2 nv)
+        Tolerance and estimated error of every component, for quaternions of the rotation vector.
+    turns : ndarray, shape (s, 3)
+        Derivatives of a rotation vector at the stages.
+    implicit : ndarray
+        See `acceleration_jacobian`.
+    scratch : ndarray
+        See `finish_step`.
+    """
+
+    numbers: np.ndarray
+    jacobian: np.ndarray
+    real: np.ndarray
+    complex: np.ndarray
+    pivots: np.ndarray
+    states: np.ndarray
+    rows: np.ndarray
+    real_vectors: np.ndarray
+    complex_vectors: np.ndarray
+    pairs: np.ndarray
+    turns: np.ndarray
+    implicit: np.ndarray
+    scratch: np.ndarray
+
+
+@jitted
+def radau_work_size(method, sizes):
+    """Length of `work` for `advance_radau`."""
+    s, k = len(method.c), len(method.c) // 2
+    nv, ny, n_row = sizes[NV], sizes[NY], sizes[N_ROW]
+    own = N_NUMBERS + (3 + 2 * k) * nv * nv + (k + 1) * nv + (s + 2) * ny + (s + 1) * n_row
+    own += (8 + 8 * k) * nv + 3 * s
+    return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
+
+
+@jitted
+def radau_work(method, sizes, work):
+    """Divide `work`, of length `radau_work_size(method, sizes)`, into a `RadauWork`."""
+    s, k = len(method.c), len(method.c) // 2
+    nv, ny, n_row = sizes[NV], sizes[NY], sizes[N_ROW]
+    numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
+    jacobian, rest = rest[: 2 * nv * nv].reshape((nv, 2 * nv)), rest[2 * nv * nv :]
+    real, rest = rest[: nv * nv].reshape((nv, nv)), rest[nv * nv :]
+    n = 2 * k * nv * nv
+    complex_, rest = rest[:n].view(np.complex128).reshape((k, nv, nv)), rest[n:]
+    n = (k + 1) * nv
+    pivots, rest = rest[:n].view(np.int64).reshape((k + 1, nv)), rest[n:]
+    n = (s + 2) * ny
+    states, rest = rest[:n].reshape((s + 2, ny)), rest[n:]
+    n = (s + 1) * n_row
+    rows, rest = rest[:n].reshape((s + 1, n_row)), rest[n:]
+    real_vectors, rest = rest[: 4 * nv].reshape((2, 2 * nv)), rest[4 * nv :]
+    n = 8 * k * nv
+    complex_vectors, rest = rest[:n].view(np.complex128).reshape((2 * k, 2 * nv)), rest[n:]
+    pairs, rest = rest[: 4 * nv].reshape((2, 2 * nv)), rest[4 * nv :]
+    turns, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
+    n = jacobian_work_size(sizes)
+    return RadauWork(
+        numbers, jacobian, real, complex_, pivots, states, rows, real_vectors, complex_vectors, pairs,
+        turns, rest[:n], rest[n:],
+    )  # fmt: skip
