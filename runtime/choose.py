@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from runtime.system import System
 
 CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
-SERIES, EXPLICIT, STIFF = "taylor", "dop853", "radau5"
+SERIES, EXPLICIT, STIFF, STIFF_TIGHT = "taylor", "dop853", "radau5", "radau9"
 # Series are made of the residual, explicit stages call rhs, whose operations grow faster; steps of series also grow
 # with the order, which tight tolerances pay for. In small models what a step costs besides is more than either.
 _LARGEST_FOR_SERIES = 2000  # operations of the residual; series of larger models take seconds to compile
@@ -29,6 +29,7 @@ _STIFFNESS_RATIO = 100.0
 _MIN_DECAYS = 2000.0  # fewer time constants than this in a run are quick to step through anyway
 _MIN_DECAYS_OF_VIBRATION = 100.0  # a vibration that dies out is not worth following, one that lasts is
 _EXPLICIT_BELOW = 1e-10  # at tighter tolerances the high order wins even on stiff models
+_ORDER_9_BELOW = 1e-7  # rtol from which on the longer steps of radau9 repay their larger Newton systems
 _SCOUT_STEPS = 400
 _STIFF_SIGNS = 15
 
@@ -67,7 +68,8 @@ def choose_method(
     if not reason and rtol >= _EXPLICIT_BELOW:
         reason = scout(system, p, t, state, t_end, rtol, atol)
     if reason:
-        return METHODS[STIFF], [f"method auto: {STIFF}, because {reason}"]
+        stiff = STIFF_TIGHT if rtol < _ORDER_9_BELOW else STIFF
+        return METHODS[stiff], [f"method auto: {stiff}, because {reason}"]
     objection = objection_to_series(system, p, t, state, rtol)
     if objection:
         return METHODS[EXPLICIT], [f"method auto: {EXPLICIT}, because {objection}"]

@@ -298,7 +298,7 @@ def test_peers_are_scripts_that_parse():
     """They run in other environments; here only their text is looked at."""
     folder = Path(__file__).resolve().parents[1] / "benchmarks" / "peers"
     peers = find_peers(folder)
-    assert {"heyoka", "numbalsoda", "scipy", "sundae"} <= set(peers)
+    assert {"diffrax", "exudyn", "heyoka", "numbalsoda", "scipy", "sundae"} <= set(peers)
     for script in peers.values():
         compile(script.read_text(encoding="utf-8"), str(script), "exec")
     assert sys.version_info >= (3, 11)

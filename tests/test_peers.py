@@ -1,0 +1,130 @@
+"""Peers of `symgen bench`: they integrate the same motion, and an absent one costs a line."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import importlib.util
+import math
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from runtime.bench.case import QUICK, Case, Effort
+from runtime.bench.peers import find_peers, run_peer
+from runtime.bench.reference import read_reference
+from runtime.bench.scenes import SCENES
+from runtime.system import load as load_system
+from symgen.link import derive_text
+from symgen.model.library import bundled_folder, find, load
+
+FOLDER = Path(__file__).resolve().parents[1] / "benchmarks" / "peers"
+EFFORT = replace(QUICK, repeat=0.0)
+LONGER = replace(EFFORT, longest_run=1.0)
+PACKAGES = {"exudyn": "exudyn", "diffrax": "diffrax"}
+
+
+@functools.cache
+def case(name: str) -> Case:
+    """A scene ready to run."""
+    scene = SCENES[name]
+    text = derive_text(load(find(scene.model), scene.options)).text
+    system = load_system(text)
+    return Case(scene, system, text, read_reference(bundled_folder() / "references", scene, system))
+
+
+@functools.cache
+def measured(peer: str, scene: str, effort: Effort = EFFORT) -> dict:
+    """What a peer sends about a scene, by method."""
+    pytest.importorskip(PACKAGES[peer])
+    return dict(run_peer(find_peers(FOLDER)[peer], case(scene), effort))
+
+
+def errors(result: dict) -> np.ndarray:
+    return np.array([row["error"] for row in result["rows"] if row["error"] is not None])
+
+
+@pytest.fixture
+def traced(monkeypatch):
+    monkeypatch.syspath_prepend(FOLDER)
+    return importlib.import_module("traced")
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "chain_5"])
+def test_traced_equations_are_those_of_the_compiled_kernel(traced, name):
+    scene = case(name)
+    p, y, n = scene.reference.p, scene.reference.start, len(scene.reference.start)
+    row = np.empty(scene.system.n_row)
+    scene.system.numba("rhs")(0.3, np.append(y, 0.0), p, row)
+    functions = {name: getattr(math, name) for name in ("sin", "cos")}
+    functions |= {"select": lambda c, a, b: a if c else b, "lt": lambda a, b: a < b}
+    job = SimpleNamespace(text=scene.text, p=p, n=n, system=scene.system)
+    actual = traced.derivative(job, functions)(0.3, y.tolist())
+    np.testing.assert_allclose(actual, row[:n], rtol=1e-12, atol=1e-12)
+
+
+def test_a_selection_becomes_a_function_of_symbols(traced):
+    """A symbol has no truth value, so Python may not choose."""
+    text = "\n".join(
+        (
+            "from numba import njit",
+            "@njit",
+            "def rhs(t, y, p, out):",
+            "    out[0] = (y[0] if y[0] < 1.0 else p[0])",
+            "    out[1] = (t if y[1] <= p[0] else (y[0] if t < y[1] else 0.0))",
+        )
+    )
+    functions = {name: functools.partial(lambda *parts: parts, name) for name in ("select", "lt", "lte")}
+    job = SimpleNamespace(text=text, p=[2.0], n=2, system=SimpleNamespace(n_row=3))
+    first, second = traced.derivative(job, functions)("t", ["a", "b"])
+    assert first == ("select", ("lt", "a", 1.0), "a", 2.0)
+    assert second == ("select", ("lte", "b", 2.0), "t", ("select", ("lt", "t", "b"), "a", 0.0))
+
+
+@pytest.mark.parametrize("peer", PACKAGES)
+def test_absent_peer_is_a_line(peer):
+    if importlib.util.find_spec(PACKAGES[peer]) is not None:
+        pytest.skip("installed")
+    ((method, result),) = run_peer(find_peers(FOLDER)[peer], case("chain_5"), EFFORT)
+    assert (method, result["rows"]) == (peer, [])
+    assert PACKAGES[peer] in result["says"]
+
+
+@pytest.mark.parametrize("scene", ["double_pendulum", "double_pendulum_level", "chain_5", "heavy_top"])
+def test_exudyn_has_the_same_motion_in_minimal_coordinates(scene):
+    results = measured("exudyn", scene)
+    assert {"exudyn DOPRI5", "exudyn RK67", "exudyn GeneralizedAlpha"} == set(results)
+    for method in ("exudyn DOPRI5", "exudyn RK67"):
+        assert errors(results[method]).min() < 1e-6, results[method]["says"]
+
+
+@pytest.mark.parametrize(
+    ("scene", "method"),
+    [
+        ("slider_crank", "GeneralizedAlpha"),
+        ("slider_crank", "TrapezoidalIndex2"),
+        ("damped_spring", "GeneralizedAlpha"),
+    ],
+)
+def test_exudyn_converges_to_the_reference_with_the_order_of_its_method(scene, method):
+    """Twice as many steps, a quarter of the error: only where both have the same limit."""
+    found = errors(measured("exudyn", scene, LONGER)[f"exudyn {method}"])
+    found = found[(found < 0.2) & (found > 1e-6)]
+    assert len(found) >= 2
+    assert found[-2] / found[-1] == pytest.approx(4.0, rel=0.3)
+
+
+def test_exudyn_says_which_scenes_it_has_no_model_of():
+    ((_, result),) = measured("exudyn", "rough_road").items()
+    assert not result["rows"]
+    assert "no model" in result["says"]
+
+
+def test_diffrax_reaches_the_reference_from_the_generated_equations():
+    results = measured("diffrax", "double_pendulum")
+    assert {"diffrax Dopri8", "diffrax Tsit5"} == set(results)
+    assert errors(results["diffrax Dopri8"]).min() < 1e-7, results["diffrax Dopri8"]["says"]
+    assert errors(results["diffrax Tsit5"]).min() < 1e-4, results["diffrax Tsit5"]["says"]
