@@ -22,7 +22,9 @@ SERIES, EXPLICIT, STIFF, STIFF_TIGHT = "taylor", "dop853", "radau5", "radau9"
 _LARGEST_FOR_SERIES = 2000  # operations of the residual; series of larger models take seconds to compile
 _SMALL_FOR_SERIES = 200
 _GAIN_OF_SERIES = 5.0  # operations of rhs for one of the residual, at rtol 1e-2
-_GAIN_WITH_RTOL = 1.0 / 12.0  # exponent: the run time of order 8 grows as rtol^(-1/8), that of order 24 as rtol^(-1/24)
+_GAIN_WITH_RTOL = (
+    1.0 / 12.0
+)  # exponent: the run time of order 8 grows as rtol^(-1/8), that of order 24 as rtol^(-1/24)
 _INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 # An explicit step can follow about one radian of a motion at usual tolerances, and decay times step of about 6.
 _STIFFNESS_RATIO = 100.0

@@ -88,7 +88,10 @@ def derive_text(model: Model, source: str | None = None) -> DerivedModel:
     from .derive.scenes.subsystems import derive as derive_program
     from .emit.module import emit
 
-    program = derive_program(description, source or "")
+    try:
+        program = derive_program(description, source or "")
+    except ModelError as error:
+        raise error.located(file=f"model '{description.name}'") from None
     derived = time.perf_counter()
     if source is None:
         program.header["source"] = _hash(emit(program).encode())

@@ -13,10 +13,10 @@ from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 
 from runtime.code.bridge import KERNEL_PROTOTYPE
-from runtime.integrate import bdf_work as of
 from runtime.integrate import layout as at
-from runtime.integrate.bdf_coefficients import ndf
-from runtime.integrate.bdf_history import history_dense, resample
+from runtime.integrate.bdf import work as of
+from runtime.integrate.bdf.coefficients import ndf
+from runtime.integrate.bdf.history import history_dense, resample
 from runtime.integrate.dense import evaluate_dense
 from runtime.integrate.methods import METHODS
 from runtime.loop_arrays import LoopArrays

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from runtime.checks.stability import stable_radius
 from runtime.errors import RuntimeModelError
 from runtime.integrate import layout as at
-from runtime.integrate.composition_coefficients import HALVES, composition
 from runtime.integrate.methods import METHODS
+from runtime.integrate.symplectic.composition_coefficients import HALVES, composition
 from runtime.loop_arrays import LoopArrays
 from runtime.system import load
 

@@ -14,8 +14,8 @@ from scipy.special import ellipk
 
 from runtime.code.bridge import KERNEL_PROTOTYPE
 from runtime.integrate import layout as at
-from runtime.integrate.gauss_coefficients import gauss
-from runtime.integrate.gauss_work import STIFF
+from runtime.integrate.gauss.coefficients import gauss
+from runtime.integrate.gauss.work import STIFF
 from runtime.integrate.methods import METHODS
 from runtime.loop_arrays import LoopArrays
 from runtime.system import load

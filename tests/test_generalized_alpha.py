@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from runtime.code.bridge import KERNEL_PROTOTYPE
 from runtime.integrate import layout as at
-from runtime.integrate.generalized_alpha_coefficients import generalized_alpha, hht
+from runtime.integrate.alpha.coefficients import generalized_alpha, hht
 from runtime.integrate.methods import METHODS
 from runtime.loop_arrays import LoopArrays
 from runtime.system import load

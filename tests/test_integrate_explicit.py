@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from runtime.errors import RuntimeModelError
 from runtime.integrate import layout as at
-from runtime.integrate import tableaus
+from runtime.integrate.explicit import tableaus
 from runtime.integrate.methods import METHODS, find_method
 from runtime.loop_arrays import LoopArrays
 from runtime.system import load

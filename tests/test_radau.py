@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from runtime.integrate import layout as at
 from runtime.integrate.methods import METHODS
-from runtime.integrate.radau_coefficients import radau, validate
+from runtime.integrate.radau.coefficients import radau, validate
 from runtime.loop_arrays import LoopArrays
 from runtime.system import load
 

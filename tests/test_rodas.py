@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from runtime.code.bridge import KERNEL_PROTOTYPE
 from runtime.integrate import layout as at
 from runtime.integrate.methods import METHODS
-from runtime.integrate.rodas5p_coefficients import original_coefficients, rodas5p, validate
+from runtime.integrate.rosenbrock.coefficients import original_coefficients, rodas5p, validate
 from runtime.loop_arrays import LoopArrays
 from runtime.system import load
 

@@ -70,12 +70,12 @@ def _resolve(place: str) -> Any:
 
 def _explicit(name: str, order: int, dense_order: int, adaptive: bool) -> Method:
     def tableau(system: System) -> Any:
-        return _resolve(f"runtime.integrate.tableaus:{name}")()
+        return _resolve(f"runtime.integrate.explicit.tableaus:{name}")()
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.explicit:erk_work_size")(coefficients.n_rows, sizes))
+        return int(_resolve("runtime.integrate.explicit.loop:erk_work_size")(coefficients.n_rows, sizes))
 
-    family = "runtime.integrate.explicit:advance_erk"
+    family = "runtime.integrate.explicit.loop:advance_erk"
     return Method(name, order, dense_order, adaptive, family, tableau, work_size)
 
 
@@ -83,35 +83,35 @@ def _symplectic(name: str, order: int, verlet: bool) -> Method:
     def scheme(system: System) -> Any:
         plain = system.nq == system.nv and not system.m
         reuse = verlet and plain and not (system.structure["velocity_dependent"] or system.nw)
-        return _resolve("runtime.integrate.symplectic:SymplecticScheme")(int(verlet), int(reuse))
+        return _resolve("runtime.integrate.symplectic.loop:SymplecticScheme")(int(verlet), int(reuse))
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.symplectic:symplectic_work_size")(sizes))
+        return int(_resolve("runtime.integrate.symplectic.loop:symplectic_work_size")(sizes))
 
-    family = "runtime.integrate.symplectic:advance_semi_implicit"
+    family = "runtime.integrate.symplectic.loop:advance_semi_implicit"
     return Method(name, order, 3, False, family, scheme, work_size)
 
 
 def _implicit(name: str, order: int) -> Method:
     def stage(system: System) -> Any:
-        return _resolve(f"runtime.integrate.implicit:{name.upper()}")
+        return _resolve(f"runtime.integrate.one_stage.loop:{name.upper()}")
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.implicit_work:implicit_work_size")(sizes))
+        return int(_resolve("runtime.integrate.one_stage.work:implicit_work_size")(sizes))
 
-    family = "runtime.integrate.implicit:advance_implicit"
+    family = "runtime.integrate.one_stage.loop:advance_implicit"
     kernels = ("residual_jacobian",)
     return Method(name, order, order, False, family, stage, work_size, kernels, stiff=True)
 
 
 def _composition(order: int) -> Method:
     def coefficients(system: System) -> Any:
-        return _resolve("runtime.integrate.composition_coefficients:composition")(order)
+        return _resolve("runtime.integrate.symplectic.composition_coefficients:composition")(order)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.composition:composition_work_size")(sizes))
+        return int(_resolve("runtime.integrate.symplectic.composition:composition_work_size")(sizes))
 
-    family = "runtime.integrate.composition:advance_composition"
+    family = "runtime.integrate.symplectic.composition:advance_composition"
     return Method(
         f"verlet{order}", order, 5, False, family, coefficients, work_size,
         needs_plain_rates=True, refusal=_not_separable,
@@ -137,12 +137,12 @@ def _gauss(order: int) -> Method:
     n_stages = order // 2
 
     def coefficients(system: System) -> Any:
-        return _resolve("runtime.integrate.gauss_coefficients:gauss")(n_stages)
+        return _resolve("runtime.integrate.gauss.coefficients:gauss")(n_stages)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.gauss_work:gauss_work_size")(coefficients, sizes))
+        return int(_resolve("runtime.integrate.gauss.work:gauss_work_size")(coefficients, sizes))
 
-    family = "runtime.integrate.gauss:advance_gauss"
+    family = "runtime.integrate.gauss.loop:advance_gauss"
     kernels = ("residual_jacobian",)
     return Method(
         f"gauss{order}", order, min(n_stages, 7), False, family, coefficients, work_size, kernels,
@@ -152,12 +152,12 @@ def _gauss(order: int) -> Method:
 
 def _alpha(name: str) -> Method:
     def parameters(system: System) -> Any:
-        return _resolve(f"runtime.integrate.generalized_alpha_coefficients:{name}")()
+        return _resolve(f"runtime.integrate.alpha.coefficients:{name}")()
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.generalized_alpha_work:alpha_work_size")(sizes))
+        return int(_resolve("runtime.integrate.alpha.work:alpha_work_size")(sizes))
 
-    family = "runtime.integrate.generalized_alpha:advance_generalized_alpha"
+    family = "runtime.integrate.alpha.loop:advance_generalized_alpha"
     kernels = ("residual_jacobian",)
     return Method(
         name, 2, 2, False, family, parameters, work_size, kernels, needs_plain_rates=True, stiff=True
@@ -166,13 +166,13 @@ def _alpha(name: str) -> Method:
 
 def _rodas5p() -> Method:
     def coefficients(system: System) -> Any:
-        make = _resolve("runtime.integrate.rodas5p_coefficients:rodas5p")
+        make = _resolve("runtime.integrate.rosenbrock.coefficients:rodas5p")
         return make(time_dependent=system.structure["time_dependent"])
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.rodas5p_work:rodas_work_size")(sizes))
+        return int(_resolve("runtime.integrate.rosenbrock.work:rodas_work_size")(sizes))
 
-    family = "runtime.integrate.rodas5p:advance_rodas5p"
+    family = "runtime.integrate.rosenbrock.loop:advance_rodas5p"
     kernels = ("residual_jacobian",)
     return Method(
         "rodas5p", 5, 4, True, family, coefficients, work_size, kernels, needs_plain_rates=True, stiff=True
@@ -183,24 +183,26 @@ def _radau(order: int) -> Method:
     n_stages = (order + 1) // 2
 
     def coefficients(system: System) -> Any:
-        return _resolve("runtime.integrate.radau_coefficients:radau")(n_stages)
+        return _resolve("runtime.integrate.radau.coefficients:radau")(n_stages)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.radau_work:radau_work_size")(coefficients, sizes))
+        return int(_resolve("runtime.integrate.radau.work:radau_work_size")(coefficients, sizes))
 
-    family = "runtime.integrate.radau:advance_radau"
+    family = "runtime.integrate.radau.loop:advance_radau"
     kernels = ("residual_jacobian",)
-    return Method(f"radau{order}", order, n_stages, True, family, coefficients, work_size, kernels, stiff=True)
+    return Method(
+        f"radau{order}", order, n_stages, True, family, coefficients, work_size, kernels, stiff=True
+    )
 
 
 def _bdf() -> Method:
     def coefficients(system: System) -> Any:
-        return _resolve("runtime.integrate.bdf_coefficients:ndf")()
+        return _resolve("runtime.integrate.bdf.coefficients:ndf")()
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.bdf_work:bdf_work_size")(sizes))
+        return int(_resolve("runtime.integrate.bdf.work:bdf_work_size")(sizes))
 
-    family = "runtime.integrate.bdf:advance_bdf"
+    family = "runtime.integrate.bdf.loop:advance_bdf"
     kernels = ("residual_jacobian",)
     return Method("bdf", 5, 5, True, family, coefficients, work_size, kernels, stiff=True)
 
@@ -211,16 +213,18 @@ def taylor(order: int = 0) -> Method:
     def coefficients(system: System) -> Any:
         addresses = _resolve("runtime.taylor.kernel:taylor_addresses")(system)
         n_rows = _resolve("runtime.taylor.kernel:N_ROWS")
-        return _resolve("runtime.integrate.taylor:TaylorSeries")(*addresses, n_rows, order)
+        return _resolve("runtime.integrate.taylor.loop:TaylorSeries")(*addresses, n_rows, order)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.taylor:taylor_work_size")(coefficients.n_rows, sizes))
+        return int(_resolve("runtime.integrate.taylor.loop:taylor_work_size")(coefficients.n_rows, sizes))
 
     def refusal(system: System) -> str:
         return _resolve("runtime.taylor.kernel:taylor_refusal")(system)
 
-    family = "runtime.integrate.taylor:advance_taylor"
-    return Method("taylor", order or 16, (order or 16) - 1, True, family, coefficients, work_size, refusal=refusal)
+    family = "runtime.integrate.taylor.loop:advance_taylor"
+    return Method(
+        "taylor", order or 16, (order or 16) - 1, True, family, coefficients, work_size, refusal=refusal
+    )
 
 
 METHODS: dict[str, Method] = {

@@ -4,10 +4,7 @@ import math
 
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.copying import copy
-from runtime.integrate.dense import hermite_dense
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.generalized_alpha_work import (
+from runtime.integrate.alpha.work import (
     ACCELERATION,
     AVERAGE,
     CORRECTION,
@@ -17,6 +14,9 @@ from runtime.integrate.generalized_alpha_work import (
     NEW_AVERAGE,
     alpha_work,
 )
+from runtime.integrate.copying import copy
+from runtime.integrate.dense import hermite_dense
+from runtime.integrate.evaluation import all_finite, evaluate
 from runtime.integrate.jacobian import acceleration_jacobian
 from runtime.integrate.layout import (
     F_VALID,

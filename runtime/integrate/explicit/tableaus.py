@@ -7,7 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.integrate.dop853_coefficients import DOP853_A, DOP853_C, DOP853_D, DOP853_ERROR_3, DOP853_ERROR_5
+from runtime.integrate.explicit.dop853_coefficients import (
+    DOP853_A,
+    DOP853_C,
+    DOP853_D,
+    DOP853_ERROR_3,
+    DOP853_ERROR_5,
+)
 
 # How a tableau estimates its error.
 NO_ESTIMATE, ONE_ESTIMATE, TWO_ESTIMATES = range(3)

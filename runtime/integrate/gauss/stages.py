@@ -6,8 +6,8 @@ import numpy as np
 
 from runtime.code.jitted import jitted
 from runtime.integrate.evaluation import evaluate
-from runtime.integrate.gauss_newton import correct_by_newton, factor_stages
-from runtime.integrate.gauss_work import HAVE_FACTORS, HAVE_HISTORY, HAVE_JACOBIAN, SMALLEST, STALLS, STIFF
+from runtime.integrate.gauss.newton import correct_by_newton, factor_stages
+from runtime.integrate.gauss.work import HAVE_FACTORS, HAVE_HISTORY, HAVE_JACOBIAN, SMALLEST, STALLS, STIFF
 from runtime.integrate.jacobian import acceleration_jacobian
 from runtime.integrate.layout import NEWTON_FAILED, NEWTON_ITERATIONS, NOT_FINITE, NV, RUNNING
 from runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING

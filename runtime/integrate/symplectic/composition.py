@@ -7,7 +7,6 @@ import numpy as np
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
 from runtime.integrate.compensated import add_compensated
-from runtime.integrate.composition_coefficients import PLACES
 from runtime.integrate.copying import copy
 from runtime.integrate.evaluation import all_finite, evaluate
 from runtime.integrate.layout import (
@@ -24,6 +23,7 @@ from runtime.integrate.layout import (
     T,
 )
 from runtime.integrate.step_control import grid_end, grid_length
+from runtime.integrate.symplectic.composition_coefficients import PLACES
 
 N_DENSE_TERMS = 8
 

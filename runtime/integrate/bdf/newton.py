@@ -3,7 +3,7 @@
 import math
 
 from runtime.code.jitted import jitted
-from runtime.integrate.bdf_work import (
+from runtime.integrate.bdf.work import (
     CHANGE,
     FACTORED_FOR,
     HAVE_FACTORS,
@@ -31,7 +31,7 @@ from runtime.integrate.layout import (
 from runtime.integrate.linear import lu_factor, lu_solve
 from runtime.integrate.newton import CONVERGED, ITERATING, forget_rate, judge_correction, start_newton
 from runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
-from runtime.integrate.radau_turns import factor_turns
+from runtime.integrate.radau.turns import factor_turns
 
 
 @jitted

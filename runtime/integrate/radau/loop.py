@@ -29,10 +29,10 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.newton import MAX_ITERATIONS, OVERSHOOT, RATE
 from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.radau_error import estimate_error, set_tolerances
-from runtime.integrate.radau_stages import factor_stages, integrate_work, predict_stages, solve_stages
-from runtime.integrate.radau_turns import place, turns_to_increments
-from runtime.integrate.radau_work import (
+from runtime.integrate.radau.error import estimate_error, set_tolerances
+from runtime.integrate.radau.stages import factor_stages, integrate_work, predict_stages, solve_stages
+from runtime.integrate.radau.turns import place, turns_to_increments
+from runtime.integrate.radau.work import (
     F_NEW,
     F_STAGES,
     FACTORED_FOR,

@@ -36,7 +36,7 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.projection import project_state, projection_size
 from runtime.integrate.step_control import step_end, too_small
-from runtime.integrate.taylor_step import DEFECT_LIMIT, defect, scale_series, series_step
+from runtime.integrate.taylor.step import DEFECT_LIMIT, defect, scale_series, series_step
 
 # New state, what rounding lost in it, predicted slope, what was lost before.
 NEW, LOST, SLOPE, CARRY = range(4)

@@ -3,8 +3,8 @@
 from runtime.code.jitted import jitted
 from runtime.integrate.layout import NV, NY
 from runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at, rotate, solve_turning
-from runtime.integrate.radau_transform import add_correction, set_defect, shift_of, transform_stages
-from runtime.integrate.radau_work import DX, SCALE, STAGES
+from runtime.integrate.radau.transform import add_correction, set_defect, shift_of, transform_stages
+from runtime.integrate.radau.work import DX, SCALE, STAGES
 
 
 @jitted

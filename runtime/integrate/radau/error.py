@@ -8,8 +8,8 @@ from runtime.integrate.layout import ATOL, LAST_REJECTED, NEWTON_TOL, NQ, NV, RT
 from runtime.integrate.linear import lu_solve
 from runtime.integrate.newton import EPS
 from runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at, solve_turning
-from runtime.integrate.radau_turns import add_turn
-from runtime.integrate.radau_work import (
+from runtime.integrate.radau.turns import add_turn
+from runtime.integrate.radau.work import (
     ERROR,
     F_NEW,
     HAVE_HISTORY,

@@ -4,10 +4,10 @@ import math
 
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.bdf_control import choose_step_and_order, shorten_step
-from runtime.integrate.bdf_history import add_point, history_dense, predict, resample
-from runtime.integrate.bdf_newton import solve_step
-from runtime.integrate.bdf_work import (
+from runtime.integrate.bdf.control import choose_step_and_order, shorten_step
+from runtime.integrate.bdf.history import add_point, history_dense, predict, resample
+from runtime.integrate.bdf.newton import solve_step
+from runtime.integrate.bdf.work import (
     CHANGE,
     FAILURES,
     HAVE_HISTORY,

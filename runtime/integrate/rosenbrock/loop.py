@@ -29,8 +29,8 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.linear import lu_factor, lu_solve
 from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.rodas5p_coefficients import LOBATTO, N_STAGES
-from runtime.integrate.rodas5p_work import (
+from runtime.integrate.rosenbrock.coefficients import LOBATTO, N_STAGES
+from runtime.integrate.rosenbrock.work import (
     F_LATER,
     F_NEW,
     POWER,

@@ -27,21 +27,21 @@ from runtime.integrate.newton import (
     start_newton,
 )
 from runtime.integrate.quaternions import n_quaternions, quaternion_at
-from runtime.integrate.radau_transform import (
+from runtime.integrate.radau.transform import (
     add_correction,
     restore_stages,
     set_defect,
     shift_of,
     transform_stages,
 )
-from runtime.integrate.radau_turns import (
+from runtime.integrate.radau.turns import (
     correct_turns,
     factor_turns,
     place,
     predict_turns,
     turning_defect,
 )
-from runtime.integrate.radau_work import (
+from runtime.integrate.radau.work import (
     DX,
     F_STAGES,
     FACTORED_FOR,

@@ -3,8 +3,8 @@
 import math
 
 from runtime.code.jitted import jitted
-from runtime.integrate.bdf_coefficients import MAX_ORDER
-from runtime.integrate.bdf_work import (
+from runtime.integrate.bdf.coefficients import MAX_ORDER
+from runtime.integrate.bdf.work import (
     FAILURES,
     HAVE_JACOBIAN,
     ITERATIONS,

@@ -1,7 +1,7 @@
 """Newton's iteration for the stages of the Gauss methods: a system of the size of v for each eigenvalue of a."""
 
 from runtime.code.jitted import jitted
-from runtime.integrate.gauss_work import FACTORED_FOR, HAVE_FACTORS
+from runtime.integrate.gauss.work import FACTORED_FOR, HAVE_FACTORS
 from runtime.integrate.layout import FACTORISATIONS, RUNNING
 from runtime.integrate.linear import lu_factor, lu_solve
 

@@ -7,15 +7,6 @@ from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_step
 from runtime.integrate.copying import copy
 from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.implicit_dense import one_stage_dense
-from runtime.integrate.implicit_work import (
-    ACCELERATION,
-    CORRECTION,
-    FACTORED_FOR,
-    STAGE,
-    Y_NEW,
-    stage_work,
-)
 from runtime.integrate.jacobian import acceleration_jacobian
 from runtime.integrate.layout import (
     F_VALID,
@@ -44,6 +35,15 @@ from runtime.integrate.newton import (
     forget_rate,
     judge_correction,
     start_newton,
+)
+from runtime.integrate.one_stage.dense import one_stage_dense
+from runtime.integrate.one_stage.work import (
+    ACCELERATION,
+    CORRECTION,
+    FACTORED_FOR,
+    STAGE,
+    Y_NEW,
+    stage_work,
 )
 from runtime.integrate.projection import project_state, projection_size
 from runtime.integrate.quaternions import (

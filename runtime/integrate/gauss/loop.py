@@ -5,8 +5,8 @@ from runtime.integrate.after_step import finish_step, needs_dense
 from runtime.integrate.compensated import add_compensated
 from runtime.integrate.copying import copy
 from runtime.integrate.evaluation import all_finite
-from runtime.integrate.gauss_stages import interpolation, place_stages, solve_stages
-from runtime.integrate.gauss_work import (
+from runtime.integrate.gauss.stages import interpolation, place_stages, solve_stages
+from runtime.integrate.gauss.work import (
     EXTRAPOLATED_FOR,
     FRAME,
     H_HISTORY,

@@ -8,7 +8,7 @@ from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_scratch_size
 from runtime.integrate.jacobian import jacobian_work_size
 from runtime.integrate.layout import N_ROW, NV, NY
-from runtime.integrate.rodas5p_coefficients import N_STAGES
+from runtime.integrate.rosenbrock.coefficients import N_STAGES
 
 # Rows of `states`, `rows` and `vectors`.
 Y_STAGE, Y_NEW = range(2)

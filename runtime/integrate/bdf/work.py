@@ -6,7 +6,7 @@ import numpy as np
 
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.bdf_coefficients import MAX_ORDER
+from runtime.integrate.bdf.coefficients import MAX_ORDER
 from runtime.integrate.jacobian import jacobian_work_size
 from runtime.integrate.layout import N_ROW, NV, NY
 from runtime.integrate.newton import N_MONITOR

@@ -7,8 +7,10 @@ from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
 from runtime.integrate.copying import copy
 from runtime.integrate.dense import hermite_dense
-from runtime.integrate.dop853 import dop853_error, dop853_new_state, dop853_stages
 from runtime.integrate.evaluation import all_finite, evaluate
+from runtime.integrate.explicit.dop853 import dop853_error, dop853_new_state, dop853_stages
+from runtime.integrate.explicit.stiffness import watch_stiffness
+from runtime.integrate.explicit.tableaus import NO_ESTIMATE, TWO_ESTIMATES
 from runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,
@@ -42,8 +44,6 @@ from runtime.integrate.step_control import (
     step_end,
     too_small,
 )
-from runtime.integrate.stiffness import watch_stiffness
-from runtime.integrate.tableaus import NO_ESTIMATE, TWO_ESTIMATES
 
 N_STATES = 4  # stage argument, new state, two error estimates
 

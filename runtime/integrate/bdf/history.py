@@ -1,7 +1,7 @@
 """The history of bdf as backward differences: prediction, new points, new distances, dense output."""
 
 from runtime.code.jitted import jitted
-from runtime.integrate.bdf_work import CHANGE, N_EQUAL, ORDER, PAST, PREDICTED, SPACING, Y_NEW
+from runtime.integrate.bdf.work import CHANGE, N_EQUAL, ORDER, PAST, PREDICTED, SPACING, Y_NEW
 from runtime.integrate.copying import copy
 from runtime.integrate.layout import NY
 

@@ -1,0 +1,1 @@
+"""The generalised-α method and HHT."""

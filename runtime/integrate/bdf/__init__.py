@@ -1,0 +1,1 @@
+"""Backward differences of variable order."""

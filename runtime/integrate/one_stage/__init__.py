@@ -1,0 +1,1 @@
+"""Implicit methods of one stage: Euler's and the midpoint rule."""

@@ -1,0 +1,1 @@
+"""Semi-implicit Euler, Verlet, and symmetric compositions of Verlet."""
