@@ -109,8 +109,8 @@ def rhs(t, y, p, out):
     x7 = p_L1*x5 + p_L2*(v_phi2*(v_phi2*x6))
     x8 = x0*c2 + (p_L1*(x1*(p_m2*x4 + x2*c3)) - p_L1*(x0*(p_m2*x7 + x5*c3)))
     x9 = c5*(x0*x3) + c5*(x1*x6)
-    x10 = c0*x9
-    x11 = 1.0/(c6 - x9*x10)*(x8*x10 - (x3*c7 + (c4*(x6*x4) - c4*(x3*x7))))
+    x10 = x9*c0
+    x11 = 1.0/(c6 - x9*x10)*(x10*x8 - (x3*c7 + (c4*(x6*x4) - c4*(x3*x7))))
     out[0] = v_phi1
     out[1] = v_phi2
     out[2] = -(c0*x8 + x10*x11)

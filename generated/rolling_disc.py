@@ -65,28 +65,28 @@ MODEL = {
         "separable": False,
     },
     "operations": {
-        "rhs": 223,
+        "rhs": 208,
         "mass_matrix": 13,
-        "forces": 66,
+        "forces": 49,
         "energy": 36,
-        "residual": 125,
-        "residual_jacobian": 330,
+        "residual": 137,
+        "residual_jacobian": 237,
         "constraint_residual": 19,
         "constraint_jacobian": 17,
         "gamma": 32,
-        "project": 130,
+        "project": 129,
         "poses": 35,
         "shapes": 1,
         "outputs": 9,
     },
     "hoisted": {
-        "rhs": 9,
+        "rhs": 7,
         "mass_matrix": 3,
         "forces": 4,
         "energy": 5,
-        "residual": 4,
-        "residual_jacobian": 3,
-        "project": 8,
+        "residual": 7,
+        "residual_jacobian": 6,
+        "project": 6,
         "shapes": 1,
     },
     "run": {
@@ -98,7 +98,7 @@ MODEL = {
 
 @njit(error_model="numpy")
 def rhs(t, y, p, out):
-    """State derivative: rates, accelerations, multipliers, pivot ratio. 223 operations."""
+    """State derivative: rates, accelerations, multipliers, pivot ratio. 208 operations."""
     p_m = p[0]
     p_r = p[1]
     p_g = p[2]
@@ -107,13 +107,10 @@ def rhs(t, y, p, out):
     c2 = c1*(0.25*p_m)
     c3 = 1.0/c2
     c4 = c1*(0.5*p_m)
-    c5 = 1.0/c4
-    c6 = p_r*c5
-    c7 = c4*c5
-    c8 = p_m*p_g*c0
+    c5 = p_r*c3
+    c6 = p_m*p_g*c0
     q_yaw = y[3]
     q_lean = y[4]
-    q_spin = y[5]
     v_x = y[6]
     v_y = y[7]
     v_z = y[8]
@@ -127,85 +124,79 @@ def rhs(t, y, p, out):
     x4 = sin(q_yaw)
     x5 = x4*x2
     x6 = x5*c3
-    x7 = p_r*x4
-    x8 = x0*c6
-    x9 = sin(q_lean)
-    x10 = x9*c7
-    x11 = p_r*x9
-    x12 = x7*x10 - x4*x11
-    x13 = p_r*x0
-    x14 = x13*x10 - x0*x11
-    x15 = 1.0/(c2*(x1*x1) + c4*(x9*x9) - x9*c4*x10)
-    x16 = x14*x15
-    x17 = x3*x6 - (x7*x8 + x12*x16)
-    x18 = 1.0/(c0 + x13*x8 + x14*x16 + x5*x6)
-    x19 = x17*x18
-    x20 = x4*c6
-    x21 = x12*x15
-    x22 = x3*c3
-    x23 = c0 + x7*x20 + x12*x21 + x3*x22
-    x24 = x17*x19 - x23
-    x25 = 1.0/x24
-    x26 = v_lean*x1
-    x27 = v_yaw*x26
-    x28 = p_r*x27
-    x29 = v_spin + v_yaw*x9
-    x30 = p_r*x29
+    x7 = sin(q_lean)
+    x8 = p_r*x7
+    x9 = x4*x8
+    x10 = x0*x8
+    x11 = 1.0/(c2*(x1*x1) + c4*(x7*x7))
+    x12 = x10*x11
+    x13 = x7*c4
+    x14 = x13*x11
+    x15 = x9*x14 - p_r*x4
+    x16 = x10*x14 - p_r*x0
+    x17 = 1.0/(c4 - x13*x14)
+    x18 = x16*x17
+    x19 = x3*x6 - (x9*x12 + x15*x18)
+    x20 = 1.0/(c0 + x10*x12 + x16*x18 + x5*x6)
+    x21 = x19*x20
+    x22 = x9*x11
+    x23 = x15*x17
+    x24 = x3*c3
+    x25 = c0 + x9*x22 + x15*x23 + x3*x24
+    x26 = x19*x21 - x25
+    x27 = 1.0/x26
+    x28 = v_lean*x1
+    x29 = p_r*(v_yaw*x28)
+    x30 = p_r*(v_spin + v_yaw*x7)
     x31 = v_yaw*x0
     x32 = v_lean*p_r
     x33 = x32*x1
     x34 = v_yaw*x4
-    x35 = v_lean*x9
+    x35 = v_lean*x7
     x36 = x32*x35
-    x37 = v_yaw*x1
-    x38 = cos(q_spin)
-    x39 = sin(q_spin)
-    x40 = x37*x38 + v_lean*x39
-    x41 = v_lean*x38 - x37*x39
-    x42 = x41*c2
-    x43 = x40*c2
-    x44 = x40*x42 - x41*x43 + c4*x27
-    x45 = x29*c4
-    x46 = v_spin*x38
-    x47 = v_yaw*x35
-    x48 = v_spin*x39
-    x49 = x41*x45 - x29*x42 + c2*(v_lean*x46 - (x38*x47 + x37*x48))
-    x50 = x29*x43 - x40*x45 - c2*(v_lean*x48 + (x37*x46 - x39*x47))
-    x51 = x44*x10 - (x1*(x38*x49 - x39*x50) + x9*x44)
-    x52 = x38*x50 + x39*x49
-    x53 = x4*x28 + x30*x31 + (x33*x34 + x0*x36) - x44*x20 - x21*x51 + x52*x22
-    x54 = x0*x28 - x30*x34 + (x33*x31 - x4*x36) - x44*x8 - x16*x51 - x52*x6
-    x55 = x53 + x19*x54
-    x56 = x11*x6
-    x57 = x56*x19 - x11*x22
-    x58 = x57*x25
-    x59 = x56*x18
-    x60 = x11*c3
-    x61 = c0 + x11*x60
-    x62 = x56*x59 - x61 - x57*x58
-    x63 = 1.0/x62*(c8 - x32*x26 + x52*x60 + x59*x54 - x58*x55)
-    x64 = x25*x55 - x58*x63
-    x65 = x19*x64 - x18*x54 + x59*x63
-    x66 = x15*x51 - x16*x65 - x21*x64
-    x67 = -(x62/x61)
-    x68 = -(x24/x23)
-    x69 = (x68 if x68 < 1.0 else 1.0)
+    x37 = 0.5*v_yaw
+    x38 = 2.0*x7
+    x39 = 2.0*x1
+    x40 = c4*(x28*x38) - c2*(x35*x39)
+    x41 = c4*x28
+    x42 = 0.5*v_spin
+    x43 = x37*x40 + (0.5*(v_yaw*x40 + v_spin*x41) + x42*x41)
+    x44 = x43*x14 - (0.5*(v_yaw*x41) + x37*x41)
+    x45 = v_yaw*x37
+    x46 = c2*(x7*(x45*x39)) - x1*(c4*(v_yaw*x42 + v_spin*x37) + c4*(x45*x38))
+    x47 = x4*x29 + x30*x31 + (x33*x34 + x0*x36) - x43*x22 - x23*x44 + x24*x46
+    x48 = x0*x29 - x30*x34 + (x33*x31 - x4*x36) - x43*x12 - x18*x44 - x6*x46
+    x49 = x47 + x21*x48
+    x50 = x8*x6
+    x51 = x50*x21 - x8*x24
+    x52 = x51*x27
+    x53 = x50*x20
+    x54 = x7*c5
+    x55 = c0 + x8*x54
+    x56 = x50*x53 - x55 - x51*x52
+    x57 = 1.0/x56*(c6 - x32*x28 + x46*x54 + x53*x48 - x52*x49)
+    x58 = x27*x49 - x52*x57
+    x59 = x21*x58 - x20*x48 + x53*x57
+    x60 = x17*x44 - x18*x59 - x23*x58
+    x61 = -(x56/x55)
+    x62 = -(x26/x25)
+    x63 = (x62 if x62 < 1.0 else 1.0)
     out[0] = v_x
     out[1] = v_y
     out[2] = v_z
     out[3] = v_yaw
     out[4] = v_lean
     out[5] = v_spin
-    out[6] = -(c0*x65)
-    out[7] = -(c0*x64)
-    out[8] = -(c8 + c0*x63)
-    out[9] = x66
-    out[10] = x6*x65 - x52*c3 - x22*x64 - x60*x63
-    out[11] = x8*x65 - (x44*c5 + x10*x66) + x20*x64
-    out[12] = -x65
-    out[13] = -x64
-    out[14] = -x63
-    out[15] = (x67 if x67 < x69 else x69)
+    out[6] = -(c0*x59)
+    out[7] = -(c0*x58)
+    out[8] = -(c6 + c0*x57)
+    out[9] = x12*x59 - (x43*x11 + x14*x60) + x22*x58
+    out[10] = x6*x59 - c3*x46 - x24*x58 - x54*x57
+    out[11] = x60
+    out[12] = -x59
+    out[13] = -x58
+    out[14] = -x57
+    out[15] = (x61 if x61 < x63 else x63)
 
 
 @njit(error_model="numpy")
@@ -224,9 +215,7 @@ def mass_matrix(t, y, p, out):
     out[7] = p_m
     out[14] = p_m
     out[21] = c1*(x0*x0) + c2*(x1*x1)
-    out[22] = 0.0
     out[23] = x2
-    out[27] = 0.0
     out[28] = c1
     out[33] = x2
     out[35] = c2
@@ -234,7 +223,7 @@ def mass_matrix(t, y, p, out):
 
 @njit(error_model="numpy")
 def forces(t, y, p, out):
-    """Forces f of M a = f + G^T lambda. 66 operations."""
+    """Forces f of M a = f + G^T lambda. 49 operations."""
     p_m = p[0]
     p_r = p[1]
     p_g = p[2]
@@ -243,33 +232,26 @@ def forces(t, y, p, out):
     c2 = c1*(0.5*p_m)
     c3 = c1*(0.25*p_m)
     q_lean = y[4]
-    q_spin = y[5]
     v_yaw = y[9]
     v_lean = y[10]
     v_spin = y[11]
-    x0 = cos(q_lean)
-    x1 = cos(q_spin)
-    x2 = v_yaw*x0
-    x3 = sin(q_spin)
-    x4 = v_lean*x1 - x2*x3
-    x5 = sin(q_lean)
-    x6 = v_spin + v_yaw*x5
-    x7 = x6*c2
-    x8 = x4*c3
-    x9 = v_spin*x1
-    x10 = v_yaw*(v_lean*x5)
-    x11 = v_spin*x3
-    x12 = x4*x7 - x6*x8 + c3*(v_lean*x9 - (x1*x10 + x2*x11))
-    x13 = x2*x1 + v_lean*x3
-    x14 = x13*c3
-    x15 = x6*x14 - x13*x7 - c3*(v_lean*x11 + (x2*x9 - x3*x10))
-    x16 = x13*x8 - x4*x14 + c2*(v_yaw*(v_lean*x0))
+    x0 = 0.5*v_yaw
+    x1 = cos(q_lean)
+    x2 = v_lean*x1
+    x3 = sin(q_lean)
+    x4 = 2.0*x3
+    x5 = 2.0*x1
+    x6 = c2*(x2*x4) - c3*(v_lean*x3*x5)
+    x7 = c2*x2
+    x8 = 0.5*v_spin
+    x9 = v_yaw*x0
+    x10 = c3*(x3*(x9*x5)) - x1*(c2*(v_yaw*x8 + v_spin*x0) + c2*(x9*x4))
     out[0] = 0.0
     out[1] = 0.0
     out[2] = c0
-    out[3] = -(x0*(x1*x12 - x3*x15) + x5*x16)
-    out[4] = -(x1*x15 + x3*x12)
-    out[5] = -x16
+    out[3] = -(x0*x6 + (0.5*(v_yaw*x6 + v_spin*x7) + x8*x7))
+    out[4] = -x10
+    out[5] = -(0.5*(v_yaw*x7) + x0*x7)
 
 
 @njit(error_model="numpy")
@@ -305,17 +287,19 @@ def energy(t, y, p, out):
 
 @njit(error_model="numpy")
 def residual(t, y, p, out):
-    """M a - f - G^T lambda, then G a - gamma. 125 operations."""
+    """M a - f - G^T lambda, then G a - gamma. 137 operations."""
     p_m = p[0]
     p_r = p[1]
     p_g = p[2]
-    c0 = p_m*p_g
-    c1 = p_r*p_r
-    c2 = c1*(0.5*p_m)
-    c3 = c1*(0.25*p_m)
+    c0 = 0.5*p_m
+    c1 = p_m*p_g
+    c2 = p_r*p_r
+    c3 = c2*c0
+    c4 = c2*(0.25*p_m)
+    c5 = 0.5*c4
+    c6 = 0.5*c3
     q_yaw = y[3]
     q_lean = y[4]
-    q_spin = y[5]
     v_yaw = y[9]
     v_lean = y[10]
     v_spin = y[11]
@@ -328,60 +312,63 @@ def residual(t, y, p, out):
     lam_contact_x = y[18]
     lam_contact_y = y[19]
     lam_contact_z = y[20]
-    x0 = cos(q_lean)
-    x1 = cos(q_spin)
-    x2 = v_yaw*x0
-    x3 = sin(q_spin)
-    x4 = v_lean*x1 - x2*x3
-    x5 = sin(q_lean)
-    x6 = v_spin + v_yaw*x5
-    x7 = x6*c2
-    x8 = x4*c3
-    x9 = v_lean*x5
-    x10 = a_yaw*x0 - v_yaw*x9
-    x11 = v_spin*x3
-    x12 = v_spin*x1
-    x13 = x4*x7 - x6*x8 + c3*(x1*x10 - x2*x11 + (v_lean*x12 + a_lean*x3))
-    x14 = x2*x1 + v_lean*x3
-    x15 = x14*c3
-    x16 = x6*x15 - x14*x7 + c3*(a_lean*x1 - v_lean*x11 - (x2*x12 + x3*x10))
-    x17 = v_lean*x0
-    x18 = a_spin + (v_yaw*x17 + a_yaw*x5)
-    x19 = x14*x8 - x4*x15 + c2*x18
-    x20 = sin(q_yaw)
-    x21 = cos(q_yaw)
-    x22 = p_r*(lam_contact_y*x20 + lam_contact_x*x21)
-    x23 = lam_contact_z*x5 + x0*(lam_contact_y*x21 - lam_contact_x*x20)
-    x24 = p_r*x18
-    x25 = p_r*x6
-    x26 = v_yaw*x20
-    x27 = v_lean*p_r
-    x28 = x27*x0
-    x29 = v_yaw*x21
-    x30 = a_lean*p_r
-    x31 = x0*x30 - x27*x9
-    out[0] = a_x*p_m - lam_contact_x
-    out[1] = a_y*p_m - lam_contact_y
-    out[2] = c0 + a_z*p_m - lam_contact_z
-    out[3] = x0*(x1*x13 - x3*x16) + x5*x19 + x5*x22
-    out[4] = x1*x16 + x3*x13 - p_r*x23
-    out[5] = x19 + x22
-    out[6] = a_x - (x21*x24 - x25*x26 + (x28*x29 + x20*x31))
-    out[7] = a_y + (x21*x31 - x28*x26 - (x25*x29 + x20*x24))
-    out[8] = a_z + (x27*x17 + x5*x30)
+    x0 = a_x*c0
+    x1 = a_y*c0
+    x2 = a_z*c0
+    x3 = 0.5*v_yaw
+    x4 = cos(q_lean)
+    x5 = v_lean*x4
+    x6 = sin(q_lean)
+    x7 = 2.0*x6
+    x8 = v_lean*x6
+    x9 = 2.0*x4
+    x10 = c3*(x5*x7) - c4*(x8*x9)
+    x11 = c4*(x4*x4) + c3*(x6*x6)
+    x12 = 0.5*a_yaw
+    x13 = c3*x5
+    x14 = x6*c3
+    x15 = 0.5*v_spin
+    x16 = 0.5*(v_yaw*x10 + a_yaw*x11 + (v_spin*x13 + a_spin*x14)) + (x15*x13 + x14*(0.5*a_spin))
+    x17 = sin(q_yaw)
+    x18 = cos(q_yaw)
+    x19 = p_r*(lam_contact_y*x17 + lam_contact_x*x18)
+    x20 = v_yaw*x3
+    x21 = c4*(x6*(x20*x9)) - x4*(c3*(v_yaw*x15 + v_spin*x3) + c3*(x20*x7))
+    x22 = a_lean*c5
+    x23 = lam_contact_z*x6 + x4*(lam_contact_y*x18 - lam_contact_x*x17)
+    x24 = x3*x13 + x14*x12 + (0.5*(v_yaw*x13 + a_yaw*x14 + a_spin*c3) + a_spin*c6)
+    x25 = p_r*(a_spin + (v_yaw*x5 + a_yaw*x6))
+    x26 = p_r*(v_spin + v_yaw*x6)
+    x27 = v_yaw*x17
+    x28 = v_lean*p_r
+    x29 = x28*x4
+    x30 = v_yaw*x18
+    x31 = a_lean*p_r
+    x32 = x4*x31 - x28*x8
+    out[0] = x0 + x0 - lam_contact_x
+    out[1] = x1 + x1 - lam_contact_y
+    out[2] = c1 + (x2 + x2) - lam_contact_z
+    out[3] = x3*x10 + x11*x12 + x16 + x6*x19
+    out[4] = x21 + (x22 + x22) - p_r*x23
+    out[5] = x19 + x24
+    out[6] = a_x - (x18*x25 - x26*x27 + (x29*x30 + x17*x32))
+    out[7] = a_y + (x18*x32 - x29*x27 - (x26*x30 + x17*x25))
+    out[8] = a_z + (x28*x5 + x6*x31)
 
 
 @njit(error_model="numpy")
 def residual_jacobian(t, y, p, out):
-    """Residual derivatives by q, v, a, lambda. 330 operations."""
+    """Residual derivatives by q, v, a, lambda. 237 operations."""
     p_m = p[0]
     p_r = p[1]
     c0 = p_r*p_r
     c1 = c0*(0.5*p_m)
     c2 = c0*(0.25*p_m)
+    c3 = 2.0*c2
+    c4 = 2.0*c1
+    c5 = 0.5*c1
     q_yaw = y[3]
     q_lean = y[4]
-    q_spin = y[5]
     v_yaw = y[9]
     v_lean = y[10]
     v_spin = y[11]
@@ -397,73 +384,61 @@ def residual_jacobian(t, y, p, out):
     x3 = lam_contact_y*x1 - lam_contact_x*x2
     x4 = p_r*x3
     x5 = cos(q_lean)
-    x6 = p_r*(x5*(lam_contact_y*x2 + lam_contact_x*x1))
-    x7 = cos(q_spin)
-    x8 = v_yaw*x0
-    x9 = v_spin + x8
-    x10 = x9*c1
-    x11 = sin(q_spin)
-    x12 = x8*x11
-    x13 = v_yaw*x5
-    x14 = v_lean*x7 - x13*x11
-    x15 = x13*c1
-    x16 = x14*c2
-    x17 = c2*x12
-    x18 = v_spin*x11
-    x19 = v_lean*x5
-    x20 = v_yaw*x19 + a_yaw*x0
-    x21 = x10*x12 + x14*x15 - (x13*x16 + x9*x17) + c2*(x8*x18 - x7*x20)
-    x22 = x13*x7 + v_lean*x11
-    x23 = x22*c2
-    x24 = x8*x7
-    x25 = c2*x24
-    x26 = v_spin*x7
-    x27 = x13*x23 - x9*x25 - (x22*x15 - x10*x24) + c2*(x8*x26 + x11*x20)
-    x28 = v_lean*x0
-    x29 = a_yaw*x5 - v_yaw*x28
-    x30 = x14*x10 - x9*x16 + c2*(x7*x29 - x13*x18 + (v_lean*x26 + a_lean*x11))
-    x31 = x9*x23 - x22*x10 + c2*(a_lean*x7 - v_lean*x18 - (x13*x26 + x11*x29))
-    x32 = a_spin + x20
-    x33 = x22*x17 - x16*x24 - (x23*x12 - x14*x25) + c1*x29
-    x34 = x5*(x7*x21 - x11*x27) - x0*(x7*x30 - x11*x31) + (x5*(x22*x16 - x14*x23 + c1*x32) + x0*x33)
-    x35 = x0*c1
-    x36 = x5*x11
-    x37 = x36*c2
-    x38 = x14*x35 - x36*x10 - (x0*x16 - x9*x37) - c2*(x5*x18 + x7*x28)
-    x39 = x5*x7
-    x40 = x39*c2
-    x41 = x0*x23 + x9*x40 - (x39*x10 + x22*x35) - c2*(x5*x26 - x11*x28)
-    x42 = c1*x19 + (x39*x16 - x22*x37 - (x14*x40 - x36*x23))
-    x43 = x7*c2
-    x44 = x7*x10 - x9*x43 + c2*(x26 - x24)
-    x45 = x11*c2
-    x46 = x9*x45 - x11*x10 + c2*(x12 - x18)
-    x47 = x15 + (x11*x16 + x22*x43 - (x7*x23 + x14*x45))
-    x48 = x16 + (x14*c1 - x16)
-    x49 = x23 - x22*c1 - x23
-    x50 = x5*(x11*x43 - x7*x45)
-    x51 = p_r*x0
-    x52 = x1*x51
-    x53 = x2*x51
-    x54 = p_r*x5
-    x55 = x2*x54
-    x56 = x1*x54
-    x57 = p_r*x1
-    x58 = p_r*x2
-    x59 = a_lean*p_r
-    x60 = v_lean*p_r
-    x61 = x5*x59 - x60*x28
-    x62 = x60*x5
-    x63 = v_yaw*x2
-    x64 = p_r*x9
-    x65 = v_yaw*x1
-    x66 = p_r*x32
-    x67 = p_r*x29
-    x68 = p_r*x13
-    x69 = x0*x60
-    x70 = x60*x19 + x0*x59
-    x71 = p_r*x19
-    x72 = x69 + p_r*x28
+    x6 = 2.0*x0
+    x7 = 2.0*x5
+    x8 = c2*(x0*x7)
+    x9 = a_yaw*(c1*(x5*x6) - x8)
+    x10 = x5*c1
+    x11 = a_spin*x10
+    x12 = v_lean*x0
+    x13 = v_lean*x5
+    x14 = 0.5*v_yaw
+    x15 = x14 + x14
+    x16 = 0.5*x9 + 0.5*x11 + 0.5*(x9 + x11) + (c2*(x12*x6) + c1*(x13*x7))*x15
+    x17 = p_r*(x5*(lam_contact_y*x2 + lam_contact_x*x1))
+    x18 = c3*(x5*x15)
+    x19 = 0.5*v_spin
+    x20 = c1*(x19 + x19)
+    x21 = x0*c4
+    x22 = x20 + x15*x21
+    x23 = 0.5*(c1*(x13*x6) - c2*(x12*x7))
+    x24 = c5*x13
+    x25 = x24 + x24
+    x26 = x0*c1
+    x27 = p_r*x0
+    x28 = x1*x27
+    x29 = x2*x27
+    x30 = p_r*(x0*x3 - lam_contact_z*x5) + c2*(x14*(v_yaw*(x5*x7 - x0*x6)))
+    x31 = v_yaw*x5
+    x32 = v_yaw*x21
+    x33 = x30 - c4*(x5*(x31*x14)) + x0*(c1*(v_spin*x14 + 0.5*(v_yaw*v_spin)) + x14*x32)
+    x34 = c1*x15
+    x35 = x5*x34
+    x36 = p_r*x5
+    x37 = x2*x36
+    x38 = x1*x36
+    x39 = 0.5*(a_yaw*x10)
+    x40 = p_r*x1
+    x41 = p_r*x2
+    x42 = p_r*(v_spin + v_yaw*x0)
+    x43 = v_yaw*x1
+    x44 = v_lean*p_r
+    x45 = x44*x5
+    x46 = v_yaw*x2
+    x47 = p_r*(a_spin + (v_yaw*x13 + a_yaw*x0))
+    x48 = a_lean*p_r
+    x49 = x5*x48 - x44*x12
+    x50 = x0*x48
+    x51 = p_r*(a_yaw*x5)
+    x52 = x0*x44
+    x53 = x44*x2
+    x54 = v_yaw*p_r
+    x55 = x1*x54
+    x56 = p_r*x46
+    x57 = p_r*x13
+    x58 = x44*x1
+    x59 = x2*x54
+    x60 = p_r*x43
     out[12] = p_m
     out[18] = -1.0
     out[34] = p_m
@@ -471,55 +446,52 @@ def residual_jacobian(t, y, p, out):
     out[56] = p_m
     out[62] = -1.0
     out[66] = x0*x4
-    out[67] = x6 + x34
-    out[72] = x5*(x7*x38 - x11*x41) + x0*x42
-    out[73] = x5*(x7*x44 - x11*x46) + x0*x47
-    out[74] = x5*(x7*x48 - x11*x49)
+    out[67] = x16 + x17 - x13*x18 - x12*x22
+    out[72] = x23 + x23
+    out[73] = x5*x22 - x0*x18
+    out[74] = x25
     out[78] = c2*(x5*x5) + c1*(x0*x0)
-    out[79] = x50
-    out[80] = x35
-    out[81] = x52
-    out[82] = x53
-    out[87] = x6
-    out[88] = p_r*(x0*x3 - lam_contact_z*x5) + (x7*x27 + x11*x21)
-    out[93] = x7*x41 + x11*x38
-    out[94] = x7*x46 + x11*x44
-    out[95] = x7*x49 + x11*x48
-    out[99] = x50
+    out[80] = x26
+    out[81] = x28
+    out[82] = x29
+    out[87] = x17
+    out[88] = x33
+    out[93] = 0.5*(v_yaw*x8) + x14*x8 - x5*(x20 + (0.5*x32 + x14*x21))
+    out[95] = -x35
     out[100] = c2
-    out[102] = x55
-    out[103] = -x56
-    out[104] = -x51
+    out[102] = x37
+    out[103] = -x38
+    out[104] = -x27
     out[108] = x4
-    out[109] = x33
-    out[114] = x42
-    out[115] = x47
-    out[120] = x35
+    out[109] = x39 + x39 - x12*x34
+    out[114] = x25
+    out[115] = x35
+    out[120] = x26
     out[122] = c1
-    out[123] = x57
-    out[124] = x58
-    out[129] = -(x1*x61 - x62*x63 - (x64*x65 + x2*x66))
-    out[130] = -(x1*x67 - x63*x68 - (x69*x65 + x2*x70))
-    out[135] = -(x1*x62 + (x1*x71 - (x64*x2 + x51*x63)))
-    out[136] = -(x1*x68 + (x54*x65 - x2*x72))
-    out[137] = p_r*x63
+    out[123] = x40
+    out[124] = x41
+    out[129] = x42*x43 + (x45*x46 + (x2*x47 - x1*x49))
+    out[130] = x2*x50 - x1*x51 + x52*x43 + x13*x53 + x12*x55 + x31*x56
+    out[135] = x42*x2 - (x1*x45 + x1*x57) + x0*x56
+    out[136] = x0*x53 - x5*x55 + p_r*(x2*x12 - x5*x43)
+    out[137] = x56
     out[138] = 1.0
-    out[141] = -x52
-    out[142] = -x55
-    out[143] = -x57
-    out[150] = -(x1*x66 - x64*x63 + (x62*x65 + x2*x61))
-    out[151] = x69*x63 - x1*x70 - (x65*x68 + x2*x67)
-    out[156] = -(x2*x62 + (x64*x1 + x51*x65 + x2*x71))
-    out[157] = -(x2*x68 + (x54*x63 + x1*x72))
-    out[158] = -(p_r*x65)
+    out[141] = -x28
+    out[142] = -x37
+    out[143] = -x40
+    out[150] = x42*x46 - (x1*x47 + x2*x49) - x45*x43
+    out[151] = x52*x46 - (x1*x50 + x2*x51) - x13*x58 + x12*x59 - x31*x60
+    out[156] = -(x2*x45 + (x42*x1 + x2*x57) + x0*x60)
+    out[157] = -(x0*x58 + x5*x59 + p_r*(x1*x12 + x5*x46))
+    out[158] = -x60
     out[160] = 1.0
-    out[162] = -x53
-    out[163] = x56
-    out[164] = -x58
-    out[172] = x61
-    out[178] = x62 + x71
+    out[162] = -x29
+    out[163] = x38
+    out[164] = -x41
+    out[172] = x49
+    out[178] = x45 + x57
     out[182] = 1.0
-    out[184] = x51
+    out[184] = x27
 
 
 @njit(error_model="numpy")
@@ -595,17 +567,15 @@ def gamma(t, y, p, out):
 
 @njit(error_model="numpy")
 def project(t, y, p, out):
-    """State moved onto the constraints, and the residuals it had. 130 operations."""
+    """State moved onto the constraints, and the residuals it had. 129 operations."""
     p_m = p[0]
     p_r = p[1]
     c0 = 1.0/p_m
     c1 = p_r*p_r
-    c2 = c1*(0.5*p_m)
-    c3 = 1.0/c2
-    c4 = p_r*c3
-    c5 = c2*c3
-    c6 = c1*(0.25*p_m)
-    c7 = 1.0/c6
+    c2 = c1*(0.25*p_m)
+    c3 = c1*(0.5*p_m)
+    c4 = 1.0/c2
+    c5 = p_r*c4
     q_x = y[0]
     q_y = y[1]
     q_z = y[2]
@@ -626,53 +596,55 @@ def project(t, y, p, out):
     x5 = cos(q_lean)
     x6 = x4*x5
     x7 = v_x - (x1*x2 + x3*x6)
-    x8 = p_r*x2
-    x9 = x2*c4
-    x10 = x0*c5
-    x11 = p_r*x0
-    x12 = x8*x10 - x2*x11
-    x13 = 1.0/(c6*(x5*x5) + c2*(x0*x0) - x0*c2*x10)
-    x14 = x12*x13
-    x15 = p_r*x5
-    x16 = x3*x15
-    x17 = x16*c7
-    x18 = 1.0/(c0 + x8*x9 + x12*x14 + x16*x17)
-    x19 = x2*x15
-    x20 = p_r*x3
-    x21 = x20*x10 - x3*x11
-    x22 = x19*x17 - (x20*x9 + x21*x14)
-    x23 = x22*x18
-    x24 = x3*c4
-    x25 = x21*x13
-    x26 = x19*c7
-    x27 = 1.0/(x22*x23 - (c0 + x20*x24 + x21*x25 + x19*x26))
-    x28 = v_y + (x2*x6 - x1*x3)
-    x29 = x28 + x7*x23
-    x30 = x11*x17
-    x31 = x30*x23 - x11*x26
-    x32 = x31*x27
-    x33 = x30*x18
-    x34 = x11*c7
-    x35 = v_z + x0*x4
-    x36 = 1.0/(x30*x33 - (c0 + x11*x34) - x31*x32)*(x32*x29 - (x35 + x7*x33))
-    x37 = x27*x29 + x32*x36
-    x38 = x7*x18 - x23*x37 + x33*x36
-    x39 = x25*x37 - x14*x38
+    x8 = p_r*x0
+    x9 = x2*x8
+    x10 = 1.0/(c2*(x5*x5) + c3*(x0*x0))
+    x11 = x9*x10
+    x12 = x0*c3
+    x13 = x12*x10
+    x14 = x9*x13 - p_r*x2
+    x15 = 1.0/(c3 - x12*x13)
+    x16 = x14*x15
+    x17 = p_r*x5
+    x18 = x3*x17
+    x19 = x18*c4
+    x20 = 1.0/(c0 + x9*x11 + x14*x16 + x18*x19)
+    x21 = x2*x17
+    x22 = x3*x8
+    x23 = x22*x13 - p_r*x3
+    x24 = x21*x19 - (x22*x11 + x23*x16)
+    x25 = x24*x20
+    x26 = x22*x10
+    x27 = x23*x15
+    x28 = x21*c4
+    x29 = 1.0/(x24*x25 - (c0 + x22*x26 + x23*x27 + x21*x28))
+    x30 = v_y + (x2*x6 - x1*x3)
+    x31 = x30 + x7*x25
+    x32 = x8*x19
+    x33 = x32*x25 - x8*x28
+    x34 = x33*x29
+    x35 = x32*x20
+    x36 = x0*c5
+    x37 = v_z + x0*x4
+    x38 = 1.0/(x32*x35 - (c0 + x8*x36) - x33*x34)*(x34*x31 - (x37 + x7*x35))
+    x39 = x29*x31 + x34*x38
+    x40 = x7*x20 - x25*x39 + x35*x38
+    x41 = x27*x39 - x16*x40
     out[0] = q_x
     out[1] = q_y
     out[2] = q_z
     out[3] = q_yaw
     out[4] = q_lean
     out[5] = q_spin
-    out[6] = v_x - c0*x38
-    out[7] = v_y + c0*x37
-    out[8] = v_z - c0*x36
-    out[9] = v_yaw + x39
-    out[10] = v_lean + (x17*x38 + x26*x37 - x34*x36)
-    out[11] = v_spin + (x9*x38 - x10*x39 - x24*x37)
+    out[6] = v_x - c0*x40
+    out[7] = v_y + c0*x39
+    out[8] = v_z - c0*x38
+    out[9] = v_yaw + (x11*x40 - x13*x41 - x26*x39)
+    out[10] = v_lean + (x19*x40 + x28*x39 - x36*x38)
+    out[11] = v_spin + x41
     out[12] = x7
-    out[13] = x28
-    out[14] = x35
+    out[13] = x30
+    out[14] = x37
 
 
 @njit(error_model="numpy")

@@ -68,7 +68,7 @@ MODEL = {
         "forces": 50,
         "energy": 50,
         "residual": 80,
-        "residual_jacobian": 135,
+        "residual_jacobian": 137,
         "constraint_residual": 23,
         "constraint_jacobian": 10,
         "gamma": 18,
@@ -130,18 +130,18 @@ def rhs(t, y, p, out):
     x4 = cos(q_phi)
     x5 = sin(q_phi)
     x6 = c5*(x4*x2) + c5*(x5*x0)
-    x7 = c1*x6
+    x7 = x6*c1
     x8 = p_l*x4 - x3*x7
     x9 = p_r*x0
     x10 = x9*x7 - p_l*x5
     x11 = 1.0/(c6 - x6*x7)
     x12 = x10*x11
     x13 = x3*x1 - x8*x12
-    x14 = 1.0/(c7 + x9*x1 + x10*x12)
+    x14 = 1.0/(x10*x12 + (c7 + x9*x1))
     x15 = x13*x14
-    x16 = x2*c2
-    x17 = x8*x11
-    x18 = x3*x16 + x8*x17
+    x16 = x8*x11
+    x17 = x2*c2
+    x18 = x8*x16 + x3*x17
     x19 = x13*x15 - x18
     x20 = v_theta*(v_theta*x0)
     x21 = p_r*x20
@@ -152,16 +152,16 @@ def rhs(t, y, p, out):
     x26 = x24 + c3*x25
     x27 = x21 + c3*x22
     x28 = x2*c9 + (x0*(x26*c10 + x23*c11) - x2*(x27*c10 + x20*c11))
-    x29 = x28*x7 - (x4*c12 + (c4*(x5*x26) - c4*(x4*x27)))
+    x29 = x7*x28 - (x4*c12 + (c4*(x5*x26) - c4*(x4*x27)))
     x30 = x24 + p_l*x25 - x28*x1 - x12*x29
-    x31 = 1.0/x19*(x21 + p_l*x22 + x28*x16 - x17*x29 + x15*x30)
+    x31 = 1.0/x19*(x21 + p_l*x22 + x28*x17 - x16*x29 + x15*x30)
     x32 = x15*x31 - x14*x30
-    x33 = x11*x29 - x12*x32 - x17*x31
+    x33 = x11*x29 - x12*x32 - x16*x31
     x34 = -(x19/x18)
     out[0] = v_theta
     out[1] = v_phi
     out[2] = v_x
-    out[3] = x1*x32 - (c1*x28 + x7*x33) - x16*x31
+    out[3] = x1*x32 - (c1*x28 + x7*x33) - x17*x31
     out[4] = x33
     out[5] = c7*x32
     out[6] = -x32
@@ -317,7 +317,7 @@ def residual(t, y, p, out):
 
 @njit(error_model="numpy")
 def residual_jacobian(t, y, p, out):
-    """Residual derivatives by q, v, a, lambda. 135 operations."""
+    """Residual derivatives by q, v, a, lambda. 137 operations."""
     p_r = p[0]
     p_l = p[1]
     p_mc = p[2]
@@ -371,11 +371,11 @@ def residual_jacobian(t, y, p, out):
     x22 = x2 + x2
     x23 = x9 + x9
     x24 = x14 + x14
-    x25 = x8*c8
-    x26 = x10*c8
-    x27 = x0*x25 + x1*x26
-    x28 = p_r*x1
-    x29 = p_r*x0
+    x25 = c8*(x8*x0) + c8*(x10*x1)
+    x26 = p_r*x1
+    x27 = p_r*x0
+    x28 = x10*c8
+    x29 = x8*c8
     x30 = x10*c10
     x31 = x8*(lam_pin_x_closes*p_l + c7*x12) - x10*(c4*x16 - lam_pin_y_closes*p_l)
     x32 = x8*c10
@@ -386,14 +386,14 @@ def residual_jacobian(t, y, p, out):
     out[3] = x21*x4 - x22*x18
     out[4] = x23*x19 - x24*x20
     out[6] = c9
-    out[7] = x27
-    out[9] = x28
-    out[10] = -x29
-    out[11] = x26*x3 - x25*x6
+    out[7] = x25
+    out[9] = x26
+    out[10] = -x27
+    out[11] = x28*x3 - x29*x6
     out[12] = x15*x30 + (x31 - x11*x32)
-    out[14] = x26*x21 - x25*x22
+    out[14] = x28*x21 - x29*x22
     out[15] = x23*x30 - x24*x32
-    out[17] = x27
+    out[17] = x25
     out[18] = c11
     out[20] = x33
     out[21] = -x34
@@ -403,14 +403,14 @@ def residual_jacobian(t, y, p, out):
     out[34] = -(p_l*x15)
     out[36] = -(p_r*x21)
     out[37] = -(p_l*x23)
-    out[39] = -x28
+    out[39] = -x26
     out[40] = -x33
     out[41] = -1.0
     out[44] = -x7
     out[45] = -(p_l*x11)
     out[47] = -(p_r*x22)
     out[48] = -(p_l*x24)
-    out[50] = x29
+    out[50] = x27
     out[51] = x34
 
 
@@ -477,10 +477,10 @@ def project(t, y, p, out):
     c0 = 0.5*p_r
     c1 = 1.0/(p_Jc + (p_m*(p_r*p_r) + p_mc*(c0*c0)))
     c2 = p_r*c1
-    c3 = 1.0/p_mp
-    c4 = 0.5*p_l
-    c5 = p_r*(p_m*c4)
-    c6 = p_J + p_m*(c4*c4)
+    c3 = 0.5*p_l
+    c4 = p_r*(p_m*c3)
+    c5 = p_J + p_m*(c3*c3)
+    c6 = 1.0/p_mp
     q_theta = y[0]
     q_phi = y[1]
     q_x = y[2]
@@ -496,36 +496,36 @@ def project(t, y, p, out):
     x6 = x3 + x5 - q_x
     x7 = p_r*x0
     x8 = sin(q_phi)
-    x9 = c5*(x2*x4) + c5*(x8*x0)
-    x10 = c1*x9
+    x9 = c4*(x2*x4) + c4*(x8*x0)
+    x10 = x9*c1
     x11 = p_l*x8
     x12 = x7*x10 - x11
-    x13 = 1.0/(c6 - x9*x10)
+    x13 = 1.0/(c5 - x9*x10)
     x14 = x12*x13
-    x15 = 1.0/(c3 + x7*x1 + x12*x14)
+    x15 = 1.0/(x12*x14 + (c6 + x7*x1))
     x16 = x3 - x5*x10
     x17 = x5*x1 - x16*x14
     x18 = x17*x15
-    x19 = x4*c2
-    x20 = x16*x13
-    x21 = 1.0/(x17*x18 - (x5*x19 + x16*x20))
+    x19 = x16*x13
+    x20 = x4*c2
+    x21 = 1.0/(x17*x18 - (x16*x19 + x5*x20))
     x22 = x11 + x7
     x23 = x21*(x22 + x6*x18)
     x24 = x6*x15 - x18*x23
-    x25 = x20*x23 - x14*x24
-    x26 = q_theta + (x1*x24 - x10*x25 + x19*x23)
+    x25 = x19*x23 - x14*x24
+    x26 = q_theta + (x1*x24 - x10*x25 + x20*x23)
     x27 = q_phi + x25
     x28 = v_x + (p_r*(v_theta*sin(x26)) + p_l*(v_phi*sin(x27)))
     x29 = p_r*(v_theta*cos(x26)) + p_l*(v_phi*cos(x27))
     x30 = x21*(x18*x28 - x29)
     x31 = x18*x30 - x15*x28
-    x32 = x14*x31 + x20*x30
+    x32 = x14*x31 + x19*x30
     out[0] = x26
     out[1] = x27
-    out[2] = q_x + c3*x24
-    out[3] = v_theta + (x10*x32 + x1*x31 - x19*x30)
+    out[2] = q_x + c6*x24
+    out[3] = v_theta + (x10*x32 + x1*x31 - x20*x30)
     out[4] = v_phi - x32
-    out[5] = v_x + c3*x31
+    out[5] = v_x + c6*x31
     out[6] = x6
     out[7] = x22
     out[8] = -x28

@@ -19,7 +19,7 @@ CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition"
 SERIES, EXPLICIT, STIFF, STIFF_TIGHT = "taylor", "dop853", "radau5", "radau9"
 # Series are made of the residual, explicit stages call rhs, whose operations grow faster; steps of series also grow
 # with the order, which tight tolerances pay for. In small models what a step costs besides is more than either.
-_LARGEST_FOR_SERIES = 2000  # operations of the residual; series of larger models take seconds to compile
+_LARGEST_FOR_SERIES = 1000  # operations of the residual; series of larger models take many seconds to compile
 _SMALL_FOR_SERIES = 200
 _GAIN_OF_SERIES = 5.0  # operations of rhs for one of the residual, at rtol 1e-2
 _GAIN_WITH_RTOL = (

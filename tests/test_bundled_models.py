@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from newton_euler import NewtonEuler
 from oracles.planar_mechanisms import MECHANISMS
 from oracles.variational import VariationalModel
+from sympy import Expr, symbols
 
 from runtime.errors import RuntimeModelError
 from symgen.link import derive
 from symgen.model.library import bundled, find, load
 
 TOML_MODELS = sorted(name for name, path in bundled().items() if path.suffix == ".toml")
+OF_JOINTS = [name for name in TOML_MODELS if "[joints." in find(name).read_text(encoding="utf-8")]
+BY_HAND = [name for name in TOML_MODELS if name not in OF_JOINTS]
 TOLERANCE = 1e-11  # of the largest entry
 
 
@@ -66,7 +71,7 @@ def test_equations_agree_with_those_found_by_hand(name):
             assert_agree(evaluate(system, "gamma", t, q, v), expected.gamma, "gamma")
 
 
-@pytest.mark.parametrize("name", TOML_MODELS)
+@pytest.mark.parametrize("name", BY_HAND)
 def test_equations_agree_with_differences_of_energies(name):
     system, oracle = derived(name), VariationalModel(find(name))
     (t, q, v), *_ = states(name, system, 1)
@@ -81,6 +86,47 @@ def test_equations_agree_with_differences_of_energies(name):
         assert_agree(evaluate(system, "gamma", t, q, v), gamma, "gamma")
     if system.outputs:
         assert_agree(evaluate(system, "outputs", t, q, v), oracle.outputs(at), "outputs")
+
+
+def in_numbers(description):
+    """The description with the values of its parameters, constants and definitions in bodies and joints."""
+    values = {symbols(x.name): x.value for x in (*description.parameters, *description.constants)}
+    for name, expression in description.definitions:
+        values[symbols(name)] = expression.subs(values)
+
+    def number(expression):
+        return expression.subs(values) if isinstance(expression, Expr) else expression
+
+    def numbers(item, *fields):
+        return replace(item, **{f: tuple(map(number, getattr(item, f))) for f in fields})
+
+    bodies = [replace(numbers(b, "com", "inertia"), mass=number(b.mass or 0.0)) for b in description.bodies]
+    fields = ("xyz", "rpy", "stiffness", "damping", "armature", "rest")
+    gravity = tuple(map(number, description.gravity or (0.0, 0.0, 0.0)))
+    joints = tuple(numbers(j, *fields) for j in description.joints)
+    return replace(description, bodies=tuple(bodies), joints=joints, gravity=gravity)
+
+
+@pytest.mark.parametrize("name", OF_JOINTS)
+def test_equations_of_joints_agree_with_newton_and_euler(name):
+    system, description = derived(name), in_numbers(load(find(name)).describe())
+    places = {record["name"]: k for k, record in enumerate(system.coordinates)}
+    for t, q, v in states(name, system, 2):
+        for first in system.quaternions:
+            q[first : first + 4] /= np.linalg.norm(q[first : first + 4])
+        oracle = NewtonEuler(description, np.concatenate([q, v]))
+        M, h = oracle.equations()
+        for joint in description.joints:
+            for k, (coordinate, rate) in enumerate(zip(joint.coordinates, joint.rates, strict=False)):
+                i, row = places[coordinate], oracle.column[rate]
+                stiffness, damping, armature, rest = (
+                    float((*x, *x, 0.0)[k if len(x) > 1 else 0])
+                    for x in (joint.stiffness, joint.damping, joint.armature, joint.rest)
+                )
+                M[row, row] += armature
+                h[row] += stiffness * (q[i] - rest) + damping * v[row]
+        assert_agree(evaluate(system, "mass_matrix", t, q, v), M, "mass matrix")
+        assert_agree(evaluate(system, "forces", t, q, v), -h, "forces")
 
 
 @pytest.mark.parametrize("name", bundled())

@@ -12,6 +12,7 @@ from trees import GRAVITY, random_body, random_tree
 
 from symgen.derive.pipeline import derive
 from symgen.errors import ModelError
+from symgen.link import derive_text
 from symgen.model.model import Model
 
 
@@ -297,3 +298,12 @@ def test_definitions_that_go_round_in_a_circle_are_an_error():
     round_about = replace(description, bodies=(replace(description.bodies[0], com=(far, far, far)),))
     with pytest.raises(ModelError, match="circle: far, b"):
         derive(round_about)
+
+
+def test_rates_that_nothing_heavy_follows_are_named_with_the_model():
+    """A point mass on a ball joint may spin about its arm as it likes."""
+    model = Model("bob")
+    model.body("ball", mass=1.0, com=(0.5, 0, 0))
+    model.joint("k", "spherical", "ball")
+    with pytest.raises(ModelError, match=r"model 'bob': the accelerations of k_wx are not determined"):
+        derive_text(model)

@@ -13,7 +13,7 @@ from symgen.model.model import Model
 
 pytest.importorskip("pinocchio")
 
-from pinocchio_model import pinocchio_tree  # noqa: E402
+from pinocchio_model import pinocchio_tree
 
 number = st.floats(-1.0, 1.0).map(lambda x: round(x, 3))
 vectors = st.tuples(number, number, number)
