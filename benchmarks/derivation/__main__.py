@@ -13,6 +13,7 @@ import argparse
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -37,14 +38,24 @@ def in_own_process(tool: str, links: int, limit: float) -> dict[str, float | str
     """Figures of one tool, or why there are none."""
     command = [sys.executable, str(HERE), "--one", tool, str(links)]
     with tempfile.TemporaryDirectory() as cache:
+        own = os.environ | {"SYMGEN_CACHE_DIR": cache}
+        process = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=own,
+            start_new_session=True,
+        )
         try:
-            own = os.environ | {"SYMGEN_CACHE_DIR": cache}
-            done = subprocess.run(command, capture_output=True, text=True, timeout=limit, env=own)
+            output, errors = process.communicate(timeout=limit)
         except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)  # with the C compiler that it may have started
+            process.communicate()
             return {"failure": f"> {limit:g} s"}
-    if done.returncode:
-        return {"failure": (done.stderr.strip().splitlines() or ["failed"])[-1][:80]}
-    return json.loads(done.stdout.splitlines()[-1])
+    if process.returncode:
+        return {"failure": (errors.strip().splitlines() or ["failed"])[-1][:80]}
+    return json.loads(output.splitlines()[-1])
 
 
 def measure(lengths: list[int], limit: float) -> list[dict]:
