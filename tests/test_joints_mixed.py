@@ -13,7 +13,6 @@ from trees import GRAVITY, random_body, random_tree
 from symgen.derive.pipeline import derive
 from symgen.errors import ModelError
 from symgen.link import derive_text
-from symgen.link import derive_text
 from symgen.model.model import Model
 
 
