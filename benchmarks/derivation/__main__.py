@@ -103,7 +103,9 @@ def draw(rows: list[dict], path: Path) -> None:
             points = [(row["links"], row[column]) for row in rows if row["tool"] == tool and column in row]
             if points:
                 ax.loglog(*zip(*points, strict=True), marker="o", label=tool)
-        ax.set(xlabel="links of the chain", ylabel=column)
+        links = sorted({row["links"] for row in rows})
+        ax.set(xlabel="links of the chain", ylabel=column, xticks=links, xticklabels=[str(n) for n in links])
+        ax.minorticks_off()
         ax.grid(True, which="both", alpha=0.3)
     axes[0].legend()
     figure.savefig(path, dpi=120)
