@@ -93,9 +93,10 @@ def derive_text(model: Model, source: str | None = None) -> DerivedModel:
     except ModelError as error:
         raise error.located(file=f"model '{description.name}'") from None
     derived = time.perf_counter()
-    if source is None:
-        program.header["source"] = _hash(emit(program).encode())
     text = emit(program)
+    if source is None:
+        source = program.header["source"] = _hash(text.encode())
+        text = text.replace('"source": ""', f'"source": "{source}"', 1)
     done = time.perf_counter()
     seconds = {"check": checked - start, "derive": derived - checked, "emit": done - derived}
     return _derived_model(program, text, seconds)
