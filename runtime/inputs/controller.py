@@ -1,0 +1,188 @@
+"""Controllers: inputs that follow from what sensors see, at every instant or sampled at a period."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.code.bridge import KERNEL_PROTOTYPE
+from runtime.errors import nearest
+from runtime.inputs.given import InputFault
+from runtime.names import rate_labels
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A function that gives one input, or several, from time and what it reads.
+
+    Parameters
+    ----------
+    function : callable
+        `function(t, x)`, with `t` a float [s] and `x` a float64 array of what the controller reads. It returns a
+        number; for several inputs (`inputs={("F", "G"): Controller(…)}`) a tuple or an array of as many. With
+        `memory` it is `function(t, x, memory)`.
+    period : float, optional [s]
+        Sampled: the function is called at t_start, t_start + period, …, and what it returns holds until the next
+        call. It is called as it is, in plain Python. Without a period it acts at every instant: it is compiled by
+        Numba (or comes as a `numba.njit` function), called inside every evaluation of the equations of motion, and
+        must depend on `t` and `x` alone.
+    reads : sequence of str, optional
+        Names of coordinates, rates (`dot(x)`) and outputs, in the order of `x`; all coordinates and rates by default.
+    noise : float, sequence or mapping of str to float, optional
+        Standard deviation of the Gaussian noise on what a sampled controller reads: for all, for each, or by name.
+    seed : int
+        Of the noise: the same seed gives the same noise, whatever steps are taken.
+    memory : array_like, optional
+        What a sampled controller keeps from call to call, such as the integral of a PI controller: it finds a copy
+        of this array at the start of every run, and changes it in place.
+    """
+
+    function: Callable[..., Any]
+    period: float | None = None
+    reads: Sequence[str] | None = None
+    noise: float | Sequence[float] | Mapping[str, float] | None = None
+    seed: int = 0
+    memory: Any = None
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise InputFault(f"a controller of a {type(self.function).__name__}: give a function of (t, x)")
+        if self.period is None:
+            for name in ("noise", "memory"):
+                if getattr(self, name) is not None:
+                    raise InputFault(f"a controller with {name} must be sampled: give it a period")
+            return
+        if not (np.isfinite(self.period) and self.period > 0.0):
+            raise InputFault(
+                f"the period of a controller is {self.period}: give a positive number of seconds"
+            )
+
+
+@dataclass(frozen=True)
+class Signals:
+    """What a controller reads, as places: of (q, v) where it is not negative, else -1 - place among the outputs."""
+
+    names: tuple[str, ...]
+    places: tuple[int, ...]
+
+    @property
+    def outputs(self) -> tuple[int, ...]:
+        """Places among the outputs."""
+        return tuple(-1 - place for place in self.places if place < 0)
+
+
+def find_signals(system: System, reads: Sequence[str] | None) -> Signals:
+    """Return where what a controller reads is found."""
+    states = [record["name"] for record in system.coordinates]
+    states += rate_labels(system.coordinates, system.rates)
+    places = {name: -1 - k for k, record in enumerate(system.outputs) for name in [record["name"]]}
+    places |= {name: k for k, name in enumerate(states)}
+    names = tuple(states if reads is None else reads)
+    for name in names:
+        if name not in places:
+            raise InputFault(
+                f"a controller reads {name!r}, which is no coordinate, rate or output of model {system.name!r}: "
+                f"{nearest(name, places)}"
+            )
+    return Signals(names, tuple(places[name] for name in names))
+
+
+def deviations(controller: Controller, signals: Signals) -> np.ndarray | None:
+    """Return the standard deviation of the noise on each signal, or None where there is none."""
+    noise, names = controller.noise, signals.names
+    if noise is None:
+        return None
+    if isinstance(noise, Mapping):
+        for name in noise:
+            if name not in names:
+                raise InputFault(
+                    f"noise on {name!r}, which the controller does not read: {nearest(name, names)}"
+                )
+        noise = [noise.get(name, 0.0) for name in names]
+    try:
+        values = np.full(len(names), float(noise)) if np.ndim(noise) == 0 else np.array(noise, dtype=float)
+        fits = values.shape == (len(names),) and values.dtype == float
+    except (TypeError, ValueError):
+        fits = False
+    if not fits:
+        raise InputFault(f"noise must be a number, or {len(names)} of them: one for each signal")
+    if not (np.isfinite(values).all() and (values >= 0.0).all()):
+        raise InputFault(f"noise is {controller.noise}: standard deviations are finite and not negative")
+    return values
+
+
+class CompiledFeedback:
+    """A continuous controller as machine code `void f(double t, const double *x, const double *p, double *u)`.
+
+    Attributes
+    ----------
+    address : int
+        Valid as long as this object lives.
+    """
+
+    def __init__(self, controller: Controller, n_signals: int, n_inputs: int):
+        from runtime.code import numba_setup
+
+        make = _python_callback if numba_setup.DISABLE_JIT else _compile
+        self._code = make(controller.function, n_signals, n_inputs)
+        plain = isinstance(self._code, ctypes._CFuncPtr)
+        self.address = ctypes.cast(self._code, ctypes.c_void_p).value if plain else self._code.address
+
+
+def _compile(function: Callable[..., Any], n_signals: int, n_inputs: int) -> Any:
+    import numba
+    from numba import carray, cfunc, njit, types
+    from numba.core.errors import NumbaError
+
+    dispatcher = isinstance(function, numba.core.dispatcher.Dispatcher)
+    act = function if dispatcher else njit(error_model="numpy")(function)
+    several = n_inputs > 1
+
+    def call(t, x, p, out):
+        u = act(t, carray(x, (n_signals,)))
+        if several:
+            for k in range(n_inputs):
+                out[k] = u[k]
+        else:
+            out[0] = u
+
+    doubles = types.CPointer(types.float64)
+    try:
+        return cfunc(types.void(types.float64, doubles, doubles, doubles), error_model="numpy")(call)
+    except NumbaError as error:
+        name = getattr(function, "__name__", "function")
+        reason = _reason(str(error))
+        raise InputFault(
+            f"Numba cannot compile the controller {name!r} ({reason}): it may use numbers, NumPy arrays and functions "
+            "of math only, and returns a number (or as many as it has inputs); or give it a period, then it is called "
+            "as plain Python"
+        ) from None
+
+
+def _reason(text: str) -> str:
+    """The line of Numba's message that says what is wrong."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    telling = [
+        line for line in lines if not line.startswith(("Failed in", "During", "File", "<", "-", ">>>", "["))
+    ]
+    return (telling or lines or ["no reason given"])[0][:200]
+
+
+def _python_callback(function: Callable[..., Any], n_signals: int, n_inputs: int) -> Any:
+    """The same without a compiler, for runs with NUMBA_DISABLE_JIT."""
+    function = getattr(function, "py_func", function)
+
+    def call(t, x, p, out):
+        signals = (
+            np.ctypeslib.as_array((ctypes.c_double * n_signals).from_address(x)) if n_signals else np.zeros(0)
+        )
+        np.ctypeslib.as_array((ctypes.c_double * n_inputs).from_address(out))[:] = function(t, signals.copy())
+
+    return KERNEL_PROTOTYPE(call)

@@ -1,0 +1,113 @@
+"""From what a user or a model says about inputs to a system that is driven by them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.errors import RuntimeModelError, nearest
+from runtime.inputs.controller import CompiledFeedback, Controller, find_signals
+from runtime.inputs.driven import DrivenSystem, Feedback, reads_inputs
+from runtime.inputs.given import InputFault, Polynomial, Table, from_pair
+from runtime.inputs.samples import Sampler
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+# What inputs may not stand in: their rates of change are not known there.
+_FIXED = ("energy", "mass_matrix", "constraint_residual", "gamma")
+
+
+def drive(system: System, moving: Mapping[Any, Any], p: np.ndarray, t_start: float) -> DrivenSystem:
+    """Return the system with inputs over time.
+
+    Parameters
+    ----------
+    system : System
+    moving : mapping
+        Name of an input, or a tuple of names -> Table, Polynomial, Controller or a pair (times, values).
+    p : ndarray
+        Parameters, then inputs: what sampled controllers' inputs are before their first call.
+    t_start : float [s]
+
+    Raises
+    ------
+    RuntimeModelError
+        There is no such input, it is given twice, or what is given for it does not fit.
+    """
+    numbers = {record["name"]: k for k, record in enumerate(system.inputs)}
+    first = len(system.parameters)
+    pieces, samplers, feedback = {}, [], []
+    taken: set[str] = set()
+    for key, value in moving.items():
+        names = key if isinstance(key, tuple) else (key,)
+        for name in names:
+            if name not in numbers:
+                raise RuntimeModelError(_no_input(system, name, numbers))
+            if name in taken:
+                raise RuntimeModelError(f"input {name!r} is given twice")
+            taken.add(name)
+        places = tuple(numbers[name] for name in names)
+        try:
+            if isinstance(value, Controller):
+                signals = find_signals(system, value.reads)
+                if value.period is None:
+                    _refuse_loop(system, signals, places)
+                    feedback.append(
+                        Feedback(places, signals, CompiledFeedback(value, len(signals.names), len(places)))
+                    )
+                else:
+                    before = p[[first + k for k in places]]
+                    samplers.append(Sampler(value, signals, places, names, t_start, before))
+            elif len(names) > 1:
+                raise InputFault("only a Controller gives several inputs: give each one its own")
+            else:
+                pieces[places[0]] = (
+                    value if isinstance(value, (Table, Polynomial)) else from_pair(value)
+                ).pieces()
+        except InputFault as fault:
+            raise RuntimeModelError(f"input {', '.join(map(repr, names))}: {fault}") from None
+    _refuse_rates(system, sorted(numbers[name] for name in taken))
+    return DrivenSystem(system, pieces, samplers, feedback)
+
+
+def _no_input(system: System, name: Any, numbers: Mapping[str, int]) -> str:
+    if any(record["name"] == name for record in system.parameters):
+        return (
+            f"{name!r} is a parameter of model {system.name!r}, which is constant over a run; inputs are not"
+        )
+    return f"model {system.name!r} has no input {name!r}: {nearest(str(name), numbers)}"
+
+
+def _refuse_loop(system: System, signals: Any, places: tuple[int, ...]) -> None:
+    """An output that depends on the input which is made from it is an equation for that input, which nobody solves."""
+    if not signals.outputs or not reads_inputs(system, "outputs", places):
+        return
+    kernel, p = system.kernel("outputs"), system.parameter_values()
+    other = p.copy()
+    other[len(system.parameters) + np.array(places)] += 1.0
+    for seed in (1.0, 2.0):  # two states that nothing singles out
+        y = np.sin(seed + np.arange(system.nq + system.nv))
+        moved = kernel(seed, y, p) != kernel(seed, y, other)
+        if moved[list(signals.outputs)].any():
+            names = ", ".join(repr(name) for name, k in zip(signals.names, signals.places) if k < 0)
+            raise InputFault(
+                f"the controller reads {names}, which reads this input: give the controller a period"
+            )
+
+
+def _refuse_rates(system: System, places: list[int]) -> None:
+    for function in _FIXED:
+        if system.has(function) and _reads_plainly(system, function, places):
+            raise RuntimeModelError(
+                f"an input stands in {function!r} of model {system.name!r}, whose equations take it as constant: "
+                "inputs over time act through forces and loads; derive the model again"
+            )
+
+
+def _reads_plainly(system: System, function: str, places: list[int]) -> bool:
+    first = len(system.parameters)
+    text = system.source.functions[function]
+    return any(f"p[{first + k}]" in text for k in places)

@@ -1,0 +1,276 @@
+"""A system whose inputs follow time or a controller: the model's kernels, called with the inputs of that instant."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from runtime.code.bridge import KERNEL_PROTOTYPE
+from runtime.inputs.code import INPUTS_SYMBOL, TABLE, driven_ir, driven_symbol
+from runtime.inputs.controller import CompiledFeedback, Signals
+from runtime.inputs.pieces import Pieces
+from runtime.inputs.places import COEFFICIENTS, KNOT, fill, fix_piece, lay_out
+from runtime.inputs.samples import Sampler
+from runtime.system import System
+
+_PATH = ctypes.CFUNCTYPE(
+    None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
+)
+# Set anew, not taken over from the model: what belongs to its own kernels.
+_OWN = ("_kernels", "_machine_code", "_taylor", "_guards", "_all_guards", "_closed")
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """A continuous controller: the numbers of its inputs, what it reads, and its machine code."""
+
+    inputs: tuple[int, ...]
+    signals: Signals
+    code: CompiledFeedback
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenKernel:
+    """A function of the model with the inputs of the instant, called as a `runtime.kernel.Kernel` is.
+
+    Attributes
+    ----------
+    name : str
+    prepared_address : int
+        For a `p` from `DrivenSystem.prepared`, in which the inputs' places are written by every call.
+    out_size : int
+    source : runtime.kernel.KernelSource
+        Of the model's own function.
+    """
+
+    name: str
+    prepared_address: int
+    out_size: int
+    source: Any = field(repr=False)
+    _system: DrivenSystem = field(repr=False)
+
+    def __call__(self, t: float, y: Any, p: Any, out: np.ndarray | None = None) -> np.ndarray:
+        """Evaluate the function; arguments are those of `Kernel`, the inputs in `p` are not read."""
+        y = np.ascontiguousarray(y, dtype=float)
+        out = np.zeros(self.out_size) if out is None else out
+        with self._system._lock:
+            prepared = self._system.remembered(np.ascontiguousarray(p, dtype=float))
+            KERNEL_PROTOTYPE(self.prepared_address)(
+                float(t), y.ctypes.data, prepared.ctypes.data, out.ctypes.data
+            )
+        return out
+
+
+class DrivenSystem(System):
+    """A model with inputs over time, used as any `System`; its other inputs are constants in `p`.
+
+    Parameters
+    ----------
+    base : System
+    pieces : mapping of int to Pieces
+        Tables and polynomials by the number of their input.
+    samplers : sequence of Sampler
+        Their inputs hold between calls; what they said so far is part of this system.
+    feedback : sequence of Feedback
+
+    Attributes
+    ----------
+    base : System
+        The model, with constant inputs.
+    places : runtime.inputs.places.Places
+    samplers, feedback : tuple
+    """
+
+    def __init__(
+        self,
+        base: System,
+        pieces: Mapping[int, Pieces],
+        samplers: Sequence[Sampler] = (),
+        feedback: Sequence[Feedback] = (),
+    ):
+        own = self.__dict__
+        own.update({key: value for key, value in base.__dict__.items() if key not in _OWN})
+        own.update(base=base, samplers=tuple(samplers), feedback=tuple(feedback), _kernels={})
+        own["_pieces"] = dict(sorted(pieces.items()))
+        own["structure"] = {
+            **base.structure,
+            "time_dependent": True,
+            "velocity_dependent": base.structure["velocity_dependent"] or bool(feedback),
+        }
+        sampled = [(number, 0) for sampler in samplers for number in sampler.inputs]
+        own["places"] = lay_out(
+            len(base.parameters),
+            len(base.inputs),
+            base.n_prepared,
+            [(number, x.degree) for number, x in own["_pieces"].items()] + sampled,
+            [(x.inputs, x.signals.places) for x in feedback],
+            len(base.outputs),
+        )
+        first = len(base.parameters)
+        own["_polynomials"] = {
+            first + x.number: (x.block + KNOT, x.block + COEFFICIENTS, x.degree) for x in self.places.pieces
+        }
+        own["n_prepared"] = len(self.prepared(base.parameter_values()))
+        own["_wrapped"] = [
+            name for name in base.source.functions
+            if base.has(name) and (reads_inputs(base, name) or (feedback and name == "residual_jacobian"))
+        ]  # fmt: skip
+
+    def __reduce__(self):
+        raise TypeError(f"the inputs of model {self.name!r} over time cannot be pickled: pickle its parts")
+
+    @property
+    def input_polynomials(self) -> dict[int, tuple[int, int, int]]:
+        """For Taylor series: place of an input in `p` -> places of the knot and first coefficient, and the degree."""
+        return self._polynomials
+
+    @property
+    def has_feedback(self) -> bool:
+        """Whether controllers act at every instant."""
+        return bool(self.feedback)
+
+    @property
+    def input_words(self) -> dict[str, str]:
+        """What inputs over time are, in words, by name."""
+        names = [record["name"] for record in self.inputs]
+        words = {names[k]: _words(pieces) for k, pieces in self._pieces.items()}
+        words |= {names[k]: "sampled controller" for sampler in self.samplers for k in sampler.inputs}
+        return words | {names[k]: "controller" for controller in self.feedback for k in controller.inputs}
+
+    @property
+    def closed(self) -> DrivenSystem:
+        """The same with stops and frictions as constraints, see `System.closed`."""
+        if "_closed" not in self.__dict__:
+            self.__dict__["_closed"] = DrivenSystem(
+                self.base.closed, self._pieces, self.samplers, self.feedback
+            )
+        return self.__dict__["_closed"]
+
+    @property
+    def all_pieces(self) -> list[Pieces]:
+        """Tables, polynomials and what was sampled so far, in the order of `places.pieces`."""
+        sampled = (sampler.pieces(k) for sampler in self.samplers for k in range(len(sampler.inputs)))
+        return [*self._pieces.values(), *sampled]
+
+    def prepared(self, p: np.ndarray) -> np.ndarray:
+        """Return a new `p` for kernels' `prepared_address`; pieces are searched for at the time of each call."""
+        addresses = [x.code.address for x in self.feedback]
+        return fill(self.places, np.asarray(self.base.prepared(p), dtype=float), self.all_pieces, addresses)
+
+    def prepared_between(self, p: np.ndarray, t0: float, t1: float) -> np.ndarray:
+        """Return a prepared `p` in which the pieces that hold between two neighbouring breaks are fixed."""
+        prepared = self.prepared(p)
+        for place, pieces in zip(self.places.pieces, self.all_pieces):
+            fix_piece(place, prepared, pieces, 0.5 * (t0 + t1))
+        return prepared
+
+    def input_breaks(self, t0: float, t1: float) -> np.ndarray:
+        """Return the times [s] between `t0` and `t1`, exclusive, at which a piece of an input ends."""
+        times = np.unique(np.concatenate([[], *(pieces.breaks for pieces in self.all_pieces)]))
+        return times[(times > t0) & (times < t1)]
+
+    def remembered(self, p: np.ndarray) -> np.ndarray:
+        """Return `prepared(p)`, kept for the next call with the same `p`; under the system's lock."""
+        key = (p.tobytes(), tuple(len(sampler.times) for sampler in self.samplers))
+        if self.__dict__.get("_remembered", (None, None))[0] != key:
+            self.__dict__["_remembered"] = (key, self.prepared(p))
+        return self.__dict__["_remembered"][1]
+
+    def has(self, function: str) -> bool:
+        """Whether there is this function; "inputs" gives all inputs."""
+        return function == "inputs" or self.base.has(function)
+
+    def kernel(self, function: str) -> Any:
+        """Return a function with the inputs of the instant; those that read none are the model's own."""
+        if function != "inputs" and function not in self._wrapped:
+            return self.base.kernel(function)
+        with self._lock:
+            if function not in self._kernels:
+                self._kernels[function] = self._driven_kernel(function)
+        return self._kernels[function]
+
+    def _driven_kernel(self, function: str) -> DrivenKernel:
+        code, table = self._code()
+        if function == "inputs":
+            return DrivenKernel(function, code.address(INPUTS_SYMBOL), len(self.inputs), None, self)
+        kernel = self.base.kernel(function)
+        if function == "residual_jacobian" and self.feedback:
+            self._connect_path(table)
+        else:
+            table[self._wrapped.index(function)] = kernel.prepared_address
+        return DrivenKernel(
+            function, code.address(driven_symbol(function)), kernel.out_size, kernel.source, self
+        )
+
+    def _code(self) -> tuple[Any, Any]:
+        """Return the machine code of all driven kernels, and the table of addresses that they call."""
+        if "_driven_code" not in self.__dict__:
+            from runtime.code import engine
+
+            ir = driven_ir(self.places, self._wrapped)
+            code = engine.MachineCode()
+            code.add(
+                engine.object_code(engine.cache_key(ir), "inputs", INPUTS_SYMBOL, lambda _: (ir, 0)),
+                INPUTS_SYMBOL,
+            )
+            table = (ctypes.c_uint64 * (len(self._wrapped) + 3)).from_address(code.data_address(TABLE))
+            if any(place.outputs != place.values for place in self.places.feedback):
+                table[len(self._wrapped)] = self.base.kernel("outputs").prepared_address
+            self.__dict__["_driven_code"] = (code, table)
+        return self.__dict__["_driven_code"]
+
+    def _connect_path(self, table: Any) -> None:
+        """Let the driven Jacobian call the path that adds what the controllers do to it."""
+        from runtime.code import numba_setup
+        from runtime.inputs import feedback_jacobian as path
+
+        context = np.zeros(path.N_CONTEXT + len(self.inputs), dtype=np.int64)
+        context[path.JACOBIAN] = self.base.kernel("residual_jacobian").prepared_address
+        context[path.RESIDUAL] = self.base.kernel("residual").prepared_address
+        context[path.INPUTS] = self.kernel("inputs").prepared_address
+        context[path.N], context[path.ROWS] = self.nq + self.nv, self.nv + self.m
+        context[path.NP], context[path.FIRST_INPUT] = self.n_prepared, self.places.first_input
+        context[path.N_INPUTS] = len(self.inputs)
+        for place in self.places.feedback:
+            context[path.N_CONTEXT + np.array(place.inputs)] = 1
+        if numba_setup.DISABLE_JIT:
+            function = _PATH(self._jacobian_in_python)
+            address = ctypes.cast(function, ctypes.c_void_p).value
+        else:
+            from runtime.inputs.feedback_calls import jacobian_path as function
+
+            address = function.address
+        table[len(self._wrapped) + 1], table[len(self._wrapped) + 2] = address, context.ctypes.data
+        self.__dict__["_path"] = (function, context)
+
+    def _jacobian_in_python(self, context: int, t: float, y: int, p: int, out: int) -> None:
+        from runtime.inputs.feedback_jacobian import driven_jacobian
+
+        rows = self.nv + self.m
+        width = self.nq + self.nv + rows
+        lengths = (width, self.n_prepared, rows * width)
+        arrays = [
+            np.ctypeslib.as_array((ctypes.c_double * n).from_address(x)) for x, n in zip((y, p, out), lengths)
+        ]
+        driven_jacobian(self.__dict__["_path"][1], t, *arrays)
+
+
+def _words(pieces: Pieces) -> str:
+    n = len(pieces.knots)
+    return f"{n} pieces over time" if n > 1 else f"polynomial of degree {pieces.degree} in time"
+
+
+def reads_inputs(system: System, function: str, numbers: Sequence[int] | None = None) -> bool:
+    """Whether a function reads inputs, or those of some `numbers`; yes where that cannot be told from its text."""
+    first = len(system.parameters)
+    wanted = range(len(system.inputs)) if numbers is None else numbers
+    places = {first + k for k in wanted}
+    for index in re.findall(r"\bp\[([^\]]*)\]?", system.source.functions[function]):
+        if not index.isdigit() or int(index) in places:
+            return True
+    return False

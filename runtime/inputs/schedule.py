@@ -1,0 +1,153 @@
+"""Inputs during a run: where steps must end, which pieces hold until then, and when sampled controllers are called."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.code.bridge import call_kernel
+from runtime.inputs.pieces import Pieces
+from runtime.inputs.places import COEFFICIENTS, FIXED, KNOT, PiecesPlace
+
+if TYPE_CHECKING:
+    from runtime.inputs.driven import DrivenSystem
+    from runtime.integrate.methods import Method
+    from runtime.loop_arrays import LoopArrays
+
+_SAME_TIME = 1e-12  # of the run: stops that are nearer to each other are one
+_ORDER_OF_SPLINES = 4  # methods of fixed step up to it keep their order where the third derivative jumps
+
+
+def needs_all_breaks(method: Method) -> bool:
+    """Whether steps of a method must end at breaks where an input and its slope are continuous, too.
+
+    Series are those of one piece, and high orders with fixed steps are lost where a third derivative jumps. Where
+    errors are estimated, steps over such breaks reach the tolerance as well, with less work.
+    """
+    return method.name == "taylor" or (not method.adaptive and method.order > _ORDER_OF_SPLINES)
+
+
+class InputSchedule:
+    """Keeps the inputs of one run.
+
+    Parameters
+    ----------
+    system : DrivenSystem
+    arrays : LoopArrays
+        Of the run: the pieces in use are fixed in their `prepared`.
+    method : Method
+    t_start, t_end : float [s]
+    """
+
+    def __init__(
+        self, system: DrivenSystem, arrays: LoopArrays, method: Method, t_start: float, t_end: float
+    ):
+        self._system, self._arrays = system, arrays
+        self._near = _SAME_TIME * (t_end - t_start)
+        n = len(system.places.pieces) - sum(len(sampler.inputs) for sampler in system.samplers)
+        places, everywhere = system.places.pieces, needs_all_breaks(method)
+        self._courses = [_Course(place, x, everywhere) for place, x in zip(places, system.all_pieces[:n])]
+        self._sampled = places[n:]
+        self._until = -math.inf
+        self._fix(t_start)
+
+    def next_stop(self, wanted: float) -> float:
+        """Return where the next call of the step loop is to end [s]: at `wanted`, or where inputs change before."""
+        return wanted if wanted <= self._until + self._near else self._until
+
+    def follow(self, t: float, state: np.ndarray) -> bool:
+        """Bring the inputs up to time `t`; returns whether one of them jumped.
+
+        Parameters
+        ----------
+        state : ndarray, shape (nq + nv,)
+            What sampled controllers see.
+        """
+        if t < self._until - self._near:
+            return False
+        jumped = False
+        for sampler in self._system.samplers:
+            if sampler.next_time <= t + self._near:
+                before = sampler.values[-1]
+                seen = read_signals(self._system, sampler.signals.places, t, state, self._arrays.prepared)
+                sampler.call(t, seen)
+                jumped = jumped or not np.array_equal(before, sampler.values[-1])
+        return self._fix(t) or jumped
+
+    def take_new_arrays(self, system: DrivenSystem, t: float) -> None:
+        """Go on with another form of the model, and with a `prepared` that was made anew."""
+        self._system = system
+        n = len(self._courses)
+        for course, place in zip(self._courses, system.places.pieces):
+            course.place = place
+        self._sampled = system.places.pieces[n:]
+        self._fix(t)
+
+    def _fix(self, t: float) -> bool:
+        """Fix the pieces that hold after `t`, and find out until when; returns whether a value jumps there."""
+        prepared, jumped, until = self._arrays.prepared, False, math.inf
+        for course in self._courses:
+            jumped = course.enter(t + self._near, prepared) or jumped
+            until = min(until, course.until)
+        k = 0
+        for sampler in self._system.samplers:
+            for value in sampler.values[-1]:
+                prepared[self._sampled[k].block + FIXED] = 1.0
+                prepared[self._sampled[k].block + COEFFICIENTS] = value
+                k += 1
+            until = min(until, sampler.next_time)
+        self._until = until
+        return jumped
+
+
+class _Course:
+    """An input in pieces during a run.
+
+    Attributes
+    ----------
+    until : float [s]
+        The next break at which steps must end.
+    """
+
+    def __init__(self, place: PiecesPlace, pieces: Pieces, everywhere: bool):
+        self.place, self._pieces = place, pieces
+        jumps = pieces.jumps()
+        self._fixed = everywhere or bool(jumps.any())
+        chosen = np.ones(len(jumps), dtype=bool) if self._fixed else pieces.kinks()
+        self._stops, self._jumps = pieces.breaks[chosen].tolist(), jumps[chosen].tolist()
+        self._next = 0
+        self.until = math.inf
+
+    def enter(self, t: float, prepared: np.ndarray) -> bool:
+        """Put the piece that holds at `t` into use; returns whether the value jumped at a stop since the last call."""
+        jumped = False
+        while self._next < len(self._stops) and self._stops[self._next] <= t:
+            jumped = jumped or self._jumps[self._next]
+            self._next += 1
+        self.until = self._stops[self._next] if self._next < len(self._stops) else math.inf
+        if self._fixed:  # else steps go over breaks, and the piece is searched for
+            block = self.place.block
+            prepared[block + FIXED], prepared[block + KNOT] = 1.0, self._pieces.knots[k := self._next]
+            prepared[block + COEFFICIENTS : block + COEFFICIENTS + self.place.width] = (
+                self._pieces.coefficients[k]
+            )
+        return jumped
+
+
+def read_signals(
+    system: DrivenSystem, places: tuple[int, ...], t: float, state: np.ndarray, prepared: np.ndarray
+) -> np.ndarray:
+    """Return signals by their places, see `controller.Signals`."""
+    outputs = np.zeros(len(system.outputs))
+    if any(place < 0 for place in places):
+        kernel = system.kernel("outputs")
+        call_kernel(np.uint64(kernel.prepared_address), t, state, prepared, outputs)
+    return np.array([state[place] if place >= 0 else outputs[-1 - place] for place in places])
+
+
+def first_samples(system: DrivenSystem, p: np.ndarray, t: float, state: np.ndarray) -> None:
+    """Call all sampled controllers at the start of a run."""
+    for sampler in system.samplers:
+        sampler.call(t, read_signals(system, sampler.signals.places, t, state, system.prepared(p)))
