@@ -1,0 +1,1 @@
+"""Stops and dry friction during a run: impacts, rest, sticking and slipping."""

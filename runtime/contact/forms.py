@@ -1,0 +1,76 @@
+"""Accelerations, multipliers and contact forces of a run in which stops and frictions have switched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.batches import accelerations_and_multipliers, evaluate
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+
+def form_of(system: System, settings: np.ndarray) -> System:
+    """Return the form of a model that applies with some settings of its stops and frictions."""
+    n_stops = [switch["kind"] for switch in system.switches].count("stop")
+    held = settings[:n_stops].any() or settings[n_stops::2].any()
+    return system.closed if held else system
+
+
+@dataclass(frozen=True)
+class Forms:
+    """Which settings of stops and frictions held at each of some states.
+
+    Attributes
+    ----------
+    settings : ndarray, shape (k, number of settings)
+        All that occurred, in their order.
+    index : ndarray of int, shape (n,)
+        Which of them holds at each state.
+    """
+
+    settings: np.ndarray
+    index: np.ndarray
+
+    def evaluate(
+        self, system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return accelerations, multipliers, and the forces of stops and frictions.
+
+        Parameters
+        ----------
+        times : ndarray, shape (n,) [s]
+        states : ndarray, shape (n, at least nq + nv)
+
+        Returns
+        -------
+        accelerations : ndarray, shape (n, nv)
+        multipliers : ndarray, shape (n, m)
+        forces : ndarray, shape (n, number of switches)
+            Along the gap, and against the sliding speed's direction where negative.
+        """
+        n, kinds = len(times), [switch["kind"] for switch in system.switches]
+        n_stops, closed = kinds.count("stop"), system.closed
+        accelerations, multipliers = np.zeros((n, system.nv)), np.zeros((n, system.m))
+        forces = np.zeros((n, len(kinds)))
+        order = np.arange(closed.m)
+        own = np.concatenate([order[system.nh : system.nh + n_stops], order[closed.nh + system.nn :]])
+        others = np.setdiff1d(order, own)
+        for k in np.unique(self.index):
+            rows, here = np.flatnonzero(self.index == k), p.copy()
+            here[system.n_settable :] = self.settings[k]
+            stuck, senses = self.settings[k][n_stops:].reshape(-1, 2).T
+            held = self.settings[k][:n_stops].any() or stuck.any()
+            a, lam = accelerations_and_multipliers(
+                closed if held else system, here, times[rows], states[rows]
+            )
+            accelerations[rows] = a
+            multipliers[rows] = lam[:, others] if held else lam
+            if held:
+                forces[rows] = lam[:, own]
+            levels = evaluate(system, "switches", here, times[rows], states[rows])[:, 2 * n_stops + 1 :: 3]
+            forces[np.ix_(rows, np.arange(n_stops, len(kinds)))] -= senses * levels
+        return accelerations, multipliers, forces

@@ -1,0 +1,89 @@
+"""The equations of motion at one state with the rows of all stops and frictions, as numbers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+_RANK = 1e-11  # singular values below this part of the largest belong to redundant constraints
+
+
+class LocalDynamics:
+    """M a = f + Gᵀλ + Wᵀμ, G a = γ at a state, W being the rows of stops, then frictions.
+
+    Parameters
+    ----------
+    system : System
+        With switches.
+    p : ndarray
+        With the senses in which frictions slide; these forces are in f.
+    t : float [s]
+    state : ndarray, shape (nq + nv,)
+
+    Attributes
+    ----------
+    rows : ndarray, shape (n, nv)
+        W.
+    speeds : ndarray, shape (n,)
+        Rates of the gaps, and sliding speeds.
+    compliance : ndarray, shape (n, n)
+        W H Wᵀ, where H f are the accelerations that forces f cause.
+    free : ndarray, shape (n,)
+        Accelerations of gaps and slidings with all stops open and no friction sticking.
+    """
+
+    def __init__(self, system: System, p: np.ndarray, t: float, state: np.ndarray):
+        closed, nv = system.closed, system.nv
+        everything = p.copy()
+        place = system.n_settable
+        for switch in system.switches:
+            everything[place] = 1.0
+            place += 1 if switch["kind"] == "stop" else 2
+        n_stops = sum(switch["kind"] == "stop" for switch in system.switches)
+        order = np.arange(closed.m)
+        own = np.concatenate([order[system.nh : system.nh + n_stops], order[closed.nh + system.nn :]])
+        others = np.setdiff1d(order, own)
+        jacobian = closed.kernel("constraint_jacobian")(t, state, everything).reshape(closed.m, nv)
+        gamma = closed.kernel("gamma")(t, state, everything)
+        self.rows = jacobian[own]
+        self.speeds = closed.kernel("constraint_residual")(t, state, everything)[closed.nh :][own]
+        mass = system.kernel("mass_matrix")(t, state, p).reshape(nv, nv)
+        forces = system.kernel("forces")(t, state, p)
+        self._solve = _saddle_point_solver(mass, jacobian[others])
+        right = np.zeros((nv + len(others), 1 + len(own)))
+        right[:nv, 0], right[nv:, 0] = forces, gamma[others]
+        right[:nv, 1:] = self.rows.T
+        solved = self._solve(right)[:nv]
+        self._responses = solved[:, 1:]
+        self.free = self.rows @ solved[:, 0] - gamma[own]
+        self.compliance = self.rows @ self._responses
+        self.compliance = 0.5 * (self.compliance + self.compliance.T)
+
+    def change(self, impulses: np.ndarray) -> np.ndarray:
+        """Return the change of the rates, shape (nv,), by impulses, shape (n,), on stops and frictions."""
+        return self._responses @ impulses
+
+    def holding(self, held: np.ndarray, speeds: np.ndarray) -> np.ndarray:
+        """Return the change of the rates that takes given speeds from the rows `held`, at the least kinetic energy."""
+        impulses = np.zeros(len(self.rows))
+        if held.any():
+            impulses[held] = -np.linalg.lstsq(self.compliance[np.ix_(held, held)], speeds[held], rcond=_RANK)[
+                0
+            ]
+        return self.change(impulses)
+
+
+def _saddle_point_solver(mass: np.ndarray, jacobian: np.ndarray):
+    """Return x(right) with [M Gᵀ; G 0] x = right; of least norm where constraints are redundant."""
+    n, m = len(mass), len(jacobian)
+    matrix = np.block([[mass, jacobian.T], [jacobian, np.zeros((m, m))]])
+    scale = np.ones(n + m)
+    for _ in range(2):
+        largest = np.abs(matrix * np.outer(scale, scale)).max(axis=1)
+        scale /= np.sqrt(np.where(largest > 0.0, largest, 1.0))
+    scaled = matrix * np.outer(scale, scale)
+    return lambda right: scale[:, None] * np.linalg.lstsq(scaled, scale[:, None] * right, rcond=_RANK)[0]

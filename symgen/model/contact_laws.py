@@ -1,0 +1,89 @@
+"""Compliant contacts and smooth friction, written out as energies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import sympy
+
+from .description import Contact, Description, Stop
+from .functions import dot, maximum, minimum
+from .ready_made import HALF
+from .sources import Sources
+from .unevaluated import difference, inverted, negated, product, squared, total
+
+# Of a contact that is open [m]: derivatives of δ^1.5 divide by δ. What it makes of a force is nothing.
+NO_DEPTH = sympy.Float(1e-60)
+
+
+def with_contact_laws(d: Description, sources: Sources) -> Description:
+    """The description with the forces of its contacts, and joint limits that stop among its stops."""
+    potential, dissipation = [d.potential], [d.dissipation]
+    for c in d.contacts:
+        potential.append(_elastic_energy(c))
+        dissipation += _contact_losses(c)
+    smooth = [f for f in d.frictions if f.smooth is not None]
+    dissipation += [smooth_friction(f.level, f.speed, f.smooth) for f in smooth]
+    return replace(
+        d,
+        potential=_sum(potential),
+        dissipation=_sum(dissipation),
+        contacts=(),
+        frictions=tuple(f for f in d.frictions if f.smooth is None),
+        stops=(*d.stops, *_limit_stops(d, sources)),
+    )
+
+
+def smooth_friction(level: sympy.Expr, speed: sympy.Expr, width: sympy.Expr) -> sympy.Expr:
+    """Rayleigh function of the friction level*s/sqrt(s^2 + width^2): no overflow, and no exponentials as with tanh."""
+    return product([level, sympy.sqrt(total([squared(speed), squared(width)]), evaluate=False)])
+
+
+def _depth(c: Contact) -> sympy.Expr:
+    return maximum(negated(c.gap), NO_DEPTH)
+
+
+def _elastic_force(c: Contact) -> sympy.Expr:
+    return product([c.stiffness, sympy.Pow(_depth(c), c.exponent, evaluate=False)])
+
+
+def _elastic_energy(c: Contact) -> sympy.Expr:
+    """The integral of k δ^n: k δ^(n+1)/(n+1)."""
+    power = c.exponent + 1
+    return product([c.stiffness, sympy.Pow(_depth(c), power, evaluate=False), inverted(power)])
+
+
+def _contact_losses(c: Contact) -> Iterator[sympy.Expr]:
+    """Rayleigh functions of the hysteresis, 3/2 c k δ^n dδ/dt as far as the whole does not pull, and of friction.
+
+    Hunt, Crossley: Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42 (1975),
+    eq. 11. With r the rate of the gap and β = 3/2 c, the derivative of β y (r - y/2), y = min(r, 1/β), by r is
+    min(β r, 1): at most the elastic force is taken away.
+    """
+    elastic = _elastic_force(c)
+    if c.damping is not None and c.damping != 0:
+        beta, rate = product([sympy.Rational(3, 2), c.damping]), dot(c.gap)
+        y = minimum(rate, inverted(beta))
+        yield product([elastic, beta, y, difference(rate, product([HALF, y]))])
+    if c.friction is not None:
+        yield smooth_friction(product([c.friction, elastic]), c.slip, c.smooth)
+
+
+def _limit_stops(d: Description, sources: Sources) -> Iterator[Stop]:
+    taken = {x.name for x in (*d.stops, *d.frictions, *d.events)}
+    for j in d.joints:
+        if j.restitution is None:
+            continue
+        q = sympy.Symbol(j.coordinates[0])
+        for side, gap in (("lower", difference(q, j.limits[0])), ("upper", difference(j.limits[1], q))):
+            name = f"{j.name}_{side}"
+            if name in taken:
+                message = f"the limits of the joint make the stop '{name}', which is taken"
+                raise sources.error(f"joints.{j.name}", "limits", message, hint="choose another name")
+            yield Stop(name, gap, j.restitution)
+
+
+def _sum(terms: list[sympy.Expr | None]) -> sympy.Expr | None:
+    given = [x for x in terms if x is not None]
+    return total(given) if given else None

@@ -1,0 +1,154 @@
+"""Dry friction that sticks and slips, smooth friction, and compliant contacts, against formulas."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from symgen import Model, dot, sqrt
+
+G = 9.81
+
+
+def incline(angle: float, mu: float, rate: float) -> Model:
+    m = Model("incline")
+    s = m.coordinate("s", start=0.0, rate=rate)
+    m.body("block", mass=2.0, com=(s, 0))
+    m.potential(2.0 * G * np.sin(angle) * s)
+    m.friction("ground", coordinate=s, force=mu * 2.0 * G * np.cos(angle))
+    return m
+
+
+@pytest.mark.parametrize(("angle", "sticks"), [(0.29, True), (0.30, False)])
+def test_a_block_sticks_where_the_incline_is_flatter_than_the_friction_angle(angle, sticks):
+    mu = 0.3  # tan 0.29 = 0.298, tan 0.30 = 0.309
+    solution = incline(angle, mu, 1.0).derive().run(t_end=2.0, method="dop853")
+    assert solution.ok
+    up = 1.0 / (G * (np.sin(angle) + mu * np.cos(angle)))
+    assert solution.events[0].t == pytest.approx(up, rel=1e-10)
+    assert solution.events[0].action == ("stick" if sticks else "turn")
+    down = 0.0 if sticks else -G * (np.sin(angle) - mu * np.cos(angle)) * (2.0 - up)
+    assert solution.v[-1, 0] == pytest.approx(down, abs=1e-12)
+    assert solution["force(ground)"][-1] == pytest.approx(
+        2.0 * G * (np.sin(angle) if sticks else mu * np.cos(angle)), rel=1e-12
+    )
+    top = 0.5 * up
+    path = top + (top - solution.q[-1, 0])
+    assert solution.w[-1] == pytest.approx(-mu * 2.0 * G * np.cos(angle) * path, rel=1e-9)
+
+
+def belt() -> Model:
+    m = Model("belt")
+    x = m.coordinate("x", start=0.0, rate=0.3)
+    m.body("block", mass=1.0, com=(x, 0))
+    m.potential(25.0 * x**2)
+    m.friction("belt", speed=dot(x) - 0.3, force=4.0, static=6.0)
+    return m
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_stick_slip_on_a_belt_has_the_period_of_the_formula(method):
+    solution = belt().derive().run(t_end=8.0, method=method, rtol=1e-9, atol=1e-11)
+    assert solution.ok
+    slips = [event.t for event in solution.events if event.action == "slip"]
+    w, excess = np.sqrt(50.0), 2.0 / 50.0
+    # Sliding: half a turn and more about the place where kinetic friction balances the spring.
+    period = 2.0 * excess / 0.3 + 2.0 / w * (np.pi - np.arctan(excess * w / 0.3))
+    assert slips[0] == pytest.approx(6.0 / 50.0 / 0.3, rel=1e-9)
+    np.testing.assert_allclose(np.diff(slips), period, rtol=1e-7)
+    assert len(slips) >= 7
+
+
+def test_two_frictions_in_series_slip_one_at_a_time():
+    m = Model("two")
+    x, y = m.coordinate("x", start=0.0, rate=0.0), m.coordinate("y", start=0.0, rate=0.0)
+    m.body("lower", mass=1.0, com=(x, 0))
+    m.body("upper", mass=1.0, com=(y, 0))
+    m.friction("floor", coordinate=x, force=3.0)
+    m.friction("between", speed=dot(y) - dot(x), force=2.0)
+    m.force("y", "t")
+    solution = m.derive().run(t_end=4.0, method="dop853")
+    assert solution.ok
+    # The upper block begins to slide on the lower one at 2 N, which the floor holds for ever.
+    assert [(e.name, e.action) for e in solution.events] == [("between", "slip")]
+    assert solution.events[0].t == pytest.approx(2.0, rel=1e-10)
+    assert solution["y"][-1] == pytest.approx((4.0 - 2.0) ** 3 / 6.0, rel=1e-9)
+    assert solution.q[-1, 0] == pytest.approx(0.0, abs=1e-14)
+
+
+def test_a_stop_and_a_friction_at_once():
+    """A block that is thrown against a wall and slides until it sticks away from it."""
+    m = Model("wall")
+    x = m.coordinate("x", start=1.0, rate=-4.0)
+    m.body("block", mass=1.0, com=(x, 0))
+    m.friction("floor", coordinate=x, force=2.0)
+    m.stop("wall", x, 0.5)
+    solution = m.derive().run(t_end=3.0, method="dop853")
+    assert solution.ok
+    assert [(e.name, e.action) for e in solution.events] == [("wall", "impact"), ("floor", "stick")]
+    strike = sqrt(16.0 - 4.0)
+    assert solution.q[-1, 0] == pytest.approx(float((strike / 2) ** 2 / 4.0), rel=1e-9)
+    assert solution.energy.final == pytest.approx(0.0, abs=1e-15)
+
+
+def test_smooth_friction_holds_up_to_creep():
+    m = Model("smooth")
+    s = m.coordinate("s", start=0.0, rate=1.0)
+    m.body("block", mass=1.0, com=(s, 0))
+    m.friction("ground", coordinate=s, force=2.0, smooth=1e-4)
+    m.force(s, 1.0)
+    system = m.derive()
+    assert not system.switches
+    solution = system.run(t_end=3.0, method="radau5")
+    assert solution.ok
+    creep = 1e-4 / np.sqrt(3.0)  # where 2 s/sqrt(s^2 + w^2) = 1
+    assert solution.v[-1, 0] == pytest.approx(creep, rel=1e-6)
+
+
+def hunt_crossley() -> Model:
+    m = Model("dropped")
+    x = m.coordinate("x", start=0.0, rate=-1.0)
+    m.body("ball", mass=0.5, com=(0, x))
+    k, c = m.parameters(k=1e6, c=0.3)
+    m.contact("ground", x, stiffness=k, damping=c)
+    return m
+
+
+@pytest.mark.parametrize("speed", [0.1, 1.0, 5.0])
+def test_hunt_and_crossley_rebound(speed):
+    system = hunt_crossley().derive()
+    solution = system.run(t_end=0.1, method="radau5", rate={"x": -speed}, rtol=1e-10, atol=1e-12)
+    assert solution.ok
+    after, beta = solution.v[-1, 0], 0.45
+    # m v dv/dδ = -k δ^n (1 + β v) has v/β - ln(1 + β v)/β² + ... for its integral: the same before and after.
+    level = beta * speed - np.log1p(beta * speed)
+    exact = brentq(lambda v: -beta * v - np.log1p(-beta * v) - level, 1e-9, min(speed, (1 - 1e-12) / beta))
+    assert after == pytest.approx(exact, rel=1e-6)
+    if speed == 0.1:
+        assert after / speed == pytest.approx(1.0 - 0.3 * speed, abs=1e-3)  # Hunt and Crossley's e = 1 - c v
+    forces = 0.5 * solution.accelerations[:, 0]
+    assert forces.min() > -1e-60
+
+
+def test_a_compliant_contact_never_pulls():
+    """Pulled out fast, the formula without its limit would hold the body back."""
+    m = Model("pulled")
+    x = m.coordinate("x", start=-1e-3, rate=10.0)
+    m.body("ball", mass=0.5, com=(0, x))
+    m.contact("ground", x, stiffness=1e6, damping=1.0)
+    system = m.derive()
+    assert system.kernel("forces")(0.0, [-1e-3, 10.0], system.parameter_values())[0] == 0.0
+    assert system.kernel("forces")(0.0, [-1e-3, -1.0], system.parameter_values())[0] == pytest.approx(
+        1e6 * 1e-3**1.5 * 2.5
+    )
+
+
+def test_friction_of_a_compliant_contact():
+    m = Model("pad", gravity=(0, -G))
+    x, y = m.coordinate("x", start=0.0, rate=1.0), m.coordinate("y", start=-((G / 1e5) ** (1 / 1.5)))
+    m.body("pad", mass=1.0, com=(x, y))
+    m.contact("floor", y, stiffness=1e5, damping=1.0, friction=0.4, slip=dot(x), smooth=1e-5)
+    solution = m.derive().run(t_end=0.2, method="radau5")
+    assert solution.ok
+    assert solution["dot(x)"][-1] == pytest.approx(1.0 - 0.4 * G * 0.2, rel=1e-6)

@@ -1,0 +1,260 @@
+"""Stops: impacts, several at once, rest and release, against formulas and against minimal coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from runtime.errors import RuntimeModelError
+from symgen import Model, cos, sin, sqrt, t
+
+G = 9.81
+
+
+def ball(restitution=0.8, **options) -> Model:
+    m = Model("ball", gravity=(0, "-9.81 m/s^2"))
+    x = m.coordinate("x", unit="m", start=1.0, **options)
+    m.body("ball", mass=2.0, com=(0, x))
+    m.stop("floor", x, m.parameter("e", restitution))
+    return m
+
+
+@pytest.fixture(scope="module")
+def ball_system():
+    return ball().derive()
+
+
+@pytest.mark.parametrize("method", ["dop853", "dopri5", "radau5"])
+def test_a_ball_bounces_by_the_formula_and_comes_to_rest(ball_system, method):
+    solution = ball_system.run(t_end=6.0, method=method)
+    assert solution.status == "success" and solution.ok
+    e, first = 0.8, np.sqrt(2.0 / G)
+    times = [event.t for event in solution.events]
+    expected = first * (1.0 + 2.0 * np.cumsum([0.0, *e ** np.arange(1, len(times))]))
+    # Each flight's relative error grows with the number of bounces before it.
+    np.testing.assert_allclose(times, expected, rtol=1e-7)
+    rest = first * (1.0 + e) / (1.0 - e)
+    assert rest - times[-1] < 1e-3
+    assert solution.q[-1] == pytest.approx(0.0, abs=1e-14)
+    assert solution.v[-1] == pytest.approx(0.0, abs=1e-14)
+    assert solution["force(floor)"][-1] == pytest.approx(2.0 * G, rel=1e-12)
+    assert solution.w[-1] == pytest.approx(-2.0 * G, rel=1e-9)
+    flights = solution["force(floor)"][solution.t < times[0]]
+    assert np.all(flights == 0.0)
+
+
+def test_a_perfect_rebound_never_comes_to_rest(ball_system):
+    solution = ball_system.run(t_end=20.0, method="dop853", parameters={"e": 1.0})
+    assert solution.ok
+    assert len(solution.events) == int(20.0 / np.sqrt(2.0 / G) / 2.0 + 0.5)
+    assert solution.energy.final == pytest.approx(2.0 * G, rel=1e-9)
+
+
+def test_fixed_steps_keep_their_length_through_impacts(ball_system):
+    solution = ball_system.run(t_end=3.0, method="rk4", step=1e-2, parameters={"e": 0.0})
+    assert [event.action for event in solution.events] == ["impact"]
+    assert np.quantile(solution.step_log[:, 1], 0.9) == pytest.approx(1e-2)
+    assert solution.q[-1, 0] == pytest.approx(0.0, abs=1e-14)
+
+
+@pytest.mark.parametrize(("method", "says"), [("taylor", "stops"), ("verlet4", "constraints")])
+def test_methods_that_cannot_are_refused_by_name(ball_system, method, says):
+    with pytest.raises(RuntimeModelError, match=says):
+        ball_system.run(t_end=1.0, method=method)
+
+
+def test_auto_takes_a_method_that_can(ball_system):
+    solution = ball_system.run(t_end=1.0)
+    assert solution.ok and solution.method == "dop853"
+
+
+def test_a_start_below_a_stop_is_refused(ball_system):
+    with pytest.raises(RuntimeModelError, match="'floor' is violated at the start"):
+        ball_system.run(t_end=1.0, method="dop853", start={"x": -0.1})
+
+
+def test_rest_and_impact_at_the_start(ball_system):
+    lying = ball_system.run(t_end=1.0, method="dop853", start={"x": 0.0})
+    assert lying.ok and not lying.events and lying.q[-1, 0] == 0.0
+    thrown = ball_system.run(
+        t_end=0.1, method="dop853", start={"x": 0.0}, rate={"x": -1.0}, parameters={"e": 0.5}
+    )
+    assert thrown.ok and thrown.v[0, 0] == pytest.approx(0.5)
+    assert thrown.w[-1] == pytest.approx(-0.75)
+
+
+def cradle(spacing: float) -> Model:
+    m = Model("cradle")
+    x = [m.coordinate(f"x{k}", start=k * (1.0 + spacing), rate=1.0 if k == 0 else 0.0) for k in range(3)]
+    for k in range(3):
+        m.body(f"b{k}", mass=1.0, com=(x[k], 0))
+    for k in range(2):
+        m.stop(f"s{k}", x[k + 1] - x[k] - 1.0, 1.0)
+    return m
+
+
+@pytest.mark.parametrize(
+    ("spacing", "expected"),
+    [
+        (1e-6, [0.0, 0.0, 1.0]),  # one impact after the other
+        (0.0, [-1 / 3, 2 / 3, 2 / 3]),  # all at once: Newton's law in Moreau's form
+    ],
+)
+def test_three_balls_in_a_row(spacing, expected):
+    solution = cradle(spacing).derive().run(t_end=1.0, method="dop853")
+    assert solution.ok
+    np.testing.assert_allclose(solution.v[-1], expected, atol=1e-12)
+    assert solution.energy.final == pytest.approx(0.5)
+
+
+def spring_crank(minimal: bool) -> Model:
+    """A slider-crank with a spring, its slider against a stop: in one coordinate, or three and two constraints."""
+    m = Model("crank_" + ("minimal" if minimal else "redundant"))
+    r, l = 0.1, 0.3
+    theta = m.coordinate("theta", start=1.2, rate=-3.0)
+    if minimal:
+        x, phi = r * cos(theta) + sqrt(l**2 - r**2 * sin(theta) ** 2), None
+    else:
+        x, phi = m.coordinate("x", guess=0.3), m.coordinate("phi", guess=-0.3)
+        m.constraint("closes_x", r * cos(theta) + l * cos(phi) - x)
+        m.constraint("closes_y", r * sin(theta) + l * sin(phi))
+    m.kinetic("0.002*dot(theta)^2")
+    m.body("slider", mass=0.4, com=(x, 0))
+    m.potential(20.0 * (x - 0.45) ** 2)
+    m.stop("wall", 0.385 - x, 0.6)
+    return m
+
+
+def test_a_stop_in_a_loop_strikes_as_in_minimal_coordinates():
+    one, many = (
+        spring_crank(minimal).derive().run(t_end=1.5, method="dop853", rtol=1e-10)
+        for minimal in (True, False)
+    )
+    assert one.ok and many.ok
+    assert len(one.events) > 5
+    # Resting begins below a tolerance on gaps, which the two need not meet at the same bounce.
+    early = [event.t for event in one.events if event.t < 0.5]
+    np.testing.assert_allclose([event.t for event in many.events][: len(early)], early, rtol=1e-7)
+    np.testing.assert_allclose(many["theta"], one["theta"], atol=1e-7)
+    assert many["force(wall)"][-1] == pytest.approx(one["force(wall)"][-1], rel=1e-6)
+    assert many["force(wall)"][-1] > 0.1
+    assert many.constraint_residual.max_position < 1e-11
+
+
+def pressed_mass() -> Model:
+    """A mass pressed on a stop by a spring whose end goes to and fro."""
+    m = Model("pressed")
+    x = m.coordinate("x", start=0.0, rate=0.0)
+    m.body("b", mass=1.0, com=(x, 0))
+    m.potential("50*(x + 0.2*cos(3*t))^2")
+    m.stop("wall", x)
+    return m
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_a_stop_lets_go_when_it_would_pull(method):
+    solution = pressed_mass().derive().run(t_end=0.9, method=method, rtol=1e-9, atol=1e-11)
+    assert solution.ok
+    assert [event.action for event in solution.events] == ["release"]
+    free = np.pi / 6.0
+    assert solution.events[0].t == pytest.approx(free, rel=1e-9)
+    # x'' = -100 (x + 0.2 cos 3t) from rest at t = pi/6
+    w, a = 10.0, -20.0 / (100.0 - 9.0)
+    s = solution.t[solution.t > free] - free
+    exact = -a * (np.sin(3 * s) - 3 / w * np.sin(w * s))
+    np.testing.assert_allclose(solution["x"][solution.t > free], exact, atol=1e-8)
+    pressing = solution.t < free
+    np.testing.assert_allclose(
+        solution["force(wall)"][pressing], 20.0 * np.cos(3 * solution.t[pressing]), atol=1e-9
+    )
+
+
+def test_a_stop_that_was_hit_lets_go_again():
+    m = Model("hit")
+    x = m.coordinate("x", start=0.5, rate=0.0)
+    m.body("b", mass=1.0, com=(x, 0))
+    m.force(x, "4*t - 6")
+    m.stop("wall", x)
+    solution = m.derive().run(t_end=3.0, method="dop853")
+    assert solution.ok
+    assert [event.action for event in solution.events] == ["impact", "release"]
+    assert solution.events[1].t == pytest.approx(1.5, rel=1e-10)
+    assert solution.q[-1, 0] == pytest.approx(4.0 * 1.5**3 / 6.0, rel=1e-9)
+
+
+def test_a_moving_stop_carries_and_throws():
+    m = Model("table", gravity=(0, -10.0))
+    x = m.coordinate("x", start=0.0, rate=2.0)
+    m.body("b", mass=1.0, com=(0, x))
+    m.stop("table", x - 0.1 * sin(20 * t))
+    solution = m.derive().run(t_end=0.1, method="dop853", rtol=1e-10, atol=1e-12)
+    assert solution.ok and solution.system.nw == 1
+    assert solution.events[0].action == "release"
+    leaving = np.arcsin(10.0 / (0.1 * 400.0)) / 20.0  # where the table falls away faster than the mass
+    assert solution.events[0].t == pytest.approx(leaving, rel=1e-8)
+    rise = solution.t[-1] - leaving
+    expected = 0.1 * np.sin(20 * leaving) + 2.0 * np.cos(20 * leaving) * rise - 5.0 * rise**2
+    assert solution.q[-1, 0] == pytest.approx(expected, rel=1e-8)
+
+
+def block(tilt: float, points) -> Model:
+    m = Model("block", gravity=(0, -G))
+    b, h = 0.5, 1.0
+    height = 0.5 * (b * abs(np.sin(tilt)) + h * np.cos(tilt))
+    y, a = m.coordinate("y", start=height), m.coordinate("a", start=tilt)
+    m.body("block", mass=3.0, inertia=3.0 / 12.0 * (b**2 + h**2), com=(0, y), angle=a)
+    for k, s in enumerate(points):
+        m.stop(f"foot{k}", y + s * b * sin(a) - h / 2 * cos(a), 0.0)
+    return m
+
+
+def test_a_rocking_block_calms_down_between_its_corners():
+    solution = block(0.1, (-0.5, 0.5)).derive().run(t_end=6.0, method="dop853")
+    assert solution.ok
+    assert {event.name for event in solution.events} == {"foot0", "foot1"}
+    np.testing.assert_allclose(solution.q[-1], [0.5, 0.0], atol=1e-12)
+    np.testing.assert_allclose(solution.contact_forces[-1], [1.5 * G, 1.5 * G], rtol=1e-9)
+
+
+def test_the_first_rock_loses_the_angular_velocity_that_angular_momentum_says():
+    """About the new corner: for x-guided blocks the corner slides, and only the normal impulse acts."""
+    solution = block(0.1, (-0.5, 0.5)).derive().run(t_end=3.0, method="dop853", rtol=1e-10)
+    impacts = [e for e in solution.events if abs(e.q_before[1]) < 1e-9]
+    first = impacts[0]
+    J, mass, arm = 3.0 / 12.0 * 1.25, 3.0, 0.25
+    # y' and a' before: the old corner stays on the ground; afterwards the new one does, or both do.
+    ratio = (J - mass * arm**2) / (J + mass * arm**2)
+    assert ratio > 0.0
+    assert first.v_after[1] == pytest.approx(ratio * first.v_before[1], rel=1e-8)
+
+
+def test_more_feet_than_are_needed_share_the_weight():
+    solution = block(0.0, (-0.5, 0.0, 0.5)).derive().run(t_end=0.5, method="dop853")
+    assert solution.ok and not solution.events
+    assert solution.contact_forces[-1].sum() == pytest.approx(3.0 * G, rel=1e-9)
+    assert np.all(solution.contact_forces >= -1e-9)
+
+
+def test_a_ball_with_a_quaternion_lands():
+    m = Model("landing", gravity=(0, 0, -G))
+    m.body("ball", mass=1.0, com=(0, 0, 0), inertia=(0.1, 0.1, 0.1))
+    m.joint("fly", "free", child="ball", start=(0, 0, 1.0, 1, 0, 0, 0), rate=(0.3, 0, 0, 1, 2, 3))
+    m.stop("floor", "fly_z - 0.2", 0.5)
+    solution = m.derive().run(t_end=3.0, method="dop853")
+    assert solution.ok
+    assert solution["fly_z"][-1] == pytest.approx(0.2, abs=1e-12)
+    assert solution["fly_x"][-1] == pytest.approx(0.9, rel=1e-9)
+    assert solution["force(floor)"][-1] == pytest.approx(G, rel=1e-9)
+
+
+def test_joint_limits_with_restitution_are_stops():
+    m = Model("arm", gravity=(0, -G))
+    m.body("link", mass=1.0, com=(0.5, 0), inertia=0.1)
+    m.joint("hinge", "revolute", child="link", start=0.3, limits=(-0.5, 0.5), restitution=0.4)
+    system = m.derive()
+    assert [switch["name"] for switch in system.switches] == ["hinge_lower", "hinge_upper"]
+    solution = system.run(t_end=4.0, method="dop853")
+    assert solution.ok
+    assert solution["hinge"].min() > -0.5 - 1e-9
+    assert solution["hinge"][-1] == pytest.approx(-0.5, abs=1e-12)
+    assert solution["force(hinge_lower)"][-1] == pytest.approx(0.5 * G * np.cos(0.5), rel=1e-9)
