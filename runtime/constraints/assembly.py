@@ -10,6 +10,7 @@ import numpy as np
 
 from runtime.constraints import contradictions
 from runtime.constraints.contradictions import AssemblyError, joined, listed
+from runtime.constraints.large import is_large, sparse_start
 from runtime.constraints.levels import Constraints
 from runtime.constraints.nearest_point import (
     SOLVED,
@@ -21,7 +22,8 @@ from runtime.constraints.nearest_point import (
     worst,
 )
 from runtime.constraints.redundancy import Redundancy, find_redundancy
-from runtime.constraints.start_values import start_values
+from runtime.constraints.start_values import StartValues, start_values
+from runtime.constraints.vanishing_gradient import without_gradient
 from runtime.names import rate_labels
 from runtime.positions import Chart
 
@@ -88,7 +90,7 @@ def assemble(
     ------
     AssemblyError
         Enforced values contradict constraints by more than 1e-6 of their scale, constraints contradict each other,
-        or a quaternion is zero.
+        the gradient of one is zero wherever it holds, or a quaternion is zero.
     UnknownNameError
         A name in `start` or `rate` is not a coordinate's.
     """
@@ -113,18 +115,32 @@ class _Assembler:
         constraints, positions = self.constraints, self.constraints.positions
         self._check_finite(q0, v0)
         sizes = constraints.characteristic_sizes(q0)
+        if is_large(self.system):
+            q, v = sparse_start(self.system, constraints, StartValues(q0, v0, q_enforced, v_enforced, self.notes))
+            return Assembly(q, v, self._moved(q0, q, v0, v, sizes), self.notes, [], self.system.m)
         scales = constraints.position_scales(q0, sizes)
         self.chart = Chart(positions, q0)
         x = self._positions(positions.held(q_enforced), sizes, scales)
         q = self.chart.q(x)
         v = self._velocities(q, v0, v_enforced, sizes)
         everything = self._problem(x, np.ones(len(x), dtype=bool), sizes, scales)
+        idle = without_gradient(
+            everything, x, lambda place: constraints.jacobian(self.chart.q(place), v)[: self.system.nh] * sizes
+        )
+        if idle:
+            raise contradictions.gradient_vanishes(self._named(idle), listed(self.coordinates, q))
         ranks = find_redundancy(
             everything, x, lambda place: constraints.jacobian(self.chart.q(place), v) * sizes
         )
-        moved = _changes(self.coordinates, q0, q, positions.per_coordinate(sizes))
-        moved += _changes(self.rates, v0, v, np.maximum(np.abs(v0), np.abs(v)))
+        moved = self._moved(q0, q, v0, v, sizes)
         return Assembly(q, v, moved, self.notes, self._note_ranks(ranks), ranks.rank)
+
+    def _moved(
+        self, q0: np.ndarray, q: np.ndarray, v0: np.ndarray, v: np.ndarray, sizes: np.ndarray
+    ) -> list[tuple[str, float, float]]:
+        per_coordinate = self.constraints.positions.per_coordinate(sizes)
+        moved = _changes(self.coordinates, q0, q, per_coordinate)
+        return moved + _changes(self.rates, v0, v, np.maximum(np.abs(v0), np.abs(v)))
 
     def _check_finite(self, q: np.ndarray, v: np.ndarray) -> None:
         constraints, names = self.constraints, self.constraints.names
@@ -233,6 +249,9 @@ class _Assembler:
             reduced = np.linalg.solve(factor, matrix[:, free].T).T
             for _ in range(_REFINEMENTS):
                 v[free] -= np.linalg.solve(factor.T, pseudo_solve(reduced, residual(v)))
+        # What is prescribed over time may have set in motion what was at rest, by which residuals are judged.
+        scales = np.fmax(scales, self.constraints.velocity_scales(q, v, sizes))
+        matrix = self.constraints.jacobian(q, v0) / scales[:, None]
         off = worst(residual(v))
         if off > SOLVED:
             repaired = v.copy()

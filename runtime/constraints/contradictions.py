@@ -76,6 +76,15 @@ def not_finite(name: str, place: str) -> AssemblyError:
     )
 
 
+def gradient_vanishes(names: Sequence[str], place: str) -> AssemblyError:
+    """Return the error for position constraints whose gradient is zero wherever they hold."""
+    return AssemblyError(
+        f"{_subject(names)} cannot be kept: the gradient is zero wherever {'it holds' if len(names) == 1 else 'they hold'}, "
+        f"as at {place}, so no force acts; write the roots instead, x = 1 and y = 0 rather than (x - 1)^2 + y^2 = 0, "
+        "or check the geometry, which may allow this one configuration only"
+    )
+
+
 def listed(names: Sequence[str], values: np.ndarray) -> str:
     """Return 'theta = 0.5, x = 0.4', at most some of them."""
     shown = ", ".join(f"{name} = {value:.10g}" for name, value in list(zip(names, values))[:_SHOWN])

@@ -1,41 +1,35 @@
 """Kernels of constrained models that survive dependent constraints: the straight-line code, guarded.
 
-The guard is a trampoline in machine code with the ABI's signature. It calls the straight-line kernel, looks
-at the pivot ratio, and only then turns to `robust_path`, which is compiled when a run first needs it.
+The guard is a trampoline in machine code (`guard_code.py`) with the ABI's signature. What it turns to where the
+straight-line code fails, `robust_path`, is the same for all models, and compiled when a run first needs it.
 """
 
 from __future__ import annotations
 
+import collections
 import ctypes
-import sys
+import functools
 import threading
 import warnings
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from runtime.code import engine
-from runtime.code.llvm_text import constant
+from runtime.code.jitted import DISABLE_JIT
+from runtime.constraints import guard_code as at
+from runtime.constraints import robust_path
+from runtime.constraints.guard_code import guard_ir
+from runtime.constraints.large import is_large
+from runtime.constraints.row_weights import n_weights, row_weights
+from runtime.positions import Positions
 from runtime.system import System
 
-PIVOT_LIMIT = 1e-6
-_SMALL_CORRECTION = 1e-6
-_SECONDS_TO_COMPILE = 6.0  # when it is not cached
-
-_USED = (
-    "mass_matrix",
-    "forces",
-    "constraint_jacobian",
-    "gamma",
-    "constraint_residual",
-    "energy",
-    "rhs",
-    "project",
-)
-_PATH = ctypes.CFUNCTYPE(
-    None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
-)
+_LOST_DIGITS = 1e-9  # of the largest term
+_NEARBY = 1e-3
+_ANY_ROW_IS_LARGE = 1e300  # weights by which only a row of zeros is small
+_USED = ("mass_matrix", "forces", "constraint_jacobian", "gamma", "constraint_residual", "energy", "rhs")
+_KERNEL = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 _lock = threading.Lock()
 
 
@@ -46,161 +40,178 @@ def robust_rhs_address(system: System) -> tuple[int, Any]:
     1e-6 or not a number, accelerations and multipliers come from a pivoted factorisation; multipliers that are not
     unique are those of least norm, and the pivot ratio in the row is 0. See `robust_path.robust_rhs` for the power.
     """
-    return _guarded(system, "rhs")
+    if not system.m or is_large(system):  # the path for dependent constraints factorises full matrices
+        kernel = system.kernel("rhs")
+        return kernel.prepared_address, kernel
+    lease = lease_guard(system)
+    return lease.rhs, lease
 
 
 def robust_project_address(system: System) -> tuple[int, Any]:
     """Return the address of a `project` that survives dependent constraints, and what it needs alive."""
-    return _guarded(system, "project")
-
-
-def _guarded(system: System, name: str) -> tuple[int, Any]:
-    kernel = system.kernel(name)
-    if not system.m:
+    if not system.m or is_large(system):  # the path for dependent constraints factorises full matrices
+        kernel = system.kernel("project")
         return kernel.prepared_address, kernel
+    lease = lease_guard(system)
+    return lease.project, lease
+
+
+class Lease:
+    """The use of a guard, which has buffers and a flag and so serves one run at a time; it ends with this object.
+
+    Attributes
+    ----------
+    rhs, project : int
+        Addresses.
+    """
+
+    def __init__(self, system: System, free: collections.deque, guard: _Guard):
+        self._system, self._free, self._guard = system, free, guard
+        self.rhs, self.project = guard.rhs, guard.project
+
+    def expect(self, p: np.ndarray, t: float, q: np.ndarray) -> None:
+        """Say where a run starts: how large the rows of G are near there tells when one vanishes."""
+        weights, smallest = row_weights(self._system, p, t, q)
+        self._guard.expect(weights, smallest < at.NEAR_LIMIT, is_ill_conditioned(self._system, p, t, q))
+
+    @property
+    def memory(self) -> np.ndarray:
+        """What the guard carries from call to call, a copy; set it to go on where another guard has left off."""
+        return self._guard.memory
+
+    @memory.setter
+    def memory(self, values: np.ndarray) -> None:
+        self._guard.memory = values
+
+    def __del__(self) -> None:
+        self._free.append(self._guard)
+
+
+def lease_guard(system: System) -> Lease:
+    """Return a guard of a system with constraints that nobody else uses."""
     with _lock:
-        # Kept with the system: the guard refers to it, so a weak dictionary would never let go of either.
-        guards = vars(system).setdefault("_guards", {})
-        if name not in guards:
-            guards[name] = _Guard(system, name)
-    return guards[name].address, guards[name]
+        # Kept with the system: the guards refer to it, so a weak dictionary would never let go of either.
+        free = vars(system).setdefault("_guards", collections.deque())
+    try:
+        guard = free.pop()
+    except IndexError:
+        guard = _Guard(system)
+        # A lease may die in a pass of the garbage collector, which must not take the guard and its code with it.
+        vars(system).setdefault("_all_guards", []).append(guard)
+    guard.forget()
+    return Lease(system, free, guard)
 
 
 class _Guard:
-    """A trampoline, and all that it points to."""
+    """Trampolines, and all that they point to."""
 
-    def __init__(self, system: System, name: str):
-        from runtime.constraints import robust_path
-
-        self._kernels = {key: system.kernel(key) for key in _USED}
-        places = np.array(system.quaternions, dtype=np.int64)
-        self._context = np.append(np.zeros(robust_path.N_CONTEXT, dtype=np.int64), places)
-        for index, key in enumerate(_USED[: robust_path.RHS + 1]):
-            self._context[index] = self._kernels[key].prepared_address
-        sizes = (system.nq, system.nv, system.nh, system.m, system.nw, system.n_prepared)
-        self._context[robust_path.NQ : robust_path.TIME_DEPENDENT] = sizes
-        self._context[robust_path.TIME_DEPENDENT] = system.structure["time_dependent"]
-        self._context[robust_path.N_QUATERNIONS] = len(places)
-        self._name = name
-        self._lengths = replace(self._kernels[name].source.lengths, p=system.n_prepared)
-        self._first_call = _PATH(self._compile_and_call)
-        ir = _rhs_ir(system) if name == "rhs" else _project_ir(system)
-        symbol, table = f"guarded_{name}", f"guarded_{name}_table"
-        code = engine.object_code(engine.cache_key(ir), symbol, symbol, lambda _: (ir, 0))
+    def __init__(self, system: System):
+        self._kernels = {key: system.kernel(key) for key in (*_USED, "project")}
+        self._context = self._make_context(system)
+        self._weights = np.zeros(n_weights(system))
+        self._rows = np.zeros(system.m * system.nv if len(self._weights) else 0)
+        self._order = np.zeros(system.m, dtype=np.int64)
+        self._work = np.zeros(0)
+        self._n_work = int(
+            _plain(robust_path.work_size)(system.nq, system.nv, system.nh, system.m, system.nw)
+        )
+        ir = guard_ir(system, len(self._context), len(self._weights), self._n_work)
+        code = engine.object_code(engine.cache_key(ir), "guard", "guard", lambda _: (ir, 0))
         self._code = engine.MachineCode()
-        self.address = self._code.add(code, symbol)
-        slots = ctypes.c_uint64 * 4
-        self._table = slots.from_address(self._code.data_address(table))
-        self._table[0] = self._kernels["rhs"].prepared_address
-        self._table[1] = self._kernels["project"].prepared_address
-        self._table[2] = ctypes.cast(self._first_call, ctypes.c_void_p).value
-        self._table[3] = self._context.ctypes.data
+        self.rhs = self._code.add(code, "guarded_rhs")
+        self.project = self._code.address("guarded_project")
+        self._stand_ins = [_KERNEL(functools.partial(self._first_call, name)) for name in ("rhs", "project")]
+        self._fill_table()
 
-    def _compile_and_call(self, context: int, t: float, y: int, p: int, out: int) -> None:
+    def _make_context(self, system: System) -> np.ndarray:
+        places = np.array(system.quaternions, dtype=np.int64)
+        context = np.append(np.zeros(robust_path.N_CONTEXT, dtype=np.int64), places)
+        for index, key in enumerate(_USED):
+            context[index] = self._kernels[key].prepared_address
+        sizes = (system.nq, system.nv, system.nh, system.m, system.nw, system.n_prepared)
+        context[robust_path.NQ : robust_path.TIME_DEPENDENT] = sizes
+        context[robust_path.TIME_DEPENDENT] = system.structure["time_dependent"]
+        context[robust_path.N_QUATERNIONS] = len(places)
+        return context
+
+    def _fill_table(self) -> None:
+        slots = ctypes.c_uint64 * at.N_SLOTS
+        self._table = slots.from_address(self._code.data_address(at.TABLE))
+        for slot, name in ((at.RHS, "rhs"), (at.PROJECT, "project"), (at.JACOBIAN, "constraint_jacobian")):
+            self._table[slot] = self._kernels[name].prepared_address
+        for slot, stand_in in zip((at.RHS_PATH, at.PROJECT_PATH), self._stand_ins):
+            self._table[slot] = ctypes.cast(stand_in, ctypes.c_void_p).value
+        for slot, array in (
+            (at.CONTEXT, self._context), (at.WEIGHTS, self._weights), (at.ORDER, self._order), (at.ROWS, self._rows)
+        ):  # fmt: skip
+            self._table[slot] = array.ctypes.data
+
+    def forget(self) -> None:
+        """Take every row of G for as large as it gets."""
+        self._weights[:] = _ANY_ROW_IS_LARGE
+        self._context[[robust_path.NEAR_SINGULAR, robust_path.ILL_CONDITIONED]] = 0
+
+    def expect(self, weights: np.ndarray, near_singular: bool, ill_conditioned: bool) -> None:
+        """Take the sizes of rows by `weights`, from `row_weights`."""
+        self._weights[:] = weights
+        self._context[robust_path.ILL_CONDITIONED] = ill_conditioned
+        self._context[robust_path.NEAR_SINGULAR] = near_singular or ill_conditioned
+
+    @property
+    def memory(self) -> np.ndarray:
+        """The weights of rows, and whether a singular configuration was near."""
+        return np.append(self._weights, float(self._context[robust_path.NEAR_SINGULAR]))
+
+    @memory.setter
+    def memory(self, values: np.ndarray) -> None:
+        self._weights[:], self._context[robust_path.NEAR_SINGULAR] = values[:-1], int(values[-1])
+
+    def _first_call(self, name: str, t: float, y: int, p: int, out: int) -> None:
         """Stand in for the compiled path until it is first needed."""
-        from runtime.code import numba_setup
-        from runtime.constraints import robust_path
-
-        n_out = self._lengths.out
+        lengths = self._kernels[name].source.lengths
+        n_y = int(self._context[robust_path.NQ] + self._context[robust_path.NV])
+        arrays = _array(y, n_y), _array(p, int(self._context[robust_path.NP])), _array(out, lengths.out)
         try:
-            if not numba_setup.DISABLE_JIT:
-                path = _compiled(self._name)
-                self._table[2] = path.address
-                _PATH(path.address)(context, t, y, p, out)
-                return
-            function = getattr(robust_path, f"robust_{self._name}")
-            lengths = (self._lengths.y, self._lengths.p, n_out)
-            arrays = (_array(address, length) for address, length in zip((y, p, out), lengths))
-            function(self._context, t, *arrays)
+            if not len(self._work):
+                self._work = np.zeros(self._n_work)
+                self._table[at.WORK] = self._work.ctypes.data
+            path = getattr(robust_path, f"robust_{name}")
+            arguments = (self._context, t, *arrays, self._weights, self._order, self._work)
+            if not DISABLE_JIT:
+                native, slot, called = at.PATHS[name]
+                self._table[native] = path.compiled(*arguments).address
+                self._table[slot] = self._code.address(called)
+            path(*arguments)
         except Exception as error:
             # Nothing may be raised through machine code: not-a-number tells the integrator.
             warnings.warn(
                 f"the path for dependent constraints failed: {error!r}", RuntimeWarning, stacklevel=2
             )
-            _array(out, n_out)[:] = np.nan
+            arrays[2][:] = np.nan
+
+
+def is_ill_conditioned(system: System, p: np.ndarray, t: float, q: np.ndarray) -> bool:
+    """Whether the straight-line accelerations miss G a = γ: an inertia is tiny beside what constraints tie it to.
+
+    They should meet it off the constraints as well; a state at random has digits to lose.
+    """
+    positions, random = Positions(system), np.random.default_rng(20240229)
+    y = np.concatenate(
+        [positions.move(q, _NEARBY * random.uniform(-1.0, 1.0, system.nv)), np.zeros(system.nv)]
+    )
+    a = system.kernel("rhs")(t, y, p)[system.nq : system.nq + system.nv]
+    jacobian = system.kernel("constraint_jacobian")(t, y, p).reshape(system.m, system.nv)
+    gamma = system.kernel("gamma")(t, y, p)
+    with np.errstate(invalid="ignore", over="ignore"):
+        off = np.abs(jacobian @ a - gamma)
+        return bool(np.any(off > _LOST_DIGITS * (np.abs(jacobian) @ np.abs(a) + np.abs(gamma))))
+
+
+def _plain(function: Any) -> Any:
+    return getattr(function, "py_func", function)
 
 
 def _array(address: int, length: int) -> np.ndarray:
     if not length:
         return np.zeros(0)
     return np.ctypeslib.as_array((ctypes.c_double * length).from_address(address))
-
-
-def _compiled(name: str):
-    """Return the path as a C function: the same for all models, compiled once for all processes."""
-    if "runtime.constraints.guarded_calls" not in sys.modules:
-        engine.announce("the path for dependent constraints", 0, _SECONDS_TO_COMPILE)
-    from runtime.constraints import guarded_calls
-
-    return getattr(guarded_calls, f"{name}_path")
-
-
-_CALL = "call void %{0}(double %t, ptr %y, ptr %p, ptr %{1})"
-_HEAD = """@{symbol}_table = global [4 x ptr] zeroinitializer
-declare double @llvm.fabs.f64(double)
-define void @{symbol}(double %t, ptr %y, ptr %p, ptr %out) nounwind {{
-%rhs = load ptr, ptr @{symbol}_table
-%project.at = getelementptr inbounds ptr, ptr @{symbol}_table, i64 1
-%project = load ptr, ptr %project.at
-"""
-_SLOW = """slow:
-%path.at = getelementptr inbounds ptr, ptr @{symbol}_table, i64 2
-%path = load ptr, ptr %path.at
-%context.at = getelementptr inbounds ptr, ptr @{symbol}_table, i64 3
-%context = load ptr, ptr %context.at
-call void %path(ptr %context, double %t, ptr %y, ptr %p, ptr %out)
-ret void
-done:
-ret void
-}}
-"""
-
-
-def _ratio_check(row: str, index: int) -> str:
-    # Written so that nan is slow; a ratio is never above 1, so infinity is slow as well.
-    return f"""%ratio.at = getelementptr inbounds double, ptr %{row}, i64 {index}
-%ratio = load double, ptr %ratio.at
-%high = fcmp oge double %ratio, {constant(PIVOT_LIMIT)}
-%low = fcmp ole double %ratio, 2.0
-%sound = and i1 %high, %low
-br i1 %sound, label %done, label %slow
-"""
-
-
-def _rhs_ir(system: System) -> str:
-    body = _CALL.format("rhs", "out") + "\n" + _ratio_check("out", system.n_row - 1)
-    return _HEAD.format(symbol="guarded_rhs") + body + _SLOW.format(symbol="guarded_rhs")
-
-
-def _project_ir(system: System) -> str:
-    """A small correction is right or harmless; for a large one the pivot ratio at the state is looked at."""
-    symbol, limit = "guarded_project", constant(_SMALL_CORRECTION)
-    body = f"""{_CALL.format("project", "out")}
-br label %loop
-loop:
-%i = phi i64 [0, %0], [%next, %more]
-%y.at = getelementptr inbounds double, ptr %y, i64 %i
-%out.at = getelementptr inbounds double, ptr %out, i64 %i
-%old = load double, ptr %y.at
-%new = load double, ptr %out.at
-%move = fsub double %new, %old
-%distance = call double @llvm.fabs.f64(double %move)
-%size = call double @llvm.fabs.f64(double %old)
-%size.1 = fadd double %size, 1.0
-%allowed = fmul double %size.1, {limit}
-%small = fcmp ole double %distance, %allowed
-br i1 %small, label %more, label %check
-more:
-%next = add i64 %i, 1
-%last = icmp eq i64 %next, {system.nq + system.nv}
-br i1 %last, label %done, label %loop
-check:
-%row = alloca double, i64 {system.n_row}
-{_CALL.format("rhs", "row")}
-"""
-    return (
-        _HEAD.format(symbol=symbol)
-        + body
-        + _ratio_check("row", system.n_row - 1)
-        + _SLOW.format(symbol=symbol)
-    )

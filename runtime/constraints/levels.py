@@ -59,6 +59,10 @@ class Constraints:
         nv = self._system.nv
         return self._call("mass_matrix", q, np.zeros(nv)).reshape(nv, nv)
 
+    def pivot_ratio(self, q: np.ndarray, v: np.ndarray) -> float:
+        """Return how independent the constraints are: the smallest pivot relative to that without the others."""
+        return float(self._call("rhs", q, v)[-1])
+
     def characteristic_sizes(self, q: np.ndarray) -> np.ndarray:
         """Return what counts as large for what each rate moves, shape (nv,).
 

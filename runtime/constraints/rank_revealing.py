@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from runtime.code.numba_setup import jit
+from runtime.code.jitted import jitted
 
 # Relative to the largest pivot of S with its diagonal scaled to 1. A value that follows the integration's
 # tolerance makes most runs through a change point fail.
@@ -19,9 +17,10 @@ RANK_TOLERANCE = 1e-4
 # other accelerations, so that an order that follows round-off makes them jump between the stages of a step.
 _NEARLY_AS_LARGE = 0.1
 _SINGULAR_MASS = 1e-12
+_TINY_INERTIA = 1e-8  # of the largest: where a constraint carries the coordinate, as many digits are lost
 
 
-@jit
+@jitted
 def cholesky(a, n):
     """Replace the lower triangle of the leading n × n block by its Cholesky factor; False if indefinite."""
     for j in range(n):
@@ -38,7 +37,7 @@ def cholesky(a, n):
     return True
 
 
-@jit
+@jitted
 def forward_substitution(lower, n, x):
     """Replace x by L⁻¹x."""
     for i in range(n):
@@ -47,7 +46,7 @@ def forward_substitution(lower, n, x):
         x[i] /= lower[i, i]
 
 
-@jit
+@jitted
 def back_substitution(lower, n, x):
     """Replace x by L⁻ᵀx."""
     for i in range(n - 1, -1, -1):
@@ -56,18 +55,21 @@ def back_substitution(lower, n, x):
         x[i] /= lower[i, i]
 
 
-@jit
-def factor_mass(mass, jacobian):
-    """Factor M in place; if singular, M + s GᵀG, which has the same solution once s Gᵀγ is added to f.
+@jitted
+def factor_mass(mass, kept, jacobian):
+    """Factor M in place; if (nearly) singular, M + s GᵀG, which has the same solution once s Gᵀγ is added to f.
 
-    Returns s (0 when M is definite), or nan when that is singular too: the motion is not determined.
+    Returns s (0 when M is definite), or nan when that is singular too: the motion is not determined. `kept` is a
+    buffer as large as M.
     """
     n, m = mass.shape[0], jacobian.shape[0]
-    kept = np.empty((n, n))
     for i in range(n):
         for j in range(n):
             kept[i, j] = mass[i, j]
-    if cholesky(mass, n):
+    least, most = math.inf, 0.0
+    for i in range(n):
+        least, most = min(least, kept[i, i]), max(most, kept[i, i])
+    if least > _TINY_INERTIA * most and cholesky(mass, n):
         return 0.0
     trace_mass, trace_g = 0.0, 0.0
     for i in range(n):
@@ -80,11 +82,18 @@ def factor_mass(mass, jacobian):
             for k in range(m):
                 kept[i, j] += shift * jacobian[k, i] * jacobian[k, j]
             mass[i, j] = kept[i, j]
-    return shift if cholesky(mass, n) else math.nan
+    if cholesky(mass, n):
+        return shift
+    for i in range(n):
+        for j in range(n):
+            mass[i, j] = kept[i, j]
+            for k in range(m):
+                mass[i, j] -= shift * jacobian[k, i] * jacobian[k, j]
+    return 0.0 if least > 0.0 and cholesky(mass, n) else math.nan
 
 
-@jit
-def factor_constraints(lower_mass, jacobian, z, lower, order, scale):
+@jitted
+def factor_constraints(lower_mass, jacobian, sizes, tolerance, z, lower, order, scale):
     """Factor E S E with pivoting, E = diag(scale); return the rank and the ratio of last to first pivot.
 
     Parameters
@@ -92,6 +101,10 @@ def factor_constraints(lower_mass, jacobian, z, lower, order, scale):
     lower_mass : ndarray, shape (n, n)
         Cholesky factor of M.
     jacobian : ndarray, shape (m, n)
+    sizes : ndarray, shape (m,)
+        How large each row of the Jacobian is compared with what it is nearby, squared, at most 1.
+    tolerance : float
+        Pivots below this part of the first count as zero.
     z : ndarray, shape (m, n)
         Written: the transpose of L⁻¹Gᵀ.
     lower : ndarray, shape (m, m)
@@ -99,7 +112,8 @@ def factor_constraints(lower_mass, jacobian, z, lower, order, scale):
     order : ndarray of int64, shape (m,)
         Written: which constraint each pivot is.
     scale : ndarray, shape (m,)
-        Written: makes the diagonal of S 1, so that units of constraints do not matter.
+        Written: makes the diagonal of S `sizes`, so that units of constraints do not matter, and a row that vanishes
+        is seen.
     """
     m, n = z.shape
     trace = 0.0
@@ -110,7 +124,7 @@ def factor_constraints(lower_mass, jacobian, z, lower, order, scale):
         square = 0.0
         for k in range(n):
             square += z[j, k] * z[j, k]
-        scale[j] = 1.0 / math.sqrt(square) if square != 0.0 else 1.0
+        scale[j] = math.sqrt(sizes[j] / square) if square != 0.0 else 1.0
         order[j] = j
         trace += square
     if not math.isfinite(trace):
@@ -135,10 +149,10 @@ def factor_constraints(lower_mass, jacobian, z, lower, order, scale):
         if k == 0:
             first = lower[best, best]
         pivot = best
-        if lower[k, k] > max(_NEARLY_AS_LARGE * lower[best, best], RANK_TOLERANCE * first):
+        if lower[k, k] > max(_NEARLY_AS_LARGE * lower[best, best], tolerance * first):
             pivot = k
         value = lower[pivot, pivot]
-        if not (value > RANK_TOLERANCE * first and value > 0.0):
+        if not (value > tolerance * first and value > 0.0):
             return k, ratio
         ratio = value / first
         _swap(lower, order, k, pivot)
@@ -153,7 +167,7 @@ def factor_constraints(lower_mass, jacobian, z, lower, order, scale):
     return m, ratio
 
 
-@jit
+@jitted
 def _swap(lower, order, k, pivot):
     """Exchange rows and columns k and pivot: of the finished columns their rows, of the rest both."""
     if pivot == k:
@@ -166,17 +180,24 @@ def _swap(lower, order, k, pivot):
         lower[i, k], lower[i, pivot] = lower[i, pivot], lower[i, k]
 
 
-@jit
-def constrained_solve(lower_mass, z, lower, order, scale, rank, f, gamma, a, multipliers):
+@jitted
+def buffer_size(m):
+    """Length of the buffer of `constrained_solve`."""
+    return m + 2 * m * m
+
+
+@jitted
+def constrained_solve(lower_mass, z, lower, order, scale, rank, f, gamma, a, multipliers, buffer):
     """Solve for a and the multipliers with the factors above.
 
-    `f` (with s Gᵀγ in it if M was singular) is overwritten; `a` and `multipliers` are written.
+    `f` (with s Gᵀγ in it if M was singular) is overwritten; `a` and `multipliers` are written. `buffer` has the
+    length `buffer_size(m)`.
     """
     m, n = z.shape
+    basic = buffer[:m]
     forward_substitution(lower_mass, n, f)
     for j in range(m):
         multipliers[j] = 0.0
-    basic = np.empty(rank)
     for i in range(rank):
         j = order[i]
         basic[i] = gamma[j]
@@ -194,32 +215,34 @@ def constrained_solve(lower_mass, z, lower, order, scale, rank, f, gamma, a, mul
             a[k] += z[j, k] * multipliers[j]
     back_substitution(lower_mass, n, a)
     if 0 < rank < m:
-        _least_norm(lower, order, scale, rank, multipliers)
+        _least_norm(lower, order, scale, rank, multipliers, buffer)
 
 
-@jit
-def _least_norm(lower, order, scale, rank, multipliers):
+@jitted
+def _least_norm(lower, order, scale, rank, multipliers, buffer):
     """Take from the multipliers their part in the null space of Gᵀ."""
     m = order.shape[0]
     free = m - rank
-    null = np.zeros((free, m))  # rows span the null space
+    part = buffer[:m]
+    null = buffer[m:][: free * m].reshape((free, m))  # rows span the null space
+    gram = buffer[m + m * m :][: free * free].reshape((free, free))
     for c in range(free):
         row = null[c]
-        for k in range(rank):
-            row[k] = -lower[rank + c, k]
+        for k in range(m):
+            row[k] = -lower[rank + c, k] if k < rank else 0.0
         back_substitution(lower, rank, row)
         row[rank + c] = 1.0
         for k in range(m):
             row[k] *= scale[order[k]]
-    gram = np.zeros((free, free))
     for c in range(free):
-        for k in range(m):
-            for d in range(free):
+        for d in range(free):
+            gram[c, d] = 0.0
+            for k in range(m):
                 gram[c, d] += null[c, k] * null[d, k]
     cholesky(gram, free)
     for _ in range(2):  # rows of very different scales leave too much after once
-        part = np.zeros(free)
         for c in range(free):
+            part[c] = 0.0
             for k in range(m):
                 part[c] += null[c, k] * multipliers[order[k]]
         forward_substitution(gram, free, part)

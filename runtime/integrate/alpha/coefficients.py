@@ -20,6 +20,23 @@ class GeneralizedAlpha(NamedTuple):
     gamma: float
 
 
+class ConstrainedAlpha(NamedTuple):
+    """Parameters as those of `GeneralizedAlpha`, for constraints on positions.
+
+    Attributes
+    ----------
+    alpha_m, alpha_f, beta, gamma : float
+    stabilised : int
+        1 where constraints hold for velocities as well (stabilised index 2), 0 in index-3 form.
+    """
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+    stabilised: int
+
+
 def generalized_alpha(spectral_radius: float = 0.9) -> GeneralizedAlpha:
     """Return the method that damps the fastest motions by `spectral_radius`, 0 to 1, a step, and slow ones least.
 

@@ -94,6 +94,19 @@ def set_matrix(g, sizes, y, jacobian, matrix):
 @jitted
 def predict_stages(method, h, extrapolate, sizes, control, y, dense, w):
     """Start Newton from the last step's collocation polynomial, or from zero increments of v."""
+    nq, nv = sizes[NQ], sizes[NV]
+    predict_rates(method, h, extrapolate, sizes, control, dense, w)
+    for i in range(nv):
+        transform_stages(method, nq + i, nv + i, w)
+    move_positions(method, h, sizes, y, w)
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        predict_turns(method, h, i, i - k, nq + i - k, y, w)
+
+
+@jitted
+def predict_rates(method, h, extrapolate, sizes, control, dense, w):
+    """Set the stages' increments of v to those of the last step's collocation polynomial, or to zero."""
     nq, nv, n = sizes[NQ], sizes[NV], len(method.c)
     for s in range(n):
         theta = 1.0 + method.c[s] * h / control[H_LAST] if extrapolate else 1.0
@@ -104,12 +117,6 @@ def predict_stages(method, h, extrapolate, sizes, control, y, dense, w):
                 for j in range(n - 1, 1, -1):
                     bend = bend * (theta if j % 2 == 0 else 1.0 - theta) + dense[j, i]
                 w.states[STAGES + s, i] = (theta - 1.0) * (dense[1, i] - theta * bend)
-    for i in range(nv):
-        transform_stages(method, nq + i, nv + i, w)
-    move_positions(method, h, sizes, y, w)
-    for k in range(n_quaternions(sizes)):
-        i = quaternion_at(sizes, k)
-        predict_turns(method, h, i, i - k, nq + i - k, y, w)
 
 
 @jitted

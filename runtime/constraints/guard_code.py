@@ -1,0 +1,192 @@
+"""The guards as LLVM IR: trampolines with a kernel's signature, and calls of the jitted path behind them.
+
+A guard calls the straight-line kernel, looks at the pivot ratio, and only then turns to `robust_path`. After each
+projection it looks whether a row of G vanishes, which the pivot ratio does not show.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from runtime.code.llvm_text import constant
+from runtime.constraints import robust_path
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+PIVOT_LIMIT = 1e-6
+NEAR_LIMIT = 0.1  # size of a row of G, squared, in parts of what it is nearby
+_SMALL_CORRECTION = 1e-6
+_FLAG = robust_path.NEAR_SINGULAR
+
+# What the table holds, 64 bits each: addresses of kernels, of what is called where they fail, of data.
+RHS, PROJECT, RHS_PATH, PROJECT_PATH, NATIVE_RHS, NATIVE_PROJECT, JACOBIAN = range(7)
+CONTEXT, WEIGHTS, ORDER, WORK, ROWS = range(7, 12)
+N_SLOTS = 12
+PATHS = {"rhs": (NATIVE_RHS, RHS_PATH, "call_rhs"), "project": (NATIVE_PROJECT, PROJECT_PATH, "call_project")}
+TABLE = "guard_table"
+
+
+def guard_ir(system: System, n_context: int, n_weights: int, n_work: int) -> str:
+    """Return a module with `guarded_rhs`, `guarded_project`, `call_rhs` and `call_project`, and their table."""
+    n = system.nq + system.nv
+    lengths = {
+        "context": n_context, "y": n, "p": system.n_prepared, "weights": n_weights, "order": system.m, "work": n_work,
+    }  # fmt: skip
+    return (
+        f"@{TABLE} = global [{N_SLOTS} x ptr] zeroinitializer\ndeclare double @llvm.fabs.f64(double)\n"
+        + _guarded_rhs(system)
+        + _guarded_project(system, n_weights)
+        + _call("rhs", NATIVE_RHS, {**lengths, "out": system.n_row})
+        + _call("project", NATIVE_PROJECT, {**lengths, "out": n + system.nh + system.m})
+    )
+
+
+def _slot(name: str, index: int) -> str:
+    return f"%{name}.at = getelementptr inbounds ptr, ptr @{TABLE}, i64 {index}\n%{name} = load ptr, ptr %{name}.at\n"
+
+
+def _define(name: str, body: str) -> str:
+    return f"define void @{name}(double %t, ptr %y, ptr %p, ptr %out) nounwind {{\n{body}}}\n"
+
+
+def _array(name: str, length: int) -> str:
+    # Numba's flat form: owner, parent, entries, bytes of each, data, shape, stride.
+    return f"ptr null, ptr null, i64 {length}, i64 8, ptr %{name}, i64 {length}, i64 8"
+
+
+def _call(name: str, native: int, lengths: dict[str, int]) -> str:
+    """Call the jitted path of `robust_path`, whose arguments are arrays, with a kernel's arguments."""
+    slots = (("native", native), ("context", CONTEXT), ("weights", WEIGHTS), ("order", ORDER), ("work", WORK))
+    before, after = _array("context", lengths["context"]), ("y", "p", "out", "weights", "order", "work")
+    arrays = ", ".join(_array(key, lengths[key]) for key in after)
+    body = "".join(_slot(key, index) for key, index in slots)
+    body += "%result = alloca [2 x i64]\n"
+    body += f"%status = call i32 %native(ptr %result, ptr %result, {before}, double %t, {arrays})\n"
+    return _define(f"call_{name}", body + "ret void\n")
+
+
+def _near() -> str:
+    """Whether the flag in the context is set."""
+    return f"""{_slot("context", CONTEXT)}%flag.at = getelementptr inbounds i64, ptr %context, i64 {_FLAG}
+%flag = load i64, ptr %flag.at
+%far = icmp eq i64 %flag, 0
+"""
+
+
+def _ratio_check(system: System, row: str, sound: str) -> str:
+    # Written so that nan is slow; a ratio is never above 1, so infinity is slow as well. A row of G that is all zeros
+    # may leave the ratio as it is; its multiplier is then not finite, nor is the sum of all.
+    return f"""%multipliers = getelementptr inbounds double, ptr %{row}, i64 {system.ny}
+br label %sum.loop
+sum.loop:
+%k = phi i64 [0, %check], [%k.next, %sum.loop]
+%total = phi double [0.0, %check], [%total.next, %sum.loop]
+%multiplier.at = getelementptr inbounds double, ptr %multipliers, i64 %k
+%multiplier = load double, ptr %multiplier.at
+%nothing = fmul double %multiplier, 0.0
+%total.next = fadd double %total, %nothing
+%k.next = add i64 %k, 1
+%k.last = icmp eq i64 %k.next, {system.m}
+br i1 %k.last, label %sum.end, label %sum.loop
+sum.end:
+%ratio.at = getelementptr inbounds double, ptr %{row}, i64 {system.n_row - 1}
+%bare = load double, ptr %ratio.at
+%ratio = fadd double %bare, %total.next
+%high = fcmp oge double %ratio, {constant(PIVOT_LIMIT)}
+%low = fcmp ole double %ratio, 2.0
+%sound = and i1 %high, %low
+br i1 %sound, label %{sound}, label %slow
+"""
+
+
+def _slow(path: int, then: str) -> str:
+    return f"slow:\n{_slot('path', path)}call void %path(double %t, ptr %y, ptr %p, ptr %out)\nbr label %{then}\n"
+
+
+def _guarded_rhs(system: System) -> str:
+    return _define(
+        "guarded_rhs",
+        f"""{_slot("rhs", RHS)}call void %rhs(double %t, ptr %y, ptr %p, ptr %out)
+{_near()}br i1 %far, label %check, label %slow
+check:
+{_ratio_check(system, "out", "done")}{_slow(RHS_PATH, "done")}done:
+ret void
+""",
+    )
+
+
+def _guarded_project(system: System, n_weights: int) -> str:
+    """Away from singular configurations a small correction is right; for a large one the pivot ratio is looked at."""
+    n, limit = system.nq + system.nv, constant(_SMALL_CORRECTION)
+    return _define(
+        "guarded_project",
+        f"""%row = alloca double, i64 {system.n_row}
+{_near()}br i1 %far, label %usual, label %slow
+usual:
+{_slot("project", PROJECT)}call void %project(double %t, ptr %y, ptr %p, ptr %out)
+br label %loop
+loop:
+%i = phi i64 [0, %usual], [%next, %more]
+%y.at = getelementptr inbounds double, ptr %y, i64 %i
+%out.at = getelementptr inbounds double, ptr %out, i64 %i
+%old = load double, ptr %y.at
+%new = load double, ptr %out.at
+%move = fsub double %new, %old
+%distance = call double @llvm.fabs.f64(double %move)
+%size = call double @llvm.fabs.f64(double %old)
+%size.1 = fadd double %size, 1.0
+%allowed = fmul double %size.1, {limit}
+%small = fcmp ole double %distance, %allowed
+br i1 %small, label %more, label %check
+more:
+%next = add i64 %i, 1
+%last = icmp eq i64 %next, {n}
+br i1 %last, label %look, label %loop
+check:
+{_slot("rhs", RHS)}call void %rhs(double %t, ptr %y, ptr %p, ptr %row)
+{_ratio_check(system, "row", "look")}{_slow(PROJECT_PATH, "look")}look:
+{_look_at_rows(system) if n_weights else ""}ret void
+""",
+    )
+
+
+def _look_at_rows(system: System) -> str:
+    """Set the flag where a row of G, at the projected state, is much smaller than nearby."""
+    m, nv = system.m, system.nv
+    slots = _slot("jacobian", JACOBIAN) + _slot("rows", ROWS) + _slot("weights", WEIGHTS)
+    return f"""{slots}call void %jacobian(double %t, ptr %out, ptr %p, ptr %rows)
+br label %row.loop
+row.loop:
+%r = phi i64 [0, %look], [%r.next, %row.end]
+%least = phi double [1.0, %look], [%least.next, %row.end]
+%first = mul i64 %r, {nv}
+br label %entry.loop
+entry.loop:
+%c = phi i64 [0, %row.loop], [%c.next, %entry.loop]
+%sum = phi double [0.0, %row.loop], [%sum.next, %entry.loop]
+%at = add i64 %first, %c
+%g.at = getelementptr inbounds double, ptr %rows, i64 %at
+%w.at = getelementptr inbounds double, ptr %weights, i64 %at
+%g = load double, ptr %g.at
+%w = load double, ptr %w.at
+%square = fmul double %g, %g
+%term = fmul double %square, %w
+%sum.next = fadd double %sum, %term
+%c.next = add i64 %c, 1
+%c.last = icmp eq i64 %c.next, {nv}
+br i1 %c.last, label %row.end, label %entry.loop
+row.end:
+%less = fcmp olt double %sum.next, %least
+%least.next = select i1 %less, double %sum.next, double %least
+%r.next = add i64 %r, 1
+%r.last = icmp eq i64 %r.next, {m}
+br i1 %r.last, label %set, label %row.loop
+set:
+%near = fcmp olt double %least.next, {constant(NEAR_LIMIT)}
+%near.1 = zext i1 %near to i64
+%always.at = getelementptr inbounds i64, ptr %context, i64 {robust_path.ILL_CONDITIONED}
+%always = load i64, ptr %always.at
+%flag.new = or i64 %near.1, %always
+store i64 %flag.new, ptr %flag.at
+"""

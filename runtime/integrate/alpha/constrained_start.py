@@ -1,0 +1,100 @@
+"""What the generalised-α method starts from, so that no order is lost in the first steps."""
+
+from runtime.code.bridge import call_kernel
+from runtime.code.jitted import jitted
+from runtime.integrate.alpha.constrained import guess_start
+from runtime.integrate.alpha.constrained_work import (
+    ACCELERATION,
+    AVERAGE,
+    HAVE_FACTORS,
+    HAVE_START,
+    NEW_ACCELERATION,
+    NEW_AVERAGE,
+    RATE,
+    START,
+    STARTED_FOR,
+)
+from runtime.integrate.evaluation import evaluate
+from runtime.integrate.layout import CONSTRAINT_JACOBIAN, MASS_MATRIX, NH, NM, NOT_FINITE, NQ, NV, NW, RUNNING
+from runtime.integrate.saddle import factor, solve
+
+# Of the step: how far accelerations are looked at on either side of the start.
+_REACH = 0.05
+
+
+@jitted
+def start(method, h, addresses, sizes, p, counters, t, y, f, w):
+    """Set A, a, v and λ for steps of length `h` from the state `y`, whose rhs row is `f`; returns a status.
+
+    A runs behind a by (α_f - α_m) h. In index-3 form the formula for positions misses h³ c a', which constraints make
+    up for in the velocities across them, by h² c a' in the long run: those that start without it shake the
+    multipliers by O(h) (Arnold, Brüls, Cardona, Numer. Math. 129 (2015) 149).
+    """
+    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
+    status = jerk(h, addresses, sizes, p, counters, t, y, f, w)
+    if status != RUNNING:
+        return status
+    lead = method.alpha_m - method.alpha_f
+    for i in range(nv):
+        w.vectors[ACCELERATION, i] = f[nq + i]
+        w.vectors[AVERAGE, i] = f[nq + i] + lead * h * w.vectors[NEW_AVERAGE, i]
+        w.vectors[RATE, i] = y[nq + i]
+    for k in range(m):
+        w.multipliers[START, k] = f[nq + nv + sizes[NW] + k]
+    if not method.stabilised:
+        status = lean_rates(
+            h * h * (1.0 / 6.0 - 0.5 * lead - method.beta), addresses, sizes, p, counters, t, y, w
+        )
+    guess_start(sizes, w)
+    w.numbers[STARTED_FOR] = h
+    counters[HAVE_START], counters[HAVE_FACTORS] = 1, 0
+    return status
+
+
+@jitted
+def jerk(h, addresses, sizes, p, counters, t, y, f, w):
+    """Write the derivative of the accelerations along the motion to NEW_AVERAGE; returns a status."""
+    nq, nv = sizes[NQ], sizes[NV]
+    reach = _REACH * h
+    for side in range(2):
+        shift = reach if side == 0 else -reach
+        for i in range(y.shape[0]):
+            w.y_new[i] = y[i] + shift * f[i]
+        if not evaluate(addresses, sizes, p, counters, t + shift, w.y_new, w.row):
+            return NOT_FINITE
+        for i in range(nv):
+            if side == 0:
+                w.vectors[NEW_ACCELERATION, i] = w.row[nq + i]
+            else:
+                w.vectors[NEW_AVERAGE, i] = (w.vectors[NEW_ACCELERATION, i] - w.row[nq + i]) / (2.0 * reach)
+    return RUNNING
+
+
+@jitted
+def lean_rates(amount, addresses, sizes, p, counters, t, y, w):
+    """Add `amount` times the jerk across the holonomic constraints to the rates; returns a status."""
+    nv, m = sizes[NV], sizes[NM]
+    mass = w.derivative[: nv * nv]
+    for i in range(nv * nv):
+        mass[i] = 0.0
+    call_kernel(addresses[MASS_MATRIX], t, y, p, mass)
+    call_kernel(addresses[CONSTRAINT_JACOBIAN], t, y, p, w.gradient)
+    for i in range(nv + m):
+        w.right[i, 0] = 0.0
+        for j in range(nv + m):
+            w.matrix[i, j] = 0.0
+    for i in range(nv):
+        for j in range(nv):
+            w.matrix[i, j] = mass[i * nv + j]
+    for k in range(m):
+        for i in range(nv):
+            w.matrix[nv + k, i] = w.gradient[k * nv + i]
+            w.matrix[i, nv + k] = w.gradient[k * nv + i]
+            if k < sizes[NH]:
+                w.right[nv + k, 0] += w.gradient[k * nv + i] * w.vectors[NEW_AVERAGE, i]
+    status = solve(factor(counters, w), nv, w)
+    for i in range(nv):
+        w.vectors[RATE, i] += amount * w.right[i, 0]
+    for i in range(w.derivative.shape[0]):
+        w.derivative[i] = 0.0
+    return status

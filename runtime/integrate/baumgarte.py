@@ -1,0 +1,53 @@
+"""Baumgarte's stabilisation with gains from the step: a force towards the constraints, held over each step."""
+
+from runtime.code.bridge import call_kernel
+from runtime.code.jitted import jitted
+from runtime.integrate.layout import NQ, NV, STABILISE
+from runtime.integrate.quaternions import n_quaternions, quaternion_at, turn_between
+
+# Behind the prepared p: h² and h times the gains of position and velocity, then an acceleration for every rate.
+POSITION_GAIN, VELOCITY_GAIN = range(2)
+N_GAINS = 2
+
+
+@jitted
+def hold_stabilisation(addresses, sizes, p, t, h, y, row, buffer):
+    """Hold a new stabilising acceleration for a step of length `h` from (t, y), and add it to its rhs row.
+
+    Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1, asks for G a = γ - 2α Φ' - β² Φ. With gains as large as
+    the step allows (β = 1/h), stages, whose own residuals are of order h², would see forces of order 1, and the method
+    would lose its order; so the force is that of the start of the step. M⁻¹Gᵀ(G M⁻¹Gᵀ)⁻¹ times the residuals is what
+    the kernel `project` moves the state by.
+    Nothing happens in runs that do not stabilise (`addresses[STABILISE]` is 0).
+    """
+    if addresses[STABILISE] == 0:
+        return
+    nq, nv = sizes[NQ], sizes[NV]
+    gains = p[p.shape[0] - nv - N_GAINS :]
+    held = gains[N_GAINS:]
+    call_kernel(addresses[STABILISE], t, y, p, buffer)
+    by_position, by_velocity = gains[POSITION_GAIN] / (h * h), gains[VELOCITY_GAIN] / h
+    start = 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            held[i - k] = by_position * (buffer[i] - y[i])
+        if end < nq:
+            a, b, c = turn_between(y, buffer, end)
+            held[end - k] = by_position * a
+            held[end - k + 1] = by_position * b
+            held[end - k + 2] = by_position * c
+        start = end + 4
+    for i in range(nv):
+        held[i] += by_velocity * (buffer[nq + i] - y[nq + i])
+        row[nq + i] += held[i]
+
+
+@jitted
+def release_stabilisation(addresses, sizes, p):
+    """Hold no acceleration any more; returns whether the run stabilises, so that rows have to be evaluated anew."""
+    if addresses[STABILISE] == 0:
+        return False
+    for i in range(p.shape[0] - sizes[NV], p.shape[0]):
+        p[i] = 0.0
+    return True

@@ -1,0 +1,143 @@
+"""The equations of a step of bdf on index-2 equations: simplified Newton, reduced to the size of v and λ."""
+
+import math
+
+from runtime.code.jitted import jitted
+from runtime.integrate.bdf.work import (
+    CHANGE,
+    FACTORED_FOR,
+    HAVE_FACTORS,
+    HAVE_JACOBIAN,
+    ITERATIONS,
+    JACOBIAN_IS_FRESH,
+    NEWTON_BOUND,
+    PAST,
+    PREDICTED,
+    SCALE,
+    Y_NEW,
+)
+from runtime.integrate.copying import copy
+from runtime.integrate.evaluation import evaluate
+from runtime.integrate.ggl import divide_blocks, equation_residuals, set_blocks, set_shifted, solve_shifted
+from runtime.integrate.layout import (
+    FACTORISATIONS,
+    NEWTON_FAILED,
+    NEWTON_ITERATIONS,
+    NH,
+    NM,
+    NOT_FINITE,
+    NV,
+    NW,
+    RUNNING,
+)
+from runtime.integrate.linear import lu_factor
+from runtime.integrate.newton import CONVERGED, ITERATING, forget_rate, judge_correction, start_newton
+
+
+@jitted
+def solve_index2(g, addresses, sizes, p, counters, t1, w):
+    """Solve for the new state; where that fails, once more with a fresh Jacobian.
+
+    Writes `w.states[Y_NEW]` and, but for work, `w.states[CHANGE]`. Returns RUNNING, or why there is no solution.
+    """
+    if counters[HAVE_JACOBIAN]:
+        if iterate(g, addresses, sizes, p, counters, t1, w) == RUNNING:
+            return RUNNING
+        if counters[JACOBIAN_IS_FRESH]:
+            return NEWTON_FAILED
+        counters[HAVE_JACOBIAN] = 0
+    return iterate(g, addresses, sizes, p, counters, t1, w)
+
+
+@jitted
+def iterate(g, addresses, sizes, p, counters, t1, w):
+    """Improve the new state from the predicted one by simplified Newton; returns RUNNING, or why not."""
+    nv, m = sizes[NV], sizes[NM]
+    copy(w.states[PREDICTED], w.states[Y_NEW])
+    for i in range(nv):
+        w.states[CHANGE, nv + i] = 0.0
+    for k in range(sizes[NH]):
+        w.multipliers[m + k] = 0.0
+    move_positions(g, sizes, w)
+    # Multipliers of the predicted motion: see `predict_index2` of the Radau methods.
+    if not evaluate(addresses, sizes, p, counters, t1, w.states[Y_NEW], w.row):
+        return NOT_FINITE
+    for k in range(m):
+        w.multipliers[k] = w.row[2 * nv + sizes[NW] + k]
+    status = prepare_matrix(g, addresses, sizes, p, counters, t1, w)
+    if status != RUNNING:
+        return status
+    start_newton(w.numbers)
+    verdict = ITERATING
+    iteration = 0
+    while verdict == ITERATING:
+        iteration += 1
+        size = correct(g, addresses, sizes, p, t1, w)
+        if not math.isfinite(size):
+            return NOT_FINITE
+        counters[NEWTON_ITERATIONS] += 1
+        verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
+    w.numbers[ITERATIONS] = iteration
+    return RUNNING if verdict == CONVERGED else NEWTON_FAILED
+
+
+@jitted
+def move_positions(g, sizes, w):
+    """Set the positions of `w.states[Y_NEW]` by its rates and μ: g (d + past) = v + C μ."""
+    nv, m = sizes[NV], sizes[NM]
+    b = divide_blocks(sizes, w.blocks)
+    past, change, y = w.states[PAST], w.states[CHANGE], w.states[Y_NEW]
+    for i in range(nv):
+        rate = y[nv + i]
+        for k in range(sizes[NH]):
+            rate += b.steer[i, k] * w.multipliers[m + k]
+        change[i] = rate / g - past[i]
+        y[i] = w.states[PREDICTED, i] + change[i]
+
+
+@jitted
+def prepare_matrix(g, addresses, sizes, p, counters, t1, w):
+    """Renew the Jacobian where there is none, and the factors where they are for another γ; returns a status."""
+    b = divide_blocks(sizes, w.blocks)
+    if not counters[HAVE_JACOBIAN]:
+        status = set_blocks(addresses, sizes, p, counters, t1, w.states[Y_NEW], w.row, w.implicit, b)
+        if status != RUNNING:
+            return status
+        counters[HAVE_JACOBIAN], counters[JACOBIAN_IS_FRESH], counters[HAVE_FACTORS] = 1, 1, 0
+    # Lengths of equal steps differ by round-off of time, which is nothing to Newton.
+    if counters[HAVE_FACTORS] and abs(g - w.numbers[FACTORED_FOR]) <= 1e-6 * g:
+        return RUNNING
+    set_shifted(g, sizes[NH], b, w.matrix)
+    counters[FACTORISATIONS] += 1
+    w.numbers[FACTORED_FOR] = g
+    forget_rate(w.numbers)
+    status = lu_factor(w.matrix, w.pivots)
+    counters[HAVE_FACTORS] = 1 if status == RUNNING else 0
+    return status
+
+
+@jitted
+def correct(g, addresses, sizes, p, t1, w):
+    """Correct the new state and its multipliers; returns the size of the correction of the state in tolerances."""
+    nv, m = sizes[NV], sizes[NM]
+    b = divide_blocks(sizes, w.blocks)
+    change, y = w.states[CHANGE], w.states[Y_NEW]
+    for i in range(nv):
+        w.arguments[2 * nv + i] = g * (w.states[PAST, nv + i] + change[nv + i])
+    for k in range(m):
+        w.arguments[3 * nv + k] = w.multipliers[k]
+    equation_residuals(addresses, sizes, p, t1, y, w.arguments, w.equations, w.correction)
+    solve_shifted(g, sizes[NH], b, w.matrix, w.pivots, w.correction)
+    for k in range(m + sizes[NH]):
+        w.multipliers[k] += w.correction[nv + k]
+    total = 0.0
+    for i in range(nv):
+        change[nv + i] += w.correction[i]
+        y[nv + i] = w.states[PREDICTED, nv + i] + change[nv + i]
+        total += (w.correction[i] / w.states[SCALE, nv + i]) ** 2
+        rate = w.correction[i]
+        for k in range(sizes[NH]):
+            rate += b.steer[i, k] * w.correction[nv + m + k]
+        total += (rate / (g * w.states[SCALE, i])) ** 2
+    move_positions(g, sizes, w)
+    return math.sqrt(total / (2 * nv))

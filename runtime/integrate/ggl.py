@@ -1,0 +1,221 @@
+"""Newton's systems of index-2 equations with the constraints' positions (Gear, Gupta, Leimkuhler), of size nv + m.
+
+Gear, Leimkuhler, Gupta, J. Comput. Appl. Math. 12-13 (1985) 77, add the constraints to those of the velocities, and a
+multiplier μ that vanishes in the solution:
+
+    q' = v + C μ,   M v' = f + Gᵀλ,   G v + Φ_t = 0 and the velocity constraints,   Φ = 0.
+
+C = M⁻¹Gᵀ(G M⁻¹Gᵀ)⁻¹, holonomic columns, is that of the state at which the Jacobian was taken: as μ is zero, any C
+with G C = 1 does. The stages of a method, or a step of backward differences, lead to g q and g v in place of q' and v',
+with a real or complex shift g = const/h. With the residuals r of all equations but the first, which stays satisfied,
+
+    g Δq - Δv - C Δμ = 0,   (g M + D) Δv + K Δq - Gᵀ Δλ = -r₂,   G Δv + H Δq = -r₃,   G Δq = -r₄.
+
+For Δu = g Δq, M C = Gᵀ Λ and Δλ + g Λ Δμ as unknowns nothing else is left: Δμ = r₃ - g r₄ + H Δu / g.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from runtime.code.bridge import call_kernel
+from runtime.code.jitted import jitted
+from runtime.integrate.jacobian import TRUSTED_PIVOT_RATIO, derive_equations, jacobian_work
+from runtime.integrate.layout import CONSTRAINT_RESIDUAL, NH, NM, NQ, NV, RESIDUAL, RUNNING, SINGULAR_MATRIX
+from runtime.integrate.linear import lu_factor, lu_solve, pivot_ratio
+
+
+class Blocks(NamedTuple):
+    """Derivatives of the equations, of which every shift makes its matrix.
+
+    Attributes
+    ----------
+    mass : ndarray, shape (nv, nv)
+        M.
+    by_rates : ndarray, shape (nv, nv)
+        D, the derivative of M a - f - Gᵀλ by v.
+    by_positions : ndarray, shape (nv, nv)
+        K - D C H: K is its derivative by q; what μ changes there is taken off.
+    gradients : ndarray, shape (m, nv)
+        G.
+    turning : ndarray, shape (m, nv)
+        H, the derivative of the velocities' residuals by q: half the derivative of their time derivative by v. For
+        velocity constraints this is an estimate, which costs iterations, not accuracy.
+    steer, damped : ndarray, shape (nv, nh)
+        C and D C.
+    lift : ndarray, shape (m, nh)
+        Λ.
+    """
+
+    mass: np.ndarray
+    by_rates: np.ndarray
+    by_positions: np.ndarray
+    gradients: np.ndarray
+    turning: np.ndarray
+    steer: np.ndarray
+    damped: np.ndarray
+    lift: np.ndarray
+
+
+@jitted
+def blocks_size(sizes):
+    """Length of the array that `divide_blocks` divides."""
+    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    return 3 * nv * nv + 2 * m * nv + 2 * nv * nh + m * nh
+
+
+@jitted
+def divide_blocks(sizes, work):
+    """Divide `work`, of length `blocks_size(sizes)`, into `Blocks`."""
+    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    squares, rest = work[: 3 * nv * nv].reshape((3, nv, nv)), work[3 * nv * nv :]
+    rows, rest = rest[: 2 * m * nv].reshape((2, m, nv)), rest[2 * m * nv :]
+    columns, rest = rest[: 2 * nv * nh].reshape((2, nv, nh)), rest[2 * nv * nh :]
+    lift = rest[: m * nh].reshape((m, nh))
+    return Blocks(squares[0], squares[1], squares[2], rows[0], rows[1], columns[0], columns[1], lift)
+
+
+@jitted
+def set_blocks(addresses, sizes, p, counters, t, y, row, implicit, b):
+    """Take the derivatives at (t, y), where the rhs row is `row`.
+
+    Returns
+    -------
+    int
+        RUNNING, or SINGULAR_MATRIX where constraints depend on each other.
+    """
+    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    w = jacobian_work(sizes, implicit)
+    derive_equations(addresses, sizes, p, counters, t, y, row, w)
+    for i in range(nv):
+        for j in range(nv):
+            b.mass[i, j] = w.block[i, j]
+            b.by_positions[i, j] = -w.right[i, j]
+            b.by_rates[i, j] = -w.right[i, nv + j]
+    for k in range(m):
+        for j in range(nv):
+            b.gradients[k, j] = w.block[nv + k, j]
+            b.turning[k, j] = -0.5 * w.right[nv + k, nv + j]
+    if lu_factor(w.block, w.pivots) != RUNNING or not pivot_ratio(w.block) > TRUSTED_PIVOT_RATIO:
+        return SINGULAR_MATRIX
+    for k in range(nh):
+        for i in range(nv + m):
+            w.scale[i] = 0.0
+        w.scale[nv + k] = 1.0
+        lu_solve(w.block, w.pivots, w.scale)
+        for i in range(nv):
+            b.steer[i, k] = w.scale[i]
+        for i in range(m):
+            b.lift[i, k] = w.scale[nv + i]
+    multiply(b.by_rates, b.steer, b.damped)
+    for k in range(nh):
+        for i in range(nv):
+            for j in range(nv):
+                b.by_positions[i, j] -= b.damped[i, k] * b.turning[k, j]
+    return RUNNING
+
+
+@jitted
+def multiply(a, b, out):
+    """Write the product of two matrices."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            total = 0.0
+            for k in range(a.shape[1]):
+                total += a[i, k] * b[k, j]
+            out[i, j] = total
+
+
+@jitted
+def set_shifted(g, nh, b, matrix):
+    """Write the matrix of (Δu, Δλ + g Λ Δμ) for the real or complex shift `g`."""
+    nv, m = b.mass.shape[0], b.gradients.shape[0]
+    inverse = 1.0 / g
+    for i in range(nv):
+        for j in range(nv):
+            matrix[i, j] = g * b.mass[i, j] + b.by_rates[i, j] + inverse * b.by_positions[i, j]
+        for k in range(m):
+            matrix[i, nv + k] = -b.gradients[k, i]
+            matrix[nv + k, i] = b.gradients[k, i]
+            if k >= nh:
+                matrix[nv + k, i] += inverse * b.turning[k, i]
+    for i in range(nv, nv + m):
+        for j in range(nv, nv + m):
+            matrix[i, j] = 0.0
+
+
+@jitted
+def solve_shifted(g, nh, b, matrix, pivots, x):
+    """Replace residuals by corrections, with the factors of `set_shifted`'s matrix.
+
+    Parameters
+    ----------
+    x : ndarray, shape (nv + m + nh,), real or complex
+        Of (r₂, r₃, r₄) becomes (Δv, Δλ, Δμ).
+    """
+    nv, m = b.mass.shape[0], b.gradients.shape[0]
+    n = nv + m
+    for k in range(nh):
+        moved = g * x[n + k]
+        x[n + k] = x[nv + k] - moved
+        x[nv + k] = -moved
+    for k in range(nv + nh, n):
+        x[k] = -x[k]
+    for i in range(nv):
+        total = -x[i]
+        for k in range(nh):
+            total += b.damped[i, k] * x[n + k]
+        x[i] = total
+    lu_solve(matrix, pivots, x[:n])
+    recover(g, nh, b, x)
+
+
+@jitted
+def recover(g, nh, b, x):
+    """From (Δu, Δλ + g Λ Δμ, Δμ - H Δu / g) make (Δv, Δλ, Δμ)."""
+    nv, m = b.mass.shape[0], b.gradients.shape[0]
+    n = nv + m
+    inverse = 1.0 / g
+    for k in range(nh):
+        total = 0.0 * g
+        for j in range(nv):
+            total += b.turning[k, j] * x[j]
+        x[n + k] += inverse * total
+    for k in range(nh):
+        for i in range(m):
+            x[nv + i] -= g * b.lift[i, k] * x[n + k]
+        for i in range(nv):
+            x[i] -= b.steer[i, k] * x[n + k]
+
+
+@jitted
+def equations_size(sizes):
+    """Length of what the kernels `residual` and `constraint_residual` write, the longer of the two."""
+    return sizes[NM] + max(sizes[NV], sizes[NH])
+
+
+@jitted
+def equation_residuals(addresses, sizes, p, t, y, arguments, equations, out):
+    """Write (r₂, r₃, r₄) at (t, y).
+
+    Parameters
+    ----------
+    y : ndarray
+        Begins with (q, v).
+    arguments : ndarray, shape (nq + 2 nv + m,)
+        Its end holds accelerations and multipliers; the beginning is written here.
+    equations : ndarray
+        What kernels write.
+    out : ndarray, shape (nv + m + nh,)
+    """
+    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    for i in range(sizes[NQ] + nv):
+        arguments[i] = y[i]
+    call_kernel(addresses[RESIDUAL], t, arguments, p, equations)
+    for i in range(nv):
+        out[i] = equations[i]
+    call_kernel(addresses[CONSTRAINT_RESIDUAL], t, arguments, p, equations)
+    for k in range(m):
+        out[nv + k] = equations[nh + k]
+    for k in range(nh):
+        out[nv + m + k] = equations[k]

@@ -1,0 +1,1 @@
+"""Independent coordinates by partitioning, for explicit Runge-Kutta methods."""

@@ -1,0 +1,78 @@
+"""The error of a step of a Radau method for index-2 equations: that of positions and rates."""
+
+import math
+
+from runtime.code.jitted import jitted
+from runtime.integrate.evaluation import evaluate
+from runtime.integrate.ggl import divide_blocks, recover
+from runtime.integrate.layout import LAST_REJECTED, NH, NM, NQ, NV
+from runtime.integrate.linear import lu_solve
+from runtime.integrate.radau.error import weighted
+from runtime.integrate.radau.work import ERROR, F_NEW, HAVE_HISTORY, SCALE, STAGES, Y_STAGE
+
+
+@jitted
+def estimate_index2(method, h, addresses, sizes, p, counters, t, y, f, w):
+    """Return the estimated error of the step in units of the tolerance.
+
+    The estimate is that of `estimate_error`, filtered by the Newton matrix with its constraints, as radau5.f does for
+    implicit systems: so it satisfies them. λ and μ, whose index is 2, have no part in it: multipliers of results come
+    from positions and rates.
+    """
+    nq, nv = sizes[NQ], sizes[NV]
+    error = filter_index2(method, h, sizes, f, False, w)
+    if error >= 1.0 and (counters[LAST_REJECTED] or not counters[HAVE_HISTORY]):
+        for i in range(nq + nv):
+            w.states[Y_STAGE, i] = y[i] + w.pairs[ERROR, i]
+        if not evaluate(addresses, sizes, p, counters, t, w.states[Y_STAGE], w.rows[F_NEW]):
+            return math.inf
+        error = filter_index2(method, h, sizes, w.rows[F_NEW], True, w)
+    return max(error, 1e-10) if math.isfinite(error) else error
+
+
+@jitted
+def filter_index2(method, h, sizes, row, again, w):
+    """Write the filtered error to `w.pairs[ERROR]`; `again`: it is there already, and `row` belongs to y + error.
+
+    With s₁, s₂ the defects of positions and rates, which take the place of 0 and -r₂ in the module `ggl`:
+    Δv = Δu - C Δμ - s₁ and Δμ = H Δu / g - G s₁.
+    """
+    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    b = divide_blocks(sizes, w.blocks)
+    g = method.mu / h
+    x = w.real_vector
+    slip, pushed = w.residuals[0], w.residuals[1]
+    for i in range(nv):
+        # v0 + eᵀZ_q / h, in which v0 cancels.
+        total = w.pairs[ERROR, nv + i] if again else 0.0
+        for s in range(len(method.c)):
+            rate = w.states[STAGES + s, nv + i]
+            for k in range(nh):
+                rate += b.steer[i, k] * w.multipliers[s, m + k]
+            total += method.error_a[s] * rate
+        slip[i] = total
+        pushed[i] = row[nv + i] + weighted(method, method.error, nv + i, w) / h
+    for k in range(m):
+        total = 0.0
+        for j in range(nv):
+            total += b.gradients[k, j] * slip[j]
+        x[nv + k] = 0.0 if k < nh else total
+        if k < nh:
+            x[nv + m + k] = -total
+    for i in range(nv):
+        total = 0.0
+        for j in range(nv):
+            total += b.mass[i, j] * (pushed[j] + g * slip[j]) + b.by_rates[i, j] * slip[j]
+        for k in range(nh):
+            total += b.damped[i, k] * x[nv + m + k]
+        x[i] = total
+    lu_solve(w.real, w.pivots[0], x[: nv + m])
+    for i in range(nv):
+        w.pairs[ERROR, i] = x[i] / g
+    recover(g, nh, b, x)
+    total = 0.0
+    for i in range(nv):
+        w.pairs[ERROR, nv + i] = x[i] - slip[i]
+    for i in range(2 * nv):
+        total += (w.pairs[ERROR, i] / w.pairs[SCALE, i]) ** 2
+    return math.sqrt(total / (2 * nv))

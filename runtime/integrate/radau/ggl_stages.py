@@ -1,0 +1,201 @@
+"""The stages of the Radau methods for index-2 equations: simplified Newton, reduced to the size of v and λ."""
+
+import math
+
+from runtime.code.jitted import jitted
+from runtime.integrate.ggl import divide_blocks, equation_residuals, set_shifted, solve_shifted
+from runtime.integrate.layout import (
+    FACTORISATIONS,
+    NEWTON_FAILED,
+    NEWTON_ITERATIONS,
+    NH,
+    NM,
+    NOT_FINITE,
+    NQ,
+    NV,
+    NW,
+    RUNNING,
+)
+from runtime.integrate.linear import lu_factor
+from runtime.integrate.newton import (
+    CONVERGED,
+    DIVERGED,
+    ITERATING,
+    RATE,
+    forget_rate,
+    judge_correction,
+    start_newton,
+)
+from runtime.integrate.radau.stages import ROUND_OFF, evaluate_stage, predict_rates, round_off
+from runtime.integrate.radau.transform import shift_of
+from runtime.integrate.radau.turns import place
+from runtime.integrate.radau.work import (
+    F_STAGES,
+    FACTORED_FOR,
+    ITERATIONS,
+    LAST_RATE,
+    NEWTON_BOUND,
+    SCALE,
+    STAGES,
+    Y_STAGE,
+)
+
+
+@jitted
+def factor_index2(method, h, sizes, counters, w):
+    """Factor the real and the complex Newton matrices for a step of length `h`; returns a status."""
+    b = divide_blocks(sizes, w.blocks)
+    set_shifted(method.mu / h, sizes[NH], b, w.real)
+    counters[FACTORISATIONS] += 1
+    w.numbers[FACTORED_FOR] = h
+    forget_rate(w.numbers)
+    status = lu_factor(w.real, w.pivots[0])
+    for k in range(len(method.c) // 2):
+        if status == RUNNING:
+            set_shifted(shift_of(method, k, 1.0 / h), sizes[NH], b, w.complex[k])
+            status = lu_factor(w.complex[k], w.pivots[k + 1])
+    return status
+
+
+@jitted
+def predict_index2(method, h, extrapolate, addresses, sizes, p, control, counters, t0, y, dense, w):
+    """Start Newton as `predict_stages` does, with the multipliers that the accelerations of that motion take.
+
+    Those of the start of the step would do for convergence, but their first correction would dwarf that of the rates,
+    which says nothing of the rate of contraction then.
+
+    Returns
+    -------
+    bool
+        Whether all is finite.
+    """
+    first = sizes[NQ] + sizes[NV] + sizes[NW]
+    predict_rates(method, h, extrapolate, sizes, control, dense, w)
+    for s in range(len(method.c)):
+        for k in range(sizes[NM], sizes[NM] + sizes[NH]):
+            w.multipliers[s, k] = 0.0
+    move_index2(method, h, sizes, y, w)
+    for s in range(len(method.c)):
+        if not evaluate_stage(s, method, h, addresses, sizes, p, counters, t0, y, w):
+            return False
+        for k in range(sizes[NM]):
+            w.multipliers[s, k] = w.rows[F_STAGES + s, first + k]
+    return True
+
+
+@jitted
+def move_index2(method, h, sizes, y, w):
+    """Set the stages' increments of q to the integral of v + C μ."""
+    nv, n, first = sizes[NV], len(method.c), sizes[NM]
+    b = divide_blocks(sizes, w.blocks)
+    for i in range(nv):
+        for s in range(n):
+            total = method.c[s] * y[nv + i]
+            for r in range(n):
+                rate = w.states[STAGES + r, nv + i]
+                for k in range(sizes[NH]):
+                    rate += b.steer[i, k] * w.multipliers[r, first + k]
+                total += method.a[s, r] * rate
+            w.states[STAGES + s, i] = h * total
+
+
+@jitted
+def solve_index2(method, h, addresses, sizes, p, counters, t0, y, w):
+    """Improve the stages by simplified Newton; returns RUNNING, or why it does not converge."""
+    start_newton(w.numbers)
+    verdict, size, rate = ITERATING, 0.0, 0.0
+    iteration = 0
+    while verdict == ITERATING:
+        iteration += 1
+        for s in range(len(method.c)):
+            stage_residuals(s, method, h, addresses, sizes, p, t0, y, w)
+        correct_residuals(method, h, sizes, w)
+        size = correct_index2(method, h, sizes, w)
+        if not math.isfinite(size):
+            return NOT_FINITE
+        move_index2(method, h, sizes, y, w)
+        counters[NEWTON_ITERATIONS] += 1
+        verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
+        if iteration == 2:
+            rate = w.numbers[RATE]
+    if verdict == DIVERGED and iteration > 2 and size <= ROUND_OFF * round_off(method, h, sizes, y, w):
+        verdict = CONVERGED
+        w.numbers[RATE] = rate
+    w.numbers[ITERATIONS] = iteration
+    if iteration > 1:
+        w.numbers[LAST_RATE] = w.numbers[RATE]
+    return RUNNING if verdict == CONVERGED else NEWTON_FAILED
+
+
+@jitted
+def stage_residuals(s, method, h, addresses, sizes, p, t0, y, w):
+    """Write the residuals of stage `s`, with the accelerations that the stages' rates say."""
+    nq, nv = sizes[NQ], sizes[NV]
+    place(sizes, y, w.states[STAGES + s], w.states[Y_STAGE])
+    for i in range(nv):
+        total = 0.0
+        for r in range(len(method.c)):
+            total += method.a_inverse[s, r] * w.states[STAGES + r, nq + i]
+        w.arguments[nq + nv + i] = total / h
+    for k in range(sizes[NM]):
+        w.arguments[nq + 2 * nv + k] = w.multipliers[s, k]
+    t = t0 + method.c[s] * h
+    equation_residuals(addresses, sizes, p, t, w.states[Y_STAGE], w.arguments, w.equations, w.residuals[s])
+
+
+@jitted
+def correct_residuals(method, h, sizes, w):
+    """Replace the residuals of the stages by corrections of their rates and multipliers."""
+    n, nh = len(method.c), sizes[NH]
+    b = divide_blocks(sizes, w.blocks)
+    forth, back = method.from_stages, method.to_stages
+    for i in range(w.residuals.shape[1]):
+        total = 0.0
+        for s in range(n):
+            total += forth[0, s] * w.residuals[s, i]
+        w.real_vector[i] = total
+        for k in range(n // 2):
+            real, imag = 0.0, 0.0
+            for s in range(n):
+                real += forth[2 * k + 1, s] * w.residuals[s, i]
+                imag += forth[2 * k + 2, s] * w.residuals[s, i]
+            w.complex_vectors[k, i] = complex(real, imag)
+    solve_shifted(method.mu / h, nh, b, w.real, w.pivots[0], w.real_vector)
+    for k in range(n // 2):
+        g = shift_of(method, k, 1.0 / h)
+        solve_shifted(g, nh, b, w.complex[k], w.pivots[k + 1], w.complex_vectors[k])
+    for i in range(w.residuals.shape[1]):
+        for s in range(n):
+            total = back[s, 0] * w.real_vector[i]
+            for k in range(n // 2):
+                x = w.complex_vectors[k, i]
+                total += back[s, 2 * k + 1] * x.real + back[s, 2 * k + 2] * x.imag
+            w.residuals[s, i] = total
+
+
+@jitted
+def correct_index2(method, h, sizes, w):
+    """Add the corrections; returns the size of those of positions and rates in tolerances.
+
+    Multipliers have no part in it: they follow from the rates, and what is left of them is gone in the next iteration.
+    """
+    nq, nv, n = sizes[NQ], sizes[NV], len(method.c)
+    b = divide_blocks(sizes, w.blocks)
+    total = 0.0
+    for s in range(n):
+        change = w.residuals[s]
+        for k in range(sizes[NM] + sizes[NH]):
+            w.multipliers[s, k] += change[nv + k]
+        for i in range(nv):
+            w.states[STAGES + s, nq + i] += change[i]
+            total += (change[i] / w.pairs[SCALE, nv + i]) ** 2
+    for i in range(nv):
+        for s in range(n):
+            moved = 0.0
+            for r in range(n):
+                rate = w.residuals[r, i]
+                for k in range(sizes[NH]):
+                    rate += b.steer[i, k] * w.residuals[r, nv + sizes[NM] + k]
+                moved += method.a[s, r] * rate
+            total += (h * moved / w.pairs[SCALE, i]) ** 2
+    return math.sqrt(total / (2 * nv * n))

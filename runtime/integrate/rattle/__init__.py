@@ -1,0 +1,1 @@
+"""RATTLE and its symmetric compositions."""

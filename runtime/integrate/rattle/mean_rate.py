@@ -1,0 +1,169 @@
+"""Solve for the mean rate of a RATTLE step, the first line of `step`, and the constraints at its end."""
+
+import math
+
+import numpy as np
+
+from runtime.code.bridge import call_kernel
+from runtime.code.jitted import jitted
+from runtime.integrate.layout import (
+    CONSTRAINT_JACOBIAN,
+    CONSTRAINT_RESIDUAL,
+    MASS_MATRIX,
+    NEWTON_FAILED,
+    NEWTON_ITERATIONS,
+    NM,
+    NQ,
+    NV,
+    RUNNING,
+)
+from runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING
+from runtime.integrate.rattle.push import push
+from runtime.integrate.rattle.work import (
+    END,
+    MEAN,
+    MOMENTUM,
+    PUSH,
+    REST,
+    SMALLEST,
+    STALLS,
+    START,
+    TRIAL,
+    TURN,
+)
+from runtime.integrate.saddle import border, factor, solve
+from runtime.integrate.step_control import error_scale
+
+MAX_ITERATIONS = 50
+# Corrections of this size that no longer shrink are round-off for certain, in units of the rates or of positions over
+# h. Larger ones count as progress below PROGRESS times the smallest so far; so many without progress end the iteration.
+EPS = float(np.finfo(float).eps)
+ROUND_OFF, ROUND_OFF_OF_POSITIONS = 64.0 * EPS, 4.0 * EPS
+PROGRESS = 0.5
+MAX_STALLS = 3
+NOISE_TOL = 0.1
+DIVERGENCE = 1e3
+# So is what the next correction would be below, if the iteration goes on contracting as it did.
+NEGLIGIBLE = EPS / 64.0
+
+
+@jitted
+def solve_mean(method, h, addresses, sizes, p, control, counters, t0, y, w):
+    """Solve for the mean rate and the impulses at the start, until rounding keeps them from changing less.
+
+    To stop at a tolerance would leave errors of one sign, and energy would drift.
+    """
+    nv, m = sizes[NV], sizes[NM]
+    for i in range(nv):
+        total = 0.0
+        for j in range(nv):
+            total += w.masses[START, i * nv + j] * y[sizes[NQ] + j]
+        w.vectors[MOMENTUM, i] = total
+    w.numbers[SMALLEST], w.numbers[STALLS] = math.inf, 0.0
+    trusted = False
+    verdict = ITERATING
+    iteration = 0
+    while verdict == ITERATING:
+        iteration += 1
+        place_residual(method, h, addresses, sizes, p, counters, t0, y, w)
+        if iteration == 1:
+            trusted = factor_newton(method, h, addresses, sizes, p, counters, t0 + h, w)
+        status = solve(trusted, nv, w)
+        if status != RUNNING:
+            return status
+        counters[NEWTON_ITERATIONS] += 1
+        verdict = judge_correction(iteration, h, control, nv, y, w)
+        for i in range(nv):
+            w.vectors[MEAN, i] -= w.right[i, 0]
+        for k in range(m):
+            w.impulses[START, k] -= w.right[nv + k, 0]
+    return RUNNING if verdict == CONVERGED else NEWTON_FAILED
+
+
+@jitted
+def place_residual(method, h, addresses, sizes, p, counters, t0, y, w):
+    """Write the residual of the first line, then g(q1)/h, to `w.right`; leaves q1 in TRIAL."""
+    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
+    q1 = w.states[TRIAL]
+    push(method, START, h, addresses, sizes, p, counters, t0, y, w)
+    for i in range(nq):
+        q1[i] = y[i] + (w.states[REST, i] + h * w.vectors[MEAN, i])
+    if not method.constant_mass:
+        call_kernel(addresses[MASS_MATRIX], t0 + h, q1, p, w.masses[END])
+    for i in range(nv):
+        total = -w.vectors[MOMENTUM, i] - w.vectors[PUSH, i]
+        for j in range(nv):
+            mean_mass = 0.5 * (w.masses[START, i * nv + j] + w.masses[END, i * nv + j])
+            total += mean_mass * w.vectors[MEAN, j]
+        for k in range(m):
+            total -= w.gradients[START, k * nv + i] * w.impulses[START, k]
+        w.right[i, 0] = total
+    if m > 0:
+        call_kernel(addresses[CONSTRAINT_RESIDUAL], t0 + h, q1, p, w.residual)
+        add_rounded(h, nv, y, q1, w)
+    for k in range(m):
+        w.right[nv + k, 0] = w.residual[k] / h
+
+
+@jitted
+def add_rounded(h, nv, y, q1, w):
+    """Add to g(q1) what the part of q1 that rounding has dropped makes of it.
+
+    An angle that has turned many times is coarse; divided by h, that would jolt the rates.
+    """
+    for i in range(nv):
+        term = w.states[REST, i] + h * w.vectors[MEAN, i]
+        dropped = (y[i] - q1[i]) + term
+        for k in range(w.gradients.shape[1] // nv):
+            w.residual[k] += w.gradients[END, k * nv + i] * dropped
+
+
+@jitted
+def factor_newton(method, h, addresses, sizes, p, counters, t1, w):
+    """Factor the derivative of the residual, but for terms of h² and forces that depend on rates."""
+    nv = sizes[NV]
+    for i in range(nv):
+        for j in range(nv):
+            w.matrix[i, j] = 0.5 * (w.masses[START, i * nv + j] + w.masses[END, i * nv + j])
+            if not method.constant_mass:
+                w.matrix[i, j] += 0.5 * h * (w.slopes[TURN, i, j] - w.slopes[TURN, j, i])
+    if sizes[NM] > 0:
+        call_kernel(addresses[CONSTRAINT_JACOBIAN], t1, w.states[TRIAL], p, w.gradients[END])
+    border(w.gradients[START], w.gradients[END], nv, w)
+    return factor(counters, w)
+
+
+@jitted
+def judge_correction(iteration, h, control, nv, y, w):
+    """Judge the correction `w.right` of the mean rate: ITERATING, CONVERGED or DIVERGED.
+
+    Converged is what no longer shrinks, once it is as small as round-off of rates and positions. Forces that nearly
+    cancel leave more than that: corrections that make no progress, but are well below the tolerance, are taken for it.
+    """
+    fastest, farthest = 0.0, 0.0
+    for i in range(nv):
+        fastest = max(fastest, abs(w.vectors[MEAN, i]))
+        farthest = max(farthest, abs(y[i]))
+    size, largest, in_tolerances = 0.0, 0.0, 0.0
+    for i in range(nv):
+        change, rate = abs(w.right[i, 0]), abs(w.vectors[MEAN, i])
+        if not math.isfinite(change):
+            return DIVERGED
+        if change > 0.0:
+            largest = max(largest, change)
+            size = max(size, change / max(rate, 1e-3 * fastest, change))
+            in_tolerances = max(in_tolerances, change / error_scale(control, rate, rate))
+    smallest = w.numbers[SMALLEST]
+    is_noise = size <= ROUND_OFF or largest <= ROUND_OFF_OF_POSITIONS * farthest / abs(h)
+    if size == 0.0 or (smallest <= size and is_noise):
+        return CONVERGED
+    if iteration > 1 and size * size <= NEGLIGIBLE * smallest:
+        return CONVERGED
+    is_noise = is_noise or in_tolerances <= NOISE_TOL
+    w.numbers[STALLS] = 0.0 if size < PROGRESS * smallest else w.numbers[STALLS] + 1.0
+    if size > DIVERGENCE * smallest and not is_noise:
+        return DIVERGED
+    if w.numbers[STALLS] >= MAX_STALLS and is_noise:
+        return CONVERGED
+    w.numbers[SMALLEST] = min(smallest, size)
+    return ITERATING if iteration < MAX_ITERATIONS else DIVERGED

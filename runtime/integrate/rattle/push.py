@@ -1,0 +1,46 @@
+"""What pushes momenta at one end of a RATTLE step, L_q + Q = f + M' u, where M' is the derivative of M along u."""
+
+from runtime.code.bridge import call_kernel
+from runtime.code.jitted import jitted
+from runtime.integrate.layout import FORCES, JACOBIANS, NQ, NV, RESIDUAL_JACOBIAN
+from runtime.integrate.rattle.work import MEAN, PROBE, PUSH, TRIAL, TURN
+
+
+@jitted
+def push(method, which, h, addresses, sizes, p, counters, t, y, w):
+    """Write h/2 (L_q + Q) at the positions of `y` and the mean rate to PUSH; ∂(M u)/∂q to the block TURN of slopes."""
+    nq, nv, state = sizes[NQ], sizes[NV], w.states[TRIAL]
+    for i in range(nq):
+        state[i] = y[i]
+    for i in range(nv):
+        state[nq + i] = w.vectors[MEAN, i]
+    call_kernel(addresses[FORCES], t, state, p, w.vectors[PUSH])
+    for i in range(nv):
+        w.vectors[PUSH, i] *= 0.5 * h
+    if method.constant_mass:
+        return
+    slope(addresses, sizes, p, counters, t, y, True, w, w.slopes[TURN])
+    for i in range(nv):
+        for j in range(nv):
+            w.slopes[TURN, i, j] -= w.slopes[which, i, j]
+            w.vectors[PUSH, i] += 0.5 * h * w.slopes[TURN, i, j] * w.vectors[MEAN, j]
+
+
+@jitted
+def slope(addresses, sizes, p, counters, t, y, moving, w, out):
+    """Write ∂residual/∂q at (q, PROBE) with λ = 0 and a = MEAN, or 0 where `moving` is not set, to `out`."""
+    nq, nv = sizes[NQ], sizes[NV]
+    n_columns = w.arguments.shape[0]
+    for i in range(n_columns):
+        w.arguments[i] = 0.0
+    for i in range(nq):
+        w.arguments[i] = y[i]
+    for i in range(nv):
+        w.arguments[nq + i] = w.vectors[PROBE, i]
+        if moving:
+            w.arguments[nq + nv + i] = w.vectors[MEAN, i]
+    call_kernel(addresses[RESIDUAL_JACOBIAN], t, w.arguments, p, w.derivative)
+    counters[JACOBIANS] += 1
+    for i in range(nv):
+        for j in range(nv):
+            out[i, j] = w.derivative[i * n_columns + j]

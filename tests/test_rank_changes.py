@@ -1,0 +1,193 @@
+"""Runs through configurations where constraints lose rank, starts in them, and stops where nothing leads on."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+import pytest
+
+from symgen import Model, cos, dot, sin, t
+
+STARTS = 40
+
+
+@functools.cache
+def equal_slider_crank():
+    """Crank and rod of one length: φ = -θ, x = 2 r cos θ, or the rod folded onto the crank, with x = 0."""
+    m = Model("equal_slider_crank")
+    theta = m.coordinate("theta", unit="rad", start=0.5, rate=8.0)
+    phi = m.coordinate("phi", unit="rad", guess=-0.5)
+    x = m.coordinate("x", unit="m", guess=0.5)
+    r, M, J = m.parameters(r="0.3 m", M="1 kg", J="7.5e-3 kg*m^2")
+    pin = (r * cos(theta), r * sin(theta))
+    m.body("crank", mass=M, inertia=J, com=(pin[0] / 2, pin[1] / 2), angle=theta)
+    m.body("rod", mass=M, inertia=J, com=(pin[0] + r / 2 * cos(phi), pin[1] + r / 2 * sin(phi)), angle=phi)
+    m.body("piston", mass=M, com=(x, 0))
+    m.constraint("closes_x", pin[0] + r * cos(phi) - x)
+    m.constraint("closes_y", pin[1] + r * sin(phi))
+    return m.derive()
+
+
+@functools.cache
+def parallelogram():
+    """Two equal cranks and a bar as long as the ground: the bar keeps b = 0, or the cranks turn against each other."""
+    m = Model("parallelogram")
+    a = m.coordinate("a", unit="rad", start=1.0, rate=8.0)
+    b = m.coordinate("b", unit="rad")
+    c = m.coordinate("c", unit="rad", guess=1.0)
+    r, l, M, J = m.parameters(r="0.2 m", l="0.5 m", M="1 kg", J="4e-3 kg*m^2")
+    m.body("left", mass=M, inertia=J, com=(r / 2 * cos(a), r / 2 * sin(a)), angle=a)
+    m.body(
+        "bar", mass=M, inertia=10 * J, com=(r * cos(a) + l / 2 * cos(b), r * sin(a) + l / 2 * sin(b)), angle=b
+    )
+    m.body("right", mass=M, inertia=J, com=(l + r / 2 * cos(c), r / 2 * sin(c)), angle=c)
+    m.constraint("closes_x", r * cos(a) + l * cos(b) - r * cos(c) - l)
+    m.constraint("closes_y", r * sin(a) + l * sin(b) - r * sin(c))
+    return m.derive()
+
+
+def random_starts():
+    random = np.random.default_rng(5)
+    for _ in range(STARTS):
+        yield random.uniform(-math.pi, math.pi), random.choice([-1.0, 1.0]) * random.uniform(3.0, 12.0)
+
+
+def crank_angle(theta0: float, omega0: float, times: np.ndarray) -> np.ndarray:
+    """The crank's motion from its energy: the time that each angle takes, by quadrature, inverted."""
+    r, M, J = 0.3, 1.0, 7.5e-3
+
+    def inertia(theta):
+        # T = I(θ) ω² / 2 with the rod's centre at (3/2 r cos θ, r/2 sin θ) and the piston at 2 r cos θ.
+        rod = (1.5 * r * np.sin(theta)) ** 2 + (0.5 * r * np.cos(theta)) ** 2
+        return M * (r / 2) ** 2 + 2 * J + M * rod + M * (2 * r * np.sin(theta)) ** 2
+
+    # Over whole turns the rule of rectangles is exact to round-off for these analytic functions: a Fourier series.
+    n = 256
+    grid = 2 * math.pi * np.arange(n) / n
+    series = np.fft.rfft(np.sqrt(inertia(grid))) / n
+    k = np.arange(1, len(series))
+
+    def integral(theta):
+        waves = series[1:] * np.exp(1j * np.outer(theta, k)) / (1j * k)
+        return series[0].real * theta + 2 * waves.real.sum(axis=1)
+
+    target = integral(np.array([theta0])) + omega0 * np.sqrt(inertia(theta0)) * times
+    theta = target / series[0].real
+    for _ in range(60):
+        theta -= (integral(theta) - target) / np.sqrt(inertia(theta))
+    return theta
+
+
+@pytest.mark.parametrize("rtol, limit", [(1e-6, 3e-3), (1e-9, 1e-5), (1e-12, 1e-6)])
+def test_slider_crank_passes_its_dead_points(rtol, limit):
+    for theta, omega in random_starts():
+        start, rate = {"theta": theta, "phi": -theta}, {"theta": omega}
+        run = equal_slider_crank().run(
+            t_end=2.0, method="dop853", rtol=rtol, atol=rtol, start=start, rate=rate, at=[2.0]
+        )
+        assert run.status == "success", run.message
+        np.testing.assert_allclose(run.q[:, 1], -run.q[:, 0], rtol=0, atol=1e-9)
+        assert np.abs(run.q[-1, 0] - theta) > math.pi  # through a dead point at least
+        assert run.samples[0].q[0] == pytest.approx(crank_angle(theta, omega, np.array([2.0]))[0], abs=limit)
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
+def test_parallelogram_passes_its_change_points(rtol):
+    """Nothing acts on it, so that it turns evenly as long as it stays a parallelogram."""
+    for angle, omega in random_starts():
+        start, rate = {"a": angle, "b": 0.0, "c": angle}, {"a": omega}
+        run = parallelogram().run(t_end=3.0, method="dop853", rtol=rtol, atol=rtol, start=start, rate=rate)
+        assert run.status == "success", run.message
+        turned = angle + omega * 3.0
+        np.testing.assert_allclose(run.q[-1], [turned, 0.0, turned], rtol=0, atol=max(1e-10, 10 * rtol))
+
+
+def test_series_leave_change_points_to_a_method_that_steps_across():
+    """Where ever shorter steps follow round-off onto the other branch, on which the bar turns."""
+    for angle, omega in ((1.0, 8.0), (0.5, -5.0)):
+        start, rate = {"a": angle, "b": 0.0, "c": angle}, {"a": omega}
+        run = parallelogram().run(t_end=0.8, rtol=1e-12, atol=1e-14, start=start, rate=rate)
+        assert run.status == "success" and any("taylor cannot go on" in note for note in run.notes)
+        turned = angle + omega * 0.8
+        np.testing.assert_allclose(run.q[-1], [turned, 0.0, turned], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "method, options", [("dopri5", {}), ("radau5", {}), ("rk4", {"step": 2e-3}), ("auto", {})]
+)
+def test_other_methods_pass_dead_points(method, options):
+    for theta, omega in list(random_starts())[:10]:
+        start, rate = {"theta": theta, "phi": -theta}, {"theta": omega}
+        run = equal_slider_crank().run(t_end=2.0, method=method, start=start, rate=rate, **options)
+        assert run.status == "success", run.message
+        np.testing.assert_allclose(run.q[:, 1], -run.q[:, 0], rtol=0, atol=1e-8)
+        assert run.q[-1, 0] == pytest.approx(crank_angle(theta, omega, np.array([2.0]))[0], abs=1e-3)
+
+
+def test_start_at_a_dead_point_goes_the_way_the_rates_say():
+    start = {"theta": math.pi / 2, "phi": -math.pi / 2, "x": 0.0}
+    rate = {"theta": 5.0, "phi": -5.0, "x": -3.0}
+    run = equal_slider_crank().run(t_end=0.5, method="dop853", start=start, rate=rate)
+    assert run.status == "success", run.message
+    assert run.q[-1, 0] == pytest.approx(crank_angle(math.pi / 2, 5.0, np.array([0.5]))[0], abs=1e-6)
+
+
+def test_start_flat_on_the_ground_line():
+    """A row of G is all zeros there, and the straight-line solution not a number."""
+    flat = dict.fromkeys("abc", 0.0)
+    run = parallelogram().run(t_end=1.0, method="dop853", start=flat, rate={"a": 5.0, "b": 0.0, "c": 5.0})
+    assert run.status == "success", run.message
+    assert any("singular configuration" in note for note in run.notes)
+    np.testing.assert_allclose(run.q[-1], [5.0, 0.0, 5.0], rtol=0, atol=1e-8)
+
+
+def bead(**constraints):
+    m = Model("bead")
+    x, y = m.coordinate("x"), m.coordinate("y", guess=1.0)
+    m.body("bead", mass=m.parameter("m", 1.0), com=(x, y))
+    for name, expression in constraints.items():
+        m.constraint(name, expression(x, y))
+    return m.derive()
+
+
+def test_pulled_out_of_reach_stops_with_place_and_reason():
+    system = bead(rod=lambda x, y: x**2 + y**2 - 1, pull=lambda x, y: x - 0.5 - 0.25 * t)
+    run = system.run(t_end=3.0, method="dop853")
+    assert run.status == "failed"
+    assert run.t[-1] == pytest.approx(2.0, abs=1e-6)
+    assert "'rod', 'pull' depend on each other at t = " in run.message
+
+
+def test_contradiction_that_arises_later_stops_the_run():
+    system = bead(one=lambda x, y: x - t**3, two=lambda x, y: x - 2 * t**3)
+    run = system.run(t_end=3.0, method="dop853")
+    assert run.status == "failed"
+    assert "'one', 'two' depend on each other at t = " in run.message
+    assert 2 * run.t[-1] ** 3 < 1e-6  # not silently on
+
+
+@pytest.mark.parametrize("inertia", [0.0, 1e-12, 1e-6, 1.0])
+@pytest.mark.parametrize("method", ["dop853", "auto"])
+def test_coordinates_with_little_or_no_mass(inertia, method):
+    """The spring's end carries (nearly) nothing, and its far end nothing at all; constraints tie both to the mass."""
+    oscillator = springs()
+    run = oscillator.run(t_end=3.0, method=method, parameters={"e": inertia}, rtol=1e-10, atol=1e-12)
+    assert run.status == "success", run.message
+    assert run.stats["steps"] < 400
+    expected = 0.1 * np.cos(np.sqrt(10.0 / (1.0 + inertia)) * run.t[-1])
+    np.testing.assert_allclose(run.q[-1], expected, rtol=0, atol=1e-8)
+
+
+@functools.cache
+def springs():
+    m = Model("springs")
+    x, y, z = m.coordinate("x", start=0.1), m.coordinate("y"), m.coordinate("z")
+    M, k, e = m.parameters(M=1.0, k=10.0, e=0.0)
+    m.body("mass", mass=M, com=(x, 0))
+    m.kinetic(e * dot(y) ** 2 / 2)
+    m.potential(k * z**2 / 2)
+    m.constraint("one", x - y)
+    m.constraint("two", y - z)
+    return m.derive()
