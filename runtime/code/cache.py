@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import collections
 import contextlib
 import functools
 import hashlib
@@ -16,6 +17,9 @@ from pathlib import Path
 
 _MAGIC = b"symgen-cache-1\n"
 _DIGEST_SIZE = hashlib.sha256().digest_size
+
+found: collections.Counter[str] = collections.Counter()  # by the name of the folder, since the process began
+missed: collections.Counter[str] = collections.Counter()
 
 
 class CacheWarning(UserWarning):
@@ -117,13 +121,16 @@ def fetch(path: Path) -> bytes | None:
     try:
         data = path.read_bytes()
     except OSError:
+        missed[path.parent.name] += 1
         return None
     head = len(_MAGIC) + _DIGEST_SIZE
     content = data[head:]
     if data[: len(_MAGIC)] == _MAGIC and data[len(_MAGIC) : head] == hashlib.sha256(content).digest():
         with contextlib.suppress(OSError):
             os.utime(path)  # the age by which `prune` chooses
+        found[path.parent.name] += 1
         return content
+    missed[path.parent.name] += 1
     with contextlib.suppress(OSError):
         path.unlink()
     return None

@@ -72,7 +72,7 @@ def definition(name: str, sizes: list[int]) -> tuple[str, str]:
     return symbol, text
 
 
-class _Writer:
+class Writer:
     """Lines of IR with counted loops; every value has a name of its own."""
 
     def __init__(self) -> None:
@@ -147,8 +147,8 @@ class _Writer:
         return f"define internal void {head} noinline nounwind {{\nentry:\n{body}\nret void\n}}\n"
 
 
-def _subtract_rows(
-    w: _Writer, a: str, target: str, rows: list[str], factors: list[str], n: int, first: str
+def subtract_rows(
+    w: Writer, a: str, target: str, rows: list[str], factors: list[str], n: int | str, first: str
 ) -> None:
     """a[target + j] -= factor * a[row + j] for each row in turn, j from `first` to n."""
     vector = f"<{BLOCK} x double>"
@@ -170,7 +170,7 @@ def _subtract_rows(
 
 
 def _factor_text(symbol: str, n: int, nc: int) -> str:
-    w, a = _Writer(), "%a"
+    w, a = Writer(), "%a"
 
     def pivots(width: int):
         def body(k: str, _sums: list[str]) -> None:
@@ -183,13 +183,13 @@ def _factor_text(symbol: str, n: int, nc: int) -> str:
                 for s in range(r + 1, width):
                     column = w.add(k, s)
                     f = w.fmul(inverses[r], w.load(a, w.add(rows[r], column)))
-                    _subtract_rows(w, a, rows[s], [rows[r]], [f], n, column)
+                    subtract_rows(w, a, rows[s], [rows[r]], [f], n, column)
                 if nc < n:
                     change_references(w.add(k, r), rows[r], inverses[r])
 
             def below(i: str, _sums: list[str]) -> None:
                 factors = [w.fmul(d, w.load(a, w.add(row, i))) for d, row in zip(inverses, rows, strict=True)]
-                _subtract_rows(w, a, w.mul(i, n), rows, factors, n, i)
+                subtract_rows(w, a, w.mul(i, n), rows, factors, n, i)
 
             w.loop(w.add(k, width), n, 1, below)
 
@@ -213,7 +213,7 @@ def _factor_text(symbol: str, n: int, nc: int) -> str:
 
 
 def _solve_text(symbol: str, n: int) -> str:
-    w, a, b = _Writer(), "%a", "%b"
+    w, a, b = Writer(), "%a", "%b"
     vector = f"<{BLOCK} x double>"
 
     def forward(k: str, _sums: list[str]) -> None:

@@ -23,7 +23,10 @@ _KEPT_OBJECTS = 4000
 _LONG_COMPILE = 0.3  # seconds
 _SECONDS_PER_OPERATION = 6e-5
 # The files that decide what a function's machine code is.
-_SOURCES = ("grammar", "expressions", "lower", "straight_line", "llvm_text", "dense_ldl", "modules", "engine")
+_SOURCES = (
+    "grammar", "expressions", "lower", "straight_line", "llvm_text",
+    "dense_ldl", "front_ldl", "modules", "engine",
+)  # fmt: skip
 
 _lock = threading.RLock()
 _listener: Callable[[str, int, float], None] | None = None
@@ -202,13 +205,9 @@ def tools() -> str:
     folder = Path(__file__).parent
     for name in _SOURCES:
         digest.update((folder / f"{name}.py").read_bytes())
-    cpu, features = _host()
-    parts = (
-        digest.hexdigest(),
-        llvm.llvm_version_info,
-        llvm.get_process_triple(),
-        cpu,
-        features,
-        OPTIMISATION_LEVEL,
-    )
-    return repr(parts)
+    return repr((digest.hexdigest(), *machine()))
+
+
+def machine() -> tuple:
+    """Return what decides how LLVM IR is compiled here: LLVM, the processor."""
+    return (llvm.llvm_version_info, llvm.get_process_triple(), *_host(), OPTIMISATION_LEVEL)

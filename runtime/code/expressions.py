@@ -99,7 +99,7 @@ class ExpressionLowering:
     def _element(self, node: ast.Subscript) -> str:
         array = node.value.id if type(node.value) is ast.Name else ""
         if array in self._arrays:
-            return self.code.fresh_load("work", self._local_index(node).first)
+            return self.code.fresh_load("work", self._local_index(node))
         if array not in self._limits:
             self._refuse(node, f"only {' and '.join(f'{name}[i]' for name in self._limits)} can be read here")
         return self.code.load(array, self._index(node, array, self._limits[array]))
@@ -115,9 +115,8 @@ class ExpressionLowering:
             low, high = index.first, index.first + index.step * max(self._count - 1, 0)
         if low < 0 or high >= length:
             wrong = high if low >= 0 else low
-            self._refuse(
-                node, f"{array}[{wrong}] is out of range: {array} has {length} values by the header's sizes"
-            )
+            whose = "" if array in self._arrays else " by the header's sizes"
+            self._refuse(node, f"{array}[{wrong}] is out of range: {array} has {length} values{whose}")
         return index
 
     def _table_index(self, node: ast.Subscript, array: str) -> Index:
@@ -171,10 +170,8 @@ class ExpressionLowering:
     def _local_index(self, node: ast.Subscript) -> Index:
         """The place in `work` of an element of a local array."""
         first, length = self._arrays[node.value.id]
-        index = affine(node.slice, False)
-        if index is None or index.first >= length:
-            self._refuse(node, f"the index of {node.value.id} must be a number below {length}")
-        return Index(first + index.first)
+        index = self._index(node, node.value.id, length)
+        return Index(first + index.first, index.step, index.table)
 
     def _slot(self, name: str) -> int:
         return self._frame.setdefault(name, len(self._frame))

@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NoReturn
 
-from runtime.code import dense_ldl
 from runtime.code.llvm_text import INTRINSICS, LIBM, Index
 from runtime.errors import ModuleError
 
@@ -105,15 +104,23 @@ class FunctionText:
         is_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
         return statements[1:] if is_docstring and isinstance(first.value.value, str) else statements
 
-    def python_function(self, decorate: Callable[[Callable], Callable] = _as_it_is) -> Callable:
+    def python_function(
+        self,
+        decorate: Callable[[Callable], Callable] = _as_it_is,
+        mathematics: Mapping[str, Callable] | None = None,
+    ) -> Callable:
         """Return the function as plain Python. Only for text that lowering has accepted.
 
-        The names of the grammar are all that it can see. `decorate` is applied to it and to the solvers that it calls.
+        The names of the grammar are all that it can see. `decorate` is applied to it and to the solvers that it calls;
+        `mathematics` takes the place of `math`, for arguments that are no floats.
         """
+        from runtime.code import dense_ldl, front_ldl
+
         tree = ast.parse(self.text)
         ast.increment_lineno(tree, self.first_line - 1)
-        functions = {key: getattr(math, key) for key in MATH_FUNCTIONS}
-        functions |= {key: decorate(getattr(dense_ldl, key)) for key in dense_ldl.SOLVERS if key in self.text}
+        functions = {key: getattr(math, key) for key in MATH_FUNCTIONS} | dict(mathematics or {})
+        for solvers in (dense_ldl, front_ldl):
+            functions |= {key: decorate(getattr(solvers, key)) for key in solvers.SOLVERS if key in self.text}
         namespace = {"__builtins__": {}, "__name__": self.name, "range": range, **self.tables, **functions}
         exec(compile(tree, self.file, "exec"), namespace)
         return decorate(namespace[self.name])

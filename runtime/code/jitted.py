@@ -12,7 +12,7 @@ import os
 import platform
 import types
 from collections.abc import Callable
-from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -33,11 +33,14 @@ class Jitted:
     ----------
     py_func : callable
         The function as it was written.
+    title : str
+        What is said to be compiled.
     """
 
     def __init__(self, function: Callable) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
+        self.title = f"the step loop {function.__name__} (once per machine)"
         self._loaded: dict[str, native.NativeFunction] = {}
 
     def __call__(self, *args: Any) -> Any:
@@ -46,6 +49,10 @@ class Jitted:
     def bind(self, *args: Any) -> Callable[[], Any]:
         """Return the call with these arguments; arrays are read and written where they are now."""
         return self._code(args).bind(*args)
+
+    def compiled(self, *args: Any) -> native.NativeFunction:
+        """Return the machine code for arguments of these types, for callers that are machine code themselves."""
+        return self._code(args)
 
     def _code(self, args: tuple) -> native.NativeFunction:
         signature = native.signature(args)
@@ -61,7 +68,7 @@ class Jitted:
         if content is None:
             # Helpers of a few lines are not worth a word.
             seconds = _SECONDS_PER_FUNCTION * max(0, len(self._called()) - 4)
-            engine.announce(f"the step loop {self.py_func.__name__} (once per machine)", 0, seconds)
+            engine.announce(self.title, 0, seconds)
             from runtime.code.compile_jitted import compile_jitted
 
             content = compile_jitted(self, args)
@@ -70,7 +77,7 @@ class Jitted:
         return native.NativeFunction(self.py_func.__name__, content, args)
 
     def _key(self, signature: str) -> str:
-        parts = (self.fingerprint, signature, engine.tools())
+        parts = (self.fingerprint, signature, repr(engine.machine()))
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:40]
 
     def _called(self) -> list[Jitted]:
@@ -122,16 +129,22 @@ def _compiler() -> str:
     folder = Path(__file__).parent
     own = [
         (folder / name).read_bytes()
-        for name in ("jitted.py", "compile_jitted.py", "native.py", "bridge_numba.py")
+        for name in ("jitted.py", "compile_jitted.py", "native.py", "bridge_numba.py", "engine.py")
     ]
     sources = hashlib.sha256(b"\0".join(own)).hexdigest()
     settings = [os.environ.get(name, "") for name in ("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME")]
     return repr(
         (
-            metadata.version("numba"),
-            metadata.version("llvmlite"),
+            _version("numba"),
+            _version("llvmlite"),
             platform.python_version(),
             settings,
             sources,
         )
     )
+
+
+def _version(package: str) -> str:
+    """The version of a package as it states it itself: asking `importlib.metadata` takes longer than many runs."""
+    found = find_spec(package)
+    return Path(found.origin).with_name("_version.py").read_text(encoding="utf-8") if found else ""

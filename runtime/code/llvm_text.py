@@ -8,6 +8,7 @@ from dataclasses import dataclass
 INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "pow", "copysign")
 LIBM = ("tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh")
 BINARY = ("pow", "copysign", "atan2")
+PREPARED = "_prepared"  # ends the symbol of a function that takes a prepared `p`
 
 # What LLVM calls them.
 MATH_SYMBOLS = {

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 
-from runtime.code import dense_ldl
+from runtime.code import dense_ldl, front_ldl
 from runtime.code.expressions import ExpressionLowering
 from runtime.code.grammar import (
     ARGUMENTS,
@@ -130,10 +130,12 @@ class Lowering(ExpressionLowering):
         """Lower `solver(array, …, number, …)`."""
         call = statement.value
         name = call.func.id if type(call) is ast.Call and type(call.func) is ast.Name else ""
+        if name in front_ldl.SOLVERS and not call.keywords:
+            self._solve_fronts(statement, name, call.args)
+            return
         if name not in dense_ldl.SOLVERS or call.keywords:
-            self._refuse(
-                statement, f"the only statements that are calls are those of {', '.join(dense_ldl.SOLVERS)}"
-            )
+            known = ", ".join((*dense_ldl.SOLVERS, *front_ldl.SOLVERS))
+            self._refuse(statement, f"the only statements that are calls are those of {known}")
         given = [self._arrays.get(x.id) if type(x) is ast.Name else None for x in call.args]
         arrays = [x for x in given if x is not None]
         sizes = [x.value for x in call.args if type(x) is ast.Constant and type(x.value) is int]
@@ -147,6 +149,23 @@ class Lowering(ExpressionLowering):
             self._refuse(statement, f"{name} is called with local arrays that do not fit its sizes")
         if self._part != "setup":
             self.code.solve(name, [first for first, _ in arrays], sizes)
+
+    def _solve_fronts(self, statement: ast.Expr, name: str, args: list[ast.expr]) -> None:
+        """Lower `solver(array, …, table, number of fronts)`."""
+        arrays = [self._arrays.get(x.id) if type(x) is ast.Name else None for x in args[:-2]]
+        names = [x.id if type(x) is ast.Name else "" for x in args[-2:-1]]
+        table = self._function.tables.get(names[0]) if names else None
+        last = args[-1] if args else None
+        n = last.value if type(last) is ast.Constant and type(last.value) is int else 0
+        fits = None not in arrays and len(set(arrays)) == len(arrays) == front_ldl.SOLVERS[name]
+        if not fits or table is None:
+            self._refuse(statement, f"{name} is called with local arrays, a table, and the number of fronts")
+        wrong = front_ldl.check(table, n, *(length for _, length in arrays))
+        if wrong:
+            self._refuse(statement, f"the table {names[0]} describes no elimination: {wrong}")
+        self.used_tables.add(names[0])
+        if self._part != "setup":
+            self.code.solve_fronts(name, [first for first, _ in arrays], (names[0], table), n)
 
     def _hoisted_place(self) -> Index:
         """The place in `h` of the next hoisted value; a loop's values for one `k` stand side by side."""
@@ -180,7 +199,7 @@ class Lowering(ExpressionLowering):
         self._entering.clear()
         self.code.run_loop(symbol, count, body)
         for name in self._carried:
-            self._values[name] = self.code.fresh_load("frame", self._slot(name))
+            self._values[name] = self.code.fresh_load("frame", Index(self._slot(name)))
 
     def _loop_count(self, statement: ast.For) -> int:
         count = loop_count(statement)

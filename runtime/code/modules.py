@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from runtime.code.grammar import FunctionText
-from runtime.code.llvm_text import declarations, function, table
+from runtime.code.llvm_text import PREPARED, declarations, function, table
 from runtime.code.lower import Lowering
 
 _ABI = {"t": "double", "y": "ptr", "p": "ptr", "out": "ptr"}
 _PASSED = "double %t, ptr %y, ptr %p, ptr %out"
-PREPARED = "_prepared"
 _LARGEST_ON_STACK = 16_384  # values
 
 

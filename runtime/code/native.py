@@ -140,13 +140,13 @@ class NativeFunction:
         _provide(head["needs"])
         self.name = name
         self._code = engine.MachineCode()
-        address = self._code.add(content[end:], head["symbol"])
+        self.address = self._code.add(content[end:], head["symbol"])
         fields = [(f"f{k}", RESULTS[kind]) for k, kind in enumerate(head["results"])]
         self._result = type("Result", (ctypes.Structure,), {"_fields_": fields})
         self._n_results = len(fields)
         self._booleans = [kind == "bool" for kind in head["results"]]
         prototype = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *_argument_types(args))
-        self._call = prototype(address)
+        self._call = prototype(self.address)
 
     def __call__(self, *args: Any) -> Any:
         return self.bind(*args)()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from runtime.code import dense_ldl
+from runtime.code import dense_ldl, front_ldl
 from runtime.code.llvm_text import MATH_SYMBOLS, Index, call_arguments, function, loop
 
 # LLVM's time per line, be it an operation, a load or a store, grows with the length of a function.
@@ -73,11 +73,11 @@ class StraightLine:
         self._loaded[value] = (array, index)
         return value
 
-    def fresh_load(self, array: str, index: int) -> str:
+    def fresh_load(self, array: str, index: Index) -> str:
         """Return what stands in an array now, even if it was loaded before."""
-        value = self._value(f"load double, ptr %f{self._n_values}, align 8", free=True)
-        self._lines.insert(-1, f"%f{value[2:]} = getelementptr inbounds double, ptr %{array}, i64 {index}")
-        return value
+        place = f"%f{self._n_values}"
+        self._address(place, array, index)
+        return self._value(f"load double, ptr {place}, align 8", free=True)
 
     def store(self, index: Index, value: str, array: str = "out") -> None:
         """Write `out[index] = value`."""
@@ -95,12 +95,20 @@ class StraightLine:
     def solve(self, solver: str, arrays: list[int], sizes: list[int]) -> None:
         """Call a solver with parts of the array `work`, which begin at the places `arrays`."""
         symbol, definition = dense_ldl.definition(solver, sizes)
+        self._call_solver(symbol, definition, arrays)
+        self.operations += dense_ldl.operations(solver, sizes)
+
+    def solve_fronts(self, solver: str, arrays: list[int], table: tuple[str, tuple[int, ...]], n: int) -> None:
+        """Call a solver by `n` fronts that a table describes, given by its name and entries."""
+        symbol, definition = front_ldl.definition(solver, table[1], n)
+        self._call_solver(symbol, definition, arrays, f", ptr @{table[0]}")
+
+    def _call_solver(self, symbol: str, definition: str, arrays: list[int], more: str = "") -> None:
         self.solvers[symbol] = definition
         places = [f"%o{self._n_values}.{len(self._lines)}.{k}" for k in range(len(arrays))]
         for place, first in zip(places, arrays, strict=True):
             self._address(place, "work", Index(first))
-        self._lines.append(f"call void @{symbol}({', '.join(f'ptr {place}' for place in places)})")
-        self.operations += dense_ldl.operations(solver, sizes)
+        self._lines.append(f"call void @{symbol}({', '.join(f'ptr {place}' for place in places)}{more})")
 
     def _address(self, name: str, array: str, index: Index) -> None:
         write = self._lines.append
@@ -109,6 +117,9 @@ class StraightLine:
             write(f"{name}.t = getelementptr inbounds i64, ptr @{index.table}, i64 %k")
             write(f"{name}.i = load i64, ptr {name}.t, align 8")
             offset = f"{name}.i"
+            if index.first:
+                write(f"{name}.s = add nuw nsw i64 {offset}, {index.first}")
+                offset = f"{name}.s"
         elif index.step:
             write(f"{name}.m = mul nuw nsw i64 %k, {index.step}")
             write(f"{name}.i = add nuw nsw i64 {name}.m, {index.first}")

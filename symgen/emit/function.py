@@ -5,11 +5,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
+from ..derive.graph.graph import Graph
 from ..derive.places import START as START_VALUES
 from ..derive.places import reductions
-from ..derive.program import Program
+from ..derive.program import Function, Program
+from ..derive.rolling.schedule import schedule
+from ..derive.solve import fronts
+from .rolled import RolledSection
 from .section import Section
 from .tables import Tables
+
+# Operations and variables of a function that loops are tried for: from here on, straight-line code takes seconds to
+# compile. Where a large solve is by loops anyway, the rest need not be so long.
+SMALLEST_ROLLED = 12_000
+SMALLEST_WITH_FRONTS = 1000
 
 
 class FunctionText:
@@ -52,7 +61,16 @@ class FunctionText:
             if function is not None:
                 yield Section(self, part.graph, function, part, part.places(function, program.sizes))
         if name in program.own:
-            yield Section(self, program.graph, program.own[name])
+            yield self._whole_section(program.graph, program.own[name])
+
+    def _whole_section(self, g: Graph, function: Function) -> Section:
+        """A function of its own: in loops over what repeats in it, where it is large and they make it short."""
+        n_nodes = len(g.reachable(node for _, node in function.written()))
+        if n_nodes + len(function.outputs) >= (SMALLEST_WITH_FRONTS if g.front_plans else SMALLEST_ROLLED):
+            found = schedule(g, function.written())
+            if found.is_short() or any(g.op[node] in fronts.TEXT for node in found.clusters.solves):
+                return RolledSection(self, g, function, found)
+        return Section(self, g, function)
 
     def _body(self) -> Iterator[str]:
         for section in self.sections:

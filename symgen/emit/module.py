@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from ..derive.contacts import SETTINGS
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
-from ..derive.program import Program
-from ..derive.solve.dense_solve import TEXT
+from ..derive.program import CLOSED_PREFIX, Program
+from ..derive.solve import dense_solve, fronts
 from .function import FunctionText
 from .tables import Tables
 
+TEXT = dense_solve.TEXT | fronts.TEXT
 DECORATOR = '@njit(error_model="numpy")\n'
 
 
@@ -19,6 +21,7 @@ def emit(program: Program) -> str:
     names = _variable_names(program)
     tables = Tables()
     functions = {name: FunctionText(program, name, names, tables) for name in program.names()}
+    functions |= _closed_functions(program, tables)
     used = sorted({name for function in functions.values() for name in function.calls})
     solvers = [DECORATOR + TEXT[name] for name in TEXT if any(name in f.solvers for f in functions.values())]
     hoisted = {name: function.n_hoisted for name, function in functions.items() if function.n_hoisted}
@@ -41,6 +44,17 @@ def emit(program: Program) -> str:
         + "\n"
         + "\n\n".join([*solvers, *("\n".join(f.lines) + "\n" for f in functions.values())])
     )
+
+
+def _closed_functions(program: Program, tables: Tables) -> dict[str, FunctionText]:
+    """The functions of a model with its stops closed, under names of their own."""
+    if program.closed is None:
+        return {}
+    names = _variable_names(program.closed)
+    texts = {name: FunctionText(program.closed, name, names, tables) for name in program.closed.names()}
+    for name, text in texts.items():
+        text.lines[1] = text.lines[1].replace(f"def {name}(", f"def {CLOSED_PREFIX}{name}(", 1)
+    return {CLOSED_PREFIX + name: text for name, text in texts.items()}
 
 
 def _with_hoisted(header: dict, hoisted: dict[str, int]) -> dict:
@@ -104,4 +118,6 @@ def _variable_names(program: Program) -> dict[tuple[int, int], str]:
     names = {(T, 0): "t"}
     for kind, (prefix, entries) in groups.items():
         names |= {(kind, k): f"{prefix}_{entry['name']}" for k, entry in enumerate(entries)}
+    settings = [f"s_{s['name']}_{key}" for s in head.get("switches", ()) for key in SETTINGS[s["kind"]]]
+    names |= {(INPUT, len(head["inputs"]) + k): name for k, name in enumerate(settings)}
     return names

@@ -16,8 +16,12 @@ class Tables:
         """The text of an index that runs through `places`."""
         first, step = places[0], places[1] - places[0] if len(places) > 1 else 0
         if step < 0 or any(b - a != step for a, b in pairwise(places)):
-            return f"{self.names.setdefault(tuple(places), f'I{len(self.names)}')}[k]"
+            return f"{self.name(places)}[k]"
         if not step:
             return str(first)
         multiple = "k" if step == 1 else f"{step}*k"
         return f"{first} + {multiple}" if first else multiple
+
+    def name(self, entries: Sequence[int]) -> str:
+        """The name of the table with these entries."""
+        return self.names.setdefault(tuple(entries), f"I{len(self.names)}")

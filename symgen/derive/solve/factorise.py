@@ -6,6 +6,7 @@ loops.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from heapq import heappop, heappush
 
@@ -13,7 +14,11 @@ from ...errors import ModelError
 from ..graph.graph import Graph
 from ..graph.kinds import MOTION
 from ..graph.vectors import Matrix
-from . import dense_solve
+from . import dense_solve, fronts
+
+# Constraints, and operations of their elimination, from which on it is done by loops over a table.
+FEWEST_IN_FRONTS, LEAST_IN_FRONTS = 80, 6000
+LARGEST_BLOCK = 12  # coordinates whose inertia is coupled, where that is done
 
 
 @dataclass(frozen=True)
@@ -40,9 +45,12 @@ class Factors:
     conditions: list[int]
     rest: tuple[int, ...] = ()  # rows that are left to a dense factorisation by loops
     dense: int = -1  # and its node
+    by_fronts: bool = False  # whether that factorisation is sparse
 
 
-def factorise(g: Graph, mass: Matrix, jacobian: Matrix, names: list[str]) -> Factors:
+def factorise(
+    g: Graph, mass: Matrix, jacobian: Matrix, names: list[str], corner: Mapping[int, int] | None = None
+) -> Factors:
     """Factorise by minimum degree, constraints only after all of their coordinates that have inertia.
 
     That restriction makes every pivot nonzero when M is positive definite and G has full rank (each
@@ -56,6 +64,8 @@ def factorise(g: Graph, mass: Matrix, jacobian: Matrix, names: list[str]) -> Fac
     jacobian : m x n nodes
     names : list of str
         Names of the n + m rows, for errors and to break ties.
+    corner : mapping of int to int, optional
+        Nodes in the diagonal of constraints that can be switched off: 0 while one holds, -1 while its row of G is zero.
 
     Raises
     ------
@@ -64,15 +74,15 @@ def factorise(g: Graph, mass: Matrix, jacobian: Matrix, names: list[str]) -> Fac
     """
     n, m = len(mass), len(jacobian)
     entries: dict[int, dict[int, int]] = {i: {} for i in range(n + m)}
-    for i in range(n):
-        for j in range(n):
-            if mass[i][j] != g.zero:
-                entries[i][j] = mass[i][j]
-    for k, row in enumerate(jacobian):
-        for j, value in enumerate(row):
-            if value != g.zero:
-                entries[n + k][j] = entries[j][n + k] = value
-    return _Elimination(g, n, entries, names).run()
+    for i, row in enumerate(g.sparse(mass)):
+        entries[i].update(row)
+    for k, row in enumerate(g.sparse(jacobian)):
+        for j, value in row.items():
+            entries[n + k][j] = entries[j][n + k] = value
+    switched = {n + k: node for k, node in (corner or {}).items()}
+    for k, node in switched.items():
+        entries[k][k] = node
+    return _Elimination(g, n, entries, names, switched).run()
 
 
 class _Elimination:
@@ -82,10 +92,18 @@ class _Elimination:
     dropped when it comes up: so each step costs no more than the rows that it touches.
     """
 
-    def __init__(self, g: Graph, n: int, entries: dict[int, dict[int, int]], names: list[str]) -> None:
+    def __init__(
+        self,
+        g: Graph,
+        n: int,
+        entries: dict[int, dict[int, int]],
+        names: list[str],
+        switched: Mapping[int, int],
+    ) -> None:
         self.g, self.n, self.entries, self.names = g, n, entries, names
         self.left = set(entries)
-        self.before_constraints: dict[int, int] = {}  # diagonal from eliminated coordinates alone
+        self.switched = switched  # a pivot with such a constraint could be zero
+        self.before_constraints = dict(switched)  # diagonal from eliminated coordinates alone
         self.result = Factors([], [])
         self.n_entries = sum(map(len, entries.values()))
         self.touched = sorted(entries)
@@ -97,9 +115,59 @@ class _Elimination:
         while (pair := self._next_pair()) is not None:
             self._eliminate_pair(*pair)
         self.touched = sorted(self.left)
+        if self._is_large():
+            while (k := self._next_coordinate()) is not None:
+                self._eliminate(k)
+            if min(self.left) >= self.n and (factors := self._with_fronts()) is not None:
+                return factors
+            self.touched = sorted(self.left)
+            self.by_degree.clear()
         while self.left and not self._rest_is_dense():
             self._eliminate(self._next())
         return self._with_dense_rest() if self.left else self.result
+
+    def _is_large(self) -> bool:
+        """Whether there are so many constraints that they are left to loops, once all coordinates are eliminated.
+
+        That order costs no fill where inertia couples few coordinates at a time. A constraint that can be switched off
+        needs the order in which all its coordinates come right before it.
+        """
+        if len(self.left) - sum(i < self.n for i in self.left) < FEWEST_IN_FRONTS or self.switched:
+            return False
+        seen: set[int] = set()
+        for start in sorted(i for i in self.left if i < self.n):
+            block, waiting = {start}, [start]
+            while waiting and start not in seen and len(block) <= LARGEST_BLOCK:
+                found = {j for j in self.entries[waiting.pop()] if j < self.n} - block
+                block |= found
+                waiting += found
+            seen |= block
+            if len(block) > LARGEST_BLOCK:
+                return False
+        return True
+
+    def _next_coordinate(self) -> int | None:
+        """The coordinate with inertia that touches the fewest rows."""
+        for i in self.touched:
+            if self._massive(i):
+                heappush(self.by_degree, (len(self.entries[i]), i))
+        while self.by_degree:
+            degree, i = heappop(self.by_degree)
+            if i in self.left and degree == len(self.entries[i]) and self._massive(i):
+                return i
+        return None
+
+    def _with_fronts(self) -> Factors | None:
+        """The factors with what is left done by fronts; None where that is not much."""
+        g, rest = self.g, sorted(self.left)
+        position = {i: k for k, i in enumerate(rest)}
+        rows = [{position[j]: node for j, node in self.entries[i].items()} for i in rest]
+        plan = fronts.plan([row.keys() - {i} for i, row in enumerate(rows)])
+        if plan.operations[0] < LEAST_IN_FRONTS:
+            return None
+        factors = fronts.factor(g, rows, plan)
+        conditions = [*self.result.conditions, fronts.condition(g, factors)]
+        return Factors(self.result.pivots, conditions, tuple(rest), factors, by_fronts=True)
 
     def _rest_is_dense(self) -> bool:
         """Whether what is left is so large and full that loops are faster; all its coordinates need inertia.
@@ -162,7 +230,8 @@ class _Elimination:
         row = self.entries[z]
         if z in row or any(i < self.n for i in row):
             return []
-        sure = [c for c, value in row.items() if len(row) == 1 or not self.g.mask[value] & MOTION]
+        free = [(c, value) for c, value in row.items() if c not in self.switched]
+        sure = [c for c, value in free if len(row) == 1 or not self.g.mask[value] & MOTION]
         return [(self.g.mask[row[c]] != 0, len(self.entries[c]), z, c) for c in sure]
 
     def _massive(self, i: int) -> bool:
@@ -258,7 +327,8 @@ def solve(g: Graph, factors: Factors, right: list[int]) -> list[int]:
             for k, entry in zip(pivot.rows, entries, strict=True):
                 x[i] = g.sub(x[i], g.mul(entry, x[k]))
     if factors.rest:
-        dense = dense_solve.solve(g, factors.dense, [x[i] for i in factors.rest])
+        by_loops = fronts.solve if factors.by_fronts else dense_solve.solve
+        dense = by_loops(g, factors.dense, [x[i] for i in factors.rest])
         for i, value in zip(factors.rest, dense, strict=True):
             x[i] = value
     for pivot in reversed(factors.pivots):

@@ -1,0 +1,1 @@
+"""Equal parts of a long function, found on the graph so that loops can repeat them."""

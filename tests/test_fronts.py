@@ -1,0 +1,158 @@
+"""Sparse solves by fronts: against NumPy, in both forms of the code to the bit; tables that describe no elimination."""
+
+from __future__ import annotations
+
+import ctypes
+import inspect
+
+import numpy as np
+import pytest
+
+import runtime
+from runtime.code import engine, front_ldl
+from runtime.code.llvm_text import table as table_ir
+from runtime.errors import ModuleError
+from symgen.derive.solve import fronts
+
+PATTERNS = ["band", "grid", "star", "random", "full", "parts"]
+
+
+def matrix(pattern, seed=0):
+    """A negative definite matrix of a sparsity pattern."""
+    rng = np.random.default_rng(seed)
+    n = {"full": 23, "grid": 49}.get(pattern, 30)
+    root = np.zeros((n, n))
+    for i in range(n):
+        near = {
+            "band": [i + 1, i + 2],
+            "grid": [i + 1 if (i + 1) % 7 else i, i + 7],
+            "star": [n - 1],
+            "random": rng.integers(0, n, 2),
+            "full": range(n),
+            "parts": [i + 1 if (i + 1) % 5 else i],
+        }[pattern]
+        for j in near:
+            if i != j < n:
+                root[i, j] = root[j, i] = rng.normal()
+    return root - np.diag(np.abs(root).sum(axis=1) + 1.0)
+
+
+def planned(K):
+    """The plan of a matrix, and its numbers in the fronts' array."""
+    plan = fronts.plan([{int(j) for j in np.flatnonzero(row)} - {i} for i, row in enumerate(K)])
+    a = np.zeros(plan.n_values)
+    a[list(plan.places)] = [K[entry] for entry in plan.entries]
+    return plan, a
+
+
+def compiled(plan):
+    """Both solvers as machine code."""
+    definitions = [front_ldl.definition(name, plan.table, plan.n_fronts) for name in front_ldl.SOLVERS]
+    calls = [
+        f"define void @{name}({arrays}) {{\ncall void @{symbol}({arrays}, ptr @I0)\nret void\n}}\n"
+        for name, arrays, (symbol, _) in zip(
+            ("factor", "solve"), ("ptr %a", "ptr %a, ptr %b"), definitions, strict=True
+        )
+    ]
+    ir = table_ir("I0", plan.table) + "".join(text for _, text in definitions) + "".join(calls)
+    keep = engine.MachineCode()
+    first = keep.add(engine.compile_ir(ir), "factor")
+    factor = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(first)
+    solve = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(keep.address("solve"))
+    return keep, factor, solve
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_solution_of_both_forms(pattern):
+    K = matrix(pattern)
+    plan, a = planned(K)
+    right = np.random.default_rng(1).normal(size=len(K))
+    by_python, solved, b = a.tolist(), right.tolist(), right.copy()
+    front_ldl.factor_fronts(by_python, plan.table, plan.n_fronts)
+    front_ldl.solve_fronts(by_python, solved, plan.table, plan.n_fronts)
+    _keep, factor, solve = compiled(plan)
+    factor(a.ctypes.data)
+    solve(a.ctypes.data, b.ctypes.data)
+    assert b == pytest.approx(np.linalg.solve(K, right), rel=1e-11, abs=1e-12)
+    assert solved == b.tolist()
+    assert by_python[-1] == a[-1]
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_ratio_is_the_smallest_relative_pivot(pattern):
+    """In the order of elimination that the table says: D of LDLᵀ over the diagonal."""
+    K = matrix(pattern, seed=2)
+    plan, a = planned(K)
+    order = []
+    for r in plan.table[: plan.n_fronts]:
+        order += plan.table[r + 5 : r + 5 + plan.table[r + 2]]
+    assert sorted(order) == list(range(len(K)))
+    lower = np.linalg.cholesky(-K[np.ix_(order, order)])
+    a = a.tolist()
+    front_ldl.factor_fronts(a, plan.table, plan.n_fronts)
+    assert a[-1] == pytest.approx(min(1.0, *(np.diag(lower) ** 2 / -np.diag(K)[order])), rel=1e-10)
+
+
+def test_ratio_of_a_singular_matrix_is_zero_or_no_number():
+    K = np.array([[-2.0, 2.0, 0.0], [2.0, -2.0, 0.0], [0.0, 0.0, -1.0]])
+    plan, a = planned(K)
+    _keep, factor, _ = compiled(plan)
+    factor(a.ctypes.data)
+    assert not a[-1] > 0.0
+
+
+@pytest.mark.parametrize("n", [50, 200])
+def test_a_chain_costs_the_same_per_link(n):
+    """Pins of two rows each: no fill beyond the next pin, whatever the length."""
+    rows = [
+        {j for j in range(2 * (i // 2) - 2, 2 * (i // 2) + 4) if 0 <= j < 2 * n and j != i}
+        for i in range(2 * n)
+    ]
+    plan = fronts.plan(rows)
+    assert plan.operations[0] <= 75 * n
+    assert plan.operations[1] <= 45 * n
+
+
+@pytest.mark.parametrize("name", fronts.TEXT)
+def test_both_texts_are_one(name):
+    assert fronts.TEXT[name] == inspect.getsource(getattr(front_ldl, name))
+
+
+def test_tables_that_would_leave_the_arrays_are_refused():
+    plan, a = planned(matrix("grid"))
+    assert front_ldl.check(plan.table, plan.n_fronts, len(a), 49) == ""
+    record = plan.table[3]
+    for place, value in (
+        (3, len(plan.table)),
+        (record, len(a)),
+        (record + 1, 40),
+        (record + 2, 0),
+        (record + 4, 0),
+    ):
+        wrong = list(plan.table)
+        wrong[place] = value
+        assert front_ldl.check(wrong, plan.n_fronts, len(a), 49)
+    assert "right-hand side" in front_ldl.check(plan.table, plan.n_fronts, len(a), 20)
+    assert front_ldl.check(plan.table, 10**6, len(a))
+
+
+def test_a_module_with_a_wrong_table_is_refused(large_chain_text):
+    """Text of a stranger cannot make machine code write beyond its arrays."""
+    system = runtime.load(large_chain_text)
+    call = next(line for line in system.source.functions["rhs"].split("\n") if "factor_fronts(" in line)
+    name = call.split(", ")[1]
+    table = next(line for line in large_chain_text.split("\n") if line.startswith(f"{name} = ("))
+    entries = table.split(" = (")[1].rstrip(",)").split(", ")
+    place = int(entries[0])
+    entries[place] = "999999"
+    text = large_chain_text.replace(table, f"{name} = ({', '.join(entries)})")
+    with pytest.raises(ModuleError, match="does not lie in the array"):
+        runtime.load(text).kernel("rhs")
+
+
+@pytest.fixture(scope="module")
+def large_chain_text():
+    from symgen.link import derive_text
+    from symgen.model.library import find, load
+
+    return derive_text(load(find("chain_absolute"), {"N": "125"})).text

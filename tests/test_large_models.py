@@ -1,0 +1,103 @@
+"""Large models at run time: starts by sparse matrices, and refusals of what works with full ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import runtime
+from runtime.checks.inertia import refuse_negative_inertia
+from runtime.choose import choose_method
+from runtime.constraints import large
+from runtime.constraints.assembly import assemble
+from runtime.constraints.contradictions import AssemblyError
+from runtime.errors import RuntimeModelError
+from symgen import Model
+from symgen.link import derive_text
+from symgen.model.library import find, load
+
+
+@pytest.fixture(scope="module")
+def chain():
+    return runtime.load(derive_text(load(find("chain_absolute"), {"N": "125"})).text)
+
+
+def residuals(system, q, v):
+    return system.kernel("constraint_residual")(0.0, np.concatenate([q, v]), system.parameter_values())
+
+
+def test_a_start_that_fits_stays(chain):
+    found = assemble(chain, chain.parameter_values())
+    assert large.is_large(chain)
+    assert not found.moved
+    assert found.rank == chain.m
+
+
+def test_guesses_give_way_to_enforced_values(chain):
+    """Angles are enforced; positions follow them to round-off."""
+    angles = {f"theta{k}": 0.3 + 0.004 * k for k in range(1, 126)}
+    found = assemble(chain, chain.parameter_values(), start=angles)
+    assert found.q[2::3] == pytest.approx(list(angles.values()), abs=0.0)
+    assert np.abs(residuals(chain, found.q, found.v)).max() < 1e-12
+    along = np.cumsum(0.2 * np.sin(list(angles.values())))
+    assert found.q[3::3] == pytest.approx(along[:-1] + 0.1 * np.sin(found.q[5::3]), abs=1e-12)
+
+
+def beads():
+    """Three masses in space on rigid bars, all of them guesses."""
+    model = Model("beads")
+    before = (0, 0, 0)
+    for k, m in enumerate((1.0, 2.0, 0.5)):
+        bead = [model.coordinate(f"{axis}{k}", guess=k + 1.0 if axis == "x" else 0.1) for axis in "xyz"]
+        model.body(f"b{k}", mass=model.parameter(f"m{k}", m), com=bead)
+        model.constraint(f"bar{k}", sum((a - b) ** 2 for a, b in zip(bead, before, strict=True)) - 1)
+        before = bead
+    return runtime.load(derive_text(model).text)
+
+
+def test_small_and_large_ways_agree_on_rates(monkeypatch):
+    """A linear problem with one least motion, whichever way it is solved."""
+    system = beads()
+    p, rate = system.parameter_values(), {"y1": 1.5, "x2": -0.3}
+    start = dict(zip([c["name"] for c in system.coordinates], assemble(system, p).q.tolist(), strict=True))
+    expected = assemble(system, p, start=start, rate=rate)
+    monkeypatch.setattr(large, "LARGEST_DENSE", 1)
+    found = assemble(system, p, start=start, rate=rate)
+    assert found.v == pytest.approx(expected.v, abs=1e-10)
+    assert np.abs(residuals(system, found.q, found.v)).max() < 1e-10
+
+
+def test_a_start_off_all_solutions_names_a_constraint(chain):
+    with pytest.raises(AssemblyError, match="'pin1_x' is the worst"):
+        assemble(chain, chain.parameter_values(), start={"theta1": 0.5, "x1": 7.0})
+
+
+def test_dependent_constraints_are_refused(monkeypatch):
+    model = Model("repeated")
+    m = model.parameter("m", 1.0)
+    x, y = model.coordinate("x"), model.coordinate("y")
+    model.body("b", mass=m, com=(x, y))
+    model.constraint("first", x + y)
+    model.constraint("again", 2 * x + 2 * y)
+    system = runtime.load(derive_text(model).text)
+    monkeypatch.setattr(large, "LARGEST_DENSE", 1)
+    with pytest.raises(AssemblyError, match="depend on each other at the start"):
+        assemble(system, system.parameter_values())
+
+
+def test_methods_with_full_matrices_are_refused(chain):
+    state = np.concatenate(chain.initial_state()[:2])
+    arguments = (chain, chain.parameter_values(), 0.0, state, 1.0, 1e-8, 1e-10)
+    method, notes = choose_method("auto", *arguments)
+    assert method.name == "dop853"
+    assert "full matrices" in notes[0]
+    for name in ("radau5", "bdf"):
+        with pytest.raises(RuntimeModelError, match="use dop853"):
+            choose_method(name, *arguments)
+
+
+def test_negative_inertia_of_one_body_is_found_among_many(chain):
+    state = np.concatenate(chain.initial_state()[:2])
+    refuse_negative_inertia(chain, chain.parameter_values(), 0.0, state)
+    with pytest.raises(RuntimeModelError, match="negative"):
+        refuse_negative_inertia(chain, chain.parameter_values({"m": -1.0}), 0.0, state)

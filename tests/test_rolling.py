@@ -1,0 +1,157 @@
+"""Large functions in loops: the same numbers as operation by operation, in every form of the code; what is short."""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+import pytest
+
+import runtime
+from runtime.abi import array_sizes
+from symgen import Model, dot
+from symgen.derive.graph.graph import Graph
+from symgen.derive.graph.kinds import PARAM, Q
+from symgen.derive.rolling.clusters import find as find_clusters
+from symgen.derive.rolling.schedule import FEWEST, schedule
+from symgen.derive.scenes.subsystems import derive
+from symgen.derive.solve import factorise
+from symgen.emit import function as function_text
+from symgen.emit.module import emit
+from symgen.model.library import find, load
+
+
+def springs(n=9):
+    """A row of masses on springs, each with parameters of its own, so that what follows from these differs in each."""
+    model = Model("row")
+    before = 0
+    for k in range(n):
+        m, c = model.parameters(**{f"m{k}": 1.0 + 0.1 * k, f"c{k}": 20.0 + k})
+        x = model.coordinate(f"x{k}", start=0.1 * k)
+        model.kinetic(m / 2 * dot(x) ** 2)
+        model.potential(c / 2 * (x - before) ** 2)
+        model.dissipation(c**2 / (m * c + 1) * dot(x) ** 2)
+        before = x
+    return model.describe()
+
+
+def bundled(name, n):
+    return load(find(name), {"N": str(n)}).describe()
+
+
+MODELS = {
+    "chain": lambda: bundled("chain_absolute", 8),
+    "lattice": lambda: bundled("lattice", 4),
+    "masses on springs": springs,
+    "pendulums in relative angles": lambda: bundled("n_pendulum", 7),
+}
+
+
+@pytest.fixture(scope="module", params=list(MODELS))
+def pair(request):
+    """A model written out, and with everything in loops and its constraints in fronts."""
+    description = MODELS[request.param]()
+    plain = runtime.load(emit(derive(description)))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(function_text, "SMALLEST_ROLLED", 0)
+        patch.setattr(function_text, "SMALLEST_WITH_FRONTS", 0)
+        patch.setattr(factorise, "FEWEST_IN_FRONTS", 2)
+        patch.setattr(factorise, "LEAST_IN_FRONTS", 0)
+        rolled = runtime.load(emit(derive(description)))
+    return plain, rolled
+
+
+def test_same_numbers_in_every_form(pair):
+    """Beside the text that is written out; Python and machine code, whole and prepared, agree to the bit."""
+    plain, rolled = pair
+    p = plain.parameter_values()
+    rng = np.random.default_rng(4)
+    for name in plain.source.functions:
+        n_y, n_out = array_sizes(plain.source.header, name)
+        y = rng.uniform(-1.0, 1.0, n_y)
+        expected, by_python = plain.kernel(name)(0.3, y, p), np.zeros(n_out)
+        rolled.python_function(name)(0.3, y, p, by_python)
+        kernel = rolled.kernel(name)
+        scale = np.abs(expected).max()
+        assert by_python == pytest.approx(expected, rel=1e-9, abs=1e-11 * scale), name
+        assert np.array_equal(kernel(0.3, y, p), by_python), name
+        assert np.array_equal(_prepared(rolled, kernel, y, p), by_python), name
+
+
+def _prepared(system, kernel, y, p):
+    p, out = system.prepared(p), np.zeros(kernel.out_size)
+    call = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(kernel.prepared_address)
+    call(0.3, y.ctypes.data, p.ctypes.data, out.ctypes.data)
+    return out
+
+
+def test_numba_compiles_the_same_text():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(function_text, "SMALLEST_WITH_FRONTS", 0)
+        patch.setattr(factorise, "FEWEST_IN_FRONTS", 2)
+        patch.setattr(factorise, "LEAST_IN_FRONTS", 0)
+        system = runtime.load(emit(derive(bundled("chain_absolute", 5))))
+    y = np.random.default_rng(0).uniform(-1.0, 1.0, 30)
+    out = np.zeros(system.kernel("rhs").out_size)
+    system.njit_function("rhs")(0.0, y, system.parameter_values(), out)
+    assert np.array_equal(out, system.kernel("rhs")(0.0, y, system.parameter_values()))
+
+
+@pytest.mark.parametrize("name", ["rhs", "project", "residual", "residual_jacobian", "energy", "poses"])
+def test_text_does_not_grow_with_a_chain(name):
+    lengths = [
+        runtime.load(emit(derive(bundled("chain_absolute", n)))).source.functions[name] for n in (150, 190)
+    ]
+    assert abs(lengths[0].count("\n") - lengths[1].count("\n")) <= 10
+    assert "for k in range" in lengths[0]
+
+
+def test_a_long_sum_is_made_in_a_loop():
+    g = Graph()
+    terms = [g.unary("sin", g.var(Q, k)) for k in range(40)]
+    total = g.zero
+    for k, term in enumerate(terms):
+        total = g.sub(total, term) if k % 2 else g.add(total, term)
+    (found,) = find_clusters(g, [(0, g.mul(g.const(0.5), total))]).sums.values()
+    assert sorted(found) == sorted(((-1) ** k, term) for k, term in enumerate(terms))
+
+
+def test_a_recurrence_is_one_loop_in_its_order():
+    """Each member reads what the one before made: they stay together, ascending."""
+    g = Graph()
+    a, kept = g.var(Q, 0), []
+    for k in range(30):
+        a = g.unary("sin", g.mul(g.add(a, g.var(Q, k)), g.var(PARAM, 0)))
+        kept.append(a)
+    found = schedule(g, list(enumerate(kept)))
+    largest = max((group for stage in found.stages for group in stage), key=lambda group: len(group.members))
+    roots = [member.root for member in largest.members]
+    assert len(roots) >= 28
+    assert roots == sorted(roots)
+
+
+def test_circles_are_taken_apart():
+    """Two kinds of step that read each other in turn cannot be two loops."""
+    g = Graph()
+    a, b, kept = g.var(Q, 0), g.var(Q, 1), []
+    for _ in range(6):
+        a = g.unary("sin", g.mul(a, b))
+        b = g.unary("cos", g.mul(a, b))
+        kept += [a, b]
+    found = schedule(g, list(enumerate(kept)))
+    made: set[int] = set()
+    for stage in found.stages:
+        for group in stage:
+            for needs in group.needs:
+                assert needs - {m.root for m in group.members} <= made
+        made |= {member.root for group in stage for member in group.members}
+    assert made >= set(kept)
+
+
+def test_what_does_not_repeat_is_not_short():
+    g = Graph()
+    x = g.var(Q, 0)
+    different = [g.mul(g.const(2.0 + k), g.unary("sin", g.mul(g.const(3.0 + k), x))) for k in range(12)]
+    assert not schedule(g, list(enumerate(different))).is_short()
+    equal = [g.unary("sin", g.mul(g.const(3.0), g.var(Q, k))) for k in range(3 * FEWEST)]
+    assert schedule(g, list(enumerate(equal))).is_short()
