@@ -40,6 +40,7 @@ class Code:
         self._slots: dict[str, int] = {}
         self._loaded: dict[str, str] = {}
         self._called: set[str] = set()
+        self._kinds: dict[str, tuple[str, int]] = {}  # of vectors: type, width
 
     def begin_piece(self, first_order: int | None = None) -> None:
         """Begin a new function; `first_order` is that of a piece which only runs for orders from there on."""
@@ -77,19 +78,26 @@ class Code:
         """Return a value as this piece knows it: loaded from scratch where another piece computed it."""
         if value[0] != "%" or value in self.piece.local or value not in self._home:
             return value
+        kind, width = self._kinds.get(value, ("double", 1))
         if value not in self._slots:
-            self._slots[value] = self.reserve(1)
+            self._slots[value] = self.reserve(width, width)
             home = self._home[value]
             address = f"{value}.to"
             home.lines.append(
                 f"{address} = getelementptr inbounds double, ptr %scratch, i64 {self._slots[value]}"
             )
-            home.lines.append(f"store double {value}, ptr {address}, align 8")
+            home.lines.append(f"store {kind} {value}, ptr {address}, align {8 * width}")
         self.piece.local.add(value)
         self.line(f"{value}.at = getelementptr inbounds double, ptr %scratch, i64 {self._slots[value]}")
-        self.line(f"{value} = load double, ptr {value}.at, align 8")
+        self.line(f"{value} = load {kind}, ptr {value}.at, align {8 * width}")
         self.piece.operations += 1
         return value
+
+    def vector(self, right_side: str, kind: str, width: int) -> str:
+        """Write an operation on vectors and return its value."""
+        name = self.value(right_side)
+        self._kinds[name] = kind, width
+        return name
 
     def add(self, a: Value, b: Value) -> Value:
         if a is None or b is None:
@@ -180,9 +188,22 @@ class Code:
     def declare(self, declaration: str) -> None:
         self._called.add(declaration)
 
-    def text(self, main: str, extra: str = "") -> str:
-        """The module: declarations, pieces, further functions, and the body of the kernel itself."""
-        text = ["\n".join(sorted(self._called)) + "\n", extra]
+    @property
+    def written(self) -> int:
+        """Operations so far, loads and stores among them."""
+        return sum(piece.operations for piece in self.pieces)
+
+    def text(self, main: str, costs: tuple[float, float, float], extra: str = "") -> str:
+        """The module: declarations, pieces, further functions, and the body of the kernel itself.
+
+        `costs`: the operations of a call to order p are costs[0] + costs[1] p + costs[2] p^2.
+        """
+        numbers = ", ".join(f"double {constant(cost)}" for cost in costs)
+        text = [
+            "\n".join(sorted(self._called)) + "\n",
+            f"@{self.symbol}.costs = constant [3 x double] [{numbers}]\n",
+            extra,
+        ]
         if DECLARATIONS[0] in self._called:
             text.append(sincos_function(f"{self.symbol}.sincos"))
         for piece in self.pieces:

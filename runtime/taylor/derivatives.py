@@ -11,9 +11,10 @@ import hashlib
 import math
 
 from runtime.taylor.graph import SeriesGraph
+from runtime.taylor.nodes import CONVOLUTIONS
 
 PRIME = 2**61 - 1
-_REPLACEABLE = ("add", "sub", "neg", "scale", "mul", "div", "sqrt")
+_REPLACEABLE = ("add", "sub", "neg", "scale", *CONVOLUTIONS)
 _NEVER = 9  # the level of what no derivative gives: multipliers
 
 
@@ -49,7 +50,9 @@ class Values:
             return [(args[0], n - 1)] if n else [(a, 0) for a in g.begins_with(node)]
         if kind == "shift":
             return [(args[0], n + 1)]
-        if kind in ("mul", "div", "sqrt"):
+        if kind == "power" and g.data[node][1] >= 0:
+            args = (g.data[node][1],)
+        if kind in CONVOLUTIONS:
             lower = [(node, i) for i in range(n)] if kind != "mul" else []
             return [(a, i) for a in args for i in range(n + 1)] + lower
         if kind == "scale":
@@ -84,10 +87,26 @@ class Values:
             lower = [v[node, i] for i in range(n)]
             rest = v[args[0], n] - _product([*lower, 0], [v[args[1], i] for i in range(n + 1)])
             return rest * pow(v[args[1], 0], -1, PRIME) % PRIME
+        if kind == "power":
+            return self._power(node, n)
         if n == 0:
             return _random("sqrt", v[args[0], 0])
         lower = [0, *(v[node, i] for i in range(1, n)), 0]
         return (v[args[0], n] - _product(lower, lower)) * pow(2 * v[node, 0], -1, PRIME) % PRIME
+
+    def _power(self, node: int, n: int) -> int:
+        """Of P = b^e, from b P' = e b' P; b is a root where e would be half an integer."""
+        (base,), (exponent, root), v = self.graph.args[node], self.graph.data[node], self._known
+        if root >= 0:
+            base, exponent = root, 2.0 * exponent
+        if n == 0:
+            whole = exponent == round(exponent)
+            return pow(v[base, 0], int(exponent), PRIME) if whole else _random("power", v[base, 0], exponent)
+        numerator, denominator = exponent.as_integer_ratio()
+        rise = _product([v[base, i + 1] for i in range(n)], [v[node, i] for i in range(n)])
+        rest = _product([v[base, i] for i in range(n)], [*(v[node, i + 1] for i in range(n - 1)), 0])
+        slope = rise * numerator * pow(denominator, -1, PRIME) - rest
+        return slope * pow(v[base, 0], -1, PRIME) % PRIME
 
     def _constant(self, node: int) -> int:
         g, v = self.graph, self._known

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import functools
 import hashlib
 from pathlib import Path
@@ -10,12 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.code import engine
-from runtime.taylor.motion import read_motion
-from runtime.taylor.plan import Plan
 from runtime.taylor.refusal import Refusal
-from runtime.taylor.rolled import rolled_kernel
 from runtime.taylor.sums import sum_kernel
-from runtime.taylor.unrolled import unrolled_kernel
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -26,12 +23,12 @@ _UNROLLED_BELOW = 5  # products of series
 _TEXTS = ("rhs", "residual", "mass_matrix", "constraint_jacobian", "constraint_residual", "poses")
 
 
-def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64]:
-    """Return the addresses of two kernels, compiled on first use; `system` owns their code.
+def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64, float, float, float]:
+    """Return the addresses of two kernels, compiled on first use, and what a step costs; `system` owns their code.
 
     The first is the model's `f(t, y, p, out)`: it reads the order wanted from out[0], 5 to MAX_ORDER. Row k of `out`
     (NY long) receives the coefficients of order k of (q, v, w), behind N_ROWS rows comes the smallest pivot ratio.
-    The second sums a series, see `sums.py`.
+    The second sums a series, see `sums.py`. A step of order p costs as much as c0 + c1 p + c2 p^2 operations.
 
     Raises
     ------
@@ -39,23 +36,28 @@ def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64]:
         Something in the model has no Taylor series.
     """
     if "_taylor" not in system.__dict__:
-        for name in _TEXTS:
-            if system.has(name):
-                system._kernel_source(name).lower("checked")
+        if system.has_feedback:
+            raise Refusal(
+                "what a controller that acts at every instant does has no Taylor series; sampled, it has"
+            )
         symbol = "symgen_taylor"
         texts = [system.source.functions.get(name, "") for name in _TEXTS]
-        sizes = (system.nq, system.nv, system.nh, system.nn, system.nw)
+        polynomials = sorted(system.input_polynomials.items())
+        sizes = (system.nq, system.nv, system.nh, system.nn, system.nw, system.n_p, polynomials)
         key = engine.cache_key("\0".join((_generator(), repr((sizes, system.source.tables)), *texts)))
         code = engine.object_code(key, "taylor", symbol, functools.partial(_lower, system))
-        system.__dict__["_taylor"] = (
-            np.uint64(system.machine_code().add(code, symbol)),
-            np.uint64(_sum_address(system)),
-        )
+        address = system.machine_code().add(code, symbol)
+        costs = (ctypes.c_double * 3).from_address(system.machine_code().data_address(f"{symbol}.costs"))
+        system.__dict__["_taylor"] = (np.uint64(address), np.uint64(_sum_address(system)), *costs)
     return system.__dict__["_taylor"]
 
 
 def taylor_refusal(system: System) -> str:
     """Return why the model has no Taylor series, and what to use instead; an empty string where it has."""
+    if system.switches:
+        return (
+            f"has no series across the stops and dry friction of model {system.name!r}: use dop853, or radau5"
+        )
     try:
         taylor_addresses(system)
     except Refusal as refusal:
@@ -71,6 +73,15 @@ def _sum_address(system: System) -> int:
 
 
 def _lower(system: System, symbol: str) -> tuple[str, int]:
+    # What finds, plans and writes series is not imported where their code is in the cache.
+    from runtime.taylor.motion import read_motion
+    from runtime.taylor.plan import Plan
+    from runtime.taylor.rolled import rolled_kernel
+    from runtime.taylor.unrolled import unrolled_kernel
+
+    for name in _TEXTS:
+        if system.has(name):
+            system._kernel_source(name).lower("checked")
     plan = Plan(read_motion(system))
     few = len(plan.convolutions) < _UNROLLED_BELOW
     return (unrolled_kernel if few else rolled_kernel)(plan, symbol, system.ny, MAX_ORDER, N_ROWS)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from runtime.taylor.derivatives import use_derivatives
 from runtime.taylor.factors import share_factors
-from runtime.taylor.graph import CONVOLUTIONS, SeriesGraph
+from runtime.taylor.graph import SeriesGraph
+from runtime.taylor.nodes import CONVOLUTIONS
 from runtime.taylor.refusal import Refusal
 from runtime.taylor.text import named_outputs, read_outputs
 
@@ -90,7 +91,18 @@ def _outputs(
     wanted: set[int] | None = None,
     given: dict[str, int] | None = None,
 ) -> dict[int, int]:
-    return read_outputs(graph, _text(system, name), state, wanted, given, system.source.tables)
+    moving = {index: _polynomial(graph, *place) for index, place in system.input_polynomials.items()}
+    return read_outputs(graph, _text(system, name), state, wanted, given, system.source.tables, moving)
+
+
+def _polynomial(graph: SeriesGraph, knot: int, first: int, degree: int) -> int:
+    """The node of an input over time: a polynomial in t - p[knot], whose coefficients begin at p[first]."""
+    value = graph.parameter(first + degree)
+    if degree:
+        since = graph.sub(graph.time(), graph.parameter(knot))
+        for j in range(degree - 1, -1, -1):
+            value = graph.add(graph.mul(value, since), graph.parameter(first + j))
+    return value
 
 
 def _states(graph: SeriesGraph, system: System) -> tuple[list[int], list[int], Callable[[int], int]]:

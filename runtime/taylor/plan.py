@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import functools
 
-from runtime.taylor.graph import CONVOLUTIONS
 from runtime.taylor.motion import Motion
+from runtime.taylor.nodes import CONVOLUTIONS
 
 _OUTPUT_LEAD = 2  # of coordinates whose rates are not their derivatives: they reach the order of all others
 
@@ -46,7 +46,7 @@ class Plan:
 
     @functools.cached_property
     def convolutions(self) -> list[int]:
-        """Series that are products, quotients or roots."""
+        """Series that are products, quotients, roots or powers."""
         return [node for node in self.order if self.graph.kinds[node] in CONVOLUTIONS]
 
     def series_args(self, node: int) -> list[tuple[int, int]]:
@@ -56,9 +56,9 @@ class Plan:
         return [(a, offset) for a in g.args[node] if not g.constant[a]]
 
     def factors(self, node: int) -> tuple[int, int]:
-        """The two series whose convolution a product, quotient or root needs."""
+        """The two series whose convolution a product, quotient, root or power needs."""
         kind, args = self.graph.kinds[node], self.graph.args[node]
-        return {"mul": args, "div": (args[-1], node), "sqrt": (node, node)}[kind]
+        return {"mul": args, "sqrt": (node, node)}.get(kind, (args[-1], node))
 
     def _demand(self) -> None:
         m, g = self.motion, self.graph

@@ -7,10 +7,9 @@ few products, the two oldest and the two newest coefficients of each factor are 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from runtime.code.llvm_text import constant
 from runtime.taylor.code import ONE, PASSED, Code, Value
+from runtime.taylor.lanes import LONGEST_LEAD, LaneTable, sum_function
 from runtime.taylor.plan import Plan
 from runtime.taylor.steps import FIRST_STEP, Steps
 from runtime.taylor.unrolled import READ_LAST
@@ -20,36 +19,18 @@ FIRST_IN_LOOP = (
 )
 _ANY = 1 << 20  # stands for the loop's order where orders are numbers
 _FEW_PRODUCTS = 36
-_WIDTHS = (8, 4, 2, 1)
-_ACCUMULATORS = 12
-_LONGEST_LEAD = 2
-
-
-@dataclass(frozen=True)
-class Lanes:
-    """Products of series computed side by side; `x`, `y` and `total` are places in the scratch array."""
-
-    width: int
-    lead: int
-    nodes: tuple[int, ...]
-    x: int
-    y: int
-    total: int
+_FEWEST_SQUARES = 8
+_LANES_TERM = 4  # operations for a term of a sum of lanes
 
 
 class _Rolled(Steps):
     def __init__(self, code: Code, plan: Plan, n_y: int, max_order: int, n_rows: int) -> None:
         super().__init__(code, plan, n_y, n_rows)
-        self._length = max_order + _LONGEST_LEAD + 1
+        self._length = max_order + LONGEST_LEAD + 1
         self.ends = 2 if len(plan.convolutions) < _FEW_PRODUCTS else 1
         self.reciprocals = code.reserve(self._length)
         self.history = {node: code.reserve(self._length) for node in sorted(plan.kept)}
-        self.lanes = _make_lanes(code, plan, self._length)
-        self._place = {node: (lanes, i) for lanes in self.lanes for i, node in enumerate(lanes.nodes)}
-        self._uses: dict[int, list[tuple[int, int, int]]] = {}
-        for node, (lanes, i) in self._place.items():
-            for factor, start in zip(plan.factors(node), (lanes.x, lanes.y)):
-                self._uses.setdefault(factor, []).append((start, lanes.width, i))
+        self.table = LaneTable(code, plan, self._length, _FEWEST_SQUARES)
         self._integers: dict[tuple[str, str], str] = {}
 
     def finished(self, k: int) -> None:
@@ -62,7 +43,7 @@ class _Rolled(Steps):
             value = self.values[node, n]
             self.code.store("scratch", self._row(self.history[node], 1, n), value)
             if n >= self.ends:
-                for start, width, lane in self._uses.get(node, ()):
+                for start, width, lane in self.table.uses.get(node, ()):
                     self.code.store("scratch", self._row(start + lane, width, n), value)
 
     def _row(self, start: int, width: int, n: int) -> int | str:
@@ -118,8 +99,7 @@ class _Rolled(Steps):
     def convolution(self, node: int, n: int) -> Value:
         if n < _ANY // 2:
             return super().convolution(node, n)
-        lanes, lane = self._place[node]
-        total: Value = self.code.load("scratch", lanes.total + lane)
+        total = self._sum(node)
         x, y = self.plan.factors(node)
         kind, code = self.graph.kinds[node], self.code
         if x == y:
@@ -133,6 +113,23 @@ class _Rolled(Steps):
         for i, j in sorted(pairs, key=lambda pair: self._lateness(x, y, *pair)):
             total = code.fma(self.at(x, i), self.at(y, j), total)
         return total
+
+    def _sum(self, node: int) -> Value:
+        lanes, lane = self.table.place[node]
+        return self.code.load("scratch", lanes.total + lane)
+
+    def power_sum(self, node: int, n: int) -> Value:
+        if n < _ANY // 2:
+            return super().power_sum(node, n)
+        (base,), (exponent, _), code = self.graph.args[node], self.graph.data[node], self.code
+        total: Value = code.mul(self._sum(node), self._reciprocal(n))
+        if self.ends == 2:
+            step = code.mul(constant(exponent + 1.0), self._reciprocal(n))
+            late = code.mul(code.sub(constant(exponent), step), self.at(base, n - 1))
+            total = code.fma(late, self.at(node, 1), total)
+            early = code.mul(code.sub(step, ONE), self.at(base, 1))
+            total = code.fma(early, self.at(node, n - 1), total)
+        return code.fma(code.mul(constant(exponent), self.initial(node)), self.at(base, n), total)
 
     def _lateness(self, x: int, y: int, i: int, j: int) -> int:
         """How long a product has to wait for its newer factor: those of the last step are there at once."""
@@ -148,19 +145,6 @@ class _Rolled(Steps):
             self.code.store("out", self._integer(f"{self.n_y} * k + {ahead * self.n_y + index}"), value)
 
 
-def _make_lanes(code: Code, plan: Plan, length: int) -> list[Lanes]:
-    """Put products that are computed to the same order side by side, as many as a vector has lanes."""
-    found = []
-    for lead in range(_LONGEST_LEAD + 1):
-        nodes = [node for node in plan.convolutions if plan.lead[node] == lead]
-        while nodes:
-            width = next((w for w in _WIDTHS if 2 * len(nodes) > w), 1)
-            taken, nodes = nodes[:width], nodes[width:]
-            x, y = (code.reserve(length * width, 8) for _ in range(2))
-            found.append(Lanes(width, lead, tuple(taken), x, y, code.reserve(width, 8)))
-    return found
-
-
 def rolled_kernel(plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int) -> tuple[str, int]:
     """Return the LLVM IR of the kernel for all orders from 5 to `max_order`, and its number of operations."""
     code = Code(symbol)
@@ -170,9 +154,10 @@ def rolled_kernel(plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int
         code.store("scratch", steps.reciprocals + i, constant(1.0 / i))
     for k in range(FIRST_STEP, FIRST_IN_LOOP):
         steps.step(k)
-    n_before = len(code.pieces)
+    n_before, start = len(code.pieces), code.written
     code.begin_piece()
     steps.step(_ANY)
+    each = code.written - start
     calls = [f"call void @{piece.name}({PASSED}, i64 0)" for piece in code.pieces[:n_before]]
     body = [f"call void @{piece.name}({PASSED}, i64 %k)" for piece in code.pieces[n_before:]]
     main = [
@@ -191,69 +176,6 @@ def rolled_kernel(plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int
         "done:",
         "ret void",
     ]
-    return code.text("\n".join(main), _sums(code, steps.lanes, steps.ends, symbol)), code.operations
-
-
-def _sums(code: Code, lanes: list[Lanes], ends: int, symbol: str) -> str:
-    """The function that sums the inner products x_j y_{n-j}, j from `ends` to n - `ends`, of all lanes."""
-    lines = [
-        f"define internal void @{symbol}.sums(ptr noalias %scratch, i64 %k) noinline nounwind {{",
-        "entry:",
-    ]
-    label = "entry"
-    for lead in range(_LONGEST_LEAD + 1):
-        group = [item for item in lanes if item.lead == lead]
-        for first in range(0, len(group), _ACCUMULATORS):
-            text, label = _sum_loop(
-                code, group[first : first + _ACCUMULATORS], lead, ends, f"{lead}.{first}", label
-            )
-            lines += text
-    return "\n".join([*lines, "ret void", "}", ""])
-
-
-def _sum_loop(
-    code: Code, group: list[Lanes], lead: int, ends: int, tag: str, before: str
-) -> tuple[list[str], str]:
-    head, body, after = f"head{tag}", f"body{tag}", f"after{tag}"
-    lines = [
-        f"%top{tag} = add i64 %k, {lead - ends}",
-        f"%n{tag} = add i64 %k, {lead}",
-        f"br label %{head}",
-        f"{head}:",
-    ]
-    lines.append(f"%j{tag} = phi i64 [{ends}, %{before}], [%next{tag}, %{body}]")
-    for i, item in enumerate(group):
-        kind = _vector(item.width)
-        zero = "zeroinitializer" if item.width > 1 else constant(0.0)
-        lines.append(f"%sum{tag}.{i} = phi {kind} [{zero}, %{before}], [%more{tag}.{i}, %{body}]")
-    lines += [
-        f"%over{tag} = icmp sgt i64 %j{tag}, %top{tag}",
-        f"br i1 %over{tag}, label %{after}, label %{body}",
-        f"{body}:",
-        f"%m{tag} = sub i64 %n{tag}, %j{tag}",
-    ]
-    for i, item in enumerate(group):
-        kind, t = _vector(item.width), f"{tag}.{i}"
-        for letter, start, index in (("x", item.x, f"%j{tag}"), ("y", item.y, f"%m{tag}")):
-            lines += [
-                f"%{letter}i{t} = mul i64 {index}, {item.width}",
-                f"%{letter}o{t} = add i64 %{letter}i{t}, {start}",
-                f"%{letter}a{t} = getelementptr inbounds double, ptr %scratch, i64 %{letter}o{t}",
-                f"%{letter}{t} = load {kind}, ptr %{letter}a{t}, align {8 * item.width}",
-            ]
-        suffix = f"v{item.width}f64" if item.width > 1 else "f64"
-        code.declare(f"declare {kind} @llvm.fmuladd.{suffix}({kind}, {kind}, {kind})")
-        lines.append(
-            f"%more{t} = call {kind} @llvm.fmuladd.{suffix}({kind} %x{t}, {kind} %y{t}, {kind} %sum{t})"
-        )
-    lines += [f"%next{tag} = add i64 %j{tag}, 1", f"br label %{head}", f"{after}:"]
-    for i, item in enumerate(group):
-        lines += [
-            f"%to{tag}.{i} = getelementptr inbounds double, ptr %scratch, i64 {item.total}",
-            f"store {_vector(item.width)} %sum{tag}.{i}, ptr %to{tag}.{i}, align {8 * item.width}",
-        ]
-    return lines, after
-
-
-def _vector(width: int) -> str:
-    return f"<{width} x double>" if width > 1 else "double"
+    sums = sum_function(code, steps.table.lanes, steps.ends, f"{symbol}.sums")
+    costs = (max(start - (FIRST_IN_LOOP + 1) * each, 0.0), each, 0.5 * _LANES_TERM * len(steps.table.lanes))
+    return code.text("\n".join(main), costs, sums), code.operations

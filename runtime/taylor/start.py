@@ -6,6 +6,8 @@ from runtime.code.llvm_text import constant
 from runtime.taylor.code import ONE, Code, Value
 from runtime.taylor.graph import SeriesGraph
 
+_MOST_PRODUCTS = 4
+
 
 class Start:
     """Writes values at the start of a step, each when it is first needed.
@@ -35,7 +37,7 @@ class Start:
                 pending.pop()
                 continue
             kind = self.graph.kinds[wanted]
-            below = self.graph.begins_with(wanted) if kind == "integral" else self.graph.args[wanted]
+            below = self._below(wanted)
             missing = [a for a in below if kind != "shift" and (a, 0) not in self.values]
             if missing:
                 pending += missing
@@ -43,9 +45,17 @@ class Start:
                 self.values[wanted, 0] = self._initial(wanted)
         return self.values[node, 0]
 
+    def _below(self, node: int) -> tuple[int, ...]:
+        """The nodes whose values give that of a node."""
+        if node in self.graph.products:
+            return self.graph.products[node]
+        return self.graph.begins_with(node) if self.graph.kinds[node] == "integral" else self.graph.args[node]
+
     def _initial(self, node: int) -> Value:
         g, code = self.graph, self.code
-        kind, args, data = g.kinds[node], g.args[node], g.data[node]
+        kind, args, data = g.kinds[node], self._below(node), g.data[node]
+        if node in g.products:
+            return code.mul(*(self.values[a, 0] for a in args))
         if kind == "number":
             return constant(data[0])
         if kind == "parameter":
@@ -57,7 +67,7 @@ class Start:
         if kind == "shift":
             return self.values[args[0], 1]
         zero = constant(0.0)
-        values = [self.values[a, 0] for a in (g.begins_with(node) if kind == "integral" else args)]
+        values = [self.values[a, 0] for a in args]
         known = [zero if value is None else value for value in values]
         if kind == "integral":
             return self._function(data[0], data[1], known)
@@ -65,6 +75,8 @@ class Start:
             return code.call(data[0], known)
         if kind == "sqrt":
             return code.call("sqrt", known)
+        if kind == "power":
+            return self._power(known[0], data[0])
         if kind == "select":
             return code.select(data[0], *known)
         if kind in ("div", "fdiv"):
@@ -72,6 +84,16 @@ class Start:
         if kind in ("mul", "scale", "fmul"):
             return code.mul(*values)
         return getattr(code, {"fadd": "add", "fsub": "sub"}.get(kind, kind))(*values)
+
+    def _power(self, base: str, exponent: float) -> str:
+        """A power by products and at most one root and one division; by the C library where that takes many."""
+        code, size = self.code, abs(exponent)
+        if size > _MOST_PRODUCTS or 2.0 * size != round(2.0 * size):
+            return code.call("pow", [base, constant(exponent)])
+        value: Value = code.call("sqrt", [base]) if size != round(size) else ONE
+        for _ in range(int(size)):
+            value = code.mul(base, value)
+        return value if exponent > 0.0 else code.div(ONE, value)
 
     def _function(self, name: str, argument: int, known: list[str]) -> str:
         if name not in ("sin", "cos"):
@@ -81,9 +103,9 @@ class Start:
         return self._pairs[argument][name == "cos"]
 
     def inverse(self, node: int) -> str:
-        """1 / c of a quotient b / c, 1 / (2 u) of a root u, at the start of the step."""
+        """1 / c of a quotient b / c or a power of c, 1 / (2 u) of a root u, at the start of the step."""
         if node not in self._inverses:
-            divisor = self.initial(self.graph.args[node][-1] if self.graph.kinds[node] == "div" else node)
             half = self.graph.kinds[node] == "sqrt"
+            divisor = self.initial(node if half else self.graph.args[node][-1])
             self._inverses[node] = self.code.div(constant(0.5) if half else ONE, divisor or constant(0.0))
         return self._inverses[node]

@@ -75,6 +75,8 @@ class Steps(Start):
             return self.divided(self.at(args[0], n - 1), n)
         if kind == "shift":
             return code.mul(self.at(args[0], n + 1), self.whole(n + 1))
+        if kind == "power":
+            return code.mul(self.power_sum(node, n), self.inverse(node))
         total = self.convolution(node, n)
         if kind == "mul":
             return total
@@ -108,16 +110,32 @@ class Steps(Start):
         kind = self.graph.kinds[node]
         first, last = {"mul": (0, n), "div": (1, n), "sqrt": (1, n - 1)}[kind]
         code = self.code
-        total: Value = None
         if x != y:
-            for j in sorted(range(first, last + 1), key=lambda j: (max(j, n - j), j)):
+            terms = sorted(range(first, last + 1), key=lambda j: (max(j, n - j), j))
+            total, terms = self.inner_sum(node, n, terms)
+            for j in terms:
                 total = code.fma(self.at(x, j), self.at(y, n - j), total)
             return total
-        for j in range((n - 1) // 2, first - 1, -1):
+        total, terms = self.inner_sum(node, n, list(range((n - 1) // 2, first - 1, -1)))
+        for j in terms:
             total = code.fma(self.at(x, j), self.at(x, n - j), total)
         total = code.add(total, total)
         middle = self.at(x, n // 2) if n % 2 == 0 and first <= n // 2 <= last else None
         return code.fma(middle, middle, total)
+
+    def inner_sum(self, node: int, n: int, terms: list[int]) -> tuple[Value, list[int]]:
+        """What an emitter sums apart of the terms of a convolution, and the terms that are left."""
+        return None, terms
+
+    def power_sum(self, node: int, n: int) -> Value:
+        """The coefficient n of P = u^e times u_0: sum of (j (e + 1) / n - 1) u_j P_{n-j}, from u P' = e u' P."""
+        (base,), (exponent, _) = self.graph.args[node], self.graph.data[node]
+        terms = sorted(range(1, n + 1), key=lambda j: (max(j, n - j), j))
+        total, terms = self.inner_sum(node, n, terms)
+        for j in terms:
+            weighted = self.code.mul(constant(j * (exponent + 1.0) / n - 1.0), self.at(base, j))
+            total = self.code.fma(weighted, self.at(node, n - j), total)
+        return total
 
     # The unknowns.
 
@@ -219,6 +237,8 @@ class Steps(Start):
         rest = parts[0]
         if kind == "div" and parts[1] is not None:
             rest = code.fnma(self.initial(node), parts[1], rest)
+        if kind == "power":
+            rest = code.mul(rest, code.mul(constant(g.data[node][0]), self.initial(node)))
         return code.mul(rest, self.inverse(node))
 
     # Results.

@@ -21,6 +21,7 @@ def read_outputs(
     wanted: set[int] | None = None,
     given: dict[str, int] | None = None,
     tables: Tables | None = None,
+    moving: Mapping[int, int] | None = None,
 ) -> dict[int, int]:
     """Add the operations behind `out[i]` to the graph; returns the node of each index.
 
@@ -37,6 +38,8 @@ def read_outputs(
         Names whose nodes are known, whatever the text says that they are.
     tables : mapping, optional
         The module's tables of indices.
+    moving : mapping of int to int, optional
+        Nodes of what stands in `p` but is not constant: inputs over time.
 
     Raises
     ------
@@ -49,7 +52,7 @@ def read_outputs(
         target, _, variables = statement
         return wanted is None or _whole(target.slice, variables, tables) in wanted
 
-    reader = _Reader(graph, state, tables)
+    reader = _Reader(graph, state, tables, moving or {})
     reader.names.update(given)
     outputs: dict[int, int] = {}
     for target, expression, variables in _needed(
@@ -130,8 +133,10 @@ def _whole(node: ast.expr, variables: dict[str, int], tables: Tables) -> int:
 
 
 class _Reader:
-    def __init__(self, graph: SeriesGraph, state: Callable[[int], int], tables: Tables) -> None:
-        self.graph, self.state, self.tables = graph, state, tables
+    def __init__(
+        self, graph: SeriesGraph, state: Callable[[int], int], tables: Tables, moving: Mapping[int, int]
+    ) -> None:
+        self.graph, self.state, self.tables, self.moving = graph, state, tables, moving
         self.names: dict[str, int] = {}
         self.variables: dict[str, int] = {}
 
@@ -143,7 +148,9 @@ class _Reader:
             return g.number(float(node.value))
         if isinstance(node, ast.Subscript):
             index = _whole(node.slice, self.variables, self.tables)
-            return g.parameter(index) if node.value.id == "p" else self.state(index)
+            if node.value.id != "p":
+                return self.state(index)
+            return self.moving[index] if index in self.moving else g.parameter(index)
         if isinstance(node, ast.UnaryOp):
             if isinstance(node.operand, ast.Constant):
                 return g.number(-float(node.operand.value))

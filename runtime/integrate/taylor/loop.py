@@ -9,6 +9,7 @@ from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
 from runtime.integrate.copying import copy
+from runtime.integrate.energy_scaling import count_energy, scale_energy
 from runtime.integrate.evaluation import all_finite, evaluate
 from runtime.integrate.layout import (
     ERROR_OLD,
@@ -36,12 +37,17 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.projection import project_state, projection_size
 from runtime.integrate.step_control import step_end, too_small
-from runtime.integrate.taylor.step import DEFECT_LIMIT, defect, scale_series, series_step
+from runtime.integrate.taylor.step import DEFECT_LIMIT, ROUND_OFF_RTOL, defect, scale_series, series_step
 
 # New state, what rounding lost in it, predicted slope, what was lost before.
 NEW, LOST, SLOPE, CARRY = range(4)
 N_STATES = 4
 EPS = float(np.finfo(float).eps)
+LOWEST_ORDER = 8
+COST_OF_STEP = 700.0  # operations of a step besides its series
+# The least run time at a given error of the end state is that of the order which is best for steps with an error of
+# 0.01 rtol^0.8, not rtol: found on six scenes (pendulum, heavy top, Andrews' mechanism, a chain of ten, stiff springs).
+ERROR_FACTOR, ERROR_EXPONENT = 1e-2, 0.8
 CURRENT = 16  # counter: which of the two series is that of the current state
 MIN_PIVOT = 1e-6  # below it the accelerations are in doubt
 # Halving a step divides a defect by 2^order, unless it is round-off: its size is kept in control[ERROR_OLD]. A jump of
@@ -50,13 +56,22 @@ ROUND_OFF_GAIN = 4.0
 LARGEST_ROUND_OFF = 1e-9  # relative
 # A step that went too far makes later ones 7 % shorter than their series promise, which is forgotten over 50 steps.
 CAUTION, FORGET = 0.07, 0.98
-# A float taken apart for its logarithm, the part by which steps are shorter, and a limit of the next step (0: none).
-BITS, SHORTER, LIMIT = range(3)
-N_CELLS = 3
+# A float taken apart for its logarithm, the part by which steps are shorter, a limit of the next step (0: none), a
+# number between 0 and 1, another one in each step, and how far series have reached lately.
+BITS, SHORTER, LIMIT, VARIED, REACH = range(5)
+N_CELLS = 5
+# Steps chosen by the state alone may fall into step with a periodic motion: then every lap rounds alike, and its errors
+# add up in proportion to the laps, not to their root. At the limit of round-off, steps are shortened by up to 5 %, by
+# multiples of the golden ratio modulo one, so that no two laps are alike.
+MOST_VARIED, GOLDEN_RATIO = 0.05, 0.6180339887498949
 # A series may reach far past the next event: a ball that hardly bounces any more leaves the floor and returns in a
 # small part of the step that its parabola allows. The step after an event is this many times the time since the one
 # before.
 LONGER_THAN_BEFORE = 2.0
+# Towards a change point, where branches of the positions that constraints allow cross, each series reaches only a part
+# of the way. States off by round-off lie on a branch that turns into the other one there, which ever shorter steps
+# would follow faithfully: below this part of how far series reached before, the run is left to a method that steps across.
+CREEPS, FORGET_REACH = 1e-4, 0.9
 
 
 class TaylorSeries(NamedTuple):
@@ -68,6 +83,8 @@ class TaylorSeries(NamedTuple):
         The kernel that computes a series: see `runtime.taylor.kernel.taylor_addresses`.
     sum_address : uint64
         The kernel that sums it.
+    cost_start, cost_order, cost_square : float
+        A series of order p takes cost_start + cost_order p + cost_square p^2 operations.
     n_rows : int
         Rows of a series, one more than the highest order.
     order : int
@@ -76,22 +93,30 @@ class TaylorSeries(NamedTuple):
 
     address: np.uint64
     sum_address: np.uint64
+    cost_start: float
+    cost_order: float
+    cost_square: float
     n_rows: int
     order: int
 
 
 @jitted
 def taylor_work_size(n_rows, sizes):
-    """Length of `work`: two series with their pivot ratio, the rows of NEW and what follows, three numbers."""
+    """Length of `work`: two series with their pivot ratio, the rows of NEW and what follows, five numbers."""
     return 2 * (n_rows * sizes[NY] + 1) + N_STATES * sizes[NY] + N_CELLS + finish_scratch_size(sizes)
 
 
 @jitted
-def order_for(rtol):
-    """The order that needs the least time for a tolerance."""
-    if rtol >= 1e-8:
-        return 16
-    return 20 if rtol >= 1e-11 else 24
+def order_for(method, rtol):
+    """The order that needs the least time for a tolerance: operations of a step over its length, see `series_step`."""
+    best, least = LOWEST_ORDER, math.inf
+    left_out = math.log(ERROR_FACTOR) + ERROR_EXPONENT * math.log(max(rtol, EPS)) - 0.7
+    for order in range(LOWEST_ORDER, method.n_rows - 1):
+        series = method.cost_start + order * (method.cost_order + order * method.cost_square)
+        time = (COST_OF_STEP + series) * math.exp(-left_out / (order - 1))
+        if time < least:
+            best, least = order, time
+    return best
 
 
 @jitted
@@ -121,7 +146,7 @@ def advance_taylor(
     states = work[2 * length :][: N_STATES * ny].reshape((N_STATES, ny))
     cell = work[2 * length + N_STATES * ny :][:N_CELLS]
     scratch = work[2 * length + N_STATES * ny + N_CELLS :]
-    order = method.order if method.order > 0 else order_for(control[RTOL])
+    order = method.order if method.order > 0 else order_for(method, control[RTOL])
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
         if not counters[F_VALID]:
@@ -140,6 +165,7 @@ def advance_taylor(
         old = pair[1 - counters[CURRENT]][: (order + 1) * ny].reshape((order + 1, ny))
         if needs_dense(sizes, counters, frame_times, t1):
             scale_series(t1 - t0, order, old)
+        count_energy(addresses, control)
         copy(states[NEW], y)
         copy(states[LOST], states[CARRY])
         previous_event = control[T_EVENT]
@@ -150,6 +176,7 @@ def advance_taylor(
         if status == EVENT:
             for i in range(ny):
                 states[CARRY, i] = 0.0
+            cell[REACH] = 0.0
             cell[LIMIT] = max(LONGER_THAN_BEFORE * (control[T_EVENT] - previous_event), EPS * control[H_MAX])
         if status != RUNNING:
             return status
@@ -173,6 +200,13 @@ def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair,
     old = pair[current][: (order + 1) * ny].reshape((order + 1, ny))
     sums = states[NEW:CARRY].reshape(CARRY * ny)
     control[H] = min((1.0 - cell[SHORTER]) * series_step(order, sizes, control, old, cell), control[H_MAX])
+    if sizes[NM] > 0:
+        if control[H] < CREEPS * cell[REACH]:
+            return STEP_TOO_SMALL, t
+        cell[REACH] = max(control[H], FORGET_REACH * cell[REACH])
+    if control[RTOL] <= ROUND_OFF_RTOL:
+        cell[VARIED] = (cell[VARIED] + GOLDEN_RATIO) % 1.0
+        control[H] *= 1.0 - MOST_VARIED * cell[VARIED]
     if cell[LIMIT] > 0.0:
         control[H] = min(control[H], cell[LIMIT])
         cell[LIMIT] = 0.0
@@ -218,6 +252,7 @@ def reach_end(method, order, addresses, sizes, p, control, counters, t1, f, pair
             addresses, sizes, p, t1, y_new, control, counters, scratch[: projection_size(sizes)]
         ):
             return PROJECTION_FAILED
+        scale_energy(addresses, sizes, p, t1, y_new, control, scratch)
         for i in range(sizes[NY]):
             states[LOST, i] = 0.0
     if t1 >= control[T_STOP]:

@@ -68,7 +68,7 @@ def series_step(order, sizes, control, series, cell):
         if highest == -math.inf:
             return control[H_MAX]
     # At the limit of round-off, what is left out must not add up over many steps where rounding does not.
-    left_out = tolerance if tolerance > ROUND_OFF_RTOL else 0.01 * tolerance
+    left_out = tolerance if tolerance > ROUND_OFF_RTOL else 1e-3 * tolerance
     return math.exp(((log2(left_out, cell) - 1.0) / last - highest) * LOG_2)
 
 

@@ -1,0 +1,199 @@
+"""Sums, products, quotients and powers of series, in the form that needs the fewest products of series.
+
+Constant factors and signs come to the outside. Products and quotients of powers of one series become one power:
+m / r · (1 / r) · (1 / r) with r = sqrt(u) is m u^(-3/2).
+"""
+
+from __future__ import annotations
+
+from runtime.taylor.nodes import Nodes
+from runtime.taylor.refusal import Refusal
+
+_MOST_FACTORS = 8
+
+
+class Algebra(Nodes):
+    """What is made of series by arithmetic and by differentiation."""
+
+    def add(self, a: int, b: int) -> int:
+        if self.constant[a] and self.constant[b]:
+            return self._node("fadd", (a, b))
+        if self.kinds[b] == "neg":
+            return self.sub(a, self.args[b][0])
+        if self.kinds[a] == "neg":
+            return self.sub(b, self.args[a][0])
+        return self._node("add", (a, b))
+
+    def sub(self, a: int, b: int) -> int:
+        if self.constant[a] and self.constant[b]:
+            return self._node("fsub", (a, b))
+        if self.kinds[b] == "neg":
+            return self.add(a, self.args[b][0])
+        return self._node("sub", (a, b))
+
+    def neg(self, a: int) -> int:
+        if self.kinds[a] == "number":
+            return self.number(-self.data[a][0])
+        if self.kinds[a] == "neg":
+            return self.args[a][0]
+        if self.kinds[a] == "scale":
+            return self.scale(self.neg(self.args[a][0]), self.args[a][1])
+        return self._node("neg", (a,))
+
+    def mul(self, a: int, b: int) -> int:
+        """A product; constant factors and signs come to its outside."""
+        if self.constant[a] and self.constant[b]:
+            return self._constant_product(a, b)
+        if self.constant[a] or self.constant[b]:
+            return self.scale(a, b) if self.constant[a] else self.scale(b, a)
+        factor, a = self._split(a)
+        other, b = self._split(b)
+        return self.scale(self._constant_product(factor, other), self._product(a, b))
+
+    def _product(self, a: int, b: int) -> int:
+        (base, exponent), (other, more) = self._as_power(a), self._as_power(b)
+        if base == other and (exponent, more) != (1.0, 1.0):
+            return self.power(base, exponent + more)
+        for left, right in ((a, b), (b, a)):
+            if (found := self._distributed(left, right)) is not None:
+                return found
+            if (found := self._merged(left, right)) is not None:
+                return found
+        return self._node("mul", (min(a, b), max(a, b)))
+
+    def _distributed(self, total: int, factor: int) -> int | None:
+        """(r - c) times 1 / r as 1 - c / r, which needs no product of series: the force of a spring.
+
+        Where r is near c, its value is still that of the product.
+        """
+        base, exponent = self._as_power(factor)
+        if exponent == 1.0 or self.kinds[total] not in ("add", "sub"):
+            return None
+        left, right = self.args[total]
+        if self.constant[left] == self.constant[right]:
+            return None
+        other, more = self._as_power(self._split(right if self.constant[left] else left)[1])
+        if other != base or exponent + more not in (0.0, 1.0):
+            return None
+        found = getattr(self, self.kinds[total])(self.mul(left, factor), self.mul(right, factor))
+        self.products[found] = total, factor
+        return found
+
+    def _merged(self, product: int, factor: int) -> int | None:
+        """(w / r) times 1 / r as w / r^2, one quotient for two products: the force of a damper."""
+        base, exponent = self._as_power(factor)
+        if exponent == 1.0 or self.kinds[product] != "mul":
+            return None
+        for inner, rest in (self.args[product], self.args[product][::-1]):
+            other, more = self._as_power(inner)
+            if other == base and exponent + more in (0.0, -1.0):
+                return rest if exponent + more == 0.0 else self.div(rest, base)
+        return None
+
+    def _as_power(self, a: int) -> tuple[int, float]:
+        """A series as base and exponent."""
+        kind, args = self.kinds[a], self.args[a]
+        if kind == "sqrt":
+            return args[0], 0.5
+        if kind == "power":
+            return args[0], self.data[a][0]
+        if kind == "div" and args[0] == self.number(1.0):
+            return args[1], -1.0
+        return a, 1.0
+
+    def power(self, base: int, exponent: float) -> int:
+        """A series to the power of a number."""
+        if exponent == 0.0:
+            return self.number(1.0)
+        if exponent == round(exponent) and 1.0 <= exponent <= _MOST_FACTORS:
+            value = base
+            for _ in range(int(exponent) - 1):
+                value = self.mul(value, base)
+            return value
+        if exponent == -1.0:
+            return self._node("div", (self.number(1.0), base))
+        if exponent == 0.5:
+            return self._node("sqrt", (base,))
+        # That of a root: what says which series are derivatives of others thinks of powers as those of roots.
+        root = self._node("sqrt", (base,)) if 2.0 * exponent == round(2.0 * exponent) else -1
+        return self._node("power", (base,), (exponent, root))
+
+    def scale(self, constant: int, a: int) -> int:
+        """A constant times a series."""
+        if self.constant[a]:
+            return self._constant_product(constant, a)
+        factor, a = self._split(a)
+        constant = self._constant_product(constant, factor)
+        if self.kinds[constant] == "number" and abs(self.data[constant][0]) == 1.0:
+            return a if self.data[constant][0] > 0.0 else self.neg(a)
+        return self._node("scale", (constant, a))
+
+    def _split(self, a: int) -> tuple[int, int]:
+        """A constant factor and the rest."""
+        if self.kinds[a] == "scale":
+            return self.args[a]
+        if self.kinds[a] == "neg" and not self.constant[a]:
+            return self.number(-1.0), self.args[a][0]
+        return self.number(1.0), a
+
+    def _constant_product(self, a: int, b: int) -> int:
+        if self.kinds[b] == "number":
+            a, b = b, a
+        if self.kinds[a] == "number":
+            value = self.data[a][0]
+            if self.kinds[b] == "number":
+                return self.number(value * self.data[b][0])
+            if abs(value) == 1.0:
+                return b if value > 0.0 else self.neg(b)
+        return self._node("fmul", (a, b))
+
+    def div(self, a: int, b: int) -> int:
+        if self.constant[a] and self.constant[b]:
+            return self._node("fdiv", (a, b))
+        if self.constant[b]:
+            return self.scale(self._node("fdiv", (self.number(1.0), b)), a)
+        divisor, b = self._split(b)
+        factor, a = (a, self.number(1.0)) if self.constant[a] else self._split(a)
+        if self.kinds[divisor] == "number" and abs(self.data[divisor][0]) == 1.0:
+            factor = self._constant_product(factor, divisor)
+        else:
+            factor = self._node("fdiv", (factor, divisor))
+        return self.scale(factor, self._quotient(a, b))
+
+    def _quotient(self, a: int, b: int) -> int:
+        base, exponent = self._as_power(b)
+        if a == self.number(1.0):
+            return self.power(base, -exponent)
+        other, more = self._as_power(a)
+        if other == base:
+            return self.power(base, more - exponent)
+        found = self._distributed(a, self.power(base, -exponent)) if exponent != 1.0 else None
+        return self._node("div", (a, b)) if found is None else found
+
+    def select(self, comparison: str, left: int, right: int, chosen: int, other: int) -> int:
+        args = (left, right, chosen, other)
+        if not all(self.constant[a] for a in args):
+            raise Refusal("a choice (minimum, maximum, a switch) has no Taylor series where it switches")
+        return self._node("select", args, (comparison,))
+
+    def shift(self, a: int) -> int:
+        """The derivative with respect to time, carried down through linear operations."""
+        kind, args = self.kinds[a], self.args[a]
+        if self.constant[a]:
+            return self.number(0.0)
+        if kind == "time":
+            return self.number(1.0)
+        if kind == "integral" and args:
+            return args[0]
+        if kind == "neg":
+            return self.neg(self.shift(args[0]))
+        if kind == "scale":
+            return self.mul(args[0], self.shift(args[1]))
+        if kind in ("add", "sub"):
+            left, right = self.shift(args[0]), self.shift(args[1])
+            if self.constant[args[0]]:
+                return right if kind == "add" else self.neg(right)
+            if self.constant[args[1]]:
+                return left
+            return self.add(left, right) if kind == "add" else self.sub(left, right)
+        return self._node("shift", (a,))
