@@ -8,19 +8,19 @@ else mpmath, several times slower), and integrated by the extrapolated midpoint 
 of the run time. Each scene runs twice, at orders 24 and 28 with different tolerances; the difference is the claimed
 error. Parameters and start values are the doubles that every run starts from. A start with constraints is first
 projected onto them in the same precision; they are not enforced afterwards, for their drift is of the order of the
-integration error.
+integration error. Constraints that follow from others are left out (`redundant_motion.py`).
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import re
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from high_precision import DIGITS, REAL, TEXT, Motion
+from redundant_motion import RedundantMotion, rank_at
 
 from runtime.bench.scenes import SCENES, Scene
 from runtime.constraints.assembly import assemble
@@ -28,70 +28,8 @@ from runtime.system import System, load
 from symgen.link import module_for
 from symgen.model.library import bundled_folder, find
 
-DIGITS = 40
 RUNS = ((12, 1e-22), (14, 1e-24))  # columns of the tableau, tolerance of a step
 SAFETY, SHRINK, GROW = 0.8, 0.2, 4.0
-PROJECTIONS = 6
-
-
-def number_field() -> tuple[Callable, Callable, dict[str, Callable]]:
-    """Return what makes and what prints high-precision numbers, and the functions that generated text calls."""
-    names = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt".split()
-    try:
-        import gmpy2 as numbers
-
-        numbers.get_context().precision = int(DIGITS * 3.33)
-        real, text = numbers.mpfr, "{:.23e}".format
-    except ImportError:
-        from mpmath import mp as numbers
-
-        numbers.dps = DIGITS
-        real, text = numbers.mpf, lambda x: numbers.nstr(x, 24)
-    functions = {name: getattr(numbers, name) for name in names}
-    functions |= {
-        "fabs": abs,
-        "pow": lambda x, y: x**y,
-        "copysign": lambda x, s: abs(x) if s >= 0 else -abs(x),
-    }
-    return real, text, functions
-
-
-REAL, TEXT, FUNCTIONS = number_field()
-
-
-def high_precision(module_text: str) -> dict[str, Callable]:
-    """Return the functions of a module on high-precision numbers: `f(t, y, p, out)`."""
-    namespace = dict(FUNCTIONS)
-    exec(re.sub(r"^(@njit|from math|from numba).*\n", "", module_text, flags=re.MULTILINE), namespace)
-    return namespace
-
-
-class Motion:
-    """The equations of motion of a scene on object arrays."""
-
-    def __init__(self, system: System, module_text: str, p: np.ndarray):
-        self.system = system
-        self._functions = high_precision(module_text)
-        self.p = [REAL(float(x)) for x in p]
-        self.n = system.nq + system.nv
-        self.calls = 0
-
-    def derivative(self, t, y: np.ndarray) -> np.ndarray:
-        """Return dy/dt, y = (q, v)."""
-        out = [REAL(0)] * self.system.n_row
-        self._functions["rhs"](t, [*y, REAL(0)], self.p, out)
-        self.calls += 1
-        return np.array(out[: self.n], dtype=object)
-
-    def projected(self, y: np.ndarray) -> np.ndarray:
-        """Return the consistent state nearest to y."""
-        if not self.system.has("project"):
-            return y
-        for _ in range(PROJECTIONS):
-            out = [REAL(0)] * (self.n + self.system.nh + self.system.m)
-            self._functions["project"](REAL(0), list(y), self.p, out)
-            y = np.array(out[: self.n], dtype=object)
-        return y
 
 
 def extrapolated_step(motion: Motion, t, y, f, h, columns: int, scale):
@@ -115,8 +53,8 @@ def extrapolated_step(motion: Motion, t, y, f, h, columns: int, scale):
 
 
 def integrate(motion: Motion, y: np.ndarray, t_end: float, columns: int, tolerance: float, first: float):
-    """Return the end state and the largest |q| and |v| that were seen."""
-    nq = motion.system.nq
+    """Return the end state, and the largest |q|, |v| and multiplier that were seen."""
+    nq, largest_multiplier = motion.system.nq, 0.0
     t, end, h = REAL(0), REAL(t_end), min(REAL(first), REAL(t_end))
     largest = np.array([abs(x) for x in y], dtype=object)
     f = motion.derivative(t, y)
@@ -129,9 +67,20 @@ def integrate(motion: Motion, y: np.ndarray, t_end: float, columns: int, toleran
             t, y = t + h, new
             largest = np.maximum(largest, np.abs(y))
             f = motion.derivative(t, y)
+            if motion.system.m:
+                largest_multiplier = max(largest_multiplier, *map(float, map(abs, motion.multipliers(t, y))))
         factor = SAFETY * max(error, 1e-30) ** (-1.0 / (2 * columns - 1))
         h = h * REAL(min(GROW, max(SHRINK, factor)))
-    return y, (float(max(largest[:nq])), float(max(largest[nq:])))
+    return y, (float(max(largest[:nq])), float(max(largest[nq:])), largest_multiplier)
+
+
+def make_motion(system: System, text: str, p: np.ndarray, start: np.ndarray) -> Motion:
+    """Return the equations of motion, with independent constraints only."""
+    if system.m:
+        rank = rank_at(system, p, start)
+        if rank < system.m:
+            return RedundantMotion(system, text, p, rank)
+    return Motion(system, text, p)
 
 
 def make(scene: Scene) -> dict:
@@ -142,7 +91,7 @@ def make(scene: Scene) -> dict:
     p = system.parameter_values(scene.parameters)
     assembly = assemble(system, p, scene.start, None, 0.0)
     start = np.concatenate([assembly.q, assembly.v])
-    motion = Motion(system, text, p)
+    motion = make_motion(system, text, p, start)
     y0 = motion.projected(np.array([REAL(float(x)) for x in start], dtype=object))
     ends = []
     for columns, tolerance in RUNS:
@@ -156,6 +105,11 @@ def make(scene: Scene) -> dict:
     scale = [size[i >= nq] for i in range(motion.n)]
     difference = max(float(abs(a - b)) / s for a, b, s in zip(*ends, scale, strict=True))
     digits = [TEXT(x) for x in ends[1]]
+    end, sizes = {"q": digits[:nq], "v": digits[nq:]}, {"q": size[0], "v": size[1]}
+    if system.m:
+        values = [motion.multipliers(REAL(scene.t_end), y) for y in ends]
+        difference = max(difference, float(max(abs(values[0] - values[1]))) / size[2])
+        end["multipliers"], sizes["multipliers"] = [TEXT(x) for x in values[1]], size[2]
     return {
         "scene": scene.name,
         "model": scene.model,
@@ -165,8 +119,8 @@ def make(scene: Scene) -> dict:
         "coordinates": [entry["name"] for entry in system.coordinates],
         "rates": [entry["name"] for entry in system.rates],
         "start": {"q": assembly.q.tolist(), "v": assembly.v.tolist()},
-        "end": {"q": digits[:nq], "v": digits[nq:]},
-        "size": {"q": size[0], "v": size[1]},
+        "end": end,
+        "size": sizes,
         "error": difference,
         "method": f"benchmarks/make_references.py: extrapolation of orders {2 * RUNS[0][0]} and {2 * RUNS[1][0]} "
         f"on {DIGITS}-digit numbers, error: largest difference in parts of size",

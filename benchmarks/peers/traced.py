@@ -32,15 +32,27 @@ def derivative(job: Job, functions: Mapping[str, Callable]) -> Callable[[Any, Se
     functions : mapping of str to callable
         Of symbols and numbers, by their names in `math`; and `select(condition, a, b)`, `lt(a, b)`, `lte(a, b)`.
     """
-    text = re.sub(r"^(@njit|from math|from numba).*\n", "", job.text, flags=re.MULTILINE)
-    namespace = dict(functions)
-    tree = ast.fix_missing_locations(_Selections().visit(ast.parse(text)))
-    exec(compile(tree, "module", "exec"), namespace)  # what symgen has generated; its loops are unrolled
+    rhs = _function(job, "rhs", functions)
     parameters = [float(x) for x in job.p]
 
     def f(t, y):
         row = [0.0] * job.system.n_row
-        namespace["rhs"](t, [*y, 0.0], parameters, row)
+        rhs(t, [*y, 0.0], parameters, row)
         return row[: job.n]
 
     return f
+
+
+def called(job: Job, name: str, functions: Mapping[str, Callable], t: Any, y: Sequence, size: int) -> list:
+    """Return what one of the model's functions writes for symbols; `functions` as for `derivative`."""
+    out = [0.0] * size
+    _function(job, name, functions)(t, list(y), [float(x) for x in job.p], out)
+    return out
+
+
+def _function(job: Job, name: str, functions: Mapping[str, Callable]) -> Callable:
+    text = re.sub(r"^(@njit|from math|from numba).*\n", "", job.text, flags=re.MULTILINE)
+    namespace = dict(functions)
+    tree = ast.fix_missing_locations(_Selections().visit(ast.parse(text)))
+    exec(compile(tree, "module", "exec"), namespace)  # what symgen has generated; its loops are unrolled
+    return namespace[name]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from runtime.batches import accelerations_and_multipliers
 from runtime.bench.timing import OVER_TIME, TimedLoop, no_garbage_collection
 from runtime.failures import failure_message
 from runtime.integrate import layout as at
@@ -69,6 +70,8 @@ class Row:
         Counted by the loop; evaluations of a residual by implicit methods count as `rhs`.
     says : str
         Why it failed.
+    multiplier_error : float or None
+        Against the reference; None where there are no constraints, and for peers.
     """
 
     setting: float
@@ -80,6 +83,7 @@ class Row:
     rhs: int = 0
     jacobians: int = 0
     says: str = ""
+    multiplier_error: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row for JSON."""
@@ -109,10 +113,11 @@ def measure(case: Case, method: Method, setting: float, effort: Effort) -> Row:
         while runs < _LEAST_RUNS or (total < effort.repeat and runs < effort.most_runs):
             seconds = loop.run(np.inf)[1]
             best, total, runs = min(best, seconds), total + seconds, runs + 1
-    counted = loop.arrays.counters
+    counted, y = loop.arrays.counters, loop.arrays.y[None]
+    _, multipliers = accelerations_and_multipliers(system, reference.p, np.array([scene.t_end]), y)
     return Row(
         setting, error, best, runs, int(counted[at.STEPS]), int(counted[at.REJECTED]), int(counted[at.RHS_CALLS]),
-        int(counted[at.JACOBIANS]),
+        int(counted[at.JACOBIANS]), multiplier_error=reference.multiplier_error(multipliers[0]),
     )  # fmt: skip
 
 

@@ -32,6 +32,10 @@ class Reference:
         Error of the reference itself, in parts of `size`.
     method : str
         How it was made.
+    multipliers : ndarray, shape (m,)
+        At the end; those of least norm where they are not unique.
+    largest_multiplier : float
+        Of the whole run.
     """
 
     start: np.ndarray
@@ -40,11 +44,20 @@ class Reference:
     size: np.ndarray
     claimed: float
     method: str
+    multipliers: np.ndarray
+    largest_multiplier: float
 
     def error(self, state: np.ndarray) -> float:
         """Return the largest error of a state (q, v, ...), coordinates in parts of the run's largest, rates too."""
         error = np.abs(state[: len(self.end)] - self.end) / self.size
         return float(error.max()) if np.all(np.isfinite(error)) else np.inf
+
+    def multiplier_error(self, multipliers: np.ndarray) -> float | None:
+        """Return the largest error of the multipliers at the end, in parts of the run's largest; None without any."""
+        if not self.multipliers.size:
+            return None
+        error = np.abs(multipliers - self.multipliers).max() / self.largest_multiplier
+        return float(error) if np.isfinite(error) else np.inf
 
 
 def read_reference(folder: Path, scene: Scene, system: System) -> Reference:
@@ -78,7 +91,7 @@ def read_reference(folder: Path, scene: Scene, system: System) -> Reference:
                 f"the reference of scene {scene.name!r} was made for other {key}: make it anew with "
                 f"benchmarks/make_references.py {scene.name}"
             )
-    q, v = data["end"]["q"], data["end"]["v"]
+    q, v, multipliers = data["end"]["q"], data["end"]["v"], data["end"].get("multipliers", [])
     return Reference(
         start=np.array([*data["start"]["q"], *data["start"]["v"]]),
         end=np.array([float(x) for x in (*q, *v)]),
@@ -86,4 +99,6 @@ def read_reference(folder: Path, scene: Scene, system: System) -> Reference:
         size=np.repeat([data["size"]["q"], data["size"]["v"]], [len(q), len(v)]),
         claimed=data["error"],
         method=data["method"],
+        multipliers=np.array([float(x) for x in multipliers]),
+        largest_multiplier=data["size"].get("multipliers", 0.0),
     )

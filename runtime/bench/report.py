@@ -26,7 +26,7 @@ def scene_table(result: Mapping[str, Any]) -> list[str]:
         marks = {level: "*" for level, (winner, _) in best.items() if winner == name}
         lines.append(_row(f"  {name}", *_times(method["levels"], marks), *_whole(method)))
         notes += _notes(name, method)
-    lines += _auto(result["auto"])
+    lines += [*_multipliers(result["methods"]), *_auto(result["auto"])]
     for name, peer in result["peers"].items():
         faster = {
             level: "!" for level, seconds in peer["levels"].items()
@@ -45,6 +45,18 @@ def _notes(name: str, method: Mapping[str, Any]) -> Iterator[str]:
     if method["lost"]:
         settings = ", ".join(f"{setting:.1g}" for setting in method["lost"])
         yield f"  {name}: wrong by more than the motion itself, without a word, at {settings}"
+
+
+def _multipliers(methods: Mapping[str, Any]) -> Iterator[str]:
+    """Say how good the multipliers are at best, and with which method."""
+    found = [
+        (row["multiplier_error"], name)
+        for name, method in methods.items()
+        for row in method["rows"]
+        if row.get("multiplier_error") is not None
+    ]
+    if found:
+        yield f"  multipliers: least error {min(found)[0]:.1e}, of {min(found)[1]}"
 
 
 def _auto(auto: Mapping[str, Any]) -> Iterator[str]:

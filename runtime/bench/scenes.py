@@ -43,6 +43,7 @@ def _chain(n: int, t_end: float) -> Scene:
     return Scene(f"chain_{n}", "n_pendulum", t_end, f"chain of {n} links released level", options=options)
 
 
+_WINDOWS = {"N": "10", "angle": "-0.6", "rate": "0"}
 SCENES: dict[str, Scene] = {
     scene.name: scene
     for scene in (
@@ -60,6 +61,11 @@ SCENES: dict[str, Scene] = {
         Scene("free_rigid_body", "free_rigid_body", 100.0, "free body flipping about its middle axis, quaternion"),
         Scene("slider_crank", "slider_crank", 10.0, "slider-crank, a loop with two constraints"),
         Scene("andrews", "andrews_squeezer", 0.03, "seven bodies in three loops with a motor"),
+        Scene("four_bar", "four_bar", 10.0, "four-bar linkage, its crank turning under gravity"),
+        Scene("car_axis", "car_axis", 3.0, "axle on stiff springs over a moving road"),
+        Scene("heavy_top_absolute", "heavy_top_absolute", 2.0, "the heavy top as a free body held at a point"),
+        Scene("n_four_bar", "n_four_bar", 10.0, "ten four-bar windows swinging, 20 constraints", options=_WINDOWS),
+        Scene("bricard", "bricard", 10.0, "Bricard's linkage, a loop with a redundant constraint"),
         Scene("rough_road", "rough_road", 10.0, "quarter of a car on a rough road"),
         Scene("seven_dof_arm", "seven_dof_arm", 1.0, "robot arm of seven joints, let go"),
         Scene("humanoid_tree", "humanoid_tree", 1.0, "tumbling diver, a tree of 30 freedoms"),

@@ -1,0 +1,105 @@
+"""How a run is judged: refusals and flags first, then its end against an independent reference."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.errors import RuntimeModelError
+from runtime.solve import solve
+from symgen.errors import ModelError
+
+from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome
+
+if TYPE_CHECKING:
+    from runtime.solution import Solution
+    from runtime.system import System
+
+MOST_STEPS = 300_000
+_SMALL = 1e-5  # of the motion: an error that says nothing about the order of a method any more
+_ROUNDED = 1e-9
+_MISSING_ORDER = 0.7
+
+
+def attempt(system: System, t_end: float | None = None, **options: Any) -> Solution | Outcome:
+    """Run, or return the refusal."""
+    options.setdefault("max_steps", MOST_STEPS)
+    try:
+        return solve(system, t_end, **options)
+    except (RuntimeModelError, ModelError) as error:
+        return refusal(error)
+
+
+def refusal(error: Exception) -> Outcome:
+    """Return the outcome of an error that the user gets: it has to say something."""
+    return Outcome(REFUSED if len(str(error)) > 10 else WRONG, str(error))
+
+
+def flag(run: Solution | Outcome) -> Outcome | None:
+    """Return why a run is refused or flagged, None where it claims to be right."""
+    if isinstance(run, Outcome):
+        return run
+    if run.status not in ("success", "terminated"):
+        return Outcome(FLAGGED if len(run.message) > 10 else WRONG, f"{run.status}: {run.message}")
+    bad = [check for check in run.health if not check.ok]
+    return Outcome(FLAGGED, "; ".join(f"{check.check}: {check.says}" for check in bad)) if bad else None
+
+
+def judge(run: Solution | Outcome, error: Callable[[Solution], float], allowed: float) -> Outcome:
+    """Return the outcome of a run that is right if `error(run)` is at most `allowed`."""
+    flagged = flag(run)
+    if flagged is not None:
+        return flagged
+    value = float(error(run))
+    return Outcome(RIGHT if value <= allowed else WRONG, f"error {value:.1e}, allowed {allowed:.1e}")
+
+
+def judge_convergence(
+    system: System, t_end: float, error: Callable[[Solution], float], order: int, **options: Any
+) -> Outcome:
+    """Judge a method of fixed step: its error is small, or falls with the step as its order says."""
+    run = attempt(system, t_end, **options)
+    flagged = flag(run)
+    if flagged is not None:
+        return flagged
+    half = attempt(system, t_end, **{**options, "step": 0.5 * run.step})
+    if flag(half) is not None:
+        return Outcome(WRONG, f"half the step: {flag(half).says}")
+    coarse, fine = float(error(run)), float(error(half))
+    found = math.log2(coarse / fine) if fine > 0.0 and coarse > 0.0 else math.inf
+    says = f"error {coarse:.1e}, with half the step {fine:.1e}, order {order}"
+    good = coarse <= _SMALL or fine <= _ROUNDED or (found >= order - _MISSING_ORDER and fine < 0.5)
+    return Outcome(RIGHT if good else WRONG, says)
+
+
+def end_error(q: np.ndarray, v: np.ndarray) -> Callable[[Solution], float]:
+    """Return the error of a run's end against coordinates and rates, in parts of the largest of the run."""
+
+    def error(run: Solution) -> float:
+        parts = [
+            np.abs(found[-1] - expected).max() / max(np.abs(expected).max(), np.abs(found).max(), 1e-300)
+            for found, expected in ((run.q, q), (run.v, v))
+        ]
+        return max(parts) if np.all(np.isfinite(parts)) else np.inf
+
+    return error
+
+
+def demand(outcome: Outcome, verdicts: tuple[str, ...] | str, pattern: str = "") -> Outcome:
+    """Return WRONG where an outcome is not of the verdicts that theory allows, or does not say why.
+
+    Parameters
+    ----------
+    pattern : str
+        A regular expression; a refusal or flag has to match it: its true reason.
+    """
+    verdicts = (verdicts,) if isinstance(verdicts, str) else verdicts
+    if outcome.verdict not in verdicts:
+        return Outcome(WRONG, f"should be {' or '.join(verdicts)}, is {outcome.verdict}: {outcome.says}")
+    if outcome.verdict != RIGHT and not re.search(pattern, outcome.says, re.IGNORECASE):
+        return Outcome(WRONG, f"does not say {pattern!r}: {outcome.says}")
+    return outcome

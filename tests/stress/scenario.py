@@ -1,0 +1,84 @@
+"""What a scenario is, what becomes of it, and the list of all of them."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+RIGHT, REFUSED, FLAGGED = "right", "refused", "flagged"
+WRONG, HANG, CRASH = "WRONG", "HANG", "CRASH"
+BAD = (WRONG, HANG, CRASH)
+MODULES = (
+    "every_method", "stability_limit", "stiffness", "extremes", "tolerances", "singular", "broken_forces", "spans",
+    "events", "random_models", "long_runs",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a scenario.
+
+    Attributes
+    ----------
+    verdict : str
+        right: the result agrees with an independent reference; refused: an error said why before anything ran;
+        flagged: the run failed, or a health check failed, and says why; WRONG: none of these, or not for the reason
+        that holds; HANG: over its time limit; CRASH: its process died, or an error reached the user as a traceback.
+    says : str
+        Errors found, or the message that the user gets.
+    """
+
+    verdict: str
+    says: str
+
+    def to_dict(self) -> dict[str, str]:
+        """Return the outcome for JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One situation.
+
+    Attributes
+    ----------
+    kind : str
+        The class of situations that it belongs to: a row of the table.
+    name : str
+        Unique among all.
+    run : callable
+        () -> Outcome.
+    method : str
+        What it runs with; empty where that is not the point.
+    short : bool
+        Whether it belongs to the short part, which the test suite runs.
+    limit : float [s]
+        How long it may take before it counts as a hang: enough to compile a step loop on a busy machine.
+    known : str
+        Why its outcome is bad and stays so for now; empty for all others. Once it is good, this has to go.
+    """
+
+    kind: str
+    name: str
+    run: Callable[[], Outcome]
+    method: str = ""
+    short: bool = True
+    limit: float = 300.0
+    known: str = ""
+
+
+def is_unexpected(scenario: Scenario, outcome: Outcome) -> bool:
+    """Return whether an outcome is bad without being known, or good although it is known to be bad."""
+    return (outcome.verdict in BAD) != bool(scenario.known)
+
+
+def all_scenarios() -> dict[str, Scenario]:
+    """Return all scenarios by name, in a fixed order."""
+    found: dict[str, Scenario] = {}
+    for module in MODULES:
+        for scenario in importlib.import_module(f"{__package__}.{module}").scenarios():
+            if scenario.name in found:
+                raise ValueError(f"two scenarios are called {scenario.name!r}")
+            found[scenario.name] = scenario
+    return found

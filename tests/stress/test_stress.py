@@ -1,0 +1,18 @@
+"""The short part of the stress suite: nothing hangs, crashes, or is wrong without a word."""
+
+from __future__ import annotations
+
+from .pool import run_all
+from .scenario import all_scenarios, is_unexpected
+
+
+def test_no_scenario_is_wrong_hangs_or_crashes():
+    short = [scenario for scenario in all_scenarios().values() if scenario.short]
+    results = run_all(short, 2)
+    assert len(results) == len(short)
+    bad = [
+        f"{r.outcome.verdict} {r.scenario.kind}: {r.scenario.name}: {r.outcome.says}"
+        for r in results
+        if is_unexpected(r.scenario, r.outcome)
+    ]
+    assert not bad, "\n".join(bad)
