@@ -1,0 +1,197 @@
+"""Exact derivatives of a model's functions: their text, run on numbers that carry their derivatives.
+
+Forward mode: Griewank, Walther, Evaluating Derivatives, 2nd ed. (2008), chapter 3.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.errors import RuntimeModelError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from runtime.system import System
+
+
+class Dual:
+    """A number and its derivatives along some directions."""
+
+    __slots__ = ("slope", "value")
+
+    def __init__(self, value: float, slope: np.ndarray):
+        self.value, self.slope = value, slope
+
+    def __add__(self, other: Number) -> Dual:
+        if isinstance(other, Dual):
+            return Dual(self.value + other.value, self.slope + other.slope)
+        return Dual(self.value + other, self.slope)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Dual:
+        return Dual(-self.value, -self.slope)
+
+    def __sub__(self, other: Number) -> Dual:
+        return self + (-other)
+
+    def __rsub__(self, other: float) -> Dual:
+        return Dual(other - self.value, -self.slope)
+
+    def __mul__(self, other: Number) -> Dual:
+        if isinstance(other, Dual):
+            return Dual(self.value * other.value, self.slope * other.value + self.value * other.slope)
+        return Dual(self.value * other, self.slope * other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Number) -> Dual:
+        if isinstance(other, Dual):
+            value = self.value / other.value
+            return Dual(value, (self.slope - value * other.slope) / other.value)
+        return Dual(self.value / other, self.slope / other)
+
+    def __rtruediv__(self, other: float) -> Dual:
+        value = other / self.value
+        return Dual(value, -value / self.value * self.slope)
+
+    def __lt__(self, other: Number) -> bool:
+        return self.value < _value(other)
+
+    def __le__(self, other: Number) -> bool:
+        return self.value <= _value(other)
+
+    def __gt__(self, other: Number) -> bool:
+        return self.value > _value(other)
+
+    def __ge__(self, other: Number) -> bool:
+        return self.value >= _value(other)
+
+
+Number = Dual | float
+
+
+def derivatives(
+    system: System,
+    function: str,
+    t: float,
+    y: np.ndarray,
+    p: np.ndarray,
+    along_y: np.ndarray,
+    along_p: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a function of the model and its derivatives along directions, exact but for round-off.
+
+    Parameters
+    ----------
+    function : str
+        See docs/architecture.md.
+    t : float [s]
+    y, p : ndarray
+        Where to evaluate it.
+    along_y, along_p : ndarray, shape (len(y), k) and (len(p), k)
+        The directions.
+
+    Returns
+    -------
+    values : ndarray, shape (n,)
+    slopes : ndarray, shape (n, k)
+
+    Raises
+    ------
+    RuntimeModelError
+        It has no value or no derivative there.
+    """
+    out: list[Number] = [0.0] * system.kernel(function).out_size
+    evaluate = system.python_function(function, _MATHEMATICS)
+    with np.errstate(all="ignore"):
+        try:
+            evaluate(float(t), _seeded(y, along_y), _seeded(p, along_p), out)
+        except (ArithmeticError, ValueError):
+            out = [math.nan]
+    values = np.array([_value(x) for x in out])
+    none = np.zeros(along_y.shape[1])
+    slopes = np.array([x.slope if isinstance(x, Dual) else none for x in out]).reshape(len(out), len(none))
+    if not (np.isfinite(values).all() and np.isfinite(slopes).all()):
+        raise RuntimeModelError(
+            f"the function {function!r} of model {system.name!r} has no finite value or derivative at this state: "
+            "choose another start, or another state to linearise about"
+        )
+    return values, slopes
+
+
+def _seeded(values: np.ndarray, along: np.ndarray) -> list[Number]:
+    """Plain numbers stay plain where nothing moves them: work on these costs little."""
+    return [Dual(x, row) if row.any() else x for x, row in zip(values.tolist(), along)]
+
+
+def _value(x: Number) -> float:
+    return x.value if isinstance(x, Dual) else x
+
+
+def _lifted(
+    function: Callable[[float], float], slope: Callable[[float, float], float]
+) -> Callable[[Number], Number]:
+    """Return `function` for both kinds of numbers; `slope(x, function(x))` is its derivative."""
+
+    def lifted(x: Number) -> Number:
+        if not isinstance(x, Dual):
+            return function(x)
+        value = function(x.value)
+        return Dual(value, slope(x.value, value) * x.slope) if x.slope.any() else Dual(value, x.slope)
+
+    return lifted
+
+
+def _pow(base: Number, exponent: Number) -> Number:
+    x, n = _value(base), _value(exponent)
+    value = math.pow(x, n)
+    result: Number = value
+    if isinstance(base, Dual):
+        result = Dual(value, (n * math.pow(x, n - 1.0) if n else 0.0) * base.slope)
+    if isinstance(exponent, Dual):
+        result = result + Dual(0.0, (value * math.log(x) if value else 0.0) * exponent.slope)
+    return result
+
+
+def _copysign(size: Number, sign: Number) -> Number:
+    value = math.copysign(_value(size), _value(sign))
+    if not isinstance(size, Dual):
+        return value
+    return Dual(
+        value, size.slope if math.copysign(1.0, size.value) == math.copysign(1.0, value) else -size.slope
+    )
+
+
+def _atan2(y: Number, x: Number) -> Number:
+    b, a = _value(y), _value(x)
+    result: Number = math.atan2(b, a)
+    if isinstance(y, Dual):
+        result = Dual(0.0, a / (a * a + b * b) * y.slope) + result
+    if isinstance(x, Dual):
+        result = Dual(0.0, -b / (a * a + b * b) * x.slope) + result
+    return result
+
+
+_MATHEMATICS = {
+    "sin": _lifted(math.sin, lambda x, _: math.cos(x)),
+    "cos": _lifted(math.cos, lambda x, _: -math.sin(x)),
+    "tan": _lifted(math.tan, lambda _, y: 1.0 + y * y),
+    "asin": _lifted(math.asin, lambda x, _: 1.0 / math.sqrt(1.0 - x * x)),
+    "acos": _lifted(math.acos, lambda x, _: -1.0 / math.sqrt(1.0 - x * x)),
+    "atan": _lifted(math.atan, lambda x, _: 1.0 / (1.0 + x * x)),
+    "sinh": _lifted(math.sinh, lambda x, _: math.cosh(x)),
+    "cosh": _lifted(math.cosh, lambda x, _: math.sinh(x)),
+    "tanh": _lifted(math.tanh, lambda _, y: 1.0 - y * y),
+    "exp": _lifted(math.exp, lambda _, y: y),
+    "log": _lifted(math.log, lambda x, _: 1.0 / x),
+    "sqrt": _lifted(math.sqrt, lambda _, y: 0.5 / y),
+    "fabs": _lifted(math.fabs, lambda x, _: math.copysign(1.0, x) if x else 0.0),
+    "pow": _pow,
+    "copysign": _copysign,
+    "atan2": _atan2,
+}

@@ -1,0 +1,253 @@
+"""Static equilibria: positions where nothing moves, stable or not, with the forces of constraints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from runtime.constraints.levels import Constraints
+from runtime.errors import RuntimeModelError
+from runtime.linear.motion_equations import MotionEquations
+from runtime.linear.row_space import RowSpace
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+_MAX_STEPS = 100
+_MAX_DESCENT = 200
+_LONGEST_STEP = 0.3  # in characteristic sizes
+_FRACTIONS = (1.0, 0.5, 0.25, 0.1, 0.02)
+_SETTLED = 1e-12  # of the characteristic sizes: a step that is none
+_NEARLY = 1e-8  # the same, where round-off leaves no smaller one; of forces: equilibrium
+_NO_STIFFNESS = 1e-13  # of the largest stiffness: a direction in which nothing pulls back
+_ROUND_OFF = 1e-14  # of the largest stiffness times size: a force that is none
+_UNSTABLE = 1e-11
+_NUDGE = 0.01  # in characteristic sizes: off an unstable place
+_CLOSED = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """A state of rest.
+
+    Attributes
+    ----------
+    q : ndarray, shape (nq,)
+    multipliers : ndarray, shape (m,)
+        Forces of constraints; where they are not unique, some that balance.
+    residual : float
+        The largest force that is left, times the size of its coordinate, in parts of the largest that acts.
+    descended : bool
+        Whether it was found by going downhill, so that it is a stable one.
+    """
+
+    q: np.ndarray
+    multipliers: np.ndarray
+    residual: float
+    descended: bool
+
+
+def find_equilibrium(
+    system: System, p: np.ndarray, q: np.ndarray, t: float = 0.0, stable: bool = False
+) -> Equilibrium:
+    """Return a state of rest near a guess.
+
+    Newton's method on f(q, 0) + Gᵀλ = 0, Φ(q) = 0 goes to an equilibrium nearby, stable or not. Where it fails, or
+    `stable` is asked for, steps go downhill first: Newton's with the magnitudes of the curvatures (saddle-free Newton:
+    Dauphin et al., NeurIPS 2014), within the constraints. Of a continuum of equilibria one near the guess is taken.
+
+    Parameters
+    ----------
+    system : System
+    p : ndarray, shape (n_p,)
+        Parameters, then inputs.
+    q : ndarray, shape (nq,)
+        The guess, with the constraints satisfied.
+    t : float [s]
+    stable : bool
+        Take no unstable one.
+
+    Raises
+    ------
+    RuntimeModelError
+        None was found; says which coordinate is not at rest. Or constraints move with time.
+    """
+    statics = _Statics(system, p, t, q)
+    found = None if stable else statics.newton(q)
+    descended = found is None
+    if descended:
+        lowest = statics.descend(q)
+        found = statics.newton(lowest)
+        if found is None:
+            raise RuntimeModelError(statics.why_none(lowest))
+    q, multipliers, residual = found
+    statics.check_rest(q)
+    return Equilibrium(statics.equations.positions.normalised(q), multipliers, residual, descended)
+
+
+class _Forces(NamedTuple):
+    """Forces at rest, as energies in parts of the largest, `scale` [J]; `left` is what is not balanced, then -Φ."""
+
+    applied: np.ndarray
+    held: np.ndarray
+    left: np.ndarray
+    stiffness: np.ndarray
+    jacobian: np.ndarray
+    multipliers: np.ndarray
+    scale: float
+    gain: float
+
+
+class _Statics:
+    """Forces at rest, scaled: displacements by characteristic sizes, forces by the largest, as energies."""
+
+    def __init__(self, system: System, p: np.ndarray, t: float, q: np.ndarray):
+        self.system, self.equations = system, MotionEquations(system, p, t)
+        self.constraints = Constraints(system, self.equations.p, t)
+        self.sizes = self.constraints.characteristic_sizes(q)
+        self.position_scales = self.constraints.position_scales(q, self.sizes) if system.nh else np.zeros(0)
+        self.rest = np.zeros(system.nv)
+
+    def at(self, q: np.ndarray, multipliers: np.ndarray | None = None) -> _Forces:
+        """Return the forces at rest; with the multipliers that balance them best where none are given."""
+        nv, m = self.system.nv, self.system.m
+        _, _, unknowns = self.equations.jacobian(q, self.rest, self.rest, np.zeros(m))
+        jacobian = -unknowns[:nv, nv:].T * self.sizes
+        applied = -self.equations.residual(q, self.rest, self.rest, np.zeros(m))[:nv] * self.sizes
+        if multipliers is None:
+            multipliers = -RowSpace(jacobian).combination(applied)
+        held = jacobian.T @ multipliers
+        stiffness = self.equations.jacobian(q, self.rest, self.rest, multipliers)[0][:nv]
+        stiffness = stiffness * self.sizes[:, None] * self.sizes
+        scale = max(np.abs(x).max(initial=0.0) for x in (applied, held, stiffness)) or 1.0
+        position = self.constraints.position(q) / self.position_scales if self.system.nh else np.zeros(0)
+        left = np.concatenate([(applied + held) / scale, -position])
+        gain = np.abs(jacobian).max(initial=0.0) or 1.0
+        return _Forces(
+            applied / scale, held / scale, left, stiffness / scale, jacobian, multipliers, scale, gain
+        )
+
+    def newton(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, float] | None:
+        """Return q, multipliers and what is left of forces where Newton's method comes to rest; None if it does not.
+
+        A step is shortened until the next one, by the same derivatives, is smaller: a test that stiff springs do not
+        distort (Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 3.3).
+        """
+        multipliers = None
+        for _ in range(_MAX_STEPS):
+            state = self.at(q, multipliers)
+            inverse, missed = _pseudo_inverse(self._derivative(state), state.left)
+            step = inverse @ state.left
+            size = float(np.abs(step[: self.system.nv]).max(initial=0.0))
+            if size <= _SETTLED:
+                break
+            step *= min(1.0, _LONGEST_STEP / size)
+            tried = self._first_better(q, state, step, inverse)
+            if tried is None:
+                break
+            q, multipliers = tried
+        else:
+            return None
+        loads = max(np.abs(x).max(initial=0.0) for x in (state.applied, state.held))
+        balanced = missed <= _NEARLY * loads + _ROUND_OFF and np.abs(state.left).max(initial=0.0) <= _NEARLY
+        return (
+            (q, state.multipliers, float(np.abs(state.left).max())) if balanced and size <= _NEARLY else None
+        )
+
+    def _derivative(self, state: _Forces) -> np.ndarray:
+        """Return the derivative of -left by displacements and multipliers, both scaled."""
+        nv, nh = self.system.nv, self.system.nh
+        matrix = np.zeros((nv + nh, nv + len(state.jacobian)))
+        matrix[:nv, :nv], matrix[:nv, nv:] = state.stiffness, -state.jacobian.T / state.gain
+        matrix[nv:, :nv] = state.jacobian[:nh] / self.position_scales[:, None]
+        return matrix
+
+    def _first_better(
+        self, q: np.ndarray, state: _Forces, step: np.ndarray, inverse: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        nv, norm = self.system.nv, np.linalg.norm(step[: self.system.nv])
+        for fraction in _FRACTIONS:
+            trial = self.equations.positions.move(q, fraction * step[:nv] * self.sizes)
+            multipliers = state.multipliers + fraction * step[nv:] * state.scale / state.gain
+            try:
+                after = self.at(trial, multipliers)
+            except RuntimeModelError:  # not finite there
+                continue
+            left = np.concatenate([after.left[:nv] * after.scale / state.scale, after.left[nv:]])
+            if np.linalg.norm((inverse @ left)[:nv]) < norm:
+                return trial, multipliers
+        return None
+
+    def descend(self, q: np.ndarray) -> np.ndarray:
+        """Return where steps downhill come to rest, or as far as they come."""
+        for _ in range(_MAX_DESCENT):
+            state = self.at(q)
+            free = RowSpace(state.jacobian).null_space()
+            if not free.shape[1]:
+                break
+            reduced = free.T @ state.stiffness @ free
+            curvatures, directions = np.linalg.eigh(0.5 * (reduced + reduced.T))
+            pull = directions.T @ (free.T @ state.left[: self.system.nv])
+            step = np.where(np.abs(pull) <= _ROUND_OFF, 0.0, pull) / np.maximum(
+                np.abs(curvatures), _NO_STIFFNESS
+            )
+            if np.abs(step).max() <= _NEARLY:
+                if curvatures[0] > -_UNSTABLE:
+                    break
+                step = np.where(np.arange(len(step)) == 0, _NUDGE, 0.0)
+            step *= min(1.0, _LONGEST_STEP / np.abs(step).max())
+            q = self._onto_constraints(
+                self.equations.positions.move(q, self.sizes * (free @ (directions @ step)))
+            )
+        return q
+
+    def _onto_constraints(self, q: np.ndarray) -> np.ndarray:
+        for _ in range(_MAX_STEPS if self.system.nh else 0):
+            position = (
+                self.equations.finite(self.constraints.position(q), "constraints", q) / self.position_scales
+            )
+            if np.abs(position).max() <= _CLOSED:
+                break
+            rows = self.equations.finite(self.constraints.position_jacobian(q), "constraints", q)
+            rows = rows * self.sizes / self.position_scales[:, None]
+            q = self.equations.positions.move(q, self.sizes * RowSpace(rows).least_norm(-position))
+        return q
+
+    def check_rest(self, q: np.ndarray) -> None:
+        """Refuse constraints that move with time."""
+        if not self.system.m:
+            return
+        moving = self.constraints.velocity(q, self.rest)
+        if np.abs(moving).max() > 0.0:
+            name = self.constraints.names[int(np.argmax(np.abs(moving)))]
+            raise RuntimeModelError(
+                f"there is no static equilibrium: the constraint {name!r} moves with time; linearise about the start "
+                "or another state of the motion instead"
+            )
+
+    def why_none(self, q: np.ndarray) -> str:
+        """Say which coordinate is not at rest."""
+        state = self.at(q)
+        free = RowSpace(state.jacobian).null_space()
+        left = free @ (free.T @ state.left[: self.system.nv]) * state.scale / self.sizes
+        worst = int(np.argmax(np.abs(left * self.sizes)))
+        name = self.system.rates[worst]["name"]
+        return (
+            f"found no static equilibrium of model {self.system.name!r} near the start: at best, {name!r} is left with "
+            f"a force of {left[worst]:.4g}, and nothing that holds it; add what does (a "
+            "spring, a constraint, an input), choose another start, or linearise about the start"
+        )
+
+
+def _pseudo_inverse(matrix: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the pseudo-inverse, and how much of `right` it leaves aside.
+
+    Singular values that are round-off of forces of size 1 are zero.
+    """
+    left, values, transposed = np.linalg.svd(matrix, full_matrices=False)
+    kept = values > _NO_STIFFNESS * max(1.0, values.max(initial=0.0))
+    seen = left[:, kept].T
+    missed = np.abs(right - seen.T @ (seen @ right)).max(initial=0.0)
+    return (transposed[kept].T / values[kept]) @ seen, float(missed)

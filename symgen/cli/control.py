@@ -1,0 +1,59 @@
+"""Controllers that a .py model brings along: its function `control(system, parameters)`."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from symgen.errors import ModelError
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+
+def add_control(path: Path, system: System, arguments: dict[str, Any]) -> None:
+    """Put the inputs that the model's file says into `arguments`, but for those of which the user says something.
+
+    The file is executed only if it defines `control`.
+
+    Parameters
+    ----------
+    path : Path
+        The model's file.
+    system : System
+    arguments : dict
+        Of `runtime.solve.solve`, changed in place. Its `parameters` are handed on to `control`.
+
+    Raises
+    ------
+    ModelError
+        `control` fails, or does not return a dictionary.
+    """
+    if path.suffix != ".py" or not _defines_control(path):
+        return
+    from symgen.model.library import run_function
+
+    parameters = dict(arguments.get("parameters") or {})
+    found = run_function(path, "control", system, parameters)
+    if not isinstance(found, dict):
+        raise ModelError(
+            f"'control' returned {type(found).__name__}, not a dictionary",
+            file=str(path),
+            hint='def control(system, parameters): return {"F": Controller(…)}',
+        )
+    given = arguments.get("inputs") or {}
+    said = {*parameters, *given}
+    free = {
+        key: value
+        for key, value in found.items()
+        if not said & set(key if isinstance(key, tuple) else (key,))
+    }
+    arguments["inputs"] = {**free, **given}
+
+
+def _defines_control(path: Path) -> bool:
+    text = path.read_text(encoding="utf-8")
+    if "def control(" not in text:
+        return False
+    return any(isinstance(node, ast.FunctionDef) and node.name == "control" for node in ast.parse(text).body)
