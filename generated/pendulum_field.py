@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:fe86227b1323036cd74183480e63faa7f97abd61169f2e96b918a955026bb2fb",
+    "source": "sha256:37d3afecddf7bb26a538a7a23bc53f1d5e62176f07b1e7f749167907fbcb9fa9",
     "name": "pendulum_field",
     "description": "25 independent pendulums side by side, each with its own length",
     "nq": 25,

@@ -1,0 +1,92 @@
+"""Method and step of each subsystem; those whose time scales are much the same share a choice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.checks.time_scales import time_scales
+from runtime.choose import choose_constraints, choose_method, choose_step
+from runtime.constraints.large import is_large
+
+if TYPE_CHECKING:
+    from runtime.checks.time_scales import TimeScales
+    from runtime.integrate.methods import Method
+    from runtime.subsystems.member_model import Kind
+    from runtime.subsystems.settings import Settings
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How one subsystem is integrated.
+
+    Attributes
+    ----------
+    method : Method
+    step : float [s]
+        0: it chooses its own.
+    treatment : str
+        How its constraints are treated.
+    rate : float [1/s]
+        Of the motion that sets its steps.
+    notes : tuple of str
+        Why.
+    """
+
+    method: Method
+    step: float
+    treatment: str
+    rate: float
+    notes: tuple[str, ...]
+
+
+class Chooser:
+    """Chooses for all members of one kind.
+
+    Parameters
+    ----------
+    kind : Kind
+    settings : runtime.subsystems.settings.Settings
+    """
+
+    def __init__(self, kind: Kind, settings: Settings):
+        self._system, self._settings = kind.system, settings
+        wanted = settings.constraints if kind.system.m else "auto"
+        self._treatment, self._formed, _ = choose_constraints(wanted, kind.system, settings.method)
+        self._made: dict[tuple[int, ...], tuple[Method, tuple[str, ...]]] = {}
+
+    def choose(self, p: np.ndarray, state: np.ndarray) -> Choice:
+        """Return the choice for the member with these parameters and this start."""
+        settings, system = self._settings, self._system
+        start, end = settings.t_start, settings.t_end
+        scales = (
+            None
+            if is_large(system)
+            else time_scales(system, p, start, state[: system.nq], state[system.nq :])
+        )
+        method, notes = self._method(p, state, scales)
+        step, more = choose_step(method, settings.step, system, p, start, state, end)
+        rate = 1.0 / step if step else 0.0
+        if scales is not None and not step:
+            rate = scales.motion if method.stiff else scales.fastest
+        return Choice(method, step, self._treatment, max(rate, 1.0 / (end - start)), (*notes, *more))
+
+    def _method(
+        self, p: np.ndarray, state: np.ndarray, scales: TimeScales | None
+    ) -> tuple[Method, tuple[str, ...]]:
+        """The method; members whose time scales agree within a factor of two share it."""
+        if self._formed:
+            return self._formed, ()
+        settings, key = self._settings, ()
+        if scales is not None and settings.method == "auto":
+            rates = np.abs([scales.fastest, scales.decay, scales.motion, scales.damping])
+            key = tuple(int(k) for k in np.floor(np.log2(np.maximum(rates, 1e-30))))
+        if key not in self._made:
+            times, tolerances = (settings.t_start, settings.t_end), (settings.rtol, settings.atol)
+            found, why = choose_method(
+                settings.method, self._system, p, times[0], state, times[1], *tolerances
+            )
+            self._made[key] = found, tuple(why)
+        return self._made[key]

@@ -1,0 +1,35 @@
+"""Whether it pays to integrate subsystems by themselves: many of like speed share steps at less cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from runtime.subsystems.subsystem import Subsystem
+
+_PER_OPERATION = (
+    0.01  # of what a step costs besides: some ten evaluations of a nanosecond per operation, to a microsecond
+)
+_STEPS_PER_RADIAN = 1.5
+_PER_RUN = 300.0  # what it costs to prepare a run, in steps of a small model
+
+
+def pays(found: Sequence[Subsystem], span: float) -> bool:
+    """Return whether runs by themselves are estimated to cost less than one run of all.
+
+    The step of one run of all suits the fastest; what a step costs besides evaluations is paid once for all. Where
+    some are stiff and others not, no common method suits them. What rests takes no steps by itself.
+
+    Parameters
+    ----------
+    span : float [s]
+        Length of the run.
+    """
+    if len({subsystem.choice.method.stiff for subsystem in found}) > 1:
+        return True
+    steps = [0.0 if s.is_asleep else _STEPS_PER_RADIAN * s.choice.rate * span for s in found]
+    work = [_PER_OPERATION * subsystem.system.operations.get("rhs", 0) for subsystem in found]
+    of_all = sum(w * len(subsystem.titles) for w, subsystem in zip(work, found, strict=True))
+    apart = sum(_PER_RUN + n * (1.0 + w) for n, w in zip(steps, work, strict=True))
+    return apart < _PER_RUN + max(steps) * (1.0 + of_all)

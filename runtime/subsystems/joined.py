@@ -1,0 +1,172 @@
+"""The runs of all subsystems as one run of the whole model: what `runtime.summary` and recorders take."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.integrate import layout as at
+from runtime.solution import EventRecord
+
+if TYPE_CHECKING:
+    from runtime.subsystems.course import Course
+    from runtime.subsystems.settings import Settings
+    from runtime.subsystems.subsystem import Subsystem
+    from runtime.system import System
+
+_FRAMES_AT_ONCE = 1000
+_STATISTICS = slice(0, at.NEXT_FRAME)
+
+
+class Joined:
+    """Collects frames, samples, events and counts; its attributes are those of `runtime.driver.Run`.
+
+    Parameters
+    ----------
+    system : System
+        The whole model.
+    p : ndarray
+    found : sequence of Subsystem
+        With runs that have begun.
+    course : Course
+    settings : Settings
+    """
+
+    def __init__(
+        self, system: System, p: np.ndarray, found: Sequence[Subsystem], course: Course, settings: Settings
+    ):
+        self.system, self.shown, self._found, self._course = system, course.shown, found, course
+        self._recorder = settings.recorder
+        n = len(course.times)
+        self.arrays = SimpleNamespace(
+            p=p, t=settings.t_start, frame_times=course.times, frames=np.zeros((n, system.ny)),
+            counters=np.zeros(at.N_COUNTERS, dtype=np.int64), control=np.zeros(at.N_CONTROL),
+        )  # fmt: skip
+        self.reset_energy_at_frames = np.zeros(n)
+        self.forms: list[np.ndarray] = []
+        self.form_at_frames = np.zeros(n, dtype=int)
+        self.samples: list[tuple[float, np.ndarray, float, int]] = []
+        self.last: tuple[float, np.ndarray] | None = None
+        self.actions = SimpleNamespace(log=[], energy_of_resets=0.0)
+        self.step_log: Any = None
+        self.status, self.message = "success", ""
+        self.n_frames = 0
+        self._told = 0  # events that were handed on
+        self._join(1)
+        if self._recorder is not None:
+            self._recorder.start(settings.t_start, self.arrays.frames[0].copy())
+        if hasattr(settings.progress, "watch"):
+            settings.progress.watch(self)
+
+    def _join(self, n: int) -> None:
+        """Put together the rows up to number `n`."""
+        frames, rows, work = self.arrays.frames, slice(self.n_frames, n), self.system.nq + self.system.nv
+        for subsystem in self._found:
+            run = subsystem.run
+            own = run.arrays.frames[rows]
+            for columns in subsystem.columns:
+                frames[rows, columns] = own[:, : len(columns)]
+                if run.system.nw:
+                    frames[rows, work] += own[:, -1]
+                if run.actions.log:
+                    self.reset_energy_at_frames[rows] += run.reset_energy_at_frames[rows]
+        self.n_frames = n
+        self.arrays.counters[at.NEXT_FRAME] = n
+        self.arrays.t = float(self.arrays.frame_times[n - 1])
+
+    def take_frames(self, n: int) -> None:
+        """Put together frames up to number `n`, and hand them on to the recorder with the events between them."""
+        first = self.n_frames
+        if n <= first:
+            return
+        self._join(n)
+        if self._recorder is None:
+            return
+        times = self.arrays.frame_times
+        for record, _ in self._course.events[self._told :]:
+            if record.t > times[n - 1]:
+                break
+            end = int(np.searchsorted(times, record.t, side="right"))
+            self._hand_on(first, end)
+            first = max(first, end)
+            self._recorder.event(record.name, record.t, energy_change=record.energy_change)
+            self._told += 1
+        self._hand_on(first, n)
+
+    def _hand_on(self, first: int, end: int) -> None:
+        arrays, rows = self.arrays, np.flatnonzero(self.shown[first:end]) + first
+        for start in range(0, len(rows), _FRAMES_AT_ONCE):
+            chunk = rows[start : start + _FRAMES_AT_ONCE]
+            self._recorder.frames(arrays.frame_times[chunk], arrays.frames[chunk])
+
+    def end(self, subsystem: Subsystem) -> None:
+        """Say that the run ended as that of a subsystem did."""
+        run = subsystem.run
+        self.status, self.message = run.status, f"{subsystem.titles[0]}: {run.message}"
+
+    def interrupt(self) -> None:
+        """Say that the run was interrupted; frames that all subsystems have are kept."""
+        self.status = "interrupted"
+
+    def finish(self) -> None:
+        """Take what the runs have besides frames: events, samples, counts and the step log."""
+        runs = [subsystem.run for subsystem in self._found]
+        if self.status == "success" and self._course.ended_by is not None:
+            self.end(self._course.ended_by)
+        if self.status == "interrupted":
+            self.message = f"Interrupted at t = {self.arrays.t:.9g} s; all up to there is kept."
+        self.actions.log = [
+            self._whole(*entry) for entry in self._course.events if entry[0].t <= self.arrays.t
+        ]
+        self.actions.energy_of_resets = sum(record.energy_change for record in self.actions.log)
+        self._take_samples()
+        counters, control = self.arrays.counters, self.arrays.control
+        counters[_STATISTICS] = sum(run.arrays.counters[_STATISTICS] for run in runs)
+        control[at.MIN_PIVOT_RATIO] = min(run.arrays.control[at.MIN_PIVOT_RATIO] for run in runs)
+        control[at.MOST_ENERGY_TAKEN] = max(run.arrays.control[at.MOST_ENERGY_TAKEN] for run in runs)
+        levels = np.array([run.arrays.control[at.ENERGY_LEVEL] for run in runs])
+        control[at.ENERGY_LEVEL] = levels[np.isfinite(levels)].sum() if np.isfinite(levels).any() else np.nan
+        # The steps of one run are a course over time; those of the busiest say what limits the scene.
+        self.step_log = max(runs, key=lambda run: run.n_steps).step_log
+        if self._recorder is not None:
+            self._recorder.steps(self.step_log.array())
+
+    def _whole(self, record: EventRecord, subsystem: Subsystem) -> EventRecord:
+        """An event of a subsystem with the states of all at that time."""
+        row = int(np.searchsorted(self.arrays.frame_times, record.t))
+        nq, n, columns = self.system.nq, self.system.nq + self.system.nv, subsystem.columns[0]
+        before, after = self.arrays.frames[row, :n].copy(), self.arrays.frames[row, :n].copy()
+        before[columns] = np.concatenate([record.q_before, record.v_before])
+        after[columns] = np.concatenate([record.q_after, record.v_after])
+        return replace(
+            record, q_before=before[:nq], v_before=before[nq:], q_after=after[:nq], v_after=after[nq:]
+        )
+
+    def _take_samples(self) -> None:
+        """States at the times landed on, as far as all have come."""
+        for k in range(min(len(subsystem.run.samples) for subsystem in self._found)):
+            row, energy, t = np.zeros(self.system.ny), 0.0, self._found[0].run.samples[k][0]
+            for subsystem in self._found:
+                own = subsystem.run.samples[k]
+                energy += own[2]
+                for columns in subsystem.columns:
+                    row[columns] = own[1][: len(columns)]
+                    if subsystem.system.nw:
+                        row[-1] += own[1][-1]
+            self.samples.append((t, row, energy, -1))
+
+    def energy_error(self) -> float:
+        """Return the present error of T + V - work since the start, in parts of the larger |T|, |V| of now and then."""
+        system, arrays, n = self.system, self.arrays, self.system.nq + self.system.nv
+        rows = [0, self.n_frames - 1]
+        first, now = (
+            system.kernel("energy")(arrays.frame_times[k], arrays.frames[k, :n], arrays.p) for k in rows
+        )
+        work = [float(arrays.frames[k, n:].sum() + self.reset_energy_at_frames[k]) for k in rows]
+        largest = max(np.abs(first).max(), np.abs(now).max())
+        error = abs(now.sum() - work[1] - first.sum() + work[0])
+        return float(error / largest) if largest > 0.0 else 0.0

@@ -1,0 +1,57 @@
+"""Health of a run by subsystem: what is small in the whole may be large in one of its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.batches import evaluate
+from runtime.integrate import layout as at
+
+if TYPE_CHECKING:
+    from runtime.subsystems.subsystem import Subsystem
+
+_FEWEST_STEPS = 20  # of a subsystem, to speak of a share of rejected ones
+_LEAST_ENERGY = 1e-9  # of the largest in the whole: errors of subsystems with less do not matter
+
+
+class Parts:
+    """The subsystems of a run that were integrated by themselves.
+
+    Attributes
+    ----------
+    found : sequence of Subsystem
+    """
+
+    def __init__(self, found: Sequence[Subsystem]):
+        self.found = found
+
+    def worst_energy(self) -> tuple[str, float]:
+        """Return the subsystem with the largest error of its energy balance, in parts of its largest |T|, |V|."""
+        errors = {subsystem.titles[0]: self._energy(subsystem) for subsystem in self.found}
+        floor = _LEAST_ENERGY * max((size for _, size in errors.values()), default=0.0)
+        relative = {
+            title: error / max(size, floor) if size > 0.0 else 0.0 for title, (error, size) in errors.items()
+        }
+        return max(relative.items(), key=lambda item: (item[1], item[0]))
+
+    def worst_rejected(self) -> tuple[str, float]:
+        """Return the subsystem with the largest share of rejected steps, of those that took some."""
+        shares = {"": 0.0}
+        for subsystem in self.found:
+            taken, rejected = (int(subsystem.run.arrays.counters[index]) for index in (at.STEPS, at.REJECTED))
+            if taken + rejected >= _FEWEST_STEPS:
+                shares[subsystem.titles[0]] = rejected / (taken + rejected)
+        return max(shares.items(), key=lambda item: (item[1], item[0]))
+
+    def _energy(self, subsystem: Subsystem) -> tuple[float, float]:
+        """Return the largest error of the energy balance at the frames, and the largest energy [J]."""
+        run, system = subsystem.run, subsystem.system
+        n = run.n_frames
+        times, rows = run.arrays.frame_times[:n], run.arrays.frames[:n]
+        energies = evaluate(system, "energy", run.arrays.p, times, rows)
+        work = run.reset_energy_at_frames[:n] + (rows[:, -1] if system.nw else 0.0)
+        balance = energies.sum(axis=1) - work
+        return float(np.abs(balance - balance[0]).max()), float(np.abs(energies).max())

@@ -1,0 +1,50 @@
+"""What a run of subsystems is asked to do; one of them gets the same as the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The options of `runtime.solve.solve`, settled as far as they can be for all subsystems at once.
+
+    Attributes
+    ----------
+    method, constraints : str
+        As asked for, "auto" included.
+    treatment : str
+        How the whole model's constraints are treated.
+    redundant : list of str
+        Constraints that follow from the others.
+    times, shown : ndarray
+        Frames from start to end, and which of them were asked for.
+    stops : sequence of float [s]
+        Times to land on; the last is the end of the run.
+    at : sequence of float [s]
+        Those of them that were asked for.
+    """
+
+    method: str
+    constraints: str
+    treatment: str
+    redundant: list[str]
+    rtol: float
+    atol: float
+    step: float | None
+    t_start: float
+    t_end: float
+    times: np.ndarray
+    shown: np.ndarray
+    stops: Sequence[float]
+    at: Sequence[float]
+    recorder: Any
+    progress: Callable[[float, int], None] | None
+    max_steps: int | None
+    energy_scaling: bool | None
+    fps: float | None
+    split: bool | None

@@ -1,0 +1,102 @@
+"""One subsystem of a scene: where it stands in the whole, how it is integrated, and its run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.choose import EXPLICIT, SERIES
+from runtime.constraints.energy_level import choose_energy_level
+from runtime.integrate.methods import METHODS
+from runtime.loop_arrays import LoopArrays
+from runtime.subsystems.choice import Chooser
+from runtime.subsystems.member_run import MemberRun
+from runtime.subsystems.rest import is_at_rest
+
+if TYPE_CHECKING:
+    from runtime.subsystems.choice import Choice
+    from runtime.subsystems.member_model import Kind
+    from runtime.subsystems.settings import Settings
+    from runtime.system import System
+
+_STEPS_LOGGED = 1024  # between two looks at a run
+
+
+class Subsystem:
+    """A subsystem, and others that start and move alike.
+
+    Attributes
+    ----------
+    titles : list of str
+        What it and its twins are called.
+    system : System
+        Its own model.
+    columns : list of ndarray
+        Where the coordinates and rates of each twin stand in (q, v) of the whole model.
+    choice : Choice
+    run : MemberRun
+        Once it was prepared.
+    """
+
+    def __init__(self, system: System, p: np.ndarray, t_start: float, state: np.ndarray, choice: Choice):
+        self.system, self.choice, self._p, self._t_start, self._state = system, choice, p, t_start, state
+        self.titles: list[str] = []
+        self.columns: list[np.ndarray] = []
+        self.run: MemberRun
+
+    @property
+    def is_asleep(self) -> bool:
+        """Whether it rests from the start on."""
+        return not self.system.events and is_at_rest(self.system, self._p, self._t_start, self._state)
+
+    def prepare(
+        self, times: np.ndarray, shown: np.ndarray, stops: Sequence[float], settings: Settings
+    ) -> None:
+        """Make a run from the start, for some frames and times to land on."""
+        system, method, t = self.system, self.choice.method, settings.t_start
+        level = np.nan
+        if system.m:
+            wanted = settings.energy_scaling
+            level = choose_energy_level(
+                wanted, system, method, self.choice.treatment, self._p, t, self._state
+            )
+        arrays = LoopArrays(
+            system, method, self._p, t, self._state, frame_times=times, rtol=settings.rtol, atol=settings.atol,
+            step=self.choice.step, span=settings.t_end - t, energy_level=level, log_length=_STEPS_LOGGED,
+        )  # fmt: skip
+        self.run = MemberRun(
+            system, method, arrays, shown, stops,
+            fallback=METHODS[EXPLICIT] if settings.method == "auto" and method.name == SERIES else None,
+        )  # fmt: skip
+        self.run.begin()
+
+
+def subsystems(
+    whole: System, kinds: Sequence[Kind], p: np.ndarray, state: np.ndarray, settings: Settings
+) -> list[Subsystem]:
+    """Return all subsystems of a scene, those with equal parameters and equal start as one.
+
+    Parameters
+    ----------
+    p : ndarray
+        Parameters and inputs of the whole.
+    state : ndarray, shape (nq + nv,)
+        Consistent initial state of the whole.
+    """
+    found = []
+    for kind in kinds:
+        chooser = Chooser(kind, settings)
+        columns = np.hstack([kind.q, whole.nq + kind.v])
+        own_p, starts = p[kind.p], state[columns]
+        made: dict[bytes, Subsystem] = {}
+        for number in range(len(columns)):
+            key = own_p[number].tobytes() + starts[number].tobytes()
+            if key not in made:
+                choice = chooser.choose(own_p[number], starts[number])
+                made[key] = Subsystem(kind.system, own_p[number], settings.t_start, starts[number], choice)
+            made[key].titles.append(f"subsystem of {whole.coordinates[kind.q[number, 0]]['name']}")
+            made[key].columns.append(columns[number])
+        found += made.values()
+    return found
