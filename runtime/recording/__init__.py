@@ -1,5 +1,6 @@
 """Recordings of runs as Rerun files.
 
-`recorder.RunRecorder` writes, `reader.read_recording` and `reader.resume_state` read, `verify.verify` checks,
-`play.play` shows. Import the one that is needed: Rerun takes a second to load.
+`recorder.RunRecorder` writes, `reader.read_recording` reads, `verify.verify` checks, `resume.Resumed` goes on with a
+run, `compare.compare` says where two differ, `play.play` shows. Import the one that is needed: Rerun takes a second to
+load.
 """

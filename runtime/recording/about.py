@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ _MOST_PARAMETERS = 60
 def page(
     header: dict,
     p: np.ndarray,
+    over_time: Mapping[str, str],
     settings: Settings,
     status: str,
     health: Sequence[dict],
@@ -29,6 +30,8 @@ def page(
         `MODEL` of the generated module.
     p : ndarray
         Parameters, then inputs.
+    over_time : mapping of str to str
+        What inputs over time are, by name.
     settings : Settings
     status : str
     health : sequence of dict
@@ -53,7 +56,10 @@ def page(
         lines += ["", "## Work", "", *_table(("", ""), stats.items())]
     quantities = [*header["parameters"], *header["inputs"]]
     if quantities:
-        rows = [(q["name"], f"{value:.12g} {q['unit']}", q.get("doc", "")) for q, value in zip(quantities, p)]
+        rows = [
+            (q["name"], over_time.get(q["name"], f"{value:.12g} {q['unit']}"), q.get("doc", ""))
+            for q, value in zip(quantities, p)
+        ]
         lines += ["", "## Parameters and inputs", "", *_table(("Name", "Value", ""), rows[:_MOST_PARAMETERS])]
         if len(rows) > _MOST_PARAMETERS:
             lines += ["", f"… and {len(rows) - _MOST_PARAMETERS} more, in the recording's properties."]

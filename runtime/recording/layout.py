@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,9 @@ from runtime.names import rate_labels
 
 from . import schema
 
-_MOST_CURVES = 48  # more curves in one plot show nothing and slow a viewer down
+_CURVES_IN_PLOT = 12  # more in one plot cannot be told apart
+_MOST_PLOTS = 4  # of one kind and unit; more curves slow a viewer down
+_READABLE = 1 / 25  # of the height of a plot: a curve that moves less than that looks like a straight line
 _MOST_TRAILS = 24
 _TAN_HALF_VIEW = np.tan(np.radians(55.0) / 2)  # a viewer's usual vertical field of view
 _MARGIN = 1.1
@@ -32,6 +34,8 @@ class Curves:
         Which array: `q`, `v`, `outputs`, `energy`, `balance`, `residual`, `multipliers` or `step_size`.
     columns : tuple of int
     names : tuple of str
+    shown : tuple of bool
+        Which of them a view of the plot shows; empty: all.
     """
 
     title: str
@@ -39,6 +43,7 @@ class Curves:
     source: str
     columns: tuple[int, ...]
     names: tuple[str, ...]
+    shown: tuple[bool, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -109,7 +114,7 @@ def plot_rows(header: dict) -> tuple[tuple[Curves, ...], ...]:
         return _filled([coordinates + rates, outputs, [energy], [balance], [step]])
     names = [constraint["name"] for constraint in header["constraints"]]
     multipliers = _curves("Multipliers", schema.MULTIPLIERS, "multipliers", range(m), names)
-    return _filled([coordinates + rates, outputs, [energy, balance], [residual, multipliers], [step]])
+    return _filled([coordinates + rates, outputs, [energy, balance], [*multipliers, residual], [step]])
 
 
 def _filled(rows: list[list[Curves]]) -> tuple[tuple[Curves, ...], ...]:
@@ -124,15 +129,63 @@ def _by_unit(path: str, title: str, source: str, quantities: list[dict]) -> list
         members = [i for i, quantity in enumerate(quantities) if quantity["unit"] == unit]
         names = [quantities[i]["name"] for i in members]
         where = f"{schema.PLOTS}/{path}" + (f"/{number + 1}" if len(units) > 1 else "")
-        groups.append(_curves(f"{title} [{unit}]" if unit else title, where, source, members, names))
+        groups += _curves(f"{title} [{unit}]" if unit else title, where, source, members, names)
     return groups
 
 
-def _curves(title: str, path: str, source: str, columns, names) -> Curves:
-    columns, names = tuple(columns), tuple(names)
-    if len(columns) > _MOST_CURVES:
-        title = f"{title}: the first {_MOST_CURVES} of {len(columns)}"
-    return Curves(title, path, source, columns[:_MOST_CURVES], names[:_MOST_CURVES])
+def _curves(title: str, path: str, source: str, columns, names) -> list[Curves]:
+    """Return one plot, or several where curves are too many for one."""
+    columns, names, n = tuple(columns), tuple(names), _CURVES_IN_PLOT
+    if len(columns) <= n:
+        return [Curves(title, path, source, columns, names)]
+    plots = []
+    for first in range(0, min(len(columns), _MOST_PLOTS * n), n):
+        last = min(first + n, len(columns))
+        part = f"{title} {first + 1} to {last} of {len(columns)}"
+        plots.append(Curves(part, f"{path}/from_{first + 1}", source, columns[first:last], names[first:last]))
+    return plots
+
+
+def readable(
+    rows: tuple[tuple[Curves, ...], ...], low: dict[str, np.ndarray], high: dict[str, np.ndarray]
+) -> tuple[tuple[Curves, ...], ...]:
+    """Return rows in which curves that would be flat beside larger ones have a plot of their own.
+
+    Parameters
+    ----------
+    low, high : dict of ndarray
+        The smallest and largest values of all columns, by source; sources that are not there stay as they are.
+    """
+    return tuple(
+        tuple(
+            part
+            for curves in row
+            for part in _split_by_size(curves, low.get(curves.source), high.get(curves.source))
+        )
+        for row in rows
+    )
+
+
+def _split_by_size(curves: Curves, low: np.ndarray | None, high: np.ndarray | None) -> list[Curves]:
+    if low is None or high is None or len(curves.columns) < 2:
+        return [curves]
+    columns = list(curves.columns)
+    bottom, top = low[columns], high[columns]
+    if not (np.isfinite(bottom).all() and np.isfinite(top).all()):
+        return [curves]
+    flat = (top - bottom < _READABLE * (top.max() - bottom.min())) & (top > bottom)
+    if not flat.any() or flat.all():
+        return [curves]
+    parts = []
+    for shown in (~flat, flat):
+        names = [name for name, is_shown in zip(curves.names, shown) if is_shown]
+        title = (
+            f"{curves.title}: {', '.join(names)}"
+            if len(names) < 4
+            else f"{curves.title}, {len(names)} of them"
+        )
+        parts.append(replace(curves, title=title, shown=tuple(map(bool, shown))))
+    return parts
 
 
 def choose_trails(bodies: list[dict]) -> tuple[tuple[str, bool], ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -72,8 +73,9 @@ def reintegrate(of: Quantities, recording: Recording, intervals: int, seed: int)
     nudge = _NUDGE * random.choice([-1.0, 1.0], y.shape[1])
     differences, times, methods, skipped = [], [], [], []
     for i in chosen.astype(int):
-        end, method = _integrate(of, t[i], t[i + 1], y[i], 1e-2 * tolerance)
-        nudged, _ = _integrate(of, t[i], t[i + 1], y[i] + nudge * tolerance, 1e-2 * tolerance)
+        form = of.in_form(recording.settings[i])
+        end, method = _integrate(form, t[i], t[i + 1], y[i], 1e-2 * tolerance)
+        nudged, _ = _integrate(form, t[i], t[i + 1], y[i] + nudge * tolerance, 1e-2 * tolerance)
         if end is None or nudged is None:
             skipped.append(f"{t[i]:.9g} s")
             continue
@@ -96,7 +98,7 @@ def reintegrate(of: Quantities, recording: Recording, intervals: int, seed: int)
 
 def _intervals_without_events(recording: Recording) -> np.ndarray:
     t = recording.t
-    free = np.diff(t) > 0.0
+    free = (np.diff(t) > 0.0) & (recording.settings[1:] == recording.settings[:-1]).all(axis=1)
     for event in recording.events:
         free &= ~((t[:-1] <= event.t) & (event.t <= t[1:]))
         if 0 < event.frame < len(t):
@@ -117,30 +119,46 @@ def _integrate(
     of: Quantities, t0: float, t1: float, y0: np.ndarray, atol: np.ndarray
 ) -> tuple[np.ndarray | None, str]:
     for method in ("DOP853", "Radau"):
+        y, times = y0, [t0, *of.system.input_breaks(t0, t1), t1]
         try:
-            solution = solve_ivp(
-                _Derivative(of),
-                (t0, t1),
-                y0,
-                method=method,
-                rtol=1e-13 if method == "DOP853" else 1e-11,
-                atol=atol,
-            )
+            for start, end in pairwise(times):
+                y = _integrate_smooth(of, start, end, y, method, atol)
         except _TooManyEvaluations:
             continue
-        if solution.success:
-            return solution.y[:, -1], method
+        if y is not None:
+            return y, method
     return None, ""
+
+
+def _integrate_smooth(
+    of: Quantities, t0: float, t1: float, y0: np.ndarray | None, method: str, atol: np.ndarray
+) -> np.ndarray | None:
+    """Integrate between breaks of the inputs; None where that fails, or has failed before."""
+    if y0 is None:
+        return None
+    solution = solve_ivp(
+        _Derivative(of, t0, t1),
+        (t0, t1),
+        y0,
+        method=method,
+        rtol=1e-13 if method == "DOP853" else 1e-11,
+        atol=atol,
+    )
+    return solution.y[:, -1] if solution.success else None
 
 
 class _Derivative:
     """d/dt of the state (q, v, w); counts its calls and gives up in time."""
 
-    def __init__(self, of: Quantities):
+    def __init__(self, of: Quantities, t0: float, t1: float):
         system = of.system
         # As in the run: dependent constraints are no obstacle.
         self._address, self._keep = robust_rhs_address(system)
-        self._p, self._ny, self._row = system.prepared(of.p), system.ny, np.zeros(system.n_row)
+        self._p, self._ny, self._row = (
+            system.prepared_between(of.p, t0, t1),
+            system.ny,
+            np.zeros(system.n_row),
+        )
         self._calls = 0
 
     def __call__(self, t: float, y: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
 
 if TYPE_CHECKING:
+    from runtime.contact.forms import Forms
     from runtime.system import System
 
 
@@ -42,6 +43,31 @@ class Quantities:
     def residuals(self, t: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the largest position and velocity residual of the constraints, shape (n, 2)."""
         return np.column_stack(constraint_residuals(self.system, self.p, t, y))
+
+    def multipliers(self, t: np.ndarray, y: np.ndarray, settings: np.ndarray) -> np.ndarray:
+        """Return the multipliers, shape (n, m); `settings` of stops and frictions have shape (n, …)."""
+        if not self.system.m:
+            return np.zeros((len(t), 0))
+        if not settings.shape[1]:
+            return self.accelerations_and_multipliers(t, y)[1]
+        return self.forms(settings).evaluate(self.system, self.p, t, y)[1]
+
+    def forms(self, settings: np.ndarray) -> Forms:
+        """Return which form of the model holds at each frame, by the settings of stops and frictions."""
+        from runtime.contact.forms import Forms
+
+        distinct, index = np.unique(settings, axis=0, return_inverse=True)
+        return Forms(distinct, index.reshape(-1))
+
+    def in_form(self, settings: np.ndarray) -> Quantities:
+        """Return the functions of the form of the model that applies with these settings of stops and frictions."""
+        if not len(settings):
+            return self
+        from runtime.contact.forms import form_of
+
+        p = self.p.copy()
+        p[self.system.n_settable :] = settings
+        return Quantities(form_of(self.system, settings), p)
 
     def accelerations_and_multipliers(self, t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return vdot, shape (n, nv), and the multipliers, shape (n, m)."""

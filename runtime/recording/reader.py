@@ -15,6 +15,8 @@ from .errors import RecordingError
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from runtime.checkpoint import Checkpoint
+
 
 @dataclass(frozen=True)
 class RecordedEvent:
@@ -55,8 +57,11 @@ class Recording:
     versions : dict of str
     parameters, inputs : dict of float
         By name, in the order of the model.
+    inputs_over_time : dict
+        What `runtime.inputs.recorded` wrote about inputs that are not constant, by name.
     t : ndarray, shape (n,) [s]
-    q, v, w, multipliers : ndarray, shape (n, …)
+    q, v, w, multipliers, settings : ndarray, shape (n, …)
+        `settings` say which stops are closed and which frictions stick.
     energy : ndarray, shape (n, 3)
         T, V and T + V as they were written.
     events : tuple of RecordedEvent
@@ -64,6 +69,10 @@ class Recording:
         Of the states, as the closing record has it; empty if there is none.
     n_frames_written : int
         As the closing record has it; -1 if there is none.
+    file_bytes, file_sha256 : int, str
+        Length and SHA-256 of the file before the closing record, as that has it; 0 and empty if there is none.
+    lost : int
+        Bytes at the end of the file that are no whole record: it was cut off there.
     """
 
     path: Path
@@ -83,15 +92,25 @@ class Recording:
     versions: dict[str, str]
     parameters: dict[str, float]
     inputs: dict[str, float]
+    inputs_over_time: dict[str, Any]
     t: np.ndarray
     q: np.ndarray
     v: np.ndarray
     w: np.ndarray
     multipliers: np.ndarray
+    settings: np.ndarray
     energy: np.ndarray
     events: tuple[RecordedEvent, ...]
     sha256: str
     n_frames_written: int
+    file_bytes: int
+    file_sha256: str
+    lost: int
+
+    @property
+    def inputs_at_frames(self) -> list[str]:
+        """Inputs of which the recording has values at its frames only."""
+        return [name for name, record in self.inputs_over_time.items() if "known" in record]
 
     @property
     def p(self) -> np.ndarray:
@@ -105,7 +124,8 @@ class Recording:
 
     def state_sha256(self) -> str:
         """Return the SHA-256 of the states as they were read."""
-        columns = {"t": self.t, "q": self.q, "v": self.v, "w": self.w, "lambda": self.multipliers}
+        columns = {"t": self.t, "q": self.q, "v": self.v, "w": self.w}
+        columns |= {"lambda": self.multipliers, "settings": self.settings}
         return schema.state_sha256(columns)
 
 
@@ -120,7 +140,17 @@ def read_recording(path: str | Path) -> Recording:
     from .rrd.read import read_rrd
 
     path = Path(path)
-    application, batches = read_rrd(path, [schema.STATE, schema.EVENTS, schema.ENERGY])
+    try:
+        return _recording(path, *read_rrd(path, [schema.STATE, schema.EVENTS, schema.ENERGY]))
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        raise RecordingError(f"{path}: damaged: {error!r}; run the model again") from error
+
+
+def _recording(
+    path: Path, application: str, batches: dict[str, list[pa.RecordBatch]], lost: int
+) -> Recording:
+    if lost and not application:
+        raise RecordingError(f"{path}: cut off before its first states were written; run the model again")
     if application != schema.APPLICATION_ID:
         raise RecordingError(f"{path}: a Rerun recording of {application!r}, not one of symgen")
     properties = {
@@ -128,6 +158,8 @@ def read_recording(path: str | Path) -> Recording:
     }
     model, run, result = properties[schema.MODEL], properties[schema.RUN], properties[schema.RESULT]
     missing = [key for key in ("name", "module_text", "model_text") if key not in model]
+    if schema.STATE not in batches and not result:
+        raise RecordingError(f"{path}: cut off before its first states were written; run the model again")
     if missing or "format" not in run:
         raise RecordingError(
             f"{path}: a recording of symgen without {', '.join(missing) or 'settings'}; run the model again"
@@ -141,8 +173,7 @@ def read_recording(path: str | Path) -> Recording:
         raise RecordingError(f"{path}: holds no states; run the model again")
     try:
         columns = _series(batches[schema.STATE], schema.STATE_ARCHETYPE, schema.STATE_COLUMNS)
-        n = len(columns["t"])
-        energy = _scalars(batches, schema.ENERGY, n)
+        energy = _energies(batches)
     except ValueError as error:
         raise RecordingError(f"{path}: {error}; run the model again") from error
     return Recording(
@@ -163,22 +194,61 @@ def read_recording(path: str | Path) -> Recording:
         versions=properties[schema.VERSIONS],
         parameters=_named_values(batches, schema.PARAMETERS),
         inputs=_named_values(batches, schema.INPUTS),
+        inputs_over_time=json.loads(_property(batches, schema.INPUTS_OVER_TIME).get("pieces", "{}")),
         t=columns["t"][:, 0],
         q=columns["q"],
         v=columns["v"],
         w=columns["w"],
         multipliers=columns["lambda"],
+        settings=columns["settings"],
         energy=energy,
         events=_events(batches),
         sha256=result.get("sha256", ""),
         n_frames_written=result.get("n_frames", -1),
+        file_bytes=result.get("file_bytes", 0),
+        file_sha256=result.get("file_sha256", ""),
+        lost=lost,
     )
 
 
-def resume_state(path: str | Path) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the last state of a recording, (t, q, v, w), to go on from exactly."""
-    recording = read_recording(path)
-    return float(recording.t[-1]), recording.q[-1].copy(), recording.v[-1].copy(), recording.w[-1].copy()
+def read_checkpoint(path: str | Path) -> tuple[Checkpoint | None, np.ndarray]:
+    """Return the last checkpoint of a recording, None where there is none, and the step log that was plotted.
+
+    Returns
+    -------
+    checkpoint : Checkpoint or None
+    step_log : ndarray, shape (n, 2)
+        Times and lengths of steps [s], as far as they were shown.
+
+    Raises
+    ------
+    RecordingError, runtime.checkpoint.CheckpointError
+        The file, or its last checkpoint, is damaged.
+    """
+    from runtime.checkpoint import Checkpoint
+
+    from .rrd.read import read_rrd
+
+    _, batches, _ = read_rrd(Path(path), [schema.CHECKPOINT, schema.STEP_SIZE])
+    last, content = 0.0, b""
+    for batch in batches.get(schema.CHECKPOINT, []):
+        numbers, contents = (
+            batch.column(f"{schema.CHECKPOINT_ARCHETYPE}:{name}") for name in ("number", "content")
+        )
+        for row in range(batch.num_rows):
+            if numbers[row].is_valid and numbers[row].as_py()[0] > last:
+                last = numbers[row].as_py()[0]
+                content = contents[row].values.to_numpy(zero_copy_only=False).tobytes()
+    return Checkpoint.from_bytes(content) if content else None, _step_log(batches)
+
+
+def _step_log(batches: dict[str, list[pa.RecordBatch]]) -> np.ndarray:
+    rows = [np.zeros((0, 2))]
+    for batch in batches.get(schema.STEP_SIZE, []):
+        if "Scalars:scalars" in batch.schema.names:
+            t = batch.column(schema.SIM_TIME).to_numpy().astype(np.int64) * 1e-9
+            rows.append(np.column_stack([t, _matrix(batch, "Scalars:scalars")]))
+    return np.concatenate(rows)
 
 
 def _property_values(batches: dict[str, list[pa.RecordBatch]], name: str) -> dict[str, list]:
@@ -230,10 +300,10 @@ def _matrix(batch: pa.RecordBatch, column: str) -> np.ndarray:
     return flat.reshape(batch.num_rows, -1)
 
 
-def _scalars(batches: dict[str, list[pa.RecordBatch]], entity: str, n: int) -> np.ndarray:
-    if entity not in batches:
-        return np.zeros((n, 0))
-    return _series(batches[entity], "Scalars", ("scalars",))["scalars"]
+def _energies(batches: dict[str, list[pa.RecordBatch]]) -> np.ndarray:
+    """Return the energies, shape (n, 3); they come after the states of their chunk, and may be missing at the end."""
+    written = [batch for batch in batches.get(schema.ENERGY, []) if "Scalars:scalars" in batch.schema.names]
+    return _series(written, "Scalars", ("scalars",))["scalars"] if written else np.zeros((0, 3))
 
 
 def _events(batches: dict[str, list[pa.RecordBatch]]) -> tuple[RecordedEvent, ...]:

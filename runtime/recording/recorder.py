@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,16 +22,20 @@ if TYPE_CHECKING:
 
 _CHUNK = 1000  # frames; a chunk costs hardly more than a frame
 _EARLY_CHUNK = 50
-_MAX_WAIT = 0.5  # seconds of wall time between chunks, while frames come
+_MAX_WAIT = 0.5  # seconds of wall time between chunks, while frames come, and between checkpoints
+_FREE_CHECKPOINTS = (
+    1 << 20
+)  # bytes of checkpoints that are written in any case; later, at most as many as of states
+_LARGEST_CHECKPOINT = 1 << 28  # a larger one is not written
 _MOST_STEPS = 500  # a longer piece of the step log is shown by as many pairs of smallest and largest step
 
 
 class RunRecorder:
     """Writes one recording of one run.
 
-    Call `start`, then `frames`, `steps` and `event` as the run goes on, and `finish` or `abort` at its end.
-    As a context manager it aborts when its block ends early. No file is made before there is something to
-    write.
+    Call `start`, then `frames`, `steps`, `event`, `settings` and `checkpoint` as the run goes on, and `finish` or
+    `abort` at its end. As a context manager it aborts when its block ends early. No file is made before there is
+    something to write.
 
     Parameters
     ----------
@@ -95,12 +99,15 @@ class RunRecorder:
         self._writer: RunWriter | None = None
         self._closed = False
         self._first: tuple[float, np.ndarray] | None = None
-        self._frames: list[tuple[np.ndarray, np.ndarray, float]] = []
+        self._frames: list[tuple[np.ndarray, np.ndarray, float, np.ndarray]] = []
+        self._settings_now = self._of.p[system.n_settable :].copy()
+        self._next_checkpoint = -np.inf  # wall time; the first one comes with the first chunk
+        self._checkpoint_bytes = self._last_checkpoint = 0
         self._steps: list[np.ndarray] = []
         self._events: list[tuple[int, float, str, float]] = []
         self._energy_of_resets = 0.0
         self._n_taken = self._n_waiting = 0
-        self._last_write = time.monotonic()
+        self._last_flush = time.monotonic()
 
     def __enter__(self) -> RunRecorder:
         return self
@@ -112,7 +119,7 @@ class RunRecorder:
         """Take the initial state Y = (q, v, w) as the first frame; the energy balance refers to it."""
         t, y = self._checked(np.array([t0]), np.array(state)[None])
         self._first = (float(t[0]), y[0])
-        self._last_write = time.monotonic()
+        self._last_flush = time.monotonic()
         self._take(t, y)
 
     def frames(self, times: np.ndarray, states: np.ndarray) -> None:
@@ -131,7 +138,7 @@ class RunRecorder:
         if len(t):
             self._take(t, y)
         enough = _EARLY_CHUNK if self._writer is None else _CHUNK
-        if self._n_waiting >= enough or time.monotonic() - self._last_write >= _MAX_WAIT:
+        if self._n_waiting >= enough or time.monotonic() - self._last_flush >= _MAX_WAIT:
             self.flush()
 
     def steps(self, step_log: np.ndarray) -> None:
@@ -152,6 +159,30 @@ class RunRecorder:
         """
         self._events.append((self._n_taken, float(t), str(name), float(energy_change)))
         self._energy_of_resets += float(energy_change)
+
+    def settings(self, values: np.ndarray) -> None:
+        """Take the settings of stops and frictions that hold for the frames from now on."""
+        self._settings_now = np.array(values, dtype=float)
+
+    def checkpoint(self, make: Callable[[], bytes], *, final: bool = False) -> None:
+        """Write a checkpoint of the run, from which it can go on, if it is time for one.
+
+        Parameters
+        ----------
+        make : callable
+            Returns the checkpoint (`runtime.checkpoint`) for the moment after all frames given so far.
+        final : bool
+            The run ends here.
+        """
+        allowed = max(_FREE_CHECKPOINTS, 8 * self._of.system.ny * self._n_taken) - self._last_checkpoint
+        due = self._writer is not None and time.monotonic() >= self._next_checkpoint
+        if self._closed or not (final or (due and self._checkpoint_bytes <= allowed)):
+            return
+        content = make()
+        self._next_checkpoint, self._last_checkpoint = time.monotonic() + _MAX_WAIT, len(content)
+        if len(content) <= _LARGEST_CHECKPOINT:
+            self._checkpoint_bytes += len(content)
+            self._write_whole(content)
 
     def finish(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:
         """Write what waits, the closing record with the SHA-256 of all states, and the final layout; close.
@@ -176,11 +207,14 @@ class RunRecorder:
 
     def flush(self) -> None:
         """Write all that waits, and hand it to the operating system. Ctrl-C takes effect afterwards."""
+        self._write_whole()
+
+    def _write_whole(self, checkpoint: bytes = b"") -> None:
         if self._closed:
             return
         with uninterrupted():  # half a chunk on file would make the recording unreadable
             try:
-                self._write()
+                self._write(checkpoint)
             except BaseException:
                 # What cannot be written now is not tried again when the run is wound up.
                 self._closed = True
@@ -188,13 +222,17 @@ class RunRecorder:
                     self._writer.discard()
                 raise
 
-    def _write(self) -> None:
+    def _write(self, checkpoint: bytes) -> None:
         if self._frames:
             t, y = (np.concatenate([chunk[part] for chunk in self._frames]) for part in (0, 1))
-            resets = np.concatenate([np.full(len(times), energy) for times, _, energy in self._frames])
+            lengths = [len(chunk[0]) for chunk in self._frames]
+            resets, settings = (
+                np.repeat(np.array([chunk[part] for chunk in self._frames]), lengths, axis=0)
+                for part in (2, 3)
+            )
             if self._writer is None:
                 self._open(t, y)
-            self._writer.frames(t, y, resets)
+            self._writer.frames(t, y, resets, settings)
             self._frames, self._n_waiting = [], 0
         if self._writer is not None:
             if self._events:
@@ -202,8 +240,10 @@ class RunRecorder:
             if self._steps:
                 self._writer.steps(np.concatenate(self._steps))
             self._events, self._steps = [], []
+            if checkpoint:
+                self._writer.checkpoint(checkpoint)
             self._writer.flush()
-        self._last_write = time.monotonic()
+        self._last_flush = time.monotonic()
 
     def _open(self, t: np.ndarray, y: np.ndarray) -> None:
         # Rerun takes a second to load, which a run that fails at its start should not wait for.
@@ -223,7 +263,7 @@ class RunRecorder:
         return t, y
 
     def _take(self, t: np.ndarray, y: np.ndarray) -> None:
-        self._frames.append((t, y, self._energy_of_resets))
+        self._frames.append((t, y, self._energy_of_resets, self._settings_now))
         self._n_taken += len(t)
         self._n_waiting += len(t)
 

@@ -25,7 +25,7 @@ def replay(system: System, recording: Recording, energies: np.ndarray) -> Soluti
         T and V, computed again.
     """
     # Compiled code takes writable arrays only; the recording's own are not.
-    t, p, states = recording.t.copy(), recording.p, recording.states
+    t, p, states = recording.t.copy(), system.with_settings(recording.p), recording.states
     work = recording.w[:, 0].copy() if system.nw else np.zeros(len(t))
     for event in recording.events:
         work[event.frame :] += event.energy_change

@@ -20,6 +20,7 @@ from .quantities import Quantities
 from .rrd.write import RERUN_VERSION, RrdWriter
 from .scene import Scene
 
+_OF_ONE_UNIT = ("q", "v", "outputs", "multipliers")  # plots of several quantities
 _SMALLEST_SHOWN = 1e-16  # what stands for zero where the logarithm is plotted
 
 
@@ -57,8 +58,12 @@ class RunWriter:
         self._scene = Scene(header, of, settings.mesh_folder)
         self._sha256 = hashlib.sha256()
         self._largest_energy = 0.0
+        self._low: dict[str, np.ndarray] = {}
+        self._high: dict[str, np.ndarray] = {}
         self._balance_at_start = float(of.balance(of.evaluate("energy", t[:1], y[:1]), y[:1])[0])
-        self.n_frames = 0
+        self.n_frames = self._n_checkpoints = 0
+        self._last_time = t[:1]
+        self._inputs_at_frames: list[tuple[np.ndarray, np.ndarray]] = []
         # All that can go wrong with the model's shapes goes wrong before the file is made.
         self._scene.prepare(t, y)
         self._rrd = RrdWriter(path, settings.title, self._scene.planar)
@@ -67,14 +72,27 @@ class RunWriter:
         self._scene.open(self._rrd)
         for curves in self._plots:
             self._rrd.curves(curves)
+        # Settings come before the first states, wherever the file is cut off.
+        self._rrd.flush()
 
-    def frames(self, t: np.ndarray, y: np.ndarray, energy_of_resets: np.ndarray) -> None:
-        """Write frames; `energy_of_resets` [J] is what resets before each have added to T + V."""
+    def frames(
+        self, t: np.ndarray, y: np.ndarray, energy_of_resets: np.ndarray, settings: np.ndarray
+    ) -> None:
+        """Write frames.
+
+        Parameters
+        ----------
+        t, y : ndarray
+        energy_of_resets : ndarray, shape (n,) [J]
+            What resets before each frame have added to T + V.
+        settings : ndarray, shape (n, number of settings)
+            Of stops and frictions.
+        """
         of, system = self._of, self._of.system
         energies = of.evaluate("energy", t, y)
-        multipliers = of.accelerations_and_multipliers(t, y)[1] if system.m else np.zeros((len(t), 0))
+        multipliers = of.multipliers(t, y, settings)
         q, v, w = np.split(y, [system.nq, system.nq + system.nv], axis=1)
-        state = {"t": t[:, None], "q": q, "v": v, "w": w, "lambda": multipliers}
+        state = {"t": t[:, None], "q": q, "v": v, "w": w, "lambda": multipliers, "settings": settings}
         self._sha256.update(schema.state_bytes(state))
         self._rrd.times(t, np.arange(self.n_frames, self.n_frames + len(t)))
         self._rrd.columns(schema.STATE, schema.STATE_ARCHETYPE, state)
@@ -87,13 +105,24 @@ class RunWriter:
             "residual": _logarithm(of.residuals(t, y)),
             "multipliers": multipliers,
         }
+        self._widen(shown)
         for curves in self._plots:
             if curves.source in shown:
                 self._rrd.scalars(curves.path, shown[curves.source][:, curves.columns])
         self._scene.frames(self._rrd, t, y)
+        if of.system.has_feedback:
+            self._inputs_at_frames.append((t, of.evaluate("inputs", t, y)))
         if not self.n_frames:
-            self._rrd.layout(self._scene.layout())
+            self._rrd.layout(self._scene.layout(self._low, self._high))
         self.n_frames += len(t)
+        self._last_time = t[-1:]
+
+    def _widen(self, shown: dict[str, np.ndarray]) -> None:
+        """Note the smallest and largest values of what is plotted."""
+        for source in _OF_ONE_UNIT:
+            for ends, bound, pick in ((self._low, np.min, np.minimum), (self._high, np.max, np.maximum)):
+                here = bound(shown[source], axis=0)
+                ends[source] = pick(ends[source], here) if source in ends else here
 
     def events(self, events: list[tuple[int, float, str, float]]) -> None:
         """Write events: number of the first frame after it, time [s], name, change of T + V [J]."""
@@ -109,6 +138,16 @@ class RunWriter:
         self._rrd.times(log[:, 0])
         self._rrd.scalars(schema.STEP_SIZE, log[:, 1:].astype(np.float32).astype(float))
 
+    def checkpoint(self, content: bytes) -> None:
+        """Write a checkpoint of the run after the frames so far."""
+        self._rrd.times(self._last_time, np.array([self.n_frames]))
+        self._n_checkpoints += 1
+        columns = {
+            "number": np.array([[float(self._n_checkpoints)]]),
+            "content": np.frombuffer(content, dtype=np.uint8)[None],
+        }
+        self._rrd.columns(schema.CHECKPOINT, schema.CHECKPOINT_ARCHETYPE, columns)
+
     def flush(self) -> None:
         """Make all that was written survive the end of this process."""
         self._rrd.flush()
@@ -116,7 +155,8 @@ class RunWriter:
     def result(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:
         """Write the closing record with the SHA-256 of all states, and the final layout."""
         self._document(status, health, stats)
-        self._rrd.layout(self._scene.layout())
+        self._write_inputs_over_time(done=True)
+        self._rrd.layout(self._scene.layout(self._low, self._high))
         closing = {
             "status": status,
             "health": json.dumps([dict(check) for check in health]),
@@ -124,6 +164,9 @@ class RunWriter:
             "n_frames": self.n_frames,
             "sha256": self._sha256.hexdigest(),
         }
+        self._rrd.flush()
+        written = self._rrd.path.stat().st_size
+        closing |= {"file_bytes": written, "file_sha256": schema.file_sha256(self._rrd.path, written)}
         self._rrd.property(schema.RESULT, closing)
 
     def close(self) -> None:
@@ -145,11 +188,12 @@ class RunWriter:
         self._rrd.property(schema.RUN, {"format": schema.FORMAT, **run, "options": options})
         for name, quantities, values in (
             (schema.PARAMETERS, header["parameters"], self._of.p[:n]),
-            (schema.INPUTS, header["inputs"], self._of.p[n:]),
+            (schema.INPUTS, header["inputs"], self._of.p[n : n + len(header["inputs"])]),
         ):
             if quantities:
                 columns = {key + "s": [quantity[key] for quantity in quantities] for key in ("name", "unit")}
                 self._rrd.property(name, {**columns, "values": values})
+        self._write_inputs_over_time(done=False)
         versions = {
             "generator": header["generator"],
             "python": platform.python_version(),
@@ -160,8 +204,22 @@ class RunWriter:
         }
         self._rrd.property(schema.VERSIONS, versions)
 
+    def _write_inputs_over_time(self, *, done: bool) -> None:
+        if not self._of.system.input_words:
+            return
+        from runtime.inputs.recorded import recorded_inputs
+
+        times, values = np.zeros(0), np.zeros((0, len(self._header["inputs"])))
+        if self._inputs_at_frames:
+            times, values = (np.concatenate(part) for part in zip(*self._inputs_at_frames))
+        text = recorded_inputs(self._of.system, *((times, values) if done else ()))
+        self._rrd.property(schema.INPUTS_OVER_TIME, {"pieces": text})
+
     def _document(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:
-        self._rrd.document(about.page(self._header, self._of.p, self._settings, status, health, stats))
+        over_time = self._of.system.input_words
+        self._rrd.document(
+            about.page(self._header, self._of.p, over_time, self._settings, status, health, stats)
+        )
 
     def _balance_error(self, energies: np.ndarray, y: np.ndarray, energy_of_resets: np.ndarray) -> np.ndarray:
         """Return |T + V − work − its start|, of the largest |T| or |V| so far, shape (n,)."""

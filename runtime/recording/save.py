@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import pprint
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,15 +60,30 @@ def save_solution(
     places = [_frames_before(solution, event) for event in solution.events]
     states = np.hstack([solution.q, solution.v, _work(solution, places)[:, : system.nw]])
     with recorder:
+        if solution.forms is not None:
+            recorder.settings(solution.forms.settings[solution.forms.index[0]])
         recorder.start(solution.t[0], states[0])
         recorder.steps(solution.step_log)
         first = 1
         for place, event in zip(places, solution.events):
-            recorder.frames(solution.t[first:place], states[first:place])
+            _record_frames(recorder, solution, states, first, place)
             recorder.event(event.name, event.t, energy_change=event.energy_change)
             first = max(first, place)
-        recorder.frames(solution.t[first:], states[first:])
+        _record_frames(recorder, solution, states, first, len(states))
         recorder.finish(solution.status, [check.to_dict() for check in solution.health], solution.stats)
+
+
+def _record_frames(
+    recorder: RunRecorder, solution: Solution, states: np.ndarray, first: int, end: int
+) -> None:
+    """Record frames from `first` to `end`, with the settings of stops and frictions that hold at each."""
+    forms, marks = solution.forms, [first]
+    if forms is not None:
+        marks += (np.flatnonzero(np.diff(forms.index[first:end])) + first + 1).tolist()
+    for begin, stop in pairwise([*marks, end]):
+        if forms is not None and begin < stop:
+            recorder.settings(forms.settings[forms.index[begin]])
+        recorder.frames(solution.t[begin:stop], states[begin:stop])
 
 
 def module_text(system: System) -> str:

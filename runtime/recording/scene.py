@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 _TRAIL_PART = 0.15  # of the run's time is what a trail shows, but
 _FRAMES_FOR_BOX = 100  # of a chunk are enough to place the camera
 _CROSS = 0.03  # arms of the mark at the origin, of the scene's diagonal
+_LAYER, _MOST_LAYERS = (
+    0.002,
+    20,
+)  # by how much a planar body is drawn above the one before, of the scene's diagonal
 _TRAIL_LONGEST = 1.5  # seconds of playback at most
 
 
@@ -62,7 +66,9 @@ class Scene:
         """Write what does not move."""
         index = {body["name"]: i for i, body in enumerate(self._bodies)}
         for name, i in index.items():
-            writer.body(name, self._primitives[i], self._colours[i])
+            # Bodies of planar models lie on each other, and would flicker where they overlap.
+            lift = i * _LAYER * self._diagonal if self.planar and i < _MOST_LAYERS else 0.0
+            writer.body(name, self._primitives[i], self._colours[i], lift)
         for name, _ in self._trails:
             writer.trail_style(name, self._colours[index[name]])
         if self._bodies:
@@ -86,8 +92,14 @@ class Scene:
             if body["name"] in trailing:
                 writer.trail(body["name"], np.stack([path[:-1, i], path[1:, i]], axis=1))
 
-    def layout(self) -> layout.Layout:
-        """Return the screen for all frames so far."""
+    def layout(self, low_of: dict[str, np.ndarray], high_of: dict[str, np.ndarray]) -> layout.Layout:
+        """Return the screen for all frames so far.
+
+        Parameters
+        ----------
+        low_of, high_of : dict of ndarray
+            Smallest and largest values of what is plotted, see `layout.readable`.
+        """
         low, high = (self._low, self._high) if self._bodies else (np.zeros(3), np.zeros(3))
         seconds = self._t_last - self._t_first
         speed = layout.choose_speed(seconds)
@@ -97,6 +109,6 @@ class Scene:
             grid=layout.round_down(geometry.diagonal_of(low, high) / 8),
             trails=self._trails,
             trail_seconds=min(_TRAIL_PART * seconds, _TRAIL_LONGEST * speed),
-            rows=self._rows,
+            rows=layout.readable(self._rows, low_of, high_of),
             speed=speed,
         )

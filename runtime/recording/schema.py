@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from pathlib import Path
 
 import numpy as np
 
@@ -27,14 +28,24 @@ MULTIPLIERS = "plots/multipliers"
 STEP_SIZE = "plots/step_size"
 
 STATE_ARCHETYPE = "symgen.State"
-STATE_COLUMNS = ("t", "q", "v", "w", "lambda")
+STATE_COLUMNS = (
+    "t",
+    "q",
+    "v",
+    "w",
+    "lambda",
+    "settings",
+)  # settings: of stops and frictions, where there are such
 EVENT_ARCHETYPE = "symgen.Event"
+CHECKPOINT = "checkpoint"
+CHECKPOINT_ARCHETYPE = "symgen.Checkpoint"
 
 # Recording properties.
 MODEL = "model"
 RUN = "run"
 PARAMETERS = "parameters"
 INPUTS = "inputs"
+INPUTS_OVER_TIME = "inputs_over_time"
 VERSIONS = "versions"
 RESULT = "result"  # written last: a recording without it is of a run that was cut short
 
@@ -59,9 +70,19 @@ def colour(index: int) -> tuple[int, int, int]:
 
 
 def state_bytes(columns: dict[str, np.ndarray]) -> bytes:
-    """Return the rows (t, q, v, w, lambda) as little-endian float64: what the SHA-256 is taken of."""
+    """Return the rows (t, q, v, w, lambda, settings) as little-endian float64: what the SHA-256 is taken of."""
     rows = np.column_stack([columns[name] for name in STATE_COLUMNS])
     return np.ascontiguousarray(rows, dtype="<f8").tobytes()
+
+
+def file_sha256(path: Path, n_bytes: int) -> str:
+    """Return the SHA-256 of the first bytes of a file, as hexadecimal digits."""
+    digest, left = hashlib.sha256(), n_bytes
+    with path.open("rb") as file:
+        while left > 0 and (part := file.read(min(left, 1 << 20))):
+            digest.update(part)
+            left -= len(part)
+    return digest.hexdigest()
 
 
 def state_sha256(columns: dict[str, np.ndarray]) -> str:

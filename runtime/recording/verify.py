@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from runtime.errors import ModuleError
 from runtime.system import System, load
 
-from . import motion
+from . import motion, schema
+from .errors import RecordingError
 from .quantities import Quantities
 from .reader import Recording, read_recording
 from .replay import replay
+from .report import Check, Report
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from runtime.solution import Solution
 
 _SAME = (
@@ -24,67 +27,6 @@ _SAME = (
 )
 _MULTIPLIERS_SAME = 1e-6  # multipliers are worth fewer digits near singular configurations
 _EQUATIONS = 1e-6
-
-
-@dataclass(frozen=True)
-class Check:
-    """One thing that was checked.
-
-    Attributes
-    ----------
-    name : str
-    ok : bool or None
-        None: could not be checked; `says` tells why.
-    value, limit : float
-        What was found; what it must not exceed.
-    says : str
-    """
-
-    name: str
-    ok: bool | None
-    value: float
-    limit: float
-    says: str
-
-
-@dataclass(frozen=True)
-class Report:
-    """What `verify` found.
-
-    Attributes
-    ----------
-    path : Path
-    complete : bool
-        False for a run that was cut short.
-    n_frames : int
-    t_last : float [s]
-    checks : tuple of Check
-    """
-
-    path: Path
-    complete: bool
-    n_frames: int
-    t_last: float
-    checks: tuple[Check, ...]
-
-    @property
-    def ok(self) -> bool:
-        """Whether no check failed. A recording that was cut short can be ok: see `complete`."""
-        return all(check.ok is not False for check in self.checks)
-
-    @property
-    def summary(self) -> str:
-        """One sentence."""
-        frames = f"{self.n_frames} frame{'s' * (self.n_frames != 1)} up to t = {self.t_last:.9g} s"
-        failed = [check.name for check in self.checks if check.ok is False]
-        state = f"complete: {frames}" if self.complete else f"incomplete: {frames}; the run was cut short"
-        return f"{state}; failed: {', '.join(failed)}" if failed else f"{state}; all checks passed"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the report as JSON can say it."""
-        checks = [asdict(check) for check in self.checks]
-        head = {"path": str(self.path), "ok": self.ok, "complete": self.complete, "says": self.summary}
-        return {**head, "frames": self.n_frames, "t": self.t_last, "checks": checks}
 
 
 def verify(path: str | Path, *, intervals: int = 5, seed: int = 0) -> Report:
@@ -101,17 +43,43 @@ def verify(path: str | Path, *, intervals: int = 5, seed: int = 0) -> Report:
     Raises
     ------
     RecordingError
-        If the file cannot be read at all.
+        If the file cannot be read at all, or shows no run.
     """
     recording = read_recording(path)
-    checks = [_checksum(recording), _frame_count(recording)]
+    if "mode" in recording.options:
+        raise RecordingError(
+            f"{path}: shows a mode, a linear motion that `symgen modes` wrote: there is no run to check"
+        )
+    checks = [_torn(recording), _bytes(recording), _checksum(recording), _frame_count(recording)]
     system, check = _system(recording)
     checks.append(check)
+    if system is not None:
+        system, check = _driven(system, recording)
+        checks.append(check)
     if system is not None:
         checks += _model_checks(system, recording, intervals, seed)
     n = len(recording.t)
     found = tuple(check for check in checks if check is not None)
     return Report(recording.path, recording.complete, n, float(recording.t[-1]), found)
+
+
+def _torn(recording: Recording) -> Check | None:
+    if not recording.lost:
+        return None
+    says = f"cut off in the middle of a record: the last {recording.lost} bytes were left out"
+    return Check("file", None, float(recording.lost), 0.0, says)
+
+
+def _bytes(recording: Recording) -> Check | None:
+    if not recording.file_sha256:
+        return None
+    ok = schema.file_sha256(recording.path, recording.file_bytes) == recording.file_sha256
+    says = (
+        "the file is as it was written"
+        if ok
+        else "the file is not as it was written: pictures, plots or texts in it were changed or damaged"
+    )
+    return Check("bytes", ok, float(not ok), 0.0, says)
 
 
 def _checksum(recording: Recording) -> Check | None:
@@ -156,8 +124,26 @@ def _system(recording: Recording) -> tuple[System | None, Check]:
     return None, Check("model", False, 1.0, 0.0, says)
 
 
+def _driven(system: System, recording: Recording) -> tuple[System | None, Check | None]:
+    """Drive the model by the inputs over time that were recorded; None where they are not known."""
+    if not recording.inputs_over_time:
+        return system, None
+    from runtime.inputs.given import InputFault
+    from runtime.inputs.recorded import drive_again
+
+    try:
+        driven, unknown = drive_again(system, recording.inputs_over_time)
+    except InputFault as fault:
+        return None, Check("inputs", False, 1.0, 0.0, str(fault))
+    if unknown:
+        says = f"the run was cut short before the values of {', '.join(unknown)} were written: nothing more is checked"
+        return None, Check("inputs", None, float(len(unknown)), 0.0, says)
+    names = ", ".join(recording.inputs_over_time)
+    return driven, Check("inputs", True, 0.0, 0.0, f"over time as recorded: {names}")
+
+
 def _model_checks(system: System, recording: Recording, intervals: int, seed: int) -> list[Check]:
-    of = Quantities(system, recording.p)
+    of = Quantities(system, system.with_settings(recording.p))
     t, y = recording.t.copy(), recording.states
     checks = [_finite(recording), _time(recording)]
     if not checks[0].ok:
@@ -165,11 +151,19 @@ def _model_checks(system: System, recording: Recording, intervals: int, seed: in
     energies = of.evaluate("energy", t, y)
     checks.append(_recorded_energies(recording, energies))
     checks += _health(replay(system, recording, energies))
-    accelerations, multipliers = of.accelerations_and_multipliers(t, y)
+    settings = recording.settings
+    if settings.shape[1] != len(system.settings):
+        says = f"a frame has {settings.shape[1]} settings of stops and frictions, the model has {len(system.settings)}"
+        return [*checks, Check("stops and frictions", not recording.complete and None, 1.0, 0.0, says)]
     if system.m:
-        checks.append(_multipliers(recording, multipliers))
-    checks.append(_equations(of, recording, accelerations))
-    checks.append(_motion(of, recording, intervals, seed))
+        checks.append(_multipliers(recording, of.multipliers(t, y, settings)))
+    checks.append(_equations(of, recording))
+    if recording.inputs_at_frames:
+        names = ", ".join(recording.inputs_at_frames)
+        says = f"not checked: a controller acted at every instant, whose {names} is known at the frames only"
+        checks.append(Check("motion", None, 0.0, 0.0, says))
+    else:
+        checks.append(_motion(of, recording, intervals, seed))
     return checks
 
 
@@ -209,6 +203,16 @@ def _time(recording: Recording) -> Check:
 
 
 def _recorded_energies(recording: Recording, energies: np.ndarray) -> Check:
+    if not recording.complete and len(recording.energy) < len(energies):
+        energies = energies[: len(recording.energy)]
+        if not len(energies):
+            return Check(
+                "energies as recorded",
+                None,
+                0.0,
+                _SAME,
+                "not checked: the file ends before they were written",
+            )
     if recording.energy.shape != (len(energies), 3):
         return Check("energies as recorded", False, 1.0, 0.0, "the recorded energies have gaps")
     scale = float(np.abs(energies).max(initial=0.0)) or 1.0
@@ -229,14 +233,13 @@ def _multipliers(recording: Recording, again: np.ndarray) -> Check:
     )
 
 
-def _equations(of: Quantities, recording: Recording, a: np.ndarray) -> Check:
-    """Put accelerations and recorded multipliers into M a − f − Gᵀλ = 0 and G a = γ."""
-    multipliers = recording.multipliers
-    no_a, no_multipliers = np.zeros_like(a), np.zeros_like(multipliers)
-    terms = [
-        np.abs(of.evaluate("residual", recording.t.copy(), np.hstack([recording.q, recording.v, *extension])))
-        for extension in ((a, multipliers), (no_a, no_multipliers), (a, no_multipliers), (no_a, multipliers))
-    ]
+def _equations(of: Quantities, recording: Recording) -> Check:
+    """Put accelerations and recorded multipliers into M a − f − Gᵀλ = 0 and G a = γ, where nothing is held or stuck."""
+    parts = [_terms(of.in_form(settings), recording, rows) for settings, rows in _forms(of, recording)]
+    terms = [np.concatenate(part) for part in zip(*(part for part in parts if part), strict=True)]
+    if not terms:
+        says = "not checked: a stop is closed or a friction sticks at every frame"
+        return Check("equations", None, 0.0, _EQUATIONS, says)
     # The terms by themselves say what is large; dynamics and constraints have different units.
     value = 0.0
     for rows in (slice(0, of.system.nv), slice(of.system.nv, None)):
@@ -245,6 +248,25 @@ def _equations(of: Quantities, recording: Recording, a: np.ndarray) -> Check:
     return _limited(
         "equations", value, _EQUATIONS, "what is left of the equations of motion, of their largest term"
     )
+
+
+def _terms(of: Quantities, recording: Recording, rows: np.ndarray) -> list[np.ndarray]:
+    """Return magnitudes of what is left of the equations at some frames, and of their terms; [] where more is held."""
+    multipliers = recording.multipliers[rows]
+    if of.system.m != multipliers.shape[1]:
+        return []
+    t, q, v = recording.t[rows], recording.q[rows], recording.v[rows]
+    a = of.accelerations_and_multipliers(t, recording.states[rows])[0]
+    no_a, no_multipliers = np.zeros_like(a), np.zeros_like(multipliers)
+    extensions = ((a, multipliers), (no_a, no_multipliers), (a, no_multipliers), (no_a, multipliers))
+    return [np.abs(of.evaluate("residual", t, np.hstack([q, v, *extension]))) for extension in extensions]
+
+
+def _forms(of: Quantities, recording: Recording) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield settings of stops and frictions, and the frames at which they hold."""
+    forms = of.forms(recording.settings)
+    for k, settings in enumerate(forms.settings):
+        yield settings, np.flatnonzero(forms.index == k)
 
 
 def _motion(of: Quantities, recording: Recording, intervals: int, seed: int) -> Check:

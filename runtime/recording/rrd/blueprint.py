@@ -61,8 +61,10 @@ def _scene(layout: Layout) -> rrb.Spatial3DView:
 
 
 def _plot(curves: Curves) -> rrb.TimeSeriesView:
+    overrides = {curves.path: rr.SeriesLines(visible_series=list(curves.shown))} if curves.shown else {}
     return rrb.TimeSeriesView(
         origin=curves.path,
+        overrides=overrides,
         name=curves.title,
         plot_legend=rrb.PlotLegend(visible=len(curves.names) <= _LEGEND_FITS),
         axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),

@@ -43,10 +43,14 @@ class RrdWriter:
         Shown as the recording's name.
     planar : bool
         Which way is up in the scene: y in planar ones, z otherwise.
+
+    Attributes
+    ----------
+    path : Path
     """
 
     def __init__(self, path: Path, title: str, planar: bool):
-        self._path = path
+        self.path = path
         self._stream = rr.RecordingStream(schema.APPLICATION_ID)
         self._index: list[rr.TimeColumn] = []
         with _strict():
@@ -106,10 +110,13 @@ class RrdWriter:
             offsets = np.arange(0, (n + 1) * width, width, dtype=np.int32)
             self._send(path, [rr.ComponentColumn(rr.Scalars.descriptor_scalars(), batch, offsets=offsets)])
 
-    def body(self, name: str, primitive: Primitive, colour: tuple[int, int, int]) -> None:
-        """Draw a body's shape, fixed to its pose."""
+    def body(self, name: str, primitive: Primitive, colour: tuple[int, int, int], lift: float = 0.0) -> None:
+        """Draw a body's shape, fixed to its pose, `lift` [m] above it along body z."""
+        where = f"{schema.BODIES}/{name}/geometry"
         with _strict():
-            self._static(f"{schema.BODIES}/{name}/geometry", _archetype(primitive, colour))
+            self._static(where, _archetype(primitive, colour))
+            if lift:
+                self._static(where, rr.Transform3D(translation=[0.0, 0.0, lift]))
 
     def poses(self, name: str, positions: np.ndarray, quaternions: np.ndarray) -> None:
         """Write a body's poses: positions (n, 3), quaternions (n, 4) as x, y, z, w."""
@@ -172,7 +179,7 @@ class RrdWriter:
             self._stream.flush()
         except RuntimeError as error:
             raise RecordingError(
-                f"{self._path}: cannot be written any more ({error}); is the disk full? "
+                f"{self.path}: cannot be written any more ({error}); is the disk full? "
                 "Make room, record elsewhere, or run without a recording"
             ) from error
 

@@ -1,0 +1,82 @@
+"""What a recording at 60 frames per simulated second adds to the time of a run, for runs long enough to tell.
+
+    python benchmarks/logging_cost.py [MODEL …]
+
+For each model: seconds of the run without a recorder and with one, the smallest of some repetitions, and the cost of
+a frame. Loading Rerun, which a process does once, is shown apart.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+
+import runtime
+from runtime.recording.recorder import RunRecorder
+from runtime.solve import solve
+from symgen.link import module_for
+from symgen.model.library import find
+
+MODELS = ("double_pendulum", "four_bar", "seven_dof_arm", "n_pendulum", "chain_absolute")
+FPS = 60.0
+LEAST_SECONDS, FIRST_T_END = 1.0, 2.0
+REPETITIONS = 3
+
+
+def main() -> None:
+    """Read the command line, measure, print a table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("models", nargs="*", default=MODELS, metavar="MODEL")
+    parser.add_argument("--method", default="auto")
+    options = parser.parse_args()
+    began = time.perf_counter()
+    from runtime.recording.rrd import write  # noqa: F401  loaded before anything is timed
+
+    print(f"Rerun is loaded in {time.perf_counter() - began:.2f} s, once")
+    print(f"{'model':<20} {'frames':>7} {'run [s]':>9} {'with log':>9} {'added':>7} {'a frame':>10}")
+    for model in options.models:
+        print(measure(model, options.method))
+
+
+def measure(model: str, method: str) -> str:
+    """Return a line of the table."""
+    text = module_for(Path(find(model)), {}, None).text
+    system = runtime.load(text)
+    t_end = FIRST_T_END
+    while (plain := seconds(system, t_end, method)) < LEAST_SECONDS and t_end < 4000.0:
+        t_end *= min(8.0, max(1.5, 1.2 * LEAST_SECONDS / max(plain, 1e-6)))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.rrd"
+        pairs = [
+            (seconds(system, t_end, method), seconds(system, t_end, method, path, text))
+            for _ in range(REPETITIONS)
+        ]
+    alone, logged = (min(column) for column in zip(*pairs))
+    n = int(FPS * t_end)
+    added = logged - alone
+    return f"{model:<20} {n:>7} {alone:>9.3f} {logged:>9.3f} {added / alone:>7.1%} {added / n * 1e6:>7.1f} µs"
+
+
+def seconds(
+    system: runtime.System, t_end: float, method: str, path: Path | None = None, text: str = ""
+) -> float:
+    """Return the wall time of integrating, with writing frames to `path` where one is given."""
+    made = []
+
+    def recorder(**settings) -> RunRecorder:
+        made.append(RunRecorder(path, module_text=text, model_text="", **settings))
+        return made[0]
+
+    solution = solve(system, t_end, method=method, fps=FPS, recorder=None if path is None else recorder)
+    took = solution.seconds["run"]
+    if made:
+        began = time.perf_counter()
+        made[0].finish(solution.status, [], solution.stats)
+        took += time.perf_counter() - began
+    return took
+
+
+if __name__ == "__main__":
+    main()

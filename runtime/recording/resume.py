@@ -1,0 +1,234 @@
+"""Go on with a recorded run from its last checkpoint, bit for bit as if it had never stopped."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.choose import choose_constraints
+from runtime.driver import Run
+from runtime.errors import RuntimeModelError
+from runtime.integrate import layout as at_index
+from runtime.integrate.methods import METHODS
+from runtime.loop_arrays import LoopArrays
+from runtime.solve import frame_times, run_interval, stop_times
+from runtime.subsystems.again import ASKED, run_again
+from runtime.summary import summarise
+from runtime.system import System, load
+
+from .errors import RecordingError
+from .reader import Recording, read_checkpoint, read_recording
+
+if TYPE_CHECKING:
+    from runtime.checkpoint import Checkpoint
+    from runtime.integrate.methods import Method
+    from runtime.solution import Solution
+
+_NO_FURTHER = {
+    "terminated": "an event ended the run",
+    "zeno": "events of the run pile up at its end",
+}
+
+
+class Resumed:
+    """A recorded run that can go on.
+
+    Parameters
+    ----------
+    path : path-like
+
+    Attributes
+    ----------
+    recording : Recording
+    system : System
+        Driven by the inputs that were recorded.
+    t : float [s]
+        Where the run goes on; frames behind it are computed again.
+    n_frames : int
+        Frames before that.
+
+    Raises
+    ------
+    RecordingError
+        If the run cannot go on; the text says why.
+    """
+
+    def __init__(self, path: str | Path):
+        self.recording = read_recording(path)
+        checkpoint, self._step_log = read_checkpoint(path)
+        if self.recording.status in _NO_FURTHER:
+            raise RecordingError(f"{path}: {_NO_FURTHER[self.recording.status]}; there is nothing to resume")
+        self._checkpoint: Checkpoint | None = checkpoint
+        if checkpoint is None and ASKED in self.recording.options:
+            self.system = load(self.recording.module_text + "\n")
+            self.t, self.n_frames = float(self.recording.t[0]), 1
+            return
+        if checkpoint is None:
+            raise RecordingError(
+                f"{path}: holds no checkpoint to go on from (the run ended too early, its subsystems were "
+                "integrated apart, or its solution was saved afterwards); run the model again"
+            )
+        if checkpoint.facts["controllers"]:
+            raise RecordingError(
+                f"{path}: the controllers of {', '.join(checkpoint.facts['controllers'])} are not in the recording; "
+                "run the model again"
+            )
+        self.t, self.n_frames = float(checkpoint.facts["t"]), int(checkpoint.facts["n_frames"])
+        if not 0 < self.n_frames <= len(self.recording.t):
+            raise RecordingError(
+                f"{path}: its checkpoint is of {self.n_frames} frames, but it holds {len(self.recording.t)}"
+            )
+        self.system = _driven(load(self.recording.module_text + "\n"), self.recording)
+
+    def run(
+        self,
+        t_end: float | None = None,
+        *,
+        at: Sequence[float] | None = None,
+        fps: float | None = None,
+        recorder: Callable[..., Any] | None = None,
+        progress: Callable[[float, int], None] | None = None,
+        max_steps: int | None = None,
+    ) -> Solution:
+        """Go on to `t_end`.
+
+        Parameters
+        ----------
+        t_end : float, optional [s]
+            That of the run before, by default.
+        at : sequence of float [s], optional
+            Those of the run before that it has not reached, by default.
+        fps : float, optional
+            Of frames from here on; that of the run before by default.
+        recorder : callable, optional
+            Makes a recorder, see `runtime.solve.solve`; it gets the frames of the run before first.
+        progress, max_steps
+            As in `runtime.solve.solve`; steps of the run before count.
+
+        Returns
+        -------
+        Solution
+            Of the whole run, from its first start.
+
+        Raises
+        ------
+        RuntimeModelError
+            A time lies before that at which the run goes on.
+        """
+        if self._checkpoint is None:
+            return run_again(self.recording, self.system, t_end, at, fps, recorder, progress, max_steps)
+        began = time.perf_counter()
+        options, facts = self.recording.options, self._checkpoint.facts
+        t_start, t_end = run_interval(
+            self.system, facts["t_start"], options["t_end"] if t_end is None else t_end
+        )
+        if t_end <= self.t:
+            raise RuntimeModelError(
+                f"the run has come to t = {self.t:.9g} s already: give a later t_end than {t_end:.9g} s"
+            )
+        known = {sample[0] for sample in facts["samples"]}
+        times = [t for t in options["at"] if t <= t_end] if at is None else [float(t) for t in at]
+        for t in times:
+            if t < self.t and t not in known:
+                raise RuntimeModelError(f"at: {t} s lies before t = {self.t:.9g} s, where the run goes on")
+        run = self._prepare(t_start, t_end, times, options["fps"] if fps is None else fps)
+        run.progress, run.max_steps = progress, max_steps
+        settings = {
+            "method": self.recording.method, "constraints": self.recording.constraints,
+            "rtol": self.recording.rtol, "atol": self.recording.atol, "step": options.get("step"),
+            "t_start": t_start, "t_end": t_end, "redundant": options["redundant"],
+        }  # fmt: skip
+        if recorder is not None:
+            run.recorder = recorder(
+                system=self.system, p=self.system.with_settings(self.recording.p), method=self.recording.method,
+                constraints=self.recording.constraints, rtol=self.recording.rtol, atol=self.recording.atol,
+                options={**options, "t_end": t_end, "at": times, **({} if fps is None else {"fps": fps})},
+            )  # fmt: skip
+            self.copy_past(run.recorder)
+        run.arrays.advance(t_end, 0)
+        prepared = time.perf_counter()
+        run.go()
+        seconds = {"prepare": prepared - began, "compile": 0.0, "run": run.seconds}
+        note = f"resumed at t = {self.t:.9g} s from {self.recording.path.name}"
+        return summarise(run, times, [*options["notes"], note, *run.notes], seconds, settings)
+
+    def copy_past(self, recorder: Any) -> None:
+        """Give a recorder all that lies before the checkpoint."""
+        past, n = self.recording, self.n_frames
+        states, switches = past.states, past.settings.shape[1] > 0
+        events = past.events[: len(self._checkpoint.facts["events"])]
+        if switches:
+            recorder.settings(past.settings[0])
+        recorder.start(past.t[0], states[0])
+        marks = sorted({1, *_changes(past.settings[:n]), *(max(event.frame, 1) for event in events)})
+        for first, end in zip(marks, [*marks[1:], n], strict=True):
+            for event in events:
+                if max(event.frame, 1) == first:
+                    recorder.event(event.name, event.t, energy_change=event.energy_change)
+            if switches and first < n:
+                recorder.settings(past.settings[first])
+            recorder.frames(past.t[first:end], states[first:end])
+        if switches:
+            recorder.settings(self._checkpoint.arrays["settings"][-1])
+        recorder.steps(self._step_log[self._step_log[:, 0] < self.t])
+
+    def _prepare(self, t_start: float, t_end: float, times: list[float], fps: float | None) -> Run:
+        """Return the run in the state of the checkpoint."""
+        recording, facts, n = self.recording, self._checkpoint.facts, self.n_frames
+        method = _method(facts["method"], recording, self.system)
+        grid, shown = frame_times(t_start, t_end, fps)
+        later = grid > self.t
+        frames = np.concatenate([recording.t[:n], grid[later]])
+        p, form = self.system.with_settings(recording.p), self.system
+        settings = self._checkpoint.arrays["settings"]
+        if len(settings):
+            from runtime.contact.forms import form_of
+
+            p[self.system.n_settable :] = settings[-1]
+            form = form_of(self.system, settings[-1])
+        arrays = LoopArrays(
+            form, method, p, t_start, recording.states[0, : self.system.nq + self.system.nv], frame_times=frames,
+            rtol=recording.rtol, atol=recording.atol, step=recording.options.get("step") or 0.0, span=t_end - t_start,
+            energy_level=float(self._checkpoint.arrays["control"][at_index.ENERGY_LEVEL]),
+        )  # fmt: skip
+        inputs = None
+        if recording.inputs_over_time:
+            from runtime.inputs.schedule import InputSchedule
+
+            inputs = InputSchedule(self.system, arrays, method, t_start, t_end)
+        run = Run(
+            self.system, method, arrays, np.append(np.ones(n, dtype=bool), shown[later]),
+            stop_times([t for t in times if t >= t_start], t_start, t_end),
+            fallback=METHODS[facts["fallback"]] if facts["fallback"] else None, inputs=inputs,
+        )  # fmt: skip
+        run.resume(self._checkpoint, recording.states[:n])
+        return run
+
+
+def _method(name: str, recording: Recording, system: System) -> Method:
+    if name not in METHODS:
+        raise RecordingError(
+            f"{recording.path}: was made with method {name!r}, which this version does not have"
+        )
+    treatment = "auto" if recording.constraints == "none" else recording.constraints
+    _, method, _ = choose_constraints(treatment, system, name)
+    return method or METHODS[name]
+
+
+def _driven(system: System, recording: Recording) -> System:
+    if not recording.inputs_over_time:
+        return system
+    from runtime.inputs.recorded import drive_again
+
+    driven, unknown = drive_again(system, recording.inputs_over_time)
+    if unknown:
+        raise RecordingError(f"{recording.path}: the values of {', '.join(unknown)} are not in the recording")
+    return driven
+
+
+def _changes(rows: np.ndarray) -> list[int]:
+    return (np.flatnonzero((rows[1:] != rows[:-1]).any(axis=1)) + 1).tolist()

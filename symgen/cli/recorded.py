@@ -1,0 +1,149 @@
+"""A run and its recording on the command line: the recorder behind it, its time, and how far the run is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from runtime.solution import Solution
+
+_PROGRESS_AFTER = 1.0  # seconds of wall time
+_PROGRESS_EVERY = 0.2
+_BAR = 20
+
+
+def run_recorded(
+    run: Callable[..., Solution], recording: Recorded | None, progress: Progress | None
+) -> Solution:
+    """Call `run(recorder=..., progress=...)` and close the recording, whatever happens."""
+    try:
+        solution = run(recorder=recording and recording.begin, progress=progress)
+    except BaseException:
+        if recording is not None:
+            recording.abort()
+        raise
+    finally:
+        if progress is not None:
+            progress.clear()
+    if recording is not None:
+        recording.finish(solution)
+    return solution
+
+
+class Recorded:
+    """Makes the recorder when the run begins, hands everything on, and counts the seconds that it takes."""
+
+    def __init__(self, path: Path, model: Path | None, module_text: str, model_text: str | None = None):
+        self.path, self._model, self._module_text, self._model_text = path, model, module_text, model_text
+        self._recorder: Any = None
+        self.seconds = self.seconds_in_run = 0.0
+
+    def begin(self, **settings: Any) -> Recorded:
+        """Make the recorder; this is what `solve` calls once the settings are known."""
+        began = time.perf_counter()
+        from runtime.recording.recorder import RunRecorder
+
+        model_text = self._model_text
+        if model_text is None:
+            model_text = self._model.read_text(encoding="utf-8")
+        self._recorder = RunRecorder(
+            self.path,
+            module_text=self._module_text,
+            model_text=model_text,
+            mesh_folder=None if self._model is None else self._model.parent,
+            **settings,
+        )
+        self.seconds += time.perf_counter() - began
+        return self
+
+    def _timed(self, method: str, *arguments: Any, **options: Any) -> None:
+        began = time.perf_counter()
+        getattr(self._recorder, method)(*arguments, **options)
+        took = time.perf_counter() - began
+        self.seconds += took
+        self.seconds_in_run += took
+
+    def start(self, t0: float, state: Any) -> None:
+        self._timed("start", t0, state)
+
+    def frames(self, times: Any, states: Any) -> None:
+        self._timed("frames", times, states)
+
+    def steps(self, step_log: Any) -> None:
+        self._timed("steps", step_log)
+
+    def event(self, name: str, t: float, *, energy_change: float = 0.0) -> None:
+        self._timed("event", name, t, energy_change=energy_change)
+
+    def settings(self, values: Any) -> None:
+        self._timed("settings", values)
+
+    def checkpoint(self, make: Callable[[], bytes], *, final: bool = False) -> None:
+        self._timed("checkpoint", make, final=final)
+
+    def finish(self, solution: Solution) -> None:
+        """Close the recording with what is known at the end."""
+        health = [entry.to_dict() for entry in solution.health]
+        began = time.perf_counter()
+        self._recorder.finish(solution.status, health, solution.stats)
+        self.seconds += time.perf_counter() - began
+
+    def abort(self) -> None:
+        """Close what there is of the recording: it stays readable."""
+        if self._recorder is not None:
+            self._recorder.abort()
+
+
+class Progress:
+    """One line on the terminal: how far the run is, how fast, and how well it keeps its energy; not for short runs."""
+
+    def __init__(self, t_end: float):
+        self._t_end = t_end
+        self._began = self._shown = time.monotonic()
+        self._any = False
+        self._run: Any = None
+
+    def watch(self, run: Any) -> None:
+        """Take the run, to ask it for its energy error."""
+        self._run = run
+        self._began = self._shown = time.monotonic()
+
+    def __call__(self, t: float, steps: int) -> None:
+        now = time.monotonic()
+        if now - self._began < _PROGRESS_AFTER or now - self._shown < _PROGRESS_EVERY:
+            return
+        self._shown, self._any = now, True
+        begin = float(self._run.arrays.frame_times[0]) if self._run is not None else 0.0
+        text = progress_line(
+            t, begin, self._t_end, steps, now - self._began, self._run and self._run.energy_error()
+        )
+        click.echo(f"\r{text}\x1b[K", err=True, nl=False)
+
+    def clear(self) -> None:
+        if self._any:
+            click.echo("\r\x1b[K", err=True, nl=False)
+
+
+def progress_line(
+    t: float, begin: float, end: float, steps: int, seconds: float, energy_error: float | None
+) -> str:
+    """Return how far a run is, in one line.
+
+    Parameters
+    ----------
+    t, begin, end : float [s]
+        Of simulated time.
+    seconds : float [s]
+        Wall time since the run began.
+    energy_error : float or None
+        In parts of the largest energy.
+    """
+    part = min(1.0, max(0.0, (t - begin) / (end - begin)))
+    bar = ("#" * round(_BAR * part)).ljust(_BAR, ".")
+    line = f"[{bar}] {part:4.0%}  t = {t:.6g} of {end:g} s, {(t - begin) / seconds:.3g} x real time, {steps} steps"
+    return line if energy_error is None else f"{line}, energy error {energy_error:.1e}"

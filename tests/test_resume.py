@@ -1,0 +1,198 @@
+"""A run that was stopped goes on bit for bit as if it had not been: every family of methods, and the command line."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from runtime.checkpoint import Checkpoint, CheckpointError
+from runtime.errors import RuntimeModelError
+from runtime.recording.errors import RecordingError
+from runtime.recording.reader import read_checkpoint, read_recording
+from runtime.recording.recorder import RunRecorder
+from runtime.recording.resume import Resumed
+from runtime.recording.verify import verify
+from runtime.solve import solve
+from runtime.system import load
+from symgen.cli import main
+
+ROOT = Path(__file__).resolve().parents[1]
+FAMILIES = {
+    "explicit": ("double_pendulum", {"method": "dopri5"}),
+    "taylor": ("double_pendulum", {"method": "taylor"}),
+    "bdf": ("double_pendulum", {"method": "bdf"}),
+    "radau": ("double_pendulum", {"method": "radau5"}),
+    "rosenbrock": ("double_pendulum", {"method": "rodas5p"}),
+    "gauss": ("double_pendulum", {"method": "gauss8"}),
+    "one stage": ("double_pendulum", {"method": "implicit_midpoint"}),
+    "alpha": ("double_pendulum", {"method": "generalized_alpha"}),
+    "symplectic": ("pendulum", {"method": "verlet"}),
+    "composition": ("pendulum", {"method": "verlet4"}),
+    "constraints": ("pendulum_dae", {"method": "dop853"}),
+    "stabilised": ("pendulum_dae", {"method": "dop853", "constraints": "baumgarte"}),
+    "partition": ("pendulum_dae", {"method": "dop853", "constraints": "partition"}),
+    "quaternions": ("free_rigid_body", {"method": "dop853"}),
+    "resets": ("bouncing_ball", {"method": "dopri5"}),
+    "friction": ("stick_slip", {"method": "dop853"}),
+    "stop": ("door_stop", {"method": "dop853"}),
+    "input tables": ("rough_road", {"method": "dop853"}),
+}
+
+
+def record(path, name, begin):
+    """Run and record: `begin(recorder=…)` makes the solution of a bundled model."""
+    text = (ROOT / "generated" / f"{name}.py").read_text(encoding="utf-8")
+    made = []
+
+    def recorder(**settings):
+        made.append(RunRecorder(path, module_text=text, model_text="", **settings))
+        return made[0]
+
+    solution = begin(recorder=recorder)
+    made[0].finish(solution.status, [check.to_dict() for check in solution.health], solution.stats)
+    return solution
+
+
+def bundled(name):
+    return load((ROOT / "generated" / f"{name}.py").read_text(encoding="utf-8"))
+
+
+def assert_same_recording(path, other):
+    first, second = read_recording(path), read_recording(other)
+    assert first.t.tobytes() == second.t.tobytes()
+    assert first.states.tobytes() == second.states.tobytes()
+    assert first.sha256 == second.sha256 == second.state_sha256()
+    assert first.events == second.events
+    np.testing.assert_array_equal(first.energy, second.energy)
+
+
+@pytest.mark.parametrize(("name", "options"), FAMILIES.values(), ids=FAMILIES)
+def test_a_stopped_run_goes_on_bit_for_bit(tmp_path, name, options):
+    whole, first, rest = (tmp_path / f"{part}.rrd" for part in ("whole", "first", "rest"))
+    t_end = {
+        "stick_slip": 3.0,
+        "bouncing_ball": 1.5,
+        "door_stop": 2.0,
+        "rough_road": 2.0,
+        "free_rigid_body": 3.0,
+    }.get(name, 0.5)
+    a = record(whole, name, lambda **more: solve(bundled(name), t_end, at=[0.2, 0.4], **options, **more))
+    few = max(1, int(0.6 * a.stats["steps"]))
+    b = record(
+        first,
+        name,
+        lambda **more: solve(bundled(name), t_end, at=[0.2, 0.4], max_steps=few, **options, **more),
+    )
+    assert b.t[-1] < a.t[-1]
+    c = record(rest, name, Resumed(first).run)
+    assert_same_recording(whole, rest)
+    assert c.stats == a.stats and c.energy.max_error == a.energy.max_error
+    assert [sample.t for sample in c.samples] == [sample.t for sample in a.samples]
+    for mine, other in zip(a.samples, c.samples, strict=True):
+        np.testing.assert_array_equal(mine.q, other.q)
+
+
+def test_a_finished_run_goes_on_as_if_its_end_had_been_a_stop(tmp_path):
+    whole, first, rest = (tmp_path / f"{part}.rrd" for part in ("whole", "first", "rest"))
+    options = {"method": "dopri5", "fps": 50}
+    record(
+        whole,
+        "double_pendulum",
+        lambda **more: solve(bundled("double_pendulum"), 10.0, at=[5.0], **options, **more),
+    )
+    record(first, "double_pendulum", lambda **more: solve(bundled("double_pendulum"), 5.0, **options, **more))
+    record(rest, "double_pendulum", lambda **more: Resumed(first).run(10.0, **more))
+    assert_same_recording(whole, rest)
+    assert verify(rest).ok
+
+
+def test_what_cannot_go_on_is_refused(tmp_path):
+    path = tmp_path / "run.rrd"
+    record(path, "pendulum", lambda **more: solve(bundled("pendulum"), 1.0, method="dopri5", **more))
+    with pytest.raises(RuntimeModelError, match="give a later t_end than 1 s"):
+        Resumed(path).run()
+    with pytest.raises(RuntimeModelError, match=r"at: 0.5 s lies before t = 1 s"):
+        Resumed(path).run(2.0, at=[0.5])
+    solve(bundled("pendulum"), 1.0, method="dopri5").save(path)
+    with pytest.raises(RecordingError, match="holds no checkpoint"):
+        Resumed(path)
+
+
+def test_a_damaged_checkpoint_is_refused(tmp_path):
+    path = tmp_path / "run.rrd"
+    record(path, "pendulum", lambda **more: solve(bundled("pendulum"), 1.0, method="dopri5", **more))
+    checkpoint, _ = read_checkpoint(path)
+    content = checkpoint.to_bytes()
+    again = Checkpoint.from_bytes(content)
+    assert again.facts == checkpoint.facts and again.arrays.keys() == checkpoint.arrays.keys()
+    for place in (0, 40, len(content) // 2, len(content) - 1):
+        damaged = bytearray(content)
+        damaged[place] ^= 1
+        with pytest.raises(CheckpointError, match="damaged"):
+            Checkpoint.from_bytes(bytes(damaged))
+
+
+# By the command line
+
+_OPTIONS = ("--method", "dopri5", "--rtol", "1e-10", "--fps", "20")
+
+
+def symgen(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no kill -9 here")
+@pytest.mark.parametrize("number", ["SIGKILL", "SIGINT"])
+def test_a_killed_run_goes_on_from_its_recording(tmp_path, number):
+    whole, cut = tmp_path / "whole.rrd", tmp_path / "cut.rrd"
+    code = "import sys; from symgen.cli import main; main(sys.argv[1:])"
+    command = ["run", "double_pendulum", "--t-end", "2000", *_OPTIONS, "--log", str(cut), "--quiet"]
+    process = subprocess.Popen([sys.executable, "-c", code, *command], stderr=subprocess.DEVNULL)
+    end = time.monotonic() + 100
+    while (
+        time.monotonic() < end
+        and process.poll() is None
+        and not (cut.exists() and cut.stat().st_size > 1_000_000)
+    ):
+        time.sleep(0.02)
+    os.kill(process.pid, getattr(signal, number))
+    process.wait(100)
+    before = read_recording(cut)
+    if before.status == "success":
+        pytest.skip("the run was over before it could be killed")
+    t_end = Resumed(cut).t + 5.0
+    assert symgen("run", "--resume", cut, "--t-end", t_end).exit_code == 0
+    assert symgen("run", "double_pendulum", "--t-end", t_end, *_OPTIONS, "--log", whole).exit_code == 0
+    first, second = read_recording(whole), read_recording(cut)
+    assert second.complete and second.t[-1] == t_end
+    assert first.t.tobytes() == second.t.tobytes() and first.states.tobytes() == second.states.tobytes()
+    assert not (tmp_path / "cut.resumed.rrd").exists()
+
+
+def test_other_settings_are_refused_by_name(tmp_path):
+    path = tmp_path / "run.rrd"
+    run = symgen("run", "pendulum", "--t-end", 1, *_OPTIONS, "--log", path, "--quiet")
+    assert run.exit_code == 0, run.output
+    for options, says in (
+        (("--rtol", "1e-6"), "--rtol 1e-06: the run to resume has 1e-10"),
+        (("--method", "dop853"), "--method dop853: the run to resume has dopri5"),
+        (("--set", "g=3"), "--set g: the run to resume has 9.81"),
+        (("--start", "theta=1"), "--start: a resumed run goes on as it was"),
+        (("--step", "0.1"), "no fixed step"),
+    ):
+        refused = symgen("run", "--resume", path, "--t-end", 2, *options)
+        assert refused.exit_code == 2 and says in refused.output.replace("\n", " "), refused.output
+    other = symgen("run", "double_pendulum", "--resume", path, "--t-end", 2)
+    assert other.exit_code == 2 and "is not the model of" in other.output
+    assert (
+        symgen("run", "pendulum", "--resume", path, "--t-end", 2, "--set", "g=9.81", "--quiet").exit_code == 0
+    )
+    assert read_recording(path).t[-1] == 2.0
