@@ -139,6 +139,54 @@ def test_rejected_and_tiny_steps(swing):
     assert objections(_altered(swing, step_log=log)) == ["step size"]
 
 
+def test_constraints_that_nearly_depend_on_each_other_are_told(swing):
+    found = {entry.check: entry for entry in check(_altered(swing, min_pivot_ratio=1e-5))}
+    assert found["rank"].ok and "'rod'" in found["rank"].says
+    assert "rank" not in {entry.check for entry in check(swing)}
+
+
+def test_blow_up_says_when_and_what(swing):
+    v = swing.v.copy()
+    v[80:, 1] *= 1e4
+    v[120:, 0] = np.inf
+    energy = replace(swing.energy, max_error=np.nan)
+    run = _altered(swing, v=v, energy=energy, status="failed", message="It stopped.", method="rk4", step=0.01)
+    entry = next(entry for entry in check(run) if entry.check == "blow-up")
+    assert "dot(y) outgrew its size at the start of the run" in entry.says
+    assert f"t = {swing.t[80]:.6g} s" in entry.says and "below the limit of stability" in entry.says
+
+
+def test_events_that_were_passed_by():
+    run = solve(load(FIXTURES / "oscillator.py"), 3.0, method="dop853")
+    assert run.events and "missed events" not in objections(run)
+    first = next(event for event in run.events if event.action == "record")
+    forgotten = _altered(run, events=[event for event in run.events if event is not first])
+    found = {entry.check: entry for entry in check(forgotten)}["missed events"]
+    assert not found.ok and found.value == 1.0 and repr(first.name) in found.says
+
+
+def test_poles_that_fixed_steps_went_across():
+    from tests.stress.models import point
+
+    run = solve(point("pole", "1/(0.47 - t)"), 1.0, method="gauss4")
+    found = {entry.check: entry for entry in run.health}["poles"]
+    assert run.status == "success" and not found.ok
+    assert "dot(x) becomes infinite at t = 0.47 s" in found.says
+    # Signs that change otherwise: by way of zero, and at once.
+    for force in ("-x", "-x/sqrt(x^2)"):
+        run = solve(point("no_pole", force, 1.0), 4.0, method="gauss4")
+        assert "poles" not in objections(run)
+
+
+def test_stability_names_what_is_stiff():
+    from tests.trust.models import bundled
+
+    run = bundled("stiff_bushing_pendulum").run(t_end=0.1, method="rk4", step=1e-3)
+    found = {entry.check: entry for entry in run.health}
+    assert "stiffness of the bushing" in found["stability"].says
+    assert found["stability"].value == pytest.approx(1e-3 / (2.95 / 2e4), rel=0.3)  # rk4, damping ratio 0.1
+
+
 @pytest.mark.parametrize("status", ["failed", "zeno", "interrupted"])
 def test_irregular_end(swing, status):
     found = check(_altered(swing, status=status, message="It stopped."))

@@ -8,30 +8,49 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.checks.stability import stable_step
+from runtime.checks.advice_text import advice_lines
+from runtime.checks.cost import Cost, fixed_step_cost, run_cost, seconds_per_evaluation
+from runtime.checks.mode_origin import Origin, fastest_origin
+from runtime.checks.stability import EXPLICIT_METHODS, damping_ratio, stable_radius, stable_step
 from runtime.checks.time_scales import TimeScales, time_scales
-from runtime.choose import choose_method
 from runtime.integrate.methods import METHODS, Method
 
 if TYPE_CHECKING:
+    from runtime.checks.choice import Choice
     from runtime.solution import Solution
     from runtime.system import System
 
+STEPS_PER_PERIOD = 50
 _STATES = 20
 _SHORT_RUN_STEPS = 2000
-# By order: an error of about 1e-3 per radian or better.
-_STEPS_PER_PERIOD = {1: 1000, 2: 100, 4: 40, 8: 20, 14: 12}
 _SAFETY = 0.5  # of the stability limit
+_TURNS_FAST = 2.0  # times the fastest eigenvalue: an oscillation's own rate stays below
+_SLOWEST = (
+    1e-3  # of the fastest: eigenvalues below are round-off of the zeros of constraints and free motions
+)
+
+
+@dataclass(frozen=True)
+class StabilityLimit:
+    """The longest stable steps of an explicit method on the fastest motion [s].
+
+    `undamped` is what it would be without damping; 0 where no step is stable.
+    """
+
+    method: str
+    undamped: float
+    damped: float
 
 
 @dataclass(frozen=True)
 class FixedStep:
-    """A fixed-step method: the step to take, the limit of stability (infinite if there is none) [s], why."""
+    """A method of fixed step: the step, the limit of stability (infinite if there is none) [s], why, what it costs."""
 
     method: str
     step: float
     stable: float
     reason: str
+    cost: Cost
 
 
 @dataclass(frozen=True)
@@ -42,139 +61,221 @@ class Advice:
     ----------
     n_states : int
         How many states were looked at.
-    t_seen : float [s]
-        Up to when.
+    t_first, t_seen, t_end : float [s]
+        From when, up to when; the end of the run that is asked for.
     fastest, t_fastest : float
         Largest rate of the linearised motion [1/s], and when.
-    decay, motion : float
-        Fastest decay, and fastest other motion [1/s].
+    damping_ratio : float
+        Of that motion: 0 undamped, 1 a decay without oscillation.
+    decay, motion, turning : float
+        Fastest decay, fastest other motion, and fastest turn of an angle or body [1/s].
+    slowest : float
+        Slowest motion at the state of the fastest, at least one per run [1/s].
+    origin : Origin or None
+        What the fastest motion belongs to.
+    steps_per_period : int
+    rule_step : float [s]
+        Fastest period over `steps_per_period`; infinite where nothing moves by itself.
+    limits : tuple of StabilityLimit
     method, reason : str
         The recommendation.
+    constraints, constraints_reason : str
+        How constraints are treated best; "none" without constraints.
+    rtol : float
+    cost : Cost
+        Of the recommended method, as far as the short run tells.
+    evaluation : float [s]
+        Measured time of one evaluation of `rhs`.
     fixed_steps : tuple of FixedStep
         For users who want a fixed step.
+    choice : Choice or None
+        What is to be said about the method and step of the user's choice.
     """
 
     n_states: int
+    t_first: float
     t_seen: float
+    t_end: float
     fastest: float
     t_fastest: float
+    damping_ratio: float
     decay: float
     motion: float
+    turning: float
+    slowest: float
+    origin: Origin | None
+    steps_per_period: int
+    rule_step: float
+    limits: tuple[StabilityLimit, ...]
     method: str
     reason: str
+    constraints: str
+    constraints_reason: str
+    rtol: float
+    cost: Cost
+    evaluation: float
     fixed_steps: tuple[FixedStep, ...]
+    choice: Choice | None = None
+
+    @property
+    def rate(self) -> float:
+        """The rate that a step has to follow [1/s]: the fastest motion, or a turn much faster than that."""
+        return self.turning if self.turning > _TURNS_FAST * self.fastest else self.fastest
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """Fastest over slowest motion."""
+        return self.fastest / self.slowest if self.slowest > 0.0 else 1.0
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is nothing against the user's choice."""
+        return self.choice is None or self.choice.ok
 
     def to_dict(self) -> dict[str, Any]:
         """Return the advice as a dictionary."""
-        return asdict(self)
+        data = asdict(self) | {"stiffness_ratio": self.stiffness_ratio}
+        if self.origin is not None:
+            value = self.origin.eigenvalue
+            data["origin"] |= {"eigenvalue": [value.real, value.imag], "says": self.origin.says()}
+        return data
 
     def lines(self) -> list[str]:
         """Return the advice as lines of text."""
-        if self.fastest <= 0.0:
-            scale = "nothing moves by itself: any step is stable"
-        else:
-            period = 2.0 * np.pi / self.fastest
-            scale = (
-                f"{1.0 / self.fastest:.3g} s, a period of {period:.3g} s (rate {self.fastest:.4g} 1/s at "
-                f"t = {self.t_fastest:.4g} s)"
-            )
-        lines = [f"fastest time scale: {scale}"]
-        if self.decay > 0.0:
-            lines.append(f"fastest decay: {self.decay:.4g} 1/s, fastest other motion: {self.motion:.4g} 1/s")
-        lines.append(f"recommended method: {self.method}, because {self.reason}")
-        if not METHODS[self.method].adaptive:
-            return [*lines, *self._fixed()]
-        return [
-            *lines,
-            "recommended step: none to choose, the method adapts it; with a fixed step instead:",
-            *self._fixed(),
-        ]
-
-    def _fixed(self) -> list[str]:
-        lines = []
-        for entry in self.fixed_steps:
-            limit = (
-                f"stable up to {entry.stable:.3g} s" if np.isfinite(entry.stable) else "no stability limit"
-            )
-            lines.append(f"  {entry.method}: step {entry.step:.3g} s, {limit}; {entry.reason}")
-        return lines
+        return advice_lines(self)
 
 
-def advise(system: System, arguments: Mapping[str, Any]) -> Advice:
+def advise(
+    system: System,
+    arguments: Mapping[str, Any],
+    *,
+    steps_per_period: int | None = None,
+    chosen: tuple[str, float | None] | None = None,
+) -> Advice:
     """Look at a model's time scales and say what suits it.
 
     Parameters
     ----------
     system : System
     arguments : mapping
-        As `runtime.solve.solve` takes them.
+        As `runtime.solve.solve` takes them; its `method` and `step` do not matter.
+    steps_per_period : int, optional
+        Of the rule h = T / N; 50 by default.
+    chosen : tuple of str and float or None, optional
+        Method and step [s] of the user's choice, to be checked.
     """
     run = _short_run(system, arguments)
+    system = run.system  # with its inputs over time
     rows = np.unique(np.linspace(0, len(run.t) - 1, _STATES).astype(int))
     scales = [time_scales(system, run.p, run.t[i], run.q[i], run.v[i]) for i in rows]
-    fastest = int(np.argmax([scale.fastest for scale in scales]))
-    decay = max(scale.decay for scale in scales)
+    which = int(np.argmax([scale.fastest for scale in scales]))
+    worst, row = scales[which], rows[which]
+    # What runs of such length last, whatever ended this one.
+    span = float(run.t_end - run.t_start)
+    evaluation = seconds_per_evaluation(run)
+    n = steps_per_period or STEPS_PER_PERIOD
+    turning = max(scale.turning for scale in scales)
+    rate = turning if turning > _TURNS_FAST * worst.fastest else worst.fastest
     motion = max(scale.motion for scale in scales)
-    method, notes = choose_method(
-        "auto",
-        system,
-        run.p,
-        float(run.t[0]),
-        run.states[0],
-        float(arguments["t_end"]),
-        arguments["rtol"],
-        arguments["atol"],
-    )
-    worst = replace(scales[fastest], decay=decay, motion=motion)
-    return Advice(
+    advice = Advice(
         n_states=len(rows),
+        t_first=float(run.t_start),
         t_seen=float(run.t[-1]),
+        t_end=float(run.t_end),
         fastest=worst.fastest,
-        t_fastest=float(run.t[rows[fastest]]),
-        decay=decay,
+        t_fastest=float(run.t[row]),
+        damping_ratio=_damping_of_fastest(worst),
+        decay=max(scale.decay for scale in scales),
         motion=motion,
-        method=method.name,
-        reason=_reason(notes, method.name),
-        fixed_steps=tuple(_fixed_steps(system, worst, float(arguments["t_end"]))),
+        turning=turning,
+        slowest=_slowest(worst, span),
+        origin=fastest_origin(system, run.p, run.t[row], run.q[row], run.v[row]),
+        steps_per_period=n,
+        rule_step=2.0 * np.pi / rate / n if rate > 0.0 else np.inf,
+        limits=tuple(_limits(system, worst)),
+        method=run.method,
+        reason=_reason(run),
+        constraints=run.constraints,
+        constraints_reason=_constraints_reason(run),
+        rtol=run.rtol,
+        cost=run_cost(run, span),
+        evaluation=evaluation,
+        fixed_steps=tuple(_fixed_steps(system, scales, rate, motion, span, steps_per_period, evaluation)),
     )
+    if chosen is None:
+        return advice
+    from runtime.checks.choice import judge_choice
+
+    return replace(advice, choice=judge_choice(system, advice, scales, *chosen, run, steps_per_period))
 
 
 def _short_run(system: System, arguments: Mapping[str, Any]) -> Solution:
     from runtime.solve import solve
 
     # A run that fails, or is cut short, has states to look at, too.
-    settings = {**arguments, "method": "dop853", "step": None, "at": (), "fps": None}
-    return solve(system, max_steps=_SHORT_RUN_STEPS, **settings)
+    settings = {**arguments, "method": "auto", "step": None, "constraints": "auto", "at": (), "fps": None}
+    n_subsystems = sum(len(kind["rates"]) for kind in system.subsystems)
+    return solve(system, max_steps=_SHORT_RUN_STEPS * max(1, n_subsystems), **settings)
 
 
-def _reason(notes: list[str], method: str) -> str:
-    text = notes[0].partition(f"{method}, ")[2] if notes else ""
+def _damping_of_fastest(scales: TimeScales) -> float:
+    if not len(scales.eigenvalues):
+        return 0.0
+    return damping_ratio(complex(scales.eigenvalues[np.argmax(np.abs(scales.eigenvalues))]))
+
+
+def _slowest(scales: TimeScales, span: float) -> float:
+    magnitudes = np.abs(scales.eigenvalues)
+    magnitudes = magnitudes[magnitudes > max(_SLOWEST * 1e-3 * scales.fastest, 1.0 / span)]
+    return float(magnitudes.min(initial=scales.fastest)) if scales.fastest > 0.0 else 1.0 / span
+
+
+def _reason(run: Solution) -> str:
+    chosen = [note for note in run.notes if note.startswith(f"method auto: {run.method}")]
+    text = chosen[-1].partition(f"{run.method}, ")[2] if chosen else ""
     return text.removeprefix("because ").removeprefix("although ") or "it is the default"
 
 
-def _fixed_steps(system: System, scales: TimeScales, t_end: float):
+def _constraints_reason(run: Solution) -> str:
+    return next(
+        (note.partition(", which ")[2] for note in run.notes if note.startswith("constraints auto")), ""
+    )
+
+
+def _limits(system: System, scales: TimeScales):
+    if scales.fastest <= 0.0:
+        return
+    for name in EXPLICIT_METHODS:
+        if _suits(METHODS[name], system):
+            undamped = stable_radius(METHODS[name]) / scales.fastest
+            yield StabilityLimit(name, undamped, stable_step(METHODS[name], scales.eigenvalues))
+
+
+def _suits(method: Method, system: System) -> bool:
+    return (system.nq == system.nv or not method.needs_plain_rates) and not method.refusal(system)
+
+
+def _fixed_steps(
+    system: System, scales: list[TimeScales], rate, motion, span: float, n: int | None, evaluation: float
+):
     for method in METHODS.values():
         if (
-            not method.adaptive
-            and method.name != "euler"
-            and (system.nq == system.nv or not method.needs_plain_rates)
-            and not method.refusal(system)
+            method.adaptive
+            or method.name == "euler"
+            or method.form != "projection"
+            or not _suits(method, system)
         ):
-            yield _fixed_step(method, scales, t_end)
+            continue
+        stable = min(stable_step(method, scale.eigenvalues) for scale in scales)
+        per_period = n or min(STEPS_PER_PERIOD, method.steps_per_period)  # high orders need fewer
+        step, reason = _step(motion if method.stiff else rate, stable, span, per_period)
+        yield FixedStep(method.name, step, stable, reason, fixed_step_cost(method, span / step, evaluation))
 
 
-def _fixed_step(method: Method, scales: TimeScales, t_end: float) -> FixedStep:
-    rate = scales.motion if method.stiff else scales.fastest
-    stable = stable_step(method, scales.fastest)
+def _step(rate: float, stable: float, span: float, n: int) -> tuple[float, str]:
     if rate <= 0.0:
-        return FixedStep(
-            method.name, t_end / 100.0, stable, "a hundredth of the run, as there is no time scale"
-        )
-    order = max(order for order in _STEPS_PER_PERIOD if order <= method.order)
-    per_period = _STEPS_PER_PERIOD[order]
-    step = 2.0 * np.pi / rate / per_period
+        return span / 100.0, "a hundredth of the run, as there is no time scale"
+    step = 2.0 * np.pi / rate / n
     if _SAFETY * stable < step:
-        return FixedStep(method.name, _SAFETY * stable, stable, f"{_SAFETY:g} of the stability limit")
-    return FixedStep(
-        method.name, step, stable, f"{per_period} steps in the fastest period, for order {method.order}"
-    )
+        return _SAFETY * stable, f"{_SAFETY:g} of the stability limit"
+    return step, f"{n} steps in the fastest period"

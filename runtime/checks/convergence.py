@@ -169,7 +169,7 @@ def _levels(runs: list[Solution], quantity: str) -> tuple[Level, ...]:
                 steps=run.stats["steps"],
                 difference=differences[i] if i < len(differences) else None,
                 order=order,
-                energy_error=run.energy.max_error,
+                energy_error=run.energy.unscaled_error,
                 position_residual=run.constraint_residual.max_position,
                 velocity_residual=run.constraint_residual.max_velocity,
                 times=run.t,

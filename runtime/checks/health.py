@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.stability import stable_radius
+from runtime.checks.choice import least_steps_per_period
+from runtime.checks.entry import HealthCheck, limited
+from runtime.checks.stability import stable_radius, stable_step
 from runtime.constraints.drift import constraint_drift
+from runtime.constraints.levels import Constraints
 from runtime.failures import state_names
 from runtime.integrate.methods import Method, find_method
 from runtime.positions import Positions
@@ -23,40 +25,15 @@ _FIXED_STEP_ENERGY = {"low order": 1e-2, "high order": 1e-3}
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
 _FIXED_STEP_DRIFT = 1e-6
 _QUATERNION_LENGTH = 1e-12
-_MOST_REJECTED = 0.8
+MOST_REJECTED = 0.8
 _TINY_STEP = 64 * np.finfo(float).eps
 _MOST_TINY = 0.05  # part of the steps; events and stop times cut some steps short
-_STEPS_PER_PERIOD = 20.0
 _STATES_FOR_TIME_SCALES = 5
 _LARGEST_FOR_TIME_SCALES = 400  # states; eigenvalues cost their cube
+ACCURATE_RTOL = 1e-6  # tighter tolerances need no estimate of the error at the end
+_NEAR_DEPENDENCE = 1e-3  # ratio of pivots
+_SYMPTOMS = ("energy", "rejected steps")  # of what an estimate of the error may explain
 _REGULAR_ENDS = ("success", "terminated")
-
-
-@dataclass(frozen=True)
-class HealthCheck:
-    """One check of a run.
-
-    Attributes
-    ----------
-    check : str
-        What was checked.
-    ok : bool
-        False: the result is not to be trusted.
-    value, limit : float
-        What was found, and where the limit lies.
-    says : str
-        One sentence: what this means and, where it is not ok, one thing to do.
-    """
-
-    check: str
-    ok: bool
-    value: float
-    limit: float
-    says: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the check as a dictionary."""
-        return asdict(self)
 
 
 def check(solution: Solution) -> list[HealthCheck]:
@@ -71,21 +48,60 @@ def check(solution: Solution) -> list[HealthCheck]:
     * quaternions: their lengths 1e-12 from 1, as every state is scaled to that.
     * steps: at most 80 % rejected, at most 5 % at the limit of floating-point time.
     * resolution (fixed step): at least 20 steps in the fastest period, and inside the region of stability.
+    * rank: constraints that come to depend on each other on the way are reported, with when and which.
+    * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
+    * missed events, jacobian (Newton's iterations had trouble), stiffness (explicit methods, many steps), negative
+      damping and stiffness, poles (fixed steps), accuracy (fixed steps, and rtol above 1e-6): each in its own file.
     """
-    found = [_status(solution), _finite(solution)]
-    if not found[1].ok:
-        return found
     method = find_method(solution.method)
+    found = [_status(solution), _finite(solution)]
+    if solution.status == "failed" or not found[1].ok:
+        from runtime.checks.blow_up import blow_up
+
+        found += blow_up(solution, method)
+    if not found[1].ok:
+        return found + ([] if method.adaptive else list(_resolution(solution, method)))
     found.append(_energy(solution, method))
     if solution.system.m:
-        found += _constraints(solution, method)
+        found += [*_constraints(solution, method), *_rank(solution)]
     if solution.system.quaternions:
         found.append(_quaternions(solution))
-    if method.adaptive:
-        found += _steps(solution)
-    else:
-        found += _resolution(solution, method)
-    return found
+    found += _steps(solution) if method.adaptive else _resolution(solution, method)
+    return found + list(_further(solution, method, found))
+
+
+def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> Iterator[HealthCheck]:
+    """Yield the checks that most runs give no cause for; each is imported where there is one."""
+    if solution.system.events:
+        from runtime.checks.missed_events import missed_events
+
+        yield from missed_events(solution)
+    if "residual_jacobian" in method.kernels:
+        from runtime.checks.jacobian import jacobian
+
+        yield from jacobian(solution, method)
+    if method.adaptive and not method.stiff:
+        from runtime.checks.stiffness import stiffness
+
+        yield from stiffness(solution, method)
+    if solution.parts is not None:
+        from runtime.checks.subsystems import subsystems
+
+        yield from subsystems(solution, method)
+    if not method.adaptive:
+        from runtime.checks.poles import poles
+
+        yield from poles(solution, method)
+    from runtime.checks.wrong_signs import wrong_signs
+
+    yield from wrong_signs(solution)
+    # What has failed, or is known to be unstable or unresolved, needs no estimate of its error.
+    if all(entry.ok or entry.check in _SYMPTOMS for entry in found) and (
+        not method.adaptive or solution.rtol > ACCURATE_RTOL
+    ):
+        from runtime.checks.accuracy import accuracy
+
+        yield from accuracy(solution, method)
 
 
 def _status(solution: Solution) -> HealthCheck:
@@ -95,7 +111,7 @@ def _status(solution: Solution) -> HealthCheck:
 
 
 def _finite(solution: Solution) -> HealthCheck:
-    states = np.hstack([solution.q, solution.v])
+    states = solution.states
     bad = np.flatnonzero(~np.isfinite(states).all(axis=1))
     if not bad.size:
         return HealthCheck("finite", True, 0.0, 0.0, "all numbers are finite")
@@ -103,12 +119,6 @@ def _finite(solution: Solution) -> HealthCheck:
     name = state_names(solution.system)[column]
     says = f"{name} is not finite from t = {solution.t[bad[0]]:.9g} s on; take smaller steps"
     return HealthCheck("finite", False, float(bad.size), 0.0, says)
-
-
-def _limited(name: str, value: float, limit: float, fine: str, objection: str) -> HealthCheck:
-    # Written so that NaN is not ok.
-    ok = bool(value <= limit)
-    return HealthCheck(name, ok, float(value), float(limit), fine if ok else objection)
 
 
 def energy_limit(method: Method, rtol: float) -> float:
@@ -119,14 +129,16 @@ def energy_limit(method: Method, rtol: float) -> float:
 
 
 def _energy(solution: Solution, method: Method) -> HealthCheck:
-    value, limit = solution.energy.max_error, energy_limit(method, solution.rtol)
+    value, limit = solution.energy.unscaled_error, energy_limit(method, solution.rtol)
     found = f"the energy balance is off by {value:.2g} of the largest energy"
+    if solution.energy.taken > solution.energy.max_error:
+        found = f"without energy scaling, {found.replace('is off', 'would be off')}"
     remedy = (
         f"a smaller rtol than {solution.rtol:g}"
         if method.adaptive
         else f"a smaller step than {solution.step:g} s"
     )
-    return _limited("energy", value, limit, found, f"{found}, more than {limit:.2g}: try {remedy}")
+    return limited("energy", value, limit, found, f"{found}, more than {limit:.2g}: try {remedy}")
 
 
 def _constraints(solution: Solution, method: Method) -> Iterator[HealthCheck]:
@@ -140,11 +152,31 @@ def _constraints(solution: Solution, method: Method) -> Iterator[HealthCheck]:
             f"constraint {drift.name!r} is off by {drift.relative:.2g} of its scale at t = {drift.t:.6g} s"
         )
         objection = f"{found}, more than {limit:.2g}: use `constraints = projection`, or smaller steps"
-        yield _limited(f"constraint {level}", drift.relative, limit, f"at most, {found}", objection)
+        yield limited(f"constraint {level}", drift.relative, limit, f"at most, {found}", objection)
     if solution.redundant:
         names = ", ".join(solution.redundant)
         says = f"{names}: multipliers are not unique, the minimum-norm ones are given"
         yield HealthCheck("redundant constraints", True, float(len(solution.redundant)), 0.0, says)
+
+
+def _rank(solution: Solution) -> Iterator[HealthCheck]:
+    """Report where constraints came near to depending on each other, and which one does."""
+    if solution.redundant or not solution.min_pivot_ratio < _NEAR_DEPENDENCE or solution.forms is not None:
+        return
+    from runtime.batches import evaluate
+
+    system = solution.system
+    pivots = evaluate(system, "rhs", solution.p, solution.t, solution.states)[:, -1]
+    frame = int(np.argmin(np.where(np.isnan(pivots), -1.0, pivots)))
+    here = Constraints(system, solution.p, float(solution.t[frame]))
+    rows = here.jacobian(solution.q[frame], solution.v[frame])
+    rows = rows / np.maximum(np.linalg.norm(rows, axis=1), 1e-300)[:, None]
+    name = here.names[int(np.argmax(np.abs(np.linalg.svd(rows)[0][:, -1])))]
+    says = (
+        f"constraint {name!r} nearly follows from the others at about t = {solution.t[frame]:.6g} s (ratio of pivots "
+        f"{solution.min_pivot_ratio:.2g}): a dead or change point, where the motion may go on in several ways"
+    )
+    yield HealthCheck("rank", True, float(solution.min_pivot_ratio), _NEAR_DEPENDENCE, says)
 
 
 def _quaternions(solution: Solution) -> HealthCheck:
@@ -154,7 +186,7 @@ def _quaternions(solution: Solution) -> HealthCheck:
     value, t = float(off[frame, which]), solution.t[frame]
     found = f"the length of the quaternion of {name} is off 1 by {value:.2g} at t = {t:.6g} s"
     objection = f"{found}: its body is distorted; start from a quaternion of unit length"
-    return _limited("quaternions", value, _QUATERNION_LENGTH, f"at most, {found}", objection)
+    return limited("quaternions", value, _QUATERNION_LENGTH, f"at most, {found}", objection)
 
 
 def _steps(solution: Solution) -> Iterator[HealthCheck]:
@@ -162,7 +194,7 @@ def _steps(solution: Solution) -> Iterator[HealthCheck]:
     ratio = rejected / max(taken + rejected, 1)
     found = f"{rejected} of {taken + rejected} steps were rejected"
     objection = f"{found}: a discontinuity or noise in the forces defeats the error control; make it an event"
-    yield _limited("rejected steps", ratio, _MOST_REJECTED, found, objection)
+    yield limited("rejected steps", ratio, MOST_REJECTED, found, objection)
     if not len(solution.step_log):
         return
     t, h = solution.step_log[:, 0], solution.step_log[:, 1]
@@ -171,7 +203,7 @@ def _steps(solution: Solution) -> Iterator[HealthCheck]:
     objection = (
         f"{found}: {tiny:.0%} of them can be told from zero only just; rtol may be too small for this model"
     )
-    yield _limited("step size", tiny, _MOST_TINY, found, objection)
+    yield limited("step size", tiny, _MOST_TINY, found, objection)
 
 
 def _resolution(solution: Solution, method: Method) -> Iterator[HealthCheck]:
@@ -184,21 +216,48 @@ def _resolution(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         return
     period = 2.0 * np.pi / fastest
     found = f"{period / h:.3g} steps in the fastest period, which is {period:.3g} s"
-    needed = min(_STEPS_PER_PERIOD, 0.7 * method.steps_per_period)
+    needed = least_steps_per_period(method)
     ok = bool(period / h >= needed)
     objection = f"only {found}: take a step of at most {period / needed:.2g} s"
     yield HealthCheck("resolution", ok, float(period / h), needed, found if ok else objection)
-    radius = stable_radius(method)
-    if radius is not None:
-        found = f"step times fastest rate is {h * fastest:.3g}, stable up to {radius:g}"
-        objection = f"{found}: unstable; take a step below {radius / fastest:.2g} s, or an implicit method"
-        yield _limited("stability", h * fastest, radius, found, objection)
+    if stable_radius(method) is not None:
+        stable = min(stable_step(method, scale.eigenvalues) for scale in scales)
+        found = f"the step is {h:.3g} s, stable up to {stable:.3g} s"
+        objection = (
+            f"{found}: the fastest motion, {_cause(solution)}, grows; take a step below {stable:.2g} s, or an implicit "
+            "method"
+        )
+        if stable == 0.0:
+            objection = (
+                f"{method.name} is unstable on undamped motion at every step; take verlet, rk4 or dop853"
+            )
+        yield limited("stability", h / stable if stable > 0.0 else np.inf, 1.0, found, objection)
+
+
+def _cause(solution: Solution) -> str:
+    """Return what the fastest motion belongs to, at the start, before it has grown."""
+    from runtime.checks.mode_origin import fastest_origin
+
+    origin = fastest_origin(solution.system, solution.p, solution.t[0], solution.q[0], solution.v[0])
+    return f"which {origin.spring} makes fast" if origin is not None else "of the model"
 
 
 def _time_scales(solution: Solution) -> list[TimeScales]:
     from runtime.checks.time_scales import time_scales
 
-    rows = np.unique(np.linspace(0, len(solution.t) - 1, _STATES_FOR_TIME_SCALES).astype(int))
+    rows = _rows_for_time_scales(solution)
     return [
         time_scales(solution.system, solution.p, solution.t[i], solution.q[i], solution.v[i]) for i in rows
     ]
+
+
+def _rows_for_time_scales(solution: Solution) -> np.ndarray:
+    """Return frames, spread over the run, but none after it blew up: time scales there are those of garbage."""
+    n = len(solution.t)
+    if solution.status == "failed" or not np.isfinite(solution.states).all():
+        from runtime.checks.blow_up import first_outgrown
+
+        # Half of the time to it: growth shows late.
+        n = max(1, (first_outgrown(solution) or 2 * n) // 2)
+    rows = np.unique(np.linspace(0, n - 1, _STATES_FOR_TIME_SCALES).astype(int))
+    return rows[np.isfinite(solution.states[rows]).all(axis=1)]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from runtime.batches import accelerations_and_multipliers
+from runtime.constraints.large import is_large
+from runtime.errors import RuntimeModelError
 from runtime.positions import Positions
 
 if TYPE_CHECKING:
@@ -31,12 +33,20 @@ class TimeScales:
         Fastest of the other motions, and of the change of the state itself.
     damping : float
         Decay of the eigenvalue of largest magnitude.
+    eigenvalues : ndarray of complex
+        All of them; constraints add zeros.
+    turning : float
+        Fastest rate of an angle or of a body with a quaternion.
     """
 
     fastest: float
     decay: float
     motion: float
     damping: float
+    eigenvalues: np.ndarray = field(
+        default_factory=lambda: np.zeros(0, dtype=complex), repr=False, compare=False
+    )
+    turning: float = 0.0
 
     @property
     def fastest_period(self) -> float:
@@ -46,6 +56,11 @@ class TimeScales:
 
 def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> TimeScales:
     """Return the time scales at a state; the Jacobian is taken by central differences."""
+    if is_large(system):
+        raise RuntimeModelError(
+            f"model {system.name!r} has {system.nv} rates, too many to look for its time scales by eigenvalues: use an "
+            "adaptive method such as dop853, or give a step"
+        )
     eigenvalues = _eigenvalues(system, motion_jacobian(system, p, t, q, v))
     magnitudes = np.abs(eigenvalues)
     overdamped = -eigenvalues.real > _OVERDAMPED * magnitudes
@@ -58,7 +73,18 @@ def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.nd
         decay=float(-eigenvalues.real[overdamped].min(initial=0.0)),
         motion=motion,
         damping=float(-eigenvalues.real[np.argmax(magnitudes)]) if len(magnitudes) else 0.0,
+        eigenvalues=eigenvalues,
+        turning=_turning(system, v),
     )
+
+
+def _turning(system: System, v: np.ndarray) -> float:
+    positions = Positions(system)
+    angles = [
+        j for i, j in zip(positions.plain_q, positions.plain_v) if system.coordinates[i].get("unit") == "rad"
+    ]
+    spins = [np.linalg.norm(v[j : j + 3]) for _, j in positions.turns]
+    return float(max([*np.abs(v[angles]), *spins], default=0.0))
 
 
 def _eigenvalues(system: System, jacobian: np.ndarray) -> np.ndarray:

@@ -2,30 +2,133 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen.cli.arguments import OutputFile, as_dict, find_model, model_argument
+from symgen.cli.arguments import NameValue, OutputFile, as_dict, find_model
+from symgen.cli.control import add_control
+from symgen.cli.failures import NOT_TRUSTED
 from symgen.cli.settings import load_system, run_options, solve_arguments
+
+if TYPE_CHECKING:
+    from runtime.system import System
+
+
+class PlaceInRun(click.ParamType):
+    """`RUN.rrd@TIME`, converted to a path and a time [s]."""
+
+    name = "RUN.rrd@TIME"
+
+    def convert(self, value: Any, param: Any, context: click.Context | None) -> tuple[Path, float]:
+        if isinstance(value, tuple):
+            return value
+        path, at, text = value.rpartition("@")
+        try:
+            t = float(text)
+        except ValueError:
+            t = math.nan
+        if not (at and path and math.isfinite(t)):
+            self.fail(f"{value!r} is not of the form RUN.rrd@TIME, such as run.rrd@2.5", param, context)
+        return Path(path), t
 
 
 @click.command("advise")
-@model_argument
+@click.argument("model", required=False)
+@click.option(
+    "--option",
+    "options",
+    multiple=True,
+    type=NameValue(),
+    help="A build option of a .py model; may be repeated.",
+)
 @run_options
+@click.option(
+    "--at",
+    "place",
+    type=PlaceInRun(),
+    help="Begin at a time of a recording; its own model if no MODEL is given.",
+)
+@click.option(
+    "--steps-per-period",
+    type=click.IntRange(min=2),
+    help="N of the rule that a step is a period / N (default 50).",
+)
 @click.option("--json", "json_file", type=OutputFile(), help="Write the advice to a file.")
-def command(model: str, options: tuple[tuple[str, str], ...], json_file: Path | None, **given: Any) -> None:
-    """Say which step and method suit MODEL, from its time scales at the start and along a short run."""
-    system, _ = load_system(find_model(model), as_dict(options, "--option"))
+@click.pass_context
+def command(
+    context: click.Context,
+    model: str | None,
+    options: tuple[tuple[str, str], ...],
+    place: tuple[Path, float] | None,
+    steps_per_period: int | None,
+    json_file: Path | None,
+    **given: Any,
+) -> None:
+    """Say which step and method suit MODEL, from its time scales at the start and along a short run.
+
+    With --method, and --step where the method has one, that choice is checked: the exit status is 3 if not suited.
+    """
+    if model is None and place is None:
+        raise click.UsageError("Missing argument 'MODEL', or --at RUN.rrd@TIME")
+    system = (
+        load_system(find_model(model), as_dict(options, "--option"))[0]
+        if model
+        else _recorded_model(place[0])
+    )
+    if place is not None and given["t_end"] is None and "t_end" not in system.run_defaults:
+        given["t_end"] = _length(place[0])
     arguments = solve_arguments(system, given)
+    if place is not None:
+        arguments |= _start(system, arguments, *place)
+    if model is not None:
+        add_control(find_model(model), system, arguments)
     from runtime.checks.advice import advise
 
-    advice = advise(system, arguments)
+    chosen = (given["method"], arguments.get("step")) if given["method"] not in (None, "auto") else None
+    if chosen is None and given["step"] is not None:
+        chosen = (arguments["method"], given["step"])
+    advice = advise(system, arguments, steps_per_period=steps_per_period, chosen=chosen)
     if json_file is not None:
         from runtime.result_json import to_json
 
         json_file.write_text(to_json(advice.to_dict()) + "\n", encoding="utf-8")
-    click.echo(f"{system.name}: time scales at {advice.n_states} states up to t = {advice.t_seen:.4g} s")
+    times = f"from t = {advice.t_first:.4g} s " if advice.t_first else ""
+    click.echo(
+        f"{system.name}: time scales at {advice.n_states} states {times}up to t = {advice.t_seen:.4g} s"
+    )
     for line in advice.lines():
         click.echo(f"  {line}")
+    context.exit(0 if advice.ok else NOT_TRUSTED)
+
+
+def _recorded_model(path: Path) -> System:
+    import runtime
+    from runtime.recording.reader import read_recording
+
+    return runtime.load(read_recording(path).module_text)
+
+
+def _length(path: Path) -> float:
+    from runtime.recording.reader import read_recording
+
+    t = read_recording(path).t
+    return float(t[-1] - t[0])
+
+
+def _start(system: System, arguments: dict[str, Any], path: Path, t: float) -> dict[str, Any]:
+    """Return arguments that make a run begin at the frame of a recording that is nearest to `t`."""
+    from symgen.cli.recorded_state import recorded_state
+
+    state = recorded_state(system, path, t)
+    start = dict(zip((c["name"] for c in system.coordinates), map(float, state.q)))
+    rate = dict(zip((r["name"] for r in system.rates), map(float, state.v)))
+    return {
+        "start": {**start, **arguments["start"]},
+        "rate": {**rate, **arguments["rate"]},
+        "parameters": {**state.parameters, **arguments["parameters"]},
+        "t_start": state.t,
+        "t_end": state.t + arguments["t_end"],
+    }

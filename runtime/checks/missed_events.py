@@ -1,0 +1,92 @@
+"""Events that a run passed by: their functions at the frames and between them, against the events that fired."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.batches import accelerations_and_multipliers, evaluate
+from runtime.checks.entry import HealthCheck
+from runtime.loop_arrays import DIRECTIONS
+
+if TYPE_CHECKING:
+    from runtime.solution import Solution
+
+_BETWEEN = 4  # places in an interval between frames
+_ROUND_OFF = 1e-7  # of an event function's range: dips below count as touching
+_MOST_NUMBERS = 2_000_000
+
+
+def missed_events(solution: Solution) -> Iterator[HealthCheck]:
+    """Yield one entry: crossings in an event's direction at which the event did not fire."""
+    system = solution.system
+    # Without a log of steps it is a recording, whose events are kept elsewhere.
+    if solution.forms is not None or len(solution.t) < 3 or not len(solution.step_log):
+        return
+    t, states = _between_frames(solution)
+    values = evaluate(system, "events", solution.p, t, states)
+    fired = np.array([event.t for event in solution.events])
+    quiet = _without_events(t, fired)
+    missed = []
+    for e, event in enumerate(system.events):
+        if event["name"] in {record["name"] for record in system.switches}:
+            continue
+        g, direction = values[:, e], DIRECTIONS[event["direction"]]
+        floor = _ROUND_OFF * np.ptp(g) if np.isfinite(g).all() else np.inf
+        for k in _crossings(g, floor, direction):
+            if quiet[k]:
+                missed.append((float(t[k]), event["name"]))
+    found = f"{len(solution.events)} events fired, none was passed by"
+    if not missed:
+        yield HealthCheck("missed events", True, 0.0, 0.0, found)
+        return
+    when, name = min(missed)
+    says = (
+        f"event {name!r} was passed by at about t = {when:.6g} s, {len(missed)} crossings in all: its function changes "
+        f"faster than the steps of {solution.method} look; take a smaller step or rtol, or a method of lower order"
+    )
+    yield HealthCheck("missed events", False, float(len(missed)), 0.0, says)
+
+
+def _crossings(g: np.ndarray, floor: float, direction: int) -> Iterator[int]:
+    """Yield the intervals in which g changes its sign in a direction, by more than round-off on both sides."""
+    clear = np.flatnonzero(np.abs(g) > floor)
+    signs = np.sign(g[clear])
+    for k in np.flatnonzero(signs[1:] != signs[:-1]):
+        if clear[k + 1] == clear[k] + 1 and direction * signs[k + 1] >= 0:
+            yield int(clear[k])
+
+
+def _without_events(t: np.ndarray, fired: np.ndarray) -> np.ndarray:
+    """Return which intervals of t, each widened by its neighbours, have no event in them."""
+    quiet = np.ones(len(t), dtype=bool)
+    for when in fired:
+        k = int(np.searchsorted(t, when))
+        quiet[max(0, k - 1 - _BETWEEN) : k + 1 + _BETWEEN] = False
+    return quiet
+
+
+def _between_frames(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and states at the frames and between them, by the cubic through q, v and a of neighbouring ones."""
+    system, t, q, v = solution.system, solution.t, solution.q, solution.v
+    if solution.states.size * _BETWEEN > _MOST_NUMBERS or system.quaternions:
+        return t, solution.states
+    a, _ = accelerations_and_multipliers(system, solution.p, t, solution.states)
+    h = np.diff(t)[:, None]
+    times, states = [t[:-1]], [solution.states[:-1]]
+    for part in np.arange(1, _BETWEEN) / _BETWEEN:
+        times.append(t[:-1] + part * h[:, 0])
+        states.append(np.hstack([_hermite(part, h, q, v), _hermite(part, h, v, a)]))
+    n = len(t) - 1
+    order = np.arange(n * _BETWEEN).reshape(_BETWEEN, n).T.ravel()
+    at = np.append(np.concatenate(times)[order], t[-1])
+    return at, np.vstack([np.vstack(states)[order], solution.states[-1:]])
+
+
+def _hermite(s: float, h: np.ndarray, x: np.ndarray, dx: np.ndarray) -> np.ndarray:
+    before, after = x[:-1], x[1:]
+    blend = s * s * (3.0 - 2.0 * s)
+    slopes = s * (1.0 - s) ** 2 * dx[:-1] - s * s * (1.0 - s) * dx[1:]
+    return before + blend * (after - before) + h * slopes

@@ -1,0 +1,98 @@
+"""Poles that fixed steps went across: places where an acceleration changes its sign by way of infinity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.batches import accelerations_and_multipliers
+from runtime.checks.entry import HealthCheck
+from runtime.names import rate_labels
+
+if TYPE_CHECKING:
+    from runtime.integrate.methods import Method
+    from runtime.solution import Solution
+
+_GROWTH = 1e6  # of an acceleration, from the frames around a pole to the last digits of time
+_MOST_INTERVALS = 20  # with the largest jumps
+_BISECTIONS = 60
+_MOST_NUMBERS = 2_000_000
+
+
+def poles(solution: Solution, method: Method) -> Iterator[HealthCheck]:
+    """Yield one objection where an acceleration becomes infinite between frames; nothing where none does.
+
+    Stages of a Gauss method may all lie beside the pole of a force like 1/(t - 1), whose parts before and after it then
+    cancel. Where an acceleration changes its sign from one frame to the next, the change is bisected, with states
+    on the cubic through q and v: at a pole its magnitude grows without limit, elsewhere it does not.
+    """
+    system = solution.system
+    if system.m or system.quaternions or system.input_words or solution.forms is not None:
+        return
+    if len(solution.t) < 2 or solution.states.size > _MOST_NUMBERS:
+        return
+    with np.errstate(all="ignore"):
+        a, _ = accelerations_and_multipliers(system, solution.p, solution.t, solution.states)
+        found = _infinite_frame(solution.t, a) or _pole(solution, a)
+    if found is None:
+        return
+    when, rate, value = found
+    name = rate_labels(system.coordinates, system.rates)[rate]
+    says = (
+        f"the derivative of {name} becomes infinite at t = {when:.9g} s, and steps of {method.name} went across it; "
+        "the result beyond it means nothing: end the run before it, or keep the force finite there"
+    )
+    yield HealthCheck("poles", False, value, _GROWTH, says)
+
+
+def _infinite_frame(t: np.ndarray, a: np.ndarray) -> tuple[float, int, float] | None:
+    """Return time, rate and magnitude where a frame falls on a pole."""
+    bad = np.argwhere(np.isinf(a))
+    return (float(t[bad[0, 0]]), int(bad[0, 1]), float("inf")) if bad.size else None
+
+
+def _pole(solution: Solution, a: np.ndarray) -> tuple[float, int, float] | None:
+    """Return time, rate and growth of the first pole between frames."""
+    frames, rates = _largest_jumps(a)
+    if not frames.size:
+        return None
+    rows = np.arange(len(frames))
+    before = a[frames, rates]
+    around = np.maximum(np.abs(before), np.abs(a[frames + 1, rates]))
+    left, right = np.zeros(len(frames)), np.ones(len(frames))
+    largest = np.zeros(len(frames))
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (left + right)
+        t, states = _between(solution, frames, middle)
+        found, _ = accelerations_and_multipliers(solution.system, solution.p, t, states)
+        value = found[rows, rates]
+        largest = np.fmax(largest, np.abs(value))  # what is undefined tells nothing
+        same = np.sign(value) == np.sign(before)
+        left, right = np.where(same, middle, left), np.where(same, right, middle)
+    growth = largest / around
+    grown = np.flatnonzero(growth > _GROWTH)
+    if not grown.size:
+        return None
+    first = grown[np.argmin(_between(solution, frames, right)[0][grown])]
+    when = _between(solution, frames, right)[0][first]
+    return float(when), int(rates[first]), float(growth[first])
+
+
+def _largest_jumps(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return frames before, and rates, of the sign changes with the largest jumps for each rate's accelerations."""
+    frames, rates = np.nonzero(a[:-1] * a[1:] < 0.0)
+    jumps = np.abs(a[frames + 1, rates] - a[frames, rates]) / np.fmax.reduce(np.abs(a))[rates]
+    kept = np.argsort(-jumps, kind="stable")[:_MOST_INTERVALS]
+    return frames[kept], rates[kept]
+
+
+def _between(solution: Solution, frames: np.ndarray, parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and states at parts of the intervals that begin with `frames`."""
+    t, q, v = solution.t, solution.q, solution.v
+    h, s = np.diff(t)[frames], parts[:, None]
+    blend = s * s * (3.0 - 2.0 * s)
+    slopes = s * (1.0 - s) ** 2 * v[frames] - s * s * (1.0 - s) * v[frames + 1]
+    places = q[frames] + blend * (q[frames + 1] - q[frames]) + h[:, None] * slopes
+    return t[frames] + parts * h, np.hstack([places, v[frames] + s * (v[frames + 1] - v[frames])])

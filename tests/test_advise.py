@@ -1,0 +1,166 @@
+"""Advice: the course's figures, limits of stability, what a motion belongs to, the user's own choice, recordings."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from runtime.checks.advice import advise
+from runtime.checks.mode_origin import fastest_origin
+from runtime.checks.stability import stable_radius, stable_step
+from runtime.integrate.methods import METHODS
+from symgen import Model, dot
+from symgen.cli import main
+
+ARGUMENTS = {"t_end": 5.0, "method": "auto", "rtol": 1e-8, "atol": 1e-10}
+
+
+def oscillator(omega: float, damping: float = 0.0):
+    """x'' = -omega^2 x - 2 damping omega x'."""
+    model = Model("oscillator")
+    x = model.coordinate("x", start=0.1)
+    k, m, c = model.parameters(k=omega**2, m=1.0, c=2.0 * damping * omega)
+    model.kinetic(m * dot(x) ** 2 / 2)
+    model.potential(k * x**2 / 2)
+    if damping:
+        model.dissipation(c * dot(x) ** 2 / 2)
+    return model.derive()
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def symgen(*arguments: str):
+    return CliRunner().invoke(main, list(arguments))
+
+
+def test_a_period_of_1_42_s_at_50_steps():
+    advice = advise(oscillator(2.0 * np.pi / 1.42), ARGUMENTS)
+    assert advice.rule_step == pytest.approx(0.0284, rel=1e-6)
+    verlet = next(entry for entry in advice.fixed_steps if entry.method == "verlet")
+    assert verlet.step == pytest.approx(0.0284, rel=1e-6) and verlet.cost.steps == 176
+    limits = {limit.method: limit for limit in advice.limits}
+    for method in ("verlet", "semi_implicit_euler"):
+        assert limits[method].undamped == pytest.approx(1.42 / np.pi, rel=1e-6)  # 2 / omega = 0.45 s
+    assert limits["euler"].undamped == 0.0
+    assert any("a step of 0.0284 s, 176 steps for 5 s" in line for line in advice.lines())
+
+
+def test_100_radians_per_second_allow_0_02_s():
+    limits = {limit.method: limit for limit in advise(oscillator(100.0), {**ARGUMENTS, "t_end": 0.5}).limits}
+    assert limits["verlet"].undamped == pytest.approx(0.02, rel=1e-5)
+
+
+def test_a_period_of_half_a_second_at_100_steps():
+    advice = advise(oscillator(4.0 * np.pi), {**ARGUMENTS, "t_end": 2.0}, steps_per_period=100)
+    assert advice.rule_step == pytest.approx(0.005, rel=1e-6)
+    assert {entry.cost.steps for entry in advice.fixed_steps if not METHODS[entry.method].stiff} == {400}
+
+
+def _one_step(method: str, z: float, damping: float) -> np.ndarray:
+    """Step x'' = -x - 2 d x' once, by how each method is defined in the textbooks."""
+    a = np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
+    if method == "semi_implicit_euler":
+        kick = np.eye(2) + z * np.array([[0.0, 0.0], a[1]])
+        return (np.eye(2) + z * np.array([[0.0, 1.0], [0.0, 0.0]])) @ kick
+    if method == "euler":
+        return np.eye(2) + z * a
+    k1 = a
+    k2 = a @ (np.eye(2) + z / 2 * k1)
+    k3 = a @ (np.eye(2) + z / 2 * k2)
+    k4 = a @ (np.eye(2) + z * k3)
+    return np.eye(2) + z / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.05, 0.5, 0.9])
+@pytest.mark.parametrize("method", ["euler", "semi_implicit_euler", "rk4"])
+def test_limits_are_where_a_step_begins_to_grow(method, damping):
+    radius = stable_radius(METHODS[method], damping)
+    grows = lambda z: np.abs(np.linalg.eigvals(_one_step(method, z, damping))).max()  # noqa: E731
+    if method == "euler":
+        assert radius == pytest.approx(2.0 * damping, abs=1e-3)
+        assert grows(1.01 * radius + 1e-2) > 1.0
+        return
+    assert grows(0.999 * radius) <= 1.0 + 1e-9 < grows(1.001 * radius)
+
+
+def test_published_limits():
+    assert stable_radius(METHODS["rk4"]) == pytest.approx(2.0 * np.sqrt(2.0), rel=1e-6)
+    assert stable_radius(METHODS["rk4"], 1.0) == pytest.approx(2.785293563, rel=1e-6)  # Hairer, Wanner, IV.2
+    assert stable_radius(METHODS["dopri5"], 1.0) == pytest.approx(3.3066, abs=1e-3)
+    assert stable_radius(METHODS["verlet"]) == pytest.approx(2.0, rel=1e-6)
+    assert stable_radius(METHODS["radau5"]) is None
+    # The faster of two motions need not be the one that limits the step: explicit Euler never follows an undamped one.
+    assert stable_step(METHODS["euler"], np.array([-2.0, 1j, -1j])) == 0.0
+    assert stable_step(METHODS["rk4"], np.array([])) == np.inf
+
+
+def test_a_motion_belongs_to_its_spring():
+    model = Model("two_masses")
+    x, y = model.coordinate("x", start=0.1), model.coordinate("y", start=0.0)
+    soft, bushing, m = model.parameters(soft=5.0, bushing=4e4, m=2.0)
+    model.kinetic(m * dot(x) ** 2 / 2 + m / 100 * dot(y) ** 2 / 2)
+    model.potential(soft * x**2 / 2 + bushing * (x - y) ** 2 / 2)
+    system = model.derive()
+    origin = fastest_origin(system, system.parameter_values(), 0.0, np.zeros(2), np.zeros(2))
+    # Reduced mass m / 101: y has 100 / 101 of the kinetic energy.
+    assert origin.eigenvalue.imag == pytest.approx(np.sqrt(4e4 * 101 / 2.0), rel=1e-4)
+    assert origin.coordinates[0] == ("y", pytest.approx(100 / 101, rel=1e-3))
+    effects = {name: effect for name, _, effect in origin.parameters}
+    assert effects == {"bushing": pytest.approx(0.5, abs=1e-3), "m": pytest.approx(-0.5, abs=1e-3)}
+    assert "bushing" in origin.spring
+
+
+def test_what_is_at_rest_has_no_time_scale():
+    model = Model("free")
+    x = model.coordinate("x", rate=1.0)
+    model.kinetic(dot(x) ** 2 / 2)
+    advice = advise(model.derive(), ARGUMENTS)
+    assert advice.origin is None and advice.fastest == 0.0
+    assert any("nothing moves by itself" in line for line in advice.lines())
+
+
+@pytest.mark.parametrize(
+    ("method", "step", "word"),
+    [
+        ("rk4", 0.01, None),
+        ("verlet", 0.5, "stability limit"),
+        ("rk4", 0.2, "steps in the fastest period"),
+        ("euler", 0.001, "every step"),
+        ("gauss8", 0.7, "steps in the fastest period"),
+        ("dop853", None, None),
+    ],
+)
+def test_choice(method, step, word):
+    choice = advise(oscillator(2.0 * np.pi / 1.42), ARGUMENTS, chosen=(method, step)).choice
+    assert choice.ok == (word is None)
+    assert word is None or word in " ".join(choice.reasons)
+
+
+def test_command_checks_a_choice():
+    assert symgen("advise", "pendulum", "--step", "0.01", "--method", "rk4").exit_code == 0
+    bad = symgen("advise", "stiff_bushing_pendulum", "--step", "0.01", "--method", "rk4")
+    assert bad.exit_code == 3 and "'k', stiffness of the bushing" in bad.output
+    loose = symgen("advise", "pendulum", "--step", "0.03", "--method", "rk4", "--steps-per-period", "60")
+    assert loose.exit_code == 3 and "at least 60" in loose.output
+
+
+def test_at_a_time_of_a_recording():
+    assert symgen("run", "pendulum", "--quiet", "--t-end", "2", "--set", "L=0.25").exit_code == 0
+    result = symgen("advise", "--at", "pendulum.rrd@1.5", "--t-end", "0.1", "--json", "a.json")
+    assert result.exit_code == 0, result.output
+    data = json.loads(Path("a.json").read_text())
+    assert data["t_first"] == pytest.approx(1.5, abs=0.02)
+    assert data["fastest"] == pytest.approx(np.sqrt(9.81 / 0.25), rel=0.02)
+    assert symgen("advise", "pendulum", "--at", "pendulum.rrd@1.5").exit_code == 0
+    assert "outside the recording" in symgen("advise", "--at", "pendulum.rrd@9").output
+    assert symgen("advise", "--at", "pendulum.rrd").exit_code == 2
+    assert symgen("advise").exit_code == 2
+    other = symgen("advise", "double_pendulum", "--at", "pendulum.rrd@1")
+    assert other.exit_code == 1 and "coordinates" in other.output
