@@ -1,0 +1,138 @@
+"""A mechanism as inline SVG: bodies by their poses and shapes, seen along z where planar, otherwise isometrically."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.batches import evaluate
+from runtime.recording import geometry
+from runtime.report.svg import N_COLOURS
+
+if TYPE_CHECKING:
+    from runtime.recording.geometry import Primitive
+    from runtime.system import System
+
+_WIDTH, _HIGHEST = 640.0, 420.0
+_MARGIN = 30.0
+_MOST_BODIES, _MOST_NAMES = 400, 12
+_ROUND = 24  # corners of a circle in space
+_CROSS = 7.0
+# Rows: to the right, up, towards the eye. Isometric: x, y and z look equally long, z stands upright.
+_PLANAR = np.eye(3)
+_ISOMETRIC = np.array(
+    [
+        np.array([-1.0, 1.0, 0.0]) / np.sqrt(2.0),
+        np.array([-1.0, -1.0, 2.0]) / np.sqrt(6.0),
+        np.array([1.0, 1.0, 1.0]) / np.sqrt(3.0),
+    ]
+)
+
+
+def drawing(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
+    """Return the mechanism in a state as an SVG element; an empty text where the model has no bodies.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n_p,)
+    t : float [s]
+    state : ndarray, shape (nq + nv,)
+    """
+    if not 0 < len(system.bodies) <= _MOST_BODIES:
+        return ""
+    times, states = np.array([t]), np.ascontiguousarray(state[None, : system.nq + system.nv])
+    rows = evaluate(system, "poses", p, times, states)
+    if not np.isfinite(rows).all():
+        return ""
+    positions, rotations = geometry.split_poses(rows, len(system.bodies))
+    sizes = evaluate(system, "shapes", p, times, states)[0]
+    # Meshes lie in files of their own: a body stands for each.
+    bodies = [{**body, "shape": None if body["shape"] == "mesh" else body["shape"]} for body in system.bodies]
+    around = geometry.scene_box(positions.min(axis=(0, 1)), positions.max(axis=(0, 1)))
+    shapes = geometry.primitives(bodies, sizes, rotations, geometry.diagonal_of(*around), None)
+    view = _PLANAR if all(body["planar"] for body in bodies) else _ISOMETRIC
+    outlines = [_outline(shape, positions[0, i], rotations[0, i], view) for i, shape in enumerate(shapes)]
+    return _picture([body["name"] for body in bodies], outlines, positions[0] @ view.T)
+
+
+def _outline(shape: Primitive, position: np.ndarray, rotation: np.ndarray, view: np.ndarray):
+    """Return corners in the plane of the picture, shape (n, 2), and the thickness around them [m]."""
+    if shape.kind == "box":
+        half = np.array(shape.sizes) / 2
+        corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T * half
+    elif shape.kind == "cylinder":
+        radius, length = shape.sizes
+        angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
+        ring = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        corners = np.vstack(
+            [np.insert(ring, 0 if shape.along_x else 2, end, axis=1) for end in (-length / 2, length / 2)]
+        )
+    else:
+        half, radius = shape.half_box()
+        corners = np.array([-half, half])
+        return (corners @ rotation.T + position) @ view[:2].T, radius
+    return _hull((corners @ rotation.T + position) @ view[:2].T), 0.0
+
+
+def _hull(points: np.ndarray) -> np.ndarray:
+    """Return the convex hull of points in a plane, counterclockwise (Andrew's monotone chain, 1979)."""
+    points = np.unique(points, axis=0)
+
+    def chain(ordered: np.ndarray) -> list[np.ndarray]:
+        kept: list[np.ndarray] = []
+        for point in ordered:
+            while len(kept) > 1 and _turn(kept[-2], kept[-1], point) <= 0.0:
+                kept.pop()
+            kept.append(point)
+        return kept[:-1]
+
+    return np.array(chain(points) + chain(points[::-1])) if len(points) > 2 else points
+
+
+def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def _picture(names: list[str], outlines: list[tuple[np.ndarray, float]], centres: np.ndarray) -> str:
+    low = np.min([corners.min(axis=0) - thick for corners, thick in outlines], axis=0)
+    high = np.max([corners.max(axis=0) + thick for corners, thick in outlines], axis=0)
+    low, high = (corner[:2] for corner in geometry.scene_box(np.append(low, 0.0), np.append(high, 0.0)))
+    extent = np.maximum(high - low, 1e-3 * np.max(high - low))
+    extent = np.where(extent > 0.0, extent, 1.0)
+    scale = float(min((_WIDTH - 2 * _MARGIN) / extent[0], (_HIGHEST - 2 * _MARGIN) / extent[1]))
+    height = scale * extent[1] + 2 * _MARGIN
+    middle = (low + high) / 2
+
+    def place(points: np.ndarray) -> np.ndarray:
+        return (points - middle) * (scale, -scale) + (_WIDTH / 2, height / 2)
+
+    parts = []
+    if (low <= 0.0).all() and (high >= 0.0).all():
+        x, y = place(np.zeros(2))
+        parts.append(
+            f'<path class="origin" d="M{x - _CROSS:.1f} {y:.1f}h{2 * _CROSS}M{x:.1f} {y - _CROSS:.1f}v{2 * _CROSS}"/>'
+        )
+    for i in np.argsort(centres[:, 2], kind="stable"):
+        corners, thick = outlines[i]
+        parts.append(_body(place(corners), scale * thick, i))
+    if len(names) <= _MOST_NAMES:
+        for name, (x, y) in zip(names, place(centres[:, :2])):
+            parts.append(f'<text x="{x + 8:.1f}" y="{y - 8:.1f}">{escape(name)}</text>')
+    return (
+        f'<svg class="drawing" viewBox="0 0 {_WIDTH:g} {height:.0f}" role="img" '
+        'aria-label="the mechanism at the start">'
+        f"{''.join(parts)}</svg>"
+    )
+
+
+def _body(corners: np.ndarray, thick: float, index: int) -> str:
+    colour = f"c{index % N_COLOURS}"
+    if thick > 0.0 and np.abs(corners - corners[0]).max() < 0.05:
+        x, y = corners[0]
+        return f'<circle class="body {colour}" cx="{x:.1f}" cy="{y:.1f}" r="{max(thick, 1.0):.1f}"/>'
+    path = "L".join(f"{x:.1f} {y:.1f}" for x, y in corners)
+    if thick > 0.0 or len(corners) < 3:
+        return f'<path class="bar {colour}" style="stroke-width:{max(2 * thick, 2.0):.1f}" d="M{path}"/>'
+    return f'<path class="body {colour}" d="M{path}Z"/>'

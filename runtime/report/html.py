@@ -1,0 +1,97 @@
+"""Pieces of a page: tables, paragraphs and sections, with every text escaped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+_MOST_ROWS = 60
+
+
+class Markup(str):
+    """Text that is HTML already, and is not escaped again."""
+
+
+def markup(text: str) -> Markup:
+    """Return a text as HTML; Markup stays as it is."""
+    return text if isinstance(text, Markup) else Markup(escape(text))
+
+
+def number(value: float) -> str:
+    """Return a number with the digits that a reader compares: twelve."""
+    return f"{value + 0.0:.12g}"  # without the sign of -0
+
+
+def paragraph(text: str) -> Markup:
+    """Return a paragraph; nothing for an empty text."""
+    return Markup(f"<p>{markup(text)}</p>" if text else "")
+
+
+def listing(lines: Iterable[str]) -> Markup:
+    """Return lines as they stand, indentation included; nothing where there are none."""
+    text = "\n".join(map(markup, lines))
+    return Markup(f"<pre>{text}</pre>" if text else "")
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Markup:
+    """Return a table, of long ones the beginning and how much is left out; nothing where it has no rows."""
+    if not rows:
+        return Markup("")
+    top = "".join(f"<th>{markup(cell)}</th>" for cell in head)
+    body = "".join(
+        f"<tr>{''.join(f'<td>{markup(cell)}</td>' for cell in row)}</tr>" for row in rows[:_MOST_ROWS]
+    )
+    more = paragraph(f"… and {len(rows) - _MOST_ROWS} more") if len(rows) > _MOST_ROWS else ""
+    return Markup(f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>{more}")
+
+
+def figure(svg: str, caption: str) -> Markup:
+    """Return a picture with what it shows; nothing where there is no picture."""
+    return Markup(f"<figure>{svg}<figcaption>{markup(caption)}</figcaption></figure>" if svg else "")
+
+
+def section(title: str, *parts: str) -> Markup:
+    """Return a titled section; nothing where all parts are empty."""
+    inside = "".join(map(markup, parts))
+    return Markup(f"<section><h2>{markup(title)}</h2>{inside}</section>" if inside else "")
+
+
+def page(title: str, body: Iterable[str]) -> str:
+    """Return a whole page; it names nothing outside itself."""
+    parts = "\n".join(map(markup, body))
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{markup(title)}</title><style>{_STYLE}</style></head>\n"
+        f"<body><main>{parts}</main></body></html>\n"
+    )
+
+
+_LIGHT = (
+    "--paper:#fff;--ink:#1b1b1b;--faint:#d9d9d9;--soft:#5c5c5c;--bad:#b3261e;"
+    "--c0:#0b62c4;--c1:#c2410c;--c2:#157a3c;--c3:#8b2fb0;--c4:#8a6d00;--c5:#0f7c86;"
+)
+_DARK = (
+    "--paper:#16181c;--ink:#e8e8e8;--faint:#3a3d44;--soft:#a7abb3;--bad:#ff8a80;"
+    "--c0:#6cb0ff;--c1:#ff9b66;--c2:#6fd08f;--c3:#d79bf0;--c4:#e3c75a;--c5:#6ad2dc;"
+)
+_STYLE = (
+    f":root{{color-scheme:light dark;{_LIGHT}}}"
+    f"@media (prefers-color-scheme:dark){{:root{{{_DARK}}}}}"
+    # Paper is white, whatever the screen is.
+    f"@media print{{:root{{{_LIGHT}}}body{{font-size:10pt}}section{{break-inside:auto}}}}"
+    "body{margin:0;background:var(--paper);color:var(--ink);font:16px/1.5 system-ui,sans-serif}"
+    "main{max-width:60rem;margin:0 auto;padding:1.5rem}"
+    "h1{margin:0 0 .2rem}h2{margin:2rem 0 .6rem;border-bottom:1px solid var(--faint);break-after:avoid}"
+    "table{border-collapse:collapse;margin:.6rem 0;font-variant-numeric:tabular-nums}"
+    "th,td{padding:.15rem .8rem .15rem 0;text-align:left;vertical-align:top;border-bottom:1px solid var(--faint)}"
+    "tr,figure{break-inside:avoid}pre{white-space:pre-wrap;overflow-wrap:anywhere}"
+    "figure{margin:1rem 0}figcaption{color:var(--soft)}svg{width:100%;height:auto;max-width:46rem}"
+    "math{display:block;margin:.5rem 0;overflow-x:auto;text-align:left}.bad{color:var(--bad);font-weight:600}"
+    "svg text{font:12px system-ui,sans-serif;fill:var(--ink)}"
+    ".frame{fill:none;stroke:var(--soft)}.grid,.origin{fill:none;stroke:var(--faint)}.origin{stroke:var(--soft)}"
+    ".curve{fill:none;stroke-width:1.6;stroke-linejoin:round}"
+    ".bar{fill:none;stroke-linecap:round;stroke-opacity:.55}"
+    ".body{fill-opacity:.35;stroke-width:1.5}"
+    + "".join(f".c{i}{{stroke:var(--c{i})}}.body.c{i}{{fill:var(--c{i})}}" for i in range(6))
+)
