@@ -1,0 +1,177 @@
+"""What a run imports, compiles and does again: nothing that it has no use for."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from runtime import module
+from runtime.code import dense_ldl, front_ldl
+from runtime.explain import savings
+from runtime.solve import solve
+from runtime.system import System
+from symgen.derive.scenes.subsystems import derive
+from symgen.link import derive as system_of
+from symgen.model import library
+from symgen.model.model import Model
+
+ROOT = Path(__file__).resolve().parent.parent
+# What only some runs need: other packages, the compiler's front end, forms and features that this model does not have.
+UNUSED = (
+    "sympy", "numba", "scipy", "rerun", "pyarrow", "matplotlib", "tomllib", "importlib.metadata",
+    "runtime.code.modules", "runtime.code.lower", "runtime.code.straight_line", "runtime.code.expressions",
+    "runtime.code.dense_ldl", "runtime.code.front_ldl", "runtime.code.compile_jitted",
+    "runtime.taylor.graph", "runtime.taylor.motion", "runtime.taylor.rolled", "runtime.taylor.unrolled",
+    "runtime.contact", "runtime.inputs", "runtime.recording", "runtime.bench", "runtime.explain",
+    "runtime.constraints.kkt", "runtime.constraints.rank_revealing", "runtime.constraints.baumgarte",
+    "runtime.integrate.ggl", "runtime.integrate.forms", "runtime.integrate.radau", "runtime.integrate.bdf",
+    "runtime.integrate.rattle", "runtime.integrate.partition", "runtime.integrate.alpha",
+    "symgen.derive", "symgen.emit", "symgen.model.model", "symgen.cli.explain",
+)  # fmt: skip
+
+
+def in_new_process(statement: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", statement],
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=True,
+        cwd=ROOT,
+    )
+    return done.stdout
+
+
+def test_a_warm_run_imports_nothing_that_it_does_not_use():
+    """The first run may derive and compile; the second finds all that in the cache."""
+    run = (
+        "import json, sys; from symgen.cli import main\n"
+        "try: main(['run', 'double_pendulum', '--no-log', '--quiet', '--t-end', '1'])\n"
+        "except SystemExit as end: assert not end.code\n"
+        "from runtime.code import cache\n"
+        "print(json.dumps([sorted(sys.modules), dict(cache.missed), dict(cache.found)]))"
+    )
+    in_new_process(run)
+    modules, missed, found = json.loads(in_new_process(run))
+    assert not missed
+    assert found["modules"] == 1
+    assert found["loops"] >= 3  # the scout's loop, the method's, evaluation of kernels
+    assert "runtime.solve" in modules
+    assert not [name for name in UNUSED if name in modules]
+
+
+def test_explain_prints_what_a_run_skipped():
+    run = (
+        "import sys; from symgen.cli import main\n"
+        "main(['run', 'double_pendulum', '--no-log', '--explain', '--t-end', '1'])"
+    )
+    text = in_new_process(run)
+    skipped = text[text.index("  skipped\n") :]
+    for what in ("imports", "derivation", "kernels not made", "work on parameters", "steps to frames"):
+        assert f"\n    {what} " in skipped
+    assert "residual_jacobian" in skipped  # a kernel that neither method nor checks call
+    assert "sympy" in skipped
+
+
+@pytest.mark.parametrize("statement", ["import runtime", "from symgen.cli import main"])
+def test_importing_the_package_or_asking_for_help_imports_no_numpy(statement):
+    assert "numpy" not in in_new_process(f"import sys; {statement}; print(*sys.modules)").split()
+
+
+def test_the_solvers_that_modules_may_define_are_those_of_their_files():
+    found = {name: place.__name__ for place in (dense_ldl, front_ldl) for name in place.SOLVERS}
+    assert module.SOLVERS == found
+
+
+def test_an_explicit_run_of_the_tree_of_30_freedoms_compiles_no_jacobian():
+    system = system_of(library.load(library.find("humanoid_tree")))
+    solve(system, 0.05, method="dop853")
+    assert "rhs" in system.compiled
+    assert not {"residual_jacobian", "residual", "forces", "poses"} & set(system.compiled)
+
+
+def chain(n: int) -> System:
+    """Masses on a line, tied by linear springs, coupled by a constant mass matrix."""
+    model = Model("line")
+    model.parameters(m=0.5, k=100.0, c=0.1)
+    x = [model.coordinate(f"x{i}", start=0.1 * i) for i in range(n)]
+    for a, b in zip([0, *x], x, strict=False):
+        model.potential(f"k/2*(({b})-({a}))**2")
+    for k, a in enumerate(x):
+        after = f"dot({x[k + 1]})" if k + 1 < n else "0"
+        model.kinetic(f"m/2*dot({a})**2 + c/4*(dot({a})+{after})**2")
+    return system_of(model)
+
+
+def test_a_constant_mass_matrix_is_factored_once():
+    system = chain(8)
+    solution = solve(system, 1.0, method="dop853", at=[0.5])
+    assert solution.stats["rhs"] > 100
+    assert system.n_preparations == 1
+    (line,) = [saving for saving in savings(solution) if saving.what == "factors of the mass matrix"]
+    assert line.gain == f"factored 1 time for {solution.stats['rhs']} evaluations"
+    # Other parameters, other factors; and those of before are not what is handed out.
+    heavier = system.parameter_values({"m": 2.0})
+    prepared = system.prepared(heavier)
+    assert system.n_preparations == 2
+    prepared[:] = 0.0
+    np.testing.assert_array_equal(system.prepared(heavier)[: system.n_p], heavier)
+    assert system.n_preparations == 2
+
+
+def test_savings_count_what_a_run_left_out():
+    system = chain(3)
+    solution = solve(system, 1.0, method="radau5")
+    said = {saving.what: saving for saving in savings(solution)}
+    assert "residual 0" not in said["kernels not made"].gain
+    assert {"residual_jacobian", "rhs", "energy"} <= set(system.compiled)
+    left = [name for name in system.source.functions if name not in system.compiled]
+    assert said["kernels not made"].gain.startswith(f"{len(left)} functions, ")
+    stats = solution.stats
+    assert said["factorisations"].gain == f"{stats['factorisations']} for {stats['newton']} iterations"
+    assert said["steps to frames"].gain == f"{len(solution.t) - 2} interpolated in {stats['steps']} steps"
+    assert "search for events" in said["parts of the step"].gain
+    assert said["integral of the power"]
+
+
+def findings(model: Model) -> str:
+    return "\n".join(derive(model.describe()).findings)
+
+
+def cart_pole(**more) -> Model:
+    model = Model("cart_pole", gravity=(0, -9.81, 0))
+    model.parameters(m=0.4, l=0.7, c=0.2)
+    model.coordinate("x")
+    model.coordinate("theta", start=1.0)
+    model.body("cart", mass=1.5, com=("x", 0))
+    model.body("bob", mass="m", com=("x + l*sin(theta)", "-l*cos(theta)"))
+    if more.get("damped"):
+        model.dissipation("c/2*dot(x)**2")
+    if more.get("watched"):
+        model.event("wall", when="x - 1", direction="rising")
+    if more.get("held"):
+        model.constraint("held", "x - 0.1*theta")
+    return model
+
+
+def test_a_coordinate_that_influences_nothing_is_found():
+    assert "influence nothing else" in findings(cart_pole())
+    assert findings(cart_pole()).splitlines()[-1].endswith(": x")
+    for reason in ("damped", "watched", "held"):
+        assert "influence nothing else" not in findings(cart_pole(**{reason: True}))
+
+
+def test_structural_zeros_and_absent_functions_are_counted():
+    text = findings(cart_pole(held=True))
+    assert "no code for inputs, events, outputs, quaternions: there are none" in text
+    assert "constraints are linear in the coordinates: their Jacobian is constant" in text
+    program = derive(cart_pole(held=True).describe())
+    jacobian = program.own["residual_jacobian"]
+    assert f"residual_jacobian {21 - len(jacobian.outputs)} of 21" in text
