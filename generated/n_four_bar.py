@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:72da7353c4a38308441515c3571f0a4bee1e17ae3e6dc15ebb35c53283477a79",
+    "source": "sha256:d0a81521e04fe19c665cadd8badaea2aa1f000bb967297d3f52642ee4deda744",
     "name": "n_four_bar",
     "description": "10 four-bar windows in a row, parallel rockers that turn together",
     "nq": 21,

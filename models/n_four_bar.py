@@ -21,7 +21,9 @@ def build(N=10, angle=pi / 2, rate=-1.0) -> Model:
     rate : float [rad/s]
         Of the rockers at the start.
     """
-    model = Model("n_four_bar", description=f"{N} four-bar windows in a row, parallel rockers that turn together")
+    model = Model(
+        "n_four_bar", description=f"{N} four-bar windows in a row, parallel rockers that turn together"
+    )
     m, L, g = model.parameters(m="1 kg", L="1 m", g="9.81 m/s^2")
     model.gravity(y=-g)
     inertia, shape = m * L**2 / 12, {"capsule": ["0.02 m", L]}

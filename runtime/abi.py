@@ -10,6 +10,15 @@ ABI = 1
 _ALWAYS = ("rhs", "mass_matrix", "forces", "energy", "residual", "residual_jacobian")
 _WITH_CONSTRAINTS = ("constraint_residual", "constraint_jacobian", "gamma")
 _RESET = "reset_"
+CLOSED = "closed_"
+SWITCHED = (
+    "rhs", "residual", "residual_jacobian", "constraint_residual", "constraint_jacobian", "gamma", "project", "events",
+)  # fmt: skip
+# What `p` says of each switch: a stop is closed (1) or open (0); a friction sticks or not, and slides forwards (1),
+# backwards (-1) or not at all.
+SETTINGS = {"stop": ("closed",), "friction": ("stuck", "sense")}
+# Numbers that the function `switches` writes for each: gap, restitution; sliding speed, level, largest while sticking.
+N_WATCHED = {"stop": 2, "friction": 3}
 
 
 def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
@@ -29,10 +38,52 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
     for event in header["events"]:
         if event["action"] == "reset":
             yield _RESET + event["name"]
+    if header.get("switches"):
+        yield "switches"
+        yield from (CLOSED + name for name in SWITCHED)
+
+
+def setting_names(header: Mapping[str, Any]) -> list[str]:
+    """Return the names of the numbers behind the inputs in `p`: which stops are closed, which frictions stick."""
+    return [
+        f"{key}({switch['name']})"
+        for switch in header.get("switches", ())
+        for key in SETTINGS[switch["kind"]]
+    ]
+
+
+def closed_header(header: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the header of the model whose stops and frictions are constraints, each with a switch.
+
+    Stops follow the holonomic constraints, frictions the velocity constraints.
+    """
+    nh, constraints, hoisted = header["nh"], header["constraints"], header.get("hoisted", {})
+    kinds = {"stop": "holonomic", "friction": "velocity"}
+    of = {
+        kind: [{"name": s["name"], "kind": name} for s in header["switches"] if s["kind"] == kind]
+        for kind, name in kinds.items()
+    }
+    own = {name.removeprefix(CLOSED): n for name, n in hoisted.items() if name.startswith(CLOSED)}
+    shared = {name: n for name, n in hoisted.items() if name not in SWITCHED and not name.startswith(CLOSED)}
+    operations = header["operations"]
+    return {
+        **header,
+        "nh": nh + len(of["stop"]),
+        "nn": header["nn"] + len(of["friction"]),
+        "constraints": [*constraints[:nh], *of["stop"], *constraints[nh:], *of["friction"]],
+        "structure": {**header["structure"], "separable": False},
+        "hoisted": {**shared, **own},
+        "operations": {
+            **operations,
+            **{n: operations[CLOSED + n] for n in SWITCHED if CLOSED + n in operations},
+        },
+    }
 
 
 def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | None:
     """Return how many values `function` reads from `y` and writes to `out`; None if it is unknown."""
+    if function.startswith(CLOSED) and header.get("switches"):
+        return array_sizes(closed_header(header), function.removeprefix(CLOSED))
     nq, nv, nh, nw = header["nq"], header["nv"], header["nh"], header["nw"]
     m = nh + header["nn"]
     state, extended = nq + nv, nq + nv + nv + m
@@ -52,6 +103,7 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         "shapes": (state, sum(body["sizes"] for body in header["bodies"])),
         "outputs": (state, len(header["outputs"])),
         "events": (state, len(header["events"])),
+        "switches": (state, sum(N_WATCHED[switch["kind"]] for switch in header.get("switches", ()))),
     }
     if function in sizes:
         return sizes[function]

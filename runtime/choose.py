@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.checks.time_scales import TimeScales, time_scales
+from runtime.constraints.large import is_large
 from runtime.errors import RuntimeModelError, nearest
 from runtime.integrate import layout as at
 from runtime.integrate.methods import METHODS, Method, find_method
@@ -25,6 +26,7 @@ _GAIN_OF_SERIES = 5.0  # operations of rhs for one of the residual, at rtol 1e-2
 _GAIN_WITH_RTOL = (
     1.0 / 12.0
 )  # exponent: the run time of order 8 grows as rtol^(-1/8), that of order 24 as rtol^(-1/24)
+_FULL_MATRICES = ("residual_jacobian", "mass_matrix", "constraint_jacobian")
 _INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 # An explicit step can follow about one radian of a motion at usual tolerances, and decay times step of about 6.
 _STIFFNESS_RATIO = 100.0
@@ -33,7 +35,11 @@ _MIN_DECAYS_OF_VIBRATION = 100.0  # a vibration that dies out is not worth follo
 _EXPLICIT_BELOW = 1e-10  # at tighter tolerances the high order wins even on stiff models
 _ORDER_9_BELOW = 1e-7  # rtol from which on the longer steps of radau9 repay their larger Newton systems
 _SCOUT_STEPS = 400
+_LEAST_TICKS = 16  # of floating-point time in a step
 _STIFF_SIGNS = 15
+_WHY_PROJECTION = (
+    "constraints auto: projection, which keeps positions and velocities on the constraints at the least cost"
+)
 
 
 def choose_method(
@@ -57,14 +63,11 @@ def choose_method(
     """
     if name != "auto":
         method = find_method(name)
-        if method.needs_plain_rates and system.nq != system.nv:
-            raise RuntimeModelError(
-                f"method {name!r} needs rates that are the derivatives of the coordinates, but model {system.name!r} "
-                f"has {system.nq} coordinates and {system.nv} rates (quaternions): use dop853 or rk4"
-            )
-        if refusal := method.refusal(system):
-            raise RuntimeModelError(f"method {name!r} {refusal}")
+        refuse_unsuitable(method, system)
         return method, []
+    if is_large(system):
+        why = f"methods for stiff motion work with full matrices, too large for {system.nv} rates"
+        return METHODS[EXPLICIT], [f"method auto: {EXPLICIT}, because {why}"]
     scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
     reason = stiff_at_start(scales, t_end - t, rtol)
     if not reason and rtol >= _EXPLICIT_BELOW:
@@ -90,8 +93,16 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
         return f"Taylor series of a model of {operations} operations pay at tighter tolerances only"
     if system.m and not system.kernel("rhs")(t, state, p)[-1] >= _INDEPENDENT:
         return "constraints depend on each other at the start"
+    if system.m and _is_ill_conditioned(system, p, t, state):
+        return "an inertia is tiny beside what constraints tie it to"
     refusal = METHODS[SERIES].refusal(system)
     return f"{SERIES} {refusal}" if refusal else ""
+
+
+def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarray) -> bool:
+    from runtime.constraints.kkt import is_ill_conditioned
+
+    return is_ill_conditioned(system, p, t, state[: system.nq])
 
 
 def stiff_at_start(scales: TimeScales, span: float, rtol: float) -> str:
@@ -144,27 +155,99 @@ def choose_step(
                 "or use a fixed-step method such as rk4"
             )
         return 0.0, []
-    span = t_end - t
+    span, notes = t_end - t, []
     if step is None:
         scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
         step = min(scales.fastest_period, span) / method.steps_per_period
-        return step, [
+        notes = [
             f"step: {step:.3g} s, 1/{method.steps_per_period} of the fastest period at the start; "
             "set --step to change it"
         ]
     if not (np.isfinite(step) and step > 0.0):
         raise RuntimeModelError(f"step is {step}: give a positive number of seconds")
-    return min(float(step), span), []
+    least = _LEAST_TICKS * time_resolution(t, t_end)
+    if step < least:
+        raise RuntimeModelError(
+            f"step is {step:.3g} s: times up to {t_end:g} s are numbers that cannot tell steps below {least:.1g} s "
+            "apart; give a longer --step, or a shorter run"
+        )
+    return min(float(step), span), notes
 
 
-def choose_constraints(name: str, system: System) -> str:
-    """Return the constraint treatment to use: projection, or none where the model has no constraints."""
+def time_resolution(*times: float) -> float:
+    """Return the distance of neighbouring floating-point numbers at the largest of some times [s]."""
+    return float(np.spacing(max(map(abs, times))))
+
+
+def choose_constraints(name: str, system: System, method_name: str) -> tuple[str, Method | None, list[str]]:
+    """Return the form in which constraints are treated, the method that has it, and notes.
+
+    Parameters
+    ----------
+    name : str
+        One of `CONSTRAINT_TREATMENTS`.
+    method_name : str
+        A method's name, or "auto": then the one that suits the form.
+
+    Returns
+    -------
+    tuple
+        "projection", or "none" where the model has no constraints: the method is then None, and left to
+        `choose_method`. Else the form and its method.
+
+    Raises
+    ------
+    RuntimeModelError
+        There is no such form, or the method does not have it, or cannot integrate the model.
+    """
     if name not in CONSTRAINT_TREATMENTS:
         raise RuntimeModelError(
             f"there is no constraint treatment {name!r}: {nearest(name, CONSTRAINT_TREATMENTS)}"
         )
-    if name not in ("projection", "auto"):
-        raise RuntimeModelError(
-            f"constraints {name!r}: this version stabilises constraints by projection only; use 'projection' or 'auto'"
+    if not system.m:
+        if name not in ("projection", "auto"):
+            raise RuntimeModelError(
+                f"constraints {name!r}: model {system.name!r} has no constraints; leave that out"
+            )
+        return "none", None, []
+    own = find_method(method_name).form if method_name != "auto" else "projection"
+    if name in ("auto", own):
+        why = (
+            _WHY_PROJECTION
+            if own == "projection"
+            else f"constraints auto: {own}, the form that {method_name} has"
         )
-    return "projection" if system.m else "none"
+        return own, None, [why] if name == "auto" else []
+    if name == "projection" and method_name != "auto":
+        raise RuntimeModelError(
+            f"constraints 'projection': method {method_name!r} solves constraints in the form {own!r} as it is; "
+            "leave constraints to 'auto', or name another method, such as gauss8"
+        )
+    from runtime.integrate.forms import SUITED, find_form
+
+    if method_name != "auto":
+        find_method(method_name)
+        method, notes = find_form(name, method_name), []
+    else:
+        method = find_form(name, SUITED[name])
+        notes = [f"method auto: {method.name}, which suits constraints in the form {name}"]
+    refuse_unsuitable(method, system)
+    return name, method, notes
+
+
+def refuse_unsuitable(method: Method, system: System) -> None:
+    """Raise RuntimeModelError where a method cannot integrate a model."""
+    if method.needs_plain_rates and system.nq != system.nv:
+        raise RuntimeModelError(
+            f"method {method.name!r} needs rates that are the derivatives of the coordinates, but model "
+            f"{system.name!r} has {system.nq} coordinates and {system.nv} rates (quaternions): use dop853 or rk4"
+        )
+    if is_large(system) and (full := [name for name in method.kernels if name in _FULL_MATRICES]):
+        raise RuntimeModelError(
+            f"method {method.name!r} works with full matrices ({', '.join(full)}), too large for the {system.nv} rates "
+            f"and {system.m} constraints of model {system.name!r}: use dop853 or another explicit method"
+        )
+    if refusal := method.refusal(system):
+        raise RuntimeModelError(f"method {method.name!r} {refusal}")
+    if system.switches and (refusal := method.refusal(system.closed)):
+        raise RuntimeModelError(f"method {method.name!r}, while a stop or a friction holds: {refusal}")

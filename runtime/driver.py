@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.event_actions import EventActions, ResetError, arm_events
+from runtime.event_actions import EventActions, ResetError
 from runtime.failures import failure_message
 from runtime.integrate import layout as at
 from runtime.uninterrupted import uninterrupted
 
 if TYPE_CHECKING:
+    from runtime.checkpoint import Checkpoint
+    from runtime.inputs.schedule import InputSchedule
     from runtime.integrate.methods import Method
     from runtime.loop_arrays import LoopArrays
     from runtime.solution import EventRecord
@@ -24,6 +26,7 @@ _FIRST_STEPS = 200
 _SECONDS_PER_CALL = 0.1
 _LONGEST_STEP_LOG = 200_000
 _STIFF_SIGNS = 15
+_LONGEST_HELD = 0.01  # of the run: steps while a stop is closed or a friction sticks
 
 
 class Run:
@@ -39,12 +42,15 @@ class Run:
     stops : sequence of float [s]
         Times to land on; the last is the end of the run.
     recorder : object, optional
-        Has `start(t, y)`, `frames(times, states)`, `steps(log)` and `event(name, t, energy_change=...)`.
+        Has `start(t, y)`, `frames(times, states)`, `steps(log)` and `event(name, t, energy_change=...)`; and
+        `checkpoint(make, final=...)` if it keeps checkpoints, `settings(values)` if it records stops and frictions.
     progress : callable, optional
-        Called with (t, steps) now and then.
+        Called with (t, steps) now and then; where it has a method `watch`, that gets the run before it begins.
     max_steps : int, optional
     fallback : Method, optional
         Takes over where `method` cannot go on.
+    inputs : runtime.inputs.schedule.InputSchedule, optional
+        Keeps inputs over time.
     """
 
     def __init__(
@@ -59,33 +65,45 @@ class Run:
         progress: Callable[[float, int], None] | None = None,
         max_steps: int | None = None,
         fallback: Method | None = None,
+        inputs: InputSchedule | None = None,
     ):
-        self.fallback = fallback
+        self.fallback, self.inputs = fallback, inputs
         self.system, self.method, self.arrays, self.shown = system, method, arrays, shown
         self.stops = list(stops)
+        self.t_start, self.t_end = arrays.t, self.stops[-1]
         self.recorder, self.progress, self.max_steps = recorder, progress, max_steps
         self.actions = EventActions(system, arrays)
         self.status, self.message = "success", ""
         self.notes: list[str] = []
-        self.samples: list[tuple[float, np.ndarray, float]] = []
+        self.samples: list[tuple[float, np.ndarray, float, int]] = []
         self.last: tuple[float, np.ndarray] | None = None
         self.reset_energy_at_frames = np.zeros(len(arrays.frame_times))
+        self.forms: list[np.ndarray] = []  # settings of stops and frictions, one after another
+        self.form_at_frames = np.zeros(len(arrays.frame_times), dtype=int)
         self.step_log = StepLog()
         self.seconds = 0.0
-        self._handed = 0
-        self._stiff_noted = False
+        self.handed = 0  # frames that were handed on
+        self.stiff_noted = False
+        self._resumed = False
 
     def go(self) -> None:
         """Run to the end, to a terminating event, to a failure, or until Ctrl-C."""
-        began = time.perf_counter()
+        began, whole = time.perf_counter(), True
         try:
-            self._begin()
+            if not self._resumed:
+                with uninterrupted():
+                    self._begin()
+            if hasattr(self.progress, "watch"):
+                self.progress.watch(self)
             self._loop()
         except KeyboardInterrupt:
             self._end("interrupted", f"Interrupted at t = {self.arrays.t:.9g} s; all up to there is kept.")
         except ResetError as error:
+            whole = False
             self._end("failed", str(error))
         self._hand_on_frames()
+        if whole:
+            self._keep_checkpoint(final=True)
         self._finish_frames()
         self.seconds = time.perf_counter() - began
 
@@ -93,26 +111,60 @@ class Run:
         arrays = self.arrays
         arrays.frames[0] = arrays.y
         arrays.counters[at.NEXT_FRAME] = 1
-        if arrays.n_events:
-            arm_events(self.system, arrays)
+        self.actions.begin()
+        self._take_form()
+        arrays.frames[0] = arrays.y
         if self.recorder is not None:
             self.recorder.start(arrays.t, arrays.y.copy())
 
     def _loop(self) -> None:
         arrays, n_steps, running = self.arrays, _FIRST_STEPS, True
-        while running and self.stops:
+        while running and self.stops and not self.pauses():
             if self.stops[0] <= arrays.t:
                 self._take_sample()
                 continue
             before = time.perf_counter()
-            status = arrays.advance(self.stops[0], self._allowed(n_steps))
-            took = time.perf_counter() - before
+            # Ctrl-C before the status is acted on would leave a state that nobody can go on from.
+            with uninterrupted():
+                if self.inputs is None:
+                    status = arrays.advance(self.stops[0], self._allowed(n_steps))
+                else:
+                    status = self._advance_over_breaks(n_steps)
+                took = time.perf_counter() - before
+                running = self._after_call(status)
+                self._keep_checkpoint()
             if took < 0.5 * _SECONDS_PER_CALL:
                 n_steps = min(2 * n_steps, len(arrays.step_log))
             elif took > 2.0 * _SECONDS_PER_CALL:
                 n_steps = max(1, n_steps // 2)
-            with uninterrupted():
-                running = self._after_call(status)
+
+    def resume(self, checkpoint: Checkpoint, past: np.ndarray) -> None:
+        """Take up a run where it was left: `go` then goes on from there.
+
+        Parameters
+        ----------
+        checkpoint : runtime.checkpoint.Checkpoint
+        past : ndarray, shape (n, ny)
+            The frames before it, the first ones of `arrays.frames`.
+        """
+        from runtime.checkpoint import put_back
+
+        put_back(checkpoint, self, past)
+        self._resumed = True
+        last = self.samples[-1][0] if self.samples else -np.inf
+        self.stops = [t for t in self.stops if t > last]
+
+    def _keep_checkpoint(self, *, final: bool = False) -> None:
+        """Give a recorder that keeps checkpoints the chance to take one."""
+        keep = getattr(self.recorder, "checkpoint", None)
+        if keep is not None:
+            from runtime.checkpoint import take
+
+            keep(lambda: take(self).to_bytes(), final=final)
+
+    def pauses(self) -> bool:
+        """Whether to leave the rest of the run to a later call."""
+        return False
 
     def _after_call(self, status: int) -> bool:
         """Collect what a call of the step loop has left, act on its status; returns whether to go on."""
@@ -126,6 +178,28 @@ class Run:
         if status == at.EVENT:
             return self._on_event()
         return not (status == at.RUNNING and self._steps_used_up())
+
+    def _advance_over_breaks(self, n_steps: int) -> int:
+        """Advance by `n_steps` at most, over times at which inputs change; collecting at each would take longest."""
+        arrays, status, keep_log = self.arrays, at.REACHED_STOP, False
+        last = int(arrays.counters[at.STEPS]) + self._allowed(n_steps)
+        while status == at.REACHED_STOP and arrays.t < self.stops[0]:
+            allowed = last - int(arrays.counters[at.STEPS])
+            if allowed < 1 or (keep_log and arrays.counters[at.N_LOGGED_STEPS] >= len(arrays.step_log)):
+                return at.RUNNING
+            status = arrays.advance(self.inputs.next_stop(self.stops[0]), allowed, keep_log=keep_log)
+            keep_log = True
+            self._follow_inputs()
+        return status
+
+    def _follow_inputs(self) -> None:
+        """Let inputs over time go on from here; accelerations may jump with them."""
+        arrays = self.arrays
+        if not self.inputs.follow(arrays.t, arrays.y[: self.system.nq + self.system.nv]):
+            return
+        arrays.restart(state_changed=False)
+        if self.method.multistep:
+            arrays.choose_step_anew()  # its history is of the motion before the jump
 
     def _fall_back(self) -> None:
         before, self.method, self.fallback = self.method, self.fallback, None
@@ -151,8 +225,11 @@ class Run:
 
     def _take_sample(self) -> None:
         arrays = self.arrays
-        self.samples.append((arrays.t, arrays.y.copy(), self.actions.energy_of_resets))
-        self.stops.pop(0)
+        with uninterrupted():
+            self.samples.append(
+                (arrays.t, arrays.y.copy(), self.actions.energy_of_resets, len(self.forms) - 1)
+            )
+            self.stops.pop(0)
 
     def _collect(self) -> None:
         arrays = self.arrays
@@ -160,8 +237,8 @@ class Run:
         if self.recorder is not None:
             self.recorder.steps(arrays.new_steps)
         self._hand_on_frames()
-        if arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS and not self._stiff_noted:
-            self._stiff_noted = True
+        if arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS and not self.stiff_noted:
+            self.stiff_noted = True
             self.notes.append(
                 f"from about t = {arrays.t:.3g} s stability, not accuracy, limits the step of {self.method.name} "
                 f"({arrays.h_last:.1e} s): method radau5 may be faster"
@@ -171,20 +248,24 @@ class Run:
 
     def _hand_on_frames(self) -> None:
         arrays, end = self.arrays, int(self.arrays.counters[at.NEXT_FRAME])
-        new = slice(self._handed, end)
+        new = slice(self.handed, end)
         self.reset_energy_at_frames[new] = self.actions.energy_of_resets
+        self.form_at_frames[new] = len(self.forms) - 1
         if self.recorder is not None:
-            rows = np.flatnonzero(self.shown[new]) + self._handed
+            rows = np.flatnonzero(self.shown[new]) + self.handed
             rows = rows[rows > 0]  # the recorder has had the start
             for first in range(0, len(rows), _FRAMES_AT_ONCE):
                 chunk = rows[first : first + _FRAMES_AT_ONCE]
                 self.recorder.frames(arrays.frame_times[chunk], arrays.frames[chunk])
-        self._handed = end
+        self.handed = end
 
     def _on_event(self) -> bool:
         arrays = self.arrays
         records, terminate, accumulation = self.actions.act()
-        changed = any(record.action == "reset" for record in records)
+        changed = any(record.action not in ("record", "terminate") for record in records)
+        self._take_form()
+        if changed and np.isfinite(arrays.control[at.ENERGY_LEVEL]):
+            arrays.control[at.ENERGY_LEVEL] = self.actions.energy() - self._work()
         if changed and self.method.adaptive:
             arrays.choose_step_anew()
         self._report_events(records)
@@ -202,6 +283,47 @@ class Run:
             return False
         return True
 
+    def energy_error(self) -> float:
+        """Return the present error of T + V - work since the start, in parts of the larger |T|, |V| of now and then."""
+        system, arrays = self.system, self.arrays
+        n = system.nq + system.nv
+        first, now = (
+            system.kernel("energy")(t, y[:n], arrays.p)
+            for t, y in ((arrays.frame_times[0], arrays.frames[0]), (arrays.t, arrays.y))
+        )
+        work = self._work() + self.actions.energy_of_resets - float(arrays.frames[0][n:].sum())
+        largest = max(np.abs(first).max(), np.abs(now).max())
+        return float(abs(now.sum() - work - first.sum()) / largest) if largest > 0.0 else 0.0
+
+    def _work(self) -> float:
+        n = self.system.nq + self.system.nv
+        return float(self.arrays.y[n:].sum())
+
+    def _take_form(self) -> None:
+        """Go on with stops and frictions as they are now."""
+        switching = self.actions.switching
+        if switching is None:
+            return
+        settings = switching.settings
+        if self.forms and np.array_equal(settings, self.forms[-1]):
+            return
+        self.forms.append(settings)
+        if hasattr(self.recorder, "settings"):
+            self.recorder.settings(settings)
+        self.arrays.p[self.system.n_settable :] = settings
+        self.arrays.change_form(self.actions.form, self.method, self._longest_step())
+        if self.inputs is not None:
+            self.inputs.take_new_arrays(self.actions.form, self.arrays.t)
+
+    def _longest_step(self) -> float:
+        # A state at rest does not tell how fast the forces on it change.
+        held = self.actions.switching is not None and self.actions.switching.any_held
+        return (self.t_end - self.t_start) * (_LONGEST_HELD if held else 1.0)
+
+    def set_step_limits(self) -> None:
+        """Limit steps by the length of the run."""
+        self.arrays.limit_steps(self.t_end - self.t_start, self._longest_step())
+
     def _report_events(self, records: list[EventRecord]) -> None:
         if self.recorder is not None:
             for record in records:
@@ -212,7 +334,7 @@ class Run:
 
     def _finish_frames(self) -> None:
         """Keep the state at which the run stopped, where that is not a frame already."""
-        arrays, n = self.arrays, self._handed
+        arrays, n = self.arrays, self.handed
         if n and arrays.frame_times[n - 1] == arrays.t and np.array_equal(arrays.frames[n - 1], arrays.y):
             return
         self.last = (arrays.t, arrays.y.copy())

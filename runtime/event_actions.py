@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.integrate import layout as at
+from runtime.loop_arrays import DIRECTIONS
 from runtime.solution import EventRecord
 
 if TYPE_CHECKING:
+    from runtime.contact.switching import Switching
     from runtime.loop_arrays import LoopArrays
     from runtime.system import System
 
@@ -18,6 +20,7 @@ _PROJECTION_NOISE = 4.0  # states on constraints carry the round-off of the proj
 _ZENO_SHRINKAGE = 1e-7
 _CLEAR = 8.0  # times round-off: a flight that high is surely seen
 _ZENO_EVENTS = 5
+_PART_OF_FLIGHT = 1e-2  # over which an event function is nearly straight
 
 
 def arm_events(system: System, arrays: LoopArrays, fired: np.ndarray | None = None) -> None:
@@ -65,13 +68,19 @@ class EventActions:
     log : list of EventRecord
     energy_of_resets : float [J]
         T + V that resets have added so far.
+    zeno : ZenoDetector
     """
 
     def __init__(self, system: System, arrays: LoopArrays):
         self.system, self.arrays = system, arrays
         self.log: list[EventRecord] = []
         self.energy_of_resets = 0.0
-        self._zeno = ZenoDetector()
+        self.zeno = ZenoDetector()
+        self.switching: Switching | None = None
+        if system.switches and arrays.n_events:
+            from runtime.contact.switching import Switching
+
+            self.switching = Switching(system, arrays)
 
     def act(self) -> tuple[list[EventRecord], bool, float | None]:
         """Act on all events of the current instant, in the order of the model file.
@@ -86,23 +95,91 @@ class EventActions:
         """
         system, arrays = self.system, self.arrays
         fired = np.flatnonzero(arrays.event_block(at.FIRED) == 1.0)
+        n_own = len(system.events) - len(system.switches)
+        resolved = not self._against_direction(fired[fired < n_own])
         records, terminate, reset = [], False, False
-        for index in fired:
+        for index in fired[fired < n_own]:
             event = system.events[index]
             records.append(self._act_on(event))
             terminate = terminate or event["action"] == "terminate"
             reset = reset or event["action"] == "reset"
+        switched = fired[fired >= n_own] - n_own
+        if self.switching is not None and (len(switched) or reset):
+            before = self.switching.held
+            records += self._switch(switched)
+            # The event of what was closed or let go is another function now, and not at its zero.
+            fired = fired[(fired < n_own) | (before == self.switching.held)[np.maximum(fired - n_own, 0)]]
         self.log.extend(records)
-        arrays.restart(state_changed=reset)
-        if reset:
-            arm_events(system, arrays, fired)
+        arrays.restart(state_changed=reset or len(switched) > 0)
+        if reset or len(switched):
+            arm_events(self.form, arrays, fired)
             arrays.event_block(at.SIDE)[fired] = 0.0
-        accumulation = self._zeno.look(arrays.t, self._gets_away(fired)) if reset else None
+        accumulation = self.zeno.look(arrays.t, resolved and self._gets_away(fired)) if reset else None
         return records, terminate, accumulation
+
+    @property
+    def form(self) -> System:
+        """The model in the form that applies now: with its stops and frictions as constraints where one is held."""
+        held = self.switching is not None and self.switching.any_held
+        return self.system.closed if held else self.system
+
+    def begin(self) -> None:
+        """Find which stops are closed at the start, and arm the events."""
+        if self.switching is not None:
+            before = self.energy()
+            self.switching.start()
+            self._check_forces()
+            self.energy_of_resets += self.energy() - before
+        if self.arrays.n_events:
+            arm_events(self.form, self.arrays)
+
+    def _switch(self, switched: np.ndarray) -> list[EventRecord]:
+        """Settle stops and frictions; the energy of the instant is noted with the first of them."""
+        arrays, nq, n = self.arrays, self.system.nq, self.system.nq + self.system.nv
+        before, energy = arrays.y[:n].copy(), self.energy()
+        actions = self.switching.act(switched)
+        after, change = arrays.y[:n].copy(), self.energy() - energy
+        self.energy_of_resets += change
+        self._check_forces()
+        return [
+            EventRecord(
+                self.switching.names[index], action, arrays.t, before[:nq], before[nq:], after[:nq], after[nq:],
+                change if k == 0 else 0.0,
+            )
+            for k, (index, action) in enumerate(zip(switched, actions, strict=True))
+        ]  # fmt: skip
+
+    def _check_forces(self) -> None:
+        """Refuse to go on where the forces of what is held are not unique: it could not be seen to let go."""
+        arrays, n = self.arrays, self.system.nq + self.system.nv
+        self.switching.write()
+        if (
+            self.form is self.system
+            or np.isfinite(self.form.kernel("events")(arrays.t, arrays.y[:n], arrays.p)).all()
+        ):
+            return
+        held = ", ".join(repr(name) for name in self.switching.held_names)
+        raise ResetError(
+            f"{held} cannot be held at t = {arrays.t:.9g} s: constraints of the model depend on each other there, and "
+            "forces of stops are not unique; leave out the constraints that follow from others."
+        )
+
+    def _against_direction(self, fired: np.ndarray) -> bool:
+        """Whether an event that fired moves against the direction it waits for: its flight was below the tolerance."""
+        form, arrays, dt = self.form, self.arrays, _PART_OF_FLIGHT * self.zeno.since_last(self.arrays.t)
+        if dt == 0.0 or not fired.size:
+            return False
+        y = arrays.y[: form.nq + form.nv].copy()
+        slope = form.kernel("rhs")(arrays.t, y, arrays.p)[: len(y)]
+        before, after = (
+            form.kernel("events")(arrays.t + shift, y + shift * slope, arrays.p) for shift in (-dt, dt)
+        )
+        directions = np.array([DIRECTIONS[self.system.events[index]["direction"]] for index in fired])
+        return bool(np.any(directions * (after - before)[fired] < 0.0))
 
     def _gets_away(self, fired: np.ndarray) -> bool:
         """Whether the events that fired leave zero by more than round-off before they would fire again."""
-        system, arrays, half = self.system, self.arrays, 0.5 * self._zeno.next_interval(self.arrays.t)
+        system, arrays, half = self.system, self.arrays, 0.5 * self.zeno.next_interval(self.arrays.t)
         if half == 0.0:
             return True
         y = arrays.y[: system.nq + system.nv].copy()
@@ -116,11 +193,11 @@ class EventActions:
         before = arrays.y[: system.nq + system.nv].copy()
         change = 0.0
         if event["action"] == "reset":
-            energy_before = self._energy()
+            energy_before = self.energy()
             after = system.kernel(f"reset_{event['name']}")(arrays.t, before, arrays.p)
             arrays.y[: system.nq + system.nv] = after
             self._make_consistent(event["name"], before[system.nq :], after[system.nq :])
-            change = self._energy() - energy_before
+            change = self.energy() - energy_before
             self.energy_of_resets += change
         after = arrays.y[: system.nq + system.nv].copy()
         q, nq = slice(None, system.nq), system.nq
@@ -160,7 +237,8 @@ class EventActions:
             if rates is not None:
                 arrays.y[system.nq : system.nq + system.nv] = rates
 
-    def _energy(self) -> float:
+    def energy(self) -> float:
+        """T + V at the present state [J]."""
         system, arrays = self.system, self.arrays
         return float(system.kernel("energy")(arrays.t, arrays.y[: system.nq + system.nv], arrays.p).sum())
 
@@ -175,6 +253,19 @@ class ZenoDetector:
     def __init__(self):
         self._last: float | None = None
         self._intervals: list[float] = []
+
+    @property
+    def memory(self) -> list[float | None]:
+        """What it has seen, as JSON can say it; set it to go on from there."""
+        return [self._last, *self._intervals]
+
+    @memory.setter
+    def memory(self, values: list[float | None]) -> None:
+        self._last, *self._intervals = values
+
+    def since_last(self, t: float) -> float:
+        """Return the time [s] since the last reset; 0 before the first."""
+        return t - self._last if self._last is not None else 0.0
 
     def next_interval(self, t: float) -> float:
         """Return how long [s] after a reset at `t` the next is to be expected; 0 where intervals do not shrink."""

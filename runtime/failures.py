@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from runtime.system import System
 
 _ROUND_OFF_RTOL = 1e-12
+_NO_GRADIENT = 1e-12
 
 
 def failure_message(status: int, system: System, method: Method, arrays: LoopArrays) -> str:
@@ -26,8 +27,12 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
         See `runtime.integrate.layout`.
     """
     when = f"t = {arrays.t:.9g} s"
+    if status in (at.STEP_TOO_SMALL, at.PROJECTION_FAILED, at.NEWTON_FAILED):
+        locked = _locked(system, arrays, when)
+        if locked:
+            return locked
     if status == at.STEP_TOO_SMALL:
-        return _step_too_small(system, arrays, when)
+        return _step_too_small(system, method, arrays, when)
     if status == at.NOT_FINITE:
         return _not_finite(system, method, arrays, when)
     if status == at.PROJECTION_FAILED:
@@ -51,6 +56,11 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
             f"Constraints depend on each other at {when}, where series of the accelerations cannot be solved for: "
             "use --method dop853, which lets go of what is redundant."
         )
+    if status == at.PARTITION_LOST:
+        return (
+            f"Every choice of independent coordinates fails at {when}: constraints come to depend on each other there, "
+            "as at a dead point, and no coordinates determine the rest. Use constraints = projection, which passes it."
+        )
     if status == at.SINGULAR_MATRIX:
         return (
             f"The equations of motion have no unique solution at {when}: {fastest(system, arrays)} has no mass or too "
@@ -59,10 +69,30 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
     return f"{method.name} stopped at {when} with status {status}."
 
 
-def _step_too_small(system: System, arrays: LoopArrays, when: str) -> str:
+def _locked(system: System, arrays: LoopArrays, when: str) -> str:
+    """Return the sentence for constraints that depend on each other where the run stopped, "" where none do."""
+    if not system.m:
+        return ""
+    from runtime.constraints.dependence import dependent_constraints
+
+    names = dependent_constraints(system, arrays.p, arrays.t, arrays.y[: system.nq])
+    if not names:
+        return ""
+    subject = ", ".join(repr(name) for name in names)
+    verdict = "restricts nothing" if len(names) == 1 else "depend on each other"
+    return (
+        f"Constraint{'s' if len(names) > 1 else ''} {subject} {verdict} at {when}, and no motion leads on from there: "
+        "the mechanism is locked or out of reach, or what these constraints ask for later contradicts; check its "
+        "geometry and what is prescribed over time."
+    )
+
+
+def _step_too_small(system: System, method: Method, arrays: LoopArrays, when: str) -> str:
     h = arrays.control[at.H]
     if arrays.counters[at.STIFF_COUNT] > 0:
         remedy = "the motion is stiff; try --method radau5"
+    elif method.name == "taylor" and system.m:
+        remedy = "there may be a change point, which series do not reach across; try --method dop853"
     elif arrays.control[at.RTOL] < _ROUND_OFF_RTOL:
         remedy = "the tolerance is at the limit of round-off; loosen --rtol and --atol"
     else:
@@ -74,7 +104,11 @@ def _not_finite(system: System, method: Method, arrays: LoopArrays, when: str) -
     row = _row(system, arrays)
     names = state_names(system)
     broken = [names[i] for i in np.flatnonzero(~np.isfinite(row[: len(names)]))]
-    if broken:
+    flat = _constraint_without_gradient(system, arrays) if broken else None
+    if flat is not None:
+        what = f"constraint {flat!r} has no gradient there, so no force can hold it"
+        remedy = "write it in such a way that its derivative is not zero where it holds"
+    elif broken:
         what = f"the derivative of {broken[0]} is not finite"
         remedy = "check the expressions that act on it for a division by zero or a root of a negative number"
     elif method.adaptive:
@@ -84,6 +118,15 @@ def _not_finite(system: System, method: Method, arrays: LoopArrays, when: str) -
         what = f"the next step overflows; {fastest(system, arrays)} changes fastest"
         remedy = f"try a smaller --step than {arrays.control[at.H]:.3g} s, or --method auto"
     return f"The motion became infinite or undefined at {when}: {what}; {remedy}."
+
+
+def _constraint_without_gradient(system: System, arrays: LoopArrays) -> str | None:
+    if not system.m:
+        return None
+    jacobian = system.kernel("constraint_jacobian")(arrays.t, arrays.y[: system.nq + system.nv], arrays.p)
+    sizes = np.abs(jacobian.reshape(system.m, system.nv)).max(axis=1)
+    flat = np.flatnonzero(sizes < _NO_GRADIENT)
+    return system.constraints[flat[0]]["name"] if flat.size else None
 
 
 def state_names(system: System) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from runtime.abi import ABI
+from runtime.abi import ABI, SETTINGS
 
 _COUNTS = ("nq", "nv", "nh", "nn", "nw")
 _TEXTS = ("generator", "source", "name", "description")
@@ -32,7 +32,8 @@ _RECORDS: dict[str, dict[str, type]] = {
 _CHOICES = {
     ("constraints", "kind"): ("holonomic", "velocity"),
     ("events", "direction"): ("rising", "falling", "both"),
-    ("events", "action"): ("terminate", "record", "reset"),
+    ("events", "action"): ("terminate", "record", "reset", "stop", "friction"),
+    ("switches", "kind"): tuple(SETTINGS),
 }
 
 
@@ -58,6 +59,8 @@ def check_header(header: Any) -> None:
             raise HeaderFault(f"{key!r} is {header[key]}, expected a count")
     for key, fields in _RECORDS.items():
         _check_records(key, _get(header, key, list, ""), fields)
+    for index, record in enumerate(header["inputs"]):
+        _check_course(record, f"inputs[{index}]")
     for flag in _FLAGS:
         _get(_get(header, "structure", dict, ""), flag, bool, "structure")
     for name in _get(header, "operations", dict, ""):
@@ -68,6 +71,7 @@ def check_header(header: Any) -> None:
             raise HeaderFault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
     _check_sizes(header)
     _check_subsystems(header)
+    _check_switches(header)
 
 
 def _get(table: Any, key: str, kind: type, place: str) -> Any:
@@ -101,6 +105,22 @@ def _check_records(key: str, records: list[Any], fields: dict[str, type]) -> Non
         if name in seen:
             raise HeaderFault(f"{key} has the name {name!r} twice")
         seen.add(name)
+
+
+def _check_course(record: dict[str, Any], place: str) -> None:
+    """What an input does over time, if the model says so: numbers, as many times as values."""
+    lists = [(record, "polynomial", place)] if "polynomial" in record else []
+    if "table" in record:
+        table, inside = _get(record, "table", dict, place), f"{place}['table']"
+        lists += [(table, "t", inside), (table, "values", inside)]
+        if _get(table, "kind", str, inside) not in ("linear", "cubic", "hold"):
+            raise HeaderFault(f"{inside}['kind'] is {table['kind']!r:.60}, expected linear, cubic or hold")
+    for owner, key, where in lists:
+        numbers = _get(owner, key, list, where)
+        if not numbers or any(type(x) not in (int, float) or not math.isfinite(x) for x in numbers):
+            raise HeaderFault(f"{where}[{key!r}] is no list of finite numbers")
+    if "table" in record and len(record["table"]["t"]) != len(record["table"]["values"]):
+        raise HeaderFault(f"{place}['table'] has not as many times as values")
 
 
 def _check_sizes(header: dict[str, Any]) -> None:
@@ -138,6 +158,20 @@ def _check_subsystems(header: dict[str, Any]) -> None:
         count = header[size] + (header["nn"] if key == "constraints" else 0)
         if any(type(k) is not int for k in found) or sorted(found) != list(range(count)):
             raise HeaderFault(f"subsystems do not name each of the {count} {key} once")
+
+
+def _check_switches(header: dict[str, Any]) -> None:
+    """Each stop and friction has an event of its name; stops come first, their events in the same order and last."""
+    switches = _get(header, "switches", list, "") if "switches" in header else []
+    _check_records("switches", switches, {"name": str, "kind": str})
+    acting = [(e["name"], e["action"]) for e in header["events"] if e["action"] in SETTINGS]
+    listed = [(s["name"], s["kind"]) for s in switches]
+    ordered = sorted(listed, key=lambda entry: entry[1] != "stop")
+    last = [e["action"] in SETTINGS for e in header["events"][len(header["events"]) - len(listed) :]]
+    if not (listed == ordered == acting and all(last)):
+        raise HeaderFault(
+            "switches must list the stops, then the frictions, and have the last events in this order"
+        )
 
 
 def _check_quaternions(header: dict[str, Any]) -> None:

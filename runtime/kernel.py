@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from runtime.code.grammar import FunctionText, Lengths
-from runtime.code.modules import PREPARED, lower_function, lower_kernel, lower_setup
+from runtime.code.llvm_text import PREPARED
 from runtime.errors import ModuleError
 
 if TYPE_CHECKING:
@@ -45,6 +45,8 @@ class KernelSource:
 
     def lower(self, symbol: str) -> tuple[str, int]:
         """Return the function as LLVM IR that defines `symbol`, and the number of its operations."""
+        from runtime.code.modules import lower_function
+
         lowered = lower_function(self.code, symbol)
         return lowered.ir, lowered.operations
 
@@ -52,13 +54,15 @@ class KernelSource:
         """Return LLVM IR that defines `symbol` and, where work is hoisted, `symbol_prepared` as well."""
         if not self.n_hoisted:
             return self.lower(symbol)
+        from runtime.code.modules import lower_kernel
+
         lowered = lower_kernel(self.code, symbol, self.n_hoisted, self.offset)
         return lowered.ir, lowered.operations
 
-    def python_function(self) -> Callable:
+    def python_function(self, mathematics: Mapping[str, Callable] | None = None) -> Callable:
         """Return the function as plain Python, after the grammar's check."""
         self.lower("checked")
-        return self.code.python_function()
+        return self.code.python_function(mathematics=mathematics)
 
     def njit_function(self) -> Callable:
         """Return the same compiled by Numba."""
@@ -198,6 +202,8 @@ def compile_setup(sources: Sequence[KernelSource]) -> Callable[[np.ndarray, int]
     parts = [(source.code, source.n_hoisted) for source in sources]
 
     def lower(symbol: str) -> tuple[str, int]:
+        from runtime.code.modules import lower_setup
+
         lowered = lower_setup(parts, symbol)
         return lowered.ir, lowered.operations
 

@@ -21,6 +21,11 @@ _KERNELS = {
     "residual": at.RESIDUAL,
     "residual_jacobian": at.RESIDUAL_JACOBIAN,
     "energy": at.ENERGY,
+    "constraint_residual": at.CONSTRAINT_RESIDUAL,
+    "constraint_jacobian": at.CONSTRAINT_JACOBIAN,
+    "gamma": at.GAMMA,
+    "mass_matrix": at.MASS_MATRIX,
+    "forces": at.FORCES,
 }
 
 
@@ -44,6 +49,8 @@ class LoopArrays:
         Length of the run, for the limits of the step size.
     with_events : bool
         Whether events are looked for.
+    energy_level : float [J]
+        T + V that the rates are scaled to after each step; nan: they are not.
     log_length : int
         Rows of the step log.
     """
@@ -62,14 +69,16 @@ class LoopArrays:
         step: float = 0.0,
         span: float,
         with_events: bool = True,
+        energy_level: float = np.nan,
         log_length: int = 4096,
     ):
         self.coefficients = method.coefficients(system)
         self.n_events = len(system.events) if with_events else 0
-        self.addresses, self._keep = kernel_addresses(system, method, with_events=with_events)
+        self._with_energy = bool(np.isfinite(energy_level))
+        self._take_kernels(system, method)
         self.sizes = loop_sizes(system, with_events=with_events)
         self.p = np.array(p, dtype=float)
-        self.prepared = system.prepared(self.p)
+        self._prepare(system, method)
         self.control = np.zeros(at.N_CONTROL + at.N_EVENT_BLOCKS * self.n_events)
         self.counters = np.zeros(at.N_COUNTERS, dtype=np.int64)
         self.y = np.concatenate([state, np.zeros(system.nw)])
@@ -83,17 +92,24 @@ class LoopArrays:
         self._bound: Callable[[], int] | None = None
         c = self.control
         c[at.RTOL], c[at.ATOL] = rtol, atol
-        c[at.H], c[at.H_MAX], c[at.H_MIN] = step, span, 1e-15 * span
+        c[at.H] = step
+        self.limit_steps(span, span)
         c[at.T] = c[at.T_GRID] = c[at.T_EVENT] = t
         c[at.ERROR_OLD] = 1e-4
         c[at.PROJECTION_TOL] = PROJECTION_TOL
         c[at.MIN_PIVOT_RATIO] = np.inf
+        c[at.ENERGY_LEVEL] = energy_level
+        self._prepare_guard(system)
 
-    def advance(self, stop: float, max_steps: int) -> int:
-        """Run the loop until `stop` [s], an event, a failure, or for `max_steps` steps; returns its status."""
+    def advance(self, stop: float, max_steps: int, *, keep_log: bool = False) -> int:
+        """Run the loop until `stop` [s], an event, a failure, or for `max_steps` steps; returns its status.
+
+        With `keep_log`, steps are logged behind those of the last call.
+        """
         self.control[at.T_STOP] = stop
         self.counters[at.MAX_STEPS_PER_CALL] = max_steps
-        self.counters[at.N_LOGGED_STEPS] = 0
+        if not keep_log:
+            self.counters[at.N_LOGGED_STEPS] = 0
         if self._bound is None:
             bind = getattr(self._advance, "bind", None) or functools.partial(functools.partial, self._advance)
             self._bound = bind(*self.arguments())
@@ -136,40 +152,101 @@ class LoopArrays:
     def change_method(self, system: System, method: Method) -> None:
         """Go on from the current state with another method, which chooses its own steps."""
         self.coefficients = method.coefficients(system)
-        self.addresses, self._keep = kernel_addresses(system, method, with_events=self.n_events > 0)
+        self._take_kernels(system, method)
+        self._bound = None
         self.work = np.zeros(method.work_size(self.coefficients, self.sizes))
         self._advance = method.advance()
         self.counters[at.FAMILY_COUNTERS :] = 0
         self.restart(state_changed=True)
         self.choose_step_anew()
+        self._prepare_guard(system)
+
+    def change_form(self, system: System, method: Method, longest_step: float) -> None:
+        """Go on with another form of the same model, with more constraints or fewer; `p` may have changed too.
+
+        Parameters
+        ----------
+        longest_step : float [s]
+        """
+        self.control[at.H_MAX] = longest_step
+        least, step = self.control[at.MIN_PIVOT_RATIO], self.control[at.H]
+        self.sizes = loop_sizes(system, with_events=self.n_events > 0)
+        self.f = np.zeros(system.n_row)
+        self._prepare(system, method)
+        self._bound = None
+        self.change_method(system, method)
+        self.control[at.MIN_PIVOT_RATIO] = least
+        if not method.adaptive:
+            self.control[at.H] = step
+
+    def _prepare(self, system: System, method: Method) -> None:
+        self.prepared, tail = system.prepared(self.p), np.zeros(0)
+        if method.tail is not None:
+            tail = method.tail(system)
+            self.prepared = np.concatenate([self.prepared, tail])
+        self._n_tail = len(tail)
+
+    @property
+    def tail(self) -> np.ndarray:
+        """A view of what the method carries behind the prepared `p`."""
+        return self.prepared[len(self.prepared) - self._n_tail :]
+
+    def _take_kernels(self, system: System, method: Method) -> None:
+        with_events = self.n_events > 0
+        self.addresses, self._keep = kernel_addresses(
+            system, method, with_events=with_events, with_energy=self._with_energy
+        )
+
+    def _prepare_guard(self, system: System) -> None:
+        if system.m:
+            self._keep[0].expect(self.p, self.t, self.y[: system.nq])
+
+    def limit_steps(self, span: float, longest: float) -> None:
+        """Set the limits of the step for a run of length `span` [s], whose steps are at most `longest` [s]."""
+        self.control[at.H_MAX], self.control[at.H_MIN] = longest, 1e-15 * span
+
+    def guard_memory(self) -> np.ndarray:
+        """What the guard of a constrained model has taken note of; without one, an empty array."""
+        return self._keep[0].memory if hasattr(self._keep[0], "memory") else np.zeros(0)
+
+    def recall_guard(self, memory: np.ndarray) -> None:
+        """Bring the guard into the state of `guard_memory`."""
+        if len(memory):
+            self._keep[0].memory = memory
 
     def choose_step_anew(self) -> None:
         """Let an adaptive method choose its next step as at the start of a run."""
         self.control[at.H] = 0.0
 
 
-def kernel_addresses(system: System, method: Method, *, with_events: bool) -> tuple[np.ndarray, list[Any]]:
+def kernel_addresses(
+    system: System, method: Method, *, with_events: bool, with_energy: bool = False
+) -> tuple[np.ndarray, list[Any]]:
     """Return the addresses of the kernels that a run needs, and what keeps their code alive; they take a prepared `p`.
 
-    Constrained models get the guarded versions of `rhs` and `project`, which survive dependent constraints.
+    Constrained models get the guarded versions of `rhs` and `project`, which survive dependent constraints; versions
+    of the method's own take the place of either.
     """
     addresses, keep = np.zeros(at.N_KERNELS, dtype=np.uint64), []
     if system.m:
-        from runtime.constraints.kkt import robust_project_address, robust_rhs_address
+        from runtime.constraints.kkt import lease_guard
 
-        for index, (address, owner) in (
-            (at.RHS, robust_rhs_address(system)),
-            (at.PROJECT, robust_project_address(system)),
-        ):
-            addresses[index] = address
-            keep.append(owner)
+        keep.append(lease_guard(system))
+        addresses[at.RHS], addresses[at.PROJECT] = keep[0].rhs, keep[0].project
     else:
         for index, name in ((at.RHS, "rhs"), *(((at.PROJECT, "project"),) if system.quaternions else ())):
             keep.append(system.kernel(name))
             addresses[index] = keep[-1].prepared_address
-    for name in (*method.kernels, *(("events",) if with_events and system.events else ())):
+    more = [
+        name for name, used in (("events", with_events and system.events), ("energy", with_energy)) if used
+    ]
+    for name in (*method.kernels, *more):
         keep.append(system.kernel(name))
         addresses[_KERNELS[name]] = keep[-1].prepared_address
+    if method.versions is not None:
+        for index, (address, owner) in method.versions(system).items():
+            addresses[index] = address
+            keep.append(owner)
     return addresses, keep
 
 

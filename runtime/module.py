@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import importlib
 import os
 import re
 from dataclasses import dataclass
@@ -11,12 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from runtime.abi import required_functions
-from runtime.code import dense_ldl
 from runtime.errors import ModuleError
 from runtime.header import HeaderFault, check_header
 
 DECORATOR = '@njit(error_model="numpy")'
 
+_DENSE, _FRONTS = "runtime.code.dense_ldl", "runtime.code.front_ldl"
+SOLVERS = {"factor_ldl": _DENSE, "solve_ldl": _DENSE, "factor_fronts": _FRONTS, "solve_fronts": _FRONTS}
 _PREAMBLE_LINE = re.compile(r"(#.*|from (math|numba) import [A-Za-z0-9_, ()]*)?$")
 _TOP_LEVEL_LINE = re.compile(r"^[^\s#].*$", re.MULTILINE)
 _DEFINITION = re.compile(r"def ([A-Za-z_][A-Za-z0-9_]*)\(t, y, p, out\):$")
@@ -141,9 +143,9 @@ def _tables(tops: list[tuple[int, str]]) -> dict[str, tuple[int, ...]]:
 def _is_solver(text: str, file: str, line: int) -> bool:
     """Whether the text of a function is that of a solver which this run time knows under its name."""
     name = text[4 : text.find("(")]
-    if name not in dense_ldl.SOLVERS:
+    if name not in SOLVERS:
         return False
-    if not dense_ldl.is_known(text):
+    if not importlib.import_module(SOLVERS[name]).is_known(text):
         cause = f"the function {name!r} is not the one that this run time knows"
         raise ModuleError(file, f"line {line}", cause, "derive the model again")
     return True

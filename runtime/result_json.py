@@ -43,6 +43,7 @@ def result(solution: Solution, seconds: Mapping[str, float] | None = None) -> di
         solution.accelerations[-1],
         solution.multipliers[-1],
         solution.outputs[-1],
+        solution.contact_forces[-1] if system.switches else None,
     )
     times = {"compile": solution.seconds.get("prepare", 0.0), **solution.seconds, **(seconds or {})}
     energy, residual = solution.energy, solution.constraint_residual
@@ -65,14 +66,18 @@ def result(solution: Solution, seconds: Mapping[str, float] | None = None) -> di
     }
 
 
-def _state(solution: Solution, q, v, acceleration, multipliers, outputs) -> dict[str, dict[str, float]]:
+def _state(
+    solution: Solution, q, v, acceleration, multipliers, outputs, contact_forces
+) -> dict[str, dict[str, float]]:
     system = solution.system
+    touching = {} if contact_forces is None else {"contact_forces": _named(system.switches, contact_forces)}
     return {
         "coordinates": _named(system.coordinates, q),
         "rates": _named(system.rates, v),
         "accelerations": _named(system.rates, acceleration),
         "multipliers": _named(system.constraints, multipliers),
         "outputs": _named(system.outputs, outputs),
+        **touching,
     }
 
 
@@ -81,7 +86,15 @@ def _named(records: Sequence[dict[str, Any]], values: np.ndarray) -> dict[str, f
 
 
 def _sample(solution: Solution, sample: Sample) -> dict[str, Any]:
-    state = _state(solution, sample.q, sample.v, sample.acceleration, sample.multipliers, sample.outputs)
+    state = _state(
+        solution,
+        sample.q,
+        sample.v,
+        sample.acceleration,
+        sample.multipliers,
+        sample.outputs,
+        sample.contact_forces,
+    )
     return {"t": float(sample.t), **state, "energy": float(sample.energy)}
 
 

@@ -14,6 +14,8 @@ from runtime.errors import UnknownNameError, nearest
 from runtime.names import acceleration_labels, rate_indices, rate_labels
 
 if TYPE_CHECKING:
+    from runtime.contact.forms import Forms
+    from runtime.subsystems.report import Parts
     from runtime.system import System
 
 
@@ -28,6 +30,7 @@ class Sample:
     acceleration, multipliers, outputs : ndarray, shape (nv,), (m,), (number of outputs,)
     energy : float [J]
         T + V.
+    contact_forces : ndarray, shape (number of stops and frictions,), or None
     """
 
     t: float
@@ -37,6 +40,7 @@ class Sample:
     multipliers: np.ndarray
     outputs: np.ndarray
     energy: float
+    contact_forces: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,7 @@ class EventRecord:
     Attributes
     ----------
     name, action : str
+        The action of a stop is impact or release, that of friction stick, slip or turn.
     t : float [s]
     q_before, v_before, q_after, v_after : ndarray
     energy_change : float [J]
@@ -72,12 +77,20 @@ class Energy:
         `work` counts what came from outside, and from resets of events.
     max_error : float
         Largest deviation of T + V - work from its start over all checked states, in parts of the largest |T|, |V|.
+    taken : float
+        Largest error that energy scaling has taken away up to some step, in the same parts.
     """
 
     kinetic: np.ndarray
     potential: np.ndarray
     work: np.ndarray
     max_error: float
+    taken: float = 0.0
+
+    @property
+    def unscaled_error(self) -> float:
+        """The error that the run has, or would have without energy scaling."""
+        return max(self.max_error, self.taken)
 
     @property
     def total(self) -> np.ndarray:
@@ -121,9 +134,9 @@ class ConstraintResidual:
 class Solution:
     """A run and its result.
 
-    `solution["theta"]`, `solution["dot(theta)"]`, `solution["dot(dot(theta))"]`, `solution["lambda(pin)"]` and the
-    names of outputs give arrays over `solution.t`; so do the names of angular velocities, `solution["ball_wx"]`
-    and `solution["dot(ball_wx)"]`.
+    `solution["theta"]`, `solution["dot(theta)"]`, `solution["dot(dot(theta))"]`, `solution["lambda(pin)"]`,
+    `solution["force(stop)"]` and the names of outputs give arrays over `solution.t`; so do the names of angular
+    velocities, `solution["ball_wx"]` and `solution["dot(ball_wx)"]`.
 
     Attributes
     ----------
@@ -162,6 +175,10 @@ class Solution:
         Smallest pivot ratio of the constraints met; near 0 where their rank was in danger.
     redundant : list of str
         Constraints that follow from the others; their multipliers are not unique.
+    forms : runtime.contact.forms.Forms or None
+        Which stops were closed and which frictions stuck at each frame.
+    parts : runtime.subsystems.report.Parts or None
+        The subsystems, where each was integrated by itself.
     """
 
     system: System
@@ -190,6 +207,8 @@ class Solution:
     min_pivot_ratio: float = np.inf
     redundant: list[str] = field(default_factory=list)
     options: Mapping[str, Any] = field(default_factory=dict)
+    forms: Forms | None = None
+    parts: Parts | None = None
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the values of a coordinate, rate, acceleration, multiplier or output at the frames."""
@@ -213,6 +232,8 @@ class Solution:
             "accelerations": acceleration_labels(coordinates, rates),
             "multipliers": [f"lambda({record['name']})" for record in self.system.constraints],
             "outputs": [record["name"] for record in self.system.outputs],
+            "input_values": [record["name"] for record in self.system.inputs],
+            "contact_forces": [f"force({record['name']})" for record in self.system.switches],
         }
         series: dict[str, tuple[str, int]] = {}
         for attribute, names in named.items():
@@ -231,10 +252,13 @@ class Solution:
         return np.ascontiguousarray(np.hstack([self.q, self.v]))
 
     @cached_property
-    def _rows(self) -> tuple[np.ndarray, np.ndarray]:
+    def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         from runtime.batches import accelerations_and_multipliers
 
-        return accelerations_and_multipliers(self.system, self.p, self.t, self.states)
+        if self.forms is not None:
+            return self.forms.evaluate(self.system, self.p, self.t, self.states)
+        rows = accelerations_and_multipliers(self.system, self.p, self.t, self.states)
+        return *rows, np.zeros((len(self.t), len(self.system.switches)))
 
     @property
     def accelerations(self) -> np.ndarray:
@@ -246,12 +270,27 @@ class Solution:
         """Lagrange multipliers at the frames, shape (n_frames, m)."""
         return self._rows[1]
 
+    @property
+    def contact_forces(self) -> np.ndarray:
+        """Forces of stops (along the gap) and frictions (along the sliding speed), shape (n_frames, number of them)."""
+        return self._rows[2]
+
     @cached_property
     def outputs(self) -> np.ndarray:
         """The model's outputs at the frames, shape (n_frames, number of outputs)."""
         from runtime.batches import evaluate
 
         return evaluate(self.system, "outputs", self.p, self.t, self.states)
+
+    @cached_property
+    def input_values(self) -> np.ndarray:
+        """The model's inputs at the frames, shape (n_frames, number of inputs)."""
+        if not self.system.input_words:
+            first, n = len(self.system.parameters), len(self.system.inputs)
+            return np.tile(self.p[first : first + n], (len(self.t), 1))
+        from runtime.batches import evaluate
+
+        return evaluate(self.system, "inputs", self.p, self.t, self.states)
 
     @cached_property
     def health(self) -> list:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from runtime.checks.inertia import refuse_negative_inertia
-from runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
+from runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step, time_resolution
 from runtime.constraints.assembly import assemble
+from runtime.constraints.energy_level import choose_energy_level
 from runtime.driver import Run
 from runtime.errors import RuntimeModelError
 from runtime.integrate.methods import METHODS
@@ -18,12 +19,15 @@ from runtime.loop_arrays import LoopArrays
 from runtime.summary import summarise
 
 if TYPE_CHECKING:
+    from runtime.integrate.methods import Method
     from runtime.solution import Solution
     from runtime.system import System
 
 _FPS = 60.0
 _LEAST_FRAMES, _MOST_FRAMES = 200, 20_000
 _FRAMES_IN_MEMORY = 1_000_000_000
+_SHORTEST_RUN = 1e-150  # [s]: squares of the steps must not underflow
+_LEAST_TICKS = 1000  # of floating-point time in a run
 SMALLEST_RTOL = 1e-15  # a few units of the last digit
 
 
@@ -39,13 +43,15 @@ def solve(
     parameters: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
     rate: Mapping[str, float] | None = None,
-    inputs: Mapping[str, float] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
     at: Sequence[float] = (),
     fps: float | None = None,
     t_start: float = 0.0,
     progress: Callable[[float, int], None] | None = None,
     recorder: Any = None,
     max_steps: int | None = None,
+    energy_scaling: bool | None = None,
+    split: bool | None = None,
 ) -> Solution:
     """Integrate `system` from `t_start` to `t_end`.
 
@@ -61,9 +67,12 @@ def solve(
     step : float, optional [s]
         Of fixed-step methods; 1/50 of the fastest period at the start by default, up to 1/14 with high orders.
     constraints : str
-        "projection" or "auto".
-    parameters, inputs : mapping of str to float, optional
+        "projection", another form of `runtime.integrate.forms.FORMS` that the method has, or "auto".
+    parameters : mapping of str to float, optional
         Values other than the model's.
+    inputs : mapping, optional
+        By name: a number, a pair (times, values), or a `runtime.inputs` Table, Polynomial or Controller; the latter
+        also by a tuple of names, for several inputs at once. The model's own otherwise.
     start, rate : mapping of str to float, optional
         Initial values of coordinates and rates, enforced.
     at : sequence of float [s]
@@ -77,6 +86,9 @@ def solve(
         `method`, `constraints`, `rtol`, `atol` and `options` once these are settled.
     max_steps : int, optional
         Fail after this many steps.
+    energy_scaling : bool, optional
+        Whether rates are scaled after each step so that a conservative model with constraints keeps its energy; by
+        default where that suits model and method. Health checks count the errors that it takes away.
 
     Returns
     -------
@@ -88,18 +100,55 @@ def solve(
     RuntimeModelError
         An option does not fit, or the initial conditions contradict the constraints.
     """
-    t_start, t_end = _interval(system, t_start, t_end)
+    t_start, t_end = run_interval(system, t_start, t_end)
     rtol, atol = _tolerance("rtol", rtol), _tolerance("atol", atol)
-    p = system.parameter_values({**(parameters or {}), **(inputs or {})})
-    treatment = choose_constraints(constraints, system)
+    if max_steps is not None and max_steps < 1:
+        raise RuntimeModelError(f"max_steps is {max_steps}: allow at least one step, or leave it out")
+    moving, constant = _split_inputs(system, {**(inputs or {})}, parameters or {})
+    p = system.parameter_values({**(parameters or {}), **constant})
+    if moving and system.switches:
+        raise RuntimeModelError(
+            f"model {system.name!r} has stops or dry friction, which do not go together with inputs over time: give "
+            "constant inputs, or write the course of time into the model"
+        )
+    if moving:
+        from runtime.inputs.drive import drive
+
+        system = drive(system, moving, p, t_start)
+    treatment, formed, form_notes = choose_constraints(constraints, system, method)
     began = time.perf_counter()
     assembly = assemble(system, p, start, rate, t_start)
     state = np.concatenate([assembly.q, assembly.v])
     refuse_negative_inertia(system, p, t_start, state)
+    if moving:
+        from runtime.inputs.schedule import first_samples
+
+        first_samples(system, p, t_start, state)
     notes = [*_moved_notes(assembly.moved), *assembly.notes]
     rtol, more = _usable_rtol(rtol)
     notes += more
-    chosen, more = choose_method(method, system, p, t_start, state, t_end, rtol, atol)
+    notes += form_notes
+    if split is not False and system.subsystems:
+        from runtime.subsystems.division import divide
+
+        kinds, why_not = divide(system)
+        if kinds:
+            from runtime.subsystems.apart import solve_apart
+            from runtime.subsystems.settings import Settings
+
+            times, shown = frame_times(t_start, t_end, fps)
+            settings = Settings(
+                method, constraints, treatment, assembly.redundant, rtol, atol, step, t_start, t_end, times, shown,
+                stop_times(at, t_start, t_end), at, recorder, progress, max_steps, energy_scaling, fps, split,
+            )  # fmt: skip
+            solution = solve_apart(system, kinds, p, state, settings, notes, began)
+            if not isinstance(solution, str):
+                return solution
+            why_not = solution
+        notes.append(f"subsystems: integrated as one, because {why_not}")
+    chosen, more = (
+        (formed, []) if formed else choose_method(method, system, p, t_start, state, t_end, rtol, atol)
+    )
     notes += more
     chosen_step, more = choose_step(chosen, step, system, p, t_start, state, t_end)
     notes += more
@@ -107,16 +156,22 @@ def solve(
     arrays = LoopArrays(
         system, chosen, p, t_start, state, frame_times=times, rtol=rtol, atol=atol, step=chosen_step,
         span=t_end - t_start,
+        energy_level=choose_energy_level(energy_scaling, system, chosen, treatment, p, t_start, state),
     )  # fmt: skip
     if recorder is not None and not hasattr(recorder, "frames"):
         recorder = recorder(
             system=system, p=p, method=chosen.name, constraints=treatment, rtol=rtol, atol=atol,
-            options={"step": chosen_step} if chosen_step else {},
+            options={
+                **({"step": chosen_step} if chosen_step else {}),
+                "t_start": t_start, "t_end": t_end, "fps": fps, "at": [float(t) for t in at],
+                "redundant": assembly.redundant, "notes": notes,
+            },
         )  # fmt: skip
     run = Run(
-        system, chosen, arrays, shown, _stops(at, t_start, t_end),
+        system, chosen, arrays, shown, stop_times(at, t_start, t_end),
         recorder=recorder, progress=progress, max_steps=max_steps,
         fallback=METHODS[EXPLICIT] if method == "auto" and chosen.name == SERIES else None,
+        inputs=_schedule(system, arrays, chosen, t_start, t_end) if moving else None,
     )  # fmt: skip
     prepared = time.perf_counter()
     # No steps: the loop is compiled, or read from the cache, before the run is timed.
@@ -156,7 +211,8 @@ def frame_times(t_start: float, t_end: float, fps: float | None) -> tuple[np.nda
     return times, np.isin(times, wanted)
 
 
-def _interval(system: System, t_start: float, t_end: float | None) -> tuple[float, float]:
+def run_interval(system: System, t_start: float, t_end: float | None) -> tuple[float, float]:
+    """Return start and end of a run [s]; refuse what numbers cannot tell apart."""
     if t_end is None:
         t_end = system.run_defaults.get("t_end")
     if t_end is None:
@@ -164,6 +220,12 @@ def _interval(system: System, t_start: float, t_end: float | None) -> tuple[floa
     t_start, t_end = float(t_start), float(t_end)
     if not (np.isfinite(t_start) and np.isfinite(t_end) and t_end > t_start):
         raise RuntimeModelError(f"t_end is {t_end} s: it must lie after t_start = {t_start} s")
+    least = max(_SHORTEST_RUN, _LEAST_TICKS * time_resolution(t_start, t_end))
+    if t_end - t_start < least:
+        raise RuntimeModelError(
+            f"t_end is {t_end!r} s, only {t_end - t_start:.2g} s after t_start = {t_start!r} s: numbers cannot tell "
+            f"the times of steps apart in a run shorter than {least:.1g} s there; run longer, or start nearer to t = 0"
+        )
     return t_start, t_end
 
 
@@ -180,12 +242,34 @@ def _usable_rtol(rtol: float) -> tuple[float, list[str]]:
     return SMALLEST_RTOL, [f"rtol: {SMALLEST_RTOL:.1e} instead of {rtol:.1e}, which is below round-off"]
 
 
-def _stops(times: Sequence[float], t_start: float, t_end: float) -> list[float]:
+def stop_times(times: Sequence[float], t_start: float, t_end: float) -> list[float]:
+    """Return the times to land on, in order: those wanted, and the end of the run."""
     wanted = sorted({float(t) for t in times})
     for t in wanted:
         if not t_start <= t <= t_end:
             raise RuntimeModelError(f"at: {t} s is outside the run, from {t_start} s to {t_end} s")
     return wanted if wanted and wanted[-1] == t_end else [*wanted, t_end]
+
+
+def _split_inputs(
+    system: System, inputs: dict[Any, Any], parameters: Mapping[str, float]
+) -> tuple[dict[Any, Any], dict[str, float]]:
+    """Return inputs over time, those of the model included where nothing else is said, and constant ones."""
+    own = [record for record in system.inputs if "table" in record or "polynomial" in record]
+    if not own and all(type(value) in (int, float) for value in inputs.values()):
+        return {}, inputs
+    from runtime.inputs.given import from_record, is_constant
+
+    said = {name for key in (*inputs, *parameters) for name in (key if isinstance(key, tuple) else (key,))}
+    moving = {record["name"]: from_record(record) for record in own if record["name"] not in said}
+    moving |= {key: value for key, value in inputs.items() if not is_constant(value)}
+    return moving, {key: float(value) for key, value in inputs.items() if is_constant(value)}
+
+
+def _schedule(system: System, arrays: LoopArrays, method: Method, t_start: float, t_end: float) -> Any:
+    from runtime.inputs.schedule import InputSchedule
+
+    return InputSchedule(system, arrays, method, t_start, t_end)
 
 
 def _moved_notes(moved: Sequence[tuple[str, float, float]]) -> list[str]:

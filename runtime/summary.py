@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from runtime.integrate import layout as at
 from runtime.solution import ConstraintResidual, Energy, Sample, Solution
 
 if TYPE_CHECKING:
+    from runtime.contact.forms import Forms
     from runtime.driver import Run
     from runtime.system import System
 
@@ -24,6 +26,10 @@ _STATISTICS = {
     "newton": at.NEWTON_ITERATIONS,
     "projections": at.PROJECTIONS,
 }
+_ENERGY_SCALING = (
+    "energy scaling: on, as forces are conservative or constant and constraints do not move; errors that it took away "
+    "add up to {:.2g} of the largest energy"
+)
 
 
 def summarise(
@@ -46,6 +52,7 @@ def summarise(
     """
     system, arrays = run.system, run.arrays
     times, rows, resets, shown = _collected(run)
+    forms = _forms(run, len(times)) if run.forms else None
     energies = evaluate(system, "energy", arrays.p, times, rows)
     work = resets + (rows[:, system.nq + system.nv] if system.nw else 0.0)
     position, velocity = constraint_residuals(system, arrays.p, times, rows)
@@ -56,6 +63,10 @@ def summarise(
         balance = np.concatenate([energies.sum(axis=1) - work, extra["balance"]])
         largest = max(np.abs(energies).max(initial=0.0), extra["largest"])
         error = float(np.abs(balance - initial).max())
+    parts = float(largest) if largest > 0.0 else 1.0
+    taken = float(arrays.control[at.MOST_ENERGY_TAKEN]) / parts
+    if np.isfinite(arrays.control[at.ENERGY_LEVEL]):
+        notes = [*notes, _ENERGY_SCALING.format(taken)]
     q, v = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
     return Solution(
         system=system,
@@ -64,11 +75,10 @@ def summarise(
         q=rows[shown, q],
         v=rows[shown, v],
         w=work[shown],
-        samples=_samples(system, arrays.p, sampled),
+        samples=_samples(system, arrays.p, sampled, run.forms),
+        forms=None if forms is None else replace(forms, index=forms.index[shown]),
         events=run.actions.log,
-        energy=Energy(
-            energies[shown, 0], energies[shown, 1], work[shown], error / largest if largest > 0.0 else error
-        ),
+        energy=Energy(energies[shown, 0], energies[shown, 1], work[shown], error / parts, taken),
         constraint_residual=ConstraintResidual(
             position[shown],
             velocity[shown],
@@ -102,14 +112,31 @@ def _collected(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
     )
 
 
+def _forms(run: Run, n: int) -> Forms:
+    from runtime.contact.forms import Forms
+
+    index = np.append(run.form_at_frames[: int(run.arrays.counters[at.NEXT_FRAME])], len(run.forms) - 1)
+    return Forms(np.array(run.forms), index[:n])
+
+
 def _samples(
-    system: System, p: np.ndarray, entries: Sequence[tuple[float, np.ndarray, float]]
+    system: System,
+    p: np.ndarray,
+    entries: Sequence[tuple[float, np.ndarray, float, int]],
+    settings: Sequence[np.ndarray],
 ) -> list[Sample]:
     if not entries:
         return []
     times = np.array([entry[0] for entry in entries])
     rows = np.vstack([entry[1] for entry in entries])
-    accelerations, multipliers = accelerations_and_multipliers(system, p, times, rows)
+    forces = None
+    if settings:
+        from runtime.contact.forms import Forms
+
+        forms = Forms(np.array(settings), np.array([entry[3] for entry in entries]))
+        accelerations, multipliers, forces = forms.evaluate(system, p, times, rows)
+    else:
+        accelerations, multipliers = accelerations_and_multipliers(system, p, times, rows)
     outputs = evaluate(system, "outputs", p, times, rows)
     energies = evaluate(system, "energy", p, times, rows).sum(axis=1)
     nq, n = system.nq, system.nq + system.nv
@@ -122,13 +149,14 @@ def _samples(
             multipliers[i],
             outputs[i],
             float(energies[i]),
+            None if forces is None else forces[i],
         )
         for i in range(len(times))
     ]
 
 
 def _sample_checks(
-    system: System, p: np.ndarray, entries: Sequence[tuple[float, np.ndarray, float]]
+    system: System, p: np.ndarray, entries: Sequence[tuple[float, np.ndarray, float, int]]
 ) -> dict[str, Any]:
     if not entries:
         return {"balance": np.zeros(0), "largest": 0.0, "position": 0.0, "velocity": 0.0}

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.abi import array_sizes
-from runtime.code.grammar import FunctionText, Lengths
-from runtime.errors import UnknownNameError, nearest
-from runtime.kernel import Kernel, KernelSource, compile_kernel
+from runtime.abi import CLOSED, SWITCHED, closed_header, setting_names
+from runtime.errors import RuntimeModelError, UnknownNameError, nearest
+from runtime.functions import ModelFunctions
 from runtime.module import ModuleSource, read_module
-from runtime.names import acceleration_labels, rate_labels
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from runtime.code.engine import MachineCode
+    from runtime.linear.model import LinearModel
+    from runtime.linear.modes import Modes
     from runtime.solution import Solution
 
 
@@ -43,7 +42,7 @@ def load(path_or_text: str | os.PathLike[str]) -> System:
     return System(read_module(path_or_text))
 
 
-class System:
+class System(ModelFunctions):
     """A model, constant after loading.
 
     Attributes
@@ -57,12 +56,18 @@ class System:
         nq + nv + nw, the length of the state that integrators carry.
     n_prepared : int
         The length of a prepared `p`.
+    n_preparations : int
+        How often hoisted work was done so far.
     n_row : int
         The length of a row that `rhs` writes.
     coordinates, rates, parameters, inputs, constants, constraints, outputs, events, bodies : tuple of dict
         The header's records, see docs/architecture.md.
     subsystems : tuple of dict
         For each kind of independent subsystem: indices of each one's coordinates, rates and constraints.
+    switches : tuple of dict
+        Its stops, then its frictions that stick and slip.
+    settings : tuple of str
+        Names of the numbers at the end of `p` that say which of them hold; runs set them.
     quaternions : tuple of int
         Where in q each unit quaternion (w, x, y, z) begins.
     structure, operations, run_defaults : dict
@@ -89,17 +94,23 @@ class System:
         set_("m", m)
         set_("ny", self.nq + self.nv + self.nw)
         set_("n_row", self.ny + m + (m > 0))
+        set_("switches", tuple(header.get("switches", ())))
         values = [float(record["value"]) for record in (*self.parameters, *self.inputs)]
+        set_("settings", tuple(setting_names(header)))
+        values += [0.0] * len(self.settings)
         set_("_p", np.array(values))
         names = [record["name"] for record in (*self.parameters, *self.inputs)]
         set_("_p_index", {name: index for index, name in enumerate(names)})
         hoisted, end = {}, len(values)
         for name, count in header.get("hoisted", {}).items():
+            if name.startswith(CLOSED):
+                continue
             hoisted[name] = (count, end)
             end += count
         set_("_hoisted", hoisted)
         set_("n_prepared", end)
         set_("_kernels", {})
+        set_("n_preparations", 0)
         set_("_lock", threading.RLock())
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -112,8 +123,23 @@ class System:
         return System, (self.source,)
 
     @property
+    def input_polynomials(self) -> Mapping[int, tuple[int, int, int]]:
+        """Inputs over time, see `runtime.inputs.driven.DrivenSystem`: here all are constants."""
+        return {}
+
+    @property
+    def has_feedback(self) -> bool:
+        """Whether controllers act at every instant."""
+        return False
+
+    @property
+    def input_words(self) -> Mapping[str, str]:
+        """What inputs over time are, in words, by name."""
+        return {}
+
+    @property
     def n_p(self) -> int:
-        """The length of `p`: parameters and inputs."""
+        """The length of `p`: parameters, inputs, and the settings of switches."""
         return len(self._p)
 
     def parameter_values(self, overrides: Mapping[str, float] | None = None) -> np.ndarray:
@@ -132,6 +158,8 @@ class System:
         for name, value in (overrides or {}).items():
             if name not in self._p_index:
                 raise UnknownNameError(self._not_settable(name))
+            if not math.isfinite(value):
+                raise RuntimeModelError(f"{name!r} is {value}: give a finite number")
             p[self._p_index[name]] = float(value)
         return p
 
@@ -146,10 +174,39 @@ class System:
             return f"{name!r} is a coordinate of model {self.name!r}: set its start or rate instead"
         return f"model {self.name!r} has no parameter or input {name!r}: {nearest(name, self._p_index)}"
 
+    @property
+    def n_settable(self) -> int:
+        """The number of parameters and inputs: where in `p` the settings of stops and frictions begin."""
+        return len(self._p_index)
+
+    def with_settings(self, p: np.ndarray) -> np.ndarray:
+        """Return `p` of parameters and inputs alone with all stops open and no friction behind them."""
+        return np.concatenate([p, np.zeros(len(self.settings))]) if self.settings else p
+
+    @property
+    def has_switched_rows(self) -> bool:
+        """Whether some constraints are those of stops and frictions: their rows are zero while these are open."""
+        return bool(self.switches) and any(c["name"] == self.switches[0]["name"] for c in self.constraints)
+
+    @property
+    def closed(self) -> System:
+        """The same model with its stops and frictions as constraints that `p` switches on and off."""
+        if "_closed" not in self.__dict__:
+            source, header = self.source, closed_header(self.source.header)
+            functions = {name: text for name, text in source.functions.items() if not name.startswith(CLOSED)}
+            functions |= {
+                n: source.functions[CLOSED + n].replace(f"def {CLOSED}", "def ", 1) for n in SWITCHED
+            }
+            lines = source.lines | {n: source.lines[CLOSED + n] for n in SWITCHED}
+            self.__dict__["_closed"] = System(
+                replace(source, header=header, functions=functions, lines=lines)
+            )
+        return self.__dict__["_closed"]
+
     def prepared(self, p: np.ndarray) -> np.ndarray:
         """Return `p` with all that depends on it alone worked out behind it, for kernels' `prepared_address`.
 
-        Do it again after a change of `p`.
+        Do it again after a change of `p`. What was worked out last is kept: a run asks for it several times.
 
         Parameters
         ----------
@@ -168,9 +225,22 @@ class System:
             with self._lock:
                 sources = [self._kernel_source(name) for name in self._hoisted]
                 self.__dict__["_setup"] = compile_setup(sources)
-        longer = np.concatenate([p, np.zeros(self.n_prepared - self.n_p)])
-        self._setup(longer, self.n_p)
-        return longer
+        key = p.tobytes()
+        last = self.__dict__.get("_last_prepared", (b"", p))
+        if last[0] != key:
+            longer = np.concatenate([p, np.zeros(self.n_prepared - self.n_p)])
+            self._setup(longer, self.n_p)
+            last = self.__dict__["_last_prepared"] = (key, longer)
+            self.__dict__["n_preparations"] += 1
+        return last[1].copy()
+
+    def prepared_between(self, p: np.ndarray, t0: float, t1: float) -> np.ndarray:
+        """Return `prepared(p)` for times between two neighbouring `input_breaks` [s]."""
+        return self.prepared(p)
+
+    def input_breaks(self, t0: float, t1: float) -> Sequence[float]:
+        """Return the times [s] between `t0` and `t1` at which inputs over time are not smooth."""
+        return ()
 
     def initial_state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return the model's start values, before assembly.
@@ -188,120 +258,18 @@ class System:
             np.array([record["enforced"] for record in self.rates], dtype=bool),
         )
 
-    def has(self, function: str) -> bool:
-        """Whether the model has this function of the ABI."""
-        return function in self.source.functions and array_sizes(self.source.header, function) is not None
-
-    def kernel(self, function: str) -> Kernel:
-        """Return a function of the model as machine code, compiled or read from the cache on first use.
-
-        Parameters
-        ----------
-        function : str
-            A name of the ABI, such as "rhs".
-
-        Returns
-        -------
-        runtime.kernel.Kernel
-
-        Raises
-        ------
-        UnknownNameError
-            The model has no such function; the message names the nearest.
-        """
-        kernel = self._kernels.get(function)
-        if kernel is None:
-            with self._lock:
-                kernel = self._kernels.get(function)
-                if kernel is None:
-                    kernel = self._kernels[function] = compile_kernel(self._kernel_source(function))
-        return kernel
-
-    def python_function(self, function: str) -> Callable:
-        """Return the function as plain Python: for a debugger, and as an oracle.
-
-        Its text has passed the grammar's check, and it sees no names but those of the grammar.
-
-        Parameters
-        ----------
-        function : str
-
-        Returns
-        -------
-        callable
-            `f(t, y, p, out)` writes `out` in place.
-        """
-        return self._kernel_source(function).python_function()
-
-    def njit_function(self, function: str) -> Callable:
-        """Return the same text compiled by Numba, an oracle for the kernel."""
-        import runtime.code.numba_setup  # noqa: F401
-
-        return self._kernel_source(function).njit_function()
-
-    def numba(self, function: str) -> Callable:
-        """Return `f(t, y, p, out)` for calls from your own `numba.njit` code, at a kernel's speed.
-
-        Its code becomes part of your function's, so `cache=True` works; but like all of Numba's caching it
-        does not notice when the model changes: clear the cache then.
-
-        Parameters
-        ----------
-        function : str
-
-        Returns
-        -------
-        callable
-            `t` a float, `y`, `p` and `out` C-contiguous float64 arrays of one dimension; writes `out` in place.
-        """
-        from runtime.code.numba_link import linked_function
-
-        return linked_function(self._kernel_source(function))
-
     def run(self, **options: Any) -> Solution:
         """Integrate the model; the options are those of `runtime.solve.solve`."""
         from runtime.solve import solve
 
         return solve(self, **options)
 
-    def machine_code(self) -> MachineCode:
-        """Return the place of this model's machine code; made on first use."""
-        if "_machine_code" not in self.__dict__:
-            from runtime.code.engine import MachineCode
+    def linearise(self, at: Any = "equilibrium", **options: Any) -> LinearModel:
+        """Return the linear model about a state; arguments are those of `runtime.linear.linearise`."""
+        from runtime.linear import linearise
 
-            self.__dict__["_machine_code"] = MachineCode()
-        return self.__dict__["_machine_code"]
+        return linearise(self, at, **options)
 
-    def _kernel_source(self, function: str) -> KernelSource:
-        sizes = array_sizes(self.source.header, function)
-        if sizes is None or function not in self.source.functions:
-            raise UnknownNameError(self._no_function(function))
-        text, line = self.source.functions[function], self.source.lines[function]
-        lengths = Lengths(sizes[0], self.n_p, sizes[1])
-        tables = {name: entries for name, entries in self.source.tables.items() if f"{name}[" in text}
-        code = FunctionText(function, text, lengths, tables, self.file, line)
-        n_hoisted, offset = self._hoisted.get(function, (0, 0))
-        return KernelSource(code, n_hoisted, offset, self)
-
-    def _no_function(self, function: str) -> str:
-        if function in ("project", "gamma", "constraint_residual", "constraint_jacobian") and not self.m:
-            return f"model {self.name!r} has no function {function!r}: it has no constraints"
-        known = [name for name in self.source.functions if self.has(name)]
-        return f"model {self.name!r} has no function {function!r}: {nearest(function, known)}"
-
-    def describe_y(self, function: str) -> str:
-        """Say what `function` reads as `y`, for messages: 'theta, dot(theta)'."""
-        names = [record["name"] for record in self.coordinates]
-        names += rate_labels(self.coordinates, self.rates)
-        if function in ("residual", "residual_jacobian"):
-            names += acceleration_labels(self.coordinates, self.rates)
-            names += [f"lambda({record['name']})" for record in self.constraints]
-        return _short(names)
-
-    def describe_p(self) -> str:
-        """Say what `p` holds, for messages."""
-        return _short(list(self._p_index))
-
-
-def _short(names: list[str]) -> str:
-    return ", ".join(names) if len(names) <= 8 else ", ".join((*names[:6], "…", names[-1]))
+    def modes(self, at: Any = "equilibrium", **options: Any) -> Modes:
+        """Return frequencies, damping and shapes of small motions; arguments are those of `linearise`."""
+        return self.linearise(at, **options).modes()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -109,7 +109,7 @@ def _derived_model(program: Program, text: str, seconds: dict[str, float]) -> De
         text=text,
         name=head["name"],
         operations=dict(head["operations"]),
-        once={name: program.counts(name)[0] for name in program.names()},
+        once={name: counts[0] for name, counts in program.all_counts().items()},
         code=program.written_operations(),
         seconds=seconds,
         structure={
@@ -171,6 +171,8 @@ def module_for(
     key = hashlib.sha256()
     for part in (path.name.encode(), _source_hash(_read(path), options).encode(), generator_hash().encode()):
         key.update(part + b"\0")
+    for table in _tables_beside(path):
+        key.update(hashlib.sha256(table).digest())
     cached = cache_folder("modules") / f"{path.stem}-{key.hexdigest()[:32]}"
     content = fetch(cached)
     if content is not None:
@@ -194,6 +196,22 @@ def generator_hash() -> str:
         digest.update(path.relative_to(folder).as_posix().encode() + b"\0")
         digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def _tables_beside(path: Path) -> Iterator[bytes]:
+    """The contents of the files that a TOML model's inputs name; what is wrong with them is found when it is read."""
+    if path.suffix != ".toml" or b"table" not in _read(path):
+        return
+    import tomllib
+
+    try:
+        inputs = tomllib.loads(_read(path).decode("utf-8-sig")).get("inputs", {})
+        files = [entry["table"] for entry in inputs.values() if type(entry) is dict and "table" in entry]
+    except (ValueError, AttributeError):
+        return
+    for file in files:
+        if type(file) is str and ".." not in Path(file).parts and (path.parent / file).is_file():
+            yield (path.parent / file).read_bytes()
 
 
 def _read(path: Path) -> bytes:

@@ -249,6 +249,18 @@ def test_momentary_singularity_is_not_redundancy():
     assert "singular configuration: the constraints have rank 1 there and 2 nearby" in assembly.notes[0]
 
 
+@pytest.mark.parametrize("text, y", [("x*x - 2*x + 1 + y*y", 0.0), ("1 - cos(x - y)", 1.01)])
+def test_a_constraint_without_a_gradient_is_refused_by_name(text, y):
+    system = build({"x": (1.0, False, "m"), "y": (y, False, "m")}, {"point": text})
+    with pytest.raises(AssemblyError, match="'point' cannot be kept: the gradient is zero wherever it holds"):
+        run(system)
+
+
+def test_branches_that_cross_at_the_start_are_not_refused():
+    system = build({"x": (0.0, False, "m"), "y": (0.0, False, "m")}, {"cross": "x*y"})
+    assert (run(system).redundant, run(system).rank) == ([], 1)
+
+
 def test_contradictory_constraints_are_refused_by_name():
     system = build(
         {"x": (0.0, False, "m"), "y": (0.0, False, "m")}, {"one": "x - 1", "two": "x - 2", "fine": "y - 1"}

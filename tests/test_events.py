@@ -113,6 +113,14 @@ def test_zeno(ball):
     assert solution.q.min() > -1e-9
 
 
+def test_zeno_where_bounces_are_lower_than_the_tolerance(ball):
+    """A method that finds an impact while the ball rises: the reset would send it through the floor."""
+    solution = solve(ball, 10.0, parameters={"e": 0.5, "g": 1.0}, method="bdf")
+    assert solution.status == "zeno"
+    assert solution.t[-1] == pytest.approx(3.0 * np.sqrt(2.0), abs=1e-2)
+    assert solution.q.min() > -1e-5
+
+
 def test_stop_with_spring_against_scipy(oscillator):
     """Independent oracle: SciPy's own event location, restarted by hand at each impact."""
     from scipy.integrate import solve_ivp

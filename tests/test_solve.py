@@ -215,10 +215,8 @@ def test_too_many_steps(pendulum):
 
 
 def test_failures_name_cause_time_coordinate_and_remedy(pendulum, oscillator):
-    solution = solve(pendulum, 1.0, method="dop853", parameters={"l": 0.0})
-    assert solution.status == "failed"
-    assert "'theta'" in solution.message or "dot(theta)" in solution.message
-    assert "t = 0 s" in solution.message
+    with pytest.raises(RuntimeModelError, match=r"how coordinate 'theta' accelerates .* give it a mass"):
+        solve(pendulum, 1.0, method="dop853", parameters={"l": 0.0})
     solution = solve(oscillator, 1000.0, method="rk4", step=5.0)
     assert solution.status == "failed" and "smaller --step" in solution.message
     assert np.isfinite(solution.q).all()
@@ -228,7 +226,7 @@ def test_failures_name_cause_time_coordinate_and_remedy(pendulum, oscillator):
     ("options", "text"),
     [
         ({"method": "dop835"}, "did you mean 'dop853'"),
-        ({"constraints": "ggl"}, "this version stabilises constraints by projection only"),
+        ({"constraints": "ggl"}, "has no constraints"),
         ({"constraints": "projecton"}, "did you mean 'projection'"),
         ({"method": "dop853", "step": 0.1}, "chooses its own steps"),
         ({"method": "rk4", "step": -0.1}, "step is -0.1"),

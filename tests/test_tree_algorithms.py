@@ -10,9 +10,10 @@ from derived import Generated
 from newton_euler import NewtonEuler
 from trees import ALL, SCALAR, humanoid, random_body, random_tree, seven_dof_arm
 
+from symgen.derive.derivation import Derivation
 from symgen.derive.dynamics import inverse_dynamics
 from symgen.derive.graph.evaluate import evaluate
-from symgen.derive.pipeline import Derivation, derive
+from symgen.derive.pipeline import derive
 from symgen.derive.solve import factorise as ldl
 from symgen.derive.trees.articulated import solve_articulated
 from symgen.derive.trees.link_frames import along_third, multiply, snapped, split_turn, transpose

@@ -55,7 +55,7 @@ def symgen_lagrangian(n: int) -> dict[str, float]:
 
 
 def _symgen_figures(model, n: int) -> dict[str, float]:
-    from symgen.derive.pipeline import Derivation
+    from symgen.derive.derivation import Derivation
     from symgen.link import derive_text
 
     description = model.describe()

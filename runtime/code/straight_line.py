@@ -98,7 +98,9 @@ class StraightLine:
         self._call_solver(symbol, definition, arrays)
         self.operations += dense_ldl.operations(solver, sizes)
 
-    def solve_fronts(self, solver: str, arrays: list[int], table: tuple[str, tuple[int, ...]], n: int) -> None:
+    def solve_fronts(
+        self, solver: str, arrays: list[int], table: tuple[str, tuple[int, ...]], n: int
+    ) -> None:
         """Call a solver by `n` fronts that a table describes, given by its name and entries."""
         symbol, definition = front_ldl.definition(solver, table[1], n)
         self._call_solver(symbol, definition, arrays, f", ptr @{table[0]}")

@@ -116,7 +116,9 @@ class _Assembler:
         self._check_finite(q0, v0)
         sizes = constraints.characteristic_sizes(q0)
         if is_large(self.system):
-            q, v = sparse_start(self.system, constraints, StartValues(q0, v0, q_enforced, v_enforced, self.notes))
+            q, v = sparse_start(
+                self.system, constraints, StartValues(q0, v0, q_enforced, v_enforced, self.notes)
+            )
             return Assembly(q, v, self._moved(q0, q, v0, v, sizes), self.notes, [], self.system.m)
         scales = constraints.position_scales(q0, sizes)
         self.chart = Chart(positions, q0)
@@ -125,7 +127,9 @@ class _Assembler:
         v = self._velocities(q, v0, v_enforced, sizes)
         everything = self._problem(x, np.ones(len(x), dtype=bool), sizes, scales)
         idle = without_gradient(
-            everything, x, lambda place: constraints.jacobian(self.chart.q(place), v)[: self.system.nh] * sizes
+            everything,
+            x,
+            lambda place: constraints.jacobian(self.chart.q(place), v)[: self.system.nh] * sizes,
         )
         if idle:
             raise contradictions.gradient_vanishes(self._named(idle), listed(self.coordinates, q))

@@ -78,8 +78,9 @@ def not_finite(name: str, place: str) -> AssemblyError:
 
 def gradient_vanishes(names: Sequence[str], place: str) -> AssemblyError:
     """Return the error for position constraints whose gradient is zero wherever they hold."""
+    where = "it holds" if len(names) == 1 else "they hold"
     return AssemblyError(
-        f"{_subject(names)} cannot be kept: the gradient is zero wherever {'it holds' if len(names) == 1 else 'they hold'}, "
+        f"{_subject(names)} cannot be kept: the gradient is zero wherever {where}, "
         f"as at {place}, so no force acts; write the roots instead, x = 1 and y = 0 rather than (x - 1)^2 + y^2 = 0, "
         "or check the geometry, which may allow this one configuration only"
     )

@@ -19,8 +19,8 @@ def without_gradient(
 ) -> list[int]:
     """Return the position constraints whose gradient vanishes at `q` and at all projected random neighbours.
 
-    Such a constraint has no force that could keep it: (x - 1)² + y² = 0 fixes a point as x = 1 and y = 0 do, but all its
-    derivatives by the coordinates are zero there. The seed is fixed.
+    Such a constraint has no force that could keep it: (x - 1)² + y² = 0 fixes a point as x = 1 and y = 0 do, but all
+    its derivatives by the coordinates are zero there. The seed is fixed.
 
     Parameters
     ----------

@@ -97,17 +97,9 @@ def acceleration_jacobian(addresses, sizes, p, counters, t, y, row, work, out):
     int
         RUNNING, NOT_FINITE, or SINGULAR_MATRIX where accelerations are not determined.
     """
-    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
-    n_state = nq + nv
+    nv = sizes[NV]
     w = jacobian_work(sizes, work)
-    for i in range(n_state):
-        w.arguments[i] = y[i]
-    for i in range(nv):
-        w.arguments[n_state + i] = row[nq + i]
-    for i in range(m):
-        w.arguments[n_state + nv + i] = row[n_state + sizes[NW] + i]
-    differentiate(addresses, sizes, p, t, w)
-    counters[JACOBIANS] += 1
+    derive_equations(addresses, sizes, p, counters, t, y, row, w)
     if lu_factor(w.block, w.pivots) == RUNNING and pivot_ratio(w.block) > TRUSTED_PIVOT_RATIO:
         lu_solve_matrix(w.block, w.pivots, w.right)
     else:
@@ -121,6 +113,21 @@ def acceleration_jacobian(addresses, sizes, p, counters, t, y, row, work, out):
             out[i, j] = w.right[i, j]
             total += 0.0 * out[i, j]
     return RUNNING if math.isfinite(total) else NOT_FINITE
+
+
+@jitted
+def derive_equations(addresses, sizes, p, counters, t, y, row, w):
+    """Set `w.block` and `w.right` at (t, y), with the accelerations and multipliers of the rhs row `row`."""
+    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
+    n_state = nq + nv
+    for i in range(n_state):
+        w.arguments[i] = y[i]
+    for i in range(nv):
+        w.arguments[n_state + i] = row[nq + i]
+    for i in range(m):
+        w.arguments[n_state + nv + i] = row[n_state + sizes[NW] + i]
+    differentiate(addresses, sizes, p, t, w)
+    counters[JACOBIANS] += 1
 
 
 @jitted

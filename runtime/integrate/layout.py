@@ -2,7 +2,9 @@
 
 # Kernel addresses (uint64); 0 where the model has no such function.
 RHS, PROJECT, EVENTS, RESIDUAL, RESIDUAL_JACOBIAN, ENERGY = range(6)
-N_KERNELS = 6
+CONSTRAINT_RESIDUAL, CONSTRAINT_JACOBIAN, GAMMA, MASS_MATRIX, FORCES = range(6, 11)
+STABILISE = 11  # `project`, in runs with Baumgarte's stabilisation
+N_KERNELS = 12
 
 # Sizes (int64): N_SIZES numbers, then the direction (+1 rising, -1 falling, 0 both) of every event, then where
 # in q each quaternion begins, and NQ at the end (see `quaternions.py`).
@@ -16,7 +18,9 @@ RTOL, ATOL, H_MAX, H_MIN, T_STOP, T, H, ERROR_OLD, PROJECTION_TOL, NEWTON_TOL = 
 # error, in units of the error tolerance; 0: the method's own choice.
 MAX_RESIDUAL, MIN_PIVOT_RATIO, T_EVENT, H_LAST, T_GRID = range(10, 15)
 # T_GRID: fixed-step methods step to T_GRID + k H, k = counters[GRID_STEP] + 1, so that time does not drift.
-N_CONTROL = 16
+ENERGY_LEVEL, ENERGY_STEP, ENERGY_TAKEN, MOST_ENERGY_TAKEN = range(15, 19)
+# Energy scaling: the energy kept, what the last step took of it, the sum of that, the largest magnitude of the sum.
+N_CONTROL = 20
 # control[N_CONTROL + SIDE * NE + e]: sign of event function e before the step, 0 while it has not left zero yet;
 # ... FIRED: 1 where event e fired in the step that returned EVENT (several may, at one instant);
 # ... FLOOR: |g| of event e at or below this is round-off.
@@ -42,3 +46,4 @@ NOT_FINITE = -2  # the state or its derivative became inf or nan
 NEWTON_FAILED = -3
 PROJECTION_FAILED = -4
 SINGULAR_MATRIX = -5
+PARTITION_LOST = -6  # no coordinates are independent: constraints lose rank

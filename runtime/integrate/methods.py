@@ -43,6 +43,15 @@ class Method:
         Of the fastest motion, where a fixed step is left open.
     refusal : callable
         System -> why the method cannot integrate it, and what can; an empty string where it can.
+    form : str
+        In which form it treats constraints by itself: "projection", or one of `forms.FORMS`.
+    versions : callable, optional
+        System -> the kernels that the loop is to call instead of those of every method: index in `addresses` -> address
+        and what keeps its code alive.
+    tail : callable, optional
+        System -> what the loop carries behind the prepared `p`.
+    multistep : bool
+        Its steps are made of the motion before them as well, which a jump of the accelerations makes worthless.
     """
 
     name: str
@@ -57,6 +66,10 @@ class Method:
     stiff: bool = False
     steps_per_period: int = 50
     refusal: Callable[[System], str] = lambda system: ""
+    form: str = "projection"
+    versions: Callable[[System], dict[int, tuple[int, Any]]] | None = None
+    tail: Callable[[System], np.ndarray] | None = None
+    multistep: bool = False
 
     def advance(self) -> Callable:
         """Return the step loop."""
@@ -126,7 +139,8 @@ def _not_separable(system: System) -> str:
     )
     why = next((text for applies, text in reasons if applies), "")
     needs = "needs accelerations that depend on positions only, but the model"
-    return f"{needs} {why}: use gauss8 or dop853" if why else ""
+    others = "gauss8" if system.nn else "rattle4, rattle6, gauss8"
+    return f"{needs} {why}: use {others} or dop853" if why else ""
 
 
 # With these a pendulum swinging to 86 degrees keeps its energy to about 1e-11, with order 12 and more to round-off.
@@ -162,6 +176,28 @@ def _alpha(name: str) -> Method:
     return Method(
         name, 2, 2, False, family, parameters, work_size, kernels, needs_plain_rates=True, stiff=True
     )
+
+
+def _rattle(order: int) -> Method:
+    def coefficients(system: System) -> Any:
+        make = _resolve("runtime.integrate.rattle.coefficients:rattle")
+        return make(order, system.structure["constant_mass"])
+
+    def work_size(coefficients: Any, sizes: np.ndarray) -> int:
+        return int(_resolve("runtime.integrate.rattle.work:rattle_work_size")(sizes))
+
+    def refusal(system: System) -> str:
+        return _resolve("runtime.integrate.rattle.model:rattle_refusal")(system)
+
+    def kernels(system: System) -> dict[int, tuple[int, Any]]:
+        return _resolve("runtime.integrate.rattle.model:rattle_kernels")(system)
+
+    family = "runtime.integrate.rattle.loop:advance_rattle"
+    name = "rattle" if order == 2 else f"rattle{order}"
+    return Method(
+        name, order, 4 if order > 2 else 2, False, family, coefficients, work_size,
+        kernels=("mass_matrix", "forces"), needs_plain_rates=True, refusal=refusal, form="index3", versions=kernels,
+    )  # fmt: skip
 
 
 def _rodas5p() -> Method:
@@ -204,7 +240,7 @@ def _bdf() -> Method:
 
     family = "runtime.integrate.bdf.loop:advance_bdf"
     kernels = ("residual_jacobian",)
-    return Method("bdf", 5, 5, True, family, coefficients, work_size, kernels, stiff=True)
+    return Method("bdf", 5, 5, True, family, coefficients, work_size, kernels, stiff=True, multistep=True)
 
 
 def taylor(order: int = 0) -> Method:
@@ -243,6 +279,7 @@ METHODS: dict[str, Method] = {
         _implicit("implicit_midpoint", 2),
         _alpha("generalized_alpha"),
         _alpha("hht"),
+        *(_rattle(order) for order in (2, 4, 6)),
         *(_gauss(order) for order in range(4, 17, 2)),
         _rodas5p(),
         *(_radau(order) for order in (5, 9, 13)),

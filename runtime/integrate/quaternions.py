@@ -52,6 +52,18 @@ def rotate(q, i, a, b, c, out):
 
 
 @jitted
+def turn_between(q, turned, i):
+    """Return the rotation vector [rad] that turns the quaternion `q[i:i+4]` to that of `turned`, for small ones."""
+    w, x, y, z = q[i], q[i + 1], q[i + 2], q[i + 3]
+    s, a, b, c = turned[i], turned[i + 1], turned[i + 2], turned[i + 3]
+    return (
+        2.0 * (w * a - s * x - y * c + z * b),
+        2.0 * (w * b - s * y - z * a + x * c),
+        2.0 * (w * c - s * z - x * b + y * a),
+    )
+
+
+@jitted
 def move(sizes, q, scale, rates, first, out):
     """Write q moved by `scale` times `rates[first:first+NV]`: quaternions are turned, the others shifted.
 

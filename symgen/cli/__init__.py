@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
+import os
 
 import click
 
 from symgen import __version__
 from symgen.cli.failures import FailuresAsSentences
 
+_COLLECT_EVERY = (
+    20_000  # new objects; what modules make while they load is kept, so looking through it is in vain
+)
 _COMMANDS = {
     "list": "the bundled models, one line each",
     "show": "a model and its equations",
     "derive": "write a model's equations of motion as a Python module",
     "run": "integrate a model, check the result, record it",
     "advise": "which step and method suit a model, and why",
+    "modes": "equilibrium, eigenfrequencies, mode shapes and frequency response of a model",
     "bench": "run time against error of every method, on scenes with known end states",
     "check": "how far a result can be trusted: convergence, energy, constraints",
+    "report": "a model, its equations and a checked run as one HTML file",
     "play": "show a recording in the Rerun viewer",
     "verify": "re-read a recording and check it again",
+    "compare": "where and by how much two recordings differ",
 }
 
 
@@ -48,3 +56,6 @@ def main() -> None:
 
     MODEL is a .toml or .py description, or the name of a bundled model (see `symgen list`).
     """
+    # NumPy's BLAS would start a thread for each processor, which takes longer than the products of small matrices.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(_COLLECT_EVERY)

@@ -77,7 +77,7 @@ class Positive(click.ParamType):
         return number
 
 
-def model_argument(command: Callable) -> Callable:
+def model_argument(command: Callable, *, required: bool = True) -> Callable:
     """Give a command its MODEL argument and `--option`."""
     option = click.option(
         "--option",
@@ -86,7 +86,7 @@ def model_argument(command: Callable) -> Callable:
         type=NameValue(),
         help="A build option of a .py model; may be repeated.",
     )
-    return click.argument("model")(option(command))
+    return click.argument("model", required=required)(option(command))
 
 
 def value_options(command: Callable) -> Callable:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli.arguments import OutputFile, as_dict, find_model, model_argument
+from symgen.cli.control import add_control
 from symgen.cli.failures import FAILED, NOT_TRUSTED
 from symgen.cli.settings import load_system, run_options, solve_arguments
 
@@ -39,8 +40,10 @@ def command(
 
     The exit status is 3 when the result does not settle.
     """
-    system, _ = load_system(find_model(model), as_dict(options, "--option"))
+    path = find_model(model)
+    system, _ = load_system(path, as_dict(options, "--option"))
     arguments = solve_arguments(system, given)
+    add_control(path, system, arguments)
     from runtime.checks.convergence import study
 
     result = study(system, arguments)

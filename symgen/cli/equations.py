@@ -36,7 +36,7 @@ def symbolic(system: System, function: str) -> dict[int, sympy.Expr]:
     # The angular velocity of a joint is no coordinate's derivative, and has a name of its own.
     own = set(rates) - set(coordinates)
     names = coordinates + [rate if rate in own else f"dot({rate})" for rate in rates]
-    p = [record["name"] for record in (*system.parameters, *system.inputs)]
+    p = [*(record["name"] for record in (*system.parameters, *system.inputs)), *system.settings]
     evaluation = _Evaluation(list(map(sympy.Symbol, names)), list(map(sympy.Symbol, p)), system.source.tables)
     tree = ast.parse(system.source.functions[function])
     evaluation.carry_out(tree.body[0].body)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import functools
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,19 +17,18 @@ from symgen.cli.arguments import (
     find_model,
     model_argument,
 )
+from symgen.cli.control import add_control
 from symgen.cli.failures import FAILED, INTERRUPTED, NOT_TRUSTED
+from symgen.cli.recorded import Progress, Recorded, run_recorded
 from symgen.cli.settings import load_system, run_options, solve_arguments
 
 if TYPE_CHECKING:
     from runtime.solution import Solution
-    from symgen.link import ModuleText
-
-_PROGRESS_AFTER = 1.0  # seconds of wall time
-_PROGRESS_EVERY = 0.2
+    from runtime.system import System
 
 
 @click.command("run")
-@model_argument
+@functools.partial(model_argument, required=False)
 @run_options
 @click.option("--fps", type=Positive(), help="Frames per second of simulated time in the recording.")
 @click.option("--at", type=Times(), help="Times of extra states in the JSON [s].")
@@ -39,18 +38,36 @@ _PROGRESS_EVERY = 0.2
     type=OutputFile(),
     help="The recording (default: <name>.rrd).",
 )
+@click.option(
+    "--no-energy-scaling",
+    is_flag=True,
+    help="Leave the rates of conservative models with constraints as they are, whatever energy the steps lose.",
+)
+@click.option("--no-split", is_flag=True, help="Integrate independent subsystems as one, with one step.")
 @click.option("--no-log", is_flag=True, help="Record nothing.")
+@click.option(
+    "--resume",
+    "resume_file",
+    metavar="RUN.rrd",
+    type=click.Path(path_type=Path),
+    help="Go on with a recorded run as if it had never stopped; MODEL may be left out.",
+)
 @click.option("--json", "json_file", type=OutputFile(), help="Write the result to a file.")
+@click.option("--explain", is_flag=True, help="Say what the run skipped, and why.")
 @click.option("--play", is_flag=True, help="Show the recording when the run is over.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @click.pass_context
 def command(
     context: click.Context,
-    model: str,
+    model: str | None,
     options: tuple[tuple[str, str], ...],
     log_file: Path | None,
+    no_energy_scaling: bool,
+    no_split: bool,
     no_log: bool,
+    resume_file: Path | None,
     json_file: Path | None,
+    explain: bool,
     play: bool,
     quiet: bool,
     **given: Any,
@@ -61,19 +78,40 @@ def command(
     """
     if no_log and (log_file or play):
         raise click.UsageError(f"--no-log and {'--log' if log_file else '--play'} contradict each other")
-    path = find_model(model)
-    system, module = load_system(path, as_dict(options, "--option"), quiet)
-    arguments = solve_arguments(system, given)
-    recording = None if no_log else _Recording(log_file or Path(f"{system.name}.rrd"), path, module)
-    progress = _Progress(arguments["t_end"]) if not quiet and sys.stderr.isatty() else None
-    solution = _solve(system, arguments, recording, progress)
-    seconds = _seconds(solution, module, recording)
+    if resume_file is None and model is None:
+        raise click.UsageError("Missing argument 'MODEL'.")
+    show_progress, build_options = not quiet and sys.stderr.isatty(), as_dict(options, "--option")
+    if resume_file is not None:
+        from symgen.cli.resume import resume_run
+
+        given |= {"--no-energy-scaling": no_energy_scaling, "--no-split": no_split}
+        solution, recording, derived = resume_run(
+            resume_file, model, build_options, given, log_file, no_log, show_progress
+        )
+    else:
+        path = find_model(model)
+        system, module = load_system(path, build_options, quiet)
+        arguments, derived = solve_arguments(system, given), module.seconds
+        add_control(path, system, arguments)
+        if no_energy_scaling:
+            arguments["energy_scaling"] = False
+        if no_split:
+            arguments["split"] = False
+        recording = None if no_log else Recorded(log_file or Path(f"{system.name}.rrd"), path, module.text)
+        progress = Progress(arguments["t_end"]) if show_progress else None
+        solution = run_recorded(functools.partial(_solve, system, arguments), recording, progress)
+    seconds = _seconds(solution, derived, recording)
     if json_file is not None:
         from runtime.result_json import write_result
 
         write_result(solution, json_file, seconds)
     if not quiet:
         for line in _report(solution, seconds, recording):
+            click.echo(line)
+    if explain:
+        from symgen.cli.explain import explanation
+
+        for line in explanation(solution, recording is not None):
             click.echo(line)
     status = _exit_status(solution)
     if play and recording is not None:
@@ -83,23 +121,10 @@ def command(
     context.exit(status)
 
 
-def _solve(
-    system, arguments: dict[str, Any], recording: _Recording | None, progress: _Progress | None
-) -> Solution:
+def _solve(system: System, arguments: dict[str, Any], **watched: Any) -> Solution:
     from runtime.solve import solve
 
-    try:
-        solution = solve(system, recorder=recording and recording.begin, progress=progress, **arguments)
-    except BaseException:
-        if recording is not None:
-            recording.abort()
-        raise
-    finally:
-        if progress is not None:
-            progress.clear()
-    if recording is not None:
-        recording.finish(solution)
-    return solution
+    return solve(system, **watched, **arguments)
 
 
 def _exit_status(solution: Solution) -> int:
@@ -115,18 +140,18 @@ def _exit_status(solution: Solution) -> int:
     return NOT_TRUSTED if solution.objections else 0
 
 
-def _seconds(solution: Solution, module: ModuleText, recording: _Recording | None) -> dict[str, float]:
+def _seconds(solution: Solution, derived: float, recording: Recorded | None) -> dict[str, float]:
     log = recording.seconds if recording is not None else 0.0
     during = recording.seconds_in_run if recording is not None else 0.0
     return {
-        "derive": module.seconds,
+        "derive": derived,
         "compile": solution.seconds["prepare"],
         "run": max(0.0, solution.seconds["run"] - during),
         "log": log,
     }
 
 
-def _report(solution: Solution, seconds: dict[str, float], recording: _Recording | None) -> list[str]:
+def _report(solution: Solution, seconds: dict[str, float], recording: Recorded | None) -> list[str]:
     stats, energy = solution.stats, solution.energy
     treatment = f", constraints: {solution.constraints}" if solution.system.m else ""
     step = f", step {solution.step:.3g} s" if solution.step else f", rtol {solution.rtol:g}"
@@ -160,83 +185,3 @@ def _events(solution: Solution) -> str:
         ", ".join(f"{name} {count} times" for name, count in counts.items())
         + f", the last at t = {last.t:.9g} s"
     )
-
-
-class _Recording:
-    """Makes the recorder when the run begins, hands everything on, and counts the seconds that it takes."""
-
-    def __init__(self, path: Path, model: Path, module: ModuleText):
-        self.path, self._model, self._module = path, model, module
-        self._recorder: Any = None
-        self.seconds = self.seconds_in_run = 0.0
-
-    def begin(self, **settings: Any) -> _Recording:
-        """Make the recorder; this is what `solve` calls once the settings are known."""
-        began = time.perf_counter()
-        from runtime.recording.recorder import RunRecorder
-
-        model_text = self._model.read_text(encoding="utf-8")
-        self._recorder = RunRecorder(
-            self.path,
-            module_text=self._module.text,
-            model_text=model_text,
-            mesh_folder=self._model.parent,
-            **settings,
-        )
-        self.seconds += time.perf_counter() - began
-        return self
-
-    def _timed(self, method: str, *arguments: Any, **options: Any) -> None:
-        began = time.perf_counter()
-        getattr(self._recorder, method)(*arguments, **options)
-        took = time.perf_counter() - began
-        self.seconds += took
-        self.seconds_in_run += took
-
-    def start(self, t0: float, state: Any) -> None:
-        self._timed("start", t0, state)
-
-    def frames(self, times: Any, states: Any) -> None:
-        self._timed("frames", times, states)
-
-    def steps(self, step_log: Any) -> None:
-        self._timed("steps", step_log)
-
-    def event(self, name: str, t: float, *, energy_change: float = 0.0) -> None:
-        self._timed("event", name, t, energy_change=energy_change)
-
-    def finish(self, solution: Solution) -> None:
-        """Close the recording with what is known at the end."""
-        health = [entry.to_dict() for entry in solution.health]
-        began = time.perf_counter()
-        self._recorder.finish(solution.status, health, solution.stats)
-        self.seconds += time.perf_counter() - began
-
-    def abort(self) -> None:
-        """Close what there is of the recording: it stays readable."""
-        if self._recorder is not None:
-            self._recorder.abort()
-
-
-class _Progress:
-    """One line on the terminal that says how far the run is; only for runs that take a while."""
-
-    def __init__(self, t_end: float):
-        self._t_end = t_end
-        self._began = self._shown = time.monotonic()
-        self._any = False
-
-    def __call__(self, t: float, steps: int) -> None:
-        now = time.monotonic()
-        if now - self._began < _PROGRESS_AFTER or now - self._shown < _PROGRESS_EVERY:
-            return
-        self._shown, self._any = now, True
-        click.echo(
-            f"\rt = {t:.6g} of {self._t_end:g} s ({t / self._t_end:.0%}), {steps} steps\x1b[K",
-            err=True,
-            nl=False,
-        )
-
-    def clear(self) -> None:
-        if self._any:
-            click.echo("\r\x1b[K", err=True, nl=False)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli.arguments import Positive, value_options
+from symgen.cli.inputs import KINDS, input_tables
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,11 +28,25 @@ def run_options(command: Callable) -> Callable:
         click.option(
             "--constraints",
             type=click.Choice(_TREATMENTS),
-            help="Constraint treatment (default auto; this version has projection).",
+            help="How constraints are treated, as far as the method has it (default auto: projection).",
         ),
         click.option("--rtol", type=Positive(), help="Relative tolerance (default 1e-8)."),
         click.option("--atol", type=Positive(or_zero=True), help="Absolute tolerance (default 1e-10)."),
         click.option("--step", type=Positive(), help="Step of a fixed-step method [s]."),
+        click.option(
+            "--input",
+            "input_values",
+            multiple=True,
+            metavar="[NAME=]FILE",
+            help="An input over time [SI]: a file with columns of times and values; may be repeated.",
+        ),
+        click.option(
+            "--input-kind",
+            "input_kind_values",
+            type=click.Choice(KINDS),
+            default="linear",
+            help="Between the times of --input: straight lines (default), a cubic spline, or the value before.",
+        ),
     )
     command = value_options(command)
     for option in reversed(options):
@@ -68,7 +83,7 @@ def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:
     system : System
     given : dict
         t_end, method, constraints, rtol, atol, step, and if there are such: fps, at; None where the user said
-        nothing. set_values, start_values, rate_values: pairs of texts.
+        nothing. set_values, start_values, rate_values: pairs of texts; input_values, input_kind_values: of `--input`.
     """
     from symgen.cli.quantities import parameter_values, start_values
 
@@ -88,6 +103,9 @@ def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:
         raise click.UsageError(f"model {system.name!r} does not say how long to run: give --t-end")
     _check_times(settings)
     settings["parameters"] = parameter_values(system, given["set_values"])
+    if given["input_values"]:
+        given_inputs = given["input_values"], given["input_kind_values"]
+        settings["inputs"] = input_tables(system, *given_inputs, settings["parameters"])
     settings["start"] = start_values(system, "--start", given["start_values"])
     settings["rate"] = start_values(system, "--rate", given["rate_values"])
     return settings

@@ -140,6 +140,10 @@ def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
         *section("dissipation", dissipation),
         *section("forces on coordinates", [(name, "=", show(e)) for name, e in d.forces]),
         *section("loads", loads),
+        *section(
+            "stops", [(s.name, "0 <=", show(s.gap), f"restitution {show(s.restitution)}") for s in d.stops]
+        ),
+        *section("friction", [(f.name, show(f.level), "against", show(f.speed)) for f in d.frictions]),
         *section("constraints", [(c.name, "0 =", show(c.expression)) for c in d.constraints]),
         *section(
             "velocity constraints", [(c.name, "0 =", show(c.expression)) for c in d.velocity_constraints]

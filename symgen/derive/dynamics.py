@@ -237,7 +237,7 @@ def applied_forces(mech: Mechanics, x: Variables) -> list[int]:
 def _is_quadratic(loader: Loader, mech: Mechanics, x: Variables, mass: Matrix) -> bool:
     """Whether T is a quadratic form in the rates; prescribed motion, for one, adds terms of lower degree."""
     g = loader.g
-    if any(g.mask[entry] & V for row in mass for entry in row):
+    if any(g.mask[entry] & V for entry in set().union(*mass)):
         return False
     momentum = reverse(g, [(mech.kinetic, g.one)], V)
     at_rest = dict.fromkeys(x.v, g.zero)

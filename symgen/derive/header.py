@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..model.description import Description
+from ..model.description import Description, Input
 from .structure import structure
 from .variables import with_rates
 
 if TYPE_CHECKING:
-    from .pipeline import Derivation
+    from .derivation import Derivation
 
 ABI = 1
 
@@ -36,7 +36,7 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
             {"name": p.name, "unit": p.unit or "", "value": float(p.value), "doc": p.doc}
             for p in d.parameters
         ],
-        "inputs": [{"name": u.name, "unit": u.unit or "", "value": float(u.default)} for u in d.inputs],
+        "inputs": [_input(u) for u in d.inputs],
         "constants": [{"name": c.name, "unit": c.unit or "", "value": float(c.value)} for c in d.constants],
         "constraints": [{"name": c.name, "kind": c.kind} for c in (*d.constraints, *d.velocity_constraints)],
         "outputs": [{"name": name, "unit": ""} for name, _ in d.outputs],
@@ -55,6 +55,15 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         "operations": operations,
         "run": dict(d.run),
     }
+
+
+def _input(u: Input) -> dict[str, Any]:
+    record: dict[str, Any] = {"name": u.name, "unit": u.unit or "", "value": float(u.default)}
+    if u.times:
+        record["table"] = {"kind": u.kind, "t": list(u.times), "values": list(u.values)}
+    if u.polynomial:
+        record["polynomial"] = list(u.polynomial)
+    return record
 
 
 def _value(name: str, unit: str | None, enforced: float | None, guess: float) -> dict[str, Any]:

@@ -5,35 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-import sympy
-
 from ..model.description import Description
-from .constraints import Constraints, acceleration, constraint_forces, constraints, rheonomic_power
-from .dynamics import (
-    Mechanics,
-    cheapest_form,
-    external_power,
-    inverse_dynamics,
-    mass_matrix,
-    mechanics,
-)
+from .constraints import acceleration, constraint_forces
+from .contacts import SWITCHED, Switches, has_switches
+from .derivation import Derivation
+from .dynamics import Mechanics, inverse_dynamics
 from .graph.differentiate import jacobian
 from .graph.gather import gather
-from .graph.graph import Graph
-from .graph.hessian import hessian
-from .graph.kinds import INPUT, PARAM
 from .graph.nodes import SparseRows
 from .graph.quaternions import normalised
-from .graph.vectors import Matrix
 from .header import header
-from .kinematics import Scene
-from .load import Loader
 from .program import Function, Program
 from .solve import factorise as ldl
 from .structure import structure
-from .trees.articulated import solve_articulated
 from .trees.derivatives import add_tree_derivatives
-from .variables import Variables, variables, with_rates
 from .virtual_power import residual_by_state
 
 LARGEST_GATHERED = 12  # rates; in larger mass matrices the search takes longer than it saves
@@ -42,90 +27,9 @@ LARGEST_TREE_TRIED_ALL_WAYS = 8
 LARGEST_TRIED_ALL_WAYS = 60
 
 
-class Derivation:
-    """The parts of one model's equations on its graph, each derived once and shared by the functions that use it."""
-
-    def __init__(self, description: Description) -> None:
-        self.description = d = with_rates(description)
-        self.g = g = Graph()
-        self.x: Variables = variables(g, d)
-        x, n = self.x, len(d.rates)
-        self.loader = _loader(g, d, x)
-        self.scene = Scene(self.loader, d, x)
-        self.bodies = self.scene.bodies
-        self.mech: Mechanics = mechanics(self.loader, d, self.scene)
-        self.mass: Matrix = _gathered(g, mass_matrix(self.loader, self.mech, x))
-        self.form: Mechanics = cheapest_form(self.loader, self.mech, x, self.mass)
-        self.forces = [g.neg(h) for h in inverse_dynamics(self.loader, self.form, x, [g.zero] * n)]
-        self.constraints: Constraints = constraints(self.loader, d, x)
-        self.mass_rows, self.jacobian_rows = g.sparse(self.mass), g.sparse(self.constraints.jacobian)
-        names = [r.name for r in d.rates] + [c.name for c in (*d.constraints, *d.velocity_constraints)]
-        self.factors = ldl.factorise(g, self.mass, self.constraints.jacobian, names)
-        solution = ldl.solve(g, self.factors, [*self.forces, *self.constraints.gamma])
-        articulated = self._by_articulated_bodies()
-        if articulated is not None and g.count([*articulated, *self.forces]) < g.count(
-            [*solution, *self.forces]
-        ):
-            solution = articulated
-        self.accelerations = solution[:n]
-        self.multipliers = [g.neg(value) for value in solution[n:]]
-        self.power = g.add(
-            external_power(self.loader, self.mech, x, self.mass, self.accelerations),
-            rheonomic_power(self.loader, self.constraints, x, self.multipliers),
-        )
-
-    def _by_articulated_bodies(self) -> list[int] | None:
-        """Accelerations along the trees, where nothing but single joints' inertia adds to theirs."""
-        g, x = self.g, self.x
-        trees = self.form.trees
-        if not trees or x.lam or not all(tree.on_world for tree in trees):
-            return None
-        rest = hessian(g, self.mech.kinetic, x.v)
-        if any(entry != g.zero for i, row in enumerate(rest) for k, entry in enumerate(row) if i != k):
-            return None
-        return solve_articulated(g, trees, [row[i] for i, row in enumerate(rest)], self.forces)
-
-    @property
-    def conservative(self) -> bool:
-        """Whether nothing but the gradient of V does work."""
-        return self.power == self.g.zero
-
-
-def _gathered(g: Graph, matrix: Matrix) -> Matrix:
-    """The matrix with the parameters in its products gathered: some entries are seen to be zero only then."""
-    if len(matrix) > LARGEST_GATHERED:
-        return matrix
-    flat = gather(g, tuple(entry for row in matrix for entry in row))
-    n = len(matrix)
-    return [list(flat[k * n : (k + 1) * n]) for k in range(n)]
-
-
-def _loader(g: Graph, d: Description, x: Variables) -> Loader:
-    symbols = {"t": x.t}
-    symbols |= {r.name: node for r, node in zip(d.rates, x.v, strict=True)}
-    symbols |= {c.name: node for c, node in zip(d.coordinates, x.q, strict=True)}
-    symbols |= {p.name: g.var(PARAM, k) for k, p in enumerate(d.parameters)}
-    symbols |= {u.name: g.var(INPUT, k) for k, u in enumerate(d.inputs)}
-    symbols |= {c.name: g.const(c.value) for c in d.constants}
-    loader = Loader(g, symbols, dict(zip([*x.q, x.t], [*x.qdot, g.one], strict=True)))
-    loader.count_terms(_expressions(d))
-    return loader
-
-
-def _expressions(d: Description) -> Iterator[sympy.Expr]:
-    """All expressions that end up in positions and energies."""
-    for _, expression in d.definitions:
-        yield expression
-    for body in d.bodies:
-        yield from body.com
-    for expression in (d.kinetic, d.potential, d.dissipation):
-        if expression is not None:
-            yield expression
-    for constraint in (*d.constraints, *d.velocity_constraints):
-        yield constraint.expression
-
-
-def derive(description: Description, source: str = "") -> Program:
+def derive(
+    description: Description, source: str = "", *, gathered: bool = True, articulated: bool = True
+) -> Program:
     """Derive the equations of motion, all of them together, and every function that the model needs.
 
     Parameters
@@ -134,21 +38,46 @@ def derive(description: Description, source: str = "") -> Program:
         A checked description.
     source : str
         Hash of the model's text, kept in the module's header.
+    gathered, articulated : bool
+        Whether parameters are collected in products, and whether trees are solved body by body where that costs less;
+        not, to see what that gains. Models with stops or dry friction take no notice.
 
     Returns
     -------
     Program
     """
-    d = Derivation(description)
-    program = Program(d.g, tuple(functions(d)), {})
+    if has_switches(description):
+        return derive_switched(description, source)
+    d = Derivation(description, articulated=articulated)
+    program = Program(d.g, tuple(functions(d, gathered)), {})
     head = header(description, d, source, program.operations()) | {"subsystems": []}
     return replace(program, header=head, findings=tuple(structure(d).findings))
 
 
-def functions(d: Derivation) -> Iterator[Function]:
+def derive_switched(description: Description, source: str) -> Program:
+    """Derive a model with stops or dry friction twice: with all of them open and sliding, and with each on a switch."""
+    switches = Switches.of(description)
+    d = Derivation(switches.open_form())
+    closed = Derivation(switches.closed_form(), switches)
+    switches.name_forces(closed.loader, closed.description, closed.multipliers)
+    d.does_work = closed.does_work = not (d.conservative and closed.conservative)
+    watched = Function("switches", *switches.watched(d.loader))
+    second = Program(closed.g, tuple(f for f in functions(closed) if f.name in SWITCHED), {})
+    program = Program(d.g, (*functions(d), watched), {}, closed=second)
+    head = header(d.description, d, source, program.operations())
+    head |= {
+        "inputs": head["inputs"][: len(description.inputs)],
+        "switches": switches.records(),
+        "subsystems": [],
+    }
+    second = replace(second, header=switches.closed_header(head))
+    return replace(program, header=head, findings=tuple(structure(d).findings), closed=second)
+
+
+def functions(d: Derivation, gathered: bool = True) -> Iterator[Function]:
     """The functions of the ABI that this model has, parameters gathered, in the order of the generated file."""
     for function in _functions(d):
-        yield replace(function, outputs=gather(d.g, function.outputs))
+        yield replace(function, outputs=gather(d.g, function.outputs)) if gathered else function
 
 
 def _functions(d: Derivation) -> Iterator[Function]:
@@ -193,6 +122,8 @@ def _residual_functions(d: Derivation) -> Iterator[Function]:
     for j, entries in enumerate(G):
         for k, entry in entries.items():
             rows[k][first + len(x.v) + j] = g.neg(entry)
+    for k, node in d.corner.items():
+        rows[len(x.v) + k][first + len(x.v) + k] = node
     doc = "Residual derivatives by q, v, a, lambda."
     yield Function.matrix("residual_jacobian", doc, rows, first + len(x.v) + len(x.lam))
 
@@ -203,7 +134,10 @@ def _residual(d: Derivation, form: Mechanics) -> list[int]:
     dynamics = inverse_dynamics(d.loader, form, x, x.a)
     reactions = constraint_forces(d.loader, d.constraints, x)
     momentum = [g.sub(f, r) for f, r in zip(dynamics, reactions, strict=True)]
-    return [*momentum, *acceleration(d.loader, d.constraints.velocity, x, x.a)]
+    held = acceleration(d.loader, d.constraints.velocity, x, x.a)
+    for k, node in d.corner.items():
+        held[k] = g.add(held[k], g.mul(node, x.lam[k]))
+    return [*momentum, *held]
 
 
 def _residual_by_state(d: Derivation, residual: list[int]) -> SparseRows:
@@ -213,7 +147,7 @@ def _residual_by_state(d: Derivation, residual: list[int]) -> SparseRows:
     row by row, or column by column.
     """
     g, state = d.g, [*d.x.q, *d.x.v]
-    known = [entry for row in (*d.mass, *d.constraints.jacobian) for entry in row]
+    known = [entry for row in (*d.mass_rows, *d.jacobian_rows) for entry in row.values()]
 
     def cost(rows: SparseRows) -> int:
         return g.count([*known, *(entry for row in rows for entry in row.values())])

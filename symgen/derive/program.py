@@ -12,6 +12,8 @@ from .graph.hoist import count
 from .graph.nodes import SparseRows
 from .places import LAYOUTS, Places, Sizes, reductions, write_places
 
+CLOSED_PREFIX = "closed_"  # of the functions for a model whose stops are closed
+
 
 @dataclass(frozen=True)
 class Function:
@@ -82,7 +84,8 @@ class Part:
 class Program:
     """Derived equations: a graph, functions on it, and all that the generated module's header says.
 
-    A model of several subsystems has `parts`; then `functions` are only those that look at all of them.
+    A model of several subsystems has `parts`; then `functions` are only those that look at all of them. `closed` has
+    the functions that differ while stops of a model are closed.
     """
 
     graph: Graph
@@ -91,6 +94,7 @@ class Program:
     findings: tuple[str, ...] = field(default=())
     parts: tuple[Part, ...] = field(default=())
     sizes: Sizes = field(default_factory=dict)
+    closed: Program | None = None
 
     @cached_property
     def own(self) -> dict[str, Function]:
@@ -105,7 +109,13 @@ class Program:
 
     def operations(self) -> dict[str, int]:
         """Operations that a call of each function does."""
-        return {name: sum(self.counts(name)) for name in self.names()}
+        return {name: sum(counts) for name, counts in self.all_counts().items()}
+
+    def all_counts(self) -> dict[str, tuple[int, int]]:
+        """What `counts` says of every function in the module, those of the closed form included."""
+        closed = {} if self.closed is None else self.closed.all_counts()
+        own = {name: self.counts(name) for name in self.names()}
+        return own | {CLOSED_PREFIX + name: counts for name, counts in closed.items()}
 
     def written_operations(self) -> dict[str, int]:
         """Operations in the text of each function; loops count once."""
@@ -113,7 +123,8 @@ class Program:
         for owner in (self, *self.parts):
             for f in owner.functions:
                 result[f.name] += owner.graph.count(node for _, node in f.written())
-        return result
+        closed = {} if self.closed is None else self.closed.written_operations()
+        return result | {CLOSED_PREFIX + name: count for name, count in closed.items()}
 
     def counts(self, name: str) -> tuple[int, int]:
         """Operations of a function that depend on parameters only, and all others; loops count as often as they run."""

@@ -11,7 +11,7 @@ from .graph.kinds import INPUT, MOTION, T, V
 from .symmetries import conserved_momenta, ignorable_coordinates
 
 if TYPE_CHECKING:
-    from .pipeline import Derivation
+    from .derivation import Derivation
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,10 @@ from .dynamics import applied_forces
 from .graph.evaluate import evaluate
 
 if TYPE_CHECKING:
-    from .pipeline import Derivation
+    from .derivation import Derivation
 
 N_TRIALS = 2
+MOST_TRIED = 400  # coordinates; the search costs time and memory as their square
 TOLERANCE = 1e-10  # relative; round-off is 1e-13, the least dependence at random numbers of size 1 far larger
 
 
@@ -40,6 +41,8 @@ def _without_effect(d: Derivation, nodes: list[int]) -> list[int]:
     """Coordinates with a rate of their own that no node depends on, in order."""
     g, x = d.g, d.x
     left = [k for k, _ in x.plain]
+    if len(left) > MOST_TRIED:
+        return []
     order = g.reachable(nodes)
     rng = np.random.default_rng(20)
     for _ in range(N_TRIALS):

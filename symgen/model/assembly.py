@@ -46,6 +46,7 @@ class Assembly(Declarations):
         rest: Any = None,
         armature: Any = None,
         limits: Sequence[Any] | None = None,
+        restitution: Any = None,
     ) -> Any:
         """Join a body to its parent, as URDF does; the body's `com` is then in the body's own frame.
 
@@ -77,7 +78,9 @@ class Assembly(Declarations):
             Adds stiffness*(q - rest)^2/2 to the potential, damping*qdot^2/2 to the dissipation and
             armature*qdot^2/2 to the kinetic energy. Spherical and free joints have damping only, of their rates.
         limits : sequence of 2, optional
-            Recorded as the events NAME_lower and NAME_upper. Nothing holds the joint there.
+            Recorded as the events NAME_lower and NAME_upper. Nothing holds the joint there without a restitution.
+        restitution : expression, optional
+            Makes the limits the stops NAME_lower and NAME_upper, with this coefficient (0 to 1).
 
         Returns
         -------
@@ -88,7 +91,7 @@ class Assembly(Declarations):
         options = dict(
             origin=origin, axis=axis, axis2=axis2, coordinate=coordinate, start=start, rate=rate, guess=guess,
             rate_guess=rate_guess, unit=unit, stiffness=stiffness, damping=damping, rest=rest, armature=armature,
-            limits=limits,
+            limits=limits, restitution=restitution,
         )  # fmt: skip
         made = make_joint(self, name, type, parent, child, options)
         self._joints[name] = made

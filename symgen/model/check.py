@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ..errors import nearest
 from . import check_units, check_values
+from .check_contacts import check_contacts
 from .check_elements import check_elements
 from .check_loops import LoopChecker
 from .check_mentions import check_mentions
@@ -66,6 +67,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     for item in items(d):
         checker.check_role(item, checker.dependence(item))
     check_velocity_constraints(d, sources)
+    check_contacts(d, sources)
     check_values.check_values(d, sources)
     full = expand(d, sources, kinds)
     checker.add_axes(full)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from .check_contacts import check_contact_values
 from .description import Body, Description, Joint
 from .evaluate import NotFinite, evaluate
 from .items import Item, definition_items, items
@@ -34,6 +35,7 @@ def check_values(d: Description, sources: Sources) -> None:
             message = f"the length is not positive at the parameters' values: {length:g} m"
             hint = "hold points at one place by 'coincident'" if length == 0 else None
             raise sources.error(f"constraints.{loop.name}", "distance.length", message, hint=hint)
+    check_contact_values(d, values, sources)
     _check_plane(d, values, sources)
 
 

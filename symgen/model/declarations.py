@@ -9,6 +9,7 @@ import sympy
 
 from ..errors import nearest
 from .description import Constant, Coordinate, Input, Parameter
+from .input_courses import course
 from .names import name_fault
 from .sources import Sources
 from .units import TIME, Unit, over
@@ -92,12 +93,37 @@ class Declarations:
         """Declare several constants; returns their symbols in order, or the symbol if there is only one."""
         return _one_or_all([self.constant(name, value) for name, value in values.items()])
 
-    def input(self, name: str, unit: str | None = None, default: Any = 0.0) -> sympy.Symbol:
-        """Declare a control input; a number for `default` is in `unit`."""
+    def input(
+        self,
+        name: str,
+        unit: str | None = None,
+        default: Any = 0.0,
+        *,
+        table: Any = None,
+        kind: str | None = None,
+        polynomial: Any = None,
+    ) -> sympy.Symbol:
+        """Declare a control input: a constant, unless the model or a run says what it does over time.
+
+        Parameters
+        ----------
+        name : str
+        unit : str, optional
+            Numbers for `default`, values of `table` and coefficients are in it.
+        default : float or str
+            The constant.
+        table : pair of sequences, or str, optional
+            Times [s] and values; or a file below the model's folder with these as columns.
+        kind : {"linear", "cubic", "hold"}, optional
+            What the table does between its times; linear by default.
+        polynomial : sequence of float, optional
+            Coefficients of powers of t, from the constant upward.
+        """
         self._declare(name, "input", "inputs")
         size = self._sources.unit(unit, "inputs", f"{name}.unit")
         value, size = self._sources.number(default, size, "inputs", f"{name}.default")
-        self._inputs.append(Input(name, size and size.coherent, value))
+        over_time = course(self, name, size, table, kind, polynomial)
+        self._inputs.append(Input(name, size and size.coherent, value, **over_time))
         return sympy.Symbol(name)
 
     def definition(self, name: str, expression: Any) -> sympy.Symbol:

@@ -64,11 +64,18 @@ class Rate:
 
 @dataclass(frozen=True)
 class Input:
-    """A control input with its default value."""
+    """A control input with its default value, or with what it does over time where nothing else is said.
+
+    `times` and `values` are those of a table of this `kind`; `polynomial` has coefficients of powers of t.
+    """
 
     name: str
     unit: str | None = None
     default: float = 0.0
+    times: tuple[float, ...] = ()
+    values: tuple[float, ...] = ()
+    kind: str = ""
+    polynomial: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -114,8 +121,8 @@ class Joint:
     in the joint frame; `axis2`, of universal joints only, one in the frame that the first rotation has turned.
 
     `stiffness`, `damping`, `armature` and `rest` are empty, one for all coordinates (rates), or one for each;
-    `limits` are empty, or a lower and an upper one. In a finished description they are part of its energies and
-    events already.
+    `limits` are empty, or a lower and an upper one; with a `restitution` they stop the joint, without they are only
+    watched. In a finished description they are part of its energies, events and stops already.
     """
 
     name: str
@@ -133,6 +140,7 @@ class Joint:
     armature: tuple[Expr, ...] = ()
     rest: tuple[Expr, ...] = ()
     limits: tuple[Expr, ...] = ()
+    restitution: Expr | None = None
 
 
 @dataclass(frozen=True)
@@ -183,6 +191,47 @@ class Constraint:
     name: str
     expression: Expr
     kind: str = "holonomic"
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A rigid one-sided stop: `gap` never falls below zero; `restitution` is Newton's, 0 to 1."""
+
+    name: str
+    gap: Expr
+    restitution: Expr
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Coulomb friction against a relative `speed`, linear in the rates, of the size `level` [W per unit of `speed`].
+
+    `smooth` is the speed below which the force gives way; without it the contact sticks and slips. What sticks can take
+    `static`, or as much as what slides.
+    """
+
+    name: str
+    speed: Expr
+    level: Expr
+    smooth: Expr | None = None
+    static: Expr | None = None
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A compliant contact after Hunt and Crossley where `gap` is negative: depth δ, force k δ^n (1 + 3/2 c dδ/dt) ≥ 0.
+
+    `friction` is the coefficient of regularised Coulomb friction against `slip`, which gives way below `smooth`.
+    """
+
+    name: str
+    gap: Expr
+    stiffness: Expr
+    exponent: Expr
+    damping: Expr | None = None
+    friction: Expr | None = None
+    slip: Expr | None = None
+    smooth: Expr | None = None
 
 
 @dataclass(frozen=True)
@@ -245,6 +294,9 @@ class Description:
     points: tuple[Point, ...] = ()
     axes: tuple[Axis, ...] = ()
     loops: tuple[Loop, ...] = ()
+    stops: tuple[Stop, ...] = ()
+    frictions: tuple[Friction, ...] = ()
+    contacts: tuple[Contact, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

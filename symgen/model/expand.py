@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import sympy
 
+from .contact_laws import with_contact_laws
 from .description import Axis, Body, Constraint, Description, Event, Joint, Reset
 from .functions import dot
 from .joint_types import TYPES
@@ -32,6 +33,7 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
     d = replace(d, bodies=tuple(bodies.values()), joints=joints, **_energies(d, joints))
     constraints, axes = _constraints(d, sources, kinds)
     rate_of = {r.coordinate: r.name for r in d.rates if r.coordinate is not None}
+    d = with_contact_laws(d, sources)
     return replace(
         d,
         constraints=constraints,
@@ -123,6 +125,8 @@ def _with_rates(event: Event, d: Description, rate_of: Mapping[str, str]) -> Eve
 def _limits(d: Description, sources: Sources) -> Iterator[Event]:
     taken = {e.name for e in d.events}
     for j in d.joints:
+        if j.restitution is not None:
+            continue
         for side, direction, limit in zip(("lower", "upper"), ("falling", "rising"), j.limits):
             name = f"{j.name}_{side}"
             if name in taken:

@@ -74,6 +74,12 @@ COURSE = Role(
     "it is made of t, parameters and constants; hold expressions of coordinates at zero by 'couple'",
 )
 VELOCITY = Role("a velocity constraint", (INPUTS,), "prescribed motion is written with t")
+SPEED = Role("a sliding speed", (INPUTS,), "prescribed motion is written with t")
+LEVEL = Role(
+    "a friction force",
+    (RATES,),
+    "it is made of coordinates, inputs, parameters and t; drag is a [forces] entry",
+)
 OBSERVED = Role("an output, event or size")
 
 
@@ -125,6 +131,7 @@ def items(d: Description) -> Iterator[Item]:
         yield Item("constraints", c.name, c.expression, HOLONOMIC)
     for loop in d.loops:
         yield from loop_items(loop, sizes)
+    yield from _contact_items(d)
     for c in d.velocity_constraints:
         yield Item("velocity_constraints", c.name, c.expression, VELOCITY)
     for name, value in d.outputs:
@@ -185,6 +192,8 @@ def joint_items(joint: Joint) -> Iterator[Item]:
                 yield Item(table, key if single else f"{key}[{k}]", value, FIXED, size)
     if joint.limits:
         yield from _vector_items(table, "limits", joint.limits, FIXED, _elastic_dimensions(kind, "rest")[0])
+    if joint.restitution is not None:
+        yield Item(table, "restitution", joint.restitution, RATIO, DIMENSIONLESS)
 
 
 ELASTIC = ("stiffness", "damping", "armature", "rest")
@@ -215,6 +224,31 @@ def loop_items(loop: Loop, sizes: Mapping[str, Dimension | None]) -> Iterator[It
     for key, (role, dimension) in roles.items():
         if key in arguments:
             yield Item(f"constraints.{loop.name}", f"{loop.kind}.{key}", arguments[key], role, dimension)
+
+
+def _contact_items(d: Description) -> Iterator[Item]:
+    for stop in d.stops:
+        table = f"stops.{stop.name}"
+        yield Item(table, "gap", stop.gap, HOLONOMIC)
+        yield Item(table, "restitution", stop.restitution, RATIO, DIMENSIONLESS)
+    for f in d.frictions:
+        table = f"friction.{f.name}"
+        yield Item(table, "speed", f.speed, SPEED)
+        yield Item(table, "force", f.level, LEVEL)
+        if f.static is not None:
+            yield Item(table, "static", f.static, LEVEL)
+        if f.smooth is not None:
+            yield Item(table, "smooth", f.smooth, RATIO)
+    for c in d.contacts:
+        table = f"contacts.{c.name}"
+        yield Item(table, "gap", c.gap, HOLONOMIC)
+        for key in ("stiffness", "exponent", "damping", "friction", "smooth"):
+            value = getattr(c, key)
+            if value is not None:
+                size = DIMENSIONLESS if key in ("exponent", "friction") else None
+                yield Item(table, key, value, RATIO, size)
+        if c.slip is not None:
+            yield Item(table, "slip", c.slip, SPEED)
 
 
 def _event_items(

@@ -52,9 +52,15 @@ def make_joint(
     }
     limits = () if "limits" not in given else model._vector(given["limits"], table, "limits", (2,))
     limits = tuple(sources.expression(x, table, f"limits[{k}]") for k, x in enumerate(limits))
+    restitution = given.get("restitution")
+    if restitution is not None:
+        restitution = sources.expression(restitution, table, "restitution")
+        if not limits:
+            raise sources.error(table, "restitution", "'restitution' has no effect without 'limits'")
     return Joint(
-        name, type, parent, child, xyz, rpy, axis, axis2, coordinates, rates, **elements, limits=limits
-    )
+        name, type, parent, child, xyz, rpy, axis, axis2, coordinates, rates, **elements, limits=limits,
+        restitution=restitution,
+    )  # fmt: skip
 
 
 def _check_keys(model: Assembly, table: str, type: str, given: Mapping[str, Any]) -> None:

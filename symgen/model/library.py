@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import inspect
-import tomllib
 import traceback
 import types
 from collections.abc import Mapping
@@ -75,6 +74,8 @@ def _description(path: Path) -> str:
     try:
         text = path.read_text(encoding="utf-8")
         if path.suffix == ".toml":
+            import tomllib  # compiles regular expressions, which a run does not need
+
             return str(tomllib.loads(text).get("description", ""))
         return (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]
     except (OSError, ValueError, SyntaxError, RecursionError):
@@ -109,6 +110,15 @@ def load(path: str | Path, options: Mapping[str, str] | None = None) -> Model:
     from .toml_reader import read_file
 
     return read_file(path)
+
+
+def run_function(path: Path, name: str, *arguments: Any) -> Any:
+    """Execute a `.py` model file and call a function of it; what goes wrong there is told with its line."""
+    function = getattr(_execute(path), name)
+    try:
+        return function(*arguments)
+    except (Exception, SystemExit) as error:
+        raise _author_error(path, error) from error
 
 
 def option_value(text: str) -> Any:

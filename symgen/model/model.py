@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from . import bodies, run_defaults
-from .closures import Closures
+from .contacts import Contacts
 from .description import Body, Description, Event, Load
 from .events import make_event
 from .names import name_fault
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from runtime import System
 
 
-class Model(Closures):
+class Model(Contacts):
     """A mechanical system, described step by step.
 
     Expressions are SymPy expressions of the symbols that the methods return, numbers, quantities (`"-5 N"`),
@@ -260,6 +260,7 @@ class Model(Closures):
             points=tuple(self._points.values()),
             axes=tuple(self._axes.values()),
             loops=tuple(self._loops.values()),
+            **self._touching(),
         )
 
     def _add(self, table: str, key: str, expression: Any, into: dict[str, list[sympy.Expr]]) -> None:

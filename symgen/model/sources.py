@@ -33,6 +33,9 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "velocity_constraints": "velocity_constraint",
     "outputs": "output",
     "events": "event",
+    "stops": "stop",
+    "friction": "friction",
+    "contacts": "contact",
 }
 
 

@@ -15,11 +15,11 @@ from .names import LONGEST_NAME
 
 LARGEST_FILE = 4 << 20  # bytes
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
-INPUT_KEYS = ("unit", "default")
+INPUT_KEYS = ("unit", "default", "table", "kind", "polynomial")
 BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape")
 JOINT_KEYS = (
     "type", "parent", "child", "origin", "axis", "axis2", "coordinate", "start", "rate", "guess", "rate_guess",
-    "unit", "stiffness", "damping", "rest", "armature", "limits",
+    "unit", "stiffness", "damping", "rest", "armature", "limits", "restitution",
 )  # fmt: skip
 READY_MADE = {  # arguments in the order of the methods; those of the second list may be left out
     "distance": (("points", "length"), ()),
@@ -32,6 +32,9 @@ READY_MADE = {  # arguments in the order of the methods; those of the second lis
 }
 PAIRS = ("distance", "gear")  # whose first argument is a list, and two in the method
 LOAD_KEYS = ("point", "force", "body", "torque")
+STOP_KEYS = ("gap", "restitution")
+FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static")
+CONTACT_KEYS = ("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth")
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
 TOP_KEYS = ("name", "description")
@@ -228,6 +231,9 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "energy": _energy,
     "forces": _each("force"),
     "loads": _each_table("load", "loads", LOAD_KEYS, inline=False),
+    "stops": _each_table("stop", "stops", STOP_KEYS, inline=False),
+    "friction": _each_table("friction", "friction", FRICTION_KEYS, inline=False),
+    "contacts": _each_table("contact", "contacts", CONTACT_KEYS, inline=False),
     "constraints": _constraints,
     "velocity_constraints": _each("velocity_constraint"),
     "outputs": _each("output"),

@@ -9,7 +9,8 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
-from .description import Body, Coordinate, Description, Event, Joint, Load, Loop, Rate
+from .contacts import contact_tables
+from .description import Body, Coordinate, Description, Event, Input, Joint, Load, Loop, Rate
 from .joint_types import TYPES
 from .printing import to_text
 from .sources import Sources
@@ -35,7 +36,7 @@ class _Writer:
         yield ["[parameters]", *(f"{p.name} = {_number(p.value, p.unit, p.doc)}" for p in d.parameters)]
         yield ["[constants]", *(f"{c.name} = {_number(c.value, c.unit)}" for c in d.constants)]
         yield ["[coordinates]", *(_coordinate(c) for c in d.coordinates if c.joint is None)]
-        yield ["[inputs]", *(f"{u.name} = {_table(unit=u.unit, default=u.default)}" for u in d.inputs)]
+        yield ["[inputs]", *(f"{u.name} = {_input(u)}" for u in d.inputs)]
         yield ["[definitions]", *self.entries("definitions", d.definitions)]
         for body in d.bodies:
             yield self.body(body)
@@ -54,6 +55,8 @@ class _Writer:
         yield ["[forces]", *self.entries("forces", d.forces)]
         for load in d.loads:
             yield self.load(load)
+        for table, entry in contact_tables(d):
+            yield self.table(table, entry)
         yield ["[constraints]", *self.entries("constraints", [(c.name, c.expression) for c in d.constraints])]
         for loop in d.loops:
             yield self.loop(loop)
@@ -134,6 +137,8 @@ class _Writer:
                 lines.append(f"{key} = {self.array(table, key, values)}")
         if joint.limits:
             lines.append(f"limits = {self.array(table, 'limits', joint.limits)}")
+        if joint.restitution is not None:
+            lines.append(f"restitution = {self.value(table, 'restitution', joint.restitution)}")
         return [f"[{table}]", *lines]
 
     def fixed(self, table: str, body: str, key: str, vector: tuple[sympy.Expr, ...]) -> list[str]:
@@ -149,6 +154,9 @@ class _Writer:
             if key != "offset" or x is not sympy.S.Zero
         ]
         return [f"[{table}]", f"{loop.kind} = {{ {', '.join(pairs)} }}"]
+
+    def table(self, table: str, entries: Iterable[tuple[str, sympy.Expr]]) -> list[str]:
+        return [f"[{table}]", *self.entries(table, entries)]
 
     def load(self, load: Load) -> list[str]:
         table = f"loads.{load.name}"
@@ -226,6 +234,13 @@ def _number(value: float, unit: str | None, doc: str = "") -> str:
     if doc:
         return _table(value=value, unit=unit, doc=doc)
     return _literal(value) if unit is None else _quoted(f"{value!r} {unit}")
+
+
+def _input(u: Input) -> str:
+    return _table(
+        unit=u.unit, default=u.default, table=(u.times, u.values) if u.times else None, kind=u.kind or None,
+        polynomial=u.polynomial or None,
+    )  # fmt: skip
 
 
 def _table(**values: Any) -> str:

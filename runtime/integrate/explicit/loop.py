@@ -5,8 +5,10 @@ import math
 from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from runtime.integrate.baumgarte import hold_stabilisation, release_stabilisation
 from runtime.integrate.copying import copy
 from runtime.integrate.dense import hermite_dense
+from runtime.integrate.energy_scaling import count_energy, scale_energy
 from runtime.integrate.evaluation import all_finite, evaluate
 from runtime.integrate.explicit.dop853 import dop853_error, dop853_new_state, dop853_stages
 from runtime.integrate.explicit.stiffness import watch_stiffness
@@ -104,12 +106,13 @@ def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, state
         Status and the time of the new state [s].
     """
     cause = STEP_TOO_SMALL
-    copy(f, k[0])
     while True:
         t, t1 = control[T], step_end(control)
         h = t1 - t
         if too_small(control):
             return cause, t
+        copy(f, k[0])
+        hold_stabilisation(addresses, sizes, p, t, h, y, k[0], scratch[: projection_size(sizes)])
         take_stages(method, addresses, p, counters, t, h, y, k, states)
         error = estimate_error(method, sizes, control, h, y, k, states)
         cause = STEP_TOO_SMALL
@@ -132,6 +135,7 @@ def fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, 
     """Take one step of the fixed grid; returns status and the time of the new state [s]."""
     copy(f, k[0])
     t, t1 = control[T], grid_end(control, counters)
+    hold_stabilisation(addresses, sizes, p, t, t1 - t, y, k[0], scratch[: projection_size(sizes)])
     take_stages(method, addresses, p, counters, t, t1 - t, y, k, states)
     return reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch), t1
 
@@ -206,7 +210,9 @@ def reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scr
             addresses, sizes, p, t1, y_new, control, counters, scratch[: projection_size(sizes)]
         ):
             return PROJECTION_FAILED
-    if addresses[PROJECT] != 0 or not method.fsal:
+        scale_energy(addresses, sizes, p, t1, y_new, control, scratch)
+    held = release_stabilisation(addresses, sizes, p)
+    if held or addresses[PROJECT] != 0 or not method.fsal:
         if not evaluate(addresses, sizes, p, counters, t1, y_new, row):
             return NOT_FINITE
     if sizes[NM] > 0:
@@ -228,6 +234,7 @@ def commit_step(
     """Make the new state the current one, with dense output where somebody reads it, and record the step."""
     if needs_dense(sizes, counters, frame_times, t1):
         erk_dense(method, addresses, sizes, p, counters, t0, t1 - t0, y, k, states, dense)
+    count_energy(addresses, control)
     copy(states[1], y)
     copy(k[method.n_stages - method.fsal], f)
     return finish_step(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -140,16 +141,19 @@ def validate(tableau: ErkTableau) -> None:
         raise ValueError(f"nodes must lie in the step, not at {tableau.c}")
 
 
+@functools.cache
 def euler() -> ErkTableau:
     """Return the explicit Euler method."""
     return erk_tableau([[]], [1.0], 1)
 
 
+@functools.cache
 def rk4() -> ErkTableau:
     """Return the classical Runge-Kutta method of order 4 (Kutta 1901)."""
     return erk_tableau([[], [0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6], 4)
 
 
+@functools.cache
 def dopri5() -> ErkTableau:
     """Return Dormand and Prince's method of order 5(4) with dense output of order 4.
 
@@ -189,6 +193,7 @@ def dopri5() -> ErkTableau:
     )
 
 
+@functools.cache
 def dop853() -> ErkTableau:
     """Return Dormand and Prince's method of order 8(5,3) with dense output of order 7.
 

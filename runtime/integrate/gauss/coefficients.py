@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import decimal
+import functools
 import math
 from decimal import Decimal
 from typing import NamedTuple
@@ -47,6 +48,7 @@ class Gauss(NamedTuple):
     dense_q: np.ndarray
 
 
+@functools.cache
 def gauss(n_stages: int) -> Gauss:
     """Return the Gauss method with `n_stages` stages, 2 to 8.
 

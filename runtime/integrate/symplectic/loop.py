@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from runtime.integrate.baumgarte import hold_stabilisation, release_stabilisation
 from runtime.integrate.copying import copy
 from runtime.integrate.dense import hermite_dense
 from runtime.integrate.evaluation import all_finite, evaluate
@@ -68,6 +69,7 @@ def advance_semi_implicit(
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
         t0, t1 = control[T], grid_end(control, counters)
+        hold_stabilisation(addresses, sizes, p, t0, t1 - t0, y, f, scratch[: projection_size(sizes)])
         if method.verlet:
             verlet_step(method.reuse, addresses, sizes, p, counters, t1, t1 - t0, y, f, y_new, row)
         else:
@@ -127,6 +129,7 @@ def verlet_step(reuse, addresses, sizes, p, counters, t1, h, y, f, y_new, row):
 def complete_step(method, addresses, sizes, p, control, counters, t1, h, y, f, y_new, row, scratch):
     """Project the new state, evaluate its derivative, add the work (trapezoidal rule); returns a status."""
     nq, nv = sizes[NQ], sizes[NV]
+    release_stabilisation(addresses, sizes, p)
     if addresses[PROJECT] != 0:
         if project_state(
             addresses, sizes, p, t1, y_new, control, counters, scratch[: projection_size(sizes)]

@@ -69,8 +69,8 @@ MOST_VARIED, GOLDEN_RATIO = 0.05, 0.6180339887498949
 # before.
 LONGER_THAN_BEFORE = 2.0
 # Towards a change point, where branches of the positions that constraints allow cross, each series reaches only a part
-# of the way. States off by round-off lie on a branch that turns into the other one there, which ever shorter steps
-# would follow faithfully: below this part of how far series reached before, the run is left to a method that steps across.
+# of the way. States off by round-off lie on a curve that turns from one branch into the other there, and ever shorter
+# steps would follow it: below this part of how far series reached before, a method that steps across takes over.
 CREEPS, FORGET_REACH = 1e-4, 0.9
 
 

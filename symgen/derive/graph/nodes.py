@@ -5,8 +5,13 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
-ON_ARRAYS = frozenset(("factor_ldl", "solve_ldl", "element"))  # see `solve/dense_solve.py`
+if TYPE_CHECKING:
+    from ..solve.fronts import FrontPlan
+
+# See `solve/dense_solve.py` and `solve/fronts.py`.
+ON_ARRAYS = frozenset(("factor_ldl", "solve_ldl", "factor_fronts", "solve_fronts", "element"))
 _LEAVES = ("const", "var")
 
 # A matrix: for each row its entries (nodes) by column, structural zeros left out.
@@ -31,6 +36,9 @@ class Nodes:
         self.mask: list[int] = []
         self._operands: list[tuple[int, ...]] = []  # `args`, but nothing for constants and variables
         self._index: defaultdict[str, dict[tuple, int]] = defaultdict(dict)  # by operation, then arguments
+        self.front_plans: list[
+            FrontPlan
+        ] = []  # of factorisations by fronts, which name them by their numbers
         self.zero = self.const(0.0)
         self.one = self.const(1.0)
 
@@ -108,6 +116,10 @@ class Nodes:
             return op not in _LEAVES
         if op == "element":
             return 0
+        if op == "factor_fronts":
+            return self.front_plans[int(self.args[args[0]][0])].operations[0]
+        if op == "solve_fronts":
+            return self.front_plans[int(self.args[self.args[args[0]][0]][0])].operations[1]
         sizes = self.args[args[0]] if op == "solve_ldl" else args
         n, n_coordinates = (int(self.args[x][0]) for x in sizes[:2])
         if op == "solve_ldl":

@@ -7,11 +7,14 @@ from dataclasses import replace
 
 from ...model.description import Description
 from .. import pipeline
+from ..contacts import has_switches
+from ..derivation import Derivation
 from ..graph.graph import Graph
 from ..header import header
-from ..pipeline import Derivation, functions
+from ..pipeline import functions
 from ..places import MIN, SUM, Sizes
 from ..program import Function, Part, Program
+from ..savings import savings
 from ..structure import structure
 from .components import Component, split
 from .watching import watchers
@@ -34,8 +37,8 @@ def derive(description: Description, source: str = "") -> Program:
     -------
     Program
     """
-    kinds = split(description)
-    if len(kinds) == 1 and len(kinds[0]) == 1:
+    kinds = [] if has_switches(description) else split(description)
+    if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
         return _with_savings(pipeline.derive(description, source))
     derivations = [Derivation(kind[0].description) for kind in kinds]
     parts = _parts(kinds, derivations)
@@ -128,4 +131,4 @@ def _with_savings(program: Program) -> Program:
         found.append(
             f"{written} of {executed} operations of all functions are code: the others repeat it in loops"
         )
-    return replace(program, findings=tuple(found))
+    return replace(program, findings=(*found, *savings(program)))

@@ -16,7 +16,7 @@ from ..program import Function
 from .components import Component
 
 if TYPE_CHECKING:
-    from ..pipeline import Derivation
+    from ..derivation import Derivation
 
 _VECTORS = {Q: "q", V: "v", A: "v", LAM: "c", PARAM: "parameters", INPUT: "inputs"}
 

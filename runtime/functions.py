@@ -1,0 +1,148 @@
+"""The functions of a model: as machine code, as plain Python, for a user's own Numba code."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from runtime.abi import array_sizes
+from runtime.code.grammar import FunctionText, Lengths
+from runtime.errors import UnknownNameError, nearest
+from runtime.kernel import Kernel, KernelSource, compile_kernel
+from runtime.names import acceleration_labels, rate_labels
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from runtime.code.engine import MachineCode
+
+
+class ModelFunctions:
+    """What `System` knows about its functions; kernels are compiled when they are first used."""
+
+    def has(self, function: str) -> bool:
+        """Whether the model has this function of the ABI."""
+        return function in self.source.functions and array_sizes(self.source.header, function) is not None
+
+    def kernel(self, function: str) -> Kernel:
+        """Return a function of the model as machine code, compiled or read from the cache on first use.
+
+        Parameters
+        ----------
+        function : str
+            A name of the ABI, such as "rhs".
+
+        Returns
+        -------
+        runtime.kernel.Kernel
+
+        Raises
+        ------
+        UnknownNameError
+            The model has no such function; the message names the nearest.
+        """
+        kernel = self._kernels.get(function)
+        if kernel is None:
+            with self._lock:
+                kernel = self._kernels.get(function)
+                if kernel is None:
+                    kernel = self._kernels[function] = compile_kernel(self._kernel_source(function))
+        return kernel
+
+    @property
+    def compiled(self) -> tuple[str, ...]:
+        """The functions that are machine code by now, by name."""
+        return tuple(sorted(self._kernels))
+
+    def python_function(self, function: str, mathematics: Mapping[str, Callable] | None = None) -> Callable:
+        """Return the function as plain Python: for a debugger, and as an oracle.
+
+        Its text has passed the grammar's check, and it sees no names but those of the grammar.
+
+        Parameters
+        ----------
+        function : str
+        mathematics : mapping of str to callable, optional
+            Takes the place of `math`, for arguments that are no floats.
+
+        Returns
+        -------
+        callable
+            `f(t, y, p, out)` writes `out` in place.
+        """
+        return self._kernel_source(function).python_function(mathematics)
+
+    def njit_function(self, function: str) -> Callable:
+        """Return the same text compiled by Numba, an oracle for the kernel."""
+        import runtime.code.numba_setup  # noqa: F401
+
+        return self._kernel_source(function).njit_function()
+
+    def numba(self, function: str) -> Callable:
+        """Return `f(t, y, p, out)` for calls from your own `numba.njit` code, at a kernel's speed.
+
+        Its code becomes part of your function's, so `cache=True` works; but like all of Numba's caching it
+        does not notice when the model changes: clear the cache then.
+
+        Parameters
+        ----------
+        function : str
+
+        Returns
+        -------
+        callable
+            `t` a float, `y`, `p` and `out` C-contiguous float64 arrays of one dimension; writes `out` in place.
+        """
+        from runtime.code.numba_link import linked_function
+
+        return linked_function(self._kernel_source(function))
+
+    def machine_code(self) -> MachineCode:
+        """Return the place of this model's machine code; made on first use."""
+        if "_machine_code" not in self.__dict__:
+            from runtime.code.engine import MachineCode
+
+            self.__dict__["_machine_code"] = MachineCode()
+        return self.__dict__["_machine_code"]
+
+    def function_text(self, function: str) -> FunctionText:
+        """Return a function's text with the lengths of its arrays, as it is lowered."""
+        return self._kernel_source(function).code
+
+    def _kernel_source(self, function: str) -> KernelSource:
+        sizes = array_sizes(self.source.header, function)
+        if sizes is None or function not in self.source.functions:
+            raise UnknownNameError(self._no_function(function))
+        text, line = self.source.functions[function], self.source.lines[function]
+        lengths = Lengths(sizes[0], self.n_p, sizes[1])
+        tables = {
+            name: entries
+            for name, entries in self.source.tables.items()
+            if f"{name}[" in text or f", {name}, " in text
+        }
+        code = FunctionText(function, text, lengths, tables, self.file, line)
+        n_hoisted, offset = self._hoisted.get(function, (0, 0))
+        return KernelSource(code, n_hoisted, offset, self)
+
+    def _no_function(self, function: str) -> str:
+        if function in ("project", "gamma", "constraint_residual", "constraint_jacobian") and not self.m:
+            return f"model {self.name!r} has no function {function!r}: it has no constraints"
+        known = [name for name in self.source.functions if self.has(name)]
+        return f"model {self.name!r} has no function {function!r}: {nearest(function, known)}"
+
+    def describe_y(self, function: str) -> str:
+        """Say what `function` reads as `y`, for messages: 'theta, dot(theta)'."""
+        names = [record["name"] for record in self.coordinates]
+        names += rate_labels(self.coordinates, self.rates)
+        if function in ("residual", "residual_jacobian"):
+            names += acceleration_labels(self.coordinates, self.rates)
+            names += [f"lambda({record['name']})" for record in self.constraints]
+        return _short(names)
+
+    def describe_p(self) -> str:
+        """Say what `p` holds, for messages."""
+        return _short([*self._p_index, *self.settings])
+
+
+def _short(names: list[str]) -> str:
+    return ", ".join(names) if len(names) <= 8 else ", ".join((*names[:6], "…", names[-1]))

@@ -1,0 +1,120 @@
+"""The parts of one model's equations, each derived once and shared by the functions that use it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import sympy
+
+from ..model.description import Description
+from .constraints import Constraints, constraints, rheonomic_power
+from .contacts import NONE, Switches
+from .dynamics import (
+    Mechanics,
+    cheapest_form,
+    external_power,
+    inverse_dynamics,
+    mass_matrix,
+    mechanics,
+)
+from .graph.gather import gather
+from .graph.graph import Graph
+from .graph.hessian import hessian
+from .graph.kinds import INPUT, PARAM
+from .graph.vectors import Matrix
+from .kinematics import Scene
+from .load import Loader
+from .solve import factorise as ldl
+from .trees.articulated import solve_articulated
+from .variables import Variables, variables, with_rates
+
+LARGEST_GATHERED = 12  # rates; in larger mass matrices the search takes longer than it saves
+LARGEST_TREE_TRIED_ALL_WAYS = 8
+# Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.
+LARGEST_TRIED_ALL_WAYS = 60
+
+
+class Derivation:
+    """The parts of one model's equations on its graph, each derived once and shared by the functions that use it."""
+
+    def __init__(
+        self, description: Description, switches: Switches = NONE, *, articulated: bool = True
+    ) -> None:
+        self.description = d = with_rates(description)
+        self.g = g = Graph()
+        self.x: Variables = variables(g, d)
+        x, n = self.x, len(d.rates)
+        self.loader = _loader(g, d, x)
+        self.scene = Scene(self.loader, d, x)
+        self.bodies = self.scene.bodies
+        self.mech: Mechanics = mechanics(self.loader, d, self.scene)
+        self.mass: Matrix = _gathered(g, mass_matrix(self.loader, self.mech, x))
+        self.form: Mechanics = cheapest_form(self.loader, self.mech, x, self.mass)
+        self.forces = [g.neg(h) for h in inverse_dynamics(self.loader, self.form, x, [g.zero] * n)]
+        self.constraints: Constraints = constraints(self.loader, d, x)
+        self.mass_rows, self.jacobian_rows = g.sparse(self.mass), g.sparse(self.constraints.jacobian)
+        names = [r.name for r in d.rates] + [c.name for c in (*d.constraints, *d.velocity_constraints)]
+        self.corner = switches.corner(self.loader, d)
+        opposite = {k: g.neg(node) for k, node in self.corner.items()}
+        self.factors = ldl.factorise(g, self.mass, self.constraints.jacobian, names, opposite)
+        solution = ldl.solve(g, self.factors, [*self.forces, *self.constraints.gamma])
+        recursive = self._by_articulated_bodies() if articulated else None
+        if recursive is not None and g.count([*recursive, *self.forces]) < g.count([*solution, *self.forces]):
+            solution = recursive
+        self.accelerations = solution[:n]
+        self.multipliers = [g.neg(value) for value in solution[n:]]
+        self.does_work = False
+        self.power = g.add(
+            external_power(self.loader, self.mech, x, self.mass, self.accelerations),
+            rheonomic_power(self.loader, self.constraints, x, self.multipliers),
+        )
+
+    def _by_articulated_bodies(self) -> list[int] | None:
+        """Accelerations along the trees, where nothing but single joints' inertia adds to theirs."""
+        g, x = self.g, self.x
+        trees = self.form.trees
+        if not trees or x.lam or not all(tree.on_world for tree in trees):
+            return None
+        rest = hessian(g, self.mech.kinetic, x.v)
+        if any(entry != g.zero for i, row in enumerate(rest) for k, entry in enumerate(row) if i != k):
+            return None
+        return solve_articulated(g, trees, [row[i] for i, row in enumerate(rest)], self.forces)
+
+    @property
+    def conservative(self) -> bool:
+        """Whether nothing but the gradient of V does work, with all stops open or closed."""
+        return not self.does_work and self.power == self.g.zero
+
+
+def _gathered(g: Graph, matrix: Matrix) -> Matrix:
+    """The matrix with the parameters in its products gathered: some entries are seen to be zero only then."""
+    if len(matrix) > LARGEST_GATHERED:
+        return matrix
+    flat = gather(g, tuple(entry for row in matrix for entry in row))
+    n = len(matrix)
+    return [list(flat[k * n : (k + 1) * n]) for k in range(n)]
+
+
+def _loader(g: Graph, d: Description, x: Variables) -> Loader:
+    symbols = {"t": x.t}
+    symbols |= {r.name: node for r, node in zip(d.rates, x.v, strict=True)}
+    symbols |= {c.name: node for c, node in zip(d.coordinates, x.q, strict=True)}
+    symbols |= {p.name: g.var(PARAM, k) for k, p in enumerate(d.parameters)}
+    symbols |= {u.name: g.var(INPUT, k) for k, u in enumerate(d.inputs)}
+    symbols |= {c.name: g.const(c.value) for c in d.constants}
+    loader = Loader(g, symbols, dict(zip([*x.q, x.t], [*x.qdot, g.one], strict=True)))
+    loader.count_terms(_expressions(d))
+    return loader
+
+
+def _expressions(d: Description) -> Iterator[sympy.Expr]:
+    """All expressions that end up in positions and energies."""
+    for _, expression in d.definitions:
+        yield expression
+    for body in d.bodies:
+        yield from body.com
+    for expression in (d.kinetic, d.potential, d.dissipation):
+        if expression is not None:
+            yield expression
+    for constraint in (*d.constraints, *d.velocity_constraints):
+        yield constraint.expression
