@@ -317,24 +317,24 @@ def record_ends(content):
 
 
 def test_a_flipped_bit_is_found_wherever_it_is(recorded, tmp_path):
-    """In poses, plots and texts as well; none brings down the reader. Only the index at the end is not looked at."""
+    """In poses, plots and texts as well, up to the closing record, which has the digest; none brings down the reader.
+
+    One in a record's length looks like a file that was cut off there, which is said as well.
+    """
     content, random = recorded.read_bytes(), np.random.default_rng(7)
+    covered, end = read_recording(recorded).file_bytes, record_ends(content)[-1]
+    assert 0.9 * end < covered < end
     changed = tmp_path / "changed.rrd"
-    for place in random.integers(12, record_ends(content)[-1], 60):
+    for place in (*random.integers(12, covered, 50), *random.integers(covered, end, 10)):
         flipped = bytearray(content)
         flipped[place] ^= 1 << int(random.integers(8))
         changed.write_bytes(flipped)
         try:
-            found = not verify(changed, intervals=0).ok
+            report = verify(changed, intervals=0)
+            found = not (report.ok and report.complete)
         except RecordingError:
             found = True
-        assert found or same_content(changed, recorded), f"byte {place}"
-
-
-def same_content(changed, original):
-    """A bit that says nothing: an identifier or the time of writing in the last record or two."""
-    one, other = read_recording(changed), read_recording(original)
-    return one.sha256 == one.state_sha256() == other.sha256 and one.status == other.status
+        assert found or place >= covered, f"byte {place}"
 
 
 def test_a_torn_file_is_read_up_to_its_last_whole_record(recorded, tmp_path, states):
