@@ -109,8 +109,9 @@ def test_the_browsers_server_listens_here_only_and_leaves_nothing(recording, num
         assert not [pid for pid in children if alive(pid)]
         assert not listening_addresses(children)
     finally:
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
+        for pid in (*descendants(process.pid), process.pid):
+            if alive(pid):
+                os.kill(pid, signal.SIGKILL)
 
 
 # Without a screen
