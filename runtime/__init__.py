@@ -1,7 +1,6 @@
 """Run time of symgen: load a generated module, integrate, check, record. Never imports SymPy or symgen."""
 
-from importlib import import_module
-from typing import Any
+from runtime.lazy import lazy_exports
 
 # The function `solve` is not among them: `runtime.solve` is its module, whichever was imported first.
 _EXPORTS = {
@@ -15,16 +14,5 @@ _EXPORTS = {
 }
 
 __all__ = sorted(_EXPORTS)
-
-
-def __getattr__(name: str) -> Any:
-    # A name is imported when it is first used: Numba and LLVM take longer to import than many runs take.
-    if name not in _EXPORTS:
-        raise AttributeError(f"module 'runtime' has no attribute {name!r}")
-    value = getattr(import_module(_EXPORTS[name]), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+# Numba and LLVM take longer to import than many runs take.
+__getattr__, __dir__ = lazy_exports(__name__, _EXPORTS)

@@ -184,11 +184,6 @@ class System(ModelFunctions):
         return np.concatenate([p, np.zeros(len(self.settings))]) if self.settings else p
 
     @property
-    def has_switched_rows(self) -> bool:
-        """Whether some constraints are those of stops and frictions: their rows are zero while these are open."""
-        return bool(self.switches) and any(c["name"] == self.switches[0]["name"] for c in self.constraints)
-
-    @property
     def closed(self) -> System:
         """The same model with its stops and frictions as constraints that `p` switches on and off."""
         if "_closed" not in self.__dict__:

@@ -91,6 +91,13 @@ class Convergence:
         """Return the table as lines of text."""
         change = "step halved" if self.quantity == "step" else "tolerances tightened"
         title = f"{self.model}: {self.method}, {change}"
+        rows = self.cells()
+        widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+        lines = ("  ".join(cell.rjust(width) for cell, width in zip(row, widths)) for row in rows)
+        return [title, *(f"  {line}" for line in lines)]
+
+    def cells(self) -> list[list[str]]:
+        """Return the table's rows, its head first."""
         head = [self.quantity, "steps", "difference", "order", "energy error"]
         head += ["positions", "velocities"] if self.constrained else []
         rows = [head]
@@ -105,9 +112,7 @@ class Convergence:
             if self.constrained:
                 row += [f"{level.position_residual:.2e}", f"{level.velocity_residual:.2e}"]
             rows.append(row)
-        widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
-        lines = ("  ".join(cell.rjust(width) for cell, width in zip(row, widths)) for row in rows)
-        return [title, *(f"  {line}" for line in lines)]
+        return rows
 
 
 def study(system: System, arguments: Mapping[str, Any]) -> Convergence:

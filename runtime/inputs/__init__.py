@@ -1,7 +1,6 @@
 """Inputs over time: tables, polynomials and controllers in the place of constants; see docs/inputs.md."""
 
-from importlib import import_module
-from typing import Any
+from runtime.lazy import lazy_exports
 
 _EXPORTS = {
     "Controller": "runtime.inputs.controller",
@@ -10,9 +9,4 @@ _EXPORTS = {
 }
 
 __all__ = sorted(_EXPORTS)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _EXPORTS:
-        raise AttributeError(f"module 'runtime.inputs' has no attribute {name!r}")
-    return getattr(import_module(_EXPORTS[name]), name)
+__getattr__, __dir__ = lazy_exports(__name__, _EXPORTS)

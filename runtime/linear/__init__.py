@@ -1,7 +1,6 @@
 """Linear analysis: equilibria, linearisation on independent coordinates, modes, frequency response; docs/linear.md."""
 
-from importlib import import_module
-from typing import Any
+from runtime.lazy import lazy_exports
 
 _EXPORTS = {
     "Equilibrium": "runtime.linear.equilibrium",
@@ -14,9 +13,4 @@ _EXPORTS = {
 }
 
 __all__ = sorted(_EXPORTS)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _EXPORTS:
-        raise AttributeError(f"module 'runtime.linear' has no attribute {name!r}")
-    return getattr(import_module(_EXPORTS[name]), name)
+__getattr__, __dir__ = lazy_exports(__name__, _EXPORTS)

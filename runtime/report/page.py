@@ -195,20 +195,7 @@ def _two_steps(solution: Solution, advice: Advice | None) -> list[Markup]:
 def _convergence(convergence: Convergence | None) -> list[Markup]:
     if convergence is None:
         return []
-    head = [convergence.quantity, "steps", "difference from the next", "order", "energy error"]
-    head += ["positions", "velocities"] if convergence.constrained else []
-    rows = []
-    for level in convergence.levels:
-        row = [
-            f"{level.setting:.4g}",
-            str(level.steps),
-            "finest" if level.difference is None else f"{level.difference:.2e}",
-            "" if level.order is None else f"{level.order:.2f}",
-            f"{level.energy_error:.2e}",
-        ]
-        if convergence.constrained:
-            row += [f"{level.position_residual:.2e}", f"{level.velocity_residual:.2e}"]
-        rows.append(row)
+    head, *rows = convergence.cells()
     return [table(head, rows), paragraph(convergence.says)]
 
 

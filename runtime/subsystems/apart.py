@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import time
 from collections import Counter
@@ -17,7 +18,7 @@ from runtime.subsystems.words import say
 from runtime.summary import summarise
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     import numpy as np
 
@@ -34,6 +35,19 @@ _SECONDS_PER_WINDOW, _SECONDS_UNWATCHED = 0.5, 3.0  # where somebody waits for f
 _MOST_GROWTH = 64.0
 
 
+@contextlib.contextmanager
+def _without_garbage_collection() -> Iterator[None]:
+    """The many objects of runs all survive, and looking through them takes as long as short runs do."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
+
+
+@_without_garbage_collection()
 def solve_apart(
     system: System,
     kinds: Sequence[Kind],
@@ -64,24 +78,6 @@ def solve_apart(
     Solution or str
         Why the model is better integrated as one.
     """
-    collecting = gc.isenabled()
-    gc.disable()  # the many objects of runs all survive, and looking through them takes as long as short runs do
-    try:
-        return _solve_apart(system, kinds, p, state, settings, notes, began)
-    finally:
-        if collecting:
-            gc.enable()
-
-
-def _solve_apart(
-    system: System,
-    kinds: Sequence[Kind],
-    p: np.ndarray,
-    state: np.ndarray,
-    settings: Settings,
-    notes: list[str],
-    began: float,
-) -> Solution | str:
     found = subsystems(system, kinds, p, state, settings)
     if settings.split is None and not pays(found, settings.t_end - settings.t_start):
         return "common steps cost less, as none is much faster than all others"

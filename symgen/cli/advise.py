@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,14 +24,12 @@ class PlaceInRun(click.ParamType):
     def convert(self, value: Any, param: Any, context: click.Context | None) -> tuple[Path, float]:
         if isinstance(value, tuple):
             return value
-        path, at, text = value.rpartition("@")
-        try:
-            t = float(text)
-        except ValueError:
-            t = math.nan
-        if not (at and path and math.isfinite(t)):
+        from symgen.cli.recorded_state import place_in_run
+
+        place = place_in_run(value)
+        if place is None:
             self.fail(f"{value!r} is not of the form RUN.rrd@TIME, such as run.rrd@2.5", param, context)
-        return Path(path), t
+        return place
 
 
 @click.command("advise")

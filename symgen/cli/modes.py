@@ -130,18 +130,14 @@ def _linear(
 
 def _recorded(system: System, place: str, values: dict[str, float]) -> dict[str, Any]:
     """Return the state, time, and parameters of the frame that `RUN.rrd@TIME` names."""
-    from symgen.cli.recorded_state import recorded_state
+    from symgen.cli.recorded_state import place_in_run, recorded_state
 
-    path, at, text = place.rpartition("@")
-    try:
-        t = float(text)
-    except ValueError:
-        t = math.nan
-    if not (at and path and math.isfinite(t)):
+    named = place_in_run(place)
+    if named is None:
         raise click.UsageError(
             f"--at: {place!r} is none of equilibrium, start and RUN.rrd@TIME, such as run.rrd@2.5"
         )
-    frame = recorded_state(system, Path(path), t)
+    frame = recorded_state(system, *named)
     return {"at": (frame.q, frame.v), "t": frame.t, "parameters": {**frame.parameters, **values}}
 
 

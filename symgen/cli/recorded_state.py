@@ -23,6 +23,16 @@ class RecordedState(NamedTuple):
     parameters: dict[str, float]
 
 
+def place_in_run(text: str) -> tuple[Path, float] | None:
+    """Return the file and the time [s] that `RUN.rrd@TIME` names; None if the text is not of this form."""
+    path, at, number = text.rpartition("@")
+    try:
+        t = float(number)
+    except ValueError:
+        return None
+    return (Path(path), t) if at and path and math.isfinite(t) else None
+
+
 def recorded_state(system: System, path: Path, t: float) -> RecordedState:
     """Return the frame that is nearest to `t` [s].
 

@@ -29,9 +29,6 @@ from .trees.articulated import solve_articulated
 from .variables import Variables, variables, with_rates
 
 LARGEST_GATHERED = 12  # rates; in larger mass matrices the search takes longer than it saves
-LARGEST_TREE_TRIED_ALL_WAYS = 8
-# Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.
-LARGEST_TRIED_ALL_WAYS = 60
 
 
 class Derivation:

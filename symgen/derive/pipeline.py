@@ -21,7 +21,6 @@ from .structure import structure
 from .trees.derivatives import add_tree_derivatives
 from .virtual_power import residual_by_state
 
-LARGEST_GATHERED = 12  # rates; in larger mass matrices the search takes longer than it saves
 LARGEST_TREE_TRIED_ALL_WAYS = 8
 # Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.
 LARGEST_TRIED_ALL_WAYS = 60

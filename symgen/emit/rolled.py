@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from ..derive.graph import hoist
 from ..derive.graph.graph import Graph
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, V
+from ..derive.graph.order import depth_first
 from ..derive.program import Function
 from ..derive.rolling.clusters import OUT
 from ..derive.rolling.schedule import CLUSTERS, FACTORS, FEWEST, SOLVE, SUM, Group, Schedule
@@ -142,23 +143,12 @@ class RolledSection(Section):
         return self.printed[first.root]
 
     def _inside(self, root: int, reads: dict[int, tuple[int, ...]]) -> list[int]:
-        """The nodes of a cluster, depth first from its root, operands before what uses them."""
-        order: list[int] = []
+        """The nodes of a cluster in the order of writing; counts who uses them."""
+        order = depth_first(self.g, (root,), reads)
         self.uses.clear()
-        done: set[int] = set()
-        stack = [root]
-        while stack:
-            node = stack[-1]
-            operands = () if node in reads else self.g.operands(node)
-            waiting = [x for x in operands if x not in done] if node not in done else []
-            if waiting:
-                stack.extend(reversed(waiting))
-                continue
-            stack.pop()
-            if node not in done:
-                done.add(node)
-                order.append(node)
-                self.uses.update(operands)
+        for node in order:
+            if node not in reads:
+                self.uses.update(self.g.operands(node))
         return order
 
     def _print_inside(self, node: int) -> None:

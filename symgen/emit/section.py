@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from ..derive.graph import hoist
 from ..derive.graph.graph import UNARY, Graph
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
+from ..derive.graph.order import depth_first
 from ..derive.places import MIN, SUM
 from ..derive.program import Function, Part
 from ..derive.solve.dense_solve import FACTOR, TEXT
@@ -136,22 +137,7 @@ class Section:
         return f"{'p' if kind in (PARAM, INPUT) else 'y'}[{self.whole.tables.index(places)}]"
 
     def _schedule(self) -> list[int]:
-        """Depth-first post-order from the outputs: short lifetimes, which halves LLVM's time."""
-        done: set[int] = set()
-        order: list[int] = []
-        for _, output in self.written:
-            stack = [output]
-            while stack:
-                node = stack[-1]
-                waiting = [x for x in self.g.operands(node) if x not in done] if node not in done else []
-                if waiting:
-                    stack.extend(reversed(waiting))
-                    continue
-                stack.pop()
-                if node not in done:
-                    done.add(node)
-                    order.append(node)
-        return order
+        return depth_first(self.g, (output for _, output in self.written))
 
     def _print(self, node: int) -> None:
         g = self.g
