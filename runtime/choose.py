@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.time_scales import TimeScales, time_scales
+from runtime.checks.time_scales import TimeScales, change_rate, time_scales
 from runtime.constraints.large import is_large
 from runtime.errors import RuntimeModelError, nearest
 from runtime.integrate import layout as at
@@ -20,12 +20,10 @@ CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition"
 SERIES, EXPLICIT, STIFF, STIFF_TIGHT = "taylor", "dop853", "radau5", "radau9"
 # Series are made of the residual, explicit stages call rhs, whose operations grow faster; steps of series also grow
 # with the order, which tight tolerances pay for. In small models what a step costs besides is more than either.
-_LARGEST_FOR_SERIES = 1000  # operations of the residual; series of larger models take many seconds to compile
-_SMALL_FOR_SERIES = 200
-_GAIN_OF_SERIES = 5.0  # operations of rhs for one of the residual, at rtol 1e-2
-_GAIN_WITH_RTOL = (
-    1.0 / 12.0
-)  # exponent: the run time of order 8 grows as rtol^(-1/8), that of order 24 as rtol^(-1/24)
+_LARGEST_FOR_SERIES = 1500  # operations of the residual; series of larger models take many seconds to compile
+_COST_OF_SERIES = 5.0  # operations of rhs for one of the residual, at rtol 1e-2
+_COST_OF_STAGES = 300.0  # what explicit stages cost besides, in operations
+_GAIN_WITH_RTOL = 1.0 / 12.0  # the run time of order 8 grows as rtol^(-1/8), that of order 24 as rtol^(-1/24)
 _FULL_MATRICES = ("residual_jacobian", "mass_matrix", "constraint_jacobian")
 _INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 # An explicit step can follow about one radian of a motion at usual tolerances, and decay times step of about 6.
@@ -35,6 +33,9 @@ _MIN_DECAYS_OF_VIBRATION = 100.0  # a vibration that dies out is not worth follo
 _EXPLICIT_BELOW = 1e-10  # at tighter tolerances the high order wins even on stiff models
 _ORDER_9_BELOW = 1e-7  # rtol from which on the longer steps of radau9 repay their larger Newton systems
 _SCOUT_STEPS = 400
+_LONG_RUN = 5000.0  # explicit steps from which on a longer look at the choice is repaid
+_COMPARED_STEPS = 40
+_WORTH_IMPLICIT = 20.0  # steps of the explicit method for one of the implicit one, which costs as much
 _LEAST_TICKS = 16  # of floating-point time in a step
 _STIFF_SIGNS = 15
 _WHY_PROJECTION = (
@@ -73,7 +74,7 @@ def choose_method(
     if not reason and rtol >= _EXPLICIT_BELOW:
         reason = scout(system, p, t, state, t_end, rtol, atol)
     if reason:
-        stiff = STIFF_TIGHT if rtol < _ORDER_9_BELOW else STIFF
+        stiff = stiff_method(rtol)
         return METHODS[stiff], [f"method auto: {stiff}, because {reason}"]
     objection = objection_to_series(system, p, t, state, rtol)
     if objection:
@@ -89,7 +90,7 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
     if operations > _LARGEST_FOR_SERIES:
         return f"Taylor series of a model of {operations} operations take long to compile"
     gain = system.operations.get("rhs", 0) * (1e-2 / rtol) ** _GAIN_WITH_RTOL if rtol > 0.0 else np.inf
-    if operations > _SMALL_FOR_SERIES and gain < _GAIN_OF_SERIES * operations:
+    if gain < _COST_OF_SERIES * operations - _COST_OF_STAGES:
         return f"Taylor series of a model of {operations} operations pay at tighter tolerances only"
     if system.m and not system.kernel("rhs")(t, state, p)[-1] >= _INDEPENDENT:
         return "constraints depend on each other at the start"
@@ -125,14 +126,36 @@ def scout(
         with_events=False, log_length=_SCOUT_STEPS,
     )  # fmt: skip
     status = arrays.advance(t_end, _SCOUT_STEPS)
-    if arrays.counters[at.STIFF_COUNT] < _STIFF_SIGNS or status == at.REACHED_STOP:
+    if status == at.REACHED_STOP:
         return ""
-    scales = time_scales(
-        system, p, arrays.t, arrays.y[: system.nq], arrays.y[system.nq : system.nq + system.nv]
-    )
-    if scales.damping * (t_end - arrays.t) < _MIN_DECAYS_OF_VIBRATION:
-        return ""  # a vibration that goes on has to be followed by any method, and high order follows it best
-    return f"stability limits the step of {EXPLICIT} to {arrays.h_last:.1e} s from t = {arrays.t:.3g} s on"
+    rest, h = t_end - arrays.t, arrays.h_last
+    q, v = arrays.y[: system.nq], arrays.y[system.nq : system.nq + system.nv]
+    limited = arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS
+    if not limited and rest < _LONG_RUN * h:
+        return ""
+    scales = time_scales(system, p, arrays.t, q, v)
+    says = f"stability limits the step of {EXPLICIT} to {h:.1e} s from t = {arrays.t:.3g} s on"
+    if limited and scales.damping * rest >= _MIN_DECAYS_OF_VIBRATION:
+        return says
+    if not limited and scales.fastest < _STIFFNESS_RATIO * max(change_rate(system, q, v), 1.0 / rest):
+        return ""
+    # A vibration that goes on has to be followed by any method, and high order follows it best; unless it is so weak
+    # that nobody would miss it. One that has died out may limit explicit steps long before stability does, as
+    # derivatives of what stiff springs carry are large. The step of a method for stiff motion shows both.
+    stiff = METHODS[stiff_method(rtol)]
+    longer = LoopArrays(
+        system, stiff, p, arrays.t, arrays.y[: system.nq + system.nv], frame_times=np.zeros(0), rtol=rtol, atol=atol,
+        span=rest, with_events=False, log_length=_COMPARED_STEPS,
+    )  # fmt: skip
+    longer.advance(t_end, _COMPARED_STEPS)
+    if longer.h_last < _WORTH_IMPLICIT * h:
+        return ""
+    return f"{EXPLICIT} takes steps of {h:.1e} s at t = {arrays.t:.3g} s where {stiff.name} takes {longer.h_last:.1e} s"
+
+
+def stiff_method(rtol: float) -> str:
+    """Return the name of the method for stiff motion at a tolerance."""
+    return STIFF_TIGHT if rtol < _ORDER_9_BELOW else STIFF
 
 
 def choose_step(

@@ -124,3 +124,22 @@ def test_a_method_that_was_named_stays(monkeypatch):
     monkeypatch.setattr(LoopArrays, "advance", lambda arrays, stop, max_steps: at.SINGULAR_MATRIX)
     solution = derived("pendulum").run(t_end=1.0, method="taylor")
     assert (solution.status, solution.method) == ("failed", "taylor")
+
+
+def test_vibration_that_has_died_out_is_not_followed_at_tight_tolerances_either():
+    # dop853 does not come near its stability limit here: derivatives of the stiff spring's force limit its step.
+    solution = derived("damped_spring_pendulum").run(t_end=1.0, rtol=1e-9, atol=1e-11)
+    assert solution.method == "radau9"
+    assert "steps" in chosen_note(solution)
+
+
+def test_weak_vibration_that_lasts_is_stepped_over_where_nobody_would_miss_it():
+    model = Model("tense")
+    x = model.coordinate("x", start=1.0, rate=0.0)
+    y = model.coordinate("y", start=0.01, rate=0.0)
+    model.body("slow", mass=1, com=(x, 0))
+    model.body("fast", mass=1, com=(0, y))
+    model.potential(x**2 / 2 + 5e9 * (y - 0.01 * x) ** 2)  # y rests in its spring, which no damper calms
+    solution = derive(model).run(t_end=10.0, rtol=1e-6, atol=1e-8)
+    assert METHODS[solution.method].stiff
+    assert solution.q[-1, 0] == pytest.approx(np.cos(10.0 / np.sqrt(1.0001)), abs=1e-4)

@@ -171,6 +171,16 @@ def test_a_long_chain_is_solved_by_loops(long_chain):
         assert out[-1] == pytest.approx(sine, rel=1e-8)
 
 
+def test_taylor_series_do_not_need_what_loops_solve(long_chain):
+    """The series come from the residual; stages of dop853 come from the loops."""
+    ends = [
+        long_chain.run(t_end=0.3, method=method, rtol=1e-12, atol=1e-13, start={f"q{k}": 0.1 for k in range(3)})
+        for method in ("taylor", "dop853")
+    ]
+    np.testing.assert_allclose(ends[0].q[-1], ends[1].q[-1], rtol=0, atol=1e-9)
+    assert ends[0].stats["steps"] < ends[1].stats["steps"]
+
+
 def test_every_form_of_the_code_agrees(long_chain):
     n, p = long_chain.nv, long_chain.parameter_values()
     y = np.random.default_rng(5).uniform(-0.5, 0.5, 2 * n)

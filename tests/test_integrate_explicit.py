@@ -184,3 +184,19 @@ def test_non_finite_and_step_too_small_are_told_apart(systems):
         span=1.0,
     )  # fmt: skip
     assert arrays.advance(1.0, 100) == at.NOT_FINITE
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("name", ["dopri5", "dop853"])
+def test_first_step_from_rest_is_of_the_size_of_those_after_it(systems, name, rtol):
+    # The scale of rates at rest is atol alone: a first step by that would be 1e-4 times as long.
+    system = systems["pendulum"]
+    p = system.parameter_values()
+    start = np.array([1.5, 0.0])
+    arrays = LoopArrays(
+        system, METHODS[name], p, 0.0, start, frame_times=np.zeros(0), rtol=rtol, atol=1e-3 * rtol, span=1.0,
+        with_events=False, log_length=1000,
+    )  # fmt: skip
+    assert arrays.advance(1.0, 1000) == at.REACHED_STOP
+    lengths = arrays.new_steps[:, 1]
+    assert 0.05 * np.median(lengths) < lengths[0] < 2.0 * np.median(lengths)

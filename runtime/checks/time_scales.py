@@ -54,6 +54,12 @@ class TimeScales:
         return 2.0 * np.pi / self.fastest if self.fastest > 0.0 else np.inf
 
 
+def change_rate(system: System, q: np.ndarray, v: np.ndarray) -> float:
+    """Return how fast a state changes [1/s]: the fastest of its rates, in radians or sizes of its coordinate."""
+    sizes = Positions(system).per_rate(np.maximum(1.0, np.abs(q)), 1.0)
+    return float(np.max(np.abs(v) / sizes, initial=0.0))
+
+
 def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> TimeScales:
     """Return the time scales at a state; the Jacobian is taken by central differences."""
     if is_large(system):
@@ -65,9 +71,8 @@ def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.nd
     magnitudes = np.abs(eigenvalues)
     overdamped = -eigenvalues.real > _OVERDAMPED * magnitudes
     motion = float(magnitudes[~overdamped].max(initial=0.0))
-    # Swings and turns need steps even where the linearised motion is slow: one radian or one size of q.
-    sizes = Positions(system).per_rate(np.maximum(1.0, np.abs(q)), 1.0)
-    motion = max(motion, float(np.max(np.abs(v) / sizes, initial=0.0)))
+    # Swings and turns need steps even where the linearised motion is slow.
+    motion = max(motion, change_rate(system, q, v))
     return TimeScales(
         fastest=float(magnitudes.max(initial=0.0)),
         decay=float(-eigenvalues.real[overdamped].min(initial=0.0)),

@@ -23,9 +23,12 @@ from runtime.integrate.layout import (
     H,
     T,
 )
+from runtime.integrate.quaternions import n_quaternions, quaternion_at
 
 EPS = float(np.finfo(float).eps)
 SAFETY = 0.9
+_FARTHEST = 100.0  # times a trial step that the first step may be
+_FIRST_STEP_TRIALS = 5
 
 
 @jitted
@@ -46,8 +49,38 @@ def error_norm(control, n, y0, y1, error):
 
 
 @jitted
+def squared_moves(sizes, control, q0, q1, moves, scale, noise):
+    """Return the sum of squares of `scale` times `moves`, which rates make of q, each in units of its tolerance.
+
+    What is below `noise` does not count; a quaternion's size is 1.
+
+    Parameters
+    ----------
+    q0, q1 : ndarray
+        Positions, of which the larger set the tolerance.
+    moves : ndarray, shape (nv,)
+    """
+    total, unit = 0.0, error_scale(control, 1.0, 1.0)
+    start = 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, min(end + 3, sizes[NQ])):
+            move = scale * moves[i - k]
+            tolerance = error_scale(control, q0[i], q1[i]) if i < end else unit
+            ratio = max(0.0, abs(move) - noise) / tolerance
+            total += ratio * ratio + 0.0 * move
+        start = end + 4
+    return total
+
+
+@jitted
 def first_step(order, addresses, sizes, p, control, counters, y, f, row, y_trial):
-    """Return a first step size [s]: Hairer's HINIT (dopri5.f; Hairer, Nørsett, Wanner 1993, II.4).
+    """Return a first step size [s]: Hairer's HINIT (dopri5.f; Hairer, Nørsett, Wanner 1993, II.4), repeated.
+
+    HINIT measures the derivative's change over a tiny Euler step and goes at most a hundred times as far. A mechanism
+    that starts at rest has rates whose scale is the absolute tolerance alone there, so that the tiny step is far too
+    tiny, and four or five steps would go by until the step has grown. Where the hundredfold is the limit, it is
+    the next Euler step therefore, and scales are those of its end.
 
     Parameters
     ----------
@@ -67,19 +100,32 @@ def first_step(order, addresses, sizes, p, control, counters, y, f, row, y_trial
     # Infinite where a component starts at zero and nothing but rtol is given: that says nothing about the step.
     if size_f > 1e-10 and size_y > 1e-10 and math.isfinite(size_f):
         h = 0.01 * math.sqrt(size_y / size_f)
-    h = min(h, control[H_MAX], control[T_STOP] - control[T])
+    longest = min(control[H_MAX], control[T_STOP] - control[T])
+    h = min(h, longest)
+    for trial in range(_FIRST_STEP_TRIALS):
+        steepest = steepest_change(addresses, sizes, p, control, counters, h, y, f, row, y_trial)
+        if not math.isfinite(steepest):
+            return h if trial == 0 else h / _FARTHEST
+        h_order = max(1e-6, 1e-3 * h) if steepest <= 1e-15 else (0.01 / steepest) ** (1.0 / order)
+        if h_order <= _FARTHEST * h or h >= longest:
+            return max(min(h_order, control[H_MAX]), control[H_MIN])
+        h = min(_FARTHEST * h, longest)
+    return max(h, control[H_MIN])
+
+
+@jitted
+def steepest_change(addresses, sizes, p, control, counters, h, y, f, row, y_trial):
+    """Return the larger of |y'| and |y''|, in units of tolerances, as an Euler step of length `h` sees them."""
     for i in range(y.shape[0]):
         y_trial[i] = y[i] + h * f[i]
     call_kernel(addresses[RHS], control[T] + h, y_trial, p, row)
     counters[RHS_CALLS] += 1
-    change = 0.0
-    for i in range(n):
-        change += ((row[i] - f[i]) / error_scale(control, y[i], y[i])) ** 2
-    steepest = max(math.sqrt(change) / h, math.sqrt(size_f))
-    if not math.isfinite(steepest):
-        return h
-    h_order = max(1e-6, 1e-3 * h) if steepest <= 1e-15 else (0.01 / steepest) ** (1.0 / order)
-    return max(min(100.0 * h, h_order, control[H_MAX]), control[H_MIN])
+    size_f, change = 0.0, 0.0
+    for i in range(sizes[NQ] + sizes[NV]):
+        scale = error_scale(control, y[i], y_trial[i])
+        size_f += (f[i] / scale) ** 2
+        change += ((row[i] - f[i]) / scale) ** 2
+    return max(math.sqrt(change) / h, math.sqrt(size_f))
 
 
 @jitted

@@ -74,8 +74,10 @@ def read_motion(system: System) -> Motion:
     Refusal
         Something in the model has no Taylor series.
     """
-    forms = [] if system.m else [_from_rhs(system)]
-    forms += [_from_residual(system, positions) for positions in (False, True)]
+    forms = [_from_residual(system, positions) for positions in (False, True)]
+    if not system.m:
+        with contextlib.suppress(Refusal):  # its solves may be loops
+            forms.insert(0, _from_rhs(system))
     return min(forms, key=lambda form: form.n_convolutions)
 
 

@@ -97,7 +97,10 @@ def _straight(body: list[ast.stmt]) -> Iterator[Statement]:
         elif isinstance(statement, ast.Assign) and len(statement.targets) == 1:
             yield statement.targets[0], statement.value, {}
         else:
-            raise Refusal(f"line {statement.lineno} of a function is no operation on numbers")
+            # The call of a solver that works by loops: it writes the arrays that it is given.
+            for array in statement.value.args[:2]:
+                if isinstance(array, ast.Name):
+                    yield array, statement.value, {}
 
 
 def _needed(
@@ -111,6 +114,10 @@ def _needed(
         if isinstance(target, ast.Name):
             if target.id not in used or target.id in given:
                 continue
+        elif target.value.id != "out":
+            if target.value.id in used:
+                raise Refusal(f"line {target.lineno} of a function has an array, of which there are no series")
+            continue
         elif not wanted(statement):
             continue
         kept.append(statement)
@@ -148,8 +155,10 @@ class _Reader:
             return g.number(float(node.value))
         if isinstance(node, ast.Subscript):
             index = _whole(node.slice, self.variables, self.tables)
-            if node.value.id != "p":
+            if node.value.id == "y":
                 return self.state(index)
+            if node.value.id != "p":
+                raise Refusal(f"line {node.lineno} of a function has an array, of which there are no series")
             return self.moving[index] if index in self.moving else g.parameter(index)
         if isinstance(node, ast.UnaryOp):
             if isinstance(node.operand, ast.Constant):

@@ -10,7 +10,7 @@ from runtime.integrate.layout import ATOL, H_MAX, NQ, NV, NY, RTOL, H
 LOG_2 = math.log(2.0)
 WINDOW = 4  # coefficients that a step is judged by: symmetry makes up to two in a row vanish
 DEFECT_LIMIT = 5.0
-ROUND_OFF_RTOL = 1e-14
+ROUND_OFF_RTOL = 3e-15
 _SIZES = 3  # coefficients that tell how large a rate becomes during a step
 
 
