@@ -47,7 +47,7 @@ def belt() -> Model:
     return m
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau5"])
+@pytest.mark.parametrize("method", ["dop853", "radau5", "taylor"])
 def test_stick_slip_on_a_belt_has_the_period_of_the_formula(method):
     solution = belt().derive().run(t_end=8.0, method=method, rtol=1e-9, atol=1e-11)
     assert solution.ok
@@ -90,6 +90,23 @@ def test_a_stop_and_a_friction_at_once():
     strike = sqrt(16.0 - 4.0)
     assert solution.q[-1, 0] == pytest.approx(float((strike / 2) ** 2 / 4.0), rel=1e-9)
     assert solution.energy.final == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("rate", [0.0, 2.0])
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_a_friction_that_helped_a_stop_holds_on_when_that_lets_go(rate, method):
+    """Pressed on a wall, or thrown against it; the pull away from it must exceed the friction."""
+    m = Model("held")
+    x = m.coordinate("x", start=-0.1 if rate else 0.0, rate=rate)
+    m.body("block", mass=1.0, com=(x, 0))
+    m.friction("floor", coordinate=x, force=0.5)
+    m.force(x, "3 - 4*t")
+    m.stop("wall", -x)
+    solution = m.derive().run(t_end=1.5, method=method)
+    assert solution.status == "success"
+    assert [(e.name, e.action) for e in solution.events if e.name == "floor"] == [("floor", "slip")]
+    assert solution.events[-1].t == pytest.approx(0.875, rel=1e-9)
+    assert solution["x"][-1] == pytest.approx(-4.0 * 0.625**3 / 6.0, rel=1e-8)
 
 
 def test_smooth_friction_holds_up_to_creep():

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import ctypes
 import itertools
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import runtime
-from runtime.contact.complementarity import NoSolution, bounded, lemke
-from runtime.errors import ModuleError, RuntimeModelError
+from runtime.constraints.kkt import lease_guard
+from runtime.contact.complementarity import NoSolution, lemke
+from runtime.contact.coulomb import Levels, coulomb_forces
+from runtime.errors import ModuleError
 from symgen import Model
 from symgen.errors import ModelError
 from symgen.link import derive_text
@@ -165,11 +169,19 @@ def test_a_recording_is_checked_with_its_stops_and_frictions(mixed, tmp_path):
     assert {"energy", "model", "equations", "motion"} <= {check.name for check in report.checks if check.ok}
 
 
-def test_inputs_over_time_are_refused(mixed):
-    text = FILE.replace("[stops.wall]", '[inputs]\nu = { unit = "N" }\n[forces]\nx = "u"\n[stops.wall]')
-    system = Model.from_toml(text).derive()
-    with pytest.raises(RuntimeModelError, match="inputs over time"):
-        system.run(t_end=1.0, inputs={"u": ([0.0, 1.0], [0.0, 1.0])})
+def test_an_open_stop_is_no_singular_configuration(mixed):
+    """Its row of zeros would send every evaluation down the path for dependent constraints."""
+    closed = runtime.load(mixed).closed
+    p = closed.parameter_values()
+    p[closed.n_settable :] = [1.0, 0.0, 1.0]  # closed, and the friction slides
+    lease = lease_guard(closed)
+    lease.expect(p, 0.0, np.array([0.1]))
+    assert lease.memory[-1] == 0.0
+    project = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(lease.project)
+    y, prepared, out = np.array([0.1, 0.0]), closed.prepared(p), np.zeros(2 + closed.nh + closed.m)
+    project(0.0, y.ctypes.data, prepared.ctypes.data, out.ctypes.data)
+    assert lease.memory[-1] == 0.0
+    np.testing.assert_allclose(out[:2], [0.1, 0.0], atol=1e-15)
 
 
 def _by_enumeration(matrix, q):
@@ -207,5 +219,7 @@ def test_dependent_rows_and_bounds():
     assert np.all(z >= 0.0) and np.all(twice @ z + [-1.0, -2.0] >= -1e-14)
     with pytest.raises(NoSolution):
         lemke(np.array([[1.0, -1.0], [-1.0, 1.0]]), np.array([-1.0, -1.0]))
-    x = bounded(np.eye(3), np.array([-5.0, 0.5, 9.0]), -np.ones(3), np.array([1.0, 1.0, np.inf]))
-    np.testing.assert_allclose(x, [1.0, -0.5, -1.0])
+    here = SimpleNamespace(compliance=np.eye(3))
+    levels = Levels(np.ones(2), np.zeros(2), [(None, np.zeros(0, dtype=int))] * 2)
+    x, _ = coulomb_forces(here, np.array([9.0, -5.0, 0.5]), np.ones(3, dtype=bool), np.zeros(2), levels)
+    np.testing.assert_allclose(x, [0.0, 1.0, -0.5])

@@ -24,7 +24,7 @@ def ball_system():
     return ball().derive()
 
 
-@pytest.mark.parametrize("method", ["dop853", "dopri5", "radau5"])
+@pytest.mark.parametrize("method", ["dop853", "dopri5", "radau5", "taylor"])
 def test_a_ball_bounces_by_the_formula_and_comes_to_rest(ball_system, method):
     solution = ball_system.run(t_end=6.0, method=method)
     assert solution.status == "success" and solution.ok
@@ -57,15 +57,14 @@ def test_fixed_steps_keep_their_length_through_impacts(ball_system):
     assert solution.q[-1, 0] == pytest.approx(0.0, abs=1e-14)
 
 
-@pytest.mark.parametrize(("method", "says"), [("taylor", "stops"), ("verlet4", "constraints")])
-def test_methods_that_cannot_are_refused_by_name(ball_system, method, says):
-    with pytest.raises(RuntimeModelError, match=says):
-        ball_system.run(t_end=1.0, method=method)
+def test_methods_that_cannot_are_refused_by_name(ball_system):
+    with pytest.raises(RuntimeModelError, match="constraints"):
+        ball_system.run(t_end=1.0, method="verlet4")
 
 
 def test_auto_takes_a_method_that_can(ball_system):
     solution = ball_system.run(t_end=1.0)
-    assert solution.ok and solution.method == "dop853"
+    assert solution.ok and solution.method == "taylor"
 
 
 def test_a_start_below_a_stop_is_refused(ball_system):
@@ -151,7 +150,7 @@ def pressed_mass() -> Model:
     return m
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau5"])
+@pytest.mark.parametrize("method", ["dop853", "radau5", "taylor"])
 def test_a_stop_lets_go_when_it_would_pull(method):
     solution = pressed_mass().derive().run(t_end=0.9, method=method, rtol=1e-9, atol=1e-11)
     assert solution.ok

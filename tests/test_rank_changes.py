@@ -114,6 +114,27 @@ def test_series_leave_change_points_to_a_method_that_steps_across():
         np.testing.assert_allclose(run.q[-1], [turned, 0.0, turned], rtol=0, atol=1e-10)
 
 
+@pytest.mark.parametrize("rtol", [1e-8, 1e-10])
+def test_the_history_of_bdf_leads_across(rtol):
+    """Rates just beside a configuration are as uncertain as the projection leaves them, which no shorter step mends."""
+    for angle, omega in random_starts():
+        run = parallelogram().run(
+            t_end=3.0,
+            method="bdf",
+            rtol=rtol,
+            atol=rtol,
+            start={"a": angle, "b": 0.0, "c": angle},
+            rate={"a": omega},
+        )
+        assert run.status == "success", run.message
+        turned = angle + omega * 3.0
+        np.testing.assert_allclose(run.q[-1], [turned, 0.0, turned], rtol=0, atol=1e4 * rtol)
+        start, rate = {"theta": angle, "phi": -angle}, {"theta": omega}
+        run = equal_slider_crank().run(t_end=2.0, method="bdf", rtol=rtol, atol=rtol, start=start, rate=rate)
+        assert run.status == "success", run.message
+        assert run.q[-1, 0] == pytest.approx(crank_angle(angle, omega, np.array([2.0]))[0], abs=1e4 * rtol)
+
+
 @pytest.mark.parametrize(
     "method, options", [("dopri5", {}), ("radau5", {}), ("rk4", {"step": 2e-3}), ("auto", {})]
 )

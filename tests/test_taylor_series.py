@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from runtime.code import engine
+from runtime.code import compiler, engine
 from runtime.constraints.assembly import assemble
 from runtime.errors import RuntimeModelError
 from runtime.system import load
@@ -59,7 +59,7 @@ def with_force(expression: str):
 def kernel(ir: str, symbol: str):
     """A compiled kernel of arrays; it keeps its own code."""
     code = engine.MachineCode()
-    address = code.add(engine.compile_ir(ir), symbol)
+    address = code.add(compiler.compile_ir(ir), symbol)
     prototype = ctypes.CFUNCTYPE(
         None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, use_errno=False
     )

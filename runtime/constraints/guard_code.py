@@ -35,6 +35,7 @@ def guard_ir(system: System, n_context: int, n_weights: int, n_work: int) -> str
     }  # fmt: skip
     return (
         f"@{TABLE} = global [{N_SLOTS} x ptr] zeroinitializer\ndeclare double @llvm.fabs.f64(double)\n"
+        + _switch_table(system)
         + _guarded_rhs(system)
         + _guarded_project(system, n_weights)
         + _call("rhs", NATIVE_RHS, {**lengths, "out": system.n_row})
@@ -74,6 +75,29 @@ def _near() -> str:
 """
 
 
+def _switch_table(system: System) -> str:
+    """Where in `p` the switch of each constraint is; -1 for those that always hold."""
+    if not system.switched:
+        return ""
+    places = ", ".join(f"i64 {system.switched.get(row, -1)}" for row in range(system.m))
+    return f"@switches = internal constant [{system.m} x i64] [{places}]\n"
+
+
+def _row_begin(system: System) -> str:
+    """A constraint that is switched off has a row of zeros, and no singular configuration: its size begins at 1."""
+    if not system.switched:
+        return "%begin = fadd double 0.0, 0.0\n"
+    return f"""%place.at = getelementptr inbounds [{system.m} x i64], ptr @switches, i64 0, i64 %r
+%place = load i64, ptr %place.at
+%switched = icmp sge i64 %place, 0
+%switch.place = select i1 %switched, i64 %place, i64 0
+%switch.at = getelementptr inbounds double, ptr %p, i64 %switch.place
+%switch = load double, ptr %switch.at
+%off = fsub double 1.0, %switch
+%begin = select i1 %switched, double %off, double 0.0
+"""
+
+
 def _ratio_check(system: System, row: str, sound: str) -> str:
     # Written so that nan is slow; a ratio is never above 1, so infinity is slow as well. A row of G that is all zeros
     # may leave the ratio as it is; its multiplier is then not finite, nor is the sum of all.
@@ -100,8 +124,42 @@ br i1 %sound, label %{sound}, label %slow
 """
 
 
-def _slow(path: int, then: str) -> str:
-    return f"slow:\n{_slot('path', path)}call void %path(double %t, ptr %y, ptr %p, ptr %out)\nbr label %{then}\n"
+def _slow(path: int, then: str, before: str = "") -> str:
+    call = f"{_slot('path', path)}call void %path(double %t, ptr %y, ptr %p, ptr %out)\nbr label %{then}\n"
+    return f"slow:\n{before}{call}"
+
+
+def _without_reactions(system: System) -> str:
+    """Reactions of dependent constraints are not unique, nor is friction in proportion to them: not a number.
+
+    The path behind takes no notice of it, so it is only called while none slides.
+    """
+    places, place = [], system.n_settable
+    for switch in system.switches:
+        if switch.get("normal"):
+            places.append(place + 1)
+        place += 1 if switch["kind"] == "stop" else 2
+    if not places:
+        return ""
+    lines, total = [], "0.0"
+    for k, index in enumerate(places):
+        lines += [
+            f"%sense.{k}.at = getelementptr inbounds double, ptr %p, i64 {index}",
+            f"%sense.{k} = load double, ptr %sense.{k}.at",
+            f"%sense.{k}.size = call double @llvm.fabs.f64(double %sense.{k})",
+            f"%sliding.{k} = fadd double {total}, %sense.{k}.size",
+        ]
+        total = f"%sliding.{k}"
+    lines += [
+        f"%slides = fcmp ogt double {total}, 0.0",
+        "br i1 %slides, label %unknown, label %known",
+        "unknown:",
+        f"%acceleration = getelementptr inbounds double, ptr %out, i64 {system.nq}",
+        "store double 0x7FF8000000000000, ptr %acceleration",
+        "ret void",
+        "known:",
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def _guarded_rhs(system: System) -> str:
@@ -110,7 +168,7 @@ def _guarded_rhs(system: System) -> str:
         f"""{_slot("rhs", RHS)}call void %rhs(double %t, ptr %y, ptr %p, ptr %out)
 {_near()}br i1 %far, label %check, label %slow
 check:
-{_ratio_check(system, "out", "done")}{_slow(RHS_PATH, "done")}done:
+{_ratio_check(system, "out", "done")}{_slow(RHS_PATH, "done", _without_reactions(system))}done:
 ret void
 """,
     )
@@ -161,10 +219,10 @@ row.loop:
 %r = phi i64 [0, %look], [%r.next, %row.end]
 %least = phi double [1.0, %look], [%least.next, %row.end]
 %first = mul i64 %r, {nv}
-br label %entry.loop
+{_row_begin(system)}br label %entry.loop
 entry.loop:
 %c = phi i64 [0, %row.loop], [%c.next, %entry.loop]
-%sum = phi double [0.0, %row.loop], [%sum.next, %entry.loop]
+%sum = phi double [%begin, %row.loop], [%sum.next, %entry.loop]
 %at = add i64 %first, %c
 %g.at = getelementptr inbounds double, ptr %rows, i64 %at
 %w.at = getelementptr inbounds double, ptr %weights, i64 %at

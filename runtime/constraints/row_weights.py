@@ -55,4 +55,7 @@ def row_weights(system: System, p: np.ndarray, t: float, q: np.ndarray) -> tuple
     largest = np.max(np.where(np.isfinite(squares), squares, 0.0), axis=0)
     scales = np.where(largest > 0.0, largest, 1.0)
     weights = np.concatenate([(sizes**2 / scales[:, None]).ravel(), 1.0 / np.sqrt(scales)])
-    return weights, float(np.min(squares[0] / scales))
+    at_start = squares[0] / scales
+    for row, place in system.switched.items():  # off, its row of zeros says nothing
+        at_start[row] += 1.0 - p[place]
+    return weights, float(np.min(at_start))

@@ -1,4 +1,4 @@
-"""Linear complementarity by Lemke's method, with bounds on both sides."""
+"""Linear complementarity by Lemke's method."""
 
 from __future__ import annotations
 
@@ -10,33 +10,6 @@ _PIVOTS_PER_ROW = 50
 
 class NoSolution(Exception):
     """The complementarity problem has no solution, or none that pivoting reaches."""
-
-
-def bounded(matrix: np.ndarray, b: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Find x with lower <= x <= upper, where w = matrix x + b is 0 between, >= 0 at `lower` and <= 0 at `upper`.
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (n, n)
-        Symmetric, positive semidefinite.
-    b, lower, upper : ndarray, shape (n,)
-        `lower` is finite, `upper` may be infinite.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-
-    Raises
-    ------
-    NoSolution
-    """
-    n, limited = len(b), np.flatnonzero(np.isfinite(upper))
-    k = len(limited)
-    extended = np.zeros((n + k, n + k))
-    extended[:n, :n] = matrix
-    extended[limited, n + np.arange(k)] = 1.0
-    extended[n + np.arange(k), limited] = -1.0
-    return lower + lemke(extended, np.concatenate([b + matrix @ lower, (upper - lower)[limited]]))[:n]
 
 
 def lemke(matrix: np.ndarray, q: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.batches import accelerations_and_multipliers, evaluate
+from runtime.contact.normals import given, normal_forces, normals_of
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -56,9 +57,9 @@ class Forms:
         n_stops, closed = kinds.count("stop"), system.closed
         accelerations, multipliers = np.zeros((n, system.nv)), np.zeros((n, system.m))
         forces = np.zeros((n, len(kinds)))
-        order = np.arange(closed.m)
-        own = np.concatenate([order[system.nh : system.nh + n_stops], order[closed.nh + system.nn :]])
-        others = np.setdiff1d(order, own)
+        own = list(closed.switched)
+        others = [row for row in range(closed.m) if row not in closed.switched]
+        normals = normals_of(system)
         for k in np.unique(self.index):
             rows, here = np.flatnonzero(self.index == k), p.copy()
             here[system.n_settable :] = self.settings[k]
@@ -72,5 +73,7 @@ class Forms:
             if held:
                 forces[rows] = lam[:, own]
             levels = evaluate(system, "switches", here, times[rows], states[rows])[:, 2 * n_stops + 1 :: 3]
+            pressed = normal_forces(normals, forces[rows], multipliers[rows])
+            levels = np.where([given(normal) for normal in normals], levels, levels * pressed)
             forces[np.ix_(rows, np.arange(n_stops, len(kinds)))] -= senses * levels
         return accelerations, multipliers, forces

@@ -9,6 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from runtime.system import System
 
+_DEPENDENT = 1e-8  # singular value of rows of G of length 1
 _RANK = 1e-11  # singular values below this part of the largest belong to redundant constraints
 
 
@@ -20,12 +21,14 @@ class LocalDynamics:
     system : System
         With switches.
     p : ndarray
-        With the senses in which frictions slide; these forces are in f.
+        With the senses in which frictions slide; these forces are in f, but for those in proportion to reactions.
     t : float [s]
     state : ndarray, shape (nq + nv,)
 
     Attributes
     ----------
+    t, state
+        As given.
     rows : ndarray, shape (n, nv)
         W.
     speeds : ndarray, shape (n,)
@@ -34,34 +37,48 @@ class LocalDynamics:
         W H Wᵀ, where H f are the accelerations that forces f cause.
     free : ndarray, shape (n,)
         Accelerations of gaps and slidings with all stops open and no friction sticking.
+    free_multipliers : ndarray, shape (m,)
+        λ there.
+    multiplier_responses : ndarray, shape (m, n)
+        What forces μ add to λ.
     """
 
     def __init__(self, system: System, p: np.ndarray, t: float, state: np.ndarray):
+        self.t, self.state = t, state
         closed, nv = system.closed, system.nv
         everything = p.copy()
-        place = system.n_settable
-        for switch in system.switches:
-            everything[place] = 1.0
-            place += 1 if switch["kind"] == "stop" else 2
-        n_stops = sum(switch["kind"] == "stop" for switch in system.switches)
-        order = np.arange(closed.m)
-        own = np.concatenate([order[system.nh : system.nh + n_stops], order[closed.nh + system.nn :]])
-        others = np.setdiff1d(order, own)
+        everything[list(closed.switched.values())] = 1.0
+        own = list(closed.switched)
+        others = [row for row in range(closed.m) if row not in closed.switched]
         jacobian = closed.kernel("constraint_jacobian")(t, state, everything).reshape(closed.m, nv)
         gamma = closed.kernel("gamma")(t, state, everything)
         self.rows = jacobian[own]
         self.speeds = closed.kernel("constraint_residual")(t, state, everything)[closed.nh :][own]
+        self._constraints = jacobian[others]
         mass = system.kernel("mass_matrix")(t, state, p).reshape(nv, nv)
         forces = system.kernel("forces")(t, state, p)
         self._solve = _saddle_point_solver(mass, jacobian[others])
         right = np.zeros((nv + len(others), 1 + len(own)))
         right[:nv, 0], right[nv:, 0] = forces, gamma[others]
         right[:nv, 1:] = self.rows.T
-        solved = self._solve(right)[:nv]
-        self._responses = solved[:, 1:]
+        both = self._solve(right)
+        solved = both[:nv]
+        self.free_multipliers, self.multiplier_responses = -both[nv:, 0], -both[nv:, 1:]
+        self._free_rates, self._responses = solved[:, 0], solved[:, 1:]
         self.free = self.rows @ solved[:, 0] - gamma[own]
         self.compliance = self.rows @ self._responses
         self.compliance = 0.5 * (self.compliance + self.compliance.T)
+
+    @property
+    def has_dependent_constraints(self) -> bool:
+        """Whether the model's own constraints depend on each other here: their multipliers are not unique."""
+        sizes = np.linalg.norm(self._constraints, axis=1, keepdims=True)
+        scaled = self._constraints / np.where(sizes > 0.0, sizes, 1.0)
+        return np.linalg.matrix_rank(scaled, tol=_DEPENDENT) < len(scaled)
+
+    def accelerations(self, forces: np.ndarray) -> np.ndarray:
+        """Return dv/dt, shape (nv,), under forces, shape (n,), of stops and frictions."""
+        return self._free_rates + self._responses @ forces
 
     def change(self, impulses: np.ndarray) -> np.ndarray:
         """Return the change of the rates, shape (nv,), by impulses, shape (n,), on stops and frictions."""

@@ -99,12 +99,22 @@ def _refuse_loop(system: System, signals: Any, places: tuple[int, ...]) -> None:
 
 
 def _refuse_rates(system: System, places: list[int]) -> None:
-    for function in _FIXED:
-        if system.has(function) and _reads_plainly(system, function, places):
-            raise RuntimeModelError(
-                f"an input stands in {function!r} of model {system.name!r}, whose equations take it as constant: "
-                "inputs over time act through forces and loads; derive the model again"
-            )
+    for form in (system, system.closed) if system.switches else (system,):
+        for function in _FIXED:
+            if form.has(function) and _reads_plainly(form, function, places):
+                raise RuntimeModelError(_in_the_wrong_place(system, function, form is not system))
+
+
+def _in_the_wrong_place(system: System, function: str, closed: bool) -> str:
+    if closed:
+        return (
+            f"an input stands in a gap or a sliding speed of model {system.name!r}, whose equations take it as "
+            "constant: write the course of time into the model, or make the input a force on what moves there"
+        )
+    return (
+        f"an input stands in {function!r} of model {system.name!r}, whose equations take it as constant: "
+        "inputs over time act through forces and loads; derive the model again"
+    )
 
 
 def _reads_plainly(system: System, function: str, places: list[int]) -> bool:

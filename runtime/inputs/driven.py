@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from runtime.abi import ENTRIES
 from runtime.code.bridge import KERNEL_PROTOTYPE
 from runtime.inputs.code import INPUTS_SYMBOL, TABLE, driven_ir, driven_symbol
 from runtime.inputs.controller import CompiledFeedback, Signals
@@ -120,6 +121,8 @@ class DrivenSystem(System):
             name for name in base.source.functions
             if base.has(name) and (reads_inputs(base, name) or (feedback and name == "residual_jacobian"))
         ]  # fmt: skip
+        if "residual_jacobian" in own["_wrapped"] and not feedback:
+            own["_wrapped"].append("residual_jacobian" + ENTRIES)
 
     def __reduce__(self):
         raise TypeError(f"the inputs of model {self.name!r} over time cannot be pickled: pickle its parts")
@@ -218,7 +221,7 @@ class DrivenSystem(System):
                 engine.object_code(engine.cache_key(ir), "inputs", INPUTS_SYMBOL, lambda _: (ir, 0)),
                 INPUTS_SYMBOL,
             )
-            table = (ctypes.c_uint64 * (len(self._wrapped) + 3)).from_address(code.data_address(TABLE))
+            table = (ctypes.c_uint64 * (len(self._wrapped) + 3)).from_address(code.address(TABLE))
             if any(place.outputs != place.values for place in self.places.feedback):
                 table[len(self._wrapped)] = self.base.kernel("outputs").prepared_address
             self.__dict__["_driven_code"] = (code, table)

@@ -37,6 +37,8 @@ class Factors:
     def __init__(self, code: Code, n: int, entries: dict[int, dict[int, str]]) -> None:
         self.code, self.n, self.entries = code, n, entries
         self.left = set(entries)
+        # A pivot with a constraint that can be switched off could be zero.
+        self.switched = {c for c in entries if c >= n and c in entries[c]}
         self.pivots: list[Pivot] = []
         self.conditions: list[Value] = []
         self._before: dict[int, Value] = {}
@@ -83,14 +85,14 @@ class Factors:
         return x
 
     def _next_pair(self) -> tuple[int, ...] | None:
-        for c in sorted(i for i in self.left if i >= self.n):
+        for c in sorted(i for i in self.left - self.switched if i >= self.n):
             if len(self.entries[c]) == 1:
                 return (next(iter(self.entries[c])), c)
         candidates = []
         for z in self.left:
             row = self.entries[z]
             if z < self.n and row and all(i >= self.n for i in row):
-                candidates += [(len(row), len(self.entries[c]), z, c) for c in row]
+                candidates += [(len(row), len(self.entries[c]), z, c) for c in row if c not in self.switched]
         return min(candidates)[2:] if candidates else None
 
     def _massive(self, i: int) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.code import engine
+from runtime.code import cache, engine
 from runtime.taylor.refusal import Refusal
 from runtime.taylor.sums import sum_kernel
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MAX_ORDER = 28
 N_ROWS = MAX_ORDER + 2  # a row of zeros behind the last order
 _UNROLLED_BELOW = 5  # products of series
+_KEPT_REFUSALS = 1000
 _TEXTS = ("rhs", "residual", "mass_matrix", "constraint_jacobian", "constraint_residual", "poses")
 
 
@@ -43,23 +44,26 @@ def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64, float, float
         symbol = "symgen_taylor"
         texts = [system.source.functions.get(name, "") for name in _TEXTS]
         polynomials = sorted(system.input_polynomials.items())
-        sizes = (system.nq, system.nv, system.nh, system.nn, system.nw, system.n_p, polynomials)
+        switched = sorted(system.switched.items())
+        sizes = (system.nq, system.nv, system.nh, system.nn, system.nw, system.n_p, polynomials, switched)
         key = engine.cache_key("\0".join((_generator(), repr((sizes, system.source.tables)), *texts)))
-        code = engine.object_code(key, "taylor", symbol, functools.partial(_lower, system))
+        code = engine.object_code(key, "taylor", symbol, functools.partial(_lower_or_refuse, system, key))
         address = system.machine_code().add(code, symbol)
-        costs = (ctypes.c_double * 3).from_address(system.machine_code().data_address(f"{symbol}.costs"))
+        costs = (ctypes.c_double * 3).from_address(system.machine_code().address(f"{symbol}.costs"))
         system.__dict__["_taylor"] = (np.uint64(address), np.uint64(_sum_address(system)), *costs)
     return system.__dict__["_taylor"]
 
 
 def taylor_refusal(system: System) -> str:
     """Return why the model has no Taylor series, and what to use instead; an empty string where it has."""
-    if system.switches:
+    if follows := [switch["name"] for switch in system.switches if switch.get("normal")]:
         return (
-            f"has no series across the stops and dry friction of model {system.name!r}: use dop853, or radau5"
+            f"has no series of friction in proportion to reactions ({', '.join(follows)}) of model {system.name!r}: "
+            "use dop853, or radau5"
         )
     try:
-        taylor_addresses(system)
+        for form in (system, system.closed) if system.switches and not system.switched else (system,):
+            taylor_addresses(form)
     except Refusal as refusal:
         return f"does not fit model {system.name!r}: {refusal}; use dop853, or radau5 if the model is stiff"
     return ""
@@ -70,6 +74,20 @@ def _sum_address(system: System) -> int:
     ir = sum_kernel(symbol, system.ny)
     code = engine.object_code(engine.cache_key(ir), "taylor", symbol, lambda _: (ir, 0))
     return system.machine_code().add(code, symbol)
+
+
+def _lower_or_refuse(system: System, key: str, symbol: str) -> tuple[str, int]:
+    """As `_lower`, but a refusal is remembered like a kernel: to find it takes as long."""
+    folder = cache.cache_folder("refusals")
+    said = cache.fetch(folder / key)
+    if said is not None:
+        raise Refusal(said.decode())
+    try:
+        return _lower(system, symbol)
+    except Refusal as refusal:
+        if cache.store(folder / key, str(refusal).encode()):
+            cache.prune(folder, _KEPT_REFUSALS)
+        raise
 
 
 def _lower(system: System, symbol: str) -> tuple[str, int]:

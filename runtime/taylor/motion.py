@@ -37,6 +37,8 @@ class Motion:
     mass : dict of (row, column) to int
         Entries of M that are not zero; needed at the start of a step only, as is G.
     jacobian : dict of (constraint, column) to int
+    corner : dict of int to int
+        1 - s of each constraint with a switch s, whose multiplier is zero while it is off.
     power : int or None
         The power that the work is the integral of.
     """
@@ -48,6 +50,7 @@ class Motion:
     equations: list[int] = field(default_factory=list)
     mass: dict[tuple[int, int], int] = field(default_factory=dict)
     jacobian: dict[tuple[int, int], int] = field(default_factory=dict)
+    corner: dict[int, int] = field(default_factory=dict)
     power: int | None = None
 
     @property
@@ -153,6 +156,7 @@ def _from_residual(system: System, positions: bool) -> Motion:
         power=[*(next(roots) for _ in power), None][0],
         mass=dict(zip((divmod(i, system.nv) for i in mass), _after(roots, len(q + v)))),
         jacobian=dict(zip((divmod(i, system.nv) for i in entries), roots)),
+        corner={row: graph.sub(graph.number(1.0), graph.parameter(k)) for row, k in system.switched.items()},
     )  # fmt: skip
 
 

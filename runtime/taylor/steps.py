@@ -149,6 +149,8 @@ class Steps(Start):
         for (c, j), node in motion.jacobian.items():
             if (value := self.initial(node)) is not None:
                 entries[n + c][j] = entries[j][n + c] = value
+        for c, node in motion.corner.items():
+            entries[n + c][n + c] = self.code.neg(self.initial(node))
         self.factors = Factors(self.code, n, entries)
 
     def _write_pivot_ratio(self) -> None:

@@ -14,6 +14,9 @@ from typing import Any
 import sympy
 
 from ..model.description import Constraint, Description, Event, Friction, Input, Stop
+from ..model.functions import minimum
+from .coulomb import Levels, Reaction
+from .graph.kinds import LAM
 from .load import Loader
 
 # The functions that differ while something is closed.
@@ -35,29 +38,50 @@ def _symbol(name: str, key: str) -> sympy.Symbol:
 
 @dataclass(frozen=True)
 class Switches:
-    """The stops and frictions of a description."""
+    """The stops and frictions of a description, in the form with all stops open or in that with switches (`held`)."""
 
     description: Description | None = None
     stops: tuple[Stop, ...] = ()
     frictions: tuple[Friction, ...] = ()
+    held: bool = False
 
     @classmethod
     def of(cls, d: Description) -> Switches:
         """Those of a finished description."""
         return cls(d, d.stops, d.frictions)
 
+    @property
+    def closed(self) -> Switches:
+        """The same in the form with switches."""
+        return replace(self, held=True)
+
     def records(self) -> list[dict[str, Any]]:
         """What the module's header says about them."""
-        kinds = [(s.name, "stop") for s in self.stops] + [(f.name, "friction") for f in self.frictions]
-        return [{"name": name, "kind": kind} for name, kind in kinds]
+        stops = [{"name": s.name, "kind": "stop"} for s in self.stops]
+        frictions = [{"name": f.name, "kind": "friction"} for f in self.frictions]
+        for f, record in zip(self.frictions, frictions, strict=True):
+            if f.normal:
+                record["normal"] = list(f.normal)
+        return stops + frictions
 
-    def open_form(self) -> Description:
-        """The description with all stops open, and sliding friction."""
+    def form(self) -> Description:
+        """The description in this form."""
+        return self._closed_form() if self.held else self._open_form()
+
+    def _on_stop(self, f: Friction) -> bool:
+        return any(s.name in f.normal for s in self.stops)
+
+    def _acting(self) -> list[Friction]:
+        """Those whose normal force there is in this form."""
+        return [f for f in self.frictions if self.held or not self._on_stop(f)]
+
+    def _open_form(self) -> Description:
+        """With all stops open, and sliding friction."""
         d = self.description
         settings = [
             Input(_symbol(r["name"], key).name) for r in self.records() for key in SETTINGS[r["kind"]]
         ]
-        losses = [_symbol(f.name, "sense") * f.level * f.speed for f in self.frictions]
+        losses = [_symbol(f.name, "sense") * _sliding(f) * f.speed for f in self._acting()]
         dissipation = [*([] if d.dissipation is None else [d.dissipation]), *losses]
         return replace(
             d,
@@ -66,9 +90,9 @@ class Switches:
             events=(*d.events, *self._opening()),
         )
 
-    def closed_form(self) -> Description:
-        """The description with a constraint for each, multiplied by its switch."""
-        d = self.open_form()
+    def _closed_form(self) -> Description:
+        """With a constraint for each, multiplied by its switch."""
+        d = self._open_form()
         held = [Constraint(s.name, _symbol(s.name, "closed") * s.gap) for s in self.stops]
         stuck = [Constraint(f.name, _symbol(f.name, "stuck") * f.speed, "velocity") for f in self.frictions]
         return replace(
@@ -79,11 +103,15 @@ class Switches:
         )
 
     def _opening(self) -> Iterator[Event]:
-        """A stop is hit, a sliding motion comes to its end."""
+        """A stop is hit, a sliding motion comes to its end or has no solution."""
         for s in self.stops:
             yield Event(s.name, s.gap, "falling", "stop")
+        acting = self._acting()
         for f in self.frictions:
-            yield Event(f.name, _symbol(f.name, "sense") * f.speed, "falling", "friction")
+            sliding = _symbol(f.name, "sense") * f.speed
+            if f.normal:
+                sliding = minimum(sliding, _symbol(f.name, "margin")) if f in acting else sympy.S.One
+            yield Event(f.name, sliding, "falling", "friction")
 
     def _switching(self) -> Iterator[Event]:
         """The same, or: a closed stop would pull, a sticking friction would have to be larger than it can."""
@@ -92,11 +120,36 @@ class Switches:
                 event, when=_either(_symbol(s.name, "closed"), _symbol(s.name, "force"), event.when)
             )
         for event, f in zip([*self._opening()][len(self.stops) :], self.frictions, strict=True):
-            margin = _most(f) - sympy.Abs(_symbol(f.name, "force"))
-            yield replace(event, when=_either(_symbol(f.name, "stuck"), margin, event.when))
+            margin = self._most(f) - sympy.Abs(_symbol(f.name, "force"))
+            when = _either(_symbol(f.name, "stuck"), margin, event.when)
+            if self._on_stop(f):  # nothing happens to it while that is open
+                when = _either(_symbol(f.normal[0], "closed"), when, sympy.S.One)
+            yield replace(event, when=when)
+
+    def _most(self, f: Friction) -> sympy.Expr:
+        """What a friction can take while it sticks."""
+        forces = [_symbol(name, "force") for name in f.normal]
+        if not f.normal:
+            return _static(f)
+        magnitude = sympy.sqrt(sympy.Add(*(x**2 for x in forces)))
+        return _static(f) * (forces[0] if self._on_stop(f) else magnitude)
+
+    def levels(self, loader: Loader, d: Description) -> Levels:
+        """The frictions in proportion to reactions, whose levels become variables."""
+        names = [c.name for c in (*d.constraints, *d.velocity_constraints)]
+        reactions = []
+        for f in self._acting():
+            if f.normal:
+                level = loader.g.var(LAM, len(names) + len(reactions))
+                loader.symbols[_symbol(f.name, "level").name] = level
+                rows = tuple(names.index(name) for name in f.normal)
+                reactions.append(Reaction(level, loader.load(f.level), rows, not self._on_stop(f)))
+        return Levels(loader.g, tuple(reactions))
 
     def corner(self, loader: Loader, d: Description) -> dict[int, int]:
-        """1 - s by the row of each switched constraint in the closed form `d`; empty for any other."""
+        """1 - s by the row of each switched constraint; empty in the open form."""
+        if not self.held:
+            return {}
         g = loader.g
         nh, nn = len(d.constraints), len(d.velocity_constraints)
         stops = {nh - len(self.stops) + k: _symbol(s.name, "closed") for k, s in enumerate(self.stops)}
@@ -104,16 +157,21 @@ class Switches:
         stuck = {first + k: _symbol(f.name, "stuck") for k, f in enumerate(self.frictions)}
         return {k: g.sub(g.one, loader.load(symbol)) for k, symbol in (stops | stuck).items()}
 
-    def name_forces(self, loader: Loader, d: Description, multipliers: list[int]) -> None:
-        """Let the events of the closed form use the forces."""
+    def name_forces(self, loader: Loader, d: Description, multipliers: list[int], margins: list[int]) -> None:
+        """Let the events use the forces, and how far frictions in proportion to them are from having no solution."""
         names = [c.name for c in (*d.constraints, *d.velocity_constraints)]
-        for x in (*self.stops, *self.frictions):
-            loader.symbols[_symbol(x.name, "force").name] = multipliers[names.index(x.name)]
+        normals = [name for f in self._acting() for name in f.normal]
+        held = [x.name for x in (*self.stops, *self.frictions)] if self.held else []
+        for name in (*held, *normals):
+            loader.symbols[_symbol(name, "force").name] = multipliers[names.index(name)]
+        coupled = [f for f in self._acting() if f.normal]
+        for f, margin in zip(coupled, margins, strict=True):
+            loader.symbols[_symbol(f.name, "margin").name] = margin
 
     def watched(self, loader: Loader) -> tuple[str, tuple[int, ...]]:
         """What the function `switches` writes: its docstring and its outputs."""
         groups = [(s.gap, s.restitution) for s in self.stops]
-        groups += [(f.speed, f.level, _most(f)) for f in self.frictions]
+        groups += [(f.speed, f.level, _static(f)) for f in self.frictions]
         doc = "Gaps and restitutions of stops; speeds, levels and largest levels of frictions."
         return doc, tuple(loader.load(x) for group in groups for x in group)
 
@@ -133,8 +191,13 @@ def _either(switch: sympy.Symbol, on: sympy.Expr, off: sympy.Expr) -> sympy.Expr
     return switch * on + (1 - switch) * off
 
 
-def _most(f: Friction) -> sympy.Expr:
-    """What a friction can take while it sticks."""
+def _sliding(f: Friction) -> sympy.Expr:
+    """How large a friction is while it slides."""
+    return _symbol(f.name, "level") if f.normal else f.level
+
+
+def _static(f: Friction) -> sympy.Expr:
+    """The level, or coefficient, while a friction sticks."""
     return f.level if f.static is None else f.static
 
 

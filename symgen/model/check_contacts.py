@@ -51,6 +51,12 @@ def check_contact_values(d: Description, values: Mapping[Address, float | None],
             value = values.get((table, key))
             if value is not None and value < 0.0:
                 raise sources.error(table, key, f"the {key} is negative at the parameters' values: {value:g}")
+    for f in d.frictions:
+        for key in ("coefficient", "static") if f.normal else ():
+            value = values.get((f"friction.{f.name}", key))
+            if value is not None and value < 0.0:
+                message = f"the coefficient is negative at the parameters' values: {value:g}"
+                raise sources.error(f"friction.{f.name}", key, message)
     smooth = [(f"friction.{f.name}", f.smooth) for f in d.frictions] + [
         (f"contacts.{c.name}", c.smooth) for c in d.contacts
     ]

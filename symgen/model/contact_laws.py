@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import sympy
 
+from ..errors import nearest
 from .description import Contact, Description, Stop
 from .functions import dot, maximum, minimum
 from .ready_made import HALF
@@ -33,6 +34,33 @@ def with_contact_laws(d: Description, sources: Sources) -> Description:
         frictions=tuple(f for f in d.frictions if f.smooth is None),
         stops=(*d.stops, *_limit_stops(d, sources)),
     )
+
+
+def with_normals(d: Description, parts: Mapping[str, tuple[str, ...]], sources: Sources) -> Description:
+    """The description with the scalar constraints that each friction's `normal` names.
+
+    Parameters
+    ----------
+    parts : mapping of str to tuple of str
+        The constraints that each ready-made one has become.
+    """
+    stops = {s.name for s in d.stops}
+    held = {c.name for c in (*d.constraints, *d.velocity_constraints)}
+    known = {**{name: (name,) for name in (*sorted(stops), *sorted(held))}, **parts}
+    frictions = []
+    for f in d.frictions:
+        table = f"friction.{f.name}"
+        for name in f.normal:
+            if name not in known:
+                message = f"there is no stop and no constraint named '{name:.60}'"
+                hint = nearest(name[:60], known, "stops and constraints")
+                raise sources.error(table, "normal", message, hint=hint)
+        names = tuple(dict.fromkeys(part for name in f.normal for part in known[name]))
+        if len(names) > 1 and not stops.isdisjoint(names):
+            message = "a 'normal' force is that of one stop, or the magnitude of constraint forces"
+            raise sources.error(table, "normal", message, hint="give each stop a friction of its own")
+        frictions.append(replace(f, normal=names))
+    return replace(d, frictions=tuple(frictions))
 
 
 def smooth_friction(level: sympy.Expr, speed: sympy.Expr, width: sympy.Expr) -> sympy.Expr:

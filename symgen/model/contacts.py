@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import sympy
@@ -77,6 +77,8 @@ class Contacts(Closures):
         torque: Any = None,
         smooth: Any = None,
         static: Any = None,
+        coefficient: Any = None,
+        normal: str | Sequence[str] | None = None,
     ) -> None:
         """Add Coulomb friction against the rate of a coordinate, or against another relative speed.
 
@@ -94,16 +96,22 @@ class Contacts(Closures):
             The sliding speed below which the force gives way: force*s/sqrt(s^2 + smooth^2). Without it the friction
             sticks and slips, and the instants are located.
         static : expression, optional
-            The largest force (torque) while it sticks, where that is more than while it slides.
+            The largest force (torque) while it sticks, where that is more than while it slides. With a `normal`: the
+            coefficient while it sticks.
+        coefficient, normal : expression, str or sequence of str, optional
+            In the place of a force: the friction is `coefficient` times the force of the stop, or the magnitude of the
+            constraint forces, that `normal` names. A ready-made constraint is named as a whole.
         """
         table, sources = f"friction.{name!s:.60}", self._sources
         self._new_element(name, "friction", self._touching_names())
         if (coordinate is None) == (speed is None):
             raise sources.error(table, "coordinate", "friction acts on one 'coordinate' or one 'speed'")
-        if (force is None) == (torque is None):
+        if sum(x is not None for x in (force, torque, coefficient)) != 1:
             raise sources.error(
-                table, "force", "friction has one 'force' or 'torque', the largest that it can take"
-            )
+                table, "force", "friction has one 'force' or 'torque', the largest that it can take",
+                hint="or a 'coefficient' of a 'normal' force",
+            )  # fmt: skip
+        names = self._normal(table, coefficient, normal, smooth)
         if coordinate is not None:
             given = sources.expression(coordinate, table, "coordinate")
             if not isinstance(given, sympy.Symbol):
@@ -116,15 +124,34 @@ class Contacts(Closures):
             sliding = dot(given)
         else:
             sliding = sources.expression(speed, table, "speed")
-        level = sources.expression(
-            *((force, table, "force") if torque is None else (torque, table, "torque"))
-        )
+        given_as = {"force": force, "torque": torque, "coefficient": coefficient}
+        key = next(k for k, x in given_as.items() if x is not None)
+        level = sources.expression(given_as[key], table, key)
         width = None if smooth is None else sources.expression(smooth, table, "smooth")
         most = None if static is None else sources.expression(static, table, "static")
         if most is not None and width is not None:
             message = "friction with 'smooth' never sticks: 'static' has no effect"
             raise sources.error(table, "static", message, hint="leave one of them out")
-        self._frictions[name] = Friction(name, sliding, level, width, most)
+        self._frictions[name] = Friction(name, sliding, level, width, most, names)
+
+    def _normal(self, table: str, coefficient: Any, normal: Any, smooth: Any) -> tuple[str, ...]:
+        """The names that `normal` gives."""
+        sources = self._sources
+        if (coefficient is None) != (normal is None):
+            missing = "normal" if normal is None else "coefficient"
+            raise sources.error(
+                table, missing, f"'coefficient' and 'normal' go together; '{missing}' is missing"
+            )
+        if normal is None:
+            return ()
+        names = (normal,) if isinstance(normal, str) else normal
+        if not isinstance(names, (list, tuple)) or not names or not all(isinstance(x, str) for x in names):
+            message = "the name of a stop or a constraint is expected here, or a list of constraints' names"
+            raise sources.error(table, "normal", message)
+        if smooth is not None:
+            message = "friction with a 'normal' sticks and slips: 'smooth' does not go with it"
+            raise sources.error(table, "smooth", message, hint="leave it out, or state a 'force'")
+        return tuple(names)
 
     def contact(
         self,
@@ -194,13 +221,14 @@ class Contacts(Closures):
         }
 
 
-def contact_tables(d: Description) -> Iterator[tuple[str, list[tuple[str, sympy.Expr]]]]:
-    """The tables of a model file that state these elements, with their keys and expressions."""
+def contact_tables(d: Description) -> Iterator[tuple[str, list[tuple[str, sympy.Expr | tuple[str, ...]]]]]:
+    """The tables of a model file that state these elements, with their keys and expressions, or names."""
     for stop in d.stops:
         yield f"stops.{stop.name}", [("gap", stop.gap), ("restitution", stop.restitution)]
     for f in d.frictions:
         more = [(key, x) for key, x in (("smooth", f.smooth), ("static", f.static)) if x is not None]
-        yield f"friction.{f.name}", [("speed", f.speed), ("force", f.level), *more]
+        level = [("coefficient", f.level), ("normal", f.normal)] if f.normal else [("force", f.level)]
+        yield f"friction.{f.name}", [("speed", f.speed), *level, *more]
     for c in d.contacts:
         values = ((key, getattr(c, key)) for key in CONTACT_KEYS)
         yield f"contacts.{c.name}", [("gap", c.gap), *((k, x) for k, x in values if x is not None)]

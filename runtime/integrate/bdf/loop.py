@@ -7,6 +7,7 @@ from runtime.integrate.after_step import finish_step, needs_dense
 from runtime.integrate.bdf.control import choose_step_and_order, shorten_step
 from runtime.integrate.bdf.history import add_point, history_dense, predict, resample
 from runtime.integrate.bdf.newton import solve_step
+from runtime.integrate.bdf.singular import allow_for_singularity, is_near_singular, leave_singularity
 from runtime.integrate.bdf.work import (
     CHANGE,
     FAILURES,
@@ -93,6 +94,7 @@ def advance_bdf(
             history_dense(method, sizes, counters[ORDER], y, w, dense)
         copy(w.states[Y_NEW], y)
         choose_step_and_order(method, error, sizes, control, counters, w)
+        leave_singularity(control, w)
         status = finish_step(
             addresses, sizes, p, control, counters, t0, t1, y, dense, N_DENSE, w.scratch,
             frame_times, frames, step_log,
@@ -168,10 +170,12 @@ def bdf_step(method, addresses, sizes, p, control, counters, y, f, w):
         order = counters[ORDER]
         predict(method, sizes, order, w)
         set_tolerances(sizes, control, w)
+        allow_for_singularity(sizes, control, w)
         error = math.inf
         cause = solve_step(method.alpha[order] / h, addresses, sizes, p, counters, t1, w)
         solved = cause == RUNNING
         if solved:
+            allow_for_singularity(sizes, control, w)
             error = method.error[order] * norm(sizes, w.states[CHANGE], w)
             cause = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         if error <= 1.0:
@@ -235,6 +239,8 @@ def reach_end(g, addresses, sizes, p, control, counters, t1, w):
     status = project_state(addresses, sizes, p, t1, y, control, counters, w.scratch[: projection_size(sizes)])
     if status != RUNNING:
         return status
+    if is_near_singular(sizes, w):
+        copy(w.states[KEPT, sizes[NQ] : n], y[sizes[NQ] : n])
     for i in range(n):
         change[i] += y[i] - w.states[KEPT, i]
     if sizes[NW] > 0:

@@ -1,0 +1,68 @@
+"""Impacts: the impulses of all stops that touch, and of the frictions that follow them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from runtime.contact.coulomb import Levels, coulomb_forces
+from runtime.contact.local_dynamics import LocalDynamics
+from runtime.contact.normals import Normal
+
+_HALVINGS = 40
+_NO_GAIN = 1e-12  # of what the impulses do
+
+
+def impulses(
+    here: LocalDynamics,
+    touching: np.ndarray,
+    rubbing: np.ndarray,
+    restitutions: np.ndarray,
+    coefficients: np.ndarray,
+    normals: Sequence[Normal],
+) -> np.ndarray:
+    """Return the impulses of stops and frictions, shape (n,).
+
+    Newton's law in Moreau's form: rates u of gaps change by impulses Λ >= 0 so that u' + e u >= 0, and is zero where
+    Λ > 0 (Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; Glocker, Set-Valued Force Laws,
+    2001, ch. 8). Frictions in proportion to reactions have impulses within Coulomb's law, which bring sliding to rest
+    where they suffice; other frictions are bounded forces and take no part. With friction, Newton's law may add energy
+    (Kane, Levinson, Dynamics, 1985); all restitutions are then lowered alike until it does not. Without restitution it
+    never does: Λ·(u + u')/2 = Λ·u' - ΛᵀAΛ/2 and Λ·u' <= 0.
+
+    Parameters
+    ----------
+    here : LocalDynamics
+    touching : ndarray of bool
+        Stops.
+    rubbing : ndarray of bool
+        Frictions that take part.
+    restitutions, coefficients : ndarray
+        Of stops, of frictions.
+    normals : sequence of Normal
+    """
+    levels = Levels(np.zeros(len(rubbing)), np.where(rubbing, coefficients, 0.0), list(normals))
+    acting, none = np.concatenate([touching, rubbing]), np.zeros(len(rubbing))
+
+    def with_restitution(part: float) -> np.ndarray:
+        free = here.speeds * np.concatenate([1.0 + part * restitutions, np.ones(len(rubbing))])
+        return coulomb_forces(here, free, acting, none, levels, driven=False)[0]
+
+    result = with_restitution(1.0)
+    if not rubbing.any() or not _adds_energy(here, result):
+        return result
+    least, most, result = 0.0, 1.0, with_restitution(0.0)
+    for _ in range(_HALVINGS):
+        part = 0.5 * (least + most)
+        tried = with_restitution(part)
+        if _adds_energy(here, tried):
+            most = part
+        else:
+            least, result = part, tried
+    return result
+
+
+def _adds_energy(here: LocalDynamics, x: np.ndarray) -> bool:
+    change = x @ (here.speeds + 0.5 * here.compliance @ x)
+    return change > _NO_GAIN * (np.abs(x) @ np.abs(here.speeds))

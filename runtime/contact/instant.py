@@ -1,0 +1,182 @@
+"""The stops and frictions of a run at one instant: what holds, how large forces can be, what is within tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.contact.complementarity import NoSolution
+from runtime.contact.coulomb import Levels, Paradox, coulomb_forces
+from runtime.contact.local_dynamics import LocalDynamics
+from runtime.contact.normals import given, normals_of
+from runtime.errors import ContactError
+from runtime.integrate import layout as at
+
+if TYPE_CHECKING:
+    from runtime.loop_arrays import LoopArrays
+    from runtime.system import System
+
+_SURELY_SEEN = 64.0  # times round-off: a flight that high is not lost between a rebound and its end
+
+
+class Instant:
+    """The stops and frictions of one run as they are now.
+
+    Parameters
+    ----------
+    system : System
+        With switches.
+    arrays : LoopArrays
+
+    Attributes
+    ----------
+    closed, stuck : ndarray of bool
+        Stops that are closed, frictions that stick.
+    senses : ndarray
+        In which direction each friction slides: 1, -1, or 0 where it sticks.
+    """
+
+    def __init__(self, system: System, arrays: LoopArrays):
+        self.system, self.arrays = system, arrays
+        kinds = [switch["kind"] for switch in system.switches]
+        self.names = [switch["name"] for switch in system.switches]
+        self.n_stops, self.n = kinds.count("stop"), len(kinds)
+        self.normals = normals_of(system)
+        self._coupled = ~np.array([given(normal) for normal in self.normals], dtype=bool)
+        self.closed = np.zeros(self.n_stops, dtype=bool)
+        self.stuck = np.zeros(self.n - self.n_stops, dtype=bool)
+        self.senses = np.zeros(self.n - self.n_stops)
+        self._last: tuple[tuple, LocalDynamics] | None = None
+
+    @property
+    def settings(self) -> np.ndarray:
+        """The numbers in `p` that say all this."""
+        frictions = np.column_stack([self.stuck, self.senses]).ravel()
+        return np.concatenate([self.closed.astype(float), frictions])
+
+    @settings.setter
+    def settings(self, values: np.ndarray) -> None:
+        self.closed = values[: self.n_stops] != 0.0
+        frictions = values[self.n_stops :].reshape(-1, 2)
+        self.stuck, self.senses = frictions[:, 0] != 0.0, frictions[:, 1].copy()
+
+    @property
+    def resting(self) -> np.ndarray:
+        """Which frictions others hold: they are not `stuck`, as constraints would depend on each other.
+
+        `senses` then says which part of their sliding force they take. Their events are round-off: in `control`, the
+        floor that these have to leave is infinite.
+        """
+        return np.isinf(self._events_of_frictions(at.FLOOR))
+
+    @resting.setter
+    def resting(self, which: np.ndarray) -> None:
+        floors, sides = self._events_of_frictions(at.FLOOR), self._events_of_frictions(at.SIDE)
+        floors[which], floors[np.isinf(floors) & ~which] = np.inf, 0.0
+        sides[which] = 0.0
+
+    def _events_of_frictions(self, block: int) -> np.ndarray:
+        events = self.arrays.event_block(block)
+        return events[len(events) - len(self.stuck) :]
+
+    @property
+    def any_held(self) -> bool:
+        """Whether some stop is closed or some friction sticks: the closed form of the model then applies."""
+        return bool(self.held.any())
+
+    @property
+    def held(self) -> np.ndarray:
+        """Which stops are closed and which frictions stick, one after another."""
+        return np.concatenate([self.closed, self.stuck])
+
+    @property
+    def held_names(self) -> list[str]:
+        """The names of the stops that are closed and of the frictions that stick."""
+        return [name for name, held in zip(self.names, self.held, strict=True) if held]
+
+    @property
+    def _at_rest(self) -> np.ndarray:
+        return np.concatenate([self.closed, self.stuck | self.resting])
+
+    def write(self) -> None:
+        """Write the settings into `p`."""
+        self.arrays.p[self.system.n_settable :] = self.settings
+
+    def _here(self) -> LocalDynamics:
+        """The equations at the present state and settings; they are asked for several times."""
+        arrays = self.arrays
+        self.write()
+        y = arrays.y[: self.system.nq + self.system.nv].copy()
+        key = (arrays.t, y.tobytes(), arrays.p.tobytes())
+        if self._last is None or self._last[0] != key:
+            self._last = (key, LocalDynamics(self.system, arrays.p, arrays.t, y))
+        return self._last[1]
+
+    def _watched(
+        self, here: LocalDynamics | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return gaps, restitutions, and the levels (or coefficients) of frictions, sliding and sticking."""
+        system, arrays = self.system, self.arrays
+        t, y = (arrays.t, arrays.y[: system.nq + system.nv]) if here is None else (here.t, here.state)
+        values = system.kernel("switches")(t, y, arrays.p)
+        stops, frictions = (
+            values[: 2 * self.n_stops].reshape(-1, 2),
+            values[2 * self.n_stops :].reshape(-1, 3),
+        )
+        return stops[:, 0], stops[:, 1], frictions[:, 1], frictions[:, 2]
+
+    def _pressed(self, touching: np.ndarray) -> np.ndarray:
+        """Which frictions can act: all but those on a stop that is open."""
+        return np.array([stop is None or touching[stop] for stop, _ in self.normals], dtype=bool)
+
+    def _levels(self, still: np.ndarray, here: LocalDynamics | None = None) -> Levels:
+        """How large frictions can be: those that are `still` before they begin to slide, the others while they do."""
+        _, _, sliding, static = self._watched(here)
+        level = np.maximum(np.where(still, static, sliding), 0.0)
+        fixed, coefficients = (np.where(which, level, 0.0) for which in (~self._coupled, self._coupled))
+        return Levels(fixed, coefficients, self.normals)
+
+    def _forces(
+        self, here: LocalDynamics, acting: np.ndarray, levels: Levels
+    ) -> tuple[np.ndarray, np.ndarray]:
+        return self._solved(lambda: coulomb_forces(here, here.free, acting, self.senses, levels))
+
+    def _solved(self, find: Callable[[], Any]) -> Any:
+        """What `find` finds; where it finds nothing, the error says why."""
+        try:
+            return find()
+        except (Paradox, NoSolution, np.linalg.LinAlgError) as error:
+            t = self.arrays.t
+            if isinstance(error, NoSolution) and not self._coupled.any():
+                raise ContactError(
+                    f"the stops {', '.join(self.names[: self.n_stops])} cannot all be kept at t = {t:.9g} s: "
+                    "look for stops that contradict each other or a constraint there"
+                ) from None
+            raise ContactError(
+                f"friction in proportion to reactions ({', '.join(self._coupled_names)}) leaves no motion of rigid "
+                f"bodies, or more than one, at t = {t:.9g} s (Painlevé's paradox): lower its coefficient, or let the "
+                "contact give way with [contacts]"
+            ) from None
+
+    @property
+    def _coupled_names(self) -> list[str]:
+        return [
+            name for name, follows in zip(self.names[self.n_stops :], self._coupled, strict=True) if follows
+        ]
+
+    def _size(self) -> float:
+        return max(1.0, float(np.abs(self.arrays.y[: self.system.nq]).max(initial=0.0)))
+
+    def _gap_tolerances(self, here: LocalDynamics) -> np.ndarray:
+        """How much of each gap the tolerances of the run leave open."""
+        c, rows = self.arrays.control, np.abs(here.rows[: self.n_stops]).sum(axis=1)
+        own = rows * (c[at.ATOL] + c[at.RTOL] * self._size())
+        round_off = np.finfo(float).eps * rows * self._size()
+        return np.maximum(own, _SURELY_SEEN * round_off)
+
+    def _speed_tolerances(self, here: LocalDynamics) -> np.ndarray:
+        c, v = self.arrays.control, self.arrays.y[self.system.nq : self.system.nq + self.system.nv]
+        rows = np.abs(here.rows)
+        return rows.sum(axis=1) * (c[at.ATOL] + 1e-15) + max(c[at.RTOL], 1e-15) * (rows @ np.abs(v))

@@ -1,0 +1,58 @@
+"""What bdf allows for near configurations where constraints lose rank."""
+
+import math
+
+from runtime.code.jitted import jitted
+from runtime.integrate.bdf.work import FAR_STEP, LEFT_OPEN, PIVOT_RATIO, PREDICTED, SCALE, SPACING
+from runtime.integrate.layout import N_ROW, NM, NQ, NV, PROJECTION_TOL, H
+
+# Pivot ratios, which are d² at the distance d from there. Nearer than the smaller one, accelerations are taken without
+# the constraint.
+NEAR_SINGULAR, ON_SINGULAR = 1e-4, 1e-8
+# How fast it is forgotten from step to step, as are the points of the history, and what is nothing.
+FADING, NOTHING = 0.5, 10.0
+
+
+@jitted
+def allow_for_singularity(sizes, control, w):
+    """Raise the tolerances of rates to what the projection leaves open of them.
+
+    At the distance d, positions that meet the constraints to ε let rates across their branch vary by ε/d. No step,
+    however short, has smaller errors, and shorter ones do not lead away from there. Where the pivot ratio is zero all
+    the time, constraints are redundant, and nothing is near.
+    """
+    if sizes[NM] == 0:
+        return
+    ratio, nq = w.row[sizes[N_ROW] - 1], sizes[NQ]
+    if ratio > 0.0:
+        w.numbers[PIVOT_RATIO] = ratio
+    if is_near_singular(sizes, w):
+        own = control[PROJECTION_TOL] / math.sqrt(max(ratio, ON_SINGULAR))
+        w.numbers[LEFT_OPEN] = max(w.numbers[LEFT_OPEN], own)
+    if w.numbers[LEFT_OPEN] == 0.0:
+        return
+    largest = 0.0
+    for i in range(nq, nq + sizes[NV]):
+        largest = max(largest, abs(w.states[PREDICTED, i]))
+    for i in range(nq, nq + sizes[NV]):
+        w.states[SCALE, i] = max(w.states[SCALE, i], w.numbers[LEFT_OPEN] * largest)
+
+
+@jitted
+def is_near_singular(sizes, w):
+    """Whether constraints lose rank near the last state: what the projection does to its rates is noise."""
+    ratio = w.row[sizes[N_ROW] - 1]
+    return sizes[NM] > 0 and ratio < NEAR_SINGULAR and w.numbers[PIVOT_RATIO] >= ON_SINGULAR
+
+
+@jitted
+def leave_singularity(control, w):
+    """After a step: forget, and keep steps as short as they are elsewhere, as errors along the branch are not seen."""
+    if w.numbers[LEFT_OPEN] == 0.0:
+        w.numbers[FAR_STEP] = w.numbers[SPACING]
+        return
+    w.numbers[LEFT_OPEN] *= FADING
+    if w.numbers[LEFT_OPEN] < NOTHING * control[PROJECTION_TOL]:
+        w.numbers[LEFT_OPEN] = 0.0
+    if w.numbers[FAR_STEP] > 0.0:
+        control[H] = min(control[H], w.numbers[FAR_STEP])
