@@ -79,13 +79,6 @@ def test_projection_is_what_auto_takes_and_says():
     assert choose_constraints("auto", model("pendulum"), "dop853") == ("none", None, [])
 
 
-def test_index_2_equations_refuse_quaternions():
-    class Turning:
-        name, m, nq, nv, structure, switches = "top", 3, 7, 6, {}, ()
-
-    assert "projection" in FORMS["ggl"]["radau5"].refusal(Turning)
-
-
 @pytest.mark.parametrize("g", [0.7, 37.0, 1e4])
 def test_the_reduced_system_has_the_solution_of_the_whole(g):
     """Of g Δq = Δv + C Δμ and the three equations with residuals, written out and solved by NumPy."""
@@ -98,8 +91,11 @@ def test_the_reduced_system_has_the_solution_of_the_whole(g):
     columns = np.linalg.solve(saddle, np.eye(nv + m)[:, nv : nv + nh])
     steer, lift = columns[:nv].copy(), columns[nv:].copy()
     blocks = Blocks(
-        mass, by_v, by_q - by_v @ steer @ turning[:nh], gradients, turning, steer, by_v @ steer, lift
-    )
+        mass, by_v, by_q - by_v @ steer @ turning[:nh], gradients, turning, steer, by_v @ steer, lift,
+        np.zeros(nv), np.zeros(m + 1),
+    )  # fmt: skip
+    sizes = np.zeros(at.N_SIZES, dtype=np.int64)
+    sizes[[at.NQ, at.NV, at.NH, at.NM]] = nv, nv, nh, m
     x = random.normal(size=nv + m + nh)
     matrix = np.zeros((nv + m, nv + m))
     pivots = np.zeros(nv + m, dtype=np.int64)
@@ -112,7 +108,7 @@ def test_the_reduced_system_has_the_solution_of_the_whole(g):
     expected = np.linalg.solve(whole, np.concatenate([np.zeros(nv), -x]))[nv:]
     set_shifted(g, nh, blocks, matrix)
     assert lu_factor(matrix, pivots) == 0
-    solve_shifted(g, nh, blocks, matrix, pivots, x)
+    solve_shifted(g, sizes, blocks, matrix, pivots, x)
     assert np.allclose(x, expected, rtol=1e-10, atol=1e-12)
 
 
@@ -145,6 +141,21 @@ def test_index_2_radau_has_order_5(references):
         assert arrays.advance(t_end, 1000) == at.REACHED_STOP and arrays.counters[at.STEPS] == n
         found.append(np.abs(arrays.y[:2] - references("pendulum_dae").q).max())
     assert np.log2(found[0] / found[1]) == pytest.approx(5.0, abs=0.8)
+
+
+@pytest.mark.parametrize(("method", "rtol", "limit"), [("radau5", 1e-8, 1e-8), ("bdf", 1e-8, 5e-7)])
+def test_redundant_constraints_are_left_idle(method, rtol, limit):
+    """Bricard's mechanism has one more constraint than rank; its reactions are those of least norm."""
+    system, t_end = model("bricard"), 1.0
+    expected = system.run(t_end=t_end, method="dop853", rtol=1e-12, at=[t_end], constraints="projection")
+    solution = system.run(t_end=t_end, method=method, rtol=rtol, at=[t_end], constraints="ggl")
+    assert solution.status == "success" and any("redundant: hinge6" in note for note in solution.notes)
+    sample, sought = solution.samples[0], expected.samples[0]
+    for name in ("q", "v", "multipliers"):
+        assert np.abs(getattr(sample, name) - getattr(sought, name)).max() < limit * max(
+            1.0, np.abs(getattr(sought, name)).max()
+        )
+    assert solution.constraint_residual.max_position < 1e-12
 
 
 @pytest.mark.parametrize("method", ["radau5", "bdf"])

@@ -261,7 +261,7 @@ def test_dependent_constraints_path_is_the_same_with_quaternions():
 
 def test_methods_that_need_plain_rates_are_refused_by_name_with_a_remedy():
     for name in sorted(METHODS.keys() - set(TURNING)):
-        with pytest.raises(RuntimeModelError, match=rf"{name}.*quaternions.*use dop853"):
+        with pytest.raises(RuntimeModelError, match=rf"{name}.*quaternions.*use gauss8"):
             model("heavy_top").run(t_end=0.1, method=name)
 
 

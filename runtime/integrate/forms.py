@@ -43,6 +43,17 @@ def _baumgarte(name: str, gains: tuple[float, float]) -> Method:
 _INDEX_2_KERNELS = ("residual_jacobian", "residual", "constraint_residual")
 
 
+def _refuse_reaction_friction(system: System) -> str:
+    """The reduced Newton systems of index 2 take multipliers to act along Gᵀ alone."""
+    names = [switch["name"] for switch in system.switches if switch.get("normal")]
+    if not names:
+        return ""
+    return (
+        f"in the form ggl does not fit friction in proportion to reactions ({', '.join(names)}) of model "
+        f"{system.name!r}: use projection, the default"
+    )
+
+
 def _radau_ggl(order: int) -> Method:
     def coefficients(system: System) -> Any:
         from runtime.integrate.radau.ggl_work import radau_ggl
@@ -56,7 +67,7 @@ def _radau_ggl(order: int) -> Method:
 
     return replace(
         METHODS[f"radau{order}"], family="runtime.integrate.radau.ggl_loop:advance_radau_ggl",
-        coefficients=coefficients, work_size=work_size, kernels=_INDEX_2_KERNELS, refusal=_turning_bodies,
+        coefficients=coefficients, work_size=work_size, kernels=_INDEX_2_KERNELS, refusal=_refuse_reaction_friction,
     )  # fmt: skip
 
 
@@ -74,7 +85,7 @@ def _constrained_alpha(name: str, stabilised: bool) -> Method:
     kernels = (*_INDEX_2_KERNELS, "constraint_jacobian", "mass_matrix")
     return replace(
         METHODS[name], family="runtime.integrate.alpha.constrained_loop:advance_constrained_alpha",
-        coefficients=coefficients, work_size=work_size, kernels=kernels, refusal=_turning_bodies,
+        coefficients=coefficients, work_size=work_size, kernels=kernels,
     )  # fmt: skip
 
 
@@ -86,8 +97,8 @@ def _bdf_ggl() -> Method:
 
     family = "runtime.integrate.bdf.ggl_loop:advance_bdf_ggl"
     return replace(
-        METHODS["bdf"], family=family, work_size=work_size, kernels=_INDEX_2_KERNELS, refusal=_turning_bodies
-    )
+        METHODS["bdf"], family=family, work_size=work_size, kernels=_INDEX_2_KERNELS, refusal=_refuse_reaction_friction
+    )  # fmt: skip
 
 
 def _partition(name: str) -> Method:
@@ -99,17 +110,8 @@ def _partition(name: str) -> Method:
     kernels = ("mass_matrix", "constraint_jacobian", "constraint_residual")
     return replace(
         METHODS[name], family="runtime.integrate.partition.loop:advance_partition", work_size=work_size,
-        kernels=kernels, refusal=_turning_bodies,
+        kernels=kernels,
     )  # fmt: skip
-
-
-def _turning_bodies(system: System) -> str:
-    if system.nq == system.nv:
-        return ""
-    return (
-        f"in this form of the constraints needs rates that are the coordinates' derivatives, but model {system.name!r} "
-        "has quaternions: leave constraints to 'projection'"
-    )
 
 
 # form -> name of a method -> its record. "projection" is what the methods of METHODS do by themselves.

@@ -12,6 +12,11 @@ with a real or complex shift g = const/h. With the residuals r of all equations 
     g Δq - Δv - C Δμ = 0,   (g M + D) Δv + K Δq - Gᵀ Δλ = -r₂,   G Δv + H Δq = -r₃,   G Δq = -r₄.
 
 For Δu = g Δq, M C = Gᵀ Λ and Δλ + g Λ Δμ as unknowns nothing else is left: Δμ = r₃ - g r₄ + H Δu / g.
+
+The rotation vector of a quaternion turns with its rate ω, so the first equation has g Δq + ω×Δq/2. With W = ω×/2 this
+is the same system, of D + M W, K + D W and H + G W in place of D, K and H, and Δv gains W Δu / g.
+
+Where constraints depend on each other, as many as do are left idle: their multipliers stay what they are.
 """
 
 from typing import NamedTuple
@@ -20,9 +25,11 @@ import numpy as np
 
 from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
+from runtime.integrate.idle import leave_idle
 from runtime.integrate.jacobian import TRUSTED_PIVOT_RATIO, derive_equations, jacobian_work
 from runtime.integrate.layout import CONSTRAINT_RESIDUAL, NH, NM, NQ, NV, RESIDUAL, RUNNING, SINGULAR_MATRIX
 from runtime.integrate.linear import lu_factor, lu_solve, pivot_ratio
+from runtime.integrate.quaternions import n_quaternions, quaternion_at
 
 
 class Blocks(NamedTuple):
@@ -33,18 +40,22 @@ class Blocks(NamedTuple):
     mass : ndarray, shape (nv, nv)
         M.
     by_rates : ndarray, shape (nv, nv)
-        D, the derivative of M a - f - Gᵀλ by v.
+        D + M W; D is the derivative of M a - f - Gᵀλ by v.
     by_positions : ndarray, shape (nv, nv)
-        K - D C H: K is its derivative by q; what μ changes there is taken off.
+        K + D W - D C (H + G W): K is its derivative by q; what μ changes there is taken off.
     gradients : ndarray, shape (m, nv)
-        G.
+        G, without the rows of idle constraints.
     turning : ndarray, shape (m, nv)
-        H, the derivative of the velocities' residuals by q: half the derivative of their time derivative by v. For
-        velocity constraints this is an estimate, which costs iterations, not accuracy.
+        H + G W, likewise; H is the derivative of the velocities' residuals by q. The sum is half the derivative of
+        their time derivative by v. For velocity constraints this is an estimate, which costs iterations, not accuracy.
     steer, damped : ndarray, shape (nv, nh)
         C and D C.
     lift : ndarray, shape (m, nh)
         Λ.
+    spin : ndarray, shape (nv,)
+        The rates v, of which those of quaternions make W.
+    idle : ndarray, shape (m + 1,)
+        1 for idle constraints, 0 for others; behind them one more than the largest rank so far.
     """
 
     mass: np.ndarray
@@ -55,13 +66,15 @@ class Blocks(NamedTuple):
     steer: np.ndarray
     damped: np.ndarray
     lift: np.ndarray
+    spin: np.ndarray
+    idle: np.ndarray
 
 
 @jitted
 def blocks_size(sizes):
     """Length of the array that `divide_blocks` divides."""
     nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
-    return 3 * nv * nv + 2 * m * nv + 2 * nv * nh + m * nh
+    return 3 * nv * nv + 2 * m * nv + 2 * nv * nh + m * nh + nv + m + 1
 
 
 @jitted
@@ -71,8 +84,11 @@ def divide_blocks(sizes, work):
     squares, rest = work[: 3 * nv * nv].reshape((3, nv, nv)), work[3 * nv * nv :]
     rows, rest = rest[: 2 * m * nv].reshape((2, m, nv)), rest[2 * m * nv :]
     columns, rest = rest[: 2 * nv * nh].reshape((2, nv, nh)), rest[2 * nv * nh :]
-    lift = rest[: m * nh].reshape((m, nh))
-    return Blocks(squares[0], squares[1], squares[2], rows[0], rows[1], columns[0], columns[1], lift)
+    lift, rest = rest[: m * nh].reshape((m, nh)), rest[m * nh :]
+    return Blocks(
+        squares[0], squares[1], squares[2], rows[0], rows[1], columns[0], columns[1], lift, rest[:nv],
+        rest[nv : nv + m + 1],
+    )  # fmt: skip
 
 
 @jitted
@@ -82,7 +98,7 @@ def set_blocks(addresses, sizes, p, counters, t, y, row, implicit, b):
     Returns
     -------
     int
-        RUNNING, or SINGULAR_MATRIX where constraints depend on each other.
+        RUNNING, or SINGULAR_MATRIX where fewer constraints are independent than at an earlier state.
     """
     nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
     w = jacobian_work(sizes, implicit)
@@ -93,11 +109,19 @@ def set_blocks(addresses, sizes, p, counters, t, y, row, implicit, b):
             b.by_positions[i, j] = -w.right[i, j]
             b.by_rates[i, j] = -w.right[i, nv + j]
     for k in range(m):
+        b.idle[k] = 0.0
         for j in range(nv):
             b.gradients[k, j] = w.block[nv + k, j]
             b.turning[k, j] = -0.5 * w.right[nv + k, nv + j]
-    if lu_factor(w.block, w.pivots) != RUNNING or not pivot_ratio(w.block) > TRUSTED_PIVOT_RATIO:
+    n_idle, regular = 0, factor_block(w)
+    if not regular:
+        n_idle = leave_idle(sizes, b, w)
+        regular = n_idle > 0 and factor_block(w)
+    if not regular:
         return SINGULAR_MATRIX
+    if m - n_idle + 1 < b.idle[m]:
+        return SINGULAR_MATRIX
+    b.idle[m] = m - n_idle + 1
     for k in range(nh):
         for i in range(nv + m):
             w.scale[i] = 0.0
@@ -112,7 +136,37 @@ def set_blocks(addresses, sizes, p, counters, t, y, row, implicit, b):
         for i in range(nv):
             for j in range(nv):
                 b.by_positions[i, j] -= b.damped[i, k] * b.turning[k, j]
+    for j in range(nv):
+        b.spin[j] = y[sizes[NQ] + j]
+    for k in range(n_quaternions(sizes)):
+        j = quaternion_at(sizes, k) - k
+        for i in range(nv):
+            add_turned_row(j, b.spin, b.by_rates[i], b.by_positions[i])
+            add_turned_row(j, b.spin, b.mass[i], b.by_rates[i])
     return RUNNING
+
+
+@jitted
+def factor_block(w):
+    """Factor [M -Gᵀ; G 0]; returns whether the factors can be trusted."""
+    return lu_factor(w.block, w.pivots) == RUNNING and pivot_ratio(w.block) > TRUSTED_PIVOT_RATIO
+
+
+@jitted
+def add_turned_row(j, spin, row, out):
+    """Add `row` times ω×/2 to `out`, in the columns from `j` on, of the rates of a quaternion."""
+    x, y, z = 0.5 * row[j], 0.5 * row[j + 1], 0.5 * row[j + 2]
+    a, b, c = spin[j], spin[j + 1], spin[j + 2]
+    out[j] += y * c - z * b
+    out[j + 1] += z * a - x * c
+    out[j + 2] += x * b - y * a
+
+
+@jitted
+def half_turned(j, spin, x):
+    """Return ω×/2 times the three entries of `x`, real or complex, from `j` on."""
+    a, b, c = 0.5 * spin[j], 0.5 * spin[j + 1], 0.5 * spin[j + 2]
+    return b * x[j + 2] - c * x[j + 1], c * x[j] - a * x[j + 2], a * x[j + 1] - b * x[j]
 
 
 @jitted
@@ -142,10 +196,11 @@ def set_shifted(g, nh, b, matrix):
     for i in range(nv, nv + m):
         for j in range(nv, nv + m):
             matrix[i, j] = 0.0
+        matrix[i, i] = b.idle[i - nv]
 
 
 @jitted
-def solve_shifted(g, nh, b, matrix, pivots, x):
+def solve_shifted(g, sizes, b, matrix, pivots, x):
     """Replace residuals by corrections, with the factors of `set_shifted`'s matrix.
 
     Parameters
@@ -153,8 +208,13 @@ def solve_shifted(g, nh, b, matrix, pivots, x):
     x : ndarray, shape (nv + m + nh,), real or complex
         Of (r₂, r₃, r₄) becomes (Δv, Δλ, Δμ).
     """
-    nv, m = b.mass.shape[0], b.gradients.shape[0]
+    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
     n = nv + m
+    for k in range(m):
+        if b.idle[k] == 1.0:
+            x[nv + k] = 0.0
+            if k < nh:
+                x[n + k] = 0.0
     for k in range(nh):
         moved = g * x[n + k]
         x[n + k] = x[nv + k] - moved
@@ -167,13 +227,13 @@ def solve_shifted(g, nh, b, matrix, pivots, x):
             total += b.damped[i, k] * x[n + k]
         x[i] = total
     lu_solve(matrix, pivots, x[:n])
-    recover(g, nh, b, x)
+    recover(g, sizes, b, x)
 
 
 @jitted
-def recover(g, nh, b, x):
+def recover(g, sizes, b, x):
     """From (Δu, Δλ + g Λ Δμ, Δμ - H Δu / g) make (Δv, Δλ, Δμ)."""
-    nv, m = b.mass.shape[0], b.gradients.shape[0]
+    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
     n = nv + m
     inverse = 1.0 / g
     for k in range(nh):
@@ -181,6 +241,11 @@ def recover(g, nh, b, x):
         for j in range(nv):
             total += b.turning[k, j] * x[j]
         x[n + k] += inverse * total
+    for k in range(n_quaternions(sizes)):
+        j = quaternion_at(sizes, k) - k
+        along = half_turned(j, b.spin, x)
+        for axis in range(3):
+            x[j + axis] += inverse * along[axis]
     for k in range(nh):
         for i in range(m):
             x[nv + i] -= g * b.lift[i, k] * x[n + k]

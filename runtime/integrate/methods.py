@@ -160,7 +160,7 @@ def _gauss(order: int) -> Method:
     kernels = ("residual_jacobian",)
     return Method(
         f"gauss{order}", order, min(n_stages, 7), False, family, coefficients, work_size, kernels,
-        needs_plain_rates=True, stiff=True, steps_per_period=_GAUSS_STEPS_PER_PERIOD[order],
+        stiff=True, steps_per_period=_GAUSS_STEPS_PER_PERIOD[order],
     )  # fmt: skip
 
 
@@ -173,9 +173,7 @@ def _alpha(name: str) -> Method:
 
     family = "runtime.integrate.alpha.loop:advance_generalized_alpha"
     kernels = ("residual_jacobian",)
-    return Method(
-        name, 2, 2, False, family, parameters, work_size, kernels, needs_plain_rates=True, stiff=True
-    )
+    return Method(name, 2, 2, False, family, parameters, work_size, kernels, stiff=True)
 
 
 def _rattle(order: int) -> Method:
@@ -196,7 +194,7 @@ def _rattle(order: int) -> Method:
     name = "rattle" if order == 2 else f"rattle{order}"
     return Method(
         name, order, 4 if order > 2 else 2, False, family, coefficients, work_size,
-        kernels=("mass_matrix", "forces"), needs_plain_rates=True, refusal=refusal, form="index3", versions=kernels,
+        kernels=("mass_matrix", "forces"), refusal=refusal, form="index3", versions=kernels,
     )  # fmt: skip
 
 
@@ -210,9 +208,7 @@ def _rodas5p() -> Method:
 
     family = "runtime.integrate.rosenbrock.loop:advance_rodas5p"
     kernels = ("residual_jacobian",)
-    return Method(
-        "rodas5p", 5, 4, True, family, coefficients, work_size, kernels, needs_plain_rates=True, stiff=True
-    )
+    return Method("rodas5p", 5, 4, True, family, coefficients, work_size, kernels, stiff=True)
 
 
 def _radau(order: int) -> Method:

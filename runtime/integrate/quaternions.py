@@ -9,6 +9,7 @@ and has `k` others before it has the rates `i - k`, `i - k + 1` and `i - k + 2`.
 import math
 
 from runtime.code.jitted import jitted
+from runtime.integrate.compensated import add_compensated
 from runtime.integrate.layout import N_SIZES, NE, NQ, NV
 
 _SMALL = 1e-2  # square of an angle below which series are exact to round-off
@@ -34,6 +35,19 @@ def scale_to_unit(sizes, q):
         length = math.sqrt(q[i] * q[i] + q[i + 1] * q[i + 1] + q[i + 2] * q[i + 2] + q[i + 3] * q[i + 3])
         for j in range(i, i + 4):
             q[j] /= length
+
+
+@jitted
+def keep_lengths(sizes, q, rest):
+    """Take off the compensated sums `q` + `rest` what rounding has added to the lengths of quaternions.
+
+    Scaling `q` would leave `rest` without a meaning, and round orientations at every step.
+    """
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        excess = q[i] * q[i] + q[i + 1] * q[i + 1] + q[i + 2] * q[i + 2] + q[i + 3] * q[i + 3] - 1.0
+        for j in range(i, i + 4):
+            add_compensated(-0.5 * excess * q[j], j, q, rest)
 
 
 @jitted

@@ -23,7 +23,6 @@ from runtime.integrate.layout import (
     H,
     T,
 )
-from runtime.integrate.quaternions import n_quaternions, quaternion_at
 
 EPS = float(np.finfo(float).eps)
 SAFETY = 0.9
@@ -46,31 +45,6 @@ def error_norm(control, n, y0, y1, error):
         ratio = error[i] / error_scale(control, y0[i], y1[i])
         total += ratio * ratio
     return math.sqrt(total / n)
-
-
-@jitted
-def squared_moves(sizes, control, q0, q1, moves, scale, noise):
-    """Return the sum of squares of `scale` times `moves`, which rates make of q, each in units of its tolerance.
-
-    What is below `noise` does not count; a quaternion's size is 1.
-
-    Parameters
-    ----------
-    q0, q1 : ndarray
-        Positions, of which the larger set the tolerance.
-    moves : ndarray, shape (nv,)
-    """
-    total, unit = 0.0, error_scale(control, 1.0, 1.0)
-    start = 0
-    for k in range(n_quaternions(sizes) + 1):
-        end = quaternion_at(sizes, k)
-        for i in range(start, min(end + 3, sizes[NQ])):
-            move = scale * moves[i - k]
-            tolerance = error_scale(control, q0[i], q1[i]) if i < end else unit
-            ratio = max(0.0, abs(move) - noise) / tolerance
-            total += ratio * ratio + 0.0 * move
-        start = end + 4
-    return total
 
 
 @jitted

@@ -4,7 +4,9 @@ Index 3 (Arnold, Brüls, Multibody Syst. Dyn. 18 (2007) 185): M a = f + Gᵀλ a
 Newmark's formulas between; velocities follow. Stabilised index 2 (Arnold, Brüls, Cardona, Numer. Math. 129 (2015)
 149): G v = 0 as well, and positions move by h G(q0)ᵀη besides. Residuals of positions are divided by what an
 acceleration moves them, so that Newton's matrix does not depend on h (Bottasso, Bauchau, Cardona, SIAM J. Sci.
-Comput. 29 (2007) 397).
+Comput. 29 (2007) 397). What a step travels turns quaternions as a rotation vector (Brüls, Cardona, Arnold, Mech. Mach.
+Theory 48 (2012) 121), η included (Arnold, Cardona, Brüls in: Structure-preserving Integrators in Nonlinear Structural
+Dynamics and Flexible Multibody Dynamics (2016) 91).
 """
 
 import math
@@ -13,6 +15,7 @@ import numpy as np
 
 from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
+from runtime.integrate.alpha.by_travel import by_travel, dot, gradient_by_travel
 from runtime.integrate.alpha.constrained_work import (
     ACCELERATION,
     AVERAGE,
@@ -23,7 +26,9 @@ from runtime.integrate.alpha.constrained_work import (
     NEW_AVERAGE,
     NEW_RATE,
     RATE,
+    SLOPE,
     START,
+    TRAVEL,
     TRUSTED,
 )
 from runtime.integrate.copying import copy
@@ -50,6 +55,7 @@ from runtime.integrate.newton import (
     start_newton,
 )
 from runtime.integrate.newton import RATE as CONTRACTION
+from runtime.integrate.quaternions import move, n_quaternions, quaternion_at
 from runtime.integrate.saddle import factor, solve
 from runtime.integrate.step_control import error_scale
 
@@ -154,9 +160,10 @@ def place_end(method, h, sizes, y, w):
         if method.stabilised:
             for k in range(sizes[NH]):
                 travel += by_q * w.gradient[k * nv + i] * w.stabiliser[k]
-        w.arguments[i] = y[i] + travel
+        w.vectors[TRAVEL, i] = travel
         w.arguments[nq + i] = rate
         w.arguments[nq + nv + i] = now
+    move(sizes, y, 1.0, w.vectors[TRAVEL], 0, w.arguments)
     for k in range(sizes[NM]):
         w.arguments[nq + 2 * nv + k] = w.multipliers[END, k]
 
@@ -194,16 +201,20 @@ def factor_end(method, h, addresses, sizes, p, counters, t1, w):
             w.matrix[i, j] = 0.0
     for i in range(nv):
         row = w.derivative[i * n_columns : (i + 1) * n_columns]
+        by_travel(sizes, row, w)
         for j in range(nv):
-            w.matrix[i, j] = row[n_state + j] + by_v * row[nq + j] + by_q * row[j]
+            w.matrix[i, j] = row[n_state + j] + by_v * row[nq + j] + by_q * w.vectors[SLOPE, j]
         for k in range(m):
             w.matrix[i, nv + k] = row[n_state + nv + k]
     for k in range(m):
-        row = w.derivative[(nv + k) * n_columns : (nv + k + 1) * n_columns]
-        for j in range(nv):
-            w.matrix[nv + k, j] = row[n_state + j]
-            if method.stabilised or k >= sizes[NH]:
-                w.matrix[nv + k, j] += by_q / by_v * w.turn[k, j]
+        if method.stabilised or k >= sizes[NH]:
+            first = (nv + k) * n_columns + n_state
+            for j in range(nv):
+                w.matrix[nv + k, j] = w.derivative[first + j] + by_q / by_v * w.turn[k, j]
+        else:
+            gradient_by_travel(k, sizes, w)
+            for j in range(nv):
+                w.matrix[nv + k, j] = w.vectors[SLOPE, j]
     if method.stabilised:
         border_with_stabiliser(by_q, by_v, sizes, w)
     counters[TRUSTED] = 1 if factor(counters, w) else 0
@@ -223,8 +234,9 @@ def turn_of_constraints(addresses, sizes, p, counters, t1, w):
             w.arguments[first + i] = a + w.arguments[nq + i] if more else a
         call_kernel(addresses[RESIDUAL_JACOBIAN], t1, w.arguments, p, w.derivative)
         for k in range(m):
+            by_travel(sizes, w.derivative[(nv + k) * n_columns : (nv + k + 1) * n_columns], w)
             for j in range(nv):
-                entry = w.derivative[(nv + k) * n_columns + j]
+                entry = w.vectors[SLOPE, j]
                 w.turn[k, j] = entry - w.turn[k, j] if more else entry
     for i in range(nv):
         w.arguments[first + i] = w.vectors[NEW_ACCELERATION, i]
@@ -234,29 +246,20 @@ def turn_of_constraints(addresses, sizes, p, counters, t1, w):
 @jitted
 def border_with_stabiliser(by_q, by_v, sizes, w):
     """Write the rows of g = 0 and the columns of η, which moves positions along G at the start, to `w.matrix`."""
-    nv, nh, m = sizes[NV], sizes[NH], sizes[NM]
-    n_columns, n_state = w.arguments.shape[0], sizes[NQ] + nv
-    for k in range(nh):
-        column = nv + m + k
-        along = w.gradient[k * nv : (k + 1) * nv]
-        for j in range(nv):
-            w.matrix[column, j] = w.derivative[(nv + k) * n_columns + n_state + j]
-        for i in range(nv):
-            w.matrix[i, column] = by_q * dot(w.derivative[i * n_columns : i * n_columns + nv], along)
-        for r in range(m):
-            w.matrix[nv + r, column] = by_q / by_v * dot(w.turn[r], along)
-        for r in range(nh):
-            start = (nv + r) * n_columns + n_state
-            w.matrix[nv + m + r, column] = dot(w.derivative[start : start + nv], along)
-
-
-@jitted
-def dot(a, b):
-    """Return the sum of the products of two vectors' entries."""
-    total = 0.0
-    for i in range(a.shape[0]):
-        total += a[i] * b[i]
-    return total
+    nv, nh, m, n_columns = sizes[NV], sizes[NH], sizes[NM], w.arguments.shape[0]
+    slope = w.vectors[SLOPE]
+    for i in range(nv):
+        by_travel(sizes, w.derivative[i * n_columns : (i + 1) * n_columns], w)
+        for k in range(nh):
+            w.matrix[i, nv + m + k] = by_q * dot(slope, w.gradient[k * nv : (k + 1) * nv])
+    for r in range(m):
+        for k in range(nh):
+            w.matrix[nv + r, nv + m + k] = by_q / by_v * dot(w.turn[r], w.gradient[k * nv : (k + 1) * nv])
+    for r in range(nh):
+        gradient_by_travel(r, sizes, w)
+        copy(slope, w.matrix[nv + m + r, :nv])
+        for k in range(nh):
+            w.matrix[nv + m + r, nv + m + k] = dot(slope, w.gradient[k * nv : (k + 1) * nv])
 
 
 @jitted
@@ -268,13 +271,17 @@ def size_of_correction(method, h, sizes, control, w):
     nq, nv = sizes[NQ], sizes[NV]
     by_q, by_v = leverage(method, h)
     farthest = 0.0
-    for i in range(nv):
+    for i in range(nq):
         farthest = max(farthest, abs(w.arguments[i]))
     noise = ROUND_OFF * farthest
-    total = 0.0
-    for i in range(nv):
-        change, q, v = abs(w.right[i, 0]), w.arguments[i], w.arguments[nq + i]
-        in_q = max(0.0, by_q * change - noise) / error_scale(control, q, q)
-        in_v = max(0.0, by_v * change - noise / h) / error_scale(control, v, v)
-        total += in_q * in_q + in_v * in_v + 0.0 * change
+    total, start = 0.0, 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, min(end + 3, nq)):
+            j = i - k
+            change, v, q = abs(w.right[j, 0]), w.arguments[nq + j], w.arguments[i] if i < end else 1.0
+            in_q = max(0.0, by_q * change - noise) / error_scale(control, q, q)
+            in_v = max(0.0, by_v * change - noise / h) / error_scale(control, v, v)
+            total += in_q * in_q + in_v * in_v + 0.0 * change
+        start = end + 4
     return math.sqrt(total / (2 * nv))

@@ -16,9 +16,10 @@ HAVE_START, HAVE_FACTORS, TRUSTED = range(16, 19)
 FACTORED_FOR, STARTED_FOR = N_MONITOR, N_MONITOR + 1
 N_NUMBERS = N_MONITOR + 2
 
-# Rows of `vectors`: A, a and v at the start and at the end of the step.
-AVERAGE, NEW_AVERAGE, ACCELERATION, NEW_ACCELERATION, RATE, NEW_RATE = range(6)
-N_VECTORS = 6
+# Rows of `vectors`: A, a and v at the start and at the end of the step; what it moves positions by, and a derivative by
+# that.
+AVERAGE, NEW_AVERAGE, ACCELERATION, NEW_ACCELERATION, RATE, NEW_RATE, TRAVEL, SLOPE = range(8)
+N_VECTORS = 8
 # Rows of `multipliers`.
 START, END = range(2)
 
@@ -37,7 +38,7 @@ class ConstrainedAlphaWork(NamedTuple):
     gradient : ndarray, shape (m * nv,)
         G at the start of the step.
     turn : ndarray, shape (m, nv)
-        ∂(G v)/∂q.
+        ∂(G v)/∂q, by what the step travels.
     arguments : ndarray, shape (nq + 2 nv + m,)
         (q, v, a, λ).
     derivative : ndarray, shape ((nv + m) (nq + 2 nv + m),)

@@ -30,6 +30,7 @@ from runtime.integrate.layout import (
     NEWTON_TOL,
     NM,
     NOT_FINITE,
+    NQ,
     NV,
     NW,
     NY,
@@ -46,6 +47,7 @@ from runtime.integrate.newton import (
     start_newton,
 )
 from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate
 from runtime.integrate.step_control import error_scale, grid_end
 
 # Of the tolerance; an error that Newton leaves is not seen by anything else here, and adds up over the steps.
@@ -61,18 +63,18 @@ def advance_generalized_alpha(
     """Advance with a `GeneralizedAlpha` method until something is for Python to do.
 
     In the form of Arnold and Brüls, Multibody Syst. Dyn. 18 (2007) 185, the equations of motion hold at the ends of
-    steps, so a mass matrix that changes costs no order. Constrained models are integrated in their accelerations and
-    projected after every step. `control[NEWTON_TOL]` is in units of the error tolerance; 0 means DEFAULT_NEWTON_TOL.
-    Arguments and result are those of all step loops, see docs/architecture.md.
+    steps, so a mass matrix that changes costs no order. Quaternions are turned by what Newmark's formula makes of their
+    rates (Brüls, Cardona, Arnold, Mech. Mach. Theory 48 (2012) 121). Constrained models are integrated in their
+    accelerations and projected after every step. `control[NEWTON_TOL]` is in units of the error tolerance; 0 means
+    DEFAULT_NEWTON_TOL. Arguments and result are those of all step loops, see docs/architecture.md.
     """
     w = alpha_work(sizes, work)
-    nv = sizes[NV]
     if not counters[F_VALID]:
         if not evaluate(addresses, sizes, p, counters, control[T], y, f):
             return NOT_FINITE
         counters[F_VALID] = 1
-        for i in range(nv):
-            w.vectors[AVERAGE, i] = f[nv + i]
+        for i in range(sizes[NV]):
+            w.vectors[AVERAGE, i] = f[sizes[NQ] + i]
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
         t0 = control[T]
@@ -118,24 +120,23 @@ def iterate(method, h, addresses, sizes, p, control, counters, t1, y, f, w):
         status = factor_step(method, h, counters, w)
         if status != RUNNING:
             return status
-    nv = sizes[NV]
-    for i in range(nv):
-        w.vectors[ACCELERATION, i] = f[nv + i]
+    for i in range(sizes[NV]):
+        w.vectors[ACCELERATION, i] = f[sizes[NQ] + i]
     tolerance = control[NEWTON_TOL] if control[NEWTON_TOL] > 0.0 else DEFAULT_NEWTON_TOL
     start_newton(w.numbers)
     verdict = ITERATING
     iteration = 0
     while verdict == ITERATING:
         iteration += 1
-        place_end(method, h, nv, y, f, w)
+        place_end(method, h, sizes, y, f, w)
         if not evaluate(addresses, sizes, p, counters, t1, w.y_new, w.row):
             return NOT_FINITE
-        size = correct_end(method, h, nv, control, y, w)
+        size = correct_end(method, h, sizes, control, y, w)
         counters[NEWTON_ITERATIONS] += 1
         verdict = judge_correction(iteration, size, tolerance, w.numbers)
     if verdict == DIVERGED:
         return NEWTON_FAILED
-    place_end(method, h, nv, y, f, w)
+    place_end(method, h, sizes, y, f, w)
     if w.numbers[RATE] > KEEP_JACOBIAN_RATE:
         counters[HAVE_JACOBIAN] = 0
     return RUNNING
@@ -165,32 +166,70 @@ def factor_step(method, h, counters, w):
 
 
 @jitted
-def place_end(method, h, nv, y, f, w):
+def place_end(method, h, sizes, y, f, w):
     """Write the averaged accelerations, rates and positions at the end of the step that belong to a there."""
-    beta, gamma = method.beta, method.gamma
-    for i in range(nv):
-        a0, old = f[nv + i], w.vectors[AVERAGE, i]
-        mixed = (1.0 - method.alpha_f) * w.vectors[ACCELERATION, i] + method.alpha_f * a0
-        new = (mixed - method.alpha_m * old) / (1.0 - method.alpha_m)
-        w.vectors[NEW_AVERAGE, i] = new
-        w.y_new[nv + i] = y[nv + i] + h * ((1.0 - gamma) * old + gamma * new)
-        w.y_new[i] = y[i] + h * (y[nv + i] + h * ((0.5 - beta) * old + beta * new))
+    nq, nv, start = sizes[NQ], sizes[NV], 0
+    if nq == nv:  # loops from 0 need no checks of their indexes
+        for i in range(nv):
+            w.y_new[i] = y[i] + place_rate(i, method, h, nv, y, f, w)
+        return
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            w.y_new[i] = y[i] + place_rate(i - k, method, h, nq, y, f, w)
+        if end < nq:
+            j = end - k
+            a, b = place_rate(j, method, h, nq, y, f, w), place_rate(j + 1, method, h, nq, y, f, w)
+            rotate(y, end, a, b, place_rate(j + 2, method, h, nq, y, f, w), w.y_new)
+        start = end + 4
 
 
 @jitted
-def correct_end(method, h, nv, control, y, w):
+def place_rate(i, method, h, nq, y, f, w):
+    """Write one averaged acceleration and rate at the end of the step; returns how far it moves in the step."""
+    beta, gamma = method.beta, method.gamma
+    a0, old = f[nq + i], w.vectors[AVERAGE, i]
+    mixed = (1.0 - method.alpha_f) * w.vectors[ACCELERATION, i] + method.alpha_f * a0
+    new = (mixed - method.alpha_m * old) / (1.0 - method.alpha_m)
+    w.vectors[NEW_AVERAGE, i] = new
+    w.y_new[nq + i] = y[nq + i] + h * ((1.0 - gamma) * old + gamma * new)
+    return h * (y[nq + i] + h * ((0.5 - beta) * old + beta * new))
+
+
+@jitted
+def correct_end(method, h, sizes, control, y, w):
     """Correct the accelerations, for which `w.row` gives others, by Newton; returns the size of the correction."""
+    nq, nv = sizes[NQ], sizes[NV]
     for i in range(nv):
-        w.vectors[CORRECTION, i] = w.row[nv + i] - w.vectors[ACCELERATION, i]
+        w.vectors[CORRECTION, i] = w.row[nq + i] - w.vectors[ACCELERATION, i]
     lu_solve(w.matrix, w.pivots, w.vectors[CORRECTION])
     by_q, by_v = leverage(method, h)
-    total = 0.0
-    for i in range(nv):
-        change = w.vectors[CORRECTION, i]
-        w.vectors[ACCELERATION, i] += change
-        total += (by_q * change / error_scale(control, y[i], w.y_new[i])) ** 2
-        total += (by_v * change / error_scale(control, y[nv + i], w.y_new[nv + i])) ** 2
+    total, start = 0.0, 0
+    if nq == nv:
+        for i in range(nv):
+            total += (by_q * w.vectors[CORRECTION, i] / error_scale(control, y[i], w.y_new[i])) ** 2
+            total += correct_rate(i, by_v, nv, control, y, w)
+        return math.sqrt(total / (2 * nv))
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            total += (by_q * w.vectors[CORRECTION, i - k] / error_scale(control, y[i], w.y_new[i])) ** 2
+            total += correct_rate(i - k, by_v, nq, control, y, w)
+        if end < nq:
+            tolerance = error_scale(control, 1.0, 1.0)
+            for i in range(end - k, end - k + 3):
+                total += (by_q * w.vectors[CORRECTION, i] / tolerance) ** 2
+                total += correct_rate(i, by_v, nq, control, y, w)
+        start = end + 4
     return math.sqrt(total / (2 * nv))
+
+
+@jitted
+def correct_rate(i, by_v, nq, control, y, w):
+    """Correct an acceleration; returns the square of what that makes of its rate, in tolerances."""
+    change = w.vectors[CORRECTION, i]
+    w.vectors[ACCELERATION, i] += change
+    return (by_v * change / error_scale(control, y[nq + i], w.y_new[nq + i])) ** 2
 
 
 @jitted
@@ -198,13 +237,14 @@ def reach_end(h, addresses, sizes, p, control, counters, t1, y, f, w):
     """Project the new state, evaluate its rhs row, add the work (trapezoidal rule); returns a status."""
     if sizes[NM] > 0:
         control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.row[sizes[N_ROW] - 1])
-        status = project_state(
-            addresses, sizes, p, t1, w.y_new, control, counters, w.scratch[: projection_size(sizes)]
-        )
-        if status != RUNNING:
-            return status
+    status = project_state(
+        addresses, sizes, p, t1, w.y_new, control, counters, w.scratch[: projection_size(sizes)]
+    )
+    if status != RUNNING:
+        return status
     if not evaluate(addresses, sizes, p, counters, t1, w.y_new, w.row):
         return NOT_FINITE
-    for i in range(2 * sizes[NV], 2 * sizes[NV] + sizes[NW]):
+    n = sizes[NQ] + sizes[NV]
+    for i in range(n, n + sizes[NW]):
         w.y_new[i] = y[i] + 0.5 * h * (f[i] + w.row[i])
     return RUNNING if all_finite(w.y_new, sizes[NY]) else NOT_FINITE

@@ -3,6 +3,7 @@
 import math
 
 from runtime.code.jitted import jitted
+from runtime.integrate.bdf.newton import move_positions
 from runtime.integrate.bdf.work import (
     CHANGE,
     FACTORED_FOR,
@@ -26,12 +27,14 @@ from runtime.integrate.layout import (
     NH,
     NM,
     NOT_FINITE,
+    NQ,
     NV,
     NW,
     RUNNING,
 )
 from runtime.integrate.linear import lu_factor
 from runtime.integrate.newton import CONVERGED, ITERATING, forget_rate, judge_correction, start_newton
+from runtime.integrate.quaternions import n_quaternions, quaternion_at
 
 
 @jitted
@@ -52,18 +55,18 @@ def solve_index2(g, addresses, sizes, p, counters, t1, w):
 @jitted
 def iterate(g, addresses, sizes, p, counters, t1, w):
     """Improve the new state from the predicted one by simplified Newton; returns RUNNING, or why not."""
-    nv, m = sizes[NV], sizes[NM]
+    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
     copy(w.states[PREDICTED], w.states[Y_NEW])
     for i in range(nv):
-        w.states[CHANGE, nv + i] = 0.0
+        w.states[CHANGE, nq + i] = 0.0
     for k in range(sizes[NH]):
         w.multipliers[m + k] = 0.0
-    move_positions(g, sizes, w)
+    move_index2(g, sizes, w)
     # Multipliers of the predicted motion: see `predict_index2` of the Radau methods.
     if not evaluate(addresses, sizes, p, counters, t1, w.states[Y_NEW], w.row):
         return NOT_FINITE
     for k in range(m):
-        w.multipliers[k] = w.row[2 * nv + sizes[NW] + k]
+        w.multipliers[k] = w.row[nq + nv + sizes[NW] + k]
     status = prepare_matrix(g, addresses, sizes, p, counters, t1, w)
     if status != RUNNING:
         return status
@@ -82,17 +85,21 @@ def iterate(g, addresses, sizes, p, counters, t1, w):
 
 
 @jitted
-def move_positions(g, sizes, w):
+def move_index2(g, sizes, w):
     """Set the positions of `w.states[Y_NEW]` by its rates and μ: g (d + past) = v + C μ."""
-    nv, m = sizes[NV], sizes[NM]
-    b = divide_blocks(sizes, w.blocks)
-    past, change, y = w.states[PAST], w.states[CHANGE], w.states[Y_NEW]
-    for i in range(nv):
-        rate = y[nv + i]
-        for k in range(sizes[NH]):
-            rate += b.steer[i, k] * w.multipliers[m + k]
-        change[i] = rate / g - past[i]
-        y[i] = w.states[PREDICTED, i] + change[i]
+    add_steered(w.states[Y_NEW], sizes[NQ], w.multipliers, sizes[NM], sizes, w)
+    move_positions(1.0 / g, sizes, w.rates, 0, w)
+
+
+@jitted
+def add_steered(rates, first, multipliers, first_multiplier, sizes, w):
+    """Write `rates[first:]` plus C `multipliers[first_multiplier:]` to `w.rates`."""
+    nh, b = sizes[NH], divide_blocks(sizes, w.blocks)
+    for i in range(sizes[NV]):
+        total = rates[first + i]
+        for k in range(nh):
+            total += b.steer[i, k] * multipliers[first_multiplier + k]
+        w.rates[i] = total
 
 
 @jitted
@@ -119,25 +126,28 @@ def prepare_matrix(g, addresses, sizes, p, counters, t1, w):
 @jitted
 def correct(g, addresses, sizes, p, t1, w):
     """Correct the new state and its multipliers; returns the size of the correction of the state in tolerances."""
-    nv, m = sizes[NV], sizes[NM]
+    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
     b = divide_blocks(sizes, w.blocks)
     change, y = w.states[CHANGE], w.states[Y_NEW]
     for i in range(nv):
-        w.arguments[2 * nv + i] = g * (w.states[PAST, nv + i] + change[nv + i])
+        w.arguments[nq + nv + i] = g * (w.states[PAST, nq + i] + change[nq + i])
     for k in range(m):
-        w.arguments[3 * nv + k] = w.multipliers[k]
+        w.arguments[nq + 2 * nv + k] = w.multipliers[k]
     equation_residuals(addresses, sizes, p, t1, y, w.arguments, w.equations, w.correction)
-    solve_shifted(g, sizes[NH], b, w.matrix, w.pivots, w.correction)
+    solve_shifted(g, sizes, b, w.matrix, w.pivots, w.correction)
     for k in range(m + sizes[NH]):
         w.multipliers[k] += w.correction[nv + k]
     total = 0.0
     for i in range(nv):
-        change[nv + i] += w.correction[i]
-        y[nv + i] = w.states[PREDICTED, nv + i] + change[nv + i]
-        total += (w.correction[i] / w.states[SCALE, nv + i]) ** 2
-        rate = w.correction[i]
-        for k in range(sizes[NH]):
-            rate += b.steer[i, k] * w.correction[nv + m + k]
-        total += (rate / (g * w.states[SCALE, i])) ** 2
-    move_positions(g, sizes, w)
+        change[nq + i] += w.correction[i]
+        y[nq + i] = w.states[PREDICTED, nq + i] + change[nq + i]
+        total += (w.correction[i] / w.states[SCALE, nq + i]) ** 2
+    add_steered(w.correction, 0, w.correction, nv + m, sizes, w)
+    start = 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, min(end + 3, nq)):
+            total += (w.rates[i - k] / (g * w.states[SCALE, i])) ** 2
+        start = end + 4
+    move_index2(g, sizes, w)
     return math.sqrt(total / (2 * nv))

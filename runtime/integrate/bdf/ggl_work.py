@@ -25,6 +25,8 @@ class BdfGglWork(NamedTuple):
     multipliers : ndarray, shape (m + nh,)
         λ and μ.
     correction : ndarray, shape (nv + m + nh,)
+    rates : ndarray, shape (nv,)
+        v + C μ, or what a correction adds to that.
     arguments, equations : ndarray
         See `ggl.equation_residuals`.
     """
@@ -39,6 +41,7 @@ class BdfGglWork(NamedTuple):
     pivots: np.ndarray
     multipliers: np.ndarray
     correction: np.ndarray
+    rates: np.ndarray
     arguments: np.ndarray
     equations: np.ndarray
     implicit: np.ndarray
@@ -51,7 +54,7 @@ def bdf_ggl_work_size(sizes):
     nv, ny, m, nh = sizes[NV], sizes[NY], sizes[NM], sizes[NH]
     n = nv + m
     own = N_NUMBERS + (N_DIFFERENCES + N_STATES) * ny + 2 * N_COLUMNS**2 + sizes[N_ROW] + blocks_size(sizes)
-    own += n * n + n + m + nh + n + nh + sizes[NQ] + nv + n + equations_size(sizes)
+    own += n * n + n + m + nh + n + nh + nv + sizes[NQ] + nv + n + equations_size(sizes)
     return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
 
 
@@ -73,6 +76,7 @@ def bdf_ggl_work(sizes, work):
     pivots, rest = rest[:n].view(np.int64), rest[n:]
     multipliers, rest = rest[: m + nh], rest[m + nh :]
     correction, rest = rest[: n + nh], rest[n + nh :]
+    rates, rest = rest[:nv], rest[nv:]
     size = sizes[NQ] + nv + n
     arguments, rest = rest[:size], rest[size:]
     size = equations_size(sizes)
@@ -80,5 +84,5 @@ def bdf_ggl_work(sizes, work):
     size = jacobian_work_size(sizes)
     return BdfGglWork(
         numbers, differences, states, weights, row, blocks, matrix, pivots, multipliers, correction,
-        arguments, equations, rest[:size], rest[size:],
+        rates, arguments, equations, rest[:size], rest[size:],
     )  # fmt: skip

@@ -56,7 +56,7 @@ def iterate(g, addresses, sizes, p, counters, t1, w):
     copy(w.states[PREDICTED], w.states[Y_NEW])
     for i in range(sizes[NV]):
         w.states[CHANGE, nq + i] = 0.0
-    move_positions(1.0 / g, sizes, w)
+    move_positions(1.0 / g, sizes, w.states[Y_NEW], nq, w)
     start_newton(w.numbers)
     verdict = ITERATING
     iteration = 0
@@ -76,8 +76,8 @@ def iterate(g, addresses, sizes, p, counters, t1, w):
 
 
 @jitted
-def move_positions(step, sizes, w):
-    """Set the positions of `w.states[Y_NEW]` by its rates, as their equations are linear; `step` is h/α.
+def move_positions(step, sizes, rates, first, w):
+    """Set the positions of `w.states[Y_NEW]` by `rates[first:]`, as their equations are linear; `step` is h/α.
 
     q = b + step q'(q, v), with b the predicted value less the past; so a quaternion is b, multiplied by the inverse of
     1 - step (0, ω)/2.
@@ -88,13 +88,13 @@ def move_positions(step, sizes, w):
     for k in range(n_quaternions(sizes) + 1):
         end = quaternion_at(sizes, k)
         for i in range(start, end):
-            change[i] = step * y[nq + i - k] - past[i]
+            change[i] = step * rates[first + i - k] - past[i]
             y[i] = predicted[i] + change[i]
         if end < nq:
             for i in range(end, end + 4):
                 y[i] = predicted[i] - past[i]
-            j = nq + end - k
-            a, b, c = step * y[j], step * y[j + 1], step * y[j + 2]
+            j = first + end - k
+            a, b, c = step * rates[j], step * rates[j + 1], step * rates[j + 2]
             turned = quaternion_rate(y, end, a, b, c)
             below = 1.0 + 0.25 * (a * a + b * b + c * c)
             for i in range(4):
@@ -164,5 +164,5 @@ def correct(g, sizes, w):
         for i in range(start, min(end + 3, nq)):
             total += (w.correction[i - k] / (g * w.states[SCALE, i])) ** 2
         start = end + 4
-    move_positions(1.0 / g, sizes, w)
+    move_positions(1.0 / g, sizes, w.states[Y_NEW], nq, w)
     return math.sqrt(total / (2 * nv))

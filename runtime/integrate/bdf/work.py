@@ -16,9 +16,12 @@ from runtime.integrate.newton import N_MONITOR
 ORDER, N_EQUAL, FAILURES, HAVE_HISTORY, HAVE_JACOBIAN, JACOBIAN_IS_FRESH, HAVE_FACTORS = range(16, 23)
 
 # `numbers` of the work arrays, behind Newton's monitor: the distance of the points of the history, the time of its
-# newest one, the γ = h / α that factors are for, iterations of the last Newton, its bound.
+# newest one, the γ = h / α that factors are for, iterations of the last Newton, its bound; of
+# configurations where constraints lose rank (see `singular.py`) the last pivot ratio that was not zero, which part of
+# the rates is left open, the step far from them.
 SPACING, NEWEST, FACTORED_FOR, ITERATIONS, NEWTON_BOUND = range(N_MONITOR, N_MONITOR + 5)
-N_NUMBERS = N_MONITOR + 5
+PIVOT_RATIO, LEFT_OPEN, FAR_STEP = range(N_MONITOR + 5, N_MONITOR + 8)
+N_NUMBERS = N_MONITOR + 8
 
 N_DIFFERENCES = MAX_ORDER + 3
 # Rows of `states`.

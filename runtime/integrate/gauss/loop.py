@@ -6,6 +6,7 @@ from runtime.integrate.compensated import add_compensated
 from runtime.integrate.copying import copy
 from runtime.integrate.evaluation import all_finite
 from runtime.integrate.gauss.stages import interpolation, place_stages, solve_stages
+from runtime.integrate.gauss.turns import MAX_SWEEPS
 from runtime.integrate.gauss.work import (
     EXTRAPOLATED_FOR,
     FRAME,
@@ -22,9 +23,11 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEWTON_FAILED,
     NEXT_FRAME,
     NM,
     NOT_FINITE,
+    NQ,
     NV,
     NW,
     NY,
@@ -32,6 +35,7 @@ from runtime.integrate.layout import (
     T,
 )
 from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.quaternions import keep_lengths, n_quaternions, quaternion_at
 from runtime.integrate.step_control import grid_end, grid_length
 
 N_DENSE_TERMS = 8
@@ -45,9 +49,9 @@ def advance_gauss(
 
     Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), VIII.6, for q'' = a(t, q, v): the unknowns are
     accelerations. Fixed-point iteration until that fails once, from then on Newton's. Frames are steps of their own
-    from the step's start, so they have the method's order; the collocation polynomial serves events. The row `f` is not
-    used; F_VALID says that nobody has changed the state. Arguments and result are those of all step loops, see
-    docs/architecture.md.
+    from the step's start, so they have the method's order; the collocation polynomial serves events. Quaternions keep
+    their length, see `turns`. The row `f` is not used; F_VALID says that nobody has changed the state. Arguments and
+    result are those of all step loops, see docs/architecture.md.
     """
     w = gauss_work(method, sizes, work)
     n = method.c.shape[0]
@@ -70,7 +74,7 @@ def advance_gauss(
             status = reach_end(method, h, addresses, sizes, p, control, counters, t1, y, y_new, rest, w)
         if status != RUNNING:
             return status
-        keep_history(h, sizes[NV], counters, w)
+        keep_history(h, sizes, counters, w)
         dense_is_read = needs_dense(sizes, counters, frame_times, t1)
         if dense_is_read:
             gauss_dense(method, h, sizes, y, y_new, w, dense)
@@ -101,11 +105,12 @@ def prepare_history(method, h, counters, w):
 
 
 @jitted
-def keep_history(h, nv, counters, w):
+def keep_history(h, sizes, counters, w):
     """Keep the accelerations of the stages for the next step."""
-    for i in range(nv):
+    nq = sizes[NQ]
+    for i in range(sizes[NV]):
         for s in range(w.rows.shape[0]):
-            w.history[i, s] = w.rows[s, nv + i]
+            w.history[i, s] = w.rows[s, nq + i]
     w.numbers[H_HISTORY] = h
     counters[HAVE_HISTORY] = 1
 
@@ -113,20 +118,25 @@ def keep_history(h, nv, counters, w):
 @jitted
 def reach_end(method, h, addresses, sizes, p, control, counters, t1, y, y_new, rest, w):
     """Add the step to `y_new`, which is `y` so far, and project it onto the constraints; returns a status."""
-    n, nv = method.c.shape[0], sizes[NV]
-    place_stages(method, h, nv, y, w)
-    for i in range(nv):
-        travel, impulse = 0.0, 0.0
+    n, nq, nv = method.c.shape[0], sizes[NQ], sizes[NV]
+    if not place_stages(method, h, MAX_SWEEPS, sizes, y, w):
+        return NEWTON_FAILED
+    for i in range(nq):
+        travel = 0.0
         for s in range(n):
             travel += w.travels[i, s]
-            impulse += w.impulses[i, s]
         add_compensated(travel, i, y_new, rest)
-        add_compensated(impulse, nv + i, y_new, rest)
+    for i in range(nv):
+        impulse = 0.0
+        for s in range(n):
+            impulse += w.impulses[i, s]
+        add_compensated(impulse, nq + i, y_new, rest)
+    keep_lengths(sizes, y_new, rest)
     if sizes[NW] > 0:
         work = 0.0
         for s in range(n):
-            work += h * method.b[s] * w.rows[s, 2 * nv]
-        add_compensated(work, 2 * nv, y_new, rest)
+            work += h * method.b[s] * w.rows[s, nq + nv]
+        add_compensated(work, nq + nv, y_new, rest)
     if sizes[NM] > 0:
         for s in range(n):
             control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.rows[s, sizes[N_ROW] - 1])
@@ -135,7 +145,7 @@ def reach_end(method, h, addresses, sizes, p, control, counters, t1, y, y_new, r
         )
         if status != RUNNING:
             return status
-        for i in range(2 * nv):
+        for i in range(nq + nv):
             rest[i] = 0.0
     return RUNNING if all_finite(y_new, sizes[NY]) else NOT_FINITE
 
@@ -143,23 +153,33 @@ def reach_end(method, h, addresses, sizes, p, control, counters, t1, y, y_new, r
 @jitted
 def gauss_dense(method, h, sizes, y, y_new, w, dense):
     """Fill `dense` with the collocation polynomial, up to degree 7; what projection moved is added in proportion."""
-    n, nv = method.c.shape[0], sizes[NV]
+    n, nq = method.c.shape[0], sizes[NQ]
     for i in range(sizes[NY]):
         dense[0, i] = y[i]
         dense[1, i] = y_new[i] - y[i]
     for r in range(6):
-        for i in range(nv):
-            by_v, by_q = 0.0, 0.0
-            for s in range(n):
-                by_v += method.dense_v[r, s] * w.rows[s, nv + i]
-                by_q += method.dense_q[r, s] * w.rows[s, nv + i]
-            dense[2 + r, nv + i] = h * by_v
-            dense[2 + r, i] = h * h * by_q
-        for i in range(2 * nv, sizes[NY]):
-            by_v = 0.0
-            for s in range(n):
-                by_v += method.dense_v[r, s] * w.rows[s, i]
-            dense[2 + r, i] = h * by_v
+        start = 0
+        for k in range(n_quaternions(sizes) + 1):
+            end = quaternion_at(sizes, k)
+            for i in range(start, end):
+                by_q = 0.0
+                for s in range(n):
+                    by_q += method.dense_q[r, s] * w.rows[s, nq + i - k]
+                dense[2 + r, i] = h * h * by_q
+            for i in range(end, end + 4 if end < nq else end):
+                dense[2 + r, i] = h * dot(method.dense_v[r], w.rows, i)
+            start = end + 4
+        for i in range(nq, sizes[NY]):
+            dense[2 + r, i] = h * dot(method.dense_v[r], w.rows, i)
+
+
+@jitted
+def dot(weights, rows, i):
+    """Return the sum of the derivatives of component `i` at the stages, weighted."""
+    total = 0.0
+    for s in range(rows.shape[0]):
+        total += weights[s] * rows[s, i]
+    return total
 
 
 @jitted
@@ -168,7 +188,7 @@ def refine_frames(method, h, addresses, sizes, p, control, counters, t0, first_f
 
     The stages start from the collocation polynomial, so few iterations do. Where they do not converge the frame stays.
     """
-    n, nv, y_old = method.c.shape[0], sizes[NV], w.states[method.c.shape[0] + 2]
+    n, nq, nv, y_old = method.c.shape[0], sizes[NQ], sizes[NV], w.states[method.c.shape[0] + 2]
     for row in range(first_frame, counters[NEXT_FRAME]):
         length = frame_times[row] - t0
         if length <= 0.0 or frame_times[row] >= control[T]:
@@ -179,15 +199,16 @@ def refine_frames(method, h, addresses, sizes, p, control, counters, t0, first_f
             != RUNNING
         ):
             continue
-        place_stages(method, length, nv, y_old, w)
+        if not place_stages(method, length, MAX_SWEEPS, sizes, y_old, w):
+            continue
         frame = frames[row]
         for i in range(sizes[NY]):
             total = 0.0
             for s in range(n):
-                if i < nv:
+                if i < nq:
                     total += w.travels[i, s]
-                elif i < 2 * nv:
-                    total += w.impulses[i - nv, s]
+                elif i < nq + nv:
+                    total += w.impulses[i - nq, s]
                 else:
                     total += length * method.b[s] * w.rows[s, i]
             frame[i] = y_old[i] + total

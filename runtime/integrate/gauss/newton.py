@@ -2,13 +2,17 @@
 
 from runtime.code.jitted import jitted
 from runtime.integrate.gauss.work import FACTORED_FOR, HAVE_FACTORS
-from runtime.integrate.layout import FACTORISATIONS, RUNNING
+from runtime.integrate.layout import FACTORISATIONS, NQ, NV, RUNNING
 from runtime.integrate.linear import lu_factor, lu_solve
+from runtime.integrate.quaternions import n_quaternions, quaternion_at, solve_turning
 
 
 @jitted
-def factor_stages(method, h, counters, w):
-    """Factor the Newton matrix of every eigenvalue, unless that was done for steps of length `h`."""
+def factor_stages(method, h, sizes, counters, y, w):
+    """Factor the Newton matrix of every eigenvalue, unless that was done for steps of length `h`.
+
+    With g = hλ it is 1 - g ∂a/∂v - g² ∂a/∂q, where a quaternion's g² is g times the inverse of 1/g + ω× / 2.
+    """
     if counters[HAVE_FACTORS] and w.numbers[FACTORED_FOR] == h:
         return RUNNING
     nv = w.jacobian.shape[0]
@@ -18,6 +22,9 @@ def factor_stages(method, h, counters, w):
             for j in range(nv):
                 w.matrices[k, i, j] = -g * (w.jacobian[i, nv + j] + g * w.jacobian[i, j])
             w.matrices[k, i, i] += 1.0
+        for turning in range(n_quaternions(sizes)):
+            j = quaternion_at(sizes, turning) - turning
+            factor_turns(g, j, sizes[NQ] + j, y, w.jacobian, w.matrices[k])
         status = lu_factor(w.matrices[k], w.pivots[k])
         if status != RUNNING:
             return status
@@ -28,9 +35,20 @@ def factor_stages(method, h, counters, w):
 
 
 @jitted
-def correct_by_newton(method, h, nv, w):
+def factor_turns(g, j, first, y, jacobian, matrix):
+    """Make the columns from `j` on, of the rates of a quaternion, which are in `y` from `first`."""
+    a, b, c = -y[first], -y[first + 1], -y[first + 2]
+    for i in range(matrix.shape[0]):
+        # A row times the inverse of a matrix: the inverse of its transpose, which turns the other way.
+        turned = solve_turning(1.0 / g, a, b, c, jacobian[i, j], jacobian[i, j + 1], jacobian[i, j + 2])
+        for axis in range(3):
+            matrix[i, j + axis] += g * (g * jacobian[i, j + axis] - turned[axis])
+
+
+@jitted
+def correct_by_newton(method, h, sizes, w):
     """Correct the impulses by simplified Newton in the eigenvectors of a, a system of size nv for each eigenvalue."""
-    n = method.c.shape[0]
+    n, nq, nv = method.c.shape[0], sizes[NQ], sizes[NV]
     for i in range(nv):
         for s in range(n):
             w.sums[i, s] = 0.0
@@ -38,7 +56,7 @@ def correct_by_newton(method, h, nv, w):
         for i in range(nv):
             total = complex(0.0, 0.0)
             for s in range(n):
-                defect = w.rows[s, nv + i] - w.impulses[i, s] / (h * method.b[s])
+                defect = w.rows[s, nq + i] - w.impulses[i, s] / (h * method.b[s])
                 total += method.from_stages[k, s] * defect
             w.complex[i] = total
         lu_solve(w.matrices[k], w.pivots[k], w.complex)

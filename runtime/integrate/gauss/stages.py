@@ -7,10 +7,13 @@ import numpy as np
 from runtime.code.jitted import jitted
 from runtime.integrate.evaluation import evaluate
 from runtime.integrate.gauss.newton import correct_by_newton, factor_stages
+from runtime.integrate.gauss.sums import add_up
+from runtime.integrate.gauss.turns import MAX_SWEEPS, forget_turns, turn_stages
 from runtime.integrate.gauss.work import HAVE_FACTORS, HAVE_HISTORY, HAVE_JACOBIAN, SMALLEST, STALLS, STIFF
 from runtime.integrate.jacobian import acceleration_jacobian
-from runtime.integrate.layout import NEWTON_FAILED, NEWTON_ITERATIONS, NOT_FINITE, NV, RUNNING
+from runtime.integrate.layout import NEWTON_FAILED, NEWTON_ITERATIONS, NOT_FINITE, NQ, NV, RUNNING
 from runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING
+from runtime.integrate.quaternions import n_quaternions, quaternion_at
 from runtime.integrate.step_control import error_scale
 
 MAX_ITERATIONS = 50
@@ -24,10 +27,6 @@ NOISE_TOL = 0.1
 DIVERGENCE = 16.0
 # Newton that takes more iterations than this wants a new Jacobian for the next step.
 KEEP_JACOBIAN_ITERATIONS = 8
-
-# Numba checks signed indexes for "from the end"; see `linear`.
-unsigned = np.uint64
-ONE, TWO, THREE, FOUR = unsigned(1), unsigned(2), unsigned(3), unsigned(4)
 
 
 @jitted
@@ -50,13 +49,13 @@ def predict(which, method, h, addresses, sizes, p, counters, t, y, w):
 
     `which` says which of `w.weights` to use. Returns whether accelerations are finite.
     """
-    n, nv = method.c.shape[0], sizes[NV]
+    n, nq, nv = method.c.shape[0], sizes[NQ], sizes[NV]
     if not counters[HAVE_HISTORY]:
         if not evaluate(addresses, sizes, p, counters, t, y, w.rows[0]):
             return False
         for i in range(nv):
             for s in range(n):
-                w.impulses[i, s] = h * method.b[s] * w.rows[0, nv + i]
+                w.impulses[i, s] = h * method.b[s] * w.rows[0, nq + i]
         return True
     for i in range(nv):
         for s in range(n):
@@ -83,7 +82,7 @@ def solve_stages(which, method, h, addresses, sizes, p, control, counters, t0, y
         if not predict(which, method, h, addresses, sizes, p, counters, t0, y, w):
             return NOT_FINITE
     if counters[HAVE_JACOBIAN]:
-        status = factor_stages(method, h, counters, w)
+        status = factor_stages(method, h, sizes, counters, y, w)
         if status == RUNNING:
             status = iterate(method, h, addresses, sizes, p, control, counters, t0, y, w)
         if status == RUNNING:
@@ -98,7 +97,7 @@ def solve_stages(which, method, h, addresses, sizes, p, control, counters, t0, y
     if status != RUNNING:
         return status
     counters[HAVE_JACOBIAN], counters[HAVE_FACTORS] = 1, 0
-    status = factor_stages(method, h, counters, w)
+    status = factor_stages(method, h, sizes, counters, y, w)
     if status != RUNNING:
         return status
     return iterate(method, h, addresses, sizes, p, control, counters, t0, y, w)
@@ -111,105 +110,108 @@ def iterate(method, h, addresses, sizes, p, control, counters, t0, y, w):
     To stop at a tolerance would leave errors of one sign, and energy would drift (Hairer, McLachlan, Razakarivony, BIT
     48 (2008) 231).
     """
-    n, nv = method.c.shape[0], sizes[NV]
+    n = method.c.shape[0]
+    forget_turns(method, sizes, y, w)
     w.numbers[SMALLEST], w.numbers[STALLS] = math.inf, 0.0
     max_stalls = MAX_STALLS_OF_NEWTON if counters[STIFF] else MAX_STALLS
     verdict = ITERATING
     iteration = 0
     while verdict == ITERATING:
         iteration += 1
-        place_stages(method, h, nv, y, w)
+        # Iterations of fixed points sweep over quaternions as they go; Newton's take rates for all that is unknown.
+        n_sweeps = MAX_SWEEPS if counters[STIFF] or iteration == 1 else 1
+        place_stages(method, h, n_sweeps, sizes, y, w)
         for s in range(n):
             if not evaluate(addresses, sizes, p, counters, t0 + method.c[s] * h, w.states[s], w.rows[s]):
                 return NOT_FINITE
         if counters[STIFF]:
-            correct_by_newton(method, h, nv, w)
+            correct_by_newton(method, h, sizes, w)
         else:
-            correct_by_substitution(method, h, nv, w)
+            correct_by_substitution(method, h, sizes, w)
         counters[NEWTON_ITERATIONS] += 1
-        verdict = judge_change(iteration, max_stalls, control, nv, y, w)
+        verdict = judge_change(iteration, max_stalls, control, sizes, y, w)
     if iteration > KEEP_JACOBIAN_ITERATIONS:
         counters[HAVE_JACOBIAN] = 0
     return RUNNING if verdict == CONVERGED else NEWTON_FAILED
 
 
 @jitted
-def place_stages(method, h, nv, y, w):
-    """Write the stages' arguments, v = v0 + Σ mu L, then q = q0 + Σ mu h b v, and `w.travels` = h b v."""
-    n = method.c.shape[0]
+def place_stages(method, h, n_sweeps, sizes, y, w):
+    """Write the stages' arguments, v = v0 + Σ mu L, then q = q0 + Σ mu h b q', and `w.travels` = h b q'.
+
+    Returns whether the sweeps over quaternions have settled.
+    """
+    n, nq, nv = method.c.shape[0], sizes[NQ], sizes[NV]
     rest = w.states[n + 1]
     add_up(method.mu, w.impulses, w.sums)
+    if nq == nv:  # loops from 0 need no checks of their indexes
+        for i in range(nv):
+            for s in range(n):
+                v = y[nv + i] + (rest[nv + i] + w.sums[i, s])
+                w.states[s, nv + i] = v
+                w.travels[i, s] = h * method.b[s] * v
+        add_up(method.mu, w.travels, w.sums)
+        for i in range(nv):
+            for s in range(n):
+                w.states[s, i] = y[i] + (rest[i] + w.sums[i, s])
+        return True
     for i in range(nv):
         for s in range(n):
-            v = y[nv + i] + (rest[nv + i] + w.sums[i, s])
-            w.states[s, nv + i] = v
-            w.travels[i, s] = h * method.b[s] * v
-    add_up(method.mu, w.travels, w.sums)
-    for i in range(nv):
-        for s in range(n):
-            w.states[s, i] = y[i] + (rest[i] + w.sums[i, s])
+            w.states[s, nq + i] = y[nq + i] + (rest[nq + i] + w.sums[i, s])
+    settled, start = True, 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            for s in range(n):
+                w.travels[i, s] = h * method.b[s] * w.states[s, nq + i - k]
+        add_up(method.mu, w.travels[start:end], w.sums[start:end])
+        for i in range(start, end):
+            for s in range(n):
+                w.states[s, i] = y[i] + (rest[i] + w.sums[i, s])
+        if end < nq:
+            settled = turn_stages(method, h, n_sweeps, end, nq + end - k, y, w) and settled
+        start = end + 4
+    return settled
 
 
 @jitted
-def add_up(mu, terms, sums):
-    """Write Σ_j mu[j, s] terms[i, j] to `sums[i, s]`, four s at a time: they stay in registers and run abreast."""
-    n = unsigned(terms.shape[1])
-    for i in range(unsigned(terms.shape[0])):
-        s = unsigned(0)
-        while s + FOUR <= n:
-            first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
-            for j in range(n):
-                term = terms[i, j]
-                first += mu[j, s] * term
-                second += mu[j, s + ONE] * term
-                third += mu[j, s + TWO] * term
-                fourth += mu[j, s + THREE] * term
-            sums[i, s], sums[i, s + ONE], sums[i, s + TWO], sums[i, s + THREE] = first, second, third, fourth
-            s += FOUR
-        while s < n:
-            total = 0.0
-            for j in range(n):
-                total += mu[j, s] * terms[i, j]
-            sums[i, s] = total
-            s += ONE
-
-
-@jitted
-def correct_by_substitution(method, h, nv, w):
+def correct_by_substitution(method, h, sizes, w):
     """Replace the impulses by those of the accelerations at the stages; their largest changes go to `w.change`."""
-    for i in range(nv):
+    nq = sizes[NQ]
+    for i in range(sizes[NV]):
         largest = 0.0
         for s in range(method.c.shape[0]):
-            impulse = h * method.b[s] * w.rows[s, nv + i]
+            impulse = h * method.b[s] * w.rows[s, nq + i]
             largest = max(largest, abs(impulse - w.impulses[i, s]))
             w.impulses[i, s] = impulse
         w.change[i] = largest
 
 
 @jitted
-def judge_change(iteration, max_stalls, control, nv, y, w):
+def judge_change(iteration, max_stalls, control, sizes, y, w):
     """Judge the changes `w.change` of the impulses: ITERATING, CONVERGED or DIVERGED.
 
     Converged is what no longer shrinks, once it is as small as round-off of the rates. Forces that nearly cancel leave
     more round-off than that: changes that make no progress for several iterations, but are well below the tolerance,
     are taken for it.
     """
+    nq, nv = sizes[NQ], sizes[NV]
     largest = 0.0
     for i in range(nv):
-        largest = max(largest, abs(y[nv + i]) + abs(w.impulses[i, 0]))
+        largest = max(largest, abs(y[nq + i]) + abs(w.impulses[i, 0]))
     size = 0.0
     for i in range(nv):
         change = w.change[i]
         if not math.isfinite(change):
             return DIVERGED
         if change > 0.0:
-            rate = abs(y[nv + i]) + abs(w.impulses[i, 0])
+            rate = abs(y[nq + i]) + abs(w.impulses[i, 0])
             size = max(size, change / max(rate, 1e-3 * largest, change))
     if size == 0.0 or w.numbers[SMALLEST] <= size <= ROUND_OFF:
         return CONVERGED
     w.numbers[STALLS] = 0.0 if size < PROGRESS * w.numbers[SMALLEST] else w.numbers[STALLS] + 1.0
     if w.numbers[STALLS] > 0.0:
-        is_noise = size_in_tolerances(control, nv, y, w) <= NOISE_TOL
+        is_noise = size_in_tolerances(control, sizes, y, w) <= NOISE_TOL
         if size > DIVERGENCE * w.numbers[SMALLEST] and not is_noise:
             return DIVERGED
         if w.numbers[STALLS] >= max_stalls:
@@ -219,10 +221,10 @@ def judge_change(iteration, max_stalls, control, nv, y, w):
 
 
 @jitted
-def size_in_tolerances(control, nv, y, w):
+def size_in_tolerances(control, sizes, y, w):
     """Return the largest change of an impulse in units of its rate's tolerance."""
     size = 0.0
-    for i in range(nv):
-        rate = abs(y[nv + i]) + abs(w.impulses[i, 0])
+    for i in range(sizes[NV]):
+        rate = abs(y[sizes[NQ] + i]) + abs(w.impulses[i, 0])
         size = max(size, w.change[i] / error_scale(control, rate, rate))
     return size

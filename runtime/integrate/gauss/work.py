@@ -7,7 +7,7 @@ import numpy as np
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_scratch_size
 from runtime.integrate.jacobian import jacobian_work_size
-from runtime.integrate.layout import N_ROW, NV, NY
+from runtime.integrate.layout import N_ROW, NQ, NV, NY
 
 # Counters of this family: whether work holds the last step's accelerations, a Jacobian, factors; and whether the
 # fixed-point iteration has once failed, so that Newton's is used.
@@ -31,9 +31,9 @@ class GaussWork(NamedTuple):
     numbers : ndarray, shape (N_NUMBERS,)
     history : ndarray, shape (nv, s)
         Accelerations at the nodes of the last step, of length `numbers[H_HISTORY]`.
-    impulses, travels : ndarray, shape (nv, s)
-        h b_j times the acceleration and the rate at node j.
-    sums : ndarray, shape (nv, s)
+    impulses, travels : ndarray, shapes (nv, s), (nq, s)
+        h b_j times the acceleration and the derivative of q at node j.
+    sums : ndarray, shape (nq, s)
         What these add up to at each node.
     weights : ndarray, shape (2, s, s)
         Values of the interpolation of `history`, in row j at place i.
@@ -70,8 +70,8 @@ class GaussWork(NamedTuple):
 @jitted
 def gauss_work_size(method, sizes):
     """Length of `work` for `advance_gauss`."""
-    s, k, nv = method.c.shape[0], method.eigenvalues.shape[0], sizes[NV]
-    own = N_NUMBERS + 4 * s * nv + 2 * s * s + (s + N_STATES) * sizes[NY] + s * sizes[N_ROW] + nv
+    s, k, nq, nv = method.c.shape[0], method.eigenvalues.shape[0], sizes[NQ], sizes[NV]
+    own = N_NUMBERS + 2 * s * (nq + nv) + 2 * s * s + (s + N_STATES) * sizes[NY] + s * sizes[N_ROW] + nv
     own += 2 * nv * nv + 2 * k * nv * nv + k * nv + 2 * nv
     return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
 
@@ -79,12 +79,13 @@ def gauss_work_size(method, sizes):
 @jitted
 def gauss_work(method, sizes, work):
     """Divide `work`, of length `gauss_work_size(method, sizes)`, into a `GaussWork`."""
-    s, k, nv, ny, n_row = method.c.shape[0], method.eigenvalues.shape[0], sizes[NV], sizes[NY], sizes[N_ROW]
+    s, k, nq, nv = method.c.shape[0], method.eigenvalues.shape[0], sizes[NQ], sizes[NV]
+    ny, n_row = sizes[NY], sizes[N_ROW]
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     history, rest = rest[: s * nv].reshape((nv, s)), rest[s * nv :]
     impulses, rest = rest[: s * nv].reshape((nv, s)), rest[s * nv :]
-    travels, rest = rest[: s * nv].reshape((nv, s)), rest[s * nv :]
-    sums, rest = rest[: s * nv].reshape((nv, s)), rest[s * nv :]
+    travels, rest = rest[: s * nq].reshape((nq, s)), rest[s * nq :]
+    sums, rest = rest[: s * nq].reshape((nq, s)), rest[s * nq :]
     weights, rest = rest[: 2 * s * s].reshape((2, s, s)), rest[2 * s * s :]
     states, rest = rest[: (s + N_STATES) * ny].reshape((s + N_STATES, ny)), rest[(s + N_STATES) * ny :]
     rows, rest = rest[: s * n_row].reshape((s, n_row)), rest[s * n_row :]

@@ -9,7 +9,6 @@ import math
 from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
 from runtime.integrate.layout import CONSTRAINT_JACOBIAN, MASS_MATRIX, NH, NM, NV, PARTITION_LOST, RUNNING
-from runtime.integrate.linear import swap_rows
 from runtime.integrate.partition.work import (
     FIRST_QUALITY,
     FIRST_RANK,
@@ -20,9 +19,8 @@ from runtime.integrate.partition.work import (
     QUALITY,
     SWITCHES,
 )
+from runtime.integrate.row_rank import independent_rows
 
-# Of the largest entry of G with its rows and columns scaled: what is left below this depends on the rows before.
-RANK_TOLERANCE = 1e-6
 # Another partition is taken where the smallest pivot has fallen to this part of what it was.
 WORN = 0.2
 # All are lost where the smallest pivot of the best has fallen to this part of the first one's: rounding of the
@@ -36,21 +34,8 @@ def choose_partition(addresses, sizes, p, counters, t, y, w):
 
     PARTITION_LOST where fewer constraints are independent than at the first choice, or nearly so: no coordinates serve.
     """
-    nh, m = sizes[NH], sizes[NM]
     scale_jacobian(not counters[HAVE_PARTITION], addresses, sizes, p, t, y, w)
-    for k in range(m):
-        w.rows[k] = k
-    for j in range(sizes[NV]):
-        w.columns[j] = j
-    w.numbers[QUALITY] = math.inf
-    n_positions = eliminate(0, nh, w)
-    # Rows of holonomic constraints that depend on others make room for those of velocities.
-    for k in range(n_positions, nh):
-        other = m - 1 - (k - n_positions)
-        if other >= nh:
-            swap_rows(w.scaled, k, other)
-            w.rows[k], w.rows[other] = w.rows[other], w.rows[k]
-    n_rates = eliminate(n_positions, n_positions + m - nh, w)
+    n_positions, n_rates, w.numbers[QUALITY] = independent_rows(sizes[NH], w.scaled, w.rows, w.columns)
     if counters[HAVE_PARTITION]:
         counters[SWITCHES] += 1
     else:
@@ -88,36 +73,6 @@ def scale_jacobian(first, addresses, sizes, p, t, y, w):
         w.row_scale[k] = scale if first else min(scale, w.row_scale[k])
         for j in range(nv):
             w.scaled[k, j] *= w.row_scale[k]
-
-
-@jitted
-def eliminate(first, end, w):
-    """Eliminate rows `first` to `end` - 1 of `w.scaled` from all below, with complete pivoting.
-
-    Returns where their rank ends. `w.numbers[QUALITY]` becomes the smallest pivot where that is smaller.
-    """
-    m, nv = w.scaled.shape
-    for k in range(first, min(end, nv)):
-        best, row, column = 0.0, k, k
-        for i in range(k, end):
-            for j in range(k, nv):
-                if abs(w.scaled[i, j]) > best:
-                    best, row, column = abs(w.scaled[i, j]), i, j
-        if not best > RANK_TOLERANCE:
-            return k
-        w.numbers[QUALITY] = min(w.numbers[QUALITY], best)
-        if row != k:
-            swap_rows(w.scaled, k, row)
-            w.rows[k], w.rows[row] = w.rows[row], w.rows[k]
-        if column != k:
-            w.columns[k], w.columns[column] = w.columns[column], w.columns[k]
-            for i in range(m):
-                w.scaled[i, k], w.scaled[i, column] = w.scaled[i, column], w.scaled[i, k]
-        for i in range(k + 1, m):
-            factor = w.scaled[i, k] / w.scaled[k, k]
-            for j in range(k, nv):
-                w.scaled[i, j] -= factor * w.scaled[k, j]
-    return min(end, nv)
 
 
 @jitted

@@ -16,6 +16,7 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.linear import lu_factor, lu_solve
 from runtime.integrate.partition.work import LATEST, N_POSITIONS, N_RATES
+from runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate, scale_to_unit
 
 MAX_ITERATIONS = 10
 # Newton's corrections converge quadratically: after one of this size, of 1 + |q|, what is left is round-off.
@@ -26,12 +27,15 @@ LAST_CORRECTION = 1e-8
 def solve_dependents(addresses, sizes, p, control, counters, t, y, w):
     """Move the dependent coordinates and rates of `y` onto the constraints; the independent ones stay.
 
+    Quaternions are scaled to unit length first; then body axes about which they turn depend on others, or do not.
+
     Returns
     -------
     int
         RUNNING, or PROJECTION_FAILED where there is no solution near.
     """
     nq, nh = sizes[NQ], sizes[NH]
+    scale_to_unit(sizes, y)
     size = math.inf if counters[N_POSITIONS] > 0 else 0.0
     iteration = 0
     while size > LAST_CORRECTION:
@@ -50,11 +54,25 @@ def solve_dependents(addresses, sizes, p, control, counters, t, y, w):
         for k in range(n):
             j = w.columns[k]
             change = w.column_scale[j] * w.right[k]
-            y[j] -= change
-            size = max(size, abs(change) / (1.0 + abs(y[j])))
+            size = max(size, abs(change) / (1.0 + move_one(sizes, j, -change, y)))
             if not math.isfinite(change):
                 return PROJECTION_FAILED
     return solve_rates(iteration > 0, addresses, sizes, p, t, nq, nh, counters, y, w)
+
+
+@jitted
+def move_one(sizes, j, change, y):
+    """Move what rate `j` moves by `change`; returns how large that is now, 0 for the angle of a turn."""
+    k = 0
+    while k < n_quaternions(sizes) and j >= quaternion_at(sizes, k) - k + 3:
+        k += 1
+    i = quaternion_at(sizes, k)
+    if j < i - k:
+        y[j + k] += change
+        return abs(y[j + k])
+    axis = j - (i - k)
+    rotate(y, i, change if axis == 0 else 0.0, change if axis == 1 else 0.0, change if axis == 2 else 0.0, y)
+    return 0.0
 
 
 @jitted

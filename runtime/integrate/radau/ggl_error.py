@@ -4,9 +4,10 @@ import math
 
 from runtime.code.jitted import jitted
 from runtime.integrate.evaluation import evaluate
-from runtime.integrate.ggl import divide_blocks, recover
+from runtime.integrate.ggl import divide_blocks, half_turned, recover
 from runtime.integrate.layout import LAST_REJECTED, NH, NM, NQ, NV
 from runtime.integrate.linear import lu_solve
+from runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at
 from runtime.integrate.radau.error import weighted
 from runtime.integrate.radau.work import ERROR, F_NEW, HAVE_HISTORY, SCALE, STAGES, Y_STAGE
 
@@ -20,24 +21,25 @@ def estimate_index2(method, h, addresses, sizes, p, counters, t, y, f, w):
     from positions and rates.
     """
     nq, nv = sizes[NQ], sizes[NV]
-    error = filter_index2(method, h, sizes, f, False, w)
+    error = filter_index2(method, h, sizes, y, f, False, w)
     if error >= 1.0 and (counters[LAST_REJECTED] or not counters[HAVE_HISTORY]):
-        for i in range(nq + nv):
-            w.states[Y_STAGE, i] = y[i] + w.pairs[ERROR, i]
+        move(sizes, y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
+        for i in range(nv):
+            w.states[Y_STAGE, nq + i] = y[nq + i] + w.pairs[ERROR, nv + i]
         if not evaluate(addresses, sizes, p, counters, t, w.states[Y_STAGE], w.rows[F_NEW]):
             return math.inf
-        error = filter_index2(method, h, sizes, w.rows[F_NEW], True, w)
+        error = filter_index2(method, h, sizes, y, w.rows[F_NEW], True, w)
     return max(error, 1e-10) if math.isfinite(error) else error
 
 
 @jitted
-def filter_index2(method, h, sizes, row, again, w):
+def filter_index2(method, h, sizes, y, row, again, w):
     """Write the filtered error to `w.pairs[ERROR]`; `again`: it is there already, and `row` belongs to y + error.
 
     With s₁, s₂ the defects of positions and rates, which take the place of 0 and -r₂ in the module `ggl`:
     Δv = Δu - C Δμ - s₁ and Δμ = H Δu / g - G s₁.
     """
-    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    nq, nv, m, nh = sizes[NQ], sizes[NV], sizes[NM], sizes[NH]
     b = divide_blocks(sizes, w.blocks)
     g = method.mu / h
     x = w.real_vector
@@ -46,12 +48,18 @@ def filter_index2(method, h, sizes, row, again, w):
         # v0 + eᵀZ_q / h, in which v0 cancels.
         total = w.pairs[ERROR, nv + i] if again else 0.0
         for s in range(len(method.c)):
-            rate = w.states[STAGES + s, nv + i]
+            rate = w.states[STAGES + s, nq + i]
             for k in range(nh):
                 rate += b.steer[i, k] * w.multipliers[s, m + k]
             total += method.error_a[s] * rate
         slip[i] = total
-        pushed[i] = row[nv + i] + weighted(method, method.error, nv + i, w) / h
+        pushed[i] = row[nq + i] + weighted(method, method.error, nq + i, w) / h
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        slip_of_turn(method, h, i, i - k, nq + i - k, nv, y, again, slip, w)
+        along = half_turned(i - k, b.spin, slip)
+        for axis in range(3):
+            pushed[i - k + axis] -= along[axis]  # by_rates has M ω×/2 in it
     for k in range(m):
         total = 0.0
         for j in range(nv):
@@ -69,10 +77,23 @@ def filter_index2(method, h, sizes, row, again, w):
     lu_solve(w.real, w.pivots[0], x[: nv + m])
     for i in range(nv):
         w.pairs[ERROR, i] = x[i] / g
-    recover(g, nh, b, x)
+    recover(g, sizes, b, x)
     total = 0.0
     for i in range(nv):
         w.pairs[ERROR, nv + i] = x[i] - slip[i]
     for i in range(2 * nv):
         total += (w.pairs[ERROR, i] / w.pairs[SCALE, i]) ** 2
     return math.sqrt(total / (2 * nv))
+
+
+@jitted
+def slip_of_turn(method, h, i, column, first, nv, y, again, slip, w):
+    """Write the defect of the rotation vector at `i`, whose angular velocity is at `first`, from `column` on."""
+    error, j = w.pairs[ERROR], nv + column
+    x, y_, z = y[first], y[first + 1], y[first + 2]
+    if again:
+        u, v, w_ = x + error[j], y_ + error[j + 1], z + error[j + 2]
+        x, y_, z = chart_rate(error[column], error[column + 1], error[column + 2], u, v, w_)
+    slip[column] = x + weighted(method, method.error, i, w) / h
+    slip[column + 1] = y_ + weighted(method, method.error, i + 1, w) / h
+    slip[column + 2] = z + weighted(method, method.error, i + 2, w) / h

@@ -26,6 +26,8 @@ from runtime.integrate.newton import (
     judge_correction,
     start_newton,
 )
+from runtime.integrate.quaternions import n_quaternions, quaternion_at
+from runtime.integrate.radau.ggl_turns import forget_turns, turn_index2
 from runtime.integrate.radau.stages import ROUND_OFF, evaluate_stage, predict_rates, round_off
 from runtime.integrate.radau.transform import shift_of
 from runtime.integrate.radau.turns import place
@@ -74,7 +76,9 @@ def predict_index2(method, h, extrapolate, addresses, sizes, p, control, counter
     for s in range(len(method.c)):
         for k in range(sizes[NM], sizes[NM] + sizes[NH]):
             w.multipliers[s, k] = 0.0
-    move_index2(method, h, sizes, y, w)
+    forget_turns(method, sizes, w)
+    if not move_index2(method, h, sizes, y, w):
+        return False
     for s in range(len(method.c)):
         if not evaluate_stage(s, method, h, addresses, sizes, p, counters, t0, y, w):
             return False
@@ -85,18 +89,45 @@ def predict_index2(method, h, extrapolate, addresses, sizes, p, control, counter
 
 @jitted
 def move_index2(method, h, sizes, y, w):
-    """Set the stages' increments of q to the integral of v + C μ."""
-    nv, n, first = sizes[NV], len(method.c), sizes[NM]
+    """Set the stages' increments of q to the integral of v + C μ; returns whether quaternions could be turned by it."""
+    nq, n = sizes[NQ], len(method.c)
     b = divide_blocks(sizes, w.blocks)
-    for i in range(nv):
-        for s in range(n):
-            total = method.c[s] * y[nv + i]
-            for r in range(n):
-                rate = w.states[STAGES + r, nv + i]
-                for k in range(sizes[NH]):
-                    rate += b.steer[i, k] * w.multipliers[r, first + k]
-                total += method.a[s, r] * rate
-            w.states[STAGES + s, i] = h * total
+    for s in range(n):
+        steer(b, w.states[STAGES + s, nq:], w.multipliers[s, sizes[NM] :], w.steered[s])
+    settled, start = True, 0
+    if nq == sizes[NV]:  # loops from 0 need no checks of their indexes
+        for i in range(nq):
+            travel_index2(method, h, i, i, nq, y, w)
+        return True
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            travel_index2(method, h, i, i - k, nq, y, w)
+        if end < nq:
+            settled = turn_index2(method, h, end, end - k, sizes, y, w) and settled
+        start = end + 4
+    return settled
+
+
+@jitted
+def travel_index2(method, h, i, j, nq, y, w):
+    """Set the stages' increments of coordinate `i` to the integral of its rate `j`."""
+    n = len(method.c)
+    for s in range(n):
+        total = method.c[s] * y[nq + j]
+        for r in range(n):
+            total += method.a[s, r] * w.steered[r, j]
+        w.states[STAGES + s, i] = h * total
+
+
+@jitted
+def steer(b, rates, multipliers, out):
+    """Write `rates` + C `multipliers` to `out`."""
+    for i in range(out.shape[0]):
+        total = rates[i]
+        for k in range(b.steer.shape[1]):
+            total += b.steer[i, k] * multipliers[k]
+        out[i] = total
 
 
 @jitted
@@ -113,7 +144,8 @@ def solve_index2(method, h, addresses, sizes, p, counters, t0, y, w):
         size = correct_index2(method, h, sizes, w)
         if not math.isfinite(size):
             return NOT_FINITE
-        move_index2(method, h, sizes, y, w)
+        if not move_index2(method, h, sizes, y, w):
+            return NEWTON_FAILED
         counters[NEWTON_ITERATIONS] += 1
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
         if iteration == 2:
@@ -146,7 +178,7 @@ def stage_residuals(s, method, h, addresses, sizes, p, t0, y, w):
 @jitted
 def correct_residuals(method, h, sizes, w):
     """Replace the residuals of the stages by corrections of their rates and multipliers."""
-    n, nh = len(method.c), sizes[NH]
+    n = len(method.c)
     b = divide_blocks(sizes, w.blocks)
     forth, back = method.from_stages, method.to_stages
     for i in range(w.residuals.shape[1]):
@@ -160,10 +192,10 @@ def correct_residuals(method, h, sizes, w):
                 real += forth[2 * k + 1, s] * w.residuals[s, i]
                 imag += forth[2 * k + 2, s] * w.residuals[s, i]
             w.complex_vectors[k, i] = complex(real, imag)
-    solve_shifted(method.mu / h, nh, b, w.real, w.pivots[0], w.real_vector)
+    solve_shifted(method.mu / h, sizes, b, w.real, w.pivots[0], w.real_vector)
     for k in range(n // 2):
         g = shift_of(method, k, 1.0 / h)
-        solve_shifted(g, nh, b, w.complex[k], w.pivots[k + 1], w.complex_vectors[k])
+        solve_shifted(g, sizes, b, w.complex[k], w.pivots[k + 1], w.complex_vectors[k])
     for i in range(w.residuals.shape[1]):
         for s in range(n):
             total = back[s, 0] * w.real_vector[i]
@@ -189,13 +221,11 @@ def correct_index2(method, h, sizes, w):
         for i in range(nv):
             w.states[STAGES + s, nq + i] += change[i]
             total += (change[i] / w.pairs[SCALE, nv + i]) ** 2
+        steer(b, change, change[nv + sizes[NM] :], w.steered[s])
     for i in range(nv):
         for s in range(n):
             moved = 0.0
             for r in range(n):
-                rate = w.residuals[r, i]
-                for k in range(sizes[NH]):
-                    rate += b.steer[i, k] * w.residuals[r, nv + sizes[NM] + k]
-                moved += method.a[s, r] * rate
+                moved += method.a[s, r] * w.steered[r, i]
             total += (h * moved / w.pairs[SCALE, i]) ** 2
     return math.sqrt(total / (2 * nv * n))

@@ -41,6 +41,10 @@ class GglWork(NamedTuple):
         Those of the stages, then their corrections.
     real_vector, complex_vectors : ndarray, shapes (nv + m + nh), (k, nv + m + nh)
         The same, transformed.
+    steered : ndarray, shape (s, nv)
+        The stages' rates less those of the start, with what μ adds; or what corrections add to these.
+    turns : ndarray, shape (s, 3)
+        Derivatives of the stages' rotation vectors.
     arguments, equations : ndarray, shapes (nq + 2 nv + m), (nv + m)
         What the kernel `residual` reads and writes; `equations` is also what `constraint_residual` writes.
     """
@@ -57,6 +61,8 @@ class GglWork(NamedTuple):
     residuals: np.ndarray
     real_vector: np.ndarray
     complex_vectors: np.ndarray
+    steered: np.ndarray
+    turns: np.ndarray
     arguments: np.ndarray
     equations: np.ndarray
     implicit: np.ndarray
@@ -70,7 +76,7 @@ def ggl_work_size(method, sizes):
     nv, ny, n_row, m = sizes[NV], sizes[NY], sizes[N_ROW], sizes[NM]
     n, n_all = nv + m, nv + m + sizes[NH]
     own = N_NUMBERS + blocks_size(sizes) + (1 + 2 * k) * n * n + (k + 1) * n + (s + 2) * ny + (s + 1) * n_row
-    own += 4 * nv + s * (n_all - nv) + s * n_all + (1 + 2 * k) * n_all + sizes[NQ] + nv + n
+    own += 4 * nv + s * (n_all - nv) + s * n_all + (1 + 2 * k) * n_all + s * nv + 3 * s + sizes[NQ] + nv + n
     return own + equations_size(sizes) + jacobian_work_size(sizes) + finish_scratch_size(sizes)
 
 
@@ -99,6 +105,8 @@ def ggl_work(method, sizes, work):
     real_vector, rest = rest[:n_all], rest[n_all:]
     size = 2 * k * n_all
     complex_vectors, rest = rest[:size].view(np.complex128).reshape((k, n_all)), rest[size:]
+    steered, rest = rest[: s * nv].reshape((s, nv)), rest[s * nv :]
+    turns, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
     size = sizes[NQ] + nv + n
     arguments, rest = rest[:size], rest[size:]
     size = equations_size(sizes)
@@ -106,5 +114,5 @@ def ggl_work(method, sizes, work):
     size = jacobian_work_size(sizes)
     return GglWork(
         numbers, blocks, real, complex_, pivots, states, rows, pairs, multipliers, residuals, real_vector,
-        complex_vectors, arguments, equations, rest[:size], rest[size:],
+        complex_vectors, steered, turns, arguments, equations, rest[:size], rest[size:],
     )  # fmt: skip

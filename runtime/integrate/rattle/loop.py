@@ -20,6 +20,7 @@ from runtime.integrate.layout import (
     RUNNING,
     T,
 )
+from runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
 from runtime.integrate.rattle.step import rattle_step, take_start
 from runtime.integrate.rattle.work import (
     HAVE_GUESS,
@@ -54,6 +55,7 @@ def advance_rattle(
         counters[F_VALID], counters[HAVE_START], counters[HAVE_GUESS] = 1, 0, 0
         for i in range(sizes[NV]):
             w.vectors[PROBE, i] = y[sizes[NQ] + i]
+        for i in range(sizes[NQ]):
             w.states[REST, i] = 0.0
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
@@ -126,29 +128,56 @@ def reach_end(addresses, sizes, p, control, counters, t1, w):
 
 @jitted
 def rattle_dense(method, h, sizes, y, y_new, f, row, dense):
-    """Fill `dense`: quintics for positions, their derivatives for velocities, cubics for work."""
-    nq, ny = sizes[NQ], sizes[NY]
+    """Fill `dense`: quintics for positions, their derivatives for velocities, cubics for work and for what turns."""
+    nq, nv, ny = sizes[NQ], sizes[NV], sizes[NY]
     for i in range(ny):
         dense[0, i] = y[i]
         dense[1, i] = y_new[i] - y[i]
         for r in range(2, N_DENSE_TERMS):
             dense[r, i] = 0.0
-    for i in range(nq):
-        data = (
-            h * y[nq + i] - dense[1, i],
-            h * y_new[nq + i] - dense[1, i],
-            h * h * f[nq + i],
-            h * h * row[nq + i],
-        )
-        for r in range(4):
-            for j in range(4):
-                dense[2 + r, i] += method.bends[r, j] * data[j]
-        for r in range(5):
-            for j in range(4):
-                dense[2 + r, nq + i] += method.rates[r, j] * dense[2 + j, i] / h
-    for i in range(2 * nq, ny):
-        dense[2, i] = h * f[i] - dense[1, i]
-        dense[3, i] = dense[1, i] - h * row[i]
+    start = 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            j = nq + i - k
+            bend_quintic(method, h, i, y[j], y_new[j], f[j], row[j], dense)
+            for r in range(5):
+                for s in range(4):
+                    dense[2 + r, j] += method.rates[r, s] * dense[2 + s, i] / h
+        if end < nq:
+            j = nq + end - k
+            before, after = second_derivative(y, f, end, j), second_derivative(y_new, row, end, j)
+            for i in range(4):
+                bend_quintic(method, h, end + i, f[end + i], row[end + i], before[i], after[i], dense)
+            for i in range(j, j + 3):
+                bend_cubic(h, i, f, row, dense)
+        start = end + 4
+    for i in range(nq + nv, ny):
+        bend_cubic(h, i, f, row, dense)
+
+
+@jitted
+def bend_quintic(method, h, i, v0, v1, a0, a1, dense):
+    """Write the rows of `dense` behind the second one, of first and second derivatives at both ends."""
+    data = (h * v0 - dense[1, i], h * v1 - dense[1, i], h * h * a0, h * h * a1)
+    for r in range(4):
+        for j in range(4):
+            dense[2 + r, i] += method.bends[r, j] * data[j]
+
+
+@jitted
+def bend_cubic(h, i, f, row, dense):
+    """Write the rows of `dense` behind the second one, of derivatives at both ends."""
+    dense[2, i] = h * f[i] - dense[1, i]
+    dense[3, i] = dense[1, i] - h * row[i]
+
+
+@jitted
+def second_derivative(y, f, i, j):
+    """Return that of the quaternion at `i`, whose rates are at `j`, by the rhs row `f`."""
+    w, x, y_, z = quaternion_rate(f, i, y[j], y[j + 1], y[j + 2])
+    a, b, c, d = quaternion_rate(y, i, f[j], f[j + 1], f[j + 2])
+    return w + a, x + b, y_ + c, z + d
 
 
 @jitted

@@ -18,7 +18,9 @@ from runtime.integrate.layout import (
     RUNNING,
 )
 from runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING
+from runtime.integrate.quaternions import by_turning, n_quaternions, quaternion_at
 from runtime.integrate.rattle.push import push
+from runtime.integrate.rattle.turns import add_turned, travel, turn_newton
 from runtime.integrate.rattle.work import (
     END,
     MEAN,
@@ -28,6 +30,7 @@ from runtime.integrate.rattle.work import (
     SMALLEST,
     STALLS,
     START,
+    TRAVEL,
     TRIAL,
     TURN,
 )
@@ -72,7 +75,7 @@ def solve_mean(method, h, addresses, sizes, p, control, counters, t0, y, w):
         if status != RUNNING:
             return status
         counters[NEWTON_ITERATIONS] += 1
-        verdict = judge_correction(iteration, h, control, nv, y, w)
+        verdict = judge_correction(iteration, h, control, sizes, y, w)
         for i in range(nv):
             w.vectors[MEAN, i] -= w.right[i, 0]
         for k in range(m):
@@ -86,8 +89,9 @@ def place_residual(method, h, addresses, sizes, p, counters, t0, y, w):
     nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
     q1 = w.states[TRIAL]
     push(method, START, h, addresses, sizes, p, counters, t0, y, w)
+    travel(h, sizes, y, w)
     for i in range(nq):
-        q1[i] = y[i] + (w.states[REST, i] + h * w.vectors[MEAN, i])
+        q1[i] = y[i] + (w.states[REST, i] + w.states[TRAVEL, i])
     if not method.constant_mass:
         call_kernel(addresses[MASS_MATRIX], t0 + h, q1, p, w.masses[END])
     for i in range(nv):
@@ -98,24 +102,48 @@ def place_residual(method, h, addresses, sizes, p, counters, t0, y, w):
         for k in range(m):
             total -= w.gradients[START, k * nv + i] * w.impulses[START, k]
         w.right[i, 0] = total
+    add_turned(h, sizes, w)
     if m > 0:
         call_kernel(addresses[CONSTRAINT_RESIDUAL], t0 + h, q1, p, w.residual)
-        add_rounded(h, nv, y, q1, w)
+        add_rounded(sizes, y, q1, w)
     for k in range(m):
         w.right[nv + k, 0] = w.residual[k] / h
 
 
 @jitted
-def add_rounded(h, nv, y, q1, w):
+def add_rounded(sizes, y, q1, w):
     """Add to g(q1) what the part of q1 that rounding has dropped makes of it.
 
     An angle that has turned many times is coarse; divided by h, that would jolt the rates.
     """
-    for i in range(nv):
-        term = w.states[REST, i] + h * w.vectors[MEAN, i]
-        dropped = (y[i] - q1[i]) + term
-        for k in range(w.gradients.shape[1] // nv):
-            w.residual[k] += w.gradients[END, k * nv + i] * dropped
+    nv, m, start = sizes[NV], sizes[NM], 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            add_dropped(dropped(i, y, q1, w), i - k, nv, m, w)
+        if end < sizes[NQ]:
+            a, b, c = by_turning(
+                q1, end, dropped(end, y, q1, w), dropped(end + 1, y, q1, w), dropped(end + 2, y, q1, w),
+                dropped(end + 3, y, q1, w),
+            )  # fmt: skip
+            # A turn is 4 Nᵀ of what it changes of the quaternion.
+            add_dropped(4.0 * a, end - k, nv, m, w)
+            add_dropped(4.0 * b, end - k + 1, nv, m, w)
+            add_dropped(4.0 * c, end - k + 2, nv, m, w)
+        start = end + 4
+
+
+@jitted
+def dropped(i, y, q1, w):
+    """Return the part of entry `i` of q1 that rounding has dropped."""
+    return (y[i] - q1[i]) + (w.states[REST, i] + w.states[TRAVEL, i])
+
+
+@jitted
+def add_dropped(move, j, nv, m, w):
+    """Add to g(q1) what the `move` of what rate `j` moves makes of it."""
+    for k in range(m):
+        w.residual[k] += w.gradients[END, k * nv + j] * move
 
 
 @jitted
@@ -126,23 +154,25 @@ def factor_newton(method, h, addresses, sizes, p, counters, t1, w):
         for j in range(nv):
             w.matrix[i, j] = 0.5 * (w.masses[START, i * nv + j] + w.masses[END, i * nv + j])
             if not method.constant_mass:
-                w.matrix[i, j] += 0.5 * h * (w.slopes[TURN, i, j] - w.slopes[TURN, j, i])
+                w.matrix[i, j] -= 0.5 * h * (w.slopes[TURN, i, j] - w.slopes[TURN, j, i])
     if sizes[NM] > 0:
         call_kernel(addresses[CONSTRAINT_JACOBIAN], t1, w.states[TRIAL], p, w.gradients[END])
     border(w.gradients[START], w.gradients[END], nv, w)
+    turn_newton(h, sizes, w)
     return factor(counters, w)
 
 
 @jitted
-def judge_correction(iteration, h, control, nv, y, w):
+def judge_correction(iteration, h, control, sizes, y, w):
     """Judge the correction `w.right` of the mean rate: ITERATING, CONVERGED or DIVERGED.
 
     Converged is what no longer shrinks, once it is as small as round-off of rates and positions. Forces that nearly
     cancel leave more than that: corrections that make no progress, but are well below the tolerance, are taken for it.
     """
-    fastest, farthest = 0.0, 0.0
+    fastest, farthest, nv = 0.0, 0.0, sizes[NV]
     for i in range(nv):
         fastest = max(fastest, abs(w.vectors[MEAN, i]))
+    for i in range(sizes[NQ]):
         farthest = max(farthest, abs(y[i]))
     size, largest, in_tolerances = 0.0, 0.0, 0.0
     for i in range(nv):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from runtime.integrate import layout as at
+from runtime.positions import Positions
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -47,6 +48,7 @@ def _is_quadratic(system: System) -> bool:
     nv, p = system.nv, system.parameter_values()
     q = np.array([record["value"] for record in system.coordinates])
     q += 0.01 * (1.0 + np.abs(q)) * np.sin(1.0 + np.arange(system.nq))
+    q = Positions(system).normalised(q)
     for t, seed in ((0.0, 2.0), (0.37, 5.0)):
         v = np.cos(seed + 1.7 * np.arange(nv))
         mass = system.kernel("mass_matrix")(t, np.concatenate([q, v]), p).reshape(nv, nv)

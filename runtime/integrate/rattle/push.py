@@ -1,20 +1,26 @@
-"""What pushes momenta at one end of a RATTLE step, L_q + Q = f + M' u, where M' is the derivative of M along u."""
+"""What pushes momenta at one end of a RATTLE step, L_q + Q = f + M' u, where M' is the derivative of M along u.
+
+For the rates of a quaternion, whose momentum turns with the body, f + M' u + ω×(M u).
+"""
 
 from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
+from runtime.integrate.jacobian import by_positions
 from runtime.integrate.layout import FORCES, JACOBIANS, NQ, NV, RESIDUAL_JACOBIAN
+from runtime.integrate.quaternions import n_quaternions, quaternion_at
 from runtime.integrate.rattle.work import MEAN, PROBE, PUSH, TRIAL, TURN
 
 
 @jitted
 def push(method, which, h, addresses, sizes, p, counters, t, y, w):
-    """Write h/2 (L_q + Q) at the positions of `y` and the mean rate to PUSH; ∂(M u)/∂q to the block TURN of slopes."""
+    """Write h/2 (L_q + Q) at the positions of `y` and the mean rate to PUSH; -∂(M u)/∂q to the block TURN of slopes."""
     nq, nv, state = sizes[NQ], sizes[NV], w.states[TRIAL]
     for i in range(nq):
         state[i] = y[i]
     for i in range(nv):
         state[nq + i] = w.vectors[MEAN, i]
     call_kernel(addresses[FORCES], t, state, p, w.vectors[PUSH])
+    add_turning(which, sizes, w)
     for i in range(nv):
         w.vectors[PUSH, i] *= 0.5 * h
     if method.constant_mass:
@@ -23,12 +29,12 @@ def push(method, which, h, addresses, sizes, p, counters, t, y, w):
     for i in range(nv):
         for j in range(nv):
             w.slopes[TURN, i, j] -= w.slopes[which, i, j]
-            w.vectors[PUSH, i] += 0.5 * h * w.slopes[TURN, i, j] * w.vectors[MEAN, j]
+            w.vectors[PUSH, i] -= 0.5 * h * w.slopes[TURN, i, j] * w.vectors[MEAN, j]
 
 
 @jitted
 def slope(addresses, sizes, p, counters, t, y, moving, w, out):
-    """Write ∂residual/∂q at (q, PROBE) with λ = 0 and a = MEAN, or 0 where `moving` is not set, to `out`."""
+    """Write -∂residual/∂q at (q, PROBE) with λ = 0 and a = MEAN, or 0 where `moving` is not set, to `out`."""
     nq, nv = sizes[NQ], sizes[NV]
     n_columns = w.arguments.shape[0]
     for i in range(n_columns):
@@ -42,5 +48,26 @@ def slope(addresses, sizes, p, counters, t, y, moving, w, out):
     call_kernel(addresses[RESIDUAL_JACOBIAN], t, w.arguments, p, w.derivative)
     counters[JACOBIANS] += 1
     for i in range(nv):
-        for j in range(nv):
-            out[i, j] = w.derivative[i * n_columns + j]
+        by_positions(sizes, y, w.derivative[i * n_columns : (i + 1) * n_columns], out[i])
+
+
+@jitted
+def add_turning(which, sizes, w):
+    """Add ω×(M u) for the rates of every quaternion to PUSH."""
+    nv, u, force = sizes[NV], w.vectors[MEAN], w.vectors[PUSH]
+    for k in range(n_quaternions(sizes)):
+        j = quaternion_at(sizes, k) - k
+        mass = w.masses[which]
+        x, y, z = momentum(j, nv, mass, u), momentum(j + 1, nv, mass, u), momentum(j + 2, nv, mass, u)
+        force[j] += u[j + 1] * z - u[j + 2] * y
+        force[j + 1] += u[j + 2] * x - u[j] * z
+        force[j + 2] += u[j] * y - u[j + 1] * x
+
+
+@jitted
+def momentum(i, nv, mass, rates):
+    """Return entry `i` of M times `rates`."""
+    total = 0.0
+    for j in range(nv):
+        total += mass[i * nv + j] * rates[j]
+    return total

@@ -8,7 +8,7 @@ Marsden, West, Acta Numerica 10 (2001) 357, with constraints, reads, for M0 = M(
 
 It is symmetric and symplectic, of order 2, keeps both levels of constraints, and is RATTLE (Andersen, J. Comput. Phys.
 52 (1983) 24) where M is constant. M is never inverted by itself, so coordinates without mass are welcome where
-constraints determine them.
+constraints determine them. Quaternions are turned by h u: see `turns`.
 """
 
 from runtime.code.bridge import call_kernel
@@ -26,8 +26,10 @@ from runtime.integrate.layout import (
     NV,
     RUNNING,
 )
+from runtime.integrate.quaternions import keep_lengths
 from runtime.integrate.rattle.mean_rate import solve_mean
 from runtime.integrate.rattle.push import push, slope
+from runtime.integrate.rattle.turns import add_turned, travel
 from runtime.integrate.rattle.work import (
     END,
     H_GUESS,
@@ -38,6 +40,7 @@ from runtime.integrate.rattle.work import (
     PUSH,
     REST,
     START,
+    TRAVEL,
     TRIAL,
 )
 from runtime.integrate.saddle import border, factor, solve
@@ -51,8 +54,10 @@ def rattle_step(method, h, addresses, sizes, p, control, counters, t0, y, w):
     status = solve_mean(method, h, addresses, sizes, p, control, counters, t0, y, w)
     if status != RUNNING:
         return status
+    travel(h, sizes, y, w)
     for i in range(nq):
-        add_compensated(h * w.vectors[MEAN, i], i, y, w.states[REST])
+        add_compensated(w.states[TRAVEL, i], i, y, w.states[REST])
+    keep_lengths(sizes, y, w.states[REST])
     status = end_rates(method, h, addresses, sizes, p, counters, t0 + h, y, w)
     if status != RUNNING:
         return status
@@ -112,6 +117,7 @@ def end_rates(method, h, addresses, sizes, p, counters, t1, y, w):
             difference = w.masses[START, i * nv + j] - w.masses[END, i * nv + j]
             total += 0.5 * difference * w.vectors[MEAN, j]
         w.right[i, 0] = total
+    add_turned(-h, sizes, w)
     for k in range(m):
         w.right[nv + k, 0] = -w.residual[sizes[NH] + k]
     border(w.gradients[END], w.gradients[END], nv, w)

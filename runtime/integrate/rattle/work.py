@@ -21,12 +21,12 @@ N_NUMBERS = 4
 # h/2 (L_q + Q) at one end; half the change of the rate in the last step; what is kept while frames are written.
 MEAN, PROBE, MOMENTUM, PUSH, HALF_CHANGE, KEPT_PROBE, KEPT_CHANGE = range(7)
 N_VECTORS = 7
-# Blocks of `masses` and `slopes`, for the start and the end of the step, and of `slopes` for ∂(M v)/∂q.
+# Blocks of `masses` and `slopes`, for the start and the end of the step, and of `slopes` for -∂(M v)/∂q.
 START, END, TURN = range(3)
 KEPT = 2  # in `impulses`
 # Rows of `states`.
-TRIAL, Y_OLD, Y_SUB, REST, KEPT_REST = range(5)
-N_STATES = 5
+TRIAL, Y_OLD, Y_SUB, REST, KEPT_REST, TRAVEL = range(6)
+N_STATES = 6
 
 
 class RattleWork(NamedTuple):
@@ -37,14 +37,15 @@ class RattleWork(NamedTuple):
     numbers : ndarray, shape (N_NUMBERS,)
     states : ndarray, shape (N_STATES, NY)
         A state that kernels are called with, that at the start of the step, that which the composition has come to,
-        what rounding dropped from its positions, and from those that are kept while frames are written.
+        what rounding dropped from its positions, and from those that are kept while frames are written, and what the
+        mean rate changes of positions.
     vectors : ndarray, shape (N_VECTORS, nv)
     impulses : ndarray, shape (3, m)
         Half the step times the multipliers, at the start and at the end; those kept while frames are written.
     masses : ndarray, shape (2, nv * nv)
         M at the start and at the end.
     slopes : ndarray, shape (3, nv, nv)
-        ∂residual/∂q with a = 0 at the start and at the end; ∂(M v)/∂q.
+        -∂residual/∂q with a = 0 at the start and at the end; -∂(M v)/∂q.
     gradients : ndarray, shape (2, m * nv)
         G at the start and at the end.
     arguments, derivative : ndarray

@@ -65,6 +65,8 @@ _H = (
 N_STAGES = 8
 # Work is integrated by Lobatto's rule with these two nodes between the ends.
 LOBATTO = ((5.0 - 5.0**0.5) / 10.0, (5.0 + 5.0**0.5) / 10.0)
+# Where the dense output of quaternions meets what that of their rotation vectors says.
+PLACES = (0.25, 0.5, 0.75)
 
 
 class Rosenbrock(NamedTuple):
@@ -76,13 +78,17 @@ class Rosenbrock(NamedTuple):
     ----------
     gamma : float
     a, couplings : ndarray, shape (8, 8)
-        Strictly lower triangular; the new state is the argument of the last stage plus its increment.
+        Strictly lower triangular.
+    end : ndarray, shape (8,)
+        What makes the new state of the increments: the argument of the last stage plus its increment.
     nodes, slopes : ndarray, shape (8,)
         c_i and d_i.
     dense : ndarray, shape (3, 8)
         From the increments to rows 2 to 4 of the dense output.
     work : ndarray, shape (3, 3)
         From h P - Δw at the start and at the nodes of `LOBATTO` to rows 2 to 4 of the work.
+    turns : ndarray, shape (3, 3)
+        From what quaternions are off a straight line at `PLACES` to their rows 2 to 4.
     time_dependent : int
         Whether f depends on t explicitly.
     """
@@ -90,10 +96,12 @@ class Rosenbrock(NamedTuple):
     gamma: float
     a: np.ndarray
     couplings: np.ndarray
+    end: np.ndarray
     nodes: np.ndarray
     slopes: np.ndarray
     dense: np.ndarray
     work: np.ndarray
+    turns: np.ndarray
     time_dependent: int
 
 
@@ -115,9 +123,13 @@ def rodas5p(time_dependent: bool = True) -> Rosenbrock:
     h1, h2, h3 = np.array(_H)
     slopes = np.array([*_SLOPES, 0.0, 0.0, 0.0])
     work = fit_rows([(1, 0.0), (1, LOBATTO[0]), (1, LOBATTO[1])])
+    end = a[7].copy()
+    end[7] = 1.0
+    turns = fit_rows([(0, place) for place in PLACES])
     method = Rosenbrock(
-        GAMMA, a, couplings, np.array(_NODES), slopes, np.array([h1, h2 + h3, -h3]), work, int(time_dependent)
-    )
+        GAMMA, a, couplings, end, np.array(_NODES), slopes, np.array([h1, h2 + h3, -h3]), work, turns,
+        int(time_dependent),
+    )  # fmt: skip
     validate(method)
     return method
 

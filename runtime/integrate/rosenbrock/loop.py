@@ -18,6 +18,7 @@ from runtime.integrate.layout import (
     N_ROW,
     NM,
     NOT_FINITE,
+    NQ,
     NV,
     NW,
     NY,
@@ -29,7 +30,16 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.linear import lu_factor, lu_solve
 from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.quaternions import n_quaternions, quaternion_at
+from runtime.integrate.radau.turns import factor_turns
 from runtime.integrate.rosenbrock.coefficients import LOBATTO, N_STAGES
+from runtime.integrate.rosenbrock.moves import (
+    add_divided_rates,
+    bend,
+    place,
+    stage_rates,
+    turn_dense,
+)
 from runtime.integrate.rosenbrock.work import (
     F_LATER,
     F_NEW,
@@ -43,6 +53,7 @@ from runtime.integrate.rosenbrock.work import (
 from runtime.integrate.step_control import (
     accept_step,
     error_norm,
+    error_scale,
     first_step,
     reject_step,
     step_end,
@@ -62,9 +73,9 @@ def advance_rodas5p(
     """Advance with a `Rosenbrock` method until something is for Python to do.
 
     Steinebach, BIT 63 (2023) 27; Hairer, Wanner, Solving ODEs II (1996), IV.7. q is eliminated from the linear systems,
-    which have the size of v; constrained models are integrated in their accelerations and projected after every step;
-    work is a quadrature over the dense output and has no part in any norm. Arguments and result are those of all step
-    loops, see docs/architecture.md.
+    which have the size of v; a quaternion is integrated as the rotation vector from the start of the step; constrained
+    models are integrated in their accelerations and projected after every step; work is a quadrature over the dense
+    output and has no part in any norm. Arguments and result are those of all step loops, see docs/architecture.md.
     """
     w = rodas_work(sizes, work)
     if not counters[F_VALID]:
@@ -112,16 +123,13 @@ def rodas_step(method, addresses, sizes, p, control, counters, y, f, w):
     status = linearise(method, addresses, sizes, p, control, counters, y, f, w)
     if status != RUNNING:
         return status, control[T]
-    cause = STEP_TOO_SMALL
     while True:
         t, t1 = control[T], step_end(control)
         h = t1 - t
-        if too_small(control):
-            return cause, t
         error = math.inf
         cause = take_stages(method, h, addresses, sizes, p, counters, t, t1, y, f, w)
         if cause == RUNNING:
-            error = error_norm(control, 2 * sizes[NV], y, w.states[Y_NEW], w.increments[N_STAGES - 1])
+            error = estimate_error(sizes, control, y, w)
             cause = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         if error <= 1.0:
             cause = reach_end(addresses, sizes, p, control, counters, t1, w)
@@ -131,19 +139,39 @@ def rodas_step(method, addresses, sizes, p, control, counters, y, f, w):
             error = math.inf
         reject_step(EXPONENT, SHRINK, error, h, control, counters)
         counters[REJECTED] += 1
+        if too_small(control):
+            return cause, t
+
+
+@jitted
+def estimate_error(sizes, control, y, w):
+    """Return the size of the last increment in tolerances."""
+    nq, nv, error, y_new = sizes[NQ], sizes[NV], w.increments[N_STAGES - 1], w.states[Y_NEW]
+    if nq == nv:
+        return error_norm(control, 2 * nv, y, y_new, error)
+    total, start = 0.0, 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, min(end + 3, nq)):
+            j = i - k
+            tolerance = error_scale(control, y[i], y_new[i]) if i < end else error_scale(control, 1.0, 1.0)
+            total += (error[j] / tolerance) ** 2
+            total += (error[nv + j] / error_scale(control, y[nq + j], y_new[nq + j])) ** 2
+        start = end + 4
+    return math.sqrt(total / (2 * nv))
 
 
 @jitted
 def linearise(method, addresses, sizes, p, control, counters, y, f, w):
     """Differentiate the accelerations at the start of the step by q, v and t; returns a status."""
-    t, nv = control[T], sizes[NV]
+    t, nq, nv = control[T], sizes[NQ], sizes[NV]
     if method.time_dependent:
         later, earlier = t + TIME_SHIFT * control[H], t - TIME_SHIFT * control[H]
         finite = evaluate(addresses, sizes, p, counters, later, y, w.rows[F_LATER])
         if not (finite and evaluate(addresses, sizes, p, counters, earlier, y, w.rows[STAGE])):
             return NOT_FINITE
         for i in range(nv):
-            rise = w.rows[F_LATER, nv + i] - w.rows[STAGE, nv + i]
+            rise = w.rows[F_LATER, nq + i] - w.rows[STAGE, nq + i]
             w.vectors[SLOPE, i] = rise / (later - earlier) if later > earlier else 0.0
     else:
         for i in range(nv):
@@ -154,62 +182,54 @@ def linearise(method, addresses, sizes, p, control, counters, y, f, w):
 @jitted
 def take_stages(method, h, addresses, sizes, p, counters, t, t1, y, f, w):
     """Compute the increments of a step of length `h`, and its end in `w.states[Y_NEW]`; returns a status."""
-    n = 2 * sizes[NV]
-    status = factor(method, h, counters, w)
+    status = factor(method, h, sizes, counters, y, w)
     if status != RUNNING:
         return status
     copy(f, w.rows[STAGE])
-    y_stage = w.states[Y_STAGE]
+    copy(y, w.states[Y_NEW])
     for s in range(N_STAGES):
         if s > 0:
-            for i in range(n):
-                total = y[i]
-                for j in range(s):
-                    total += method.a[s, j] * w.increments[j, i]
-                y_stage[i] = total
+            place(method.a[s], s, sizes, y, w, w.states[Y_STAGE])
             time = t1 if method.nodes[s] == 1.0 else t + method.nodes[s] * h
-            if not evaluate(addresses, sizes, p, counters, time, y_stage, w.rows[STAGE]):
+            if not evaluate(addresses, sizes, p, counters, time, w.states[Y_STAGE], w.rows[STAGE]):
                 return NOT_FINITE
-        solve_increment(s, method, h, sizes[NV], w)
-    copy(y, w.states[Y_NEW])
-    for i in range(n):
-        w.states[Y_NEW, i] = y_stage[i] + w.increments[N_STAGES - 1, i]
+        solve_increment(s, method, h, sizes, y, w)
+    place(method.end, N_STAGES, sizes, y, w, w.states[Y_NEW])
     return RUNNING
 
 
 @jitted
-def factor(method, h, counters, w):
+def factor(method, h, sizes, counters, y, w):
     """Factor g - B - A/g; returns a status.
 
-    With J = [0 I; A B], (g - J) (x, z) = (r, s) is (g - B - A/g) z = s + A r/g and x = (r + z)/g.
+    With J = [0 I; A B], (g - J) (x, z) = (r, s) is (g - B - A/g) z = s + A r/g and x = (r + z)/g. For the rotation
+    vector of a quaternion, 1/g becomes the inverse of g + ω× / 2.
     """
     nv, g = w.matrix.shape[0], 1.0 / (h * method.gamma)
     for i in range(nv):
         for j in range(nv):
             w.matrix[i, j] = -w.jacobian[i, nv + j] - w.jacobian[i, j] / g
         w.matrix[i, i] += g
+    for k in range(n_quaternions(sizes)):
+        j = quaternion_at(sizes, k) - k
+        factor_turns(g, j, y, sizes[NQ] + j, w.jacobian, w.matrix)
     counters[FACTORISATIONS] += 1
     return lu_factor(w.matrix, w.pivots)
 
 
 @jitted
-def solve_increment(s, method, h, nv, w):
+def solve_increment(s, method, h, sizes, y, w):
     """Solve for increment `s`, with the rhs row of its stage in `w.rows[STAGE]`."""
-    g = 1.0 / (h * method.gamma)
+    nv, g = sizes[NV], 1.0 / (h * method.gamma)
     increment = w.increments[s]
-    for i in range(2 * nv):
-        total = 0.0
-        for j in range(s):
-            total += method.couplings[s, j] * w.increments[j, i]
-        increment[i] = w.rows[STAGE, i] + total / h
+    stage_rates(s, method, h, sizes, y, w, increment)
     for i in range(nv):
         total = increment[nv + i] + h * method.slopes[s] * w.vectors[SLOPE, i]
         for j in range(nv):
-            total += w.jacobian[i, j] * increment[j] / g
+            total += w.jacobian[i, j] * increment[j]
         increment[nv + i] = total
     lu_solve(w.matrix, w.pivots, increment[nv:])
-    for i in range(nv):
-        increment[i] = (increment[i] + increment[nv + i]) / g
+    add_divided_rates(g, sizes, y, increment)
 
 
 @jitted
@@ -217,11 +237,11 @@ def reach_end(addresses, sizes, p, control, counters, t1, w):
     """Project the new state and evaluate its rhs row; returns a status."""
     if sizes[NM] > 0:
         control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.rows[STAGE, sizes[N_ROW] - 1])
-        status = project_state(
-            addresses, sizes, p, t1, w.states[Y_NEW], control, counters, w.scratch[: projection_size(sizes)]
-        )
-        if status != RUNNING:
-            return status
+    status = project_state(
+        addresses, sizes, p, t1, w.states[Y_NEW], control, counters, w.scratch[: projection_size(sizes)]
+    )
+    if status != RUNNING:
+        return status
     if not evaluate(addresses, sizes, p, counters, t1, w.states[Y_NEW], w.rows[F_NEW]):
         return NOT_FINITE
     return RUNNING if all_finite(w.states[Y_NEW], sizes[NY]) else NOT_FINITE
@@ -233,18 +253,25 @@ def rodas_dense(method, sizes, y, w, dense):
     for i in range(sizes[NY]):
         dense[0, i] = y[i]
         dense[1, i] = w.states[Y_NEW, i] - y[i]
-    for i in range(2 * sizes[NV]):
+    nq, nv = sizes[NQ], sizes[NV]
+    start = 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            for r in range(3):
+                dense[2 + r, i] = bend(method, r, i - k, w)
+        if end < nq:
+            turn_dense(method, end, end - k, y, w, dense)
+        start = end + 4
+    for i in range(nv):
         for r in range(3):
-            total = 0.0
-            for s in range(N_STAGES):
-                total += method.dense[r, s] * w.increments[s, i]
-            dense[2 + r, i] = total
+            dense[2 + r, nq + i] = bend(method, r, nv + i, w)
 
 
 @jitted
 def integrate_work(method, addresses, sizes, p, counters, t0, h, y, f, w, dense):
     """Integrate the power along the dense output by Lobatto's rule, of order 6, and make its dense output."""
-    n = 2 * sizes[NV]
+    n = sizes[NQ] + sizes[NV]
     power = w.vectors[POWER]
     power[0] = h * f[n]
     for k in range(2):

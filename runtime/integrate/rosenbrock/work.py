@@ -26,6 +26,7 @@ class RodasWork(NamedTuple):
     matrix, pivots : ndarray, shapes (nv, nv), (nv,)
         Factors of g - B - A/g, with g = 1/(h γ).
     increments : ndarray, shape (8, 2 nv)
+        Of what rates move, which are rotation vectors for quaternions, and of the rates.
     states : ndarray, shape (2, NY)
         The argument of a stage; the new state.
     rows : ndarray, shape (3, N_ROW)
