@@ -10,6 +10,7 @@ from runtime.checks.time_scales import TimeScales, change_rate, time_scales
 from runtime.constraints.large import is_large
 from runtime.errors import RuntimeModelError, nearest
 from runtime.integrate import layout as at
+from runtime.integrate.large_models import has_sparse_form, suited_to_size
 from runtime.integrate.methods import METHODS, Method, find_method
 from runtime.loop_arrays import LoopArrays
 
@@ -66,8 +67,8 @@ def choose_method(
         method = find_method(name)
         refuse_unsuitable(method, system)
         return method, []
-    if is_large(system):
-        why = f"methods for stiff motion work with full matrices, too large for {system.nv} rates"
+    if is_large(system) and not has_sparse_form(system):
+        why = f"methods for stiff motion work with full matrices here, too large for {system.nv} rates"
         return METHODS[EXPLICIT], [f"method auto: {EXPLICIT}, because {why}"]
     scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
     reason = stiff_at_start(scales, t_end - t, rtol)
@@ -258,17 +259,24 @@ def choose_constraints(name: str, system: System, method_name: str) -> tuple[str
     return name, method, notes
 
 
+def _small_matrices(system: System) -> str:
+    explicit = "an explicit method such as dop853"
+    return f"radau5, whose matrices are sparse, or {explicit}" if has_sparse_form(system) else explicit
+
+
 def refuse_unsuitable(method: Method, system: System) -> None:
     """Raise RuntimeModelError where a method cannot integrate a model."""
+    method = suited_to_size(method, system)
     if method.needs_plain_rates and system.nq != system.nv:
         raise RuntimeModelError(
             f"method {method.name!r} needs rates that are the derivatives of the coordinates, but model "
-            f"{system.name!r} has {system.nq} coordinates and {system.nv} rates (quaternions): use dop853 or rk4"
+            f"{system.name!r} has {system.nq} coordinates and {system.nv} rates (quaternions): use gauss8, rattle4 or "
+            "dop853"
         )
     if is_large(system) and (full := [name for name in method.kernels if name in _FULL_MATRICES]):
         raise RuntimeModelError(
             f"method {method.name!r} works with full matrices ({', '.join(full)}), too large for the {system.nv} rates "
-            f"and {system.m} constraints of model {system.name!r}: use dop853 or another explicit method"
+            f"and {system.m} constraints of model {system.name!r}: use {_small_matrices(system)}"
         )
     if refusal := method.refusal(system):
         raise RuntimeModelError(f"method {method.name!r} {refusal}")

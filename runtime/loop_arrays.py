@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from runtime.integrate import layout as at
+from runtime.integrate.large_models import suited_to_size
 
 if TYPE_CHECKING:
     from runtime.integrate.methods import Method
@@ -20,6 +21,7 @@ _KERNELS = {
     "events": at.EVENTS,
     "residual": at.RESIDUAL,
     "residual_jacobian": at.RESIDUAL_JACOBIAN,
+    "residual_jacobian_entries": at.RESIDUAL_JACOBIAN,
     "energy": at.ENERGY,
     "constraint_residual": at.CONSTRAINT_RESIDUAL,
     "constraint_jacobian": at.CONSTRAINT_JACOBIAN,
@@ -72,6 +74,7 @@ class LoopArrays:
         energy_level: float = np.nan,
         log_length: int = 4096,
     ):
+        method = suited_to_size(method, system)
         self.coefficients = method.coefficients(system)
         self.n_events = len(system.events) if with_events else 0
         self._with_energy = bool(np.isfinite(energy_level))
@@ -151,6 +154,7 @@ class LoopArrays:
 
     def change_method(self, system: System, method: Method) -> None:
         """Go on from the current state with another method, which chooses its own steps."""
+        method = suited_to_size(method, system)
         self.coefficients = method.coefficients(system)
         self._take_kernels(system, method)
         self._bound = None

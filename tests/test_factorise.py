@@ -37,15 +37,13 @@ def on_graph(M, G):
     g, values = Graph(), {}
 
     def node(x, k):
-        if x == 0.0:
-            return g.zero
         variable = g.var(Q, k)
         values[variable] = x
         return variable
 
     n = len(M)
-    mass = [[node(M[i, j], min(i, j) * n + max(i, j)) for j in range(n)] for i in range(n)]
-    jacobian = [[node(x, n * n + k * n + j) for j, x in enumerate(row)] for k, row in enumerate(G)]
+    mass = [{j: node(M[i, j], min(i, j) * n + max(i, j)) for j in range(n) if M[i, j]} for i in range(n)]
+    jacobian = [{j: node(x, n * n + k * n + j) for j, x in enumerate(row) if x} for k, row in enumerate(G)]
     return g, mass, jacobian, values
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import runtime
-from runtime.code import engine, front_ldl
+from runtime.code import compiler, engine, front_ldl
 from runtime.code.llvm_text import table as table_ir
 from runtime.errors import ModuleError
 from symgen.derive.solve import fronts
@@ -56,7 +56,7 @@ def compiled(plan):
     ]
     ir = table_ir("I0", plan.table) + "".join(text for _, text in definitions) + "".join(calls)
     keep = engine.MachineCode()
-    first = keep.add(engine.compile_ir(ir), "factor")
+    first = keep.add(compiler.compile_ir(ir), "factor")
     factor = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(first)
     solve = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(keep.address("solve"))
     return keep, factor, solve

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import runtime
+from runtime.checks import inertia
+from runtime.checks.advice import advise
 from runtime.checks.inertia import refuse_negative_inertia
 from runtime.choose import choose_method
 from runtime.constraints import large
@@ -88,12 +90,26 @@ def test_dependent_constraints_are_refused(monkeypatch):
 def test_methods_with_full_matrices_are_refused(chain):
     state = np.concatenate(chain.initial_state()[:2])
     arguments = (chain, chain.parameter_values(), 0.0, state, 1.0, 1e-8, 1e-10)
+    assert choose_method("radau5", *arguments)[0].name == "radau5"
+    for name in ("rodas5p", "bdf"):
+        with pytest.raises(
+            RuntimeModelError, match="use radau5, whose matrices are sparse, or an explicit method"
+        ):
+            choose_method(name, *arguments)
+
+
+def test_continuous_controllers_have_no_sparse_matrices(monkeypatch):
+    """What a controller of all coordinates adds to the derivatives is full."""
+    monkeypatch.setattr(large, "LARGEST_DENSE", 1)
+    system = runtime.load(derive_text(load(find("quarter_car"))).text)
+    monkeypatch.setattr(type(system), "has_feedback", True)
+    state = np.concatenate(system.initial_state()[:2])
+    arguments = (system, system.parameter_values(), 0.0, state, 1.0, 1e-8, 1e-10)
     method, notes = choose_method("auto", *arguments)
     assert method.name == "dop853"
     assert "full matrices" in notes[0]
-    for name in ("radau5", "bdf"):
-        with pytest.raises(RuntimeModelError, match="use dop853"):
-            choose_method(name, *arguments)
+    with pytest.raises(RuntimeModelError, match="use an explicit method such as dop853"):
+        choose_method("radau5", *arguments)
 
 
 def test_negative_inertia_of_one_body_is_found_among_many(chain):
@@ -101,3 +117,25 @@ def test_negative_inertia_of_one_body_is_found_among_many(chain):
     refuse_negative_inertia(chain, chain.parameter_values(), 0.0, state)
     with pytest.raises(RuntimeModelError, match="negative"):
         refuse_negative_inertia(chain, chain.parameter_values({"m": -1.0}), 0.0, state)
+
+
+@pytest.mark.parametrize("name", ["n_pendulum", "humanoid_tree"])
+def test_blocks_of_the_mass_matrix_are_those_that_rates_couple(monkeypatch, name):
+    system = runtime.load(derive_text(load(find(name))).text)
+    state, p = np.concatenate(system.initial_state()[:2]), system.parameter_values()
+    whole = system.kernel("mass_matrix")(0.0, state, p).reshape(system.nv, system.nv)
+    monkeypatch.setattr(inertia, "_LARGEST_WHOLE", 1)
+    found = np.zeros_like(whole)
+    for rates, block in inertia._blocks(system, p, 0.0, state):
+        found[np.ix_(rates, rates)] = block
+    assert np.array_equal(found, whole)
+
+
+def test_advice_for_large_models_names_methods_that_they_have(monkeypatch):
+    system = runtime.load(derive_text(load(find("spring_chain"), {"N": "3"})).text)
+    monkeypatch.setattr(large, "LARGEST_DENSE", 1)
+    advice = advise(system, {"t_end": 0.5})
+    names = {step.method for step in advice.fixed_steps}
+    assert "verlet" in names
+    assert not names & {"implicit_euler", "implicit_midpoint", "generalized_alpha"}
+    assert not any("stiffness ratio" in line for line in advice.lines())

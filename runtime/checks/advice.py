@@ -13,6 +13,9 @@ from runtime.checks.cost import Cost, fixed_step_cost, run_cost, seconds_per_eva
 from runtime.checks.mode_origin import Origin, fastest_origin
 from runtime.checks.stability import EXPLICIT_METHODS, damping_ratio, stable_radius, stable_step
 from runtime.checks.time_scales import TimeScales, time_scales
+from runtime.choose import refuse_unsuitable
+from runtime.constraints.large import is_large
+from runtime.errors import RuntimeModelError
 from runtime.integrate.methods import METHODS, Method
 
 if TYPE_CHECKING:
@@ -70,7 +73,8 @@ class Advice:
     decay, motion, turning : float
         Fastest decay, fastest other motion, and fastest turn of an angle or body [1/s].
     slowest : float
-        Slowest motion at the state of the fastest, at least one per run [1/s].
+        Slowest motion at the state of the fastest, at least one per run [1/s]; 0 for large models, where it is not
+        looked for.
     origin : Origin or None
         What the fastest motion belongs to.
     steps_per_period : int
@@ -188,7 +192,7 @@ def advise(
         decay=max(scale.decay for scale in scales),
         motion=motion,
         turning=turning,
-        slowest=_slowest(worst, span),
+        slowest=0.0 if is_large(system) else _slowest(worst, span),
         origin=fastest_origin(system, run.p, run.t[row], run.q[row], run.v[row]),
         steps_per_period=n,
         rule_step=2.0 * np.pi / rate / n if rate > 0.0 else np.inf,
@@ -252,7 +256,11 @@ def _limits(system: System, scales: TimeScales):
 
 
 def _suits(method: Method, system: System) -> bool:
-    return (system.nq == system.nv or not method.needs_plain_rates) and not method.refusal(system)
+    try:
+        refuse_unsuitable(method, system)
+    except RuntimeModelError:
+        return False
+    return True
 
 
 def _fixed_steps(

@@ -24,7 +24,7 @@ def advice_lines(advice: Advice) -> list[str]:
         lines.append(f"fastest turn: {advice.turning:.4g} rad/s, one in {period:.3g} s")
     if advice.decay > 0.0:
         lines.append(f"fastest decay: {advice.decay:.4g} 1/s, fastest other motion: {advice.motion:.4g} 1/s")
-    if advice.fastest > 0.0:
+    if advice.fastest > 0.0 and advice.slowest > 0.0:
         lines.append(
             f"stiffness ratio: {advice.stiffness_ratio:.3g} (fastest over slowest motion, {advice.slowest:.3g} 1/s)"
         )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.abi import ENTRIES
 from runtime.errors import RuntimeModelError
 
 if TYPE_CHECKING:
@@ -25,21 +27,42 @@ def refuse_negative_inertia(system: System, p: np.ndarray, t: float, state: np.n
         Parameters and inputs; they may differ from those that the model was checked with.
     state : ndarray, shape (nq + nv,)
     """
-    mass = system.kernel("mass_matrix")(t, state, p).reshape(system.nv, system.nv)
-    for rates in _coupled(mass) if system.nv > _LARGEST_WHOLE else [np.arange(system.nv)]:
-        still = _check(system, mass[np.ix_(rates, rates)], rates)
+    for rates, mass in _blocks(system, p, t, state):
+        still = _check(system, mass, rates)
         if still.shape[1]:
             _refuse_free_motion(system, p, t, state, rates, still)
 
 
-def _coupled(mass: np.ndarray) -> list[np.ndarray]:
-    """Rates that the mass matrix couples, together: eigenvalues of small blocks cost little."""
-    if np.count_nonzero(mass - np.diag(np.diag(mass))) == 0:
-        return list(np.arange(len(mass))[:, None])  # SciPy takes longer to import than many runs take
-    from scipy.sparse import csr_matrix
+def _blocks(
+    system: System, p: np.ndarray, t: float, state: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The mass matrix, of a large model the blocks of rates that it couples: eigenvalues of these cost little."""
+    nv = system.nv
+    if nv <= _LARGEST_WHOLE:
+        yield np.arange(nv), system.kernel("mass_matrix")(t, state, p).reshape(nv, nv)
+        return
+    rows, columns = np.divmod(system.entry_places("mass_matrix"), nv)
+    values = system.kernel(f"mass_matrix{ENTRIES}")(t, state, p)
+    blocks = _coupled(nv, *(x[(rows != columns) & (values != 0.0)] for x in (rows, columns)))
+    matrices = [np.zeros((len(rates), len(rates))) for rates in blocks]
+    block, place = np.zeros(nv, dtype=int), np.zeros(nv, dtype=int)  # of each rate, and where there
+    for k, rates in enumerate(blocks):
+        block[rates], place[rates] = k, np.arange(len(rates))
+    for i, j, value in zip(rows, columns, values):
+        if block[i] == block[j]:
+            matrices[block[i]][place[i], place[j]] = value
+    yield from zip(blocks, matrices)
+
+
+def _coupled(nv: int, rows: np.ndarray, columns: np.ndarray) -> list[np.ndarray]:
+    """Rates that entries off the diagonal couple, together."""
+    if not len(rows):
+        return list(np.arange(nv)[:, None])  # SciPy takes longer to import than many runs take
+    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
-    _, labels = connected_components(csr_matrix(mass), directed=False)
+    graph = csr_array((np.ones(len(rows)), (rows, columns)), shape=(nv, nv))
+    _, labels = connected_components(graph, directed=False)
     order = np.argsort(labels, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.batches import accelerations_and_multipliers
+from runtime.checks.extreme_rates import extreme_eigenvalues
 from runtime.constraints.large import is_large
-from runtime.errors import RuntimeModelError
 from runtime.positions import Positions
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class TimeScales:
     damping : float
         Decay of the eigenvalue of largest magnitude.
     eigenvalues : ndarray of complex
-        All of them; constraints add zeros.
+        All of them, of large models the extreme ones; constraints add zeros.
     turning : float
         Fastest rate of an angle or of a body with a quaternion.
     """
@@ -61,13 +61,14 @@ def change_rate(system: System, q: np.ndarray, v: np.ndarray) -> float:
 
 
 def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> TimeScales:
-    """Return the time scales at a state; the Jacobian is taken by central differences."""
+    """Return the time scales at a state; the Jacobian is taken by central differences.
+
+    Of large models only the extreme eigenvalues are looked for.
+    """
     if is_large(system):
-        raise RuntimeModelError(
-            f"model {system.name!r} has {system.nv} rates, too many to look for its time scales by eigenvalues: use an "
-            "adaptive method such as dop853, or give a step"
-        )
-    eigenvalues = _eigenvalues(system, motion_jacobian(system, p, t, q, v))
+        eigenvalues = extreme_eigenvalues(system, p, t, q, v)
+    else:
+        eigenvalues = _eigenvalues(system, motion_jacobian(system, p, t, q, v))
     magnitudes = np.abs(eigenvalues)
     overdamped = -eigenvalues.real > _OVERDAMPED * magnitudes
     motion = float(magnitudes[~overdamped].max(initial=0.0))

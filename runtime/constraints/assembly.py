@@ -153,9 +153,9 @@ class _Assembler:
         if bad.size:
             name = [*names[: self.system.nh], *names][bad[0]]
             raise contradictions.not_finite(f"constraint {name!r}", listed(self.coordinates, q))
-        if not np.isfinite(constraints.jacobian(q, v)).all():
+        if not constraints.are_finite(q, v, "constraint_jacobian"):
             raise contradictions.not_finite("the constraints' Jacobian", listed(self.coordinates, q))
-        if not np.isfinite(constraints.mass(q)).all():
+        if not constraints.are_finite(q, np.zeros_like(v), "mass_matrix"):
             raise contradictions.not_finite("the mass matrix", listed(self.coordinates, q))
 
     def _residual(self, x: np.ndarray) -> np.ndarray:

@@ -65,7 +65,7 @@ ret void
 }}
 """
     code, own = _machine_code(ir, "baumgarte_rhs")
-    ctypes.c_uint64.from_address(code.data_address("baumgarte_rhs_table")).value = address
+    ctypes.c_uint64.from_address(code.address("baumgarte_rhs_table")).value = address
     return own, (code, owner)
 
 

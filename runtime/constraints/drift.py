@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.constraints.levels import Constraints
+from runtime.spread import spread_rows
 
 if TYPE_CHECKING:
     from runtime.solution import Solution
@@ -54,13 +55,12 @@ def _worst(rows: np.ndarray, names: list[str], solution: Solution) -> Drift:
 def _velocity_scales(solution: Solution, sizes: np.ndarray) -> np.ndarray:
     duration = float(solution.t[-1] - solution.t[0])
     slow = sizes / duration if duration > 0.0 else np.zeros_like(sizes)
-    frames = np.unique(np.linspace(0, len(solution.t) - 1, _STATES_FOR_SCALES).astype(int))
+    frames = spread_rows(len(solution.t), _STATES_FOR_SCALES)
     scales = np.zeros(solution.system.m)
     for i in frames:
         here = Constraints(solution.system, solution.p, float(solution.t[i]))
         q, v = solution.q[i], solution.v[i]
-        matrix = here.jacobian(q, v)
-        moving = np.abs(matrix * np.maximum(np.abs(v), slow)).max(axis=1, initial=0.0)
+        moving = here.largest_in_rows(q, v, np.maximum(np.abs(v), slow))
         driven = np.abs(here.velocity(q, np.zeros_like(v)))
         scales = np.fmax(scales, np.fmax(moving, driven))
     return np.where(scales > 0.0, scales, 1.0)

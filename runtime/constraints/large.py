@@ -16,8 +16,6 @@ from runtime.constraints.levels import Constraints
 from runtime.constraints.nearest_point import SOLVED, worst
 
 if TYPE_CHECKING:
-    from scipy.sparse import csc_matrix
-
     from runtime.constraints.start_values import StartValues
     from runtime.system import System
 
@@ -63,10 +61,8 @@ class _Start:
     """The start of one model while it is sought."""
 
     def __init__(self, system: System, constraints: Constraints, given: StartValues):
-        from scipy.sparse import csc_matrix
-
         self._system, self._constraints, self._given = system, constraints, given
-        mass = csc_matrix(constraints.mass(given.q))
+        mass = constraints.sparse_mass(given.q)
         self._mass = mass if mass.diagonal().min() > 0.0 else None
         self._sizes = constraints.characteristic_sizes(given.q)
         self._coordinates = [record["name"] for record in system.coordinates]
@@ -148,12 +144,12 @@ class _Start:
 
     def _step(self, q: np.ndarray, right: np.ndarray, free: np.ndarray) -> np.ndarray | None:
         """The least step that zeroes the linearised residual, by the free rates; None where there is none."""
-        from scipy.sparse import bmat, csc_matrix, identity
+        from scipy.sparse import block_array, eye_array
         from scipy.sparse.linalg import splu
 
-        jacobian = csc_matrix(self._constraints.jacobian(q)[: len(right)])[:, free]
-        metric = identity(len(free)) if self._mass is None else self._mass[free][:, free]
-        matrix: csc_matrix = bmat([[metric, jacobian.T], [jacobian, None]], format="csc")
+        jacobian = self._constraints.sparse_jacobian(q)[: len(right)][:, free]
+        metric = eye_array(len(free)) if self._mass is None else self._mass[free][:, free]
+        matrix = block_array([[metric, jacobian.T], [jacobian, None]], format="csc")
         try:
             solution = splu(matrix).solve(np.concatenate([np.zeros(len(free)), -right]))
         except RuntimeError:  # exactly singular

@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.abi import ENTRIES
 from runtime.positions import Positions
 
 if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
     from runtime.system import System
 
 _ANGLES = ("", "rad", "deg")
@@ -50,6 +53,39 @@ class Constraints:
         v = np.zeros(self._system.nv) if v is None else v
         return self._call("constraint_jacobian", q, v).reshape(self._system.m, self._system.nv)
 
+    def sparse_jacobian(self, q: np.ndarray) -> csc_array:
+        """Return G of a large model, whose structural zeros take no room."""
+        return self._sparse("constraint_jacobian", q, np.zeros(self._system.nv))
+
+    def sparse_mass(self, q: np.ndarray) -> csc_array:
+        """Return M of a large model, whose structural zeros take no room."""
+        return self._sparse("mass_matrix", q, np.zeros(self._system.nv))
+
+    def _sparse(self, name: str, q: np.ndarray, v: np.ndarray) -> csc_array:
+        from scipy.sparse import csc_array
+
+        rows, columns = np.divmod(self._system.entry_places(name), self._system.nv)
+        shape = (self._system.m if name == "constraint_jacobian" else self._system.nv, self._system.nv)
+        return csc_array((self._call(f"{name}{ENTRIES}", q, v), (rows, columns)), shape=shape)
+
+    def largest_in_rows(self, q: np.ndarray, v: np.ndarray, factors: np.ndarray) -> np.ndarray:
+        """Return the largest |G_ij factors_j| of each row of G, shape (m,)."""
+        from runtime.constraints.large import is_large
+
+        if not is_large(self._system):
+            return np.abs(self.jacobian(q, v) * factors).max(axis=1, initial=0.0)
+        largest = np.zeros(self._system.m)
+        rows, columns = np.divmod(self._system.entry_places("constraint_jacobian"), self._system.nv)
+        values = self._call(f"constraint_jacobian{ENTRIES}", q, v)
+        np.maximum.at(largest, rows, np.abs(values * factors[columns]))
+        return largest
+
+    def are_finite(self, q: np.ndarray, v: np.ndarray, name: str) -> bool:
+        """Whether all entries of the matrix that the function `name` writes are finite."""
+        from runtime.constraints.large import is_large
+
+        return bool(np.isfinite(self._call(name + ENTRIES if is_large(self._system) else name, q, v)).all())
+
     def position_jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the derivative of Φ by what rates move, shape (nh, nv): the first rows of G."""
         return self.jacobian(q)[: self._system.nh]
@@ -89,7 +125,7 @@ class Constraints:
         near = [q, *(self.positions.move(q, step) for step in steps)]
         scales = np.zeros(self._system.nh)
         for place in near:
-            change = np.abs(self.position_jacobian(place) * sizes).max(axis=1, initial=0.0)
+            change = self.largest_in_rows(place, np.zeros_like(sizes), sizes)[: self._system.nh]
             scales = np.fmax(scales, np.where(np.isfinite(change), change, 0.0))
         values = np.abs(self.position(q))
         scales = np.where(scales > _ROUND_OFF * values, scales, values)
@@ -97,8 +133,7 @@ class Constraints:
 
     def velocity_scales(self, q: np.ndarray, v: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         """Return the largest term of each velocity residual, shape (m,), or that of a very slow motion."""
-        matrix = self.jacobian(q, v)
-        terms = np.abs(np.column_stack([matrix * v, self.velocity(q, np.zeros_like(v))]))
-        slow = np.abs(matrix * sizes).max(axis=1, initial=0.0) * _SLOWEST
-        scales = np.maximum(terms.max(axis=1), slow)
+        terms = self.largest_in_rows(q, v, v), np.abs(self.velocity(q, np.zeros_like(v)))
+        slow = self.largest_in_rows(q, v, sizes) * _SLOWEST
+        scales = np.maximum(np.maximum(*terms), slow)
         return np.where(scales > 0.0, scales, 1.0)

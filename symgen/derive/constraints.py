@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..model.description import Description
-from .graph.differentiate import forward, jacobian, reverse
-from .graph.vectors import Matrix
+from .graph.differentiate import forward, reverse, sparse_jacobian
+from .graph.nodes import SparseRows
 from .kinematics import time_derivative
 from .load import Loader
 from .variables import Variables
@@ -18,7 +18,7 @@ class Constraints:
 
     position: list[int]  # Φ
     velocity: list[int]  # dΦ/dt, then c
-    jacobian: Matrix  # G
+    jacobian: SparseRows  # G
     gamma: list[int]  # G a = γ
 
 
@@ -29,9 +29,9 @@ def constraints(loader: Loader, description: Description, x: Variables) -> Const
     nonholonomic = [loader.load(c.expression) for c in description.velocity_constraints]
     velocity = [*time_derivative(loader, position), *nonholonomic]
     if x.marks or x.quaternions:
-        G = jacobian(g, velocity, x.v)
+        G = sparse_jacobian(g, velocity, x.v)
     else:
-        G = jacobian(g, position, x.q) + jacobian(g, nonholonomic, x.v)
+        G = sparse_jacobian(g, position, x.q) + sparse_jacobian(g, nonholonomic, x.v)
     bias = acceleration(loader, velocity, x, [g.zero] * len(x.v))
     return Constraints(position, velocity, G, [g.neg(b) for b in bias])
 

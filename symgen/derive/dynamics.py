@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 
 from ..model.description import Description, Load
 from .graph.differentiate import forward, reverse
-from .graph.hessian import hessian
+from .graph.hessian import sparse_hessian
 from .graph.kinds import PARAM, Q, V
-from .graph.vectors import Matrix, cross, plus, times, transposed_times
+from .graph.nodes import SparseRows
+from .graph.vectors import cross, plus, times, transposed_times
 from .kinematics import BodyKinematics, Scene, time_derivative
 from .load import Loader
 from .trees.recursive import Tree
@@ -140,15 +141,15 @@ def _is_exact(loader: Loader, node: int) -> bool:
     return True
 
 
-def mass_matrix(loader: Loader, mech: Mechanics, x: Variables) -> Matrix:
+def mass_matrix(loader: Loader, mech: Mechanics, x: Variables) -> SparseRows:
     """M: the second derivatives of T by the rates, and composite bodies for trees on the world."""
     g = loader.g
-    matrix = hessian(g, mech.kinetic, x.v)
+    rows = sparse_hessian(g, mech.kinetic, x.v)
     for tree in mech.trees:
         if tree.on_world:
             for (i, j), entry in tree.mass_entries().items():
-                matrix[i][j] = g.add(matrix[i][j], entry)
-    return matrix
+                rows[i][j] = g.add(rows[i].get(j, g.zero), entry)
+    return [{j: entry for j, entry in sorted(row.items()) if entry != g.zero} for row in rows]
 
 
 def inverse_dynamics(loader: Loader, mech: Mechanics, x: Variables, accelerations: list[int]) -> list[int]:
@@ -206,7 +207,7 @@ def inertia_pairs(loader: Loader, mech: Mechanics, motion: dict[int, int]) -> li
 
 
 def external_power(
-    loader: Loader, mech: Mechanics, x: Variables, mass: Matrix, accelerations: list[int]
+    loader: Loader, mech: Mechanics, x: Variables, mass: SparseRows, accelerations: list[int]
 ) -> int:
     """Power of all that is not the gradient of V, except constraint forces: dE/dt for E = T + V.
 
@@ -234,10 +235,10 @@ def applied_forces(mech: Mechanics, x: Variables) -> list[int]:
     return [g.add(by_rate.get(v, g.zero), mech.generalised.get(k, g.zero)) for k, v in enumerate(x.v)]
 
 
-def _is_quadratic(loader: Loader, mech: Mechanics, x: Variables, mass: Matrix) -> bool:
+def _is_quadratic(loader: Loader, mech: Mechanics, x: Variables, mass: SparseRows) -> bool:
     """Whether T is a quadratic form in the rates; prescribed motion, for one, adds terms of lower degree."""
     g = loader.g
-    if any(g.mask[entry] & V for entry in set().union(*mass)):
+    if any(g.mask[entry] & V for row in mass for entry in row.values()):
         return False
     momentum = reverse(g, [(mech.kinetic, g.one)], V)
     at_rest = dict.fromkeys(x.v, g.zero)
@@ -245,7 +246,7 @@ def _is_quadratic(loader: Loader, mech: Mechanics, x: Variables, mass: Matrix) -
     return all(node == g.zero for node in values)
 
 
-def cheapest_form(loader: Loader, mech: Mechanics, x: Variables, mass: Matrix) -> Mechanics:
+def cheapest_form(loader: Loader, mech: Mechanics, x: Variables, mass: SparseRows) -> Mechanics:
     """The mechanics with its kinetic energy in the form that gives the cheaper equations.
 
     Virtual power costs O(n) operations, but does not see that, say, the bob of a pendulum has no centrifugal moment.
@@ -255,13 +256,13 @@ def cheapest_form(loader: Loader, mech: Mechanics, x: Variables, mass: Matrix) -
     largest = LARGEST_QUADRATIC_FORM_OF_A_TREE if mech.trees else LARGEST_QUADRATIC_FORM
     if len(x.v) > largest or not _is_quadratic(loader, mech, x, mass):
         return mech
-    momentum = [g.dot(row, x.v) for row in mass]
+    momentum = [g.dot(row, x.v) for row in g.dense(mass, len(x.v))]
     quadratic = g.mul(g.const(0.5), g.dot(momentum, x.v))
     other = replace(mech, bodies=[], trees=[], products=[], kinetic_rest=quadratic, potential=mech.energy[1])
     at_rest = [g.zero] * len(x.v)
 
     def cost(form: Mechanics) -> int:
-        entries = [entry for row in mass for entry in row]
+        entries = [entry for row in mass for entry in row.values()]
         return g.count([*entries, *inverse_dynamics(loader, form, x, at_rest)])
 
     return min(mech, other, key=cost)

@@ -93,10 +93,13 @@ def _idle_coordinates(
     for name in ("events", "constraint_residual"):
         watched += by_name[name].outputs if name in by_name else ()
     reads = _reads(g, [*rhs[n : 2 * n], *watched])
-    rows = [*([reads[node]] for node in rhs[n : 2 * n]), [reads[node] for node in watched]]
+    by_others = 0  # bit k: something else than acceleration k reads it
+    for node in watched:
+        by_others |= reads[node]
+    for k, node in enumerate(rhs[n : 2 * n]):
+        by_others |= reads[node] & ~(1 << k)
     for k in range(n):
-        own = 1 << k
-        if not any(read & own for i, row in enumerate(rows) if i != k for read in row):
+        if not by_others >> k & 1:
             yield head["coordinates"][k if part is None else part.members[0]["q"][k]]["name"]
 
 

@@ -54,8 +54,8 @@ def structure(d: Derivation) -> Structure:
 
 
 def _findings(d: Derivation, flags: dict[str, bool]) -> Iterator[str]:
-    n = len(d.mass)
-    filled = sum(map(len, d.mass_rows))
+    n = len(rows := d.mass_rows)
+    filled = sum(map(len, rows))
     shape = "diagonal" if flags["diagonal_mass"] else f"{filled} of {n * n} entries nonzero"
     yield f"mass matrix {n} x {n}: {shape}{', constant' if flags['constant_mass'] else ''}"
     if d.x.lam:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections import namedtuple
 from typing import NamedTuple
 
@@ -53,6 +54,7 @@ class RadauIIA(NamedTuple):
     rows: np.ndarray
 
 
+@functools.cache
 def radau(n_stages: int) -> RadauIIA:
     """Return the Radau IIA method with 3, 5 or 7 stages.
 

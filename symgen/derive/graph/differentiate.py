@@ -143,13 +143,18 @@ def _shares(g: Graph, node: int, weight: int, mask: int) -> list[tuple[int, int]
 
 def jacobian(g: Graph, outputs: list[int], inputs: list[int]) -> list[list[int]]:
     """Derivatives of `outputs` by `inputs`, by columns or by rows, whichever costs fewer operations."""
+    return g.dense(sparse_jacobian(g, outputs, inputs), len(inputs))
+
+
+def sparse_jacobian(g: Graph, outputs: list[int], inputs: list[int]) -> SparseRows:
+    """The nonzero entries of `jacobian`, each row in the order of its columns."""
     by_columns = _sparse_forward(g, outputs, inputs)
     by_rows = _rows_by_reverse(g, outputs, inputs)
 
     def cost(rows: SparseRows) -> int:
         return g.count([*outputs, *(entry for row in rows for entry in row.values())])
 
-    return g.dense(min(by_columns, by_rows, key=cost), len(inputs))
+    return [dict(sorted(row.items())) for row in min(by_columns, by_rows, key=cost)]
 
 
 def _sparse_forward(g: Graph, outputs: list[int], inputs: list[int]) -> SparseRows:

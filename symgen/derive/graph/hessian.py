@@ -30,9 +30,15 @@ def hessian(g: Graph, output: int, inputs: list[int]) -> list[list[int]]:
     -------
     list of list of int, n x n, symmetric
     """
+    return g.dense(sparse_hessian(g, output, inputs), len(inputs))
+
+
+def sparse_hessian(g: Graph, output: int, inputs: list[int]) -> SparseRows:
+    """The nonzero entries of `hessian`, each row in the order of its columns."""
     mask = _kinds(g, inputs)
     edges = _push_edges(g, condense(g, output, mask, 0), output, mask, lambda a, b: True)
-    return g.dense(_by_position(g, edges, inputs, inputs), len(inputs))
+    rows = _by_position(g, edges, inputs, inputs)
+    return [dict(sorted(row.items())) for row in rows]
 
 
 def mixed_hessian(g: Graph, output: int, rows: list[int], columns: list[int]) -> SparseRows:

@@ -38,9 +38,14 @@ def levels(g: Graph, nodes: Iterable[int], own: Collection[int] = ()) -> dict[in
 
 
 def count(g: Graph, outputs: Iterable[int], own: Collection[int] = ()) -> tuple[int, int, int]:
-    """Numbers of operations below `outputs` that depend on shared parameters, own parameters, and motion."""
-    found = levels(g, g.reachable(outputs), own)
-    counts = [0, 0, 0, 0]
-    for node, level in found.items():
-        counts[level] += g.cost(node)
-    return counts[SHARED], counts[OWN], counts[MOTION]
+    """Numbers of operations below `outputs` that depend on shared parameters, own parameters, and motion.
+
+    The graph keeps them: reports and headers ask for those of every function several times.
+    """
+    key = (tuple(outputs), frozenset(own))
+    if key not in g.counted:
+        counts = [0, 0, 0, 0]
+        for node, level in levels(g, g.reachable(key[0]), own).items():
+            counts[level] += g.cost(node)
+        g.counted[key] = (counts[SHARED], counts[OWN], counts[MOTION])
+    return g.counted[key]

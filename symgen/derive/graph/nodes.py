@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ class Nodes:
         self.front_plans: list[
             FrontPlan
         ] = []  # of factorisations by fronts, which name them by their numbers
+        self.counted: dict[tuple, tuple[int, int, int]] = {}  # operations of functions, see `hoist.count`
         self.zero = self.const(0.0)
         self.one = self.const(1.0)
 
@@ -74,11 +75,6 @@ class Nodes:
         for x in args:
             mask |= self.mask[x]
         return self._node(op, args, mask)
-
-    def sparse(self, matrix: Iterable[Sequence[int]]) -> SparseRows:
-        """The nonzero entries of a matrix."""
-        zero = self.zero
-        return [{k: node for k, node in enumerate(row) if node != zero} for row in matrix]
 
     def dense(self, rows: SparseRows, n_columns: int) -> list[list[int]]:
         """A matrix with its zeros."""

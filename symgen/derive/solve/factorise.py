@@ -13,6 +13,7 @@ from heapq import heappop, heappush
 from ...errors import ModelError
 from ..graph.graph import Graph
 from ..graph.kinds import MOTION
+from ..graph.nodes import SparseRows
 from ..graph.vectors import Matrix
 from . import dense_solve, fronts
 
@@ -49,7 +50,11 @@ class Factors:
 
 
 def factorise(
-    g: Graph, mass: Matrix, jacobian: Matrix, names: list[str], corner: Mapping[int, int] | None = None
+    g: Graph,
+    mass: SparseRows,
+    jacobian: SparseRows,
+    names: list[str],
+    corner: Mapping[int, int] | None = None,
 ) -> Factors:
     """Factorise by minimum degree, constraints only after all of their coordinates that have inertia.
 
@@ -60,8 +65,8 @@ def factorise(
     Parameters
     ----------
     g : Graph
-    mass : n x n nodes
-    jacobian : m x n nodes
+    mass : n rows
+    jacobian : m rows
     names : list of str
         Names of the n + m rows, for errors and to break ties.
     corner : mapping of int to int, optional
@@ -74,9 +79,9 @@ def factorise(
     """
     n, m = len(mass), len(jacobian)
     entries: dict[int, dict[int, int]] = {i: {} for i in range(n + m)}
-    for i, row in enumerate(g.sparse(mass)):
+    for i, row in enumerate(mass):
         entries[i].update(row)
-    for k, row in enumerate(g.sparse(jacobian)):
+    for k, row in enumerate(jacobian):
         for j, value in row.items():
             entries[n + k][j] = entries[j][n + k] = value
     switched = {n + k: node for k, node in (corner or {}).items()}
