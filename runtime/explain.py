@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from runtime.solution import Solution
     from runtime.system import System
 
-PACKAGES = ("sympy", "numba", "scipy", "rerun", "matplotlib")
+PACKAGES = ("sympy", "numba", "llvmlite", "scipy", "rerun", "matplotlib")
 _SHOWN = 6  # kernels by name
 
 
@@ -147,11 +147,16 @@ def _subsystems(solution: Solution) -> Iterator[Saving]:
     if solution.parts is None:
         return
     found = solution.parts.found
-    twins = sum(len(subsystem.titles) - 1 for subsystem in found)
+    twins = sum(len(subsystem.columns) - 1 for subsystem in found)
     steps = [int(subsystem.run.arrays.counters[at.STEPS]) for subsystem in found]
     if min(steps) < max(steps):
         gain = f"{min(steps)} to {max(steps)} steps of each, not at least {max(steps)} of all"
         yield Saving("steps of slow subsystems", gain, "nothing couples them")
+    groups = [s for s in found if len(s.titles) > len(s.columns)]
+    if groups:
+        members = sum(len(s.titles) for s in groups)
+        gain = f"{len(groups)} runs for {members} subsystems"
+        yield Saving("steps of equal subsystems", gain, "those of like speed take common steps, side by side")
     if twins:
         yield Saving(
             "runs of equal subsystems", f"{twins} of {twins + len(found)}", "they start and move alike"

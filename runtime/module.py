@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import gc
 import hashlib
 import importlib
 import os
@@ -116,12 +117,16 @@ def _header_span(file: str, text: str) -> tuple[int, int]:
 
 
 def _header(file: str, text: str, start: int, end: int) -> dict[str, Any]:
-    line = _line(text, start)
+    line, collecting = _line(text, start), gc.isenabled()
+    gc.disable()  # half of the parser's time, for objects that all survive
     try:
         header = ast.literal_eval(text[start:end])
     except (ValueError, SyntaxError, TypeError, MemoryError, RecursionError) as error:
         cause = f"MODEL is not a literal ({error})" if str(error) else "MODEL is not a literal"
         raise ModuleError(file, f"line {line}", cause) from None
+    finally:
+        if collecting:
+            gc.enable()
     try:
         check_header(header)
     except HeaderFault as fault:

@@ -31,6 +31,9 @@ class Positions:
     def __init__(self, system: System):
         self._nq, self._nv = system.nq, system.nv
         self.turns = [(place, place - k) for k, place in enumerate(system.quaternions)]
+        if not self.turns:
+            self.plain_q = self.plain_v = np.arange(system.nq)
+            return
         plain = np.ones(system.nq, dtype=bool)
         moving = np.ones(system.nv, dtype=bool)
         for i, j in self.turns:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from runtime.subsystems.course import find_course
 from runtime.subsystems.gain import pays
+from runtime.subsystems.groups import in_groups
 from runtime.subsystems.joined import Joined
 from runtime.subsystems.report import Parts
 from runtime.subsystems.subsystem import subsystems
@@ -78,8 +79,9 @@ def solve_apart(
     Solution or str
         Why the model is better integrated as one.
     """
-    found = subsystems(system, kinds, p, state, settings)
-    if settings.split is None and not pays(found, settings.t_end - settings.t_start):
+    span = settings.t_end - settings.t_start
+    found = in_groups(subsystems(system, kinds, p, state, settings), span)
+    if settings.split is None and not pays(found, span):
         return "common steps cost less, as none is much faster than all others"
     method = Counter(s.choice.method.name for s in found for _ in s.titles).most_common(1)[0][0]
     step = min(s.choice.step for s in found if s.choice.method.name == method)

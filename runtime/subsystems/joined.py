@@ -106,7 +106,7 @@ class Joined:
     def end(self, subsystem: Subsystem) -> None:
         """Say that the run ended as that of a subsystem did."""
         run = subsystem.run
-        self.status, self.message = run.status, f"{subsystem.titles[0]}: {run.message}"
+        self.status, self.message = run.status, f"{subsystem.name}: {run.message}"
 
     def interrupt(self) -> None:
         """Say that the run was interrupted; frames that all subsystems have are kept."""

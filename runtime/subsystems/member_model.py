@@ -184,7 +184,7 @@ class _Cut:
             "constraints": [whole["constraints"][k] for k in first["c"]],
             "quaternions": self.quaternions,
             "parameters": parameters, "inputs": inputs,
-            "outputs": [], "events": [], "bodies": [], "subsystems": [],
+            "outputs": [], "events": [], "bodies": [], "marks": [], "subsystems": [],
             "structure": flags,
             "operations": {name: operations(own_lines) for name, own_lines in lines.items()},
             "hoisted": {name: count for name, count in hoisted.items() if count},

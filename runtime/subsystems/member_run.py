@@ -21,7 +21,11 @@ class MemberRun(Run):
     ----------
     asleep_from : float [s]
         When it came to rest; inf if it did not.
+    tolerance_after : float
+        What the method that takes over, where one does, makes of the tolerances.
     """
+
+    tolerance_after = 1.0
 
     def __init__(self, *arguments: Any, **options: Any):
         super().__init__(*arguments, **options)
@@ -62,6 +66,10 @@ class MemberRun(Run):
         if self._may_sleep and self._is_at_rest():
             self._sleep()
         return self.n_frames >= self._until
+
+    def _fall_back(self) -> None:
+        super()._fall_back()
+        self.arrays.control[[at.RTOL, at.ATOL]] *= self.tolerance_after
 
     def _is_at_rest(self) -> bool:
         arrays, system = self.arrays, self.system

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate
 from runtime.integrate import layout as at
 
 if TYPE_CHECKING:
@@ -30,7 +29,11 @@ class Parts:
 
     def worst_energy(self) -> tuple[str, float]:
         """Return the subsystem with the largest error of its energy balance, in parts of its largest |T|, |V|."""
-        errors = {subsystem.titles[0]: self._energy(subsystem) for subsystem in self.found}
+        errors = {
+            title: _error_and_size(energies, work)
+            for subsystem in self.found
+            for title, energies, work in subsystem.balances()
+        }
         floor = _LEAST_ENERGY * max((size for _, size in errors.values()), default=0.0)
         relative = {
             title: error / max(size, floor) if size > 0.0 else 0.0 for title, (error, size) in errors.items()
@@ -43,15 +46,11 @@ class Parts:
         for subsystem in self.found:
             taken, rejected = (int(subsystem.run.arrays.counters[index]) for index in (at.STEPS, at.REJECTED))
             if taken + rejected >= _FEWEST_STEPS:
-                shares[subsystem.titles[0]] = rejected / (taken + rejected)
+                shares[subsystem.name] = rejected / (taken + rejected)
         return max(shares.items(), key=lambda item: (item[1], item[0]))
 
-    def _energy(self, subsystem: Subsystem) -> tuple[float, float]:
-        """Return the largest error of the energy balance at the frames, and the largest energy [J]."""
-        run, system = subsystem.run, subsystem.system
-        n = run.n_frames
-        times, rows = run.arrays.frame_times[:n], run.arrays.frames[:n]
-        energies = evaluate(system, "energy", run.arrays.p, times, rows)
-        work = run.reset_energy_at_frames[:n] + (rows[:, -1] if system.nw else 0.0)
-        balance = energies.sum(axis=1) - work
-        return float(np.abs(balance - balance[0]).max()), float(np.abs(energies).max())
+
+def _error_and_size(energies: np.ndarray, work: np.ndarray) -> tuple[float, float]:
+    """Return the largest error of the energy balance at the frames, and the largest energy [J]."""
+    balance = energies.sum(axis=1) - work
+    return float(np.abs(balance - balance[0]).max()), float(np.abs(energies).max())

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.batches import evaluate
 from runtime.choose import EXPLICIT, SERIES
 from runtime.constraints.energy_level import choose_energy_level
 from runtime.integrate.methods import METHODS
@@ -36,20 +38,31 @@ class Subsystem:
     columns : list of ndarray
         Where the coordinates and rates of each twin stand in (q, v) of the whole model.
     choice : Choice
+    p, state : ndarray
+        Its parameters and inputs, and its start.
+    tolerance : float
+        What it makes of the tolerances asked for.
     run : MemberRun
         Once it was prepared.
     """
 
+    tolerance = 1.0
+
     def __init__(self, system: System, p: np.ndarray, t_start: float, state: np.ndarray, choice: Choice):
-        self.system, self.choice, self._p, self._t_start, self._state = system, choice, p, t_start, state
+        self.system, self.choice, self.p, self.t_start, self.state = system, choice, p, t_start, state
         self.titles: list[str] = []
         self.columns: list[np.ndarray] = []
         self.run: MemberRun
 
     @property
+    def name(self) -> str:
+        """What it is called."""
+        return self.titles[0]
+
+    @cached_property
     def is_asleep(self) -> bool:
         """Whether it rests from the start on."""
-        return not self.system.events and is_at_rest(self.system, self._p, self._t_start, self._state)
+        return not self.system.events and is_at_rest(self.system, self.p, self.t_start, self.state)
 
     def prepare(
         self, times: np.ndarray, shown: np.ndarray, stops: Sequence[float], settings: Settings
@@ -59,18 +72,24 @@ class Subsystem:
         level = np.nan
         if system.m:
             wanted = settings.energy_scaling
-            level = choose_energy_level(
-                wanted, system, method, self.choice.treatment, self._p, t, self._state
-            )
+            level = choose_energy_level(wanted, system, method, self.choice.treatment, self.p, t, self.state)
         arrays = LoopArrays(
-            system, method, self._p, t, self._state, frame_times=times, rtol=settings.rtol, atol=settings.atol,
-            step=self.choice.step, span=settings.t_end - t, energy_level=level, log_length=_STEPS_LOGGED,
+            system, method, self.p, t, self.state, frame_times=times, rtol=self.tolerance * settings.rtol,
+            atol=self.tolerance * settings.atol, step=self.choice.step, span=settings.t_end - t, energy_level=level,
+            log_length=_STEPS_LOGGED,
         )  # fmt: skip
         self.run = MemberRun(
             system, method, arrays, shown, stops,
             fallback=METHODS[EXPLICIT] if settings.method == "auto" and method.name == SERIES else None,
         )  # fmt: skip
         self.run.begin()
+
+    def balances(self) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+        """Yield a title, T and V at the frames, shape (frames, 2), and the work done so far, shape (frames,)."""
+        run, n = self.run, self.run.n_frames
+        times, rows = run.arrays.frame_times[:n], run.arrays.frames[:n]
+        work = run.reset_energy_at_frames[:n] + (rows[:, -1] if self.system.nw else 0.0)
+        yield self.name, evaluate(self.system, "energy", run.arrays.p, times, rows), work
 
 
 def subsystems(

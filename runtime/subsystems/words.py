@@ -21,12 +21,20 @@ def say(found: Sequence[Subsystem], n_kinds: int) -> Iterator[str]:
         f"{min(steps)} to {max(steps)} of them"
     )
     yield from _choices(found, n)
-    if len(found) < n:
-        yield f"subsystems: {n - len(found)} of {n} start and move as others do, and took no steps of their own"
+    twins = sum(len(s.columns) - 1 for s in found)
+    if twins:
+        yield f"subsystems: {twins} of {n} start and move as others do, and took no steps of their own"
+    groups = [s for s in found if len(s.titles) > len(s.columns)]
+    if groups:
+        joined = sum(len(s.titles) for s in groups)
+        yield (
+            f"subsystems: {joined} of {n} in {len(groups)} groups of equal ones side by side, each with the steps of "
+            "its fastest"
+        )
     asleep = [s.run.asleep_from for s in found for _ in s.titles if np.isfinite(s.run.asleep_from)]
     if asleep:
         yield f"asleep: {len(asleep)} of {n} subsystems at rest, the first from t = {min(asleep):.6g} s on"
-    own = [f"{s.titles[0]}: {note}" for s in found for note in s.run.notes]
+    own = [f"{s.name}: {note}" for s in found for note in s.run.notes]
     yield from own[:_MOST_NOTES]
     if len(own) > _MOST_NOTES:
         yield f"and {len(own) - _MOST_NOTES} notes more about subsystems"

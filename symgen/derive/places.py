@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 
 # What the functions of the ABI write, in order, as (rows, columns): an axis joins vectors over coordinates (q), rates
 # (v), holonomic constraints (h), all constraints (c), entries of poses (p) and shapes (s); a vector has one column.
@@ -29,51 +31,41 @@ START = {SUM: 0.0, MIN: 1.0}
 
 
 def write_places(
-    function: str, written: Iterable[int], places: Places, own: Sizes, whole: Sizes
-) -> list[int]:
-    """Places in the whole model's `out` of what a subsystem's function writes.
+    function: str, written: Sequence[int], places: Mapping[str, np.ndarray], own: Sizes, whole: Sizes
+) -> np.ndarray:
+    """Places in the whole model's `out` of what equal subsystems' function writes.
 
     Parameters
     ----------
     function : str
-    written : iterable of int
-        Places in the subsystem's own `out`, ascending.
-    places : mapping of str to tuple of int
-        Indices in the whole model of the subsystem's elements, by the letters of `LAYOUTS`.
+    written : sequence of int
+        Places in a subsystem's own `out`, ascending.
+    places : mapping of str to ndarray of int, shape (members, length)
+        Indices in the whole model of each subsystem's elements, by the letters of `LAYOUTS`.
     own, whole : mapping of str to int
-        The lengths of these vectors in the subsystem and in the whole model; `"sum"` and `"min"` are 1 where
+        The lengths of these vectors in a subsystem and in the whole model; `"sum"` and `"min"` are 1 where
         `rhs` writes a power and a pivot ratio.
+
+    Returns
+    -------
+    ndarray of int, shape (members, written)
     """
-    result: list[int] = []
-    blocks = _blocks(function, places, own, whole)
-    start, (length, place) = 0, next(blocks)
-    for k in written:
-        while k >= start + length:
-            start += length
-            length, place = next(blocks)
-        result.append(place(k - start))
-    return result
-
-
-def _blocks(
-    function: str, places: Places, own: Sizes, whole: Sizes
-) -> Iterator[tuple[int, Callable[[int], int]]]:
-    """For each block of a function's `out`: its length in a subsystem, and the place in the whole of its entry k."""
-    offset = 0
+    found, written = [], np.array(written, dtype=np.int64)
+    start = offset = 0
     for block in LAYOUTS[function]:
         if block in (SUM, MIN):
-            yield _present(function, block, own), lambda k, offset=offset: offset
-            offset += _present(function, block, whole)
-            continue
-        rows, n_rows = _axis(block[0], places, whole)
-        columns, n_columns = _axis(block[1], places, whole) if block[1] else ([0], 1)
-
-        def place(k, offset=offset, rows=rows, columns=columns, n_columns=n_columns):
-            i, j = divmod(k, len(columns))
-            return offset + rows[i] * n_columns + columns[j]
-
-        yield len(rows) * len(columns), place
-        offset += n_rows * n_columns
+            rows = np.zeros((len(places["q"]), _present(function, block, own)), dtype=np.int64)
+            n_rows, letters = _present(function, block, whole), ""
+        else:
+            rows, n_rows = _axis(block[0], places, whole)
+            letters = block[1]
+        columns, n_columns = _axis(letters, places, whole) if letters else (np.zeros_like(rows[:, :1]), 1)
+        length = rows.shape[1] * columns.shape[1]
+        here = written[(start <= written) & (written < start + length)] - start
+        i, j = np.divmod(here, max(1, columns.shape[1]))
+        found.append(offset + rows[:, i] * n_columns + columns[:, j])
+        start, offset = start + length, offset + n_rows * n_columns
+    return np.hstack(found)
 
 
 def reductions(function: str, whole: Sizes) -> dict[int, str]:
@@ -95,14 +87,13 @@ def _present(function: str, block: str, sizes: Sizes) -> int:
     return 1 if function != "rhs" else sizes[block]
 
 
-def _axis(letters: str, places: Places, whole: Sizes) -> tuple[list[int], int]:
-    """Places along an axis that joins several vectors, and its length."""
-    found: list[int] = []
-    offset = 0
+def _axis(letters: str, places: Mapping[str, np.ndarray], whole: Sizes) -> tuple[np.ndarray, int]:
+    """Places along an axis that joins several vectors, for each member, and its length."""
+    found, offset = [], 0
     for letter in letters:
-        found += [offset + place for place in places[letter]]
+        found.append(offset + places[letter])
         offset += whole[letter]
-    return found, offset
+    return np.hstack(found), offset
 
 
 def _length(letters: str, whole: Sizes) -> int:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from .graph.graph import Graph
 from .graph.hoist import count
 from .graph.nodes import SparseRows
@@ -64,10 +66,19 @@ class Part:
     title: str
 
     @cached_property
+    def indices(self) -> dict[str, np.ndarray]:
+        """What `members` say, as arrays of shape (members, length)."""
+        n = len(self.members)
+        return {
+            letter: np.array([member[letter] for member in self.members], dtype=np.int64).reshape(n, -1)
+            for letter in self.members[0]
+        }
+
+    @cached_property
     def own_parameters(self) -> frozenset[int]:
         """Parameters that stand at different places in different members."""
-        columns = zip(*(member["parameters"] for member in self.members), strict=True)
-        return frozenset(k for k, column in enumerate(columns) if len(set(column)) > 1)
+        places = self.indices["parameters"]
+        return frozenset(np.flatnonzero((places != places[0]).any(axis=0)).tolist())
 
     def function(self, name: str) -> Function | None:
         """The function of this name, if there is one."""
@@ -76,8 +87,8 @@ class Part:
     def places(self, function: Function, whole: Sizes) -> dict[int, tuple[int, ...]]:
         """For each number that a function writes: its place in the whole model's `out`, for each member."""
         written = [k for k, _ in function.written()]
-        rows = [write_places(function.name, written, member, self.sizes, whole) for member in self.members]
-        return dict(zip(written, zip(*rows, strict=True), strict=True))
+        columns = write_places(function.name, written, self.indices, self.sizes, whole).T.tolist()
+        return dict(zip(written, map(tuple, columns), strict=True))
 
 
 @dataclass(frozen=True)
@@ -122,7 +133,7 @@ class Program:
         result = dict.fromkeys(self.names(), 0)
         for owner in (self, *self.parts):
             for f in owner.functions:
-                result[f.name] += owner.graph.count(node for _, node in f.written())
+                result[f.name] += sum(count(owner.graph, (node for _, node in f.written())))
         closed = {} if self.closed is None else self.closed.written_operations()
         return result | {CLOSED_PREFIX + name: count for name, count in closed.items()}
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 from ..derive.contacts import SETTINGS
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
 from ..derive.program import CLOSED_PREFIX, Program
@@ -94,14 +96,19 @@ def _header_lines(head: dict) -> list[str]:
 
 
 def _literal(value: object) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{_literal(k)}: {_literal(v)}" for k, v in value.items()) + "}"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_literal(v) for v in value) + "]"
     if isinstance(value, str):
-        text = ascii(value)
-        return text if '"' in text else '"' + text[1:-1].replace("\\'", "'") + '"'
+        return _quoted(value)
+    if isinstance(value, dict):
+        return "{" + ", ".join([f"{_literal(k)}: {_literal(v)}" for k, v in value.items()]) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join([_literal(v) for v in value]) + "]"
     return repr(value)
+
+
+@functools.lru_cache(maxsize=1024)  # the records of a table have the same keys, and much the same units
+def _quoted(value: str) -> str:
+    text = ascii(value)
+    return text if '"' in text else '"' + text[1:-1].replace("\\'", "'") + '"'
 
 
 def _variable_names(program: Program) -> dict[tuple[int, int], str]:

@@ -124,7 +124,7 @@ class Section:
         """The variable's indices in the whole model, for each member."""
         if self.part is None or kind == T:
             return [index]
-        return [member[VECTORS[kind]][index] for member in self.part.members]
+        return self.part.indices[VECTORS[kind]][:, index].tolist()
 
     def _name(self, kind: int, index: int) -> str:
         return self.whole.names[kind, self._indices(kind, index)[0]]

@@ -40,6 +40,8 @@ def infer(root: sympy.Expr, names: Mapping[str, Size], decimals: frozenset = fro
     ModelError
         If two known, different dimensions are added or compared, or a function takes a dimension.
     """
+    if isinstance(root, sympy.Symbol):
+        return names.get(root.name)
     memo: dict[int, Size] = {}
     for node in postorder([root]):
         sizes = [memo[id(x)] for x in node.args]

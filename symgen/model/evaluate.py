@@ -29,13 +29,15 @@ def evaluate(root: sympy.Expr, values: Mapping[str, float | None]) -> float | No
     NotFinite
         If a part whose operands are known is infinite or not real.
     """
+    if isinstance(root, sympy.Symbol):
+        return values.get(root.name)
     memo: dict[int, float | None] = {}
     for node in postorder([root]):
         what = kind(node)
         operands = [memo[id(x)] for x in node.args]
         if what == "symbol":
             memo[id(node)] = values.get(node.name)
-        elif any(x is None for x in operands) or what == "dot":
+        elif None in operands or what == "dot":
             memo[id(node)] = None
         else:
             memo[id(node)] = _finite(node, what, operands)

@@ -43,6 +43,7 @@ class Parsed:
     decimals: frozenset[sympy.Rational] = frozenset()
 
 
+@functools.lru_cache(maxsize=1024)  # a scene of many bodies gives sizes and masses many times
 def parse(text: str) -> Parsed:
     """Parse an expression or a lone quantity.
 

@@ -36,6 +36,7 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "stops": "stop",
     "friction": "friction",
     "contacts": "contact",
+    "draw": "draw",
 }
 
 
@@ -166,7 +167,7 @@ def read_number(value: Any) -> tuple[float, Unit | None]:
     elif isinstance(value, sympy.Expr):
         result, unit = _constant(value), None
     else:
-        result, unit = float(_sympy_number(value)), None
+        result, unit = _double(value), None
     return result, unit
 
 
@@ -181,6 +182,11 @@ def _constant(value: sympy.Expr) -> float:
 
 
 def _sympy_number(value: Any) -> sympy.Number:
+    double = _double(value)
+    return sympy.Integer(int(value)) if isinstance(value, numbers.Integral) else sympy.Float(double)
+
+
+def _double(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise ModelError(f"a number, a quantity or an expression is expected here, not {_what(value)}")
     try:
@@ -189,9 +195,7 @@ def _sympy_number(value: Any) -> sympy.Number:
         double = math.inf
     if not math.isfinite(double):
         raise ModelError("a number here is finite, and within the range of double precision")
-    if isinstance(value, numbers.Integral):
-        return sympy.Integer(int(value))
-    return sympy.Float(double)
+    return double + 0.0  # zero has no sign here, nor in SymPy
 
 
 def _what(value: Any) -> str:

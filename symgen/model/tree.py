@@ -33,8 +33,12 @@ def postorder(roots: Iterable[sympy.Basic], seen: set[int] | None = None) -> lis
             order.append(node)
         elif id(node) not in seen:
             seen.add(id(node))
-            stack.append((node, True))
-            stack.extend((x, False) for x in reversed(node.args) if id(x) not in seen)
+            arguments = node.args
+            if arguments:
+                stack.append((node, True))
+                stack += [(x, False) for x in reversed(arguments) if id(x) not in seen]
+            else:
+                order.append(node)
     return order
 
 
@@ -74,7 +78,7 @@ def uses(root: sympy.Basic) -> Uses:
     """What an expression mentions."""
     order = postorder([root])
     dots = [node for node in order if isinstance(node, dot)]
-    inside = postorder([x for node in dots for x in node.args])
+    inside = postorder([x for node in dots for x in node.args]) if dots else []
     return Uses(
         names=_names(order),
         dotted=_names(inside),

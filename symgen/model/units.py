@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import operator
 import re
 from dataclasses import dataclass
 from fractions import Fraction
@@ -11,30 +12,32 @@ from fractions import Fraction
 from ..errors import ModelError, nearest
 
 BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
-Dimension = tuple[Fraction, ...]  # exponents of BASE
-DIMENSIONLESS: Dimension = (Fraction(0),) * len(BASE)
+Dimension = tuple[int | Fraction, ...]  # exponents of BASE
+DIMENSIONLESS: Dimension = (0,) * len(BASE)
 LARGEST_EXPONENT = 12
 LONGEST_UNIT = 200  # characters
 
 
 def dimension(**exponents: int) -> Dimension:
     """A dimension from the exponents of base units: `dimension(kg=1, m=1, s=-2)`."""
-    return tuple(Fraction(exponents.get(base, 0)) for base in BASE)
+    return tuple(exponents.get(base, 0) for base in BASE)
 
 
 def times(a: Dimension, b: Dimension) -> Dimension:
     """Dimension of a product."""
-    return tuple(x + y for x, y in zip(a, b, strict=True))
+    return tuple(map(operator.add, a, b))
 
 
 def over(a: Dimension, b: Dimension) -> Dimension:
     """Dimension of a quotient."""
-    return tuple(x - y for x, y in zip(a, b, strict=True))
+    return tuple(map(operator.sub, a, b))
 
 
 def to_power(a: Dimension, exponent: Fraction) -> Dimension:
     """Dimension of a power."""
-    return tuple(x * exponent for x in a)
+    # Fractions are slow, and most exponents are whole.
+    factor = exponent.numerator if exponent.denominator == 1 else exponent
+    return tuple(x * factor for x in a)
 
 
 LENGTH, MASS, TIME = dimension(m=1), dimension(kg=1), dimension(s=1)

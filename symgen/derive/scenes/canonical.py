@@ -23,6 +23,8 @@ class Canonical:
     def __init__(self, constants: Mapping[str, float]) -> None:
         self._constants = constants
         self._numbers: dict[tuple, int] = {}  # each structure of an expression has a number
+        # Those of SymPy's numbers, by identity; they are kept, lest it be reused.
+        self._literals: dict[int, tuple[sympy.Basic, int]] = {}
 
     def signature(self, d: Description) -> tuple:
         """What a description says, its names replaced by the places where they are declared."""
@@ -39,7 +41,7 @@ class Canonical:
         for letter, items in (("P", d.points), ("X", d.axes)):
             names |= {f"{x.name}_{axis}": f"{letter}{k}{axis}" for k, x in enumerate(items) for axis in "xyz"}
         bodies = {"world": -1, **{b.name: k for k, b in enumerate(d.bodies)}}
-        number = _Numbering(self._numbers, names).of
+        number = _Numbering(self._numbers, self._literals, names).of
 
         def all_of(expressions: Iterable[sympy.Expr]) -> tuple[int, ...]:
             return tuple(number(x) for x in expressions)
@@ -82,26 +84,37 @@ def _joint(j: Any, bodies: Mapping[str, int]) -> tuple:
 class _Numbering:
     """Numbers of expressions, the same for two that differ in names and in the order of terms and factors only."""
 
-    def __init__(self, numbers: dict[tuple, int], names: Mapping[str, str]) -> None:
-        self._numbers, self._names = numbers, names
-        self._memo: dict[sympy.Basic, int] = {}
+    def __init__(
+        self,
+        numbers: dict[tuple, int],
+        literals: dict[int, tuple[sympy.Basic, int]],
+        names: Mapping[str, str],
+    ) -> None:
+        self._numbers, self._literals, self._names = numbers, literals, names
+        self._memo: dict[int, int] = {}  # by identity, as the walk goes by it
 
     def of(self, expression: sympy.Expr) -> int:
         """The number of an expression."""
         memo = self._memo
-        if expression not in memo:
+        if id(expression) not in memo:
             for node in postorder([expression]):
-                if node not in memo:
-                    memo[node] = self._number(node)
-        return memo[expression]
+                if id(node) not in memo:
+                    memo[id(node)] = self._number(node)
+        return memo[id(expression)]
 
     def _number(self, node: sympy.Basic) -> int:
         if isinstance(node, sympy.Symbol):
-            key: tuple = ("name", self._names[node.name])
-        elif not node.args:
-            key = (type(node).__name__, sympy.srepr(node))
-        else:
-            parts = [self._memo[x] for x in node.args]
-            commutes = isinstance(node, (sympy.Add, sympy.Mul))
-            key = (node.func.__name__, tuple(sorted(parts) if commutes else parts))
+            return self._numbered(("name", self._names[node.name]))
+        if not node.args:
+            known = self._literals.get(id(node))
+            if known is None:
+                number = self._numbered((type(node).__name__, sympy.srepr(node)))
+                known = self._literals[id(node)] = node, number
+            return known[1]
+        parts = [self._memo[id(x)] for x in node.args]
+        if isinstance(node, (sympy.Add, sympy.Mul)):
+            parts.sort()
+        return self._numbered((type(node).__name__, *parts))
+
+    def _numbered(self, key: tuple) -> int:
         return self._numbers.setdefault(key, len(self._numbers))

@@ -150,6 +150,7 @@ class _Names:
         for name, expression in d.definitions:
             self.owner[name] = tuple(self.owners([expression]))
         watching = [expression for _, expression in d.outputs]
+        watching += [x for drawing in d.drawings for vector in drawing.vectors for x in vector]
         for event in d.events:
             watching += [event.when, *(r.value for r in event.resets)]
         self.watched: dict[str, list[str]] = defaultdict(list)  # by body: points and axes that are looked at
@@ -247,6 +248,7 @@ class _Part:
             points=tuple(self.points),
             axes=tuple(self.axes),
             loops=(),
+            drawings=(),
             gravity=d.gravity if self.tables["bodies"] else None,
             outputs=(),
             events=(),

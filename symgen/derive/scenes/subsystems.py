@@ -11,6 +11,7 @@ from ..contacts import has_switches
 from ..derivation import Derivation
 from ..graph.graph import Graph
 from ..header import header
+from ..marks import mark_records, marks
 from ..pipeline import functions
 from ..places import MIN, SUM, Sizes
 from ..program import Function, Part, Program
@@ -45,11 +46,13 @@ def derive(description: Description, source: str = "") -> Program:
     sizes = {letter: sum(len(p.members) * p.sizes[letter] for p in parts) for letter in parts[0].sizes}
     for key in (SUM, MIN):
         sizes[key] = max(p.sizes[key] for p in parts)
-    g, watching = watchers(description, kinds, derivations)
+    drawn = marks(description)
+    g, watching = watchers(description, kinds, derivations, drawn)
     program = Program(g, tuple(watching), {}, parts=parts, sizes=sizes)
     head = header(description, derivations[0], source, program.operations())
     head |= {"nw": sizes[SUM], "quaternions": _quaternions(kinds, derivations)}
     head |= {"structure": _flags(derivations), "subsystems": _records(parts)}
+    head |= mark_records(drawn)
     return _with_savings(replace(program, header=head, findings=(*_findings(parts, derivations),)))
 
 

@@ -1,4 +1,4 @@
-"""Outputs, events and resets of a scene: they look at several subsystems, which do not look at each other."""
+"""Outputs, events, resets and marks of a scene: they look at several subsystems, which do not look at each other."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ...model.tree import postorder
 from ..graph.graph import UNARY, Graph
 from ..graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
 from ..load import Loader
+from ..marks import Mark, mark_function
 from ..program import Function
 from .components import Component
 
@@ -22,13 +23,13 @@ _VECTORS = {Q: "q", V: "v", A: "v", LAM: "c", PARAM: "parameters", INPUT: "input
 
 
 def watchers(
-    d: Description, kinds: list[list[Component]], derivations: list[Derivation]
+    d: Description, kinds: list[list[Component]], derivations: list[Derivation], marks: list[Mark]
 ) -> tuple[Graph, list[Function]]:
     """The functions that look at a scene, on a graph of their own."""
     g = Graph()
-    if not (d.outputs or d.events):
+    if not (d.outputs or d.events or marks):
         return g, []
-    needed = _needed(d)
+    needed = _needed(d, marks)
     symbols = {"t": g.var(T)}
     symbols |= {r.name: g.var(V, k) for k, r in enumerate(d.rates)}
     symbols |= {c.name: g.var(Q, k) for k, c in enumerate(d.coordinates)}
@@ -38,7 +39,7 @@ def watchers(
     rates: dict[int, int] = {symbols["t"]: g.one}
     for kind, derivation in zip(kinds, derivations, strict=True):
         for component in kind:
-            names = [name for name in _marks(component.description) if name in needed]
+            names = [name for name in _components(component.description) if name in needed]
             copied = _copied(g, kind[0], derivation, component, names)
             symbols |= dict(zip(names, copied, strict=False))
             moved = copied[len(names) :]
@@ -47,7 +48,7 @@ def watchers(
     for name, expression in d.definitions:
         if name in needed:
             loader.define(name, expression)
-    return g, list(_functions(d, loader))
+    return g, [*_functions(d, loader), *mark_function(loader, marks)]
 
 
 def _functions(d: Description, loader: Loader) -> Iterator[Function]:
@@ -67,9 +68,9 @@ def _functions(d: Description, loader: Loader) -> Iterator[Function]:
             yield Function(f"reset_{event.name}", doc, outputs, tuple(places), copies=len(q) + len(v))
 
 
-def _needed(d: Description) -> set[str]:
+def _needed(d: Description, marks: list[Mark]) -> set[str]:
     """All names that the watchers' expressions mention, through definitions too."""
-    roots = [expression for _, expression in d.outputs]
+    roots = [*(expression for _, expression in d.outputs), *(x for mark in marks for x in mark.values)]
     for event in d.events:
         roots += [event.when, *(r.value for r in event.resets)]
     found = _names(roots)
@@ -83,7 +84,7 @@ def _names(roots: Iterable[sympy.Basic]) -> set[str]:
     return {node.name for node in postorder(roots) if isinstance(node, sympy.Symbol)}
 
 
-def _marks(d: Description) -> list[str]:
+def _components(d: Description) -> list[str]:
     """The names of the components of points and axes."""
     return [f"{item.name}_{letter}" for item in (*d.points, *d.axes) for letter in "xyz"]
 
@@ -93,7 +94,7 @@ def _copied(
 ) -> list[int]:
     """Components of a member's points and axes, then its dq/dt, made from those of the first of its kind."""
     own = derivation.g
-    twins = dict(zip(_marks(member.description), _marks(first.description), strict=True))
+    twins = dict(zip(_components(member.description), _components(first.description), strict=True))
     wanted = [derivation.loader.symbols[twins[name]] for name in names] + list(derivation.x.qdot)
     new: dict[int, int] = {}
     for node in own.reachable(wanted):

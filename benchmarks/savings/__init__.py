@@ -1,0 +1,1 @@
+"""What each saving gains: the cases of `benchmarks/skip.py`."""
