@@ -10,7 +10,8 @@ import pytest
 from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
-from runtime.recording.compare import compare, growth_rate
+from runtime.checks.growth import growth_rate
+from runtime.recording.compare import compare
 from runtime.recording.errors import RecordingError
 from runtime.solve import solve
 from runtime.system import load

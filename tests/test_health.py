@@ -11,6 +11,7 @@ import pytest
 
 from runtime.checks.advice import advise
 from runtime.checks.convergence import study
+from runtime.checks.convergence_text import lines
 from runtime.checks.health import check, energy_limit
 from runtime.integrate.methods import find_method
 from runtime.result_json import result, to_json
@@ -248,7 +249,7 @@ def test_step_halving_shows_the_order(pendulum, method, order):
     assert [level.steps for level in table.levels] == [50, 100, 200, 400]
     assert table.levels[1].order == pytest.approx(order, abs=0.15)
     assert table.ok and not table.failed
-    assert len(table.table()) == 6
+    assert len(list(lines(table))) >= 6
 
 
 def test_tolerances_tighten(cartesian):

@@ -26,7 +26,7 @@ def read_back(element: ET.Element) -> str:
         return "_".join(inside)
     if element.tag == "mrow":
         return "".join(inside)
-    return {"\u2062": "*", "\u2061": "", "θ": "theta"}.get(element.text, element.text)
+    return {"\u2062": "*", "\u2061": "", "θ": "theta", "−": "-"}.get(element.text, element.text)
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_branches_show_their_conditions():
     x = sympy.Symbol("x")
     text = to_mathml(sympy.Piecewise((-x, x < 0), (x**2, True)))
     rows = [["".join(cell.itertext()) for cell in row] for row in ET.fromstring(text).iter("mtr")]
-    assert rows == [["-x", "if x<0"], ["x2", "otherwise"]]
+    assert rows == [["−x", "if x<0"], ["x2", "otherwise"]]
 
 
 def test_names_are_escaped():

@@ -4,24 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from runtime.checks.comparison import Comparison, compare_runs
+from runtime.checks.convergence_verdict import verdict
+from runtime.checks.coordinate_errors import CoordinateError, coordinate_errors
+from runtime.checks.horizon import Horizon, horizon
+from runtime.checks.momenta import Momentum, momenta
 from runtime.integrate.methods import find_method
+from runtime.solve import SMALLEST_RTOL
 
 if TYPE_CHECKING:
     from runtime.solution import Solution
     from runtime.system import System
 
 _LEVELS = 4
-_COARSEST = 100.0  # times rtol; each level is ten times tighter, the last ten times tighter than asked for
 _TIGHTENING = 10.0
-_COMPARED_AT = 20  # times over the run
-_SETTLED = 1e-3  # largest difference between the two finest runs
-_ROUND_OFF = 1e-11  # differences below this need not shrink further
-_ORDER_SHORTFALL = 0.7  # part of the method's order that must be seen in the last halving
+_TIGHTER = 2  # the run of the tolerances asked for, counted from the coarsest
+_COMPARED_AT = 200  # ends of steps, of methods of fixed step
+# Runs of more steps, or of so many times those of the run asked for, are stuck.
+_MOST_STEPS, _MORE_STEPS = 5000, 30
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,10 @@ class Level:
     times: np.ndarray = field(repr=False)
     energy_drift: np.ndarray = field(repr=False)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers of the table as a dictionary."""
+        return {key: value for key, value in vars(self).items() if key not in ("times", "energy_drift")}
+
 
 @dataclass(frozen=True)
 class Convergence:
@@ -65,6 +73,15 @@ class Convergence:
         "step" or "rtol".
     constrained : bool
     levels : tuple of Level
+    asked : int
+        Which level has the step or tolerances that were asked for; errors are those of its run.
+    errors : tuple of CoordinateError
+        Of each coordinate and rate, in the model's order.
+    momenta : tuple of Momentum
+        Those that stay.
+    compared : Comparison or None
+    horizon : Horizon or None
+        Up to when digits can be trusted. None, like `compared`, where a run failed.
     ok : bool
     failed : bool
         A run failed; `says` has its message.
@@ -75,51 +92,37 @@ class Convergence:
     method: str
     quantity: str
     constrained: bool
-    levels: tuple[Level, ...]
-    ok: bool
-    failed: bool
-    says: str
+    levels: tuple[Level, ...] = ()
+    asked: int = 0
+    errors: tuple[CoordinateError, ...] = ()
+    momenta: tuple[Momentum, ...] = ()
+    compared: Comparison | None = field(default=None, repr=False)
+    horizon: Horizon | None = field(default=None, repr=False)
+    ok: bool = False
+    failed: bool = False
+    says: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the table as a dictionary."""
-        left_out = ("times", "energy_drift")
-        levels = [{k: v for k, v in vars(level).items() if k not in left_out} for level in self.levels]
-        head = {"model": self.model, "method": self.method, "quantity": self.quantity}
-        return {**head, "ok": self.ok, "says": self.says, "levels": levels}
-
-    def table(self) -> list[str]:
-        """Return the table as lines of text."""
-        change = "step halved" if self.quantity == "step" else "tolerances tightened"
-        title = f"{self.model}: {self.method}, {change}"
-        rows = self.cells()
-        widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-        lines = ("  ".join(cell.rjust(width) for cell, width in zip(row, widths)) for row in rows)
-        return [title, *(f"  {line}" for line in lines)]
-
-    def cells(self) -> list[list[str]]:
-        """Return the table's rows, its head first."""
-        head = [self.quantity, "steps", "difference", "order", "energy error"]
-        head += ["positions", "velocities"] if self.constrained else []
-        rows = [head]
-        for level in self.levels:
-            row = [
-                f"{level.setting:.3g}",
-                str(level.steps),
-                "finest" if level.difference is None else f"{level.difference:.2e}",
-                "" if level.order is None else f"{level.order:.2f}",
-                f"{level.energy_error:.2e}",
-            ]
-            if self.constrained:
-                row += [f"{level.position_residual:.2e}", f"{level.velocity_residual:.2e}"]
-            rows.append(row)
-        return rows
+        """Return all tables as a dictionary."""
+        return {
+            "model": self.model,
+            "method": self.method,
+            "quantity": self.quantity,
+            "ok": self.ok,
+            "says": self.says,
+            "levels": [level.to_dict() for level in self.levels],
+            "asked": self.asked,
+            "errors": [entry.to_dict() for entry in self.errors],
+            "momenta": [entry.to_dict() for entry in self.momenta],
+            "growth": self.horizon.to_dict() if self.horizon is not None else {},
+        }
 
 
 def study(system: System, arguments: Mapping[str, Any]) -> Convergence:
     """Run a model four times, each finer than the one before, and compare.
 
     Methods of fixed step: step, step/2, step/4, step/8. Adaptive ones: tolerances 100, 10, 1 and 1/10 times
-    those asked for.
+    those asked for; where 1/10 of rtol is below round-off, 1000, 100, 10 and 1 times.
 
     Parameters
     ----------
@@ -133,23 +136,34 @@ def study(system: System, arguments: Mapping[str, Any]) -> Convergence:
     first = solve(system, **plain)
     method = find_method(first.method)
     quantity = "rtol" if method.adaptive else "step"
+    head = (system.name, method.name, quantity, bool(system.m))
     plain |= {"method": method.name, "at": _common_times(first) if first.step else ()}
+    if method.adaptive and plain.get("max_steps") is None:
+        plain["max_steps"] = max(_MOST_STEPS, _MORE_STEPS * first.stats["steps"])
+    asked, settings = _settings(first)
     runs: list[Solution] = []
-    for setting in _settings(first):
+    for setting in settings:
         runs.append(solve(system, **{**plain, **setting}))
         if runs[-1].status not in ("success", "terminated"):
-            message = runs[-1].message
-            return Convergence(system.name, method.name, quantity, bool(system.m), (), False, True, message)
-    levels = _levels(runs, quantity)
-    ok, says = _verdict(levels, None if method.adaptive else method.order)
-    return Convergence(system.name, method.name, quantity, bool(system.m), levels, ok, False, says)
+            which = f"with {quantity} {getattr(runs[-1], quantity):.3g}"
+            return Convergence(*head, failed=True, says=f"{which}: {runs[-1].message or runs[-1].status}")
+    compared = compare_runs(runs, asked)
+    levels = _levels(runs, quantity, compared)
+    errors = coordinate_errors(system, compared, _TIGHTENING if method.adaptive else 2.0)
+    growth = horizon(compared)
+    ok, says = verdict(compared, growth, errors, first.rtol, None if method.adaptive else method.order)
+    return Convergence(
+        *head, levels, asked, errors, momenta(runs, compared), compared, growth, ok=ok, says=says
+    )
 
 
-def _settings(first: Solution) -> list[dict[str, float]]:
+def _settings(first: Solution) -> tuple[int, list[dict[str, float]]]:
+    """Return which run is the one asked for, and the settings of all."""
     if first.step:
-        return [{"step": first.step / 2**level} for level in range(_LEVELS)]
-    factors = [_COARSEST / _TIGHTENING**level for level in range(_LEVELS)]
-    return [{"rtol": first.rtol * factor, "atol": first.atol * factor} for factor in factors]
+        return 0, [{"step": first.step / 2**level} for level in range(_LEVELS)]
+    asked = _TIGHTER if first.rtol / _TIGHTENING >= SMALLEST_RTOL else _LEVELS - 1
+    factors = [_TIGHTENING ** (asked - level) for level in range(_LEVELS)]
+    return asked, [{"rtol": first.rtol * factor, "atol": first.atol * factor} for factor in factors]
 
 
 def _common_times(first: Solution) -> tuple[float, ...]:
@@ -160,8 +174,8 @@ def _common_times(first: Solution) -> tuple[float, ...]:
     return tuple(np.minimum(first.t_start + np.unique(np.floor(parts * whole)) * first.step, first.t_end))
 
 
-def _levels(runs: list[Solution], quantity: str) -> tuple[Level, ...]:
-    differences = [_difference(coarse, fine) for coarse, fine in pairwise(runs)]
+def _levels(runs: list[Solution], quantity: str, compared: Comparison) -> tuple[Level, ...]:
+    differences = [float(pair.max(initial=0.0)) for pair in compared.relative]
     levels = []
     for i, run in enumerate(runs):
         order = None
@@ -182,51 +196,3 @@ def _levels(runs: list[Solution], quantity: str) -> tuple[Level, ...]:
             )
         )
     return tuple(levels)
-
-
-def _difference(a: Solution, b: Solution) -> float:
-    """Return the largest difference of two runs at common times, in parts of each variable's size."""
-    rows = _samples(a, b) if a.step else _frames(a, b)
-    size = np.abs(rows[1]).max(axis=0)
-    # A variable that stays at zero is held against the largest one.
-    size = np.maximum(size, 1e-6 * size.max(initial=0.0))
-    return float((np.abs(rows[0] - rows[1]) / np.where(size > 0.0, size, 1.0)).max(initial=0.0))
-
-
-def _samples(a: Solution, b: Solution) -> list[np.ndarray]:
-    n = min(len(a.samples), len(b.samples))
-    return [np.array([np.concatenate([s.q, s.v]) for s in run.samples[:n]]) for run in (a, b)]
-
-
-def _frames(a: Solution, b: Solution) -> list[np.ndarray]:
-    """Return states of two adaptive runs at common frames: to land on common times would shorten their steps."""
-    n = min(len(a.t), len(b.t))
-    n -= a.t[n - 1] != b.t[n - 1]  # events that end runs have times of their own
-    chosen = np.unique(np.linspace(0, n - 1, _COMPARED_AT + 1).astype(int))
-    return [np.hstack([run.q, run.v])[chosen] for run in (a, b)]
-
-
-def _verdict(levels: tuple[Level, ...], order: int | None) -> tuple[bool, str]:
-    differences = [level.difference for level in levels if level.difference is not None]
-    last, before = differences[-1], differences[-2]
-    if not np.isfinite(last):
-        return False, "not to be trusted: the runs are not finite; take smaller steps"
-    if last > _SETTLED:
-        return False, (
-            f"not to be trusted: the two finest runs still differ by {last:.2g}; take smaller steps or "
-            "tolerances, or a shorter run if the motion is chaotic"
-        )
-    if last <= _ROUND_OFF:
-        return True, f"settled: the two finest runs differ by {last:.2g}, which is round-off"
-    if last >= before:
-        return (
-            False,
-            f"not to be trusted: finer steps do not bring the runs together ({before:.2g}, then {last:.2g})",
-        )
-    if order is not None and np.log2(before / last) < _ORDER_SHORTFALL * order and last > 1e-9:
-        seen = np.log2(before / last)
-        return True, (
-            f"settles, to {last:.2g}, but with order {seen:.1f} instead of {order}: "
-            "the step is long for the motion, or the forces are not smooth"
-        )
-    return True, f"settled: the two finest runs differ by {last:.2g}"

@@ -15,6 +15,7 @@ from runtime.constraints.levels import Constraints
 from runtime.failures import state_names
 from runtime.integrate.methods import Method, find_method
 from runtime.positions import Positions
+from runtime.spread import spread_rows
 
 if TYPE_CHECKING:
     from runtime.checks.time_scales import TimeScales
@@ -30,7 +31,7 @@ _TINY_STEP = 64 * np.finfo(float).eps
 _MOST_TINY = 0.05  # part of the steps; events and stop times cut some steps short
 _STATES_FOR_TIME_SCALES = 5
 _LARGEST_FOR_TIME_SCALES = 400  # states; eigenvalues cost their cube
-ACCURATE_RTOL = 1e-6  # tighter tolerances need no estimate of the error at the end
+ACCURATE_RTOL = 1e-6  # tighter tolerances need no estimate of the error at the end, unless errors grow
 _NEAR_DEPENDENCE = 1e-3  # ratio of pivots
 _SYMPTOMS = ("energy", "rejected steps")  # of what an estimate of the error may explain
 _REGULAR_ENDS = ("success", "terminated")
@@ -51,7 +52,7 @@ def check(solution: Solution) -> list[HealthCheck]:
     * rank: constraints that come to depend on each other on the way are reported, with when and which.
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
     * missed events, jacobian (Newton's iterations had trouble), stiffness (explicit methods, many steps), negative
-      damping and stiffness, poles (fixed steps), accuracy (fixed steps, and rtol above 1e-6): each in its own file.
+      damping and stiffness, poles (fixed steps), accuracy (fixed steps, rtol above 1e-6, chaos): each in its own file.
     """
     method = find_method(solution.method)
     found = [_status(solution), _finite(solution)]
@@ -96,12 +97,18 @@ def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> It
 
     yield from wrong_signs(solution)
     # What has failed, or is known to be unstable or unresolved, needs no estimate of its error.
-    if all(entry.ok or entry.check in _SYMPTOMS for entry in found) and (
-        not method.adaptive or solution.rtol > ACCURATE_RTOL
-    ):
+    sound, chaos = all(entry.ok or entry.check in _SYMPTOMS for entry in found), _may_be_chaotic(solution)
+    if sound and (not method.adaptive or solution.rtol > ACCURATE_RTOL or chaos):
         from runtime.checks.accuracy import accuracy
 
-        yield from accuracy(solution, method)
+        resolution = next((entry.value for entry in found if entry.check == "resolution"), 0.0)
+        yield from accuracy(solution, method, resolution, chaos)
+
+
+def _may_be_chaotic(solution: Solution) -> bool:
+    """Whether there are the three dimensions that chaos needs (Poincaré and Bendixson)."""
+    system = solution.system
+    return 2 * (system.nv - system.m) + system.structure["time_dependent"] >= 3
 
 
 def _status(solution: Solution) -> HealthCheck:
@@ -259,5 +266,5 @@ def _rows_for_time_scales(solution: Solution) -> np.ndarray:
 
         # Half of the time to it: growth shows late.
         n = max(1, (first_outgrown(solution) or 2 * n) // 2)
-    rows = np.unique(np.linspace(0, n - 1, _STATES_FOR_TIME_SCALES).astype(int))
+    rows = spread_rows(n, _STATES_FOR_TIME_SCALES)
     return rows[np.isfinite(solution.states[rows]).all(axis=1)]

@@ -14,6 +14,7 @@ from runtime.batches import evaluate
 from runtime.checks.entry import HealthCheck
 from runtime.checks.mode_origin import fastest_growth
 from runtime.checks.time_scales import motion_jacobian
+from runtime.spread import spread_rows
 
 if TYPE_CHECKING:
     from runtime.solution import Solution
@@ -73,7 +74,7 @@ def _negative_damping(solution: Solution) -> Iterator[HealthCheck]:
 def _even_power(solution: Solution, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the part of the power that is even in the rates, and the size of its parts, at some frames [W]."""
     system, column = solution.system, solution.system.nq + solution.system.nv
-    rows = np.unique(np.linspace(0, len(solution.t) - 1, _FRAMES).astype(int))
+    rows = spread_rows(len(solution.t), _FRAMES)
     t, q, v = solution.t[rows], solution.q[rows], solution.v[rows]
     forth, back = (evaluate(system, "rhs", p, t, np.hstack([q, sign * v]))[:, column] for sign in (1.0, -1.0))
     return 0.5 * (forth + back), 0.5 * (np.abs(forth) + np.abs(back))
@@ -139,7 +140,7 @@ def _negative_stiffness(solution: Solution) -> Iterator[HealthCheck]:
         return
     if solution.status == "failed" and not kinetic[-1] > _RUN_AWAY * kinetic[: len(kinetic) // 10 + 1].max():
         return  # it failed for another reason while it was fast
-    rows = np.unique(np.linspace(0, len(solution.t) - 1, _STATES).astype(int))
+    rows = spread_rows(len(solution.t), _STATES)
     origins = [fastest_growth(system, solution.p, solution.t[i], solution.q[i], solution.v[i]) for i in rows]
     if any(origin is None for origin in origins):
         return

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from runtime.checks.growth import growth_rate
 from runtime.errors import ModuleError
 from runtime.names import rate_labels
 from runtime.system import System, load
@@ -17,9 +18,6 @@ from .reader import Recording, read_recording
 
 _SAME_TIME = 1e-12  # of the time that both runs cover
 _SMALL = 1e-3  # of the largest quantity of its unit: what stays below has no scale of its own
-_ROUND_OFF, _SATURATED = 1e-14, 0.1  # relative differences between which growth is looked for
-_LEAST_GROWTH = 10.0  # by which a difference must have grown for its rate to mean something
-_LEAST_FRAMES_OF_GROWTH = 10
 _SETTINGS = ("method", "constraints", "rtol", "atol")
 _OPTIONS = ("step", "t_start", "t_end")
 
@@ -246,30 +244,6 @@ def _difference(
     above = np.flatnonzero(~(relative <= tolerance))  # nan is above
     first = float(t[above[0]]) if len(above) else None
     return Difference(name, unit, float(absolute[worst]), float(t[worst]), float(relative[worst]), first)
-
-
-def growth_rate(t: np.ndarray, relative: np.ndarray) -> float | None:
-    """Return the rate [1/s] at which a difference grows, by least squares of its logarithm.
-
-    Parameters
-    ----------
-    t : ndarray, shape (n,) [s]
-    relative : ndarray, shape (n,)
-        What is taken is its running maximum, from where it leaves round-off to where it is no longer small.
-
-    Returns
-    -------
-    float or None
-        None where it grows by less than a factor of ten, or in too few frames.
-    """
-    peak = np.maximum.accumulate(np.nan_to_num(relative, nan=np.inf))
-    usable = (peak > _ROUND_OFF) & (peak < _SATURATED)
-    if usable.sum() < _LEAST_FRAMES_OF_GROWTH:
-        return None
-    x, y = t[usable], np.log(peak[usable])
-    if y[-1] - y[0] < np.log(_LEAST_GROWTH):
-        return None
-    return float(np.polyfit(x - x[0], y, 1)[0])
 
 
 def _settings(a: Recording, b: Recording) -> list[Setting]:

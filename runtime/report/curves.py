@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.checks.growth import running_maximum
 from runtime.names import rate_indices, rate_labels
 from runtime.report.html import Markup, figure
 from runtime.report.svg import N_COLOURS, Curve, plot
 
 if TYPE_CHECKING:
+    from runtime.checks.convergence import Convergence
     from runtime.solution import Solution
 
 _MOST_COORDINATES = 12
@@ -51,6 +53,21 @@ def phase_portraits(solution: Solution) -> Iterator[Markup]:
         )
         caption = f"phase portrait: {labels[column]} over {record['name']}"
         yield figure(plot([curve], *axes, ordered=False), caption)
+
+
+def growth(study: Convergence) -> Iterator[Markup]:
+    """Yield a plot of how the differences of a convergence study grow over the run."""
+    if study.compared is None:
+        return
+    levels, t = study.levels, study.compared.t
+    curves = [
+        Curve(f"{study.quantity} {level.setting:.3g} and the next finer", t, running_maximum(pair))
+        for level, pair in zip(levels, study.compared.relative)
+    ]
+    asked = f"estimated error, {study.quantity} {levels[study.asked].setting:.3g}"
+    curves.append(Curve(asked, study.horizon.t, study.horizon.error))
+    label = "largest so far, of the size"
+    yield figure(plot(curves, _TIME, label, log=True), "differences between the runs")
 
 
 def energy(solution: Solution) -> Iterator[Markup]:

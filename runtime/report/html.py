@@ -42,7 +42,8 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Markup:
         f"<tr>{''.join(f'<td>{markup(cell)}</td>' for cell in row)}</tr>" for row in rows[:_MOST_ROWS]
     )
     more = paragraph(f"… and {len(rows) - _MOST_ROWS} more") if len(rows) > _MOST_ROWS else ""
-    return Markup(f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>{more}")
+    inside = f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+    return Markup(f'<div class="wide">{inside}</div>{more}')
 
 
 def figure(svg: str, caption: str) -> Markup:
@@ -78,16 +79,22 @@ _DARK = (
 _STYLE = (
     f":root{{color-scheme:light dark;{_LIGHT}}}"
     f"@media (prefers-color-scheme:dark){{:root{{{_DARK}}}}}"
-    # Paper is white, whatever the screen is.
-    f"@media print{{:root{{{_LIGHT}}}body{{font-size:10pt}}section{{break-inside:auto}}}}"
     "body{margin:0;background:var(--paper);color:var(--ink);font:16px/1.5 system-ui,sans-serif}"
     "main{max-width:60rem;margin:0 auto;padding:1.5rem}"
     "h1{margin:0 0 .2rem}h2{margin:2rem 0 .6rem;border-bottom:1px solid var(--faint);break-after:avoid}"
-    "table{border-collapse:collapse;margin:.6rem 0;font-variant-numeric:tabular-nums}"
-    "th,td{padding:.15rem .8rem .15rem 0;text-align:left;vertical-align:top;border-bottom:1px solid var(--faint)}"
-    "tr,figure{break-inside:avoid}pre{white-space:pre-wrap;overflow-wrap:anywhere}"
-    "figure{margin:1rem 0}figcaption{color:var(--soft)}svg{width:100%;height:auto;max-width:46rem}"
-    "math{display:block;margin:.5rem 0;overflow-x:auto;text-align:left}.bad{color:var(--bad);font-weight:600}"
+    # What is wider than a narrow screen is scrolled by itself; only text, in the last column, is broken.
+    ".wide,figure{overflow-x:auto;overflow-y:hidden}"
+    "table{border-collapse:collapse;margin:.6rem 0;font-size:.92em;font-variant-numeric:tabular-nums}"
+    "th,td{padding:.15rem .7rem .15rem 0;text-align:left;vertical-align:top;border-bottom:1px solid var(--faint);"
+    "white-space:nowrap}td:last-child{white-space:normal;min-width:6rem}"
+    "tr,figure{break-inside:avoid}pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:.85em}"
+    "figure{margin:1rem 0}figcaption{color:var(--soft)}"
+    "svg{display:block;width:100%;height:auto;min-width:28rem;max-width:46rem}"
+    # Layout of formulas is lost where `math` is a plain block.
+    "math{display:block math;margin:.6rem 0;text-align:left}.bad{color:var(--bad);font-weight:600}"
+    # Paper is white, whatever the screen is, and does not scroll.
+    f"@media print{{:root{{{_LIGHT}}}body{{font-size:10pt}}main{{padding:0}}.wide,figure{{overflow:visible}}"
+    "table{font-size:8pt}math{font-size:9pt}}"
     "svg text{font:12px system-ui,sans-serif;fill:var(--ink)}"
     ".frame{fill:none;stroke:var(--soft)}.grid,.origin{fill:none;stroke:var(--faint)}.origin{stroke:var(--soft)}"
     ".curve{fill:none;stroke-width:1.6;stroke-linejoin:round}"

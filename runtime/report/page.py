@@ -195,8 +195,12 @@ def _two_steps(solution: Solution, advice: Advice | None) -> list[Markup]:
 def _convergence(convergence: Convergence | None) -> list[Markup]:
     if convergence is None:
         return []
-    head, *rows = convergence.cells()
-    return [table(head, rows), paragraph(convergence.says)]
+    from runtime.checks.convergence_text import tables
+
+    found = [
+        part for title, (head, *rows) in tables(convergence) for part in (paragraph(title), table(head, rows))
+    ]
+    return [*found, *curves.growth(convergence), paragraph(convergence.says)]
 
 
 def _health(solution: Solution) -> list[Markup]:

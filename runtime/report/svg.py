@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 N_COLOURS = 6
+MARGIN = 0.04  # of the range, on either side: a curve along the frame is not seen
 _WIDTH, _HEIGHT = 640, 300
 _LEFT, _RIGHT, _TOP, _BOTTOM = 84, 14, 14, 44
 _LEGEND = 18  # height of a row of the legend
@@ -49,8 +50,8 @@ def plot(
     if log:
         curves = [Curve(c.name, c.x, np.log10(np.maximum(np.abs(c.y), _SMALLEST))) for c in curves]
     curves = [_thinned(curve, ordered) for curve in curves]
-    x_low, x_high = _range([c.x for c in curves])
-    y_low, y_high = _range([c.y for c in curves])
+    x_low, x_high = _range([c.x for c in curves], 0.0 if ordered else MARGIN)
+    y_low, y_high = _range([c.y for c in curves], MARGIN)
     legend, rows = _legend([c.name for c in curves]) if len(curves) > 1 else ("", 0)
     frame = _Frame(x_low, x_high, y_low, y_high, _TOP + rows * _LEGEND)
     parts = [_axes(frame, x_label, y_label, log), legend]
@@ -101,8 +102,8 @@ def _drawable(values: np.ndarray) -> np.ndarray:
     return np.where(np.abs(values) < _LARGEST, values, np.nan)
 
 
-def _range(arrays: Sequence[np.ndarray]) -> tuple[float, float]:
-    """Return the bounds of what is to be seen, wider than a point and than its round-off."""
+def _range(arrays: Sequence[np.ndarray], margin: float) -> tuple[float, float]:
+    """Return the bounds of what is to be seen and a margin, wider than a point and than its round-off."""
     values = np.concatenate([a[np.isfinite(a)] for a in arrays]) if arrays else np.zeros(0)
     if not len(values):
         return 0.0, 1.0
@@ -111,7 +112,7 @@ def _range(arrays: Sequence[np.ndarray]) -> tuple[float, float]:
     if high - low < least:
         middle = (low + high) / 2
         return middle - max(least, 0.1 * abs(middle)), middle + max(least, 0.1 * abs(middle))
-    return low, high
+    return low - margin * (high - low), high + margin * (high - low)
 
 
 def _thinned(curve: Curve, ordered: bool) -> Curve:

@@ -1,4 +1,4 @@
-"""`symgen check`: does the result settle as steps are halved or tolerances tightened? A table and a plot."""
+"""`symgen check`: does the result settle as steps are halved or tolerances tightened? Tables and a plot."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     type=OutputFile(),
     help="The plot (default: <name>_check.png).",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write the table to a file.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write the tables to a file, all coordinates.")
 @click.pass_context
 def command(
     context: click.Context,
@@ -36,27 +36,31 @@ def command(
     json_file: Path | None,
     **given: Any,
 ) -> None:
-    """Run MODEL again and again with finer steps, and compare: convergence, energy balance, constraint drift.
+    """Run MODEL again and again with finer steps, and compare.
 
-    The exit status is 3 when the result does not settle.
+    Shown are convergence, energy balance and constraint drift of each run; the estimated error of each coordinate and
+    rate, the worst eight; conserved momenta and their drift; and, where errors grow, up to when digits can be trusted.
+
+    The exit status is 3 when the result does not settle, or digits are lost before the end.
     """
     path = find_model(model)
     system, _ = load_system(path, as_dict(options, "--option"))
     arguments = solve_arguments(system, given)
     add_control(path, system, arguments)
     from runtime.checks.convergence import study
+    from runtime.checks.convergence_text import lines
 
     result = study(system, arguments)
-    for line in result.table():
-        click.echo(line)
     if json_file is not None:
         from runtime.result_json import to_json
 
         json_file.write_text(to_json(result.to_dict()) + "\n", encoding="utf-8")
-    _plot(result, plot_file or Path(f"{system.name}_check.png"), asked=plot_file is not None)
     if result.failed:
         click.echo(f"Error: {result.says}", err=True)
         context.exit(FAILED)
+    for line in lines(result):
+        click.echo(line)
+    _plot(result, plot_file or Path(f"{system.name}_check.png"), asked=plot_file is not None)
     click.echo(result.says)
     context.exit(0 if result.ok else NOT_TRUSTED)
 

@@ -16,6 +16,11 @@ _GREEK = (
 _LETTERS = dict(zip(_GREEK, "αβγδεζηθικλμνξπρστφχψωΓΔΘΛΞΠΣΦΨΩ"))
 _SUM, _PRODUCT, _POWER, _ATOM = range(4)  # how tightly the outermost operation binds
 _ONE = "<mn>1</mn>"
+_MINUS = "<mo>−</mo>"
+_TIMES = '<mo lspace="0.12em" rspace="0.12em">&#x2062;</mo>'  # a gap, for names may have many letters
+_OPEN, _CLOSE = '<mo stretchy="false">(</mo>', '<mo stretchy="false">)</mo>'
+_LONG = 60  # letters of a sum that fit a line
+_TAG = re.compile(r"<[^>]*>")
 _RELATIONS = {"<": "&lt;", "<=": "≤", ">": "&gt;", ">=": "≥", "==": "=", "!=": "≠"}
 
 
@@ -28,12 +33,17 @@ def name(text: str) -> str:
     """Return a name as MathML: the part behind the first underscore as an index, `dot(x)` with a dot above."""
     rate = _RATE.match(text)
     if rate:
-        return f"<mover>{name(rate.group(1))}<mo>˙</mo></mover>"
+        return dotted(name(rate.group(1)))
     stem, underscore, index = text.partition("_")
     letter = f"<mi>{_LETTERS.get(stem) or escape(stem)}</mi>"
     if not (underscore and stem and index):
         return letter if not underscore else f"<mi>{escape(text)}</mi>"
     return f"<msub>{letter}<mi>{_LETTERS.get(index) or escape(index)}</mi></msub>"
+
+
+def dotted(inside: str, dots: str = "˙") -> str:
+    """Return MathML with dots above it, which are large enough to be seen on long names."""
+    return f'<mover>{inside}<mo mathsize="160%">{dots}</mo></mover>'
 
 
 def entry(matrix: str, *indices: str) -> str:
@@ -43,8 +53,23 @@ def entry(matrix: str, *indices: str) -> str:
 
 
 def equation(left: str, right: str) -> str:
-    """Return two sides as a `math` element of its own line."""
-    return f'<math display="block">{left}<mo>=</mo>{right}</math>'
+    """Return two sides as an element of its own line."""
+    return f'<div class="wide"><math display="block">{left}<mo>=</mo>{right}</math></div>'
+
+
+def equation_of(left: str, right: sympy.Expr) -> str:
+    """Return an equation for an expression; long sums have a line for each of their terms."""
+    text = to_mathml(right)
+    if not isinstance(right, sympy.Add) or len(_TAG.sub("", text)) <= _LONG:
+        return equation(left, text)
+    terms = _signed_terms(right)
+    start = f"{left}<mo>=</mo>"
+    rows = "".join(
+        f'<mtr><mtd style="text-align:right">{"" if i else start}</mtd>'
+        f'<mtd style="text-align:left"><mrow>{sign}{term}</mrow></mtd></mtr>'
+        for i, (sign, term) in enumerate(terms)
+    )
+    return f'<div class="wide"><math display="block"><mtable displaystyle="true">{rows}</mtable></math></div>'
 
 
 def _print(node: sympy.Basic) -> tuple[str, int]:
@@ -62,31 +87,35 @@ def _symbol(node: sympy.Symbol) -> tuple[str, int]:
 
 def _number(node: sympy.Number) -> tuple[str, int]:
     if node < 0:
-        return f"<mrow><mo>-</mo>{_number(-node)[0]}</mrow>", _SUM
+        return f"<mrow>{_MINUS}{_number(-node)[0]}</mrow>", _SUM
     if isinstance(node, sympy.Rational) and node.q != 1:
         return f"<mfrac><mn>{node.p}</mn><mn>{node.q}</mn></mfrac>", _POWER
     return f"<mn>{node.p if isinstance(node, sympy.Rational) else format(float(node), '.12g')}</mn>", _ATOM
 
 
 def _sum(node: sympy.Add) -> tuple[str, int]:
-    parts: list[str] = []
+    return f"<mrow>{''.join(sign + term for sign, term in _signed_terms(node))}</mrow>", _SUM
+
+
+def _signed_terms(node: sympy.Add) -> list[tuple[str, str]]:
+    """Return the signs and the terms of a sum; the first has none where it is positive."""
+    found: list[tuple[str, str]] = []
     for term in node.as_ordered_terms():
         negative = term.could_extract_minus_sign()
-        if parts or negative:
-            parts.append(f"<mo>{'-' if negative else '+'}</mo>")
-        parts.append(_within(-term if negative else term, _PRODUCT))
-    return f"<mrow>{''.join(parts)}</mrow>", _SUM
+        sign = _MINUS if negative else "<mo>+</mo>" if found else ""
+        found.append((sign, _within(-term if negative else term, _PRODUCT)))
+    return found
 
 
 def _product(node: sympy.Mul) -> tuple[str, int]:
     if node.could_extract_minus_sign():
-        return f"<mrow><mo>-</mo>{_within(-node, _PRODUCT)}</mrow>", _SUM
+        return f"<mrow>{_MINUS}{_within(-node, _PRODUCT)}</mrow>", _SUM
     above, below = sympy.fraction(node)
     if below != 1:
         return f"<mfrac>{_print(above)[0]}{_print(below)[0]}</mfrac>", _PRODUCT
     factors = [_within(factor, _PRODUCT) for factor in node.as_ordered_factors()]
     factors = [factor for factor in factors if factor != _ONE] or [_ONE]  # 1.0 is no factor to be read
-    return f"<mrow>{'<mo>&#x2062;</mo>'.join(factors)}</mrow>", _PRODUCT
+    return f"<mrow>{_TIMES.join(factors)}</mrow>", _PRODUCT
 
 
 def _power(node: sympy.Pow) -> tuple[str, int]:
@@ -118,7 +147,7 @@ def _piecewise(node: sympy.Piecewise) -> tuple[str, int]:
 
 def _call(function: str, arguments: tuple[sympy.Basic, ...]) -> str:
     inside = "<mo>,</mo>".join(_print(argument)[0] for argument in arguments)
-    return f"<mrow><mi>{escape(function)}</mi><mo>&#x2061;</mo><mo>(</mo>{inside}<mo>)</mo></mrow>"
+    return f"<mrow><mi>{escape(function)}</mi><mo>&#x2061;</mo>{_OPEN}{inside}{_CLOSE}</mrow>"
 
 
 def _within(node: sympy.Basic, least: int) -> str:

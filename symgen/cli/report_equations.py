@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from symgen.cli.mathml import entry, equation, name, to_mathml
+from symgen.cli.mathml import dotted, entry, equation, equation_of, name
 
 if TYPE_CHECKING:
     import sympy
@@ -50,14 +50,14 @@ def _entries(system: System, found: dict[str, dict[int, sympy.Expr]]) -> Iterato
     for index, value in sorted(found["mass_matrix"].items()):
         i, j = divmod(index, system.nv)
         if j >= i:
-            yield equation(entry("M", rates[i], rates[j]), to_mathml(value))
+            yield equation_of(entry("M", rates[i], rates[j]), value)
     for i, value in sorted(found["forces"].items()):
-        yield equation(entry("f", rates[i]), to_mathml(value))
+        yield equation_of(entry("f", rates[i]), value)
     for index, value in sorted(found.get("constraint_jacobian", {}).items()):
         i, j = divmod(index, system.nv)
-        yield equation(entry("G", constraints[i], rates[j]), to_mathml(value))
+        yield equation_of(entry("G", constraints[i], rates[j]), value)
     for i, value in sorted(found.get("gamma", {}).items()):
-        yield equation(entry("γ", constraints[i]), to_mathml(value))
+        yield equation_of(entry("γ", constraints[i]), value)
 
 
 def _general(system: System) -> Iterator[str]:
@@ -65,13 +65,13 @@ def _general(system: System) -> Iterator[str]:
     plain = system.nq == system.nv
     yield equation("<mi>x</mi>", "<mrow><mo>(</mo><mi>q</mi><mo>,</mo><mi>v</mi><mo>)</mo></mrow>")
     turned = "<mi>v</mi>" if plain else "<mi>S</mi><mo>(</mo><mi>q</mi><mo>)</mo><mi>v</mi>"
-    yield equation(_dotted("<mi>q</mi>"), f"<mrow>{turned}</mrow>")
+    yield equation(dotted("<mi>q</mi>"), f"<mrow>{turned}</mrow>")
     if not system.m:
-        inverse = "<msup><mi>M</mi><mrow><mo>-</mo><mn>1</mn></mrow></msup>"
-        yield equation(_dotted("<mi>v</mi>"), f"<mrow>{inverse}<mi>f</mi></mrow>")
+        inverse = "<msup><mi>M</mi><mrow><mo>−</mo><mn>1</mn></mrow></msup>"
+        yield equation(dotted("<mi>v</mi>"), f"<mrow>{inverse}<mi>f</mi></mrow>")
         return
-    transposed = "<mrow><mo>-</mo><msup><mi>G</mi><mi>T</mi></msup></mrow>"
-    unknown = _column(_dotted("<mi>v</mi>"), "<mi>λ</mi>")
+    transposed = "<mrow><mo>−</mo><msup><mi>G</mi><mi>T</mi></msup></mrow>"
+    unknown = _column(dotted("<mi>v</mi>"), "<mi>λ</mi>")
     known = _column("<mi>f</mi>", "<mi>γ</mi>")
     matrix = _rows(("<mi>M</mi>", transposed), ("<mi>G</mi>", "<mn>0</mn>"))
     yield equation(f"<mrow>{matrix}{unknown}</mrow>", known)
@@ -85,17 +85,13 @@ def _written_out(system: System, found: dict[str, dict[int, sympy.Expr]]) -> lis
     rates = [record["name"] for record in system.rates]
     coordinates = [record["name"] for record in system.coordinates]
     v = [f"dot({rate})" if rate in coordinates else rate for rate in rates]
-    lines = [equation(_dotted(name(q)), name(rate)) for q, rate in zip(coordinates, v) if rate != f"dot({q})"]
+    lines = [equation(dotted(name(q)), name(rate)) for q, rate in zip(coordinates, v) if rate != f"dot({q})"]
     for i, rate in enumerate(v):
         force, mass = found["forces"].get(i, 0), found["mass_matrix"][i * (system.nv + 1)]
-        left = _dotted(name(rate)) if rate == rates[i] else _dotted(name(rates[i]), "¨")
-        lines.append(equation(left, to_mathml(force / mass) if force != 0 else "<mn>0</mn>"))
+        left = dotted(name(rate)) if rate == rates[i] else dotted(name(rates[i]), "¨")
+        lines.append(equation_of(left, force / mass) if force != 0 else equation(left, "<mn>0</mn>"))
     states = "<mo>,</mo>".join(name(x) for x in (*coordinates, *v))
     return [equation("<mi>x</mi>", f"<mrow><mo>(</mo>{states}<mo>)</mo></mrow>"), *lines]
-
-
-def _dotted(inside: str, dots: str = "˙") -> str:
-    return f"<mover>{inside}<mo>{dots}</mo></mover>"
 
 
 def _rows(*rows: tuple[str, ...]) -> str:

@@ -1,0 +1,77 @@
+"""How fast the difference of two runs grows: exponentially where motion is chaotic, by a power of time otherwise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+_ROUND_OFF, _SATURATED = 1e-14, 0.1  # relative differences between which growth is looked for
+_LEAST_GROWTH = 10.0  # by which a difference must have grown for its rate to mean something
+_LEAST_FRAMES = 10
+_NEAR_LEAST = 2.0  # times the least value
+_ENVELOPE_PART = 20  # of the run
+_SMALL = 1e-2  # differences below this are far from saturation
+# In the second half of a time a power t^k grows 2^k times. Errors of regular motion grow with k up to 3: a drift of
+# the energy moves the frequency (1), that the phase (2), and resonance may add one.
+_MORE_THAN_POWERS = 2.0**5
+
+
+def growth_rate(t: np.ndarray, relative: np.ndarray) -> float | None:
+    """Return the rate [1/s] at which a difference grows, by least squares of its logarithm.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,) [s]
+    relative : ndarray, shape (n,)
+        What is taken is its envelope, from where that leaves round-off, or its least value if it falls at first, to
+        where it is no longer small.
+
+    Returns
+    -------
+    float or None
+        None where it grows by less than a factor of ten, or in too few frames.
+    """
+    first = len(t) // _ENVELOPE_PART
+    upper = _envelope(relative, first)
+    saturated = np.flatnonzero(upper >= _SATURATED)
+    end = int(saturated[0]) if saturated.size else len(t)
+    usable = np.maximum(upper[first:end], _ROUND_OFF)
+    if not usable.size:
+        return None
+    # Errors of the start may die out before others grow.
+    begin = first + int(np.flatnonzero(usable <= _NEAR_LEAST * usable.min())[-1])
+    if end - begin < _LEAST_FRAMES:
+        return None
+    x, y = t[begin:end], np.log(upper[begin:end])
+    if y[-1] - y[0] < np.log(_LEAST_GROWTH):
+        return None
+    return float(np.polyfit(x - x[0], y, 1)[0])
+
+
+def _envelope(relative: np.ndarray, width: int) -> np.ndarray:
+    """Return the largest value of the last while: differences that oscillate pass through zero."""
+    values = np.pad(np.nan_to_num(relative, nan=np.inf), (width, 0), mode="edge")
+    return np.lib.stride_tricks.sliding_window_view(values, width + 1).max(axis=1)
+
+
+def is_exponential(t: np.ndarray, relative: np.ndarray) -> bool:
+    """Return whether a difference grows faster than any power that errors of regular motion grow with.
+
+    Looked at is its running maximum, up to where it is no longer small: from the middle of that time to its end.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,) [s]
+    relative : ndarray, shape (n,)
+    """
+    peak = running_maximum(relative)
+    small = np.flatnonzero(peak < _SMALL)
+    if len(small) < _LEAST_FRAMES:
+        return False
+    last = small[-1]
+    middle = int(np.searchsorted(t, 0.5 * (t[0] + t[last])))
+    return bool(peak[last] > _MORE_THAN_POWERS * max(peak[middle], _ROUND_OFF))
+
+
+def running_maximum(relative: np.ndarray) -> np.ndarray:
+    """Return the largest value so far; what is no number is infinite."""
+    return np.maximum.accumulate(np.nan_to_num(relative, nan=np.inf))
