@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:5e30bdadb6867d653b58f7622f465c07f801d8b0b6cef9e47f4eda042ac0d90e",
+    "source": "sha256:4632389fe59eebecdcb6612f0a0eccaf3dc76dd504f673b38b334d3bb77e4d32",
     "name": "andrews_squeezer",
     "description": "Andrews' squeezing mechanism: seven bodies in three loops, driven by a motor (IVP Test Set, index 3)",
     "nq": 7,
@@ -113,7 +113,6 @@ MODEL = {
         {"name": "K5_bar", "planar": True, "shape": "capsule", "sizes": 2, "mesh": ""},
         {"name": "K6_bar", "planar": True, "shape": "capsule", "sizes": 2, "mesh": ""},
         {"name": "K7_bar", "planar": True, "shape": "capsule", "sizes": 2, "mesh": ""},
-        {"name": "spring", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
     ],
     "structure": {
         "conservative": False,
@@ -134,9 +133,10 @@ MODEL = {
         "constraint_jacobian": 40,
         "gamma": 77,
         "project": 594,
-        "poses": 148,
-        "shapes": 20,
+        "poses": 138,
+        "shapes": 4,
         "outputs": 0,
+        "marks": 22,
     },
     "hoisted": {
         "rhs": 34,
@@ -148,12 +148,32 @@ MODEL = {
         "project": 19,
         "poses": 6,
         "shapes": 1,
+        "marks": 9,
     },
     "run": {
         "t_end": 0.03,
         "fps": 10000.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "pin", "name": "K1_bar_1", "body": "K1_bar", "numbers": 6},
+        {"kind": "ground", "name": "K1_bar_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "K1_bar_2", "body": "K1_bar", "numbers": 6},
+        {"kind": "pin", "name": "K2_bar_1", "body": "K2_bar", "numbers": 6},
+        {"kind": "reaction", "name": "K2_bar_1", "body": "K2_bar", "numbers": 3, "constraints": [0, 1], "signs": [-1, -1]},
+        {"kind": "pin", "name": "K3_bar_1", "body": "K3_bar", "numbers": 6},
+        {"kind": "ground", "name": "K3_bar_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "K4_bar_1", "body": "K4_bar", "numbers": 6},
+        {"kind": "pin", "name": "K4_bar_2", "body": "K4_bar", "numbers": 6},
+        {"kind": "reaction", "name": "K4_bar_2", "body": "K4_bar", "numbers": 3, "constraints": [2, 3], "signs": [1, 1]},
+        {"kind": "pin", "name": "K5_bar_1", "body": "K5_bar", "numbers": 6},
+        {"kind": "ground", "name": "K5_bar_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "K6_bar_1", "body": "K6_bar", "numbers": 6},
+        {"kind": "pin", "name": "K6_bar_2", "body": "K6_bar", "numbers": 6},
+        {"kind": "reaction", "name": "K6_bar_2", "body": "K6_bar", "numbers": 3, "constraints": [4, 5], "signs": [1, 1]},
+        {"kind": "spring", "name": "spring", "body": "", "numbers": 6, "moves": True},
+        {"kind": "ground", "name": "hook", "body": "", "numbers": 3},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -1113,26 +1133,26 @@ def residual_jacobian(t, y, p, out):
     x37 = -x35
     x38 = cos(q_gamma)
     x39 = sin(q_gamma)
-    x40 = p_sc*x39
-    x41 = p_sd*x38
-    x42 = x40 + x41
-    x43 = x41 + (p_xb + x40) - p_xc
-    x44 = p_sd*x39
-    x45 = p_sc*x38
-    x46 = p_yb + x44 - x45 - p_yc
-    x47 = sqrt(x43*x43 + x46*x46)
+    x40 = p_sd*x39
+    x41 = p_sc*x38
+    x42 = p_yb + x40 - x41 - p_yc
+    x43 = 2.0*x42
+    x44 = p_sd*x38
+    x45 = p_sc*x39
+    x46 = x44 + (p_xb + x45) - p_xc
+    x47 = sqrt(x46*x46 + x42*x42)
     x48 = 0.5/x47
-    x49 = p_c0*(x47 - p_l0)
-    x50 = x48*x49
-    x51 = 2.0*x46
-    x52 = 2.0*x43
-    x53 = x45 - x44
-    x54 = x48*(x52*x53 + x51*x42)
-    x55 = p_c0*(x48*x54) - x49*(x54*(x48*(1.0/x47)))
-    x56 = 2.0*(x42*x50) + x51*x55
-    x57 = 2.0*(x53*x50) + x52*x55
-    x58 = x51*x50
-    x59 = x52*x50
+    x49 = 2.0*x46
+    x50 = x41 - x40
+    x51 = x45 + x44
+    x52 = x48*(x49*x50 + x43*x51)
+    x53 = p_c0*(x47 - p_l0)
+    x54 = p_c0*(x48*x52) - x53*(x52*(x48*(1.0/x47)))
+    x55 = x48*x53
+    x56 = x43*x54 + 2.0*(x51*x55)
+    x57 = x49*x54 + 2.0*(x50*x55)
+    x58 = x43*x55
+    x59 = x49*x55
     x60 = x38*(p_sd*x56 + p_sc*x57) - x39*(p_sd*x58 + p_sc*x59) - (x38*(p_sd*x59 - p_sc*x58) + x39*(p_sd*x57 - p_sc*x56))
     x61 = v_gamma*x38
     x62 = x61 + x61
@@ -1803,13 +1823,11 @@ def project(t, y, p, out):
 
 @njit(error_model="numpy")
 def poses(t, y, p, out):
-    """Per body: position, rotation matrix (body to world). 148 operations."""
+    """Per body: position, rotation matrix (body to world). 138 operations."""
     p_xa = p[14]
     p_ya = p[15]
     p_xb = p[16]
     p_yb = p[17]
-    p_xc = p[18]
-    p_yc = p[19]
     p_d = p[20]
     p_da = p[21]
     p_e = p[22]
@@ -1883,9 +1901,6 @@ def poses(t, y, p, out):
     x38 = q_eps + -1.5707963267948966
     x39 = cos(x38)
     x40 = sin(x38)
-    x41 = atan2(x31 - p_yc, x30 - p_xc)
-    x42 = cos(x41)
-    x43 = sin(x41)
     out[0] = p_ra*x0
     out[1] = p_ra*x1
     out[2] = 0.0
@@ -2066,27 +2081,11 @@ def poses(t, y, p, out):
     out[177] = 0.0
     out[178] = 0.0
     out[179] = 1.0
-    out[180] = 0.5*(p_xc + x30)
-    out[181] = 0.5*(p_yc + x31)
-    out[182] = 0.0
-    out[183] = x42
-    out[184] = -x43
-    out[185] = 0.0
-    out[186] = x43
-    out[187] = x42
-    out[188] = 0.0
-    out[189] = 0.0
-    out[190] = 0.0
-    out[191] = 1.0
 
 
 @njit(error_model="numpy")
 def shapes(t, y, p, out):
-    """Sizes of the bodies' shapes. 20 operations."""
-    p_xb = p[16]
-    p_yb = p[17]
-    p_xc = p[18]
-    p_yc = p[19]
+    """Sizes of the bodies' shapes. 4 operations."""
     p_d = p[20]
     p_e = p[22]
     p_rr = p[24]
@@ -2097,11 +2096,6 @@ def shapes(t, y, p, out):
     p_zf = p[36]
     p_zt = p[37]
     c0 = sqrt(p_sc*p_sc + p_sd*p_sd)
-    q_gamma = y[2]
-    x0 = cos(q_gamma)
-    x1 = sin(q_gamma)
-    x2 = p_sd*x0 + (p_xb + p_sc*x1) - p_xc
-    x3 = p_yb + p_sd*x1 - p_sc*x0 - p_yc
     out[0] = 0.003
     out[1] = 0.003
     out[2] = 0.003
@@ -2133,8 +2127,6 @@ def shapes(t, y, p, out):
     out[28] = p_zf
     out[29] = 0.0007
     out[30] = p_u
-    out[31] = 0.00035
-    out[32] = sqrt(x2*x2 + x3*x3)
 
 
 @njit(error_model="numpy")
@@ -2142,3 +2134,65 @@ def outputs(t, y, p, out):
     """Outputs. 0 operations."""
     v_beta = y[7]
     out[0] = v_beta
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 22 operations."""
+    p_xa = p[14]
+    p_ya = p[15]
+    p_xb = p[16]
+    p_yb = p[17]
+    p_xc = p[18]
+    p_yc = p[19]
+    p_d = p[20]
+    p_e = p[22]
+    p_rr = p[24]
+    p_ss = p[26]
+    p_sc = p[29]
+    p_sd = p[30]
+    p_zf = p[36]
+    p_zt = p[37]
+    c0 = 0.5*p_rr
+    c1 = -c0
+    c2 = -(0.5*p_d)
+    c3 = -(0.5*p_ss)
+    c4 = 0.5*p_e
+    c5 = -c4
+    c6 = -(0.5*p_zt)
+    c7 = 0.5*p_zf
+    c8 = -c7
+    q_gamma = y[2]
+    x0 = cos(q_gamma)
+    x1 = sin(q_gamma)
+    out[0] = c1
+    out[5] = 1.0
+    out[9] = c0
+    out[14] = 1.0
+    out[15] = c2
+    out[20] = 1.0
+    out[21] = c2
+    out[24] = c3
+    out[29] = 1.0
+    out[30] = p_xb
+    out[31] = p_yb
+    out[33] = c5
+    out[38] = 1.0
+    out[39] = c4
+    out[44] = 1.0
+    out[45] = c4
+    out[48] = c6
+    out[53] = 1.0
+    out[54] = p_xa
+    out[55] = p_ya
+    out[57] = c8
+    out[62] = 1.0
+    out[63] = c7
+    out[68] = 1.0
+    out[69] = c7
+    out[72] = p_xc
+    out[73] = p_yc
+    out[75] = p_sd*x0 + (p_xb + p_sc*x1)
+    out[76] = p_yb + p_sd*x1 - p_sc*x0
+    out[78] = p_xc
+    out[79] = p_yc

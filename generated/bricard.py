@@ -78,6 +78,7 @@ MODEL = {
         "project": 1105,
         "poses": 119,
         "shapes": 0,
+        "marks": 2,
     },
     "hoisted": {
         "rhs": 32,
@@ -88,12 +89,24 @@ MODEL = {
         "residual_jacobian": 51,
         "project": 28,
         "poses": 1,
+        "marks": 2,
     },
     "run": {
         "t_end": 10.0,
         "fps": 60.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "ground", "name": "hinge1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "hinge1", "body": "", "numbers": 6},
+        {"kind": "pin", "name": "hinge2", "body": "bar1", "numbers": 6},
+        {"kind": "pin", "name": "hinge3", "body": "bar2", "numbers": 6},
+        {"kind": "pin", "name": "hinge4", "body": "bar3", "numbers": 6},
+        {"kind": "pin", "name": "hinge5", "body": "bar4", "numbers": 6},
+        {"kind": "ground", "name": "hinge6_place_2", "body": "", "numbers": 3},
+        {"kind": "ball", "name": "hinge6_place", "body": "bar5", "numbers": 3},
+        {"kind": "reaction", "name": "hinge6_place", "body": "bar5", "numbers": 3, "constraints": [0, 1, 2], "signs": [1, 1, 1]},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -2729,3 +2742,23 @@ def shapes(t, y, p, out):
     out[12] = p_w
     out[13] = p_l
     out[14] = p_w
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 2 operations."""
+    p_l = p[1]
+    c0 = 0.5*p_l
+    c1 = -c0
+    out[7] = 1.0
+    out[9] = c0
+    out[14] = 1.0
+    out[16] = c1
+    out[18] = 1.0
+    out[23] = c0
+    out[25] = 1.0
+    out[27] = c1
+    out[32] = 1.0
+    out[35] = p_l
+    out[37] = c0
+    out[40] = c0

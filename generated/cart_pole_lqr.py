@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:4b515291b7228a7c10c65705e390aa577a3be1660eae224ccffee34f04488b22",
+    "source": "sha256:430798b679b53b09d512de222e615ca46ff51f221a09d6f38f0c39920462daed",
     "name": "cart_pole_lqr",
     "description": "Pole on a cart, balanced by a linear-quadratic regulator",
     "nq": 2,
@@ -66,6 +66,7 @@ MODEL = {
         "poses": 13,
         "shapes": 0,
         "outputs": 2,
+        "marks": 2,
     },
     "hoisted": {
         "rhs": 6,
@@ -75,12 +76,18 @@ MODEL = {
         "residual": 3,
         "residual_jacobian": 4,
         "poses": 1,
+        "marks": 1,
     },
     "run": {
         "t_end": 8.0,
         "fps": 60.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "pin", "name": "pole_1", "body": "pole", "numbers": 6},
+        {"kind": "rail", "name": "rail", "body": "", "numbers": 6},
+        {"kind": "force", "name": "push", "body": "", "numbers": 6, "moves": True},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -303,3 +310,20 @@ def outputs(t, y, p, out):
     p_l = p[2]
     q_theta = y[1]
     out[0] = p_l*cos(q_theta)
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 2 operations."""
+    p_l = p[2]
+    c0 = -(0.5*p_l)
+    q_x = y[0]
+    u_F = p[5]
+    out[0] = c0
+    out[5] = 1.0
+    out[6] = -0.8
+    out[7] = -0.075
+    out[9] = 0.8
+    out[10] = -0.075
+    out[12] = q_x
+    out[15] = u_F

@@ -237,6 +237,7 @@ MODEL = {
         "project": 2565,
         "poses": 80,
         "shapes": 0,
+        "marks": 9,
     },
     "hoisted": {
         "rhs": 5,
@@ -249,12 +250,56 @@ MODEL = {
         "constraint_jacobian": 1,
         "gamma": 1,
         "project": 4,
+        "marks": 2,
     },
     "run": {
         "t_end": 2.0,
         "fps": 60.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "pin", "name": "rod1_1", "body": "rod1", "numbers": 6},
+        {"kind": "ground", "name": "rod1_1", "body": "", "numbers": 3},
+        {"kind": "reaction", "name": "rod1_1", "body": "rod1", "numbers": 3, "constraints": [0, 1], "signs": [1, 1]},
+        {"kind": "pin", "name": "rod1_2", "body": "rod1", "numbers": 6},
+        {"kind": "reaction", "name": "rod1_2", "body": "rod1", "numbers": 3, "constraints": [2, 3], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod2_2", "body": "rod2", "numbers": 6},
+        {"kind": "reaction", "name": "rod2_2", "body": "rod2", "numbers": 3, "constraints": [4, 5], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod3_2", "body": "rod3", "numbers": 6},
+        {"kind": "reaction", "name": "rod3_2", "body": "rod3", "numbers": 3, "constraints": [6, 7], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod4_2", "body": "rod4", "numbers": 6},
+        {"kind": "reaction", "name": "rod4_2", "body": "rod4", "numbers": 3, "constraints": [8, 9], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod5_2", "body": "rod5", "numbers": 6},
+        {"kind": "reaction", "name": "rod5_2", "body": "rod5", "numbers": 3, "constraints": [10, 11], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod6_2", "body": "rod6", "numbers": 6},
+        {"kind": "reaction", "name": "rod6_2", "body": "rod6", "numbers": 3, "constraints": [12, 13], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod7_2", "body": "rod7", "numbers": 6},
+        {"kind": "reaction", "name": "rod7_2", "body": "rod7", "numbers": 3, "constraints": [14, 15], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod8_2", "body": "rod8", "numbers": 6},
+        {"kind": "reaction", "name": "rod8_2", "body": "rod8", "numbers": 3, "constraints": [16, 17], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod9_2", "body": "rod9", "numbers": 6},
+        {"kind": "reaction", "name": "rod9_2", "body": "rod9", "numbers": 3, "constraints": [18, 19], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod10_2", "body": "rod10", "numbers": 6},
+        {"kind": "reaction", "name": "rod10_2", "body": "rod10", "numbers": 3, "constraints": [20, 21], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod11_2", "body": "rod11", "numbers": 6},
+        {"kind": "reaction", "name": "rod11_2", "body": "rod11", "numbers": 3, "constraints": [22, 23], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod12_2", "body": "rod12", "numbers": 6},
+        {"kind": "reaction", "name": "rod12_2", "body": "rod12", "numbers": 3, "constraints": [24, 25], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod13_2", "body": "rod13", "numbers": 6},
+        {"kind": "reaction", "name": "rod13_2", "body": "rod13", "numbers": 3, "constraints": [26, 27], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod14_2", "body": "rod14", "numbers": 6},
+        {"kind": "reaction", "name": "rod14_2", "body": "rod14", "numbers": 3, "constraints": [28, 29], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod15_2", "body": "rod15", "numbers": 6},
+        {"kind": "reaction", "name": "rod15_2", "body": "rod15", "numbers": 3, "constraints": [30, 31], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod16_2", "body": "rod16", "numbers": 6},
+        {"kind": "reaction", "name": "rod16_2", "body": "rod16", "numbers": 3, "constraints": [32, 33], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod17_2", "body": "rod17", "numbers": 6},
+        {"kind": "reaction", "name": "rod17_2", "body": "rod17", "numbers": 3, "constraints": [34, 35], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod18_2", "body": "rod18", "numbers": 6},
+        {"kind": "reaction", "name": "rod18_2", "body": "rod18", "numbers": 3, "constraints": [36, 37], "signs": [-1, -1]},
+        {"kind": "pin", "name": "rod19_2", "body": "rod19", "numbers": 6},
+        {"kind": "reaction", "name": "rod19_2", "body": "rod19", "numbers": 3, "constraints": [38, 39], "signs": [-1, -1]},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -4885,3 +4930,77 @@ def shapes(t, y, p, out):
     out[37] = p_L
     out[38] = 0.02
     out[39] = p_L
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 9 operations."""
+    p_L = p[1]
+    c0 = 0.5*p_L
+    c1 = -c0
+    q_x1 = y[0]
+    q_y1 = y[1]
+    q_theta1 = y[2]
+    x0 = q_theta1 + -1.5707963267948966
+    out[0] = c1
+    out[5] = 1.0
+    out[6] = q_x1 - cos(x0)*c0
+    out[7] = q_y1 - sin(x0)*c0
+    out[9] = c1
+    out[12] = c0
+    out[17] = 1.0
+    out[18] = c0
+    out[21] = c0
+    out[26] = 1.0
+    out[27] = c0
+    out[30] = c0
+    out[35] = 1.0
+    out[36] = c0
+    out[39] = c0
+    out[44] = 1.0
+    out[45] = c0
+    out[48] = c0
+    out[53] = 1.0
+    out[54] = c0
+    out[57] = c0
+    out[62] = 1.0
+    out[63] = c0
+    out[66] = c0
+    out[71] = 1.0
+    out[72] = c0
+    out[75] = c0
+    out[80] = 1.0
+    out[81] = c0
+    out[84] = c0
+    out[89] = 1.0
+    out[90] = c0
+    out[93] = c0
+    out[98] = 1.0
+    out[99] = c0
+    out[102] = c0
+    out[107] = 1.0
+    out[108] = c0
+    out[111] = c0
+    out[116] = 1.0
+    out[117] = c0
+    out[120] = c0
+    out[125] = 1.0
+    out[126] = c0
+    out[129] = c0
+    out[134] = 1.0
+    out[135] = c0
+    out[138] = c0
+    out[143] = 1.0
+    out[144] = c0
+    out[147] = c0
+    out[152] = 1.0
+    out[153] = c0
+    out[156] = c0
+    out[161] = 1.0
+    out[162] = c0
+    out[165] = c0
+    out[170] = 1.0
+    out[171] = c0
+    out[174] = c0
+    out[179] = 1.0
+    out[180] = c0

@@ -62,6 +62,7 @@ MODEL = {
         "residual_jacobian": 102,
         "poses": 19,
         "shapes": 0,
+        "marks": 2,
     },
     "hoisted": {
         "rhs": 8,
@@ -71,12 +72,17 @@ MODEL = {
         "residual": 5,
         "residual_jacobian": 9,
         "poses": 1,
+        "marks": 1,
     },
     "run": {
         "t_end": 10.0,
         "fps": 60.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "pin", "name": "rod1_1", "body": "rod1", "numbers": 6},
+        {"kind": "ground", "name": "rod1_1", "body": "", "numbers": 3},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -368,3 +374,12 @@ def shapes(t, y, p, out):
     out[3] = p_L1
     out[4] = 0.02
     out[5] = p_L2
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 2 operations."""
+    p_L1 = p[2]
+    c0 = -(0.5*p_L1)
+    out[0] = c0
+    out[5] = 1.0

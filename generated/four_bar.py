@@ -76,6 +76,7 @@ MODEL = {
         "poses": 23,
         "shapes": 0,
         "outputs": 0,
+        "marks": 5,
     },
     "hoisted": {
         "rhs": 14,
@@ -86,12 +87,22 @@ MODEL = {
         "residual_jacobian": 11,
         "project": 8,
         "poses": 3,
+        "marks": 4,
     },
     "run": {
         "t_end": 10.0,
         "fps": 100.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "pin", "name": "crank_bar_1", "body": "crank_bar", "numbers": 6},
+        {"kind": "ground", "name": "crank_bar_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "crank_bar_2", "body": "crank_bar", "numbers": 6},
+        {"kind": "pin", "name": "coupler_bar_2", "body": "coupler_bar", "numbers": 6},
+        {"kind": "reaction", "name": "coupler_bar_2", "body": "coupler_bar", "numbers": 3, "constraints": [0, 1], "signs": [1, 1]},
+        {"kind": "pin", "name": "rocker_bar_1", "body": "rocker_bar", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar_1", "body": "", "numbers": 3},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -675,3 +686,26 @@ def outputs(t, y, p, out):
     """Outputs. 0 operations."""
     v_rocker = y[5]
     out[0] = v_rocker
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 5 operations."""
+    p_a = p[0]
+    p_b = p[1]
+    p_c = p[2]
+    p_d = p[3]
+    c0 = 0.5*p_a
+    c1 = -c0
+    c2 = 0.5*p_b
+    c3 = -(0.5*p_c)
+    out[0] = c1
+    out[5] = 1.0
+    out[9] = c0
+    out[14] = 1.0
+    out[15] = c2
+    out[20] = 1.0
+    out[21] = c2
+    out[24] = c3
+    out[29] = 1.0
+    out[30] = p_d

@@ -79,6 +79,7 @@ MODEL = {
         "kinematics": 13,
         "poses": 24,
         "shapes": 0,
+        "marks": 1,
     },
     "hoisted": {
         "rhs": 6,
@@ -87,12 +88,18 @@ MODEL = {
         "residual": 1,
         "residual_jacobian": 4,
         "project": 2,
+        "marks": 1,
     },
     "run": {
         "t_end": 2.0,
         "fps": 200.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "ground", "name": "tip_stays_2", "body": "", "numbers": 3},
+        {"kind": "ball", "name": "tip_stays", "body": "top", "numbers": 3},
+        {"kind": "reaction", "name": "tip_stays", "body": "top", "numbers": 3, "constraints": [0, 1, 2], "signs": [1, 1, 1]},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -932,3 +939,12 @@ def shapes(t, y, p, out):
     out[0] = 0.4
     out[1] = 0.05
     out[2] = 0.4
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 1 operation."""
+    p_l = p[1]
+    c0 = -p_l
+    out[4] = c0
+    out[7] = c0

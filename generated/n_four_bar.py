@@ -140,6 +140,7 @@ MODEL = {
         "project": 1610,
         "poses": 174,
         "shapes": 0,
+        "marks": 11,
     },
     "hoisted": {
         "rhs": 17,
@@ -150,12 +151,67 @@ MODEL = {
         "residual_jacobian": 11,
         "project": 11,
         "poses": 10,
+        "marks": 11,
     },
     "run": {
         "t_end": 10.0,
         "fps": 60.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "pin", "name": "rocker_bar0_1", "body": "rocker_bar0", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar0_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar0_2", "body": "rocker_bar0", "numbers": 6},
+        {"kind": "pin", "name": "rocker_bar1_1", "body": "rocker_bar1", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar1_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar1_2", "body": "rocker_bar1", "numbers": 6},
+        {"kind": "pin", "name": "coupler_bar1_2", "body": "coupler_bar1", "numbers": 6},
+        {"kind": "reaction", "name": "coupler_bar1_2", "body": "coupler_bar1", "numbers": 3, "constraints": [0, 1], "signs": [1, 1]},
+        {"kind": "pin", "name": "rocker_bar2_1", "body": "rocker_bar2", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar2_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar2_2", "body": "rocker_bar2", "numbers": 6},
+        {"kind": "pin", "name": "coupler_bar2_2", "body": "coupler_bar2", "numbers": 6},
+        {"kind": "reaction", "name": "coupler_bar2_2", "body": "coupler_bar2", "numbers": 3, "constraints": [2, 3], "signs": [1, 1]},
+        {"kind": "pin", "name": "rocker_bar3_1", "body": "rocker_bar3", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar3_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar3_2", "body": "rocker_bar3", "numbers": 6},
+        {"kind": "pin", "name": "coupler_bar3_2", "body": "coupler_bar3", "numbers": 6},
+        {"kind": "reaction", "name": "coupler_bar3_2", "body": "coupler_bar3", "numbers": 3, "constraints": [4, 5], "signs": [1, 1]},
+        {"kind": "pin", "name": "rocker_bar4_1", "body": "rocker_bar4", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar4_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar4_2", "body": "rocker_bar4", "numbers": 6},
+        {"kind": "pin", "name": "coupler_bar4_2", "body": "coupler_bar4", "numbers": 6},
+        {"kind": "reaction", "name": "coupler_bar4_2", "body": "coupler_bar4", "numbers": 3, "constraints": [6, 7], "signs": [1, 1]},
+        {"kind": "pin", "name": "rocker_bar5_1", "body": "rocker_bar5", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar5_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar5_2", "body": "rocker_bar5", "numbers": 6},
+        {"kind": "pin", "name": "coupler_bar5_2", "body": "coupler_bar5", "numbers": 6},
+        {"kind": "reaction", "name": "coupler_bar5_2", "body": "coupler_bar5", "numbers": 3, "constraints": [8, 9], "signs": [1, 1]},
+        {"kind": "pin", "name": "rocker_bar6_1", "body": "rocker_bar6", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar6_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar6_2", "body": "rocker_bar6", "numbers": 6},
+        {"kind": "pin", "name": "coupler_bar6_2", "body": "coupler_bar6", "numbers": 6},
+        {"kind": "reaction", "name": "coupler_bar6_2", "body": "coupler_bar6", "numbers": 3, "constraints": [10, 11], "signs": [1, 1]},
+        {"kind": "pin", "name": "rocker_bar7_1", "body": "rocker_bar7", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar7_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar7_2", "body": "rocker_bar7", "numbers": 6},
+        {"kind": "pin", "name": "coupler_bar7_2", "body": "coupler_bar7", "numbers": 6},
+        {"kind": "reaction", "name": "coupler_bar7_2", "body": "coupler_bar7", "numbers": 3, "constraints": [12, 13], "signs": [1, 1]},
+        {"kind": "pin", "name": "rocker_bar8_1", "body": "rocker_bar8", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar8_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar8_2", "body": "rocker_bar8", "numbers": 6},
+        {"kind": "pin", "name": "coupler_bar8_2", "body": "coupler_bar8", "numbers": 6},
+        {"kind": "reaction", "name": "coupler_bar8_2", "body": "coupler_bar8", "numbers": 3, "constraints": [14, 15], "signs": [1, 1]},
+        {"kind": "pin", "name": "rocker_bar9_1", "body": "rocker_bar9", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar9_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar9_2", "body": "rocker_bar9", "numbers": 6},
+        {"kind": "pin", "name": "coupler_bar9_2", "body": "coupler_bar9", "numbers": 6},
+        {"kind": "reaction", "name": "coupler_bar9_2", "body": "coupler_bar9", "numbers": 3, "constraints": [16, 17], "signs": [1, 1]},
+        {"kind": "pin", "name": "rocker_bar10_1", "body": "rocker_bar10", "numbers": 6},
+        {"kind": "ground", "name": "rocker_bar10_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "rocker_bar10_2", "body": "rocker_bar10", "numbers": 6},
+        {"kind": "reaction", "name": "rocker_bar10_2", "body": "rocker_bar10", "numbers": 3, "constraints": [18, 19], "signs": [-1, -1]},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -3816,3 +3872,102 @@ def shapes(t, y, p, out):
     out[39] = p_L
     out[40] = 0.02
     out[41] = p_L
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 11 operations."""
+    p_L = p[1]
+    c0 = 0.5*p_L
+    c1 = -c0
+    c2 = 2.0*p_L
+    c3 = 3.0*p_L
+    c4 = 4.0*p_L
+    c5 = 5.0*p_L
+    c6 = 6.0*p_L
+    c7 = 7.0*p_L
+    c8 = 8.0*p_L
+    c9 = 9.0*p_L
+    c10 = 10.0*p_L
+    out[0] = c1
+    out[5] = 1.0
+    out[9] = c0
+    out[14] = 1.0
+    out[15] = c1
+    out[20] = 1.0
+    out[21] = p_L
+    out[24] = c0
+    out[29] = 1.0
+    out[30] = c0
+    out[35] = 1.0
+    out[36] = c0
+    out[39] = c1
+    out[44] = 1.0
+    out[45] = c2
+    out[48] = c0
+    out[53] = 1.0
+    out[54] = c0
+    out[59] = 1.0
+    out[60] = c0
+    out[63] = c1
+    out[68] = 1.0
+    out[69] = c3
+    out[72] = c0
+    out[77] = 1.0
+    out[78] = c0
+    out[83] = 1.0
+    out[84] = c0
+    out[87] = c1
+    out[92] = 1.0
+    out[93] = c4
+    out[96] = c0
+    out[101] = 1.0
+    out[102] = c0
+    out[107] = 1.0
+    out[108] = c0
+    out[111] = c1
+    out[116] = 1.0
+    out[117] = c5
+    out[120] = c0
+    out[125] = 1.0
+    out[126] = c0
+    out[131] = 1.0
+    out[132] = c0
+    out[135] = c1
+    out[140] = 1.0
+    out[141] = c6
+    out[144] = c0
+    out[149] = 1.0
+    out[150] = c0
+    out[155] = 1.0
+    out[156] = c0
+    out[159] = c1
+    out[164] = 1.0
+    out[165] = c7
+    out[168] = c0
+    out[173] = 1.0
+    out[174] = c0
+    out[179] = 1.0
+    out[180] = c0
+    out[183] = c1
+    out[188] = 1.0
+    out[189] = c8
+    out[192] = c0
+    out[197] = 1.0
+    out[198] = c0
+    out[203] = 1.0
+    out[204] = c0
+    out[207] = c1
+    out[212] = 1.0
+    out[213] = c9
+    out[216] = c0
+    out[221] = 1.0
+    out[222] = c0
+    out[227] = 1.0
+    out[228] = c0
+    out[231] = c1
+    out[236] = 1.0
+    out[237] = c10
+    out[240] = c0
+    out[245] = 1.0
+    out[246] = c0

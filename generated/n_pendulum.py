@@ -72,6 +72,7 @@ MODEL = {
         "residual_jacobian": 375,
         "poses": 77,
         "shapes": 0,
+        "marks": 16,
     },
     "hoisted": {
         "rhs": 23,
@@ -81,12 +82,17 @@ MODEL = {
         "residual": 10,
         "residual_jacobian": 20,
         "poses": 1,
+        "marks": 2,
     },
     "run": {
         "t_end": 5.0,
         "fps": 60.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "pin", "name": "rod1_1", "body": "rod1", "numbers": 6},
+        {"kind": "ground", "name": "rod1_1", "body": "", "numbers": 3},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -866,3 +872,17 @@ def shapes(t, y, p, out):
     out[12] = 0.08
     out[13] = 0.02
     out[14] = p_L
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 16 operations."""
+    p_L = p[1]
+    c0 = 0.5*p_L
+    c1 = -c0
+    q_theta1 = y[0]
+    x0 = q_theta1 + -1.5707963267948966
+    out[0] = c1
+    out[5] = 1.0
+    out[6] = 0.5*(p_L*sin(q_theta1)) - cos(x0)*c0
+    out[7] = -(0.5*(p_L*cos(q_theta1)) + sin(x0)*c0)

@@ -56,6 +56,7 @@ MODEL = {
         "residual_jacobian": 6,
         "poses": 13,
         "shapes": 0,
+        "marks": 2,
     },
     "hoisted": {
         "rhs": 1,
@@ -65,12 +66,17 @@ MODEL = {
         "residual": 2,
         "residual_jacobian": 2,
         "poses": 1,
+        "marks": 1,
     },
     "run": {
         "t_end": 10.0,
         "fps": 60.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "pin", "name": "rod_1", "body": "rod", "numbers": 6},
+        {"kind": "ground", "name": "rod_1", "body": "", "numbers": 3},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -194,3 +200,12 @@ def shapes(t, y, p, out):
     out[0] = 0.05
     out[1] = 0.008
     out[2] = p_L
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 2 operations."""
+    p_L = p[0]
+    c0 = -(0.5*p_L)
+    out[0] = c0
+    out[5] = 1.0

@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:68cd021911c6d8d70a0c55d98e3544e791ac96cf25133746df9a619683e23d77",
+    "source": "sha256:f84bae4cca53dc264e9250d5e7390929dafd8ef58acae18457415dba9402642c",
     "name": "pendulum_dae",
     "description": "Pendulum in Cartesian coordinates: a point mass held on a circle by a constraint (dimensionless)",
     "nq": 2,
@@ -64,6 +64,7 @@ MODEL = {
         "project": 30,
         "poses": 6,
         "shapes": 0,
+        "marks": 0,
     },
     "hoisted": {
         "rhs": 2,
@@ -78,6 +79,9 @@ MODEL = {
         "fps": 60.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "ground", "name": "pivot", "body": "", "numbers": 3},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -279,3 +283,9 @@ def shapes(t, y, p, out):
     out[0] = 0.08
     out[1] = 0.02
     out[2] = p_L
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 0 operations."""
+    out[0] = 0.0

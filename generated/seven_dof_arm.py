@@ -80,6 +80,7 @@ MODEL = {
         "poses": 207,
         "shapes": 0,
         "outputs": 31,
+        "marks": 0,
     },
     "hoisted": {
         "rhs": 25,
@@ -96,6 +97,17 @@ MODEL = {
         "fps": 60.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "ground", "name": "base", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "base", "body": "", "numbers": 6},
+        {"kind": "pin", "name": "shoulder", "body": "link1", "numbers": 6},
+        {"kind": "pin", "name": "upper_arm", "body": "link2", "numbers": 6},
+        {"kind": "pin", "name": "elbow", "body": "link3", "numbers": 6},
+        {"kind": "pin", "name": "fore_arm", "body": "link4", "numbers": 6},
+        {"kind": "pin", "name": "wrist", "body": "link5", "numbers": 6},
+        {"kind": "pin", "name": "flange", "body": "link6", "numbers": 6},
+        {"kind": "point", "name": "tool", "body": "hand", "numbers": 3},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -2148,3 +2160,31 @@ def outputs(t, y, p, out):
     x6 = sin(q_q6)*(sin(q_q5)*(x2*sin(q_q3)) + cos(q_q5)*(x0*x1 - x4*x3))
     x7 = 0.36 + 0.42000000000000004*x0 + 0.4*x5 + c0*(x6 + cos(q_q6)*x5)
     out[0] = x7
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 0 operations."""
+    out[2] = 0.16
+    out[5] = 0.16
+    out[8] = 1.0
+    out[10] = 0.03
+    out[11] = 0.08
+    out[13] = 1.0
+    out[15] = -0.0003
+    out[16] = 0.158
+    out[17] = -0.059
+    out[19] = 1.0
+    out[22] = -0.03
+    out[23] = 0.09
+    out[25] = -1.0
+    out[28] = 0.146
+    out[29] = -0.067
+    out[31] = 1.0
+    out[33] = -0.0001
+    out[34] = -0.021
+    out[35] = 0.144
+    out[37] = -1.0
+    out[40] = 0.0794
+    out[41] = -0.0004
+    out[43] = 1.0

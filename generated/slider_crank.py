@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:3c8dd3461a3d74caf242285db1043a4b29028d4d7f3ad701c65277329dff1a91",
+    "source": "sha256:e8ab3470a9cbbe4ba89816755737d3a0abd98ac05ce2dbcc3a5853ed854ddf86",
     "name": "slider_crank",
     "description": "Slider-crank without friction: crank, connecting rod and piston, the loop closed by two constraints",
     "nq": 3,
@@ -76,6 +76,7 @@ MODEL = {
         "poses": 16,
         "shapes": 0,
         "outputs": 0,
+        "marks": 7,
     },
     "hoisted": {
         "rhs": 13,
@@ -86,12 +87,21 @@ MODEL = {
         "residual_jacobian": 12,
         "project": 7,
         "poses": 2,
+        "marks": 5,
     },
     "run": {
         "t_end": 10.0,
         "fps": 100.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "pin", "name": "crank_1", "body": "crank", "numbers": 6},
+        {"kind": "ground", "name": "crank_1", "body": "", "numbers": 3},
+        {"kind": "pin", "name": "crank_2", "body": "crank", "numbers": 6},
+        {"kind": "pin", "name": "rod_2", "body": "rod", "numbers": 6},
+        {"kind": "reaction", "name": "rod_2", "body": "rod", "numbers": 3, "constraints": [0, 1], "signs": [1, 1]},
+        {"kind": "rail", "name": "guide", "body": "", "numbers": 6},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -603,3 +613,26 @@ def outputs(t, y, p, out):
     """Outputs. 0 operations."""
     v_x = y[5]
     out[0] = v_x
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 7 operations."""
+    p_r = p[0]
+    p_l = p[1]
+    c0 = 0.5*p_r
+    c1 = -c0
+    c2 = 0.5*p_l
+    c3 = p_l + -0.05 - p_r
+    c4 = 0.05 + (p_r + p_l)
+    out[0] = c1
+    out[5] = 1.0
+    out[9] = c0
+    out[14] = 1.0
+    out[15] = c2
+    out[20] = 1.0
+    out[21] = c2
+    out[24] = c3
+    out[25] = -0.03
+    out[27] = c4
+    out[28] = -0.03

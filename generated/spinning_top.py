@@ -67,6 +67,7 @@ MODEL = {
         "poses": 70,
         "shapes": 0,
         "outputs": 8,
+        "marks": 2,
     },
     "hoisted": {
         "rhs": 11,
@@ -76,12 +77,17 @@ MODEL = {
         "residual": 6,
         "residual_jacobian": 14,
         "poses": 1,
+        "marks": 1,
     },
     "run": {
         "t_end": 2.0,
         "fps": 200.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "ball", "name": "stem_1", "body": "stem", "numbers": 3},
+        {"kind": "ground", "name": "stem_1", "body": "", "numbers": 3},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -619,3 +625,11 @@ def outputs(t, y, p, out):
     q_sway = y[1]
     x0 = 0.9063077870366499*(cos(q_sway)*sin(q_swing)) - 0.42261826174069944*sin(q_sway)
     out[0] = p_l*x0
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 2 operations."""
+    p_l = p[1]
+    c0 = -(0.5*p_l)
+    out[2] = c0

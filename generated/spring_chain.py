@@ -3,14 +3,14 @@
 Heavy chain of 10 masses on stiff springs, falling from horizontal
 """
 
-from math import atan2, cos, sin, sqrt
+from math import sqrt
 
 from numba import njit
 
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:feb65af0d363764cd9b69e55b1296dacd0f25e8232d1b037e368d9043f34461b",
+    "source": "sha256:fce6451c5e56c962a27eb2bbb7a8602a76f95a66fefc55f35f301dd9d044409c",
     "name": "spring_chain",
     "description": "Heavy chain of 10 masses on stiff springs, falling from horizontal",
     "nq": 20,
@@ -77,25 +77,15 @@ MODEL = {
     "events": [],
     "bodies": [
         {"name": "mass1", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
-        {"name": "spring1", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
         {"name": "mass2", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
-        {"name": "spring2", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
         {"name": "mass3", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
-        {"name": "spring3", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
         {"name": "mass4", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
-        {"name": "spring4", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
         {"name": "mass5", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
-        {"name": "spring5", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
         {"name": "mass6", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
-        {"name": "spring6", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
         {"name": "mass7", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
-        {"name": "spring7", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
         {"name": "mass8", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
-        {"name": "spring8", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
         {"name": "mass9", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
-        {"name": "spring9", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
         {"name": "mass10", "planar": True, "shape": "sphere", "sizes": 1, "mesh": ""},
-        {"name": "spring10", "planar": True, "shape": "cylinder", "sizes": 2, "mesh": ""},
     ],
     "structure": {
         "conservative": False,
@@ -112,8 +102,9 @@ MODEL = {
         "energy": 169,
         "residual": 343,
         "residual_jacobian": 760,
-        "poses": 96,
-        "shapes": 58,
+        "poses": 0,
+        "shapes": 0,
+        "marks": 0,
     },
     "hoisted": {
         "rhs": 2,
@@ -126,6 +117,19 @@ MODEL = {
         "fps": 60.0,
     },
     "subsystems": [],
+    "marks": [
+        {"kind": "spring", "name": "spring1", "body": "", "numbers": 6, "moves": True},
+        {"kind": "spring", "name": "spring2", "body": "", "numbers": 6, "moves": True},
+        {"kind": "spring", "name": "spring3", "body": "", "numbers": 6, "moves": True},
+        {"kind": "spring", "name": "spring4", "body": "", "numbers": 6, "moves": True},
+        {"kind": "spring", "name": "spring5", "body": "", "numbers": 6, "moves": True},
+        {"kind": "spring", "name": "spring6", "body": "", "numbers": 6, "moves": True},
+        {"kind": "spring", "name": "spring7", "body": "", "numbers": 6, "moves": True},
+        {"kind": "spring", "name": "spring8", "body": "", "numbers": 6, "moves": True},
+        {"kind": "spring", "name": "spring9", "body": "", "numbers": 6, "moves": True},
+        {"kind": "spring", "name": "spring10", "body": "", "numbers": 6, "moves": True},
+        {"kind": "ground", "name": "hook", "body": "", "numbers": 3},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -838,8 +842,8 @@ def residual(t, y, p, out):
     x111 = x103*x110
     x112 = x109*x107
     x113 = x109*x110
-    out[0] = x0*x3 - x10 + (x0*x12 + a_x1*p_m - x15)
-    out[1] = c0 - x16 + x11*x3 + (x11*x12 + a_y1*p_m - x17)
+    out[0] = x0*x3 - x10 + (x0*x12 + (a_x1*p_m - x15))
+    out[1] = c0 - x16 + x11*x3 + (x11*x12 + (a_y1*p_m - x17))
     out[2] = x10 - x24 + (x15 + (a_x2*p_m - x27))
     out[3] = c0 - x28 + x16 + (x17 + (a_y2*p_m - x29))
     out[4] = x24 - x36 + (x27 + (a_x3*p_m - x39))
@@ -854,8 +858,8 @@ def residual(t, y, p, out):
     out[13] = c0 - x88 + x76 + (x77 + (a_y7*p_m - x89))
     out[14] = x84 - x96 + (x87 + (a_x8*p_m - x99))
     out[15] = c0 - x100 + x88 + (x89 + (a_y8*p_m - x101))
-    out[16] = x96 - x108 + (x99 + (a_x9*p_m - x111))
-    out[17] = c0 - x112 + x100 + (x101 + (a_y9*p_m - x113))
+    out[16] = x96 - x108 + (x99 + a_x9*p_m - x111)
+    out[17] = c0 - x112 + x100 + (x101 + a_y9*p_m - x113)
     out[18] = x108 + (x111 + a_x10*p_m)
     out[19] = c0 + x112 + (x113 + a_y10*p_m)
 
@@ -1505,7 +1509,7 @@ def residual_jacobian(t, y, p, out):
 
 @njit(error_model="numpy")
 def poses(t, y, p, out):
-    """Per body: position, rotation matrix (body to world). 96 operations."""
+    """Per body: position, rotation matrix (body to world). 0 operations."""
     q_x1 = y[0]
     q_y1 = y[1]
     q_x2 = y[2]
@@ -1526,54 +1530,6 @@ def poses(t, y, p, out):
     q_y9 = y[17]
     q_x10 = y[18]
     q_y10 = y[19]
-    x0 = 0.5*q_x1
-    x1 = 0.5*q_y1
-    x2 = atan2(q_y1, q_x1)
-    x3 = cos(x2)
-    x4 = sin(x2)
-    x5 = 0.5*q_x2
-    x6 = 0.5*q_y2
-    x7 = atan2(q_y2 - q_y1, q_x2 - q_x1)
-    x8 = cos(x7)
-    x9 = sin(x7)
-    x10 = 0.5*q_x3
-    x11 = 0.5*q_y3
-    x12 = atan2(q_y3 - q_y2, q_x3 - q_x2)
-    x13 = cos(x12)
-    x14 = sin(x12)
-    x15 = 0.5*q_x4
-    x16 = 0.5*q_y4
-    x17 = atan2(q_y4 - q_y3, q_x4 - q_x3)
-    x18 = cos(x17)
-    x19 = sin(x17)
-    x20 = 0.5*q_x5
-    x21 = 0.5*q_y5
-    x22 = atan2(q_y5 - q_y4, q_x5 - q_x4)
-    x23 = cos(x22)
-    x24 = sin(x22)
-    x25 = 0.5*q_x6
-    x26 = 0.5*q_y6
-    x27 = atan2(q_y6 - q_y5, q_x6 - q_x5)
-    x28 = cos(x27)
-    x29 = sin(x27)
-    x30 = 0.5*q_x7
-    x31 = 0.5*q_y7
-    x32 = atan2(q_y7 - q_y6, q_x7 - q_x6)
-    x33 = cos(x32)
-    x34 = sin(x32)
-    x35 = 0.5*q_x8
-    x36 = 0.5*q_y8
-    x37 = atan2(q_y8 - q_y7, q_x8 - q_x7)
-    x38 = cos(x37)
-    x39 = sin(x37)
-    x40 = 0.5*q_x9
-    x41 = 0.5*q_y9
-    x42 = atan2(q_y9 - q_y8, q_x9 - q_x8)
-    x43 = cos(x42)
-    x44 = sin(x42)
-    x45 = atan2(q_y10 - q_y9, q_x10 - q_x9)
-    x46 = cos(x45)
-    x47 = sin(x45)
     out[0] = q_x1
     out[1] = q_y1
     out[2] = 0.0
@@ -1586,20 +1542,20 @@ def poses(t, y, p, out):
     out[9] = 0.0
     out[10] = 0.0
     out[11] = 1.0
-    out[12] = x0
-    out[13] = x1
+    out[12] = q_x2
+    out[13] = q_y2
     out[14] = 0.0
-    out[15] = x3
-    out[16] = -x4
+    out[15] = 1.0
+    out[16] = 0.0
     out[17] = 0.0
-    out[18] = x4
-    out[19] = x3
+    out[18] = 0.0
+    out[19] = 1.0
     out[20] = 0.0
     out[21] = 0.0
     out[22] = 0.0
     out[23] = 1.0
-    out[24] = q_x2
-    out[25] = q_y2
+    out[24] = q_x3
+    out[25] = q_y3
     out[26] = 0.0
     out[27] = 1.0
     out[28] = 0.0
@@ -1610,20 +1566,20 @@ def poses(t, y, p, out):
     out[33] = 0.0
     out[34] = 0.0
     out[35] = 1.0
-    out[36] = x0 + x5
-    out[37] = x1 + x6
+    out[36] = q_x4
+    out[37] = q_y4
     out[38] = 0.0
-    out[39] = x8
-    out[40] = -x9
+    out[39] = 1.0
+    out[40] = 0.0
     out[41] = 0.0
-    out[42] = x9
-    out[43] = x8
+    out[42] = 0.0
+    out[43] = 1.0
     out[44] = 0.0
     out[45] = 0.0
     out[46] = 0.0
     out[47] = 1.0
-    out[48] = q_x3
-    out[49] = q_y3
+    out[48] = q_x5
+    out[49] = q_y5
     out[50] = 0.0
     out[51] = 1.0
     out[52] = 0.0
@@ -1634,20 +1590,20 @@ def poses(t, y, p, out):
     out[57] = 0.0
     out[58] = 0.0
     out[59] = 1.0
-    out[60] = x5 + x10
-    out[61] = x6 + x11
+    out[60] = q_x6
+    out[61] = q_y6
     out[62] = 0.0
-    out[63] = x13
-    out[64] = -x14
+    out[63] = 1.0
+    out[64] = 0.0
     out[65] = 0.0
-    out[66] = x14
-    out[67] = x13
+    out[66] = 0.0
+    out[67] = 1.0
     out[68] = 0.0
     out[69] = 0.0
     out[70] = 0.0
     out[71] = 1.0
-    out[72] = q_x4
-    out[73] = q_y4
+    out[72] = q_x7
+    out[73] = q_y7
     out[74] = 0.0
     out[75] = 1.0
     out[76] = 0.0
@@ -1658,20 +1614,20 @@ def poses(t, y, p, out):
     out[81] = 0.0
     out[82] = 0.0
     out[83] = 1.0
-    out[84] = x10 + x15
-    out[85] = x11 + x16
+    out[84] = q_x8
+    out[85] = q_y8
     out[86] = 0.0
-    out[87] = x18
-    out[88] = -x19
+    out[87] = 1.0
+    out[88] = 0.0
     out[89] = 0.0
-    out[90] = x19
-    out[91] = x18
+    out[90] = 0.0
+    out[91] = 1.0
     out[92] = 0.0
     out[93] = 0.0
     out[94] = 0.0
     out[95] = 1.0
-    out[96] = q_x5
-    out[97] = q_y5
+    out[96] = q_x9
+    out[97] = q_y9
     out[98] = 0.0
     out[99] = 1.0
     out[100] = 0.0
@@ -1682,143 +1638,38 @@ def poses(t, y, p, out):
     out[105] = 0.0
     out[106] = 0.0
     out[107] = 1.0
-    out[108] = x15 + x20
-    out[109] = x16 + x21
+    out[108] = q_x10
+    out[109] = q_y10
     out[110] = 0.0
-    out[111] = x23
-    out[112] = -x24
+    out[111] = 1.0
+    out[112] = 0.0
     out[113] = 0.0
-    out[114] = x24
-    out[115] = x23
+    out[114] = 0.0
+    out[115] = 1.0
     out[116] = 0.0
     out[117] = 0.0
     out[118] = 0.0
     out[119] = 1.0
-    out[120] = q_x6
-    out[121] = q_y6
-    out[122] = 0.0
-    out[123] = 1.0
-    out[124] = 0.0
-    out[125] = 0.0
-    out[126] = 0.0
-    out[127] = 1.0
-    out[128] = 0.0
-    out[129] = 0.0
-    out[130] = 0.0
-    out[131] = 1.0
-    out[132] = x20 + x25
-    out[133] = x21 + x26
-    out[134] = 0.0
-    out[135] = x28
-    out[136] = -x29
-    out[137] = 0.0
-    out[138] = x29
-    out[139] = x28
-    out[140] = 0.0
-    out[141] = 0.0
-    out[142] = 0.0
-    out[143] = 1.0
-    out[144] = q_x7
-    out[145] = q_y7
-    out[146] = 0.0
-    out[147] = 1.0
-    out[148] = 0.0
-    out[149] = 0.0
-    out[150] = 0.0
-    out[151] = 1.0
-    out[152] = 0.0
-    out[153] = 0.0
-    out[154] = 0.0
-    out[155] = 1.0
-    out[156] = x25 + x30
-    out[157] = x26 + x31
-    out[158] = 0.0
-    out[159] = x33
-    out[160] = -x34
-    out[161] = 0.0
-    out[162] = x34
-    out[163] = x33
-    out[164] = 0.0
-    out[165] = 0.0
-    out[166] = 0.0
-    out[167] = 1.0
-    out[168] = q_x8
-    out[169] = q_y8
-    out[170] = 0.0
-    out[171] = 1.0
-    out[172] = 0.0
-    out[173] = 0.0
-    out[174] = 0.0
-    out[175] = 1.0
-    out[176] = 0.0
-    out[177] = 0.0
-    out[178] = 0.0
-    out[179] = 1.0
-    out[180] = x30 + x35
-    out[181] = x31 + x36
-    out[182] = 0.0
-    out[183] = x38
-    out[184] = -x39
-    out[185] = 0.0
-    out[186] = x39
-    out[187] = x38
-    out[188] = 0.0
-    out[189] = 0.0
-    out[190] = 0.0
-    out[191] = 1.0
-    out[192] = q_x9
-    out[193] = q_y9
-    out[194] = 0.0
-    out[195] = 1.0
-    out[196] = 0.0
-    out[197] = 0.0
-    out[198] = 0.0
-    out[199] = 1.0
-    out[200] = 0.0
-    out[201] = 0.0
-    out[202] = 0.0
-    out[203] = 1.0
-    out[204] = x35 + x40
-    out[205] = x36 + x41
-    out[206] = 0.0
-    out[207] = x43
-    out[208] = -x44
-    out[209] = 0.0
-    out[210] = x44
-    out[211] = x43
-    out[212] = 0.0
-    out[213] = 0.0
-    out[214] = 0.0
-    out[215] = 1.0
-    out[216] = q_x10
-    out[217] = q_y10
-    out[218] = 0.0
-    out[219] = 1.0
-    out[220] = 0.0
-    out[221] = 0.0
-    out[222] = 0.0
-    out[223] = 1.0
-    out[224] = 0.0
-    out[225] = 0.0
-    out[226] = 0.0
-    out[227] = 1.0
-    out[228] = x40 + 0.5*q_x10
-    out[229] = x41 + 0.5*q_y10
-    out[230] = 0.0
-    out[231] = x46
-    out[232] = -x47
-    out[233] = 0.0
-    out[234] = x47
-    out[235] = x46
-    out[236] = 0.0
-    out[237] = 0.0
-    out[238] = 0.0
-    out[239] = 1.0
 
 
 @njit(error_model="numpy")
 def shapes(t, y, p, out):
-    """Sizes of the bodies' shapes. 58 operations."""
+    """Sizes of the bodies' shapes. 0 operations."""
+    out[0] = 0.04
+    out[1] = 0.04
+    out[2] = 0.04
+    out[3] = 0.04
+    out[4] = 0.04
+    out[5] = 0.04
+    out[6] = 0.04
+    out[7] = 0.04
+    out[8] = 0.04
+    out[9] = 0.04
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 0 operations."""
     q_x1 = y[0]
     q_y1 = y[1]
     q_x2 = y[2]
@@ -1839,51 +1690,41 @@ def shapes(t, y, p, out):
     q_y9 = y[17]
     q_x10 = y[18]
     q_y10 = y[19]
-    x0 = q_x2 - q_x1
-    x1 = q_y2 - q_y1
-    x2 = q_x3 - q_x2
-    x3 = q_y3 - q_y2
-    x4 = q_x4 - q_x3
-    x5 = q_y4 - q_y3
-    x6 = q_x5 - q_x4
-    x7 = q_y5 - q_y4
-    x8 = q_x6 - q_x5
-    x9 = q_y6 - q_y5
-    x10 = q_x7 - q_x6
-    x11 = q_y7 - q_y6
-    x12 = q_x8 - q_x7
-    x13 = q_y8 - q_y7
-    x14 = q_x9 - q_x8
-    x15 = q_y9 - q_y8
-    x16 = q_x10 - q_x9
-    x17 = q_y10 - q_y9
-    out[0] = 0.04
-    out[1] = 0.012
-    out[2] = sqrt(q_x1*q_x1 + q_y1*q_y1)
-    out[3] = 0.04
-    out[4] = 0.012
-    out[5] = sqrt(x0*x0 + x1*x1)
-    out[6] = 0.04
-    out[7] = 0.012
-    out[8] = sqrt(x2*x2 + x3*x3)
-    out[9] = 0.04
-    out[10] = 0.012
-    out[11] = sqrt(x4*x4 + x5*x5)
-    out[12] = 0.04
-    out[13] = 0.012
-    out[14] = sqrt(x6*x6 + x7*x7)
-    out[15] = 0.04
-    out[16] = 0.012
-    out[17] = sqrt(x8*x8 + x9*x9)
-    out[18] = 0.04
-    out[19] = 0.012
-    out[20] = sqrt(x10*x10 + x11*x11)
-    out[21] = 0.04
-    out[22] = 0.012
-    out[23] = sqrt(x12*x12 + x13*x13)
-    out[24] = 0.04
-    out[25] = 0.012
-    out[26] = sqrt(x14*x14 + x15*x15)
-    out[27] = 0.04
-    out[28] = 0.012
-    out[29] = sqrt(x16*x16 + x17*x17)
+    out[3] = q_x1
+    out[4] = q_y1
+    out[6] = q_x1
+    out[7] = q_y1
+    out[9] = q_x2
+    out[10] = q_y2
+    out[12] = q_x2
+    out[13] = q_y2
+    out[15] = q_x3
+    out[16] = q_y3
+    out[18] = q_x3
+    out[19] = q_y3
+    out[21] = q_x4
+    out[22] = q_y4
+    out[24] = q_x4
+    out[25] = q_y4
+    out[27] = q_x5
+    out[28] = q_y5
+    out[30] = q_x5
+    out[31] = q_y5
+    out[33] = q_x6
+    out[34] = q_y6
+    out[36] = q_x6
+    out[37] = q_y6
+    out[39] = q_x7
+    out[40] = q_y7
+    out[42] = q_x7
+    out[43] = q_y7
+    out[45] = q_x8
+    out[46] = q_y8
+    out[48] = q_x8
+    out[49] = q_y8
+    out[51] = q_x9
+    out[52] = q_y9
+    out[54] = q_x9
+    out[55] = q_y9
+    out[57] = q_x10
+    out[58] = q_y10

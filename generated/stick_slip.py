@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:180eb8c15d9d4128a02154069999481fbe27de5b15f3dba8c0f6a75b674054bf",
+    "source": "sha256:1725c557356b7eed437cc7ab2de651079608098d48e8db7b884b1bcd1f22aef4",
     "name": "stick_slip",
     "description": "Block on a moving belt, held by a spring: it sticks, slips, and sticks again",
     "nq": 1,
@@ -62,6 +62,7 @@ MODEL = {
         "poses": 0,
         "shapes": 0,
         "events": 2,
+        "marks": 1,
         "switches": 4,
         "closed_rhs": 20,
         "closed_residual": 13,
@@ -91,6 +92,10 @@ MODEL = {
         {"name": "belt", "kind": "friction"},
     ],
     "subsystems": [],
+    "marks": [
+        {"kind": "spring", "name": "spring", "body": "", "numbers": 6, "moves": True},
+        {"kind": "rail", "name": "wall", "body": "", "numbers": 6},
+    ],
 }
 
 @njit(error_model="numpy")
@@ -215,6 +220,19 @@ def events(t, y, p, out):
     v_x = y[1]
     s_belt_sense = p[7]
     out[0] = s_belt_sense*(v_x - p_v0)
+
+
+@njit(error_model="numpy")
+def marks(t, y, p, out):
+    """What a picture shows besides bodies, as `marks` lists it. 1 operation."""
+    q_x = y[0]
+    out[0] = -0.7
+    out[1] = 0.1
+    out[3] = q_x + -0.1
+    out[4] = 0.1
+    out[6] = -0.7
+    out[7] = 0.25
+    out[9] = -0.7
 
 
 @njit(error_model="numpy")

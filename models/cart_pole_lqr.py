@@ -23,6 +23,8 @@ def build() -> Model:
     model.body("bob", mass=mp, com=bob, shape={"sphere": ["0.05 m"]})
     rod = {"capsule": ["0.012 m", l]}
     model.body("pole", mass=0, com=((x + bob[0]) / 2, bob[1] / 2), angle=np.pi / 2 - theta, shape=rod)
+    model.draw("rail", rail=[("-0.8 m", "-0.075 m"), ("0.8 m", "-0.075 m")])
+    model.draw("push", force=[(x, 0), (F, 0)])
     model.output("tip_height", l * cos(theta))
     model.run(t_end=8.0, fps=60)
     return model

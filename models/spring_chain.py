@@ -1,6 +1,6 @@
 """Heavy chain of N point masses on stiff, damped springs in the plane, one end held, falling from horizontal."""
 
-from symgen import Model, atan2, dot, sqrt
+from symgen import Model, dot, sqrt
 
 
 def build(N=10) -> Model:
@@ -26,12 +26,7 @@ def build(N=10) -> Model:
         model.potential(k / 2 * (length - l) ** 2)
         model.dissipation(c / 2 * dot(length) ** 2)
         model.body(f"mass{i}", mass=m, com=(x, y), shape={"sphere": ["0.04 m"]})
-        model.body(
-            f"spring{i}",
-            mass=0,
-            com=((previous_x + x) / 2, (previous_y + y) / 2),
-            angle=atan2(dy, dx),
-            shape={"cylinder": ["0.012 m", length]},
-        )
+        model.draw(f"spring{i}", spring=[(previous_x, previous_y), (x, y)])
+    model.draw("hook", ground=(0, 0))
     model.run(t_end=3.0, fps=60)
     return model

@@ -11,6 +11,7 @@ _ALWAYS = ("rhs", "mass_matrix", "forces", "energy", "residual", "residual_jacob
 _WITH_CONSTRAINTS = ("constraint_residual", "constraint_jacobian", "gamma")
 _RESET = "reset_"
 CLOSED = "closed_"
+ENTRIES = "_entries"  # behind the name of a function: the same, with structural zeros left out
 SWITCHED = (
     "rhs", "residual", "residual_jacobian", "constraint_residual", "constraint_jacobian", "gamma", "project", "events",
 )  # fmt: skip
@@ -19,6 +20,12 @@ SWITCHED = (
 SETTINGS = {"stop": ("closed",), "friction": ("stuck", "sense")}
 # Numbers that the function `switches` writes for each: gap, restitution; sliding speed, level, largest while sticking.
 N_WATCHED = {"stop": 2, "friction": 3}
+
+# Numbers that the function `marks` writes for each kind: places [m], directions, radii [m], forces [N], torques [N m].
+MARKS = {
+    "pin": 6, "slide": 6, "ball": 3, "gear": 7, "point": 3, "ground": 3, "bar": 6, "link": 6, "spring": 6, "damper": 6,
+    "rail": 6, "force": 6, "torque": 3, "reaction": 3, "tension": 6,
+}  # fmt: skip
 
 
 def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
@@ -30,8 +37,8 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
         yield "project"
     if header["nq"] != header["nv"]:
         yield "kinematics"
-    for key, name in (("bodies", "poses"), ("outputs", "outputs"), ("events", "events")):
-        if header[key]:
+    for key, name in (("bodies", "poses"), ("outputs", "outputs"), ("events", "events"), ("marks", "marks")):
+        if header.get(key):
             yield name
     if any(body["sizes"] for body in header["bodies"]):
         yield "shapes"
@@ -55,7 +62,8 @@ def setting_names(header: Mapping[str, Any]) -> list[str]:
 def closed_header(header: Mapping[str, Any]) -> dict[str, Any]:
     """Return the header of the model whose stops and frictions are constraints, each with a switch.
 
-    Stops follow the holonomic constraints, frictions the velocity constraints.
+    Stops follow the holonomic constraints, frictions the velocity constraints. `switched` says by which setting (its
+    number) each of them is switched, by the number of the constraint.
     """
     nh, constraints, hoisted = header["nh"], header["constraints"], header.get("hoisted", {})
     kinds = {"stop": "holonomic", "friction": "velocity"}
@@ -66,8 +74,13 @@ def closed_header(header: Mapping[str, Any]) -> dict[str, Any]:
     own = {name.removeprefix(CLOSED): n for name, n in hoisted.items() if name.startswith(CLOSED)}
     shared = {name: n for name, n in hoisted.items() if name not in SWITCHED and not name.startswith(CLOSED)}
     operations = header["operations"]
+    names = setting_names(header)
+    rows = [nh + k for k in range(len(of["stop"]))]
+    rows += [nh + len(of["stop"]) + header["nn"] + k for k in range(len(of["friction"]))]
+    switching = [names.index(f"{SETTINGS[s['kind']][0]}({s['name']})") for s in header["switches"]]
     return {
         **header,
+        "switched": dict(zip(rows, switching, strict=True)),
         "nh": nh + len(of["stop"]),
         "nn": header["nn"] + len(of["friction"]),
         "constraints": [*constraints[:nh], *of["stop"], *constraints[nh:], *of["friction"]],
@@ -103,6 +116,7 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         "shapes": (state, sum(body["sizes"] for body in header["bodies"])),
         "outputs": (state, len(header["outputs"])),
         "events": (state, len(header["events"])),
+        "marks": (state, sum(mark["numbers"] for mark in header.get("marks", ()))),
         "switches": (state, sum(N_WATCHED[switch["kind"]] for switch in header.get("switches", ()))),
     }
     if function in sizes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from runtime.abi import ABI, SETTINGS
+from runtime.abi import ABI, MARKS, SETTINGS
 
 _COUNTS = ("nq", "nv", "nh", "nn", "nw")
 _TEXTS = ("generator", "source", "name", "description")
@@ -69,9 +69,33 @@ def check_header(header: Any) -> None:
     for name in _get(header, "hoisted", dict, "") if "hoisted" in header else ():
         if _get(header["hoisted"], name, int, "hoisted") < 1:
             raise HeaderFault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
+    _check_marks(header)
     _check_sizes(header)
     _check_subsystems(header)
     _check_switches(header)
+
+
+def _check_marks(header: dict[str, Any]) -> None:
+    """What is drawn besides bodies, if anything: as many numbers as its kind has, in a body that is there."""
+    bodies = {"", *(body["name"] for body in header["bodies"])}
+    for index, mark in enumerate(_get(header, "marks", list, "") if "marks" in header else ()):
+        place = f"marks[{index}]"
+        for key, kind in (("kind", str), ("name", str), ("body", str), ("numbers", int)):
+            _get(mark, key, kind, place)
+        if mark["numbers"] != MARKS.get(mark["kind"]):
+            raise HeaderFault(
+                f"{place} is of the kind {mark['kind']!r:.60} and has {mark['numbers']} numbers"
+            )
+        if mark["body"] not in bodies:
+            raise HeaderFault(f"{place}['body'] is {mark['body']!r:.60}, and there is no such body")
+        held = mark.get("constraints", [])
+        if type(held) is not list or any(type(k) is not int or not 0 <= k < header["nh"] for k in held):
+            raise HeaderFault(
+                f"{place}['constraints'] is {held!r:.60}, expected indices of holonomic constraints"
+            )
+        signs = mark.get("signs", [])
+        if type(signs) is not list or len(signs) != len(held) or any(sign not in (1, -1) for sign in signs):
+            raise HeaderFault(f"{place}['signs'] is {signs!r:.60}, expected 1 or -1 for each constraint")
 
 
 def _get(table: Any, key: str, kind: type, place: str) -> Any:
@@ -164,6 +188,12 @@ def _check_switches(header: dict[str, Any]) -> None:
     """Each stop and friction has an event of its name; stops come first, their events in the same order and last."""
     switches = _get(header, "switches", list, "") if "switches" in header else []
     _check_records("switches", switches, {"name": str, "kind": str})
+    normals = [s["name"] for s in switches if s["kind"] == "stop"]
+    normals += [record["name"] for record in header["constraints"]]
+    for index, record in enumerate(switches):
+        names = _get(record, "normal", list, f"switches[{index}]") if "normal" in record else []
+        if unknown := [name for name in names if name not in normals]:
+            raise HeaderFault(f"switches[{index}]['normal'] names {unknown[0]!r:.60}: no stop, no constraint")
     acting = [(e["name"], e["action"]) for e in header["events"] if e["action"] in SETTINGS]
     listed = [(s["name"], s["kind"]) for s in switches]
     ordered = sorted(listed, key=lambda entry: entry[1] != "stop")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from runtime.errors import RuntimeModelError
 MESH_SUFFIXES = (".stl", ".obj", ".glb", ".gltf", ".dae")
 _POINT_RADIUS = 0.025  # of a body without shape and without rotation, in units of the scene's diagonal
 _BLOCK = (0.09, 0.055, 0.035)  # edges of a body without shape that turns, likewise
+_BAR, _STOUTEST = 0.009, 0.025  # radius of a bar between joints, likewise: from the one to the other, or
+_STOUT = 0.12  # of its length
 _FAR = 3.0  # the origin belongs to the scene unless it is this many diagonals away
 
 
@@ -22,20 +25,48 @@ class Primitive:
     Attributes
     ----------
     kind : str
-        `box`, `sphere`, `cylinder`, `capsule` or `mesh`.
+        `box`, `sphere`, `cylinder`, `capsule`, `mesh`, or `bars` between joints.
     sizes : tuple of float [m]
         box: the three edges; sphere: radius; cylinder: radius, length; capsule: radius, length between the
-        centres of its caps; mesh: none.
+        centres of its caps; mesh: none; bars: radius.
     along_x : bool
         The axis of a cylinder or capsule is body x (planar models), else body z.
     mesh : Path, optional
         The mesh's file.
+    ends : ndarray, shape (n, 2, 3) [m], optional
+        Of bars, in body axes.
     """
 
     kind: str
     sizes: tuple[float, ...]
     along_x: bool
     mesh: Path | None = None
+    ends: np.ndarray | None = None
+
+    @property
+    def is_rod(self) -> bool:
+        """Whether it is long and thin, and joints sit in its ends."""
+        return self.kind in ("capsule", "cylinder", "bars")
+
+    def scales(self, grown: np.ndarray) -> np.ndarray:
+        """Return by how much it is stretched along body axes, shape (n, 3).
+
+        Parameters
+        ----------
+        grown : ndarray, shape (n, number of sizes)
+            The sizes in units of `sizes`.
+        """
+        if self.kind == "box":
+            return grown
+        scales = np.repeat(grown[:, :1], 3, axis=1)
+        if self.kind in ("capsule", "cylinder"):
+            scales[:, 0 if self.along_x else 2] = grown[:, 1]
+        return scales
+
+    def half_thickness(self) -> float:
+        """Return half its size along body z [m]."""
+        core, thickness = self.half_box()
+        return float(core[2]) + thickness
 
     def half_box(self) -> tuple[np.ndarray, float]:
         """Return half the edges of a core in body axes, shape (3,), and the thickness around it [m]."""
@@ -44,6 +75,8 @@ class Primitive:
             return np.array(self.sizes) / 2, 0.0
         if self.kind in ("capsule", "cylinder"):
             return axis * self.sizes[1] / 2, self.sizes[0]
+        if self.kind == "bars":
+            return np.abs(self.ends).max(axis=(0, 1)), self.sizes[0]
         return np.zeros(3), self.sizes[0] if self.sizes else 0.0
 
 
@@ -128,7 +161,12 @@ def diagonal_of(low: np.ndarray, high: np.ndarray) -> float:
 
 
 def primitives(
-    bodies: list[dict], sizes: np.ndarray, rotations: np.ndarray, diagonal: float, mesh_folder: Path | None
+    bodies: list[dict],
+    sizes: np.ndarray,
+    rotations: np.ndarray,
+    diagonal: float,
+    mesh_folder: Path | None,
+    bars: Mapping[str, list[np.ndarray]] | None = None,
 ) -> list[Primitive]:
     """Return one primitive per body.
 
@@ -144,6 +182,8 @@ def primitives(
         Of the scene; sizes the default shapes.
     mesh_folder : Path or None
         Meshes are taken from below here only.
+    bars : mapping of str to list of ndarray, shape (2, 3) [m], optional
+        Bars between the joints of bodies that have no shape.
 
     Raises
     ------
@@ -159,6 +199,11 @@ def primitives(
             result.append(Primitive("mesh", (), body["planar"], _mesh_file(body, mesh_folder)))
         elif body["shape"]:
             result.append(Primitive(body["shape"], own, body["planar"]))
+        elif bars and body["name"] in bars:
+            ends = np.array(bars[body["name"]])
+            longest = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()
+            radius = min(max(_BAR * diagonal, _STOUT * longest), _STOUTEST * diagonal)
+            result.append(Primitive("bars", (radius,), body["planar"], ends=ends))
         elif turns[index]:
             result.append(Primitive("box", tuple(edge * diagonal for edge in _BLOCK), body["planar"]))
         else:

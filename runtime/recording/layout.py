@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ _MOST_PLOTS = 4  # of one kind and unit; more curves slow a viewer down
 _READABLE = 1 / 25  # of the height of a plot: a curve that moves less than that looks like a straight line
 _MOST_TRAILS = 24
 _TAN_HALF_VIEW = np.tan(np.radians(55.0) / 2)  # a viewer's usual vertical field of view
+_ASPECT = 1.1  # of the width of the scene's view to its height
 _MARGIN = 1.1
 _SLANT = np.array([0.62, -0.68, 0.38]) / np.linalg.norm([0.62, -0.68, 0.38])
 _PALE = 200
@@ -69,6 +71,8 @@ class Layout:
         Spacing of the grid [m].
     trails : tuple of (str, bool)
         Bodies with a trail, and whether it is shown at first.
+    folders : tuple of (str, bool)
+        Entity folders of joints, springs, forces and so on, and whether each is shown at first.
     trail_seconds : float
         How much of the past a trail shows [s of simulated time].
     rows : tuple of tuple of Curves
@@ -81,6 +85,7 @@ class Layout:
     camera: Camera | None
     grid: float
     trails: tuple[tuple[str, bool], ...]
+    folders: tuple[tuple[str, bool], ...]
     trail_seconds: float
     rows: tuple[tuple[Curves, ...], ...]
     speed: float
@@ -224,9 +229,14 @@ def choose_camera(low: np.ndarray, high: np.ndarray, planar: bool) -> Camera:
     centre = (low + high) / 2
     half = (high - low) / 2
     if planar:
-        distance = _MARGIN * max(half[0], half[1], 1e-9) / _TAN_HALF_VIEW + half[2]
+        distance = _MARGIN * max(half[0] / _ASPECT, half[1], 1e-9) / _TAN_HALF_VIEW + half[2]
         return Camera((centre[0], centre[1], centre[2] + distance), tuple(centre), (0.0, 1.0, 0.0))
-    distance = _MARGIN * float(np.linalg.norm(half)) / _TAN_HALF_VIEW * 0.85
+    corners = np.array(list(itertools.product(*zip(-half, half))))
+    right = np.cross([0.0, 0.0, 1.0], _SLANT)
+    right /= np.linalg.norm(right)
+    across, upwards = np.abs(corners @ right) / _ASPECT, np.abs(corners @ np.cross(_SLANT, right))
+    nearest = corners @ _SLANT + _MARGIN * np.maximum(across, upwards) / _TAN_HALF_VIEW
+    distance = max(float(nearest.max()), 1e-9)
     return Camera(tuple(centre + distance * _SLANT), tuple(centre), (0.0, 0.0, 1.0))
 
 

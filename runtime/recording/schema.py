@@ -17,6 +17,15 @@ WORLD = "world"
 BODIES = "world/bodies"
 TRAILS = "world/trails"
 ORIGIN = "world/origin"
+JOINTS = "world/joints"
+JOINT_AXES = "world/axes"
+POINTS = "world/points"
+GROUND = "world/ground"
+GEARS = "world/gears"
+SPRINGS = "world/springs"  # and dampers
+LINKS = "world/links"
+FORCES = "world/forces"
+REACTIONS = "world/reactions"
 ABOUT = "about"
 STATE = "state"
 EVENTS = "events"
@@ -63,6 +72,24 @@ PALETTE = (
 )
 """Ten colours that stay apart on dark and on light grounds (Tableau 10)."""
 
+MARK_COLOURS = {
+    "pin": (208, 211, 217),
+    "slide": (208, 211, 217),
+    "ball": (208, 211, 217),
+    "gear": (208, 211, 217),
+    "point": (255, 226, 120),
+    "ground": (150, 155, 165),
+    "rail": (150, 155, 165),
+    "link": (170, 175, 185),
+    "spring": (196, 200, 208),
+    "damper": (160, 166, 178),
+    "force": (255, 96, 80),
+    "torque": (255, 160, 60),
+    "reaction": (120, 200, 255),
+    "tension": (120, 200, 255),
+}
+AXIS_COLOUR = (120, 170, 220)
+
 
 def colour(index: int) -> tuple[int, int, int]:
     """Return the colour of the `index`-th body or curve."""
@@ -75,14 +102,26 @@ def state_bytes(columns: dict[str, np.ndarray]) -> bytes:
     return np.ascontiguousarray(rows, dtype="<f8").tobytes()
 
 
-def file_sha256(path: Path, n_bytes: int) -> str:
-    """Return the SHA-256 of the first bytes of a file, as hexadecimal digits."""
-    digest, left = hashlib.sha256(), n_bytes
-    with path.open("rb") as file:
-        while left > 0 and (part := file.read(min(left, 1 << 20))):
-            digest.update(part)
-            left -= len(part)
-    return digest.hexdigest()
+class FileDigest:
+    """The SHA-256 of the first bytes of a file, which may grow meanwhile.
+
+    Attributes
+    ----------
+    n_bytes : int
+        How many it is of so far.
+    """
+
+    def __init__(self, path: Path):
+        self._path, self._digest, self.n_bytes = path, hashlib.sha256(), 0
+
+    def extend(self, n_bytes: int) -> str:
+        """Take it of the first `n_bytes`, and return it as hexadecimal digits."""
+        with self._path.open("rb") as file:
+            file.seek(self.n_bytes)
+            while (left := n_bytes - self.n_bytes) > 0 and (part := file.read(min(left, 1 << 20))):
+                self._digest.update(part)
+                self.n_bytes += len(part)
+        return self._digest.hexdigest()
 
 
 def state_sha256(columns: dict[str, np.ndarray]) -> str:

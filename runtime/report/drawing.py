@@ -9,6 +9,10 @@ import numpy as np
 
 from runtime.batches import evaluate
 from runtime.recording import geometry
+from runtime.recording.mark_shapes import Surroundings
+from runtime.recording.marks import Marks
+from runtime.recording.quantities import Quantities
+from runtime.report.mark_lines import mark_lines
 from runtime.report.svg import N_COLOURS
 
 if TYPE_CHECKING:
@@ -20,6 +24,7 @@ _MARGIN = 30.0
 _MOST_BODIES, _MOST_NAMES = 400, 12
 _ROUND = 24  # corners of a circle in space
 _CROSS = 7.0
+_MARK = "fill:none;stroke:var(--soft);stroke-width:1.2"
 # Rows: to the right, up, towards the eye. Isometric: x, y and z look equally long, z stands upright.
 _PLANAR = np.eye(3)
 _ISOMETRIC = np.array(
@@ -51,10 +56,18 @@ def drawing(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     # Meshes lie in files of their own: a body stands for each.
     bodies = [{**body, "shape": None if body["shape"] == "mesh" else body["shape"]} for body in system.bodies]
     around = geometry.scene_box(positions.min(axis=(0, 1)), positions.max(axis=(0, 1)))
-    shapes = geometry.primitives(bodies, sizes, rotations, geometry.diagonal_of(*around), None)
-    view = _PLANAR if all(body["planar"] for body in bodies) else _ISOMETRIC
+    diagonal, planar = geometry.diagonal_of(*around), all(body["planar"] for body in bodies)
+    marks = Marks(system.source.header, Quantities(system, p), planar)
+    if marks:
+        marks.prepare(times, states)
+    shapes = geometry.primitives(bodies, sizes, rotations, diagonal, None, marks.bars())
+    names = [body["name"] for body in bodies]
+    around = Surroundings.of_bodies(names, shapes, positions, rotations, diagonal, planar)
+    lines = mark_lines(marks, around, times, states) if marks else []
+    view = _PLANAR if planar else _ISOMETRIC
     outlines = [_outline(shape, positions[0, i], rotations[0, i], view) for i, shape in enumerate(shapes)]
-    return _picture([body["name"] for body in bodies], outlines, positions[0] @ view.T)
+    drawn = [line @ view[:2].T for line in lines]
+    return _picture(names, outlines, positions[0] @ view.T, drawn)
 
 
 def _outline(shape: Primitive, position: np.ndarray, rotation: np.ndarray, view: np.ndarray):
@@ -69,6 +82,9 @@ def _outline(shape: Primitive, position: np.ndarray, rotation: np.ndarray, view:
         corners = np.vstack(
             [np.insert(ring, 0 if shape.along_x else 2, end, axis=1) for end in (-length / 2, length / 2)]
         )
+    elif shape.kind == "bars":
+        ends = shape.ends.reshape(-1, 3)
+        return (ends @ rotation.T + position) @ view[:2].T, shape.sizes[0]
     else:
         half, radius = shape.half_box()
         corners = np.array([-half, half])
@@ -95,9 +111,12 @@ def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
-def _picture(names: list[str], outlines: list[tuple[np.ndarray, float]], centres: np.ndarray) -> str:
-    low = np.min([corners.min(axis=0) - thick for corners, thick in outlines], axis=0)
-    high = np.max([corners.max(axis=0) + thick for corners, thick in outlines], axis=0)
+def _picture(
+    names: list[str], outlines: list[tuple[np.ndarray, float]], centres: np.ndarray, lines: list[np.ndarray]
+) -> str:
+    seen = [*outlines, *((line, 0.0) for line in lines)]
+    low = np.min([corners.min(axis=0) - thick for corners, thick in seen], axis=0)
+    high = np.max([corners.max(axis=0) + thick for corners, thick in seen], axis=0)
     low, high = (corner[:2] for corner in geometry.scene_box(np.append(low, 0.0), np.append(high, 0.0)))
     extent = np.maximum(high - low, 1e-3 * np.max(high - low))
     extent = np.where(extent > 0.0, extent, 1.0)
@@ -117,6 +136,9 @@ def _picture(names: list[str], outlines: list[tuple[np.ndarray, float]], centres
     for i in np.argsort(centres[:, 2], kind="stable"):
         corners, thick = outlines[i]
         parts.append(_body(place(corners), scale * thick, i))
+    if lines:
+        path = "".join("M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in place(line)) for line in lines)
+        parts.append(f'<path class="mark" style="{_MARK}" d="{path}"/>')
     if len(names) <= _MOST_NAMES:
         for name, (x, y) in zip(names, place(centres[:, :2])):
             parts.append(f'<text x="{x + 8:.1f}" y="{y - 8:.1f}">{escape(name)}</text>')

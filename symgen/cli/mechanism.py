@@ -1,4 +1,4 @@
-"""What `symgen show` prints of joints, points, axes and ready-made constraints."""
+"""What `symgen show` prints of joints, points, axes, ready-made constraints and drawings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def section(title: str, rows: list[tuple[str, ...]]) -> list[str]:
 
 
 def mechanism(d: Description, show: Show) -> list[str]:
-    """The sections of joints, points, axes and ready-made constraints."""
+    """The sections of joints, points, axes, ready-made constraints and drawings."""
 
     def fixed(elements: Any, vector: str, at: str) -> list[tuple[str, ...]]:
         return [
@@ -33,12 +33,18 @@ def mechanism(d: Description, show: Show) -> list[str]:
 
     joints = [(j.name, j.type, f"{j.parent} -> {j.child}", _joint(j, show)) for j in d.joints]
     loops = [(x.name, x.kind, _arguments(x.arguments, show)) for x in d.loops]
+    drawn = [(x.name, x.kind, _places(x.vectors, show)) for x in d.drawings]
     return [
         *section("joints", joints),
         *section("points", fixed(d.points, "at", "at")),
         *section("axes", fixed(d.axes, "direction", "along")),
         *section("ready-made constraints (their equations are among the constraints)", loops),
+        *section("drawn", drawn),
     ]
+
+
+def _places(vectors: tuple[tuple[sympy.Expr, ...], ...], show: Show) -> str:
+    return ", ".join(f"({', '.join(map(show, vector))})" for vector in vectors)
 
 
 def _joint(j: Joint, show: Show) -> str:

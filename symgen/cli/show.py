@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import sympy
 
     from runtime.system import System
-    from symgen.model.description import Body, Coordinate, Description, Rate
+    from symgen.model.description import Body, Coordinate, Description, Friction, Rate
 
 _MOST_OPERATIONS = 400  # longer equations are not read by people
 _LONGEST_TEXT = 2000
@@ -143,7 +143,7 @@ def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
         *section(
             "stops", [(s.name, "0 <=", show(s.gap), f"restitution {show(s.restitution)}") for s in d.stops]
         ),
-        *section("friction", [(f.name, show(f.level), "against", show(f.speed)) for f in d.frictions]),
+        *section("friction", [(f.name, _level(f, show), "against", show(f.speed)) for f in d.frictions]),
         *section("constraints", [(c.name, "0 =", show(c.expression)) for c in d.constraints]),
         *section(
             "velocity constraints", [(c.name, "0 =", show(c.expression)) for c in d.velocity_constraints]
@@ -151,6 +151,10 @@ def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
         *section("outputs", [(name, "=", show(e)) for name, e in d.outputs]),
         *section("events", [(e.name, f"when {show(e.when)} = 0, {e.direction}", e.action) for e in d.events]),
     ]
+
+
+def _level(f: Friction, show: Callable[[sympy.Expr], str]) -> str:
+    return f"{show(f.level)} times the force of {', '.join(f.normal)}" if f.normal else show(f.level)
 
 
 def _kinetic(body: Body, dot) -> sympy.Expr:

@@ -21,7 +21,7 @@ from .graph.gather import gather
 from .graph.graph import Graph
 from .graph.hessian import hessian
 from .graph.kinds import INPUT, PARAM
-from .graph.vectors import Matrix
+from .graph.nodes import SparseRows
 from .kinematics import Scene
 from .load import Loader
 from .solve import factorise as ldl
@@ -42,29 +42,32 @@ class Derivation:
         self.x: Variables = variables(g, d)
         x, n = self.x, len(d.rates)
         self.loader = _loader(g, d, x)
+        self.levels = switches.levels(self.loader, d)
         self.scene = Scene(self.loader, d, x)
         self.bodies = self.scene.bodies
         self.mech: Mechanics = mechanics(self.loader, d, self.scene)
-        self.mass: Matrix = _gathered(g, mass_matrix(self.loader, self.mech, x))
-        self.form: Mechanics = cheapest_form(self.loader, self.mech, x, self.mass)
+        self.mass_rows: SparseRows = _gathered(g, mass_matrix(self.loader, self.mech, x))
+        self.form: Mechanics = cheapest_form(self.loader, self.mech, x, self.mass_rows)
         self.forces = [g.neg(h) for h in inverse_dynamics(self.loader, self.form, x, [g.zero] * n)]
         self.constraints: Constraints = constraints(self.loader, d, x)
-        self.mass_rows, self.jacobian_rows = g.sparse(self.mass), g.sparse(self.constraints.jacobian)
+        self.jacobian_rows = self.constraints.jacobian
         names = [r.name for r in d.rates] + [c.name for c in (*d.constraints, *d.velocity_constraints)]
         self.corner = switches.corner(self.loader, d)
         opposite = {k: g.neg(node) for k, node in self.corner.items()}
-        self.factors = ldl.factorise(g, self.mass, self.constraints.jacobian, names, opposite)
-        solution = ldl.solve(g, self.factors, [*self.forces, *self.constraints.gamma])
+        self.factors = ldl.factorise(g, self.mass_rows, self.jacobian_rows, names, opposite)
+        solution, levels, self.margins = self.levels.solve(self.factors, self.forces, self.constraints.gamma)
+        self.forces = self.levels.without(self.forces)
         recursive = self._by_articulated_bodies() if articulated else None
         if recursive is not None and g.count([*recursive, *self.forces]) < g.count([*solution, *self.forces]):
             solution = recursive
         self.accelerations = solution[:n]
         self.multipliers = [g.neg(value) for value in solution[n:]]
         self.does_work = False
-        self.power = g.add(
-            external_power(self.loader, self.mech, x, self.mass, self.accelerations),
+        power = g.add(
+            external_power(self.loader, self.mech, x, self.mass_rows, self.accelerations),
             rheonomic_power(self.loader, self.constraints, x, self.multipliers),
         )
+        self.power = self.levels.given(power, levels)
 
     def _by_articulated_bodies(self) -> list[int] | None:
         """Accelerations along the trees, where nothing but single joints' inertia adds to theirs."""
@@ -83,13 +86,13 @@ class Derivation:
         return not self.does_work and self.power == self.g.zero
 
 
-def _gathered(g: Graph, matrix: Matrix) -> Matrix:
+def _gathered(g: Graph, rows: SparseRows) -> SparseRows:
     """The matrix with the parameters in its products gathered: some entries are seen to be zero only then."""
-    if len(matrix) > LARGEST_GATHERED:
-        return matrix
-    flat = gather(g, tuple(entry for row in matrix for entry in row))
-    n = len(matrix)
-    return [list(flat[k * n : (k + 1) * n]) for k in range(n)]
+    if len(rows) > LARGEST_GATHERED:
+        return rows
+    entries = iter(gather(g, tuple(entry for row in rows for entry in row.values())))
+    gathered = [{k: next(entries) for k in row} for row in rows]
+    return [{k: entry for k, entry in row.items() if entry != g.zero} for row in gathered]
 
 
 def _loader(g: Graph, d: Description, x: Variables) -> Loader:

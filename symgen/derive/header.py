@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..model.description import Description, Input
+from ..model.description import Body, Description, Input
+from .movement import Movement
 from .structure import structure
 from .variables import with_rates
 
@@ -17,7 +18,7 @@ ABI = 1
 
 def header(d: Description, derivation: Derivation, source: str, operations: dict[str, int]) -> dict[str, Any]:
     """The `MODEL` dictionary of the ABI (docs/architecture.md)."""
-    rates = with_rates(d).rates
+    rates, movement = with_rates(d).rates, Movement(d)
     return {
         "abi": ABI,
         "generator": f"symgen {__version__}",
@@ -41,20 +42,23 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         "constraints": [{"name": c.name, "kind": c.kind} for c in (*d.constraints, *d.velocity_constraints)],
         "outputs": [{"name": name, "unit": ""} for name, _ in d.outputs],
         "events": [{"name": e.name, "direction": e.direction, "action": e.action} for e in d.events],
-        "bodies": [
-            {
-                "name": b.name,
-                "planar": b.planar,
-                "shape": b.shape.kind if b.shape else "",
-                "sizes": len(b.shape.sizes) if b.shape else 0,
-                "mesh": b.shape.mesh if b.shape else "",
-            }
-            for b in d.bodies
-        ],
+        "bodies": [_body(b, movement) for b in d.bodies],
         "structure": structure(derivation).flags,
         "operations": operations,
         "run": dict(d.run),
     }
+
+
+def _body(b: Body, movement: Movement) -> dict[str, Any]:
+    shape = b.shape
+    record: dict[str, Any] = {
+        "name": b.name,
+        "planar": b.planar,
+        "shape": shape.kind if shape else "",
+        "sizes": len(shape.sizes) if shape else 0,
+        "mesh": shape.mesh if shape else "",
+    }
+    return record | {"stretches": True} if shape and movement.of(shape.sizes) else record
 
 
 def _input(u: Input) -> dict[str, Any]:

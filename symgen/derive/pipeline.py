@@ -10,11 +10,12 @@ from .constraints import acceleration, constraint_forces
 from .contacts import SWITCHED, Switches, has_switches
 from .derivation import Derivation
 from .dynamics import Mechanics, inverse_dynamics
-from .graph.differentiate import jacobian
+from .graph.differentiate import jacobian, sparse_jacobian
 from .graph.gather import gather
 from .graph.nodes import SparseRows
 from .graph.quaternions import normalised
 from .header import header
+from .marks import mark_function, mark_records, marks
 from .program import Function, Program
 from .solve import factorise as ldl
 from .structure import structure
@@ -48,26 +49,30 @@ def derive(
     if has_switches(description):
         return derive_switched(description, source)
     d = Derivation(description, articulated=articulated)
-    program = Program(d.g, tuple(functions(d, gathered)), {})
-    head = header(description, d, source, program.operations()) | {"subsystems": []}
+    found = marks(d.description)
+    program = Program(d.g, (*functions(d, gathered), *mark_function(d.loader, found)), {})
+    head = header(description, d, source, program.operations()) | {"subsystems": []} | mark_records(found)
     return replace(program, header=head, findings=tuple(structure(d).findings))
 
 
 def derive_switched(description: Description, source: str) -> Program:
     """Derive a model with stops or dry friction twice: with all of them open and sliding, and with each on a switch."""
     switches = Switches.of(description)
-    d = Derivation(switches.open_form())
-    closed = Derivation(switches.closed_form(), switches)
-    switches.name_forces(closed.loader, closed.description, closed.multipliers)
+    d = Derivation(switches.form(), switches)
+    closed = Derivation(switches.closed.form(), switches.closed)
+    for form, own in ((d, switches), (closed, switches.closed)):
+        own.name_forces(form.loader, form.description, form.multipliers, form.margins)
     d.does_work = closed.does_work = not (d.conservative and closed.conservative)
     watched = Function("switches", *switches.watched(d.loader))
     second = Program(closed.g, tuple(f for f in functions(closed) if f.name in SWITCHED), {})
-    program = Program(d.g, (*functions(d), watched), {}, closed=second)
+    found = marks(description)
+    program = Program(d.g, (*functions(d), *mark_function(d.loader, found), watched), {}, closed=second)
     head = header(d.description, d, source, program.operations())
     head |= {
         "inputs": head["inputs"][: len(description.inputs)],
         "switches": switches.records(),
         "subsystems": [],
+        **mark_records(found),
     }
     second = replace(second, header=switches.closed_header(head))
     return replace(program, header=head, findings=tuple(structure(d).findings), closed=second)
@@ -113,7 +118,8 @@ def _residual_functions(d: Derivation) -> Iterator[Function]:
     """M a - f - Gᵀλ and G a - γ, with their derivatives; `a` is an input, so no inverse is differentiated."""
     g, x = d.g, d.x
     residual = _residual(d, d.form)
-    yield Function("residual", "M a - f - G^T lambda, then G a - gamma.", tuple(residual))
+    in_full = tuple(d.levels.at(residual, x.lam))
+    yield Function("residual", "M a - f - G^T lambda, then G a - gamma.", in_full)
     rows = _residual_by_state(d, residual)
     first, G = len(x.q) + len(x.v), d.jacobian_rows
     for row, entries in zip(rows, [*d.mass_rows, *G], strict=True):
@@ -123,6 +129,7 @@ def _residual_functions(d: Derivation) -> Iterator[Function]:
             rows[k][first + len(x.v) + j] = g.neg(entry)
     for k, node in d.corner.items():
         rows[len(x.v) + k][first + len(x.v) + k] = node
+    d.levels.differentiate(rows, residual, [*x.q, *x.v], x)
     doc = "Residual derivatives by q, v, a, lambda."
     yield Function.matrix("residual_jacobian", doc, rows, first + len(x.v) + len(x.lam))
 
@@ -155,12 +162,12 @@ def _residual_by_state(d: Derivation, residual: list[int]) -> SparseRows:
     rest = replace(d.form, trees=[tree for tree in d.form.trees if not tree.on_world])
     ways = [residual_by_state(d.loader, rest, d.constraints, d.x)]
     if len(state) <= LARGEST_TRIED_ALL_WAYS:
-        ways.append(g.sparse(jacobian(g, _residual(d, rest) if trees else residual, state)))
+        ways.append(sparse_jacobian(g, _residual(d, rest) if trees else residual, state))
     best = min(ways, key=cost) if len(ways) > 1 else ways[0]
     for tree in trees:
         add_tree_derivatives(tree, best)
     if trees and len(state) <= LARGEST_TREE_TRIED_ALL_WAYS:
-        best = min(best, g.sparse(jacobian(g, residual, state)), key=cost)
+        best = min(best, sparse_jacobian(g, residual, state), key=cost)
     return best
 
 

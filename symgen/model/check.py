@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import sympy
+
 from ..errors import nearest
 from . import check_units, check_values
 from .check_contacts import check_contacts
@@ -87,10 +89,13 @@ class _Checker:
         self.defined: dict[str, Dependence] = {}
         self.moved: dict[str, frozenset[str]] = {}  # name of a point's or axis' body: coordinates
         self.coordinates = _coordinates_of(d)  # of each name that stands for coordinates or their rates
+        # Of expressions, by identity; they are kept, lest it be reused.
+        self._known: dict[int, tuple[sympy.Expr, Dependence]] = {}
 
     def define(self) -> None:
         """Find what the definitions depend on."""
         self.defined.clear()
+        self._known.clear()
         for item in definition_items(self.description):
             self.defined[item.key] = self.dependence(item)
 
@@ -110,6 +115,8 @@ class _Checker:
 
     def add_axes(self, d: Description) -> None:
         """Take the components of a description's points and axes for names."""
+        if d.points or d.axes:
+            self._known.clear()
         for kind, elements in (("point component", d.points), ("axis component", d.axes)):
             for x in elements:
                 for c in "xyz":
@@ -118,6 +125,12 @@ class _Checker:
 
     def dependence(self, item: Item) -> Dependence:
         """What an expression depends on; its names must be declared, its derivatives first ones."""
+        expression = item.expression
+        if id(expression) not in self._known:
+            self._known[id(expression)] = expression, self._dependence(item)
+        return self._known[id(expression)][1]
+
+    def _dependence(self, item: Item) -> Dependence:
         found = uses(item.expression)
         if found.foreign is not None:
             kind = type(found.foreign).__name__

@@ -207,7 +207,8 @@ class Friction:
     """Coulomb friction against a relative `speed`, linear in the rates, of the size `level` [W per unit of `speed`].
 
     `smooth` is the speed below which the force gives way; without it the contact sticks and slips. What sticks can take
-    `static`, or as much as what slides.
+    `static`, or as much as what slides. With a `normal`, `level` and `static` are coefficients of a normal force: that
+    of a stop, or the magnitude of the multipliers of one or more constraints; the names of these.
     """
 
     name: str
@@ -215,6 +216,7 @@ class Friction:
     level: Expr
     smooth: Expr | None = None
     static: Expr | None = None
+    normal: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -252,6 +254,18 @@ class Event:
     direction: str = "both"
     action: str = "record"
     resets: tuple[Reset, ...] = ()
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What is drawn besides bodies and joints: `kind` as in `symgen.model.drawings.KINDS`, vectors in world axes.
+
+    The vectors are places [m]; the second one of a force is the force [N].
+    """
+
+    name: str
+    kind: str
+    vectors: tuple[tuple[Expr, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -297,6 +311,7 @@ class Description:
     stops: tuple[Stop, ...] = ()
     frictions: tuple[Friction, ...] = ()
     contacts: tuple[Contact, ...] = ()
+    drawings: tuple[Drawing, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import sympy
 
-from .contact_laws import with_contact_laws
+from .contact_laws import with_contact_laws, with_normals
 from .description import Axis, Body, Constraint, Description, Event, Joint, Reset
 from .functions import dot
 from .joint_types import TYPES
@@ -31,12 +31,12 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
     bodies = {b.name: _with_com(b) if b.name in children else b for b in d.bodies}
     joints = tuple(with_axes(j, bodies[j.child]) for j in parents_first(d.joints))
     d = replace(d, bodies=tuple(bodies.values()), joints=joints, **_energies(d, joints))
-    constraints, axes = _constraints(d, sources, kinds)
+    constraints, axes, parts = _constraints(d, sources, kinds)
     rate_of = {r.coordinate: r.name for r in d.rates if r.coordinate is not None}
     d = with_contact_laws(d, sources)
+    d = with_normals(replace(d, constraints=constraints), parts, sources)
     return replace(
         d,
-        constraints=constraints,
         axes=(*d.axes, *axes),
         forces=tuple((rate_of.get(name, name), value) for name, value in d.forces),
         events=(*(_with_rates(e, d, rate_of) for e in d.events), *_limits(d, sources)),
@@ -86,9 +86,9 @@ def _added(energy: sympy.Expr | None, terms: list[sympy.Expr]) -> sympy.Expr | N
 
 def _constraints(
     d: Description, sources: Sources, kinds: Mapping[str, str]
-) -> tuple[tuple[Constraint, ...], list[Axis]]:
-    """All holonomic constraints, plain ones first, and the axes that the others need."""
-    constraints, writer = list(d.constraints), Writer(d)
+) -> tuple[tuple[Constraint, ...], list[Axis], dict[str, tuple[str, ...]]]:
+    """All holonomic constraints, plain ones first, the axes that the others need, and the names that each one made."""
+    constraints, writer, parts = list(d.constraints), Writer(d), {}
     taken = {c.name for c in (*d.constraints, *d.velocity_constraints)}
     for loop in d.loops:
         known = len(writer.axes)
@@ -97,12 +97,13 @@ def _constraints(
             if name in taken:
                 raise _clash(sources, loop.name, f"constraint '{name}'")
             taken.add(name)
+            parts[loop.name] = (*parts.get(loop.name, ()), name)
             constraints.append(Constraint(name, expression))
         for axis in writer.axes[known:]:
             for component in "xyz":
                 if f"{axis.name}_{component}" in kinds:
                     raise _clash(sources, loop.name, f"name '{axis.name}_{component}'")
-    return tuple(constraints), writer.axes
+    return tuple(constraints), writer.axes, parts
 
 
 def _clash(sources: Sources, loop: str, what: str):

@@ -5,10 +5,11 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import sympy
 
-from .description import Body, Description, Joint, Load, Loop
+from .description import Body, Description, Drawing, Joint, Load, Loop
 from .joint_types import TYPES, JointType
 from .units import (
     ACCELERATION,
@@ -26,6 +27,8 @@ from .units import (
     times,
 )
 
+# How many vectors each kind of drawing takes: places [m], but the second one of a force is the force [N].
+DRAWINGS = {"spring": 2, "damper": 2, "bar": 2, "rail": 2, "pin": 1, "ground": 1, "force": 2}
 RATES, INPUTS, COORDINATES, TIME_ITSELF = "a rate", "an input", "a coordinate", "the time"
 PLACES = "the place of a point or axis"
 
@@ -83,8 +86,7 @@ LEVEL = Role(
 OBSERVED = Role("an output, event or size")
 
 
-@dataclass(frozen=True)
-class Item:
+class Item(NamedTuple):
     """An expression at an address; `dimension` is None where any will do."""
 
     table: str
@@ -137,6 +139,8 @@ def items(d: Description) -> Iterator[Item]:
     for name, value in d.outputs:
         yield Item("outputs", name, value, OBSERVED)
     yield from _event_items(d, sizes, speeds)
+    for drawing in d.drawings:
+        yield from _drawing_items(drawing)
 
 
 def definition_items(d: Description) -> Iterator[Item]:
@@ -234,7 +238,7 @@ def _contact_items(d: Description) -> Iterator[Item]:
     for f in d.frictions:
         table = f"friction.{f.name}"
         yield Item(table, "speed", f.speed, SPEED)
-        yield Item(table, "force", f.level, LEVEL)
+        yield Item(table, "coefficient" if f.normal else "force", f.level, LEVEL)
         if f.static is not None:
             yield Item(table, "static", f.static, LEVEL)
         if f.smooth is not None:
@@ -264,3 +268,15 @@ def _event_items(
                 size = speeds.get(reset.target)
             key = f"then.reset.dot({reset.target})" if reset.is_rate else f"then.reset.{reset.target}"
             yield Item(f"events.{event.name}", key, reset.value, OBSERVED, size)
+
+
+def _drawing_items(drawing: Drawing) -> Iterator[Item]:
+    for k, vector in enumerate(drawing.vectors):
+        key = drawing_key(drawing.kind, k)
+        dimension = FORCE if drawing.kind == "force" and k == 1 else LENGTH
+        yield from _vector_items(f"draw.{drawing.name}", key, vector, OBSERVED, dimension)
+
+
+def drawing_key(kind: str, k: int) -> str:
+    """The key of the k-th vector of a drawing."""
+    return f"{kind}[{k}]" if DRAWINGS[kind] > 1 else kind

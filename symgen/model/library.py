@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import inspect
-import traceback
 import types
 from collections.abc import Mapping
 from pathlib import Path
@@ -175,6 +174,8 @@ def _execute(path: Path) -> types.ModuleType:
 
 def _author_error(path: Path, error: BaseException) -> SymgenError:
     """What went wrong in the author's file, with the line of that file that was running."""
+    import traceback
+
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
     line = lines[-1] if lines else None
     if isinstance(error, ModelError):

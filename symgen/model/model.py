@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from . import bodies, run_defaults
+from . import bodies, drawings, run_defaults
 from .contacts import Contacts
-from .description import Body, Description, Event, Load
+from .description import Body, Description, Drawing, Event, Load
 from .events import make_event
 from .names import name_fault
 from .sources import Sources
@@ -70,6 +70,7 @@ class Model(Contacts):
         self._forces: dict[str, list[sympy.Expr]] = {}
         self._loads: dict[str, Load] = {}
         self._events: dict[str, Event] = {}
+        self._drawings: dict[str, Drawing] = {}
         self._run: dict[str, Any] = {}
         if gravity is not None:
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
@@ -173,6 +174,25 @@ class Model(Contacts):
         self._new_element(name, "loads", self._loads)
         self._loads[name] = bodies.make_load(self, name, point, force, body, torque)
 
+    def draw(self, name: str, **what: Any) -> None:
+        """Draw something besides bodies and joints in recordings; it does nothing to the motion.
+
+        Parameters
+        ----------
+        name : str
+        **what
+            One of `spring`, `damper`, `bar`, `rail` (a line on the ground) with two places, `pin`, `ground` (a
+            support) with one, `force` with a place and a force [N]. A place is a point's name, or two or three
+            components in world axes [m].
+
+        Examples
+        --------
+        >>> model.draw("strut", spring=[(0, z_wheel), (0, z_body)])
+        >>> model.draw("push", force=[(x, 0), (F, 0)])
+        """
+        self._new_element(name, "draw", self._drawings)
+        self._drawings[name] = drawings.make_drawing(self, name, what)
+
     def event(self, name: str, when: Any, direction: str = "both", then: Any = "record") -> None:
         """Act when an expression crosses zero.
 
@@ -260,6 +280,7 @@ class Model(Contacts):
             points=tuple(self._points.values()),
             axes=tuple(self._axes.values()),
             loops=tuple(self._loops.values()),
+            drawings=tuple(self._drawings.values()),
             **self._touching(),
         )
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError, nearest
+from .items import DRAWINGS
 from .model import Model
 from .names import LONGEST_NAME
 
@@ -33,7 +34,7 @@ READY_MADE = {  # arguments in the order of the methods; those of the second lis
 PAIRS = ("distance", "gear")  # whose first argument is a list, and two in the method
 LOAD_KEYS = ("point", "force", "body", "torque")
 STOP_KEYS = ("gap", "restitution")
-FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static")
+FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static", "coefficient", "normal")
 CONTACT_KEYS = ("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth")
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
@@ -238,5 +239,6 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "velocity_constraints": _each("velocity_constraint"),
     "outputs": _each("output"),
     "events": _event,
+    "draw": _each_table("draw", "draw", tuple(DRAWINGS), inline=False),
     "run": _run,
 }

@@ -10,7 +10,8 @@ import sympy
 
 from ..errors import ModelError
 from .contacts import contact_tables
-from .description import Body, Coordinate, Description, Event, Input, Joint, Load, Loop, Rate
+from .description import Body, Coordinate, Description, Drawing, Event, Input, Joint, Load, Loop, Rate
+from .items import drawing_key
 from .joint_types import TYPES
 from .printing import to_text
 from .sources import Sources
@@ -65,6 +66,8 @@ class _Writer:
         yield ["[outputs]", *self.entries("outputs", d.outputs)]
         for event in d.events:
             yield self.event(event)
+        for drawing in d.drawings:
+            yield self.drawing(drawing)
         yield ["[run]", *(f"{key} = {_literal(value)}" for key, value in d.run.items())]
 
     def entries(self, table: str, pairs: Iterable[tuple[str, sympy.Expr]]) -> list[str]:
@@ -155,8 +158,12 @@ class _Writer:
         ]
         return [f"[{table}]", f"{loop.kind} = {{ {', '.join(pairs)} }}"]
 
-    def table(self, table: str, entries: Iterable[tuple[str, sympy.Expr]]) -> list[str]:
-        return [f"[{table}]", *self.entries(table, entries)]
+    def table(self, table: str, entries: Iterable[tuple[str, sympy.Expr | tuple[str, ...]]]) -> list[str]:
+        lines = [f"[{table}]"]
+        for key, value in entries:
+            names = isinstance(value, tuple)
+            lines += [f"{key} = {_one_or_list(value)}"] if names else self.entries(table, [(key, value)])
+        return lines
 
     def load(self, load: Load) -> list[str]:
         table = f"loads.{load.name}"
@@ -168,6 +175,11 @@ class _Writer:
             f"body = {_quoted(load.body)}",
             f"torque = {self.array(table, 'torque', load.torque)}",
         ]
+
+    def drawing(self, drawing: Drawing) -> list[str]:
+        table, kind = f"draw.{drawing.name}", drawing.kind
+        vectors = [self.array(table, drawing_key(kind, k), x) for k, x in enumerate(drawing.vectors)]
+        return [f"[{table}]", f"{kind} = " + (f"[{', '.join(vectors)}]" if len(vectors) > 1 else vectors[0])]
 
     def event(self, event: Event) -> list[str]:
         table = f"events.{event.name}"

@@ -49,6 +49,7 @@ def _scene(layout: Layout) -> rrb.Spatial3DView:
     for name, shown in layout.trails:
         behaviour = [] if shown else [rrb.EntityBehavior(visible=False)]
         overrides[f"{schema.TRAILS}/{name}"] = [rrb.VisibleTimeRanges([past]), *behaviour]
+    overrides |= {folder: rrb.EntityBehavior(visible=False) for folder, shown in layout.folders if not shown}
     plane = rr.components.Plane3D.XY if layout.planar else rr.components.Plane3D([0.0, 0.0, 1.0])
     camera = layout.camera
     return rrb.Spatial3DView(
