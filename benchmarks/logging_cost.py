@@ -2,8 +2,10 @@
 
     python benchmarks/logging_cost.py [MODEL …]
 
-For each model: seconds of the run without a recorder and with one, the smallest of some repetitions, and the cost of
-a frame. Loading Rerun, which a process does once, is shown apart.
+For each model: seconds of the run without a recorder and with one until all is written, the smallest of some
+repetitions; how long the run takes for a frame; processor time that logging adds to a frame in the run's own thread and
+in the one beside it that writes; and bytes on file. On a machine with a processor to spare, a run that takes longer for
+a frame than its writing does hardly waits for it. Loading Rerun, which a process does once, is shown apart.
 """
 
 from __future__ import annotations
@@ -35,7 +37,10 @@ def main() -> None:
     from runtime.recording.rrd import write  # noqa: F401  loaded before anything is timed
 
     print(f"Rerun is loaded in {time.perf_counter() - began:.2f} s, once")
-    print(f"{'model':<20} {'frames':>7} {'run [s]':>9} {'with log':>9} {'added':>7} {'a frame':>10}")
+    print(
+        f"{'model':<20} {'frames':>7} {'run [s]':>8} {'with log':>9} {'added':>7} "
+        f"{'a frame: run':>13} {'log here':>9} {'beside':>8} {'bytes':>6}"
+    )
     for model in options.models:
         print(measure(model, options.method))
 
@@ -50,13 +55,25 @@ def measure(model: str, method: str) -> str:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.rrd"
         pairs = [
-            (seconds(system, t_end, method), seconds(system, t_end, method, path, text))
+            (*timed(system, t_end, method), *timed(system, t_end, method, path, text))
             for _ in range(REPETITIONS)
         ]
-    alone, logged = (min(column) for column in zip(*pairs))
+        size = path.stat().st_size
+    alone, own_alone, all_alone, logged, own, everything = (min(column) for column in zip(*pairs))
     n = int(FPS * t_end)
-    added = logged - alone
-    return f"{model:<20} {n:>7} {alone:>9.3f} {logged:>9.3f} {added / alone:>7.1%} {added / n * 1e6:>7.1f} µs"
+    here, beside = own - own_alone, everything - all_alone - (own - own_alone)
+    run, here, beside = (f"{1e6 * took / n:.1f} µs" for took in (alone, here, beside))
+    return (
+        f"{model:<20} {n:>7} {alone:>8.3f} {logged:>9.3f} {logged / alone - 1.0:>7.1%} "
+        f"{run:>13} {here:>9} {beside:>8} {size / n:>6.0f}"
+    )
+
+
+def timed(*arguments) -> tuple[float, float, float]:
+    """Return `seconds(*arguments)`, and the processor time of this thread and of all threads."""
+    own, everything = time.thread_time(), time.process_time()
+    took = seconds(*arguments)
+    return took, time.thread_time() - own, time.process_time() - everything
 
 
 def seconds(

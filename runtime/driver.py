@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from runtime.errors import ContactError
 from runtime.event_actions import EventActions, ResetError
 from runtime.failures import failure_message
 from runtime.integrate import layout as at
@@ -84,7 +85,7 @@ class Run:
         self.seconds = 0.0
         self.handed = 0  # frames that were handed on
         self.stiff_noted = False
-        self._resumed = False
+        self._resumed = self._input_jumped = False
 
     def go(self) -> None:
         """Run to the end, to a terminating event, to a failure, or until Ctrl-C."""
@@ -98,7 +99,7 @@ class Run:
             self._loop()
         except KeyboardInterrupt:
             self._end("interrupted", f"Interrupted at t = {self.arrays.t:.9g} s; all up to there is kept.")
-        except ResetError as error:
+        except (ResetError, ContactError) as error:
             whole = False
             self._end("failed", str(error))
         self._hand_on_frames()
@@ -169,11 +170,16 @@ class Run:
     def _after_call(self, status: int) -> bool:
         """Collect what a call of the step loop has left, act on its status; returns whether to go on."""
         self._collect()
+        if self._input_jumped:
+            self._settle_jump()
         if status < 0 and self.fallback is not None:
             self._fall_back()
             return True
         if status < 0:
-            self._end("failed", failure_message(status, self.system, self.method, self.arrays))
+            objection = self.actions.switching.objection() if self.actions.switching is not None else ""
+            self._end(
+                "failed", objection or failure_message(status, self.actions.form, self.method, self.arrays)
+            )
             return False
         if status == at.EVENT:
             return self._on_event()
@@ -190,6 +196,8 @@ class Run:
             status = arrays.advance(self.inputs.next_stop(self.stops[0]), allowed, keep_log=keep_log)
             keep_log = True
             self._follow_inputs()
+            if self._input_jumped:
+                return at.RUNNING if status == at.REACHED_STOP else status
         return status
 
     def _follow_inputs(self) -> None:
@@ -200,6 +208,14 @@ class Run:
         arrays.restart(state_changed=False)
         if self.method.multistep:
             arrays.choose_step_anew()  # its history is of the motion before the jump
+        self._input_jumped = self.actions.switching is not None
+
+    def _settle_jump(self) -> None:
+        """Let go of what jumping forces no longer hold, which no event function shows."""
+        self._input_jumped = False
+        records = self.actions.settle_jump()
+        self._take_form()
+        self._report_events(records)
 
     def _fall_back(self) -> None:
         before, self.method, self.fallback = self.method, self.fallback, None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 
 
@@ -36,6 +35,10 @@ class ModuleError(RuntimeModelError):
         return type(self), (self.file, self.place, self.cause, self.remedy)
 
 
+class ContactError(RuntimeModelError):
+    """Stops or frictions allow no motion, or several."""
+
+
 class UnknownNameError(RuntimeModelError, KeyError):
     """A name that the model does not have."""
 
@@ -46,6 +49,8 @@ class UnknownNameError(RuntimeModelError, KeyError):
 
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return `name`'s nearest neighbour among `names` as a hint, or the list of names, or nothing."""
+    import difflib
+
     known = list(names)
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     if close:

@@ -112,7 +112,7 @@ class EventActions:
         self.log.extend(records)
         arrays.restart(state_changed=reset or len(switched) > 0)
         if reset or len(switched):
-            arm_events(self.form, arrays, fired)
+            self._arm(fired)
             arrays.event_block(at.SIDE)[fired] = 0.0
         accumulation = self.zeno.look(arrays.t, resolved and self._gets_away(fired)) if reset else None
         return records, terminate, accumulation
@@ -131,7 +131,24 @@ class EventActions:
             self._check_forces()
             self.energy_of_resets += self.energy() - before
         if self.arrays.n_events:
-            arm_events(self.form, self.arrays)
+            self._arm()
+
+    def _arm(self, fired: np.ndarray | None = None) -> None:
+        """Arm the events; those of frictions that others hold stay out of it."""
+        resting = None if self.switching is None else self.switching.resting
+        arm_events(self.form, self.arrays, fired)
+        if resting is not None:
+            self.switching.resting = resting
+
+    def settle_jump(self) -> list[EventRecord]:
+        """Settle stops and frictions where forces have jumped with an input; returns what changed."""
+        before = self.switching.settings
+        records = self._switch(np.zeros(0, dtype=int))
+        self.log.extend(records)
+        changed = np.flatnonzero(self.switching.settings != before)
+        if len(changed):
+            self._arm()
+        return records
 
     def _switch(self, switched: np.ndarray) -> list[EventRecord]:
         """Settle stops and frictions; the energy of the instant is noted with the first of them."""
@@ -146,7 +163,7 @@ class EventActions:
                 self.switching.names[index], action, arrays.t, before[:nq], before[nq:], after[:nq], after[nq:],
                 change if k == 0 else 0.0,
             )
-            for k, (index, action) in enumerate(zip(switched, actions, strict=True))
+            for k, (index, action) in enumerate(actions)
         ]  # fmt: skip
 
     def _check_forces(self) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from runtime.abi import array_sizes
+from runtime.abi import ENTRIES, array_sizes
 from runtime.code.grammar import FunctionText, Lengths
 from runtime.errors import UnknownNameError, nearest
 from runtime.kernel import Kernel, KernelSource, compile_kernel
@@ -13,6 +14,8 @@ from runtime.names import acceleration_labels, rate_labels
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    import numpy as np
 
     from runtime.code.engine import MachineCode
 
@@ -30,7 +33,7 @@ class ModelFunctions:
         Parameters
         ----------
         function : str
-            A name of the ABI, such as "rhs".
+            A name of the ABI, such as "rhs", or one of a matrix with "_entries" behind it, see `entry_places`.
 
         Returns
         -------
@@ -99,17 +102,20 @@ class ModelFunctions:
 
     def machine_code(self) -> MachineCode:
         """Return the place of this model's machine code; made on first use."""
-        if "_machine_code" not in self.__dict__:
-            from runtime.code.engine import MachineCode
+        with self._lock:
+            if "_machine_code" not in self.__dict__:
+                from runtime.code.engine import MachineCode
 
-            self.__dict__["_machine_code"] = MachineCode()
-        return self.__dict__["_machine_code"]
+                self.__dict__["_machine_code"] = MachineCode()
+            return self.__dict__["_machine_code"]
 
     def function_text(self, function: str) -> FunctionText:
         """Return a function's text with the lengths of its arrays, as it is lowered."""
         return self._kernel_source(function).code
 
     def _kernel_source(self, function: str) -> KernelSource:
+        if function.endswith(ENTRIES) and function not in self.source.functions:
+            return self._entries_source(function.removesuffix(ENTRIES))[0]
         sizes = array_sizes(self.source.header, function)
         if sizes is None or function not in self.source.functions:
             raise UnknownNameError(self._no_function(function))
@@ -123,6 +129,23 @@ class ModelFunctions:
         code = FunctionText(function, text, lengths, tables, self.file, line)
         n_hoisted, offset = self._hoisted.get(function, (0, 0))
         return KernelSource(code, n_hoisted, offset, self)
+
+    def entry_places(self, function: str) -> np.ndarray:
+        """Return where in the matrix that a function writes those entries stand that `<function>_entries` writes.
+
+        That kernel takes the same arguments, and writes what is no structural zero to an array of this length.
+        """
+        return self._entries_source(function)[1]
+
+    def _entries_source(self, function: str) -> tuple[KernelSource, np.ndarray]:
+        found = self.__dict__.setdefault("_entries", {})
+        if function not in found:
+            from runtime.code.compact import compact
+
+            whole = self._kernel_source(function)
+            code, places = compact(whole.code)
+            found[function] = replace(whole, code=code), places
+        return found[function]
 
     def _no_function(self, function: str) -> str:
         if function in ("project", "gamma", "constraint_residual", "constraint_jacobian") and not self.m:

@@ -106,11 +106,6 @@ def solve(
         raise RuntimeModelError(f"max_steps is {max_steps}: allow at least one step, or leave it out")
     moving, constant = _split_inputs(system, {**(inputs or {})}, parameters or {})
     p = system.parameter_values({**(parameters or {}), **constant})
-    if moving and system.switches:
-        raise RuntimeModelError(
-            f"model {system.name!r} has stops or dry friction, which do not go together with inputs over time: give "
-            "constant inputs, or write the course of time into the model"
-        )
     if moving:
         from runtime.inputs.drive import drive
 
@@ -207,8 +202,11 @@ def frame_times(t_start: float, t_end: float, fps: float | None) -> tuple[np.nda
     wanted = np.append(wanted[wanted < t_end - 1e-9 * span], t_end)
     if len(wanted) > _LEAST_FRAMES:
         return wanted, np.ones(len(wanted), dtype=bool)
-    times = np.union1d(wanted, filled)
-    return times, np.isin(times, wanted)
+    times = np.sort(np.concatenate([wanted, filled]))
+    times = times[np.append(True, np.diff(times) > 0.0)]
+    shown = np.zeros(len(times), dtype=bool)
+    shown[np.searchsorted(times, wanted)] = True
+    return times, shown
 
 
 def run_interval(system: System, t_start: float, t_end: float | None) -> tuple[float, float]:

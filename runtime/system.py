@@ -68,6 +68,8 @@ class System(ModelFunctions):
         Its stops, then its frictions that stick and slip.
     settings : tuple of str
         Names of the numbers at the end of `p` that say which of them hold; runs set them.
+    switched : dict of int to int
+        For each constraint that can be switched off, where in `p` its switch is; empty but in the `closed` form.
     quaternions : tuple of int
         Where in q each unit quaternion (w, x, y, z) begins.
     structure, operations, run_defaults : dict
@@ -97,6 +99,8 @@ class System(ModelFunctions):
         set_("switches", tuple(header.get("switches", ())))
         values = [float(record["value"]) for record in (*self.parameters, *self.inputs)]
         set_("settings", tuple(setting_names(header)))
+        switched = header.get("switched", {})
+        set_("switched", {row: len(values) + k for row, k in switched.items()})
         values += [0.0] * len(self.settings)
         set_("_p", np.array(values))
         names = [record["name"] for record in (*self.parameters, *self.inputs)]
@@ -193,9 +197,8 @@ class System(ModelFunctions):
                 n: source.functions[CLOSED + n].replace(f"def {CLOSED}", "def ", 1) for n in SWITCHED
             }
             lines = source.lines | {n: source.lines[CLOSED + n] for n in SWITCHED}
-            self.__dict__["_closed"] = System(
-                replace(source, header=header, functions=functions, lines=lines)
-            )
+            closed = System(replace(source, header=header, functions=functions, lines=lines))
+            self.__dict__.setdefault("_closed", closed)
         return self.__dict__["_closed"]
 
     def prepared(self, p: np.ndarray) -> np.ndarray:
@@ -217,9 +220,10 @@ class System(ModelFunctions):
         if "_setup" not in self.__dict__:
             from runtime.kernel import compile_setup
 
-            with self._lock:
-                sources = [self._kernel_source(name) for name in self._hoisted]
-                self.__dict__["_setup"] = compile_setup(sources)
+            with self._lock:  # a recording evaluates kernels beside the run
+                if "_setup" not in self.__dict__:
+                    sources = [self._kernel_source(name) for name in self._hoisted]
+                    self.__dict__["_setup"] = compile_setup(sources)
         key = p.tobytes()
         last = self.__dict__.get("_last_prepared", (b"", p))
         if last[0] != key:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from typing import Any
 
@@ -93,6 +92,8 @@ def _rebuild(cls: type[ModelError], message: str, fields: dict[str, Any]) -> Mod
 
 def nearest(name: str, names: Iterable[str], what: str = "known names") -> str | None:
     """A hint for a misspelt name: its nearest neighbour, or the list of the names where none is near."""
+    import difflib
+
     known = list(dict.fromkeys(names))
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     if not close:

@@ -101,12 +101,17 @@ def test_traced_residual_is_that_of_the_compiled_kernel(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("peer", "package"), [("ida", "sksundae"), ("casadi", "casadi"), ("scipy_dae", "scipy_dae")]
+    ("peer", "package", "scene"),
+    [
+        ("ida", "sksundae", "heavy_top_absolute"),
+        ("casadi", "casadi", "heavy_top_absolute"),
+        ("scipy_dae", "scipy_dae", "car_axis"),
+    ],
 )
-def test_solver_of_daes_integrates_the_same_motion(peer, package):
+def test_solver_of_daes_integrates_the_same_motion(peer, package, scene):
     pytest.importorskip(package)
     effort = replace(QUICK, longest_run=1.0, repeat=0.0)
-    results = dict(run_peer(find_peers(PEERS)[peer], case("heavy_top_absolute"), effort))
+    results = dict(run_peer(find_peers(PEERS)[peer], case(scene), effort))
     assert results
     for result in results.values():
         errors = [row["error"] for row in result["rows"] if row["error"] is not None]

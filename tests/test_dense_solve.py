@@ -10,7 +10,7 @@ import pytest
 from mechanisms import GRAVITY, body, describe
 
 import runtime
-from runtime.code import dense_ldl, engine
+from runtime.code import compiler, dense_ldl, engine
 from runtime.errors import ModuleError
 from symgen import Model, cos, link, sin
 from symgen.derive.graph.graph import Graph
@@ -39,7 +39,7 @@ def compiled(name, sizes, n_arrays):
     arguments = ", ".join(f"ptr %a{k}" for k in range(n_arrays))
     ir = f"{text}define void @entry({arguments}) {{\ncall void @{symbol}({arguments})\nret void\n}}\n"
     keep = engine.MachineCode()
-    address = keep.add(engine.compile_ir(ir), "entry")
+    address = keep.add(compiler.compile_ir(ir), "entry")
     call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * n_arrays)(address)
     return keep, lambda *arrays: call(*(a.ctypes.data for a in arrays))
 
@@ -174,7 +174,9 @@ def test_a_long_chain_is_solved_by_loops(long_chain):
 def test_taylor_series_do_not_need_what_loops_solve(long_chain):
     """The series come from the residual; stages of dop853 come from the loops."""
     ends = [
-        long_chain.run(t_end=0.3, method=method, rtol=1e-12, atol=1e-13, start={f"q{k}": 0.1 for k in range(3)})
+        long_chain.run(
+            t_end=0.3, method=method, rtol=1e-12, atol=1e-13, start={f"q{k}": 0.1 for k in range(3)}
+        )
         for method in ("taylor", "dop853")
     ]
     np.testing.assert_allclose(ends[0].q[-1], ends[1].q[-1], rtol=0, atol=1e-9)

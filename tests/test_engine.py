@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.code import cache, engine
+from runtime.code import cache, compiler, engine
 from runtime.code.grammar import FunctionText, Lengths
 from runtime.code.modules import lower_function
 
@@ -95,7 +95,7 @@ def test_code_stays_valid_while_more_is_added():
     for index in range(5):
         text = f"def f(t, y, p, out):\n    out[0] = y[0] + {index}.0\n"
         ir = lower_function(FunctionText("f", text, Lengths(1, 1, 1)), f"f{index}").ir
-        addresses.append(code.add(engine.compile_ir(ir), f"f{index}"))
+        addresses.append(code.add(compiler.compile_ir(ir), f"f{index}"))
     for index, address in enumerate(addresses):
         PROTOTYPE(address)(0.0, y.ctypes.data, p.ctypes.data, out.ctypes.data)
         assert out[0] == 0.5 + index

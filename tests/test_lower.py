@@ -12,7 +12,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from runtime.code import engine, straight_line
+from runtime.code import compiler, engine, straight_line
 from runtime.code.grammar import MATH_FUNCTIONS, FunctionText, Lengths
 from runtime.code.modules import lower_function, lower_kernel, lower_setup
 from runtime.errors import ModuleError
@@ -26,7 +26,7 @@ def machine_function(text: str, lengths: Lengths = LENGTHS):
     """Lower and compile; return a Python callable that writes `out`."""
     code = engine.MachineCode()
     ir = lower_function(FunctionText("rhs", text, lengths), "kernel").ir
-    call = PROTOTYPE(code.add(engine.compile_ir(ir), "kernel"))
+    call = PROTOTYPE(code.add(compiler.compile_ir(ir), "kernel"))
 
     def function(t, y, p, out):
         call(t, y.ctypes.data, p.ctypes.data, out.ctypes.data)
@@ -341,7 +341,7 @@ def loops(text: str = LOOPS, **changes) -> FunctionText:
 
 def machine_code(ir: str, *symbols: str):
     code = engine.MachineCode()
-    code.add(engine.compile_ir(ir), symbols[0])
+    code.add(compiler.compile_ir(ir), symbols[0])
     calls = [PROTOTYPE(code.address(symbol)) for symbol in symbols]
     return code, calls
 

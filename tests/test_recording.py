@@ -172,6 +172,8 @@ t = np.load({times!r})
 recording.start(t[0], y[0])
 for i in range(1, len(t)):
     recording.frames(t[i:i + 1], y[i:i + 1])
+    if i == 60:
+        recording.flush()  # Rerun is loaded
     if i > 60:
         print(i, flush=True)
         time.sleep(0.05)
@@ -236,6 +238,7 @@ def test_ctrl_c_waits_until_a_chunk_is_written(tmp_path, times, states):
     recording, _ = recorder(path)
     recording.start(times[0], states[0])
     recording.frames(times[:60], states[:60])
+    recording.flush()
     writer, write = recording._writer, recording._writer.frames
 
     def interrupted(*arguments):
@@ -263,6 +266,7 @@ recording.start(0.0, y[0])
 try:
     for i in range(1, 20_000, 1000):
         recording.frames(np.arange(i, i + 999) * 0.01, y[i:i + 999])
+    recording.finish("success", [], {{}})
 except Exception as error:
     print(type(error).__name__, error)
     recording.abort()

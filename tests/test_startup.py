@@ -14,19 +14,24 @@ import pytest
 from runtime import module
 from runtime.code import dense_ldl, front_ldl
 from runtime.explain import savings
-from runtime.solve import solve
-from runtime.system import System
+from runtime.solve import frame_times, solve
+from runtime.spread import spread_rows
+from runtime.system import System, load
+from runtime.taylor.kernel import taylor_refusal
+from symgen import link
 from symgen.derive.scenes.subsystems import derive
 from symgen.link import derive as system_of
+from symgen.link import derive_text
 from symgen.model import library
 from symgen.model.model import Model
 
 ROOT = Path(__file__).resolve().parent.parent
 # What only some runs need: other packages, the compiler's front end, forms and features that this model does not have.
 UNUSED = (
-    "sympy", "numba", "scipy", "rerun", "pyarrow", "matplotlib", "tomllib", "importlib.metadata",
+    "sympy", "numba", "llvmlite", "scipy", "rerun", "pyarrow", "matplotlib", "tomllib", "importlib.metadata",
+    "numpy.ma", "numpy.random", "numpy.polynomial", "numpy.ctypeslib", "tempfile", "shutil", "json", "difflib",
     "runtime.code.modules", "runtime.code.lower", "runtime.code.straight_line", "runtime.code.expressions",
-    "runtime.code.dense_ldl", "runtime.code.front_ldl", "runtime.code.compile_jitted",
+    "runtime.code.dense_ldl", "runtime.code.front_ldl", "runtime.code.compile_jitted", "runtime.code.compiler",
     "runtime.taylor.graph", "runtime.taylor.motion", "runtime.taylor.rolled", "runtime.taylor.unrolled",
     "runtime.contact", "runtime.inputs", "runtime.recording", "runtime.bench", "runtime.explain",
     "runtime.constraints.kkt", "runtime.constraints.rank_revealing", "runtime.constraints.baumgarte",
@@ -52,11 +57,12 @@ def in_new_process(statement: str) -> str:
 def test_a_warm_run_imports_nothing_that_it_does_not_use():
     """The first run may derive and compile; the second finds all that in the cache."""
     run = (
-        "import json, sys; from symgen.cli import main\n"
+        "import sys; from symgen.cli import main\n"
         "try: main(['run', 'double_pendulum', '--no-log', '--quiet', '--t-end', '1'])\n"
         "except SystemExit as end: assert not end.code\n"
         "from runtime.code import cache\n"
-        "print(json.dumps([sorted(sys.modules), dict(cache.missed), dict(cache.found)]))"
+        "modules = sorted(sys.modules)\n"
+        "import json; print(json.dumps([modules, dict(cache.missed), dict(cache.found)]))"
     )
     in_new_process(run)
     modules, missed, found = json.loads(in_new_process(run))
@@ -65,6 +71,68 @@ def test_a_warm_run_imports_nothing_that_it_does_not_use():
     assert found["loops"] >= 3  # the scout's loop, the method's, evaluation of kernels
     assert "runtime.solve" in modules
     assert not [name for name in UNUSED if name in modules]
+
+
+def test_a_warm_run_with_a_log_loads_rerun_but_neither_numba_nor_llvm(tmp_path):
+    run = (
+        "import sys; from symgen.cli import main\n"
+        f"try: main(['run', 'double_pendulum', '--log', {str(tmp_path / 'run.rrd')!r}, '--quiet', '--t-end', '1'])\n"
+        "except SystemExit as end: assert not end.code\n"
+        "print(*sys.modules)"
+    )
+    in_new_process(run)
+    modules = in_new_process(run).split()
+    assert "rerun" in modules
+    unused = ("sympy", "numba", "llvmlite", "scipy", "matplotlib", "pyarrow.compute")
+    assert not [name for name in unused if name in modules]
+
+
+def test_a_model_without_a_taylor_series_is_refused_once(monkeypatch):
+    model = Model("steps")
+    model.coordinate("x", start=1.0)
+    model.kinetic("dot(x)**2/2")
+    model.potential("abs(x - 0.123456)**3")
+    text = derive_text(model).text
+    said = taylor_refusal(load(text))
+    assert "abs has no Taylor series" in said
+
+    def work(*arguments):
+        raise AssertionError("worked out again")
+
+    monkeypatch.setattr("runtime.taylor.kernel._lower", work)
+    assert taylor_refusal(load(text)) == said
+
+
+def test_the_generators_hash_is_remembered_while_its_sources_stay(tmp_path, monkeypatch):
+    monkeypatch.setenv("SYMGEN_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(link, "__file__", str(tmp_path / "link.py"))
+    for part in ("model", "derive/trees", "emit"):
+        (tmp_path / part).mkdir(parents=True)
+        (tmp_path / part / "some.py").write_text(f"# {part}\n")
+    read, plain = [], Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: (read.append(path.name), plain(path))[1])
+    first = link.generator_hash.__wrapped__()
+    assert read.count("some.py") == 3
+    assert link.generator_hash.__wrapped__() == first and read.count("some.py") == 3
+    (tmp_path / "derive" / "trees" / "some.py").write_text("# other\n")
+    assert link.generator_hash.__wrapped__() != first and read.count("some.py") == 6
+    (tmp_path / "derive" / "trees" / "some.py").write_text("# derive/trees\n")
+    assert link.generator_hash.__wrapped__() == first  # of their contents, not of their times
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 10, 101])
+@pytest.mark.parametrize("most", [1, 2, 5, 50, 200])
+def test_spread_rows_are_those_of_a_plain_formula(n, most):
+    rows = spread_rows(n, most)
+    assert rows.tolist() == np.unique(np.linspace(0, n - 1, most).astype(int)).tolist()
+
+
+@pytest.mark.parametrize(("t_end", "fps"), [(1.0, 60.0), (0.3, 7.0), (10.0, 2.0), (2.0, 50.0), (1e-3, 1.0)])
+def test_few_frames_are_filled_up_and_those_asked_for_are_marked(t_end, fps):
+    times, shown = frame_times(0.0, t_end, fps)
+    wanted = np.array([k / fps for k in range(100_000) if k / fps < t_end * (1 - 1e-9)] + [t_end])
+    np.testing.assert_array_equal(times[shown], wanted)
+    np.testing.assert_array_equal(times, np.union1d(wanted, np.linspace(0.0, t_end, 201)))
 
 
 def test_explain_prints_what_a_run_skipped():

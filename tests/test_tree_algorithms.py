@@ -42,7 +42,7 @@ def test_articulated_bodies_solve_as_the_mass_matrix_does(seed, armature):
     d = Derivation(random_tree(6, seed, ALL if seed else SCALAR).describe())
     g, n = d.g, len(d.x.v)
     extra = g.const(armature)
-    mass = [[g.add(e, extra) if i == j else e for j, e in enumerate(row)] for i, row in enumerate(d.mass)]
+    mass = [{**row, i: g.add(row[i], extra)} for i, row in enumerate(d.mass_rows)]
     names = [r.name for r in d.description.rates]
     expected = ldl.solve(g, ldl.factorise(g, mass, [], names), d.forces)
     solved = solve_articulated(g, d.form.trees, [extra] * n, d.forces)
@@ -170,7 +170,7 @@ def costs(name: str) -> dict[str, int]:
     g = d.g
     return {
         "inverse_dynamics": g.count(inverse_dynamics(d.loader, d.mech, d.x, d.x.a)),
-        "M+h": g.count([*(entry for row in d.mass for entry in row), *d.forces]),
+        "M+h": g.count([*(entry for row in d.mass_rows for entry in row.values()), *d.forces]),
         "rhs": g.count(d.accelerations),
         "implicit": derive(build().describe()).operations()["residual_jacobian"] + g.count(d.forces),
     }

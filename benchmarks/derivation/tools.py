@@ -61,7 +61,8 @@ def _symgen_figures(model, n: int) -> dict[str, float]:
     description = model.describe()
     start = time.perf_counter()
     d = Derivation(description)
-    entries = [*(entry for row in d.mass for entry in row), *d.forces]
+    zero = d.g.const(0.0)
+    entries = [*(row.get(j, zero) for row in d.mass_rows for j in range(n)), *d.forces]
     derived = time.perf_counter() - start
     whole = derive_text(model)
     kernel, compiled = _compiled(d, entries, whole.text)

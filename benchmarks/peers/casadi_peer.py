@@ -2,20 +2,27 @@
 
 import casadi
 import numpy as np
+from implicit import start_of
 from job import read_job, send, sweep
 from traced import FUNCTIONS, called
 
+_QUICKEST_STEP = 1e-5  # [s]: bounds the steps of a run that gets nowhere
 
-def problem(job):
-    """Return the differential-algebraic equations: x = (q, v), z = (a, λ)."""
+
+def problem(job, rows):
+    """Return the differential-algebraic equations: x = (q, v), z = (a, λ), of the constraints in `rows` only."""
     system = job.system
     names = {name: getattr(casadi, name) for name in FUNCTIONS if hasattr(casadi, name)}
     names |= {"select": casadi.if_else, "lt": lambda a, b: a < b, "lte": lambda a, b: a <= b}
     names |= {"fabs": casadi.fabs, "pow": lambda a, b: a**b, "copysign": casadi.copysign}
-    t, x, z = (casadi.SX.sym(*of) for of in (("t",), ("x", job.n), ("z", system.nv + system.m)))
+    t, x, z = (casadi.SX.sym(*of) for of in (("t",), ("x", job.n), ("z", system.nv + len(rows))))
     q, v = [x[i] for i in range(system.nq)], [x[system.nq + i] for i in range(system.nv)]
-    inside = [*q, *v, *(z[i] for i in range(system.nv + system.m))]
+    multipliers = [0.0] * system.m
+    for k, row in enumerate(rows):
+        multipliers[row] = z[system.nv + k]
+    inside = [*q, *v, *(z[i] for i in range(system.nv)), *multipliers]
     residual = called(job, "residual", names, t, inside, system.nv + system.m)
+    residual = [*residual[: system.nv], *(residual[system.nv + row] for row in rows)]
     moved = v
     if system.quaternions:
         n = called(job, "kinematics", names, t, [*q, *v], system.nq * system.nv + system.nq**2)
@@ -29,19 +36,15 @@ def main() -> None:
     if not job.system.m:
         send("casadi", casadi.__version__, says="this scene has no constraints")
         return
-    row = np.asarray(job.system.kernel("rhs")(0.0, job.start, job.p))
-    if not np.all(np.isfinite(row)):
-        send(
-            "casadi",
-            casadi.__version__,
-            says="the constraints depend on each other: there is no unique start",
-        )
-        return
-    system, equations = job.system, problem(job)
-    z0 = np.concatenate([row[system.nq : job.n], row[system.ny : system.ny + system.m]])
+    rows, accelerations, multipliers = start_of(job)
+    equations, z0 = problem(job, rows), np.concatenate([accelerations, multipliers])
 
     def prepare(rtol, atol):
-        options = {"reltol": rtol, "abstol": max(atol, 1e-300), "max_num_steps": 10**7, "print_stats": False}
+        options = {"reltol": rtol, "abstol": max(atol, 1e-300), "print_stats": False}
+        options |= {
+            "suppress_algebraic": True,
+            "max_num_steps": int(job.effort["longest_run"] / _QUICKEST_STEP),
+        }
         solver = casadi.integrator("solver", "idas", equations, 0.0, job.t_end, options)
 
         def run():

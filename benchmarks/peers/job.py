@@ -22,6 +22,14 @@ from runtime.system import System, load
 _STALE = 3  # tolerances in a row that gain nothing, once the error is small
 _SMALL = 1e-9
 _IDLE_RUNS = 20
+_LONGEST_FAILURES = 30.0  # [s]: of all failures of a sweep, beyond which it is given up
+
+
+class TooLong(Exception):
+    """A run would take longer than a sweep waits for."""
+
+    def __init__(self, seconds: float):
+        super().__init__(f"a run takes longer than {seconds:g} s")
 
 
 @dataclass(frozen=True)
@@ -92,12 +100,18 @@ def sweep(
         its time is taken off.
     """
     errors: list[float] = []
+    failing = 0.0
     for rtol in map(float, job.tolerances):
+        began = time.perf_counter()
         try:
             run, idle = prepare(rtol, rtol * job.atol_ratio)
             row = {"setting": rtol, **_measure(job, run, idle)}
         except Exception as error:
             send(method, version, says=f"rtol {rtol:.0e}: {type(error).__name__}: {error}")
+            failing += time.perf_counter() - began
+            # Loose tolerances may get nowhere where tighter ones do; after a run that arrived they only cost more.
+            if failing > _LONGEST_FAILURES or (errors and isinstance(error, TooLong)):
+                return
             continue
         send(method, version, row=row)
         if row["error"] is not None:
@@ -114,10 +128,10 @@ def sweep(
 
 
 def _measure(job: Job, run: Callable, idle: Callable) -> dict[str, Any]:
-    run()  # compiles
+    best, _ = _timed(run)  # may compile
     idle()
     gc.disable()
-    best, total, runs = np.inf, 0.0, 0
+    total, runs = 0.0, 0
     while runs == 0 or (total < job.effort["repeat"] and runs < job.effort["most_runs"]):
         took, (state, rhs) = _timed(run)
         best, total, runs = min(best, took), total + took, runs + 1

@@ -3,7 +3,7 @@
 from importlib.metadata import version
 
 import numpy as np
-from job import read_job, sweep
+from job import read_job, send, sweep
 from numba import carray, cfunc, njit
 from numbalsoda import dop853, lsoda, lsoda_sig
 
@@ -38,6 +38,11 @@ def compiled(solver):
 
 def main() -> None:
     job = read_job()
+    if not np.all(np.isfinite(np.asarray(job.system.kernel("rhs")(0.0, job.start, job.p)))):
+        # Its methods would try ever smaller steps without end.
+        says = "the constraints depend on each other: the index-1 equations have no unique solution"
+        send("numbalsoda", version("numbalsoda"), says=says)
+        return
     f, data = right_hand_side(job)
     times = np.array([0.0, job.t_end])
     for name, solver in (("dop853", dop853), ("lsoda", lsoda)):

@@ -8,10 +8,8 @@ import contextlib
 import functools
 import hashlib
 import os
-import shutil
 import stat
 import sys
-import tempfile
 import warnings
 from pathlib import Path
 
@@ -94,6 +92,9 @@ def _distrust(folder: Path) -> str:
 
 @functools.lru_cache(maxsize=1)
 def _temporary_folder() -> Path:
+    import shutil
+    import tempfile
+
     folder = tempfile.mkdtemp(prefix="symgen-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return Path(folder)
@@ -101,6 +102,8 @@ def _temporary_folder() -> Path:
 
 def store(path: Path, content: bytes) -> bool:
     """Write `content` with its SHA-256 to `path` in one step, so that no reader ever sees a part of it."""
+    import tempfile
+
     temporary = None
     try:
         handle, temporary = tempfile.mkstemp(prefix=".new-", dir=path.parent)
@@ -138,6 +141,8 @@ def fetch(path: Path) -> bytes | None:
 
 def prune(folder: Path, keep: int, pattern: str = "*") -> None:
     """Remove all but the `keep` newest files or folders in `folder` that match `pattern`."""
+    import shutil
+
     aged = []
     for entry in folder.glob(pattern):
         with contextlib.suppress(OSError):

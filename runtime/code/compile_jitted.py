@@ -17,7 +17,7 @@ from numba.core.compiler import Compiler
 from numba.core.typing.typeof import typeof_impl
 
 import runtime.code.bridge_numba  # noqa: F401  (teaches Numba call_kernel)
-from runtime.code import engine, native
+from runtime.code import compiler, native
 from runtime.code.jitted import Jitted
 
 if TYPE_CHECKING:
@@ -89,9 +89,9 @@ def compile_jitted(function: Jitted, args: tuple) -> bytes:
     result = dispatcher.overloads[kinds]
     symbol = result.fndesc.llvm_func_name
     module = _link(result.library, symbol)
-    engine.optimise(module, _SPEED_LEVEL)
+    compiler.optimise(module, _SPEED_LEVEL)
     needs = sorted(f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm."))
-    return native.pack(engine.emit(module), symbol, _results(result.signature.return_type), needs)
+    return native.pack(compiler.emit(module), symbol, _results(result.signature.return_type), needs)
 
 
 @contextlib.contextmanager

@@ -1,7 +1,7 @@
-"""Turn LLVM IR into machine code, and keep the object code on disk.
+"""Object code of kernels: from the cache on disk or compiled now, and in memory, ready to be called.
 
-A kernel's key is the hash of its text and of all that decides what it compiles to, so a hit needs neither
-parsing nor lowering.
+A kernel's key is the hash of its text and of all that decides what it compiles to, so a hit needs neither parsing nor
+lowering, and on x86-64 Linux not even LLVM.
 """
 
 from __future__ import annotations
@@ -9,23 +9,25 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import llvmlite.binding as llvm
+from runtime.code import cache, elf
+from runtime.code.host import target
 
-from runtime.code import cache
-from runtime.code.llvm_text import LIBM
+if TYPE_CHECKING:
+    from runtime.code.compiler import Engine
 
-OPTIMISATION_LEVEL = 2
 _KEPT_OBJECTS = 4000
 _LONG_COMPILE = 0.3  # seconds
 _SECONDS_PER_OPERATION = 6e-5
 # The files that decide what a function's machine code is.
 _SOURCES = (
     "grammar", "expressions", "lower", "straight_line", "llvm_text",
-    "dense_ldl", "front_ldl", "modules", "engine",
+    "dense_ldl", "front_ldl", "modules", "compiler",
 )  # fmt: skip
 
 _lock = threading.RLock()
@@ -33,44 +35,70 @@ _listener: Callable[[str, int, float], None] | None = None
 
 
 class MachineCode:
-    """A place for machine code, freed with this object: whoever holds an address in it must hold it too."""
+    """A place for machine code, freed with this object: whoever holds an address in it must hold it too.
 
-    def __init__(self) -> None:
-        self._engine: llvm.ExecutionEngine | None = None
-        self._symbols: set[str] = set()
+    Parameters
+    ----------
+    outside : dict of str to int, optional
+        Addresses of symbols that neither the code nor the process defines.
+    """
+
+    def __init__(self, outside: dict[str, int] | None = None) -> None:
+        self._outside = dict(outside or {})
+        self._images: list[elf.Image] = []
+        self._engine: Engine | None = None
+        self._symbols: dict[str, int] = {}
 
     def add(self, object_code: bytes, symbol: str) -> int:
         """Load object code and return the address of `symbol` in it."""
         with _lock:
-            initialise()
             if symbol in self._symbols:
                 raise ValueError(f"{symbol!r} is already here")
-            if self._engine is None:
-                module = llvm.parse_assembly("")
-                module.triple = llvm.get_process_triple()
-                # The execution engine takes the target machine for itself.
-                self._engine = llvm.create_mcjit_compiler(module, _new_target_machine())
-            self._engine.add_object_file(llvm.ObjectFileRef.from_data(object_code))
-            self._engine.finalize_object()
-            address = self.address(symbol)
-            self._symbols.add(symbol)
-            return address
+            try:
+                self._add_image(object_code)
+            except elf.UnsupportedError:
+                self._add_by_llvm(object_code)
+            self._symbols[symbol] = self.address(symbol)
+            return self._symbols[symbol]
+
+    def _add_image(self, object_code: bytes) -> None:
+        if sys.platform != "linux" or self._engine is not None:
+            raise elf.UnsupportedError("LLVM loads it")
+        image = elf.Image(object_code, self._address_outside)
+        self._images.append(image)
+        self._symbols = {**image.addresses, **self._symbols}
+
+    def _add_by_llvm(self, object_code: bytes) -> None:
+        if self._engine is None:
+            from runtime.code.compiler import Engine
+
+            self._engine = Engine()
+        self._engine.add(object_code, {**self._symbols, **self._outside})
+
+    def _address_outside(self, name: str) -> int:
+        return self._symbols.get(name) or self._outside.get(name) or process_symbol(name)
 
     def address(self, symbol: str) -> int:
-        """Return the address of a function of the code added so far."""
+        """Return the address of a function or variable of the code added so far."""
         with _lock:
-            address = self._engine.get_function_address(symbol) if self._engine else 0
+            address = self._symbols.get(symbol) or (self._engine.address(symbol) if self._engine else 0)
         if not address:
             raise RuntimeError(f"the object code has no symbol {symbol!r}")
         return address
 
-    def data_address(self, name: str) -> int:
-        """Return the address of a global variable of the code added so far."""
-        with _lock:
-            address = self._engine.get_global_value_address(name) if self._engine else 0
-        if not address:
-            raise RuntimeError(f"the object code has no variable {name!r}")
-        return address
+
+@functools.lru_cache(maxsize=256)
+def process_symbol(name: str) -> int:
+    """Return the address of a function of the C libraries in this process, 0 if there is none."""
+    try:
+        return ctypes.cast(getattr(_c_library(), name), ctypes.c_void_p).value or 0
+    except AttributeError:
+        return 0
+
+
+@functools.lru_cache(maxsize=1)
+def _c_library() -> ctypes.CDLL:
+    return ctypes.CDLL("ucrtbase") if hasattr(ctypes, "windll") else ctypes.CDLL(None)
 
 
 def set_compile_listener(listener: Callable[[str, int, float], None] | None) -> None:
@@ -113,89 +141,14 @@ def object_code(
     path = folder / f"{key}.o"
     code = cache.fetch(path)
     if code is None:
+        from runtime.code.compiler import compile_ir
+
         ir, operations = lower(symbol)
         announce(name, operations, operations * _SECONDS_PER_OPERATION)
         code = compile_ir(ir)
         if cache.store(path, code):
             cache.prune(folder, _KEPT_OBJECTS, "*.o")
     return code
-
-
-def compile_ir(ir: str) -> bytes:
-    """Compile the text of an LLVM module to object code for this machine. No fast-math, no contraction."""
-    with _lock:
-        initialise()
-        module = llvm.parse_assembly(ir)
-        module.triple = llvm.get_process_triple()
-        module.verify()
-        machine = _target_machine()
-        module.data_layout = str(machine.target_data)
-        builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(OPTIMISATION_LEVEL))
-        passes = llvm.create_new_function_pass_manager()
-        # On straight-line code these two give what the whole -O2 pipeline gives, in a fifth of its time.
-        passes.add_instruction_combine_pass()
-        passes.add_new_gvn_pass()
-        for function in module.functions:
-            if not function.is_declaration:
-                passes.run(function, builder)
-        return machine.emit_object(module)
-
-
-def optimise(module: llvm.ModuleRef, speed_level: int) -> None:
-    """Run LLVM's whole pipeline on a module of loops: inlining, hoisting, vectorising. No fast-math."""
-    with _lock:
-        options = llvm.create_pipeline_tuning_options(speed_level)
-        options.loop_vectorization = options.slp_vectorization = True
-        builder = llvm.create_pass_builder(_target_machine(), options)
-        builder.getModulePassManager().run(module, builder)
-
-
-def emit(module: llvm.ModuleRef) -> bytes:
-    """Return a module's object code for this machine."""
-    with _lock:
-        initialise()
-        return _target_machine().emit_object(module)
-
-
-@functools.lru_cache(maxsize=1)
-def initialise() -> None:
-    """Make LLVM ready for this machine."""
-    try:
-        llvm.initialize_native_target()
-        llvm.initialize_native_asmprinter()
-    except RuntimeError:
-        # llvmlite 0.45 and later have LLVM initialised and refuse.
-        pass
-    _provide_libm()
-
-
-def _provide_libm() -> None:
-    """Tell LLVM where libm's functions are, if the process does not export them."""
-    missing = [name for name in LIBM if not llvm.address_of_symbol(name)]
-    if missing:
-        library = ctypes.CDLL("ucrtbase") if hasattr(ctypes, "windll") else ctypes.CDLL(None)
-        for name in missing:
-            llvm.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
-
-
-@functools.lru_cache(maxsize=1)
-def _host() -> tuple[str, str]:
-    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-
-
-@functools.lru_cache(maxsize=1)
-def _target_machine():
-    return _new_target_machine()
-
-
-def _new_target_machine():
-    cpu, features = _host()
-    target = llvm.Target.from_triple(llvm.get_process_triple())
-    # As Numba does: on x86 MCJIT needs static relocation.
-    relocation = "static" if target.name.startswith("x86") else "default"
-    return target.create_target_machine(
-        cpu=cpu, features=features, opt=OPTIMISATION_LEVEL, reloc=relocation, codemodel="jitdefault", jit=True
-    )
 
 
 @functools.lru_cache(maxsize=1)
@@ -205,9 +158,4 @@ def tools() -> str:
     folder = Path(__file__).parent
     for name in _SOURCES:
         digest.update((folder / f"{name}.py").read_bytes())
-    return repr((digest.hexdigest(), *machine()))
-
-
-def machine() -> tuple:
-    """Return what decides how LLVM IR is compiled here: LLVM, the processor."""
-    return (llvm.llvm_version_info, llvm.get_process_triple(), *_host(), OPTIMISATION_LEVEL)
+    return repr((digest.hexdigest(), target()))

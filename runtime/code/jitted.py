@@ -10,17 +10,19 @@ import functools
 import hashlib
 import os
 import platform
+import threading
 import types
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from runtime.code import cache, engine, native
+from runtime.code.host import package_version, target
 
 DISABLE_JIT = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 _KEPT = 400
 _SECONDS_PER_FUNCTION = 0.3  # roughly, to compile; for what the listener is told
+_lock = threading.RLock()  # compiling changes settings of Numba for a while
 
 
 class Jitted:
@@ -58,7 +60,10 @@ class Jitted:
         signature = native.signature(args)
         code = self._loaded.get(signature)
         if code is None:
-            code = self._loaded[signature] = self._load(signature, args)
+            with _lock:
+                code = self._loaded.get(signature)
+                if code is None:
+                    code = self._loaded[signature] = self._load(signature, args)
         return code
 
     def _load(self, signature: str, args: tuple) -> native.NativeFunction:
@@ -77,7 +82,7 @@ class Jitted:
         return native.NativeFunction(self.py_func.__name__, content, args)
 
     def _key(self, signature: str) -> str:
-        parts = (self.fingerprint, signature, repr(engine.machine()))
+        parts = (self.fingerprint, signature, repr(target()))
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:40]
 
     def _called(self) -> list[Jitted]:
@@ -129,22 +134,16 @@ def _compiler() -> str:
     folder = Path(__file__).parent
     own = [
         (folder / name).read_bytes()
-        for name in ("jitted.py", "compile_jitted.py", "native.py", "bridge_numba.py", "engine.py")
+        for name in ("compile_jitted.py", "native.py", "bridge_numba.py", "compiler.py")
     ]
     sources = hashlib.sha256(b"\0".join(own)).hexdigest()
     settings = [os.environ.get(name, "") for name in ("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME")]
     return repr(
         (
-            _version("numba"),
-            _version("llvmlite"),
+            package_version("numba"),
+            package_version("llvmlite"),
             platform.python_version(),
             settings,
             sources,
         )
     )
-
-
-def _version(package: str) -> str:
-    """The version of a package as it states it itself: asking `importlib.metadata` takes longer than many runs."""
-    found = find_spec(package)
-    return Path(found.origin).with_name("_version.py").read_text(encoding="utf-8") if found else ""

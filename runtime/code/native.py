@@ -6,9 +6,9 @@ shape…, strides…), a named tuple its fields; the result and an error come ba
 
 from __future__ import annotations
 
+import ast
 import ctypes
 import functools
-import json
 from collections.abc import Callable
 from typing import Any
 
@@ -118,7 +118,7 @@ def pack(object_code: bytes, symbol: str, results: list[str], needs: list[str]) 
     needs : list of str
         Symbols that it refers to.
     """
-    head = json.dumps({"symbol": symbol, "results": results, "needs": needs}).encode()
+    head = repr({"symbol": symbol, "results": results, "needs": needs}).encode()
     return len(head).to_bytes(8, "little") + head + object_code
 
 
@@ -136,10 +136,9 @@ class NativeFunction:
 
     def __init__(self, name: str, content: bytes, args: tuple) -> None:
         end = 8 + int.from_bytes(content[:8], "little")
-        head = json.loads(content[8:end])
-        _provide(head["needs"])
+        head = ast.literal_eval(content[8:end].decode())
         self.name = name
-        self._code = engine.MachineCode()
+        self._code = engine.MachineCode(_provided(head["needs"]))
         self.address = self._code.add(content[end:], head["symbol"])
         fields = [(f"f{k}", RESULTS[kind]) for k, kind in enumerate(head["results"])]
         self._result = type("Result", (ctypes.Structure,), {"_fields_": fields})
@@ -177,17 +176,16 @@ class NativeFunction:
         return values[0] if self._n_results == 1 else tuple(values)
 
 
-def _provide(needs: list[str]) -> None:
-    """Give LLVM what the code refers to and neither the process nor Numba has loaded.
+def _provided(needs: list[str]) -> dict[str, int]:
+    """Return addresses of what the code refers to and the process does not define.
 
     Numba's own entries are never reached from step loops, except the one for reshaping: the others end the process.
     """
-    import llvmlite.binding as llvm
-
-    engine.initialise()
-    for name in needs:
-        if not llvm.address_of_symbol(name):
-            llvm.add_symbol(name, _reshape() if name == "numba_attempt_nocopy_reshape" else _abort())
+    missing = [name for name in needs if not engine.process_symbol(name)]
+    return {
+        name: _reshape() if name == "numba_attempt_nocopy_reshape" else engine.process_symbol("abort")
+        for name in missing
+    }
 
 
 @functools.lru_cache(maxsize=1)
@@ -199,9 +197,3 @@ def _reshape() -> int:
 
 
 _reshape_code: engine.MachineCode | None = None
-
-
-@functools.lru_cache(maxsize=1)
-def _abort() -> int:
-    library = ctypes.CDLL("ucrtbase") if hasattr(ctypes, "windll") else ctypes.CDLL(None)
-    return ctypes.cast(library.abort, ctypes.c_void_p).value

@@ -1,7 +1,8 @@
-"""Record a run while it goes on: frames are gathered into chunks, and every chunk written survives a kill."""
+"""Record a run while it goes on: chunks of frames are written beside it, and what is written survives a kill."""
 
 from __future__ import annotations
 
+import functools
 import os
 import time
 from collections.abc import Callable, Sequence
@@ -13,6 +14,8 @@ import numpy as np
 from runtime.errors import RuntimeModelError
 from runtime.uninterrupted import uninterrupted
 
+from .batch import Batch
+from .beside import Beside
 from .quantities import Quantities
 
 if TYPE_CHECKING:
@@ -20,8 +23,9 @@ if TYPE_CHECKING:
 
     from .run_writer import RunWriter
 
-_CHUNK = 1000  # frames; a chunk costs hardly more than a frame
+_CHUNK = 4000  # frames; a chunk costs as much as some hundred of its frames
 _EARLY_CHUNK = 50
+_MOST_WAITING = 1 << 23  # bytes of frames that wait for the chunk before them
 _MAX_WAIT = 0.5  # seconds of wall time between chunks, while frames come, and between checkpoints
 _FREE_CHECKPOINTS = (
     1 << 20
@@ -97,14 +101,16 @@ class RunRecorder:
             "mesh_folder": None if mesh_folder is None else Path(mesh_folder),
         }
         self._writer: RunWriter | None = None
+        self._beside = Beside()
+        # Controllers may look at what the run is changing.
+        self._in_step = system.has_feedback or bool(system.input_words)
         self._closed = False
         self._first: tuple[float, np.ndarray] | None = None
-        self._frames: list[tuple[np.ndarray, np.ndarray, float, np.ndarray]] = []
+        self._batches = [Batch()]
+        self._begun = False
         self._settings_now = self._of.p[system.n_settable :].copy()
         self._next_checkpoint = -np.inf  # wall time; the first one comes with the first chunk
         self._checkpoint_bytes = self._last_checkpoint = 0
-        self._steps: list[np.ndarray] = []
-        self._events: list[tuple[int, float, str, float]] = []
         self._energy_of_resets = 0.0
         self._n_taken = self._n_waiting = 0
         self._last_flush = time.monotonic()
@@ -137,15 +143,17 @@ class RunRecorder:
             t, y = t[1:], y[1:]
         if len(t):
             self._take(t, y)
-        enough = _EARLY_CHUNK if self._writer is None else _CHUNK
-        if self._n_waiting >= enough or time.monotonic() - self._last_flush >= _MAX_WAIT:
-            self.flush()
+        enough = _CHUNK if self._begun else _EARLY_CHUNK
+        due = self._n_waiting >= enough or time.monotonic() - self._last_flush >= _MAX_WAIT
+        may_wait = self._beside.busy and 8 * self._of.system.ny * self._n_waiting < _MOST_WAITING
+        if ((due or len(self._batches) > 1) and not may_wait) or self._beside.failed:
+            self._write_whole(wait=self._in_step)
 
     def steps(self, step_log: np.ndarray) -> None:
         """Record accepted steps: rows of t and h [s]. For the plot only: a long log is thinned."""
         log = np.array(step_log, dtype=float).reshape(-1, 2)
         if len(log):
-            self._steps.append(_thinned(log))
+            self._batches[-1].steps.append(_thinned(log))
 
     def event(self, name: str, t: float, *, energy_change: float = 0.0) -> None:
         """Record an event that comes after all frames given so far.
@@ -157,7 +165,7 @@ class RunRecorder:
         energy_change : float [J]
             T + V after a reset less T + V before it. The energy balance of later frames allows for it.
         """
-        self._events.append((self._n_taken, float(t), str(name), float(energy_change)))
+        self._batches[-1].events.append((self._n_taken, float(t), str(name), float(energy_change)))
         self._energy_of_resets += float(energy_change)
 
     def settings(self, values: np.ndarray) -> None:
@@ -175,14 +183,17 @@ class RunRecorder:
             The run ends here.
         """
         allowed = max(_FREE_CHECKPOINTS, 8 * self._of.system.ny * self._n_taken) - self._last_checkpoint
-        due = self._writer is not None and time.monotonic() >= self._next_checkpoint
+        due = self._begun and time.monotonic() >= self._next_checkpoint
         if self._closed or not (final or (due and self._checkpoint_bytes <= allowed)):
             return
         content = make()
         self._next_checkpoint, self._last_checkpoint = time.monotonic() + _MAX_WAIT, len(content)
         if len(content) <= _LARGEST_CHECKPOINT:
             self._checkpoint_bytes += len(content)
-            self._write_whole(content)
+            self._batches[-1].checkpoint = content
+            self._batches.append(Batch())
+            if not self._beside.busy:
+                self._write_whole(wait=self._in_step)
 
     def finish(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:
         """Write what waits, the closing record with the SHA-256 of all states, and the final layout; close.
@@ -209,12 +220,24 @@ class RunRecorder:
         """Write all that waits, and hand it to the operating system. Ctrl-C takes effect afterwards."""
         self._write_whole()
 
-    def _write_whole(self, checkpoint: bytes = b"") -> None:
+    def _write_whole(self, *, wait: bool = True) -> None:
+        """Begin to write all that waits; with `wait`, return when it is written."""
         if self._closed:
             return
         with uninterrupted():  # half a chunk on file would make the recording unreadable
             try:
-                self._write(checkpoint)
+                self._beside.wait()
+                if self._n_taken:
+                    # Rerun takes a while to load, which a run that fails at its start should not wait for. Imports are
+                    # done here and not beside the run, which may be importing too.
+                    from .run_writer import RunWriter, Settings
+
+                    batches, self._batches, self._n_waiting = self._batches, [Batch()], 0
+                    self._begun, self._last_flush = True, time.monotonic()
+                    make = functools.partial(RunWriter, self.path, self._of, Settings(**self._settings))
+                    self._beside.start(self._write, make, batches)
+                if wait:
+                    self._beside.wait()
             except BaseException:
                 # What cannot be written now is not tried again when the run is wound up.
                 self._closed = True
@@ -222,34 +245,13 @@ class RunRecorder:
                     self._writer.discard()
                 raise
 
-    def _write(self, checkpoint: bytes) -> None:
-        if self._frames:
-            t, y = (np.concatenate([chunk[part] for chunk in self._frames]) for part in (0, 1))
-            lengths = [len(chunk[0]) for chunk in self._frames]
-            resets, settings = (
-                np.repeat(np.array([chunk[part] for chunk in self._frames]), lengths, axis=0)
-                for part in (2, 3)
-            )
-            if self._writer is None:
-                self._open(t, y)
-            self._writer.frames(t, y, resets, settings)
-            self._frames, self._n_waiting = [], 0
-        if self._writer is not None:
-            if self._events:
-                self._writer.events(self._events)
-            if self._steps:
-                self._writer.steps(np.concatenate(self._steps))
-            self._events, self._steps = [], []
-            if checkpoint:
-                self._writer.checkpoint(checkpoint)
-            self._writer.flush()
-        self._last_flush = time.monotonic()
-
-    def _open(self, t: np.ndarray, y: np.ndarray) -> None:
-        # Rerun takes a second to load, which a run that fails at its start should not wait for.
-        from .run_writer import RunWriter, Settings
-
-        self._writer = RunWriter(self.path, self._of, Settings(**self._settings), t, y)
+    def _write(self, make: Callable[..., RunWriter], batches: list[Batch]) -> None:
+        """Write batches; this is what is done beside the run, and all that it shares with it."""
+        if self._writer is None:
+            self._writer = make(*batches[0].states())
+        for batch in batches:
+            batch.write(self._writer)
+        self._writer.flush()
 
     def _checked(self, times: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if self._closed:
@@ -263,7 +265,7 @@ class RunRecorder:
         return t, y
 
     def _take(self, t: np.ndarray, y: np.ndarray) -> None:
-        self._frames.append((t, y, self._energy_of_resets, self._settings_now))
+        self._batches[-1].frames.append((t, y, self._energy_of_resets, self._settings_now))
         self._n_taken += len(t)
         self._n_waiting += len(t)
 

@@ -8,10 +8,10 @@ import json
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 
 from . import about, schema
@@ -56,7 +56,7 @@ class RunWriter:
         self._of, self._settings, self._header = of, settings, header
         self._plots = [curves for row in plot_rows(header) for curves in row]
         self._scene = Scene(header, of, settings.mesh_folder)
-        self._sha256 = hashlib.sha256()
+        self._sha256, self._file_digest = hashlib.sha256(), schema.FileDigest(path)
         self._largest_energy = 0.0
         self._low: dict[str, np.ndarray] = {}
         self._high: dict[str, np.ndarray] = {}
@@ -109,7 +109,7 @@ class RunWriter:
         for curves in self._plots:
             if curves.source in shown:
                 self._rrd.scalars(curves.path, shown[curves.source][:, curves.columns])
-        self._scene.frames(self._rrd, t, y)
+        self._scene.frames(self._rrd, t, y, multipliers)
         if of.system.has_feedback:
             self._inputs_at_frames.append((t, of.evaluate("inputs", t, y)))
         if not self.n_frames:
@@ -151,11 +151,14 @@ class RunWriter:
     def flush(self) -> None:
         """Make all that was written survive the end of this process."""
         self._rrd.flush()
+        # Now, beside the run, rather than at its end.
+        self._file_digest.extend(self._rrd.path.stat().st_size)
 
     def result(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:
         """Write the closing record with the SHA-256 of all states, and the final layout."""
         self._document(status, health, stats)
         self._write_inputs_over_time(done=True)
+        self._scene.close()
         self._rrd.layout(self._scene.layout(self._low, self._high))
         closing = {
             "status": status,
@@ -164,9 +167,9 @@ class RunWriter:
             "n_frames": self.n_frames,
             "sha256": self._sha256.hexdigest(),
         }
-        self._rrd.flush()
-        written = self._rrd.path.stat().st_size
-        closing |= {"file_bytes": written, "file_sha256": schema.file_sha256(self._rrd.path, written)}
+        self.flush()
+        written = self._file_digest.n_bytes
+        closing |= {"file_bytes": written, "file_sha256": self._file_digest.extend(written)}
         self._rrd.property(schema.RESULT, closing)
 
     def close(self) -> None:
@@ -198,7 +201,7 @@ class RunWriter:
             "generator": header["generator"],
             "python": platform.python_version(),
             "numpy": np.__version__,
-            "numba": numba.__version__,
+            "numba": version("numba"),
             "rerun": RERUN_VERSION,
             "machine": f"{platform.system()} {platform.machine()}",
         }

@@ -73,7 +73,7 @@ def _torn(recording: Recording) -> Check | None:
 def _bytes(recording: Recording) -> Check | None:
     if not recording.file_sha256:
         return None
-    ok = schema.file_sha256(recording.path, recording.file_bytes) == recording.file_sha256
+    ok = schema.FileDigest(recording.path).extend(recording.file_bytes) == recording.file_sha256
     says = (
         "the file is as it was written"
         if ok

@@ -116,7 +116,7 @@ def _needed(
                 continue
         elif target.value.id != "out":
             if target.value.id in used:
-                raise Refusal(f"line {target.lineno} of a function has an array, of which there are no series")
+                raise Refusal(f"line {target.lineno} of a function has arrays, which have no series")
             continue
         elif not wanted(statement):
             continue
@@ -158,7 +158,7 @@ class _Reader:
             if node.value.id == "y":
                 return self.state(index)
             if node.value.id != "p":
-                raise Refusal(f"line {node.lineno} of a function has an array, of which there are no series")
+                raise Refusal(f"line {node.lineno} of a function has arrays, which have no series")
             return self.moving[index] if index in self.moving else g.parameter(index)
         if isinstance(node, ast.UnaryOp):
             if isinstance(node.operand, ast.Constant):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import importlib
 import os
@@ -59,3 +60,5 @@ def main() -> None:
     # NumPy's BLAS would start a thread for each processor, which takes longer than the products of small matrices.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(_COLLECT_EVERY)
+    # The process ends without looking once more through all that modules made.
+    atexit.register(gc.freeze)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 @click.option("--methods", help="Names of methods, separated by commas (default: all).")
 @click.option("--quick", is_flag=True, help="Fewer settings, shorter runs.")
 @click.option("--peers", is_flag=True, help="Also measure other integrators that are installed.")
+@click.option("--peer-seconds", type=click.FloatRange(0, min_open=True), help="Longest run of a peer [s].")
 @click.option("--json", "json_file", type=OutputFile(), help="Everything measured (default: bench.json).")
 @click.option("--png", "png_file", type=OutputFile(), help="The work-precision diagram (default: bench.png).")
 @click.option("--list", "only_list", is_flag=True, help="List the scenes and stop.")
@@ -31,6 +33,7 @@ def command(
     methods: str | None,
     quick: bool,
     peers: bool,
+    peer_seconds: float | None,
     json_file: Path | None,
     png_file: Path | None,
     only_list: bool,
@@ -50,7 +53,7 @@ def command(
     _check_figure(png_file)
     chosen = [find_scene(name) for name in dict.fromkeys(scenes)] or list(SCENES.values())
     names = _method_names(methods)
-    bench = _Bench(QUICK if quick else FULL, names, peers)
+    bench = _Bench(QUICK if quick else FULL, names, peers, peer_seconds)
     interrupted = False
     try:
         for scene in chosen:
@@ -84,8 +87,9 @@ def _check_figure(png_file: Path | None) -> None:
 class _Bench:
     """Measures scene after scene, shows each table when it is there, and keeps the results."""
 
-    def __init__(self, effort: Effort, methods: list[str] | None, peers: bool):
+    def __init__(self, effort: Effort, methods: list[str] | None, peers: bool, peer_seconds: float | None):
         self.effort, self.methods, self.peers = effort, methods, peers
+        self.peer_effort = replace(effort, longest_run=peer_seconds or effort.longest_run)
         self.results: list[dict[str, Any]] = []
         self.failed = False
 
@@ -126,7 +130,7 @@ class _Bench:
 
         for name, script in find_peers(_peers_folder()).items():
             _progress(f"{run.case.scene.name}: {name}")
-            run.peers.update(run_peer(script, run.case, self.effort))
+            run.peers.update(run_peer(script, run.case, self.peer_effort))
 
     def write(self, json_file: Path, png_file: Path) -> None:
         """Write what was measured."""

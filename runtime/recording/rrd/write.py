@@ -13,16 +13,18 @@ import rerun as rr
 
 from .. import schema
 from ..errors import RecordingError
-from ..geometry import Primitive
+from ..geometry import Primitive, quaternions
 from ..layout import Curves, Layout
+from ..symbols import frames_along
 from .blueprint import GREY, blueprint
 
 RERUN_VERSION = rr.__version__
+_PATIENCE = 5.0  # seconds without a byte written, after which a flush is given up
 _TURN_Z_TO_X = rr.Quaternion(xyzw=[0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)])
 
 
 @contextlib.contextmanager
-def _strict() -> Iterator[None]:
+def strict() -> Iterator[None]:
     """Make Rerun raise where it would warn and drop data; the user's own setting comes back afterwards."""
     before = rr.strict_mode()
     rr.set_strict_mode(True)
@@ -53,20 +55,21 @@ class RrdWriter:
         self.path = path
         self._stream = rr.RecordingStream(schema.APPLICATION_ID)
         self._index: list[rr.TimeColumn] = []
-        with _strict():
+        with strict():
             self._stream.save(path)
             self._stream.send_recording_name(title)
             up = rr.ViewCoordinates.RIGHT_HAND_Y_UP if planar else rr.ViewCoordinates.RIGHT_HAND_Z_UP
-            self._static(schema.WORLD, up)
+            self.static(schema.WORLD, up)
 
-    def _static(self, path: str, *archetypes) -> None:
+    def static(self, path: str, *archetypes) -> None:
+        """Write what holds at all times; the last one counts."""
         self._stream.log(path, *archetypes, static=True, strict=True)
 
     def property(self, name: str, values: dict[str, str | list | np.ndarray | int | float]) -> None:
         """Write a recording property: a name and typed values; empty lists are left out."""
         arrays = {key: pa.array(np.atleast_1d(value)) for key, value in values.items()}
         filled = {key: array for key, array in arrays.items() if len(array)}
-        with _strict():
+        with strict():
             self._stream.send_property(
                 name, rr.DynamicArchetype(f"symgen.{name.capitalize()}", components=filled)
             )
@@ -79,12 +82,13 @@ class RrdWriter:
         if frames is not None:
             self._index.append(rr.TimeColumn(schema.FRAME, sequence=frames))
 
-    def _send(self, path: str, columns: list[rr.ComponentColumn]) -> None:
+    def send(self, path: str, columns: list[rr.ComponentColumn]) -> None:
+        """Write columns for the times taken last."""
         self._stream.send_columns(path, self._index, columns, strict=True)
 
     def columns(self, path: str, archetype: str, arrays: dict[str, np.ndarray | list[str]]) -> None:
         """Write float64 arrays of shape (n, width) bit for bit, or lists of n strings."""
-        with _strict():
+        with strict():
             parts = []
             for name, array in arrays.items():
                 # NumPy arrays are taken apart number by number, Arrow's are not.
@@ -94,57 +98,58 @@ class RrdWriter:
                     flat = pa.array(np.ascontiguousarray(array).ravel())
                     part = rr.DynamicArchetype.columns(archetype, components={name: flat})
                     parts += part.partition(np.full(len(array), array.shape[1], dtype=np.int32))
-            self._send(path, parts)
+            self.send(path, parts)
 
     def curves(self, curves: Curves, first_colour: int = 0) -> None:
         """Name and colour the curves of a plot."""
         colours = [schema.colour(first_colour + i) for i in range(len(curves.names))]
-        with _strict():
-            self._static(curves.path, rr.SeriesLines(names=list(curves.names), colors=colours, widths=1.5))
+        with strict():
+            self.static(curves.path, rr.SeriesLines(names=list(curves.names), colors=colours, widths=1.5))
 
     def scalars(self, path: str, values: np.ndarray) -> None:
         """Write curves, shape (n, width)."""
         n, width = values.shape
-        with _strict():
+        with strict():
             batch = rr.components.ScalarBatch(pa.array(np.ascontiguousarray(values).ravel()))
             offsets = np.arange(0, (n + 1) * width, width, dtype=np.int32)
-            self._send(path, [rr.ComponentColumn(rr.Scalars.descriptor_scalars(), batch, offsets=offsets)])
+            self.send(path, [rr.ComponentColumn(rr.Scalars.descriptor_scalars(), batch, offsets=offsets)])
 
     def body(self, name: str, primitive: Primitive, colour: tuple[int, int, int], lift: float = 0.0) -> None:
         """Draw a body's shape, fixed to its pose, `lift` [m] above it along body z."""
         where = f"{schema.BODIES}/{name}/geometry"
-        with _strict():
-            self._static(where, _archetype(primitive, colour))
+        with strict():
+            self.static(where, _archetype(primitive, colour))
             if lift:
-                self._static(where, rr.Transform3D(translation=[0.0, 0.0, lift]))
+                self.static(where, rr.Transform3D(translation=[0.0, 0.0, lift]))
 
-    def poses(self, name: str, positions: np.ndarray, quaternions: np.ndarray) -> None:
+    def poses(self, name: str, positions: np.ndarray, turned: np.ndarray) -> None:
         """Write a body's poses: positions (n, 3), quaternions (n, 4) as x, y, z, w."""
-        with _strict():
-            translation = _rows(rr.components.Translation3DBatch, positions)
-            rotation = _rows(rr.components.RotationQuatBatch, quaternions)
+        with strict():
+            translation = rows(rr.components.Translation3DBatch, positions)
+            rotation = rows(rr.components.RotationQuatBatch, turned)
             columns = [
                 rr.ComponentColumn(rr.Transform3D.descriptor_translation(), translation),
                 rr.ComponentColumn(rr.Transform3D.descriptor_quaternion(), rotation),
             ]
-            self._send(f"{schema.BODIES}/{name}", columns)
+            self.send(f"{schema.BODIES}/{name}", columns)
 
     def trail_style(self, name: str, colour: tuple[int, int, int]) -> None:
         """Colour a trail; its lines are two pixels wide at any distance."""
-        with _strict():
+        with strict():
             radii = [rr.Radius.ui_points(1.0)]
-            self._static(
+            self.static(
                 f"{schema.TRAILS}/{name}", rr.LineStrips3D.from_fields(colors=[(*colour, 150)], radii=radii)
             )
 
     def trail(self, name: str, segments: np.ndarray) -> None:
         """Write one piece of a path per frame: segments (n, 2, 3). The view shows those of the last while."""
         kind = rr.components.LineStrip3DBatch
-        points = pa.FixedSizeListArray.from_arrays(_flat32(segments), 3)
+        form = _arrow_type(kind)
+        points = pa.FixedSizeListArray.from_arrays(_flat32(segments), type=form.value_type)
         offsets = pa.array(np.arange(0, 2 * len(segments) + 1, 2, dtype=np.int32))
-        with _strict():
-            strips = kind(pa.ListArray.from_arrays(offsets, points).cast(_arrow_type(kind)))
-            self._send(
+        with strict():
+            strips = kind(pa.ListArray.from_arrays(offsets, points, type=form))
+            self.send(
                 f"{schema.TRAILS}/{name}", [rr.ComponentColumn(rr.LineStrips3D.descriptor_strips(), strips)]
             )
 
@@ -155,33 +160,39 @@ class RrdWriter:
             [[0, -length, 0], [0, length, 0]],
             [[0, 0, -length], [0, 0, length]],
         ]
-        with _strict():
-            self._static(schema.ORIGIN, rr.LineStrips3D(arms, colors=GREY, radii=rr.Radius.ui_points(1.0)))
+        with strict():
+            self.static(schema.ORIGIN, rr.LineStrips3D(arms, colors=GREY, radii=rr.Radius.ui_points(1.0)))
 
     def events(self, names: list[str]) -> None:
         """Write events into the event log."""
-        with _strict():
-            self._send(schema.EVENTS, rr.TextLog.columns(text=names))
+        with strict():
+            self.send(schema.EVENTS, rr.TextLog.columns(text=names))
 
     def document(self, text: str) -> None:
         """Write the page about the run (Markdown)."""
-        with _strict():
-            self._static(schema.ABOUT, rr.TextDocument(text, media_type="text/markdown"))
+        with strict():
+            self.static(schema.ABOUT, rr.TextDocument(text, media_type="text/markdown"))
 
     def layout(self, layout: Layout) -> None:
         """Say how the recording is shown when it is opened; the last one written counts."""
-        with _strict():
+        with strict():
             self._stream.send_blueprint(blueprint(layout), make_active=True, make_default=True)
 
     def flush(self) -> None:
         """Hand all that was written to the operating system: it survives the end of this process."""
-        try:
-            self._stream.flush()
-        except RuntimeError as error:
-            raise RecordingError(
-                f"{self.path}: cannot be written any more ({error}); is the disk full? "
-                "Make room, record elsewhere, or run without a recording"
-            ) from error
+        written = -1
+        while True:
+            try:
+                return self._stream.flush(timeout_sec=_PATIENCE)
+            except RuntimeError as error:
+                # Rerun's writer may have died with the flush in its queue, which nobody answers then. A slow disk
+                # is another matter: what was written meanwhile tells the two apart.
+                before, written = written, self.path.stat().st_size
+                if written == before or "timeout" not in str(error).lower():
+                    raise RecordingError(
+                        f"{self.path}: cannot be written any more ({error}); is the disk full? "
+                        "Make room, record elsewhere, or run without a recording"
+                    ) from error
 
     def close(self) -> None:
         """Flush, write the index at the end of the file, and close it."""
@@ -200,7 +211,7 @@ def _flat32(values: np.ndarray) -> pa.Array:
     return pa.array(np.ascontiguousarray(values, dtype=np.float32).ravel())
 
 
-def _rows(batch: type, values: np.ndarray):
+def rows(batch: type, values: np.ndarray):
     """Return rows of numbers as the batch of a component that has a fixed number of them."""
     return batch(pa.FixedSizeListArray.from_arrays(_flat32(values), type=_arrow_type(batch)))
 
@@ -216,6 +227,8 @@ def _archetype(primitive: Primitive, colour: tuple[int, int, int]):
         return rr.Cylinders3D(
             radii=[sizes[0]], lengths=[sizes[1]], quaternions=turn, colors=[colour], fill_mode=solid
         )
+    if kind == "bars":
+        return _bars(primitive, colour)
     if kind == "capsule":
         # Rerun's capsule begins at the origin.
         start = [-sizes[1] / 2, 0, 0] if primitive.along_x else [0, 0, -sizes[1] / 2]
@@ -228,3 +241,15 @@ def _archetype(primitive: Primitive, colour: tuple[int, int, int]):
             fill_mode=solid,
         )
     return rr.Asset3D(path=primitive.mesh, albedo_factor=colour)
+
+
+def _bars(primitive: Primitive, colour: tuple[int, int, int]) -> rr.Capsules3D:
+    along = primitive.ends[:, 1] - primitive.ends[:, 0]
+    return rr.Capsules3D(
+        radii=np.full(len(along), primitive.sizes[0]),
+        lengths=np.linalg.norm(along, axis=1),
+        translations=primitive.ends[:, 0],
+        quaternions=quaternions(frames_along(along)),
+        colors=[colour],
+        fill_mode=rr.components.FillMode.Solid,
+    )

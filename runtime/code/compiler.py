@@ -1,0 +1,122 @@
+"""LLVM itself: from its IR to object code, what processor it compiles for, and its own loader of object code."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import threading
+
+import llvmlite.binding as llvm
+
+from runtime.code.llvm_text import LIBM
+
+OPTIMISATION_LEVEL = 2
+_lock = threading.RLock()
+
+
+def compile_ir(ir: str) -> bytes:
+    """Compile the text of an LLVM module to object code for this machine. No fast-math, no contraction."""
+    with _lock:
+        initialise()
+        module = llvm.parse_assembly(ir)
+        module.triple = llvm.get_process_triple()
+        module.verify()
+        machine = _target_machine()
+        module.data_layout = str(machine.target_data)
+        builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(OPTIMISATION_LEVEL))
+        passes = llvm.create_new_function_pass_manager()
+        # On straight-line code these two give what the whole -O2 pipeline gives, in a fifth of its time.
+        passes.add_instruction_combine_pass()
+        passes.add_new_gvn_pass()
+        for function in module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
+        return machine.emit_object(module)
+
+
+def optimise(module: llvm.ModuleRef, speed_level: int) -> None:
+    """Run LLVM's whole pipeline on a module of loops: inlining, hoisting, vectorising. No fast-math."""
+    with _lock:
+        options = llvm.create_pipeline_tuning_options(speed_level)
+        options.loop_vectorization = options.slp_vectorization = True
+        builder = llvm.create_pass_builder(_target_machine(), options)
+        builder.getModulePassManager().run(module, builder)
+
+
+def emit(module: llvm.ModuleRef) -> bytes:
+    """Return a module's object code for this machine."""
+    with _lock:
+        initialise()
+        return _target_machine().emit_object(module)
+
+
+class Engine:
+    """LLVM's own place for object code, freed with this object."""
+
+    def __init__(self) -> None:
+        with _lock:
+            initialise()
+            module = llvm.parse_assembly("")
+            module.triple = llvm.get_process_triple()
+            # The execution engine takes the target machine for itself.
+            self._engine = llvm.create_mcjit_compiler(module, _new_target_machine())
+
+    def add(self, object_code: bytes, symbols: dict[str, int]) -> None:
+        """Load object code; `symbols` are addresses of what neither the process nor the code defines."""
+        with _lock:
+            for name, address in symbols.items():
+                if not llvm.address_of_symbol(name):
+                    llvm.add_symbol(name, address)
+            self._engine.add_object_file(llvm.ObjectFileRef.from_data(object_code))
+            self._engine.finalize_object()
+
+    def address(self, symbol: str) -> int:
+        """Return the address of a function or variable of the code added so far, 0 if there is none."""
+        with _lock:
+            return self._engine.get_function_address(symbol) or self._engine.get_global_value_address(symbol)
+
+
+@functools.lru_cache(maxsize=1)
+def initialise() -> None:
+    """Make LLVM ready for this machine."""
+    try:
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+    except RuntimeError:
+        # llvmlite 0.45 and later have LLVM initialised and refuse.
+        pass
+    _provide_libm()
+
+
+def _provide_libm() -> None:
+    """Tell LLVM where libm's functions are, if the process does not export them."""
+    missing = [name for name in LIBM if not llvm.address_of_symbol(name)]
+    if missing:
+        library = ctypes.CDLL("ucrtbase") if hasattr(ctypes, "windll") else ctypes.CDLL(None)
+        for name in missing:
+            llvm.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
+
+
+def target() -> tuple:
+    """Return what decides how LLVM compiles here: its version, the platform, the processor."""
+    return (llvm.llvm_version_info, llvm.get_process_triple(), *_host())
+
+
+@functools.lru_cache(maxsize=1)
+def _host() -> tuple[str, str]:
+    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
+@functools.lru_cache(maxsize=1)
+def _target_machine():
+    return _new_target_machine()
+
+
+def _new_target_machine():
+    cpu, features = _host()
+    found = llvm.Target.from_triple(llvm.get_process_triple())
+    # As Numba does: on x86 MCJIT needs static relocation.
+    relocation = "static" if found.name.startswith("x86") else "default"
+    return found.create_target_machine(
+        cpu=cpu, features=features, opt=OPTIMISATION_LEVEL, reloc=relocation, codemodel="jitdefault", jit=True
+    )

@@ -1,0 +1,80 @@
+"""Recordings are written beside the run: in order, and what goes wrong is not lost."""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import runtime.kernel
+from runtime.recording.beside import Beside
+from runtime.system import System, load
+
+GENERATED = Path(__file__).resolve().parents[1] / "generated"
+
+
+def test_pieces_are_done_one_after_another():
+    beside, gate, done = Beside(), threading.Event(), []
+
+    def slow(number: int) -> None:
+        gate.wait(60)
+        done.append(number)
+
+    beside.start(slow, 1)
+    assert beside.busy and not done
+    gate.set()
+    beside.start(done.append, 2)
+    beside.wait()
+    assert done == [1, 2] and not beside.busy
+
+
+def test_an_error_comes_out_once_where_it_is_waited_for():
+    beside = Beside()
+
+    def fail() -> None:
+        raise OSError("no space left")
+
+    beside.start(fail)
+    while beside.busy:
+        pass
+    assert beside.failed
+    with pytest.raises(OSError, match="no space left"):
+        beside.start(print, "never")
+    beside.wait()
+    assert not beside.failed
+
+
+def test_a_run_and_its_recording_may_ask_for_the_same_kernels_at_once(monkeypatch):
+    source = load(GENERATED / "seven_dof_arm.py").source
+    assert source.header["hoisted"]
+    made, compile_setup = [], runtime.kernel.compile_setup
+
+    def slowly(sources):
+        made.append(sources)
+        time.sleep(0.02)
+        return compile_setup(sources)
+
+    monkeypatch.setattr(runtime.kernel, "compile_setup", slowly)
+    system, gate = System(source), threading.Barrier(4)
+    results, errors = [], []
+
+    def work() -> None:
+        gate.wait(60)
+        try:
+            prepared = system.prepared(system.parameter_values())
+            y, out = np.linspace(0.1, 0.5, system.nq + system.nv), np.zeros(2)
+            system.kernel("energy")(0.0, y, system.parameter_values(), out)
+            results.append((prepared.tobytes(), out.tobytes(), id(system.machine_code())))
+        except Exception as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+    assert not errors and len(results) == 4 and len(set(results)) == 1
+    assert len(made) == 1
