@@ -3,12 +3,9 @@
 import math
 
 from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step
-from runtime.integrate.copying import copy
 from runtime.integrate.evaluation import all_finite, evaluate
 from runtime.integrate.ggl import divide_blocks, set_blocks
 from runtime.integrate.layout import (
-    F_VALID,
     MAX_STEPS_PER_CALL,
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
@@ -17,7 +14,6 @@ from runtime.integrate.layout import (
     NY,
     RUNNING,
     STEP_TOO_SMALL,
-    H,
     T,
 )
 from runtime.integrate.projection import project_state, projection_size
@@ -25,7 +21,7 @@ from runtime.integrate.radau.error import set_tolerances
 from runtime.integrate.radau.ggl_error import estimate_index2
 from runtime.integrate.radau.ggl_stages import factor_index2, predict_index2, solve_index2
 from runtime.integrate.radau.ggl_work import ggl_work
-from runtime.integrate.radau.loop import accept_radau, radau_dense, reject_radau, shrink_step
+from runtime.integrate.radau.loop import accept_radau, begin_radau, commit_radau, reject_radau, shrink_step
 from runtime.integrate.radau.stages import integrate_work
 from runtime.integrate.radau.turns import place
 from runtime.integrate.radau.work import (
@@ -35,12 +31,10 @@ from runtime.integrate.radau.work import (
     HAVE_HISTORY,
     HAVE_JACOBIAN,
     JACOBIAN_IS_FRESH,
-    LAST_RATE,
     STAGES,
     Y_NEW,
-    Y_STAGE,
 )
-from runtime.integrate.step_control import first_step, step_end, too_small
+from runtime.integrate.step_control import step_end, too_small
 
 
 @jitted
@@ -55,30 +49,31 @@ def advance_radau_ggl(
     Arguments and result are those of all step loops, see docs/architecture.md; `method` is a `RadauGgl`.
     """
     w = ggl_work(method, sizes, work)
-    if not counters[F_VALID]:
-        if not evaluate(addresses, sizes, p, counters, control[T], y, f):
-            return NOT_FINITE
-        counters[F_VALID] = 1
-        counters[HAVE_JACOBIAN] = 0
-        counters[HAVE_HISTORY] = 0
-        w.numbers[LAST_RATE] = 0.0
-    if control[H] <= 0.0:
-        control[H] = first_step(
-            len(method.c) + 1, addresses, sizes, p, control, counters, y, f, w.rows[F_NEW], w.states[Y_STAGE]
-        )
+    if not begin_radau(method, addresses, sizes, p, control, counters, y, f, w):
+        return NOT_FINITE
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
         t0 = control[T]
         status, t1 = index2_step(method, addresses, sizes, p, control, counters, y, f, w, dense)
         if status != RUNNING:
             return status
-        radau_dense(method, sizes, y, w, dense)
-        copy(w.states[Y_NEW], y)
-        copy(w.rows[F_NEW], f)
-        status = finish_step(
-            addresses, sizes, p, control, counters, t0, t1, y, dense, len(method.c) + 1, w.scratch,
-            frame_times, frames, step_log,
-        )  # fmt: skip
+        status = commit_radau(
+            method,
+            addresses,
+            sizes,
+            p,
+            control,
+            counters,
+            t0,
+            t1,
+            y,
+            f,
+            w,
+            frame_times,
+            frames,
+            step_log,
+            dense,
+        )
         if status != RUNNING:
             return status
         done += 1

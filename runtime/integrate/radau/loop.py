@@ -73,9 +73,43 @@ def advance_radau(
     Arguments and result are those of all step loops, see docs/architecture.md; `method` is a `RadauIIA`.
     """
     w = radau_work(method, sizes, work)
+    if not begin_radau(method, addresses, sizes, p, control, counters, y, f, w):
+        return NOT_FINITE
+    done = 0
+    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        t0 = control[T]
+        status, t1 = radau_step(method, addresses, sizes, p, control, counters, y, f, w, dense)
+        if status != RUNNING:
+            return status
+        status = commit_radau(
+            method,
+            addresses,
+            sizes,
+            p,
+            control,
+            counters,
+            t0,
+            t1,
+            y,
+            f,
+            w,
+            frame_times,
+            frames,
+            step_log,
+            dense,
+        )
+        if status != RUNNING:
+            return status
+        done += 1
+    return RUNNING
+
+
+@jitted
+def begin_radau(method, addresses, sizes, p, control, counters, y, f, w):
+    """Evaluate where a run begins and choose its first step, unless that is done; returns whether all is finite."""
     if not counters[F_VALID]:
         if not evaluate(addresses, sizes, p, counters, control[T], y, f):
-            return NOT_FINITE
+            return False
         counters[F_VALID] = 1
         counters[HAVE_JACOBIAN] = 0
         counters[HAVE_HISTORY] = 0
@@ -84,23 +118,21 @@ def advance_radau(
         control[H] = first_step(
             len(method.c) + 1, addresses, sizes, p, control, counters, y, f, w.rows[F_NEW], w.states[Y_STAGE]
         )
-    done = 0
-    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
-        t0 = control[T]
-        status, t1 = radau_step(method, addresses, sizes, p, control, counters, y, f, w, dense)
-        if status != RUNNING:
-            return status
-        radau_dense(method, sizes, y, w, dense)
-        copy(w.states[Y_NEW], y)
-        copy(w.rows[F_NEW], f)
-        status = finish_step(
-            addresses, sizes, p, control, counters, t0, t1, y, dense, len(method.c) + 1, w.scratch,
-            frame_times, frames, step_log,
-        )  # fmt: skip
-        if status != RUNNING:
-            return status
-        done += 1
-    return RUNNING
+    return True
+
+
+@jitted
+def commit_radau(
+    method, addresses, sizes, p, control, counters, t0, t1, y, f, w, frame_times, frames, step_log, dense
+):
+    """Make the new state the current one, with dense output, and record the step."""
+    radau_dense(method, sizes, y, w, dense)
+    copy(w.states[Y_NEW], y)
+    copy(w.rows[F_NEW], f)
+    return finish_step(
+        addresses, sizes, p, control, counters, t0, t1, y, dense, len(method.c) + 1, w.scratch,
+        frame_times, frames, step_log,
+    )  # fmt: skip
 
 
 @jitted

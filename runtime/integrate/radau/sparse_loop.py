@@ -6,21 +6,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step
-from runtime.integrate.copying import copy
-from runtime.integrate.evaluation import evaluate
 from runtime.integrate.layout import (
-    F_VALID,
     MAX_STEPS_PER_CALL,
     N_LOGGED_STEPS,
     NOT_FINITE,
     RUNNING,
     STEP_TOO_SMALL,
-    H,
     T,
 )
 from runtime.integrate.radau.error import set_tolerances
-from runtime.integrate.radau.loop import accept_radau, radau_dense, reach_end, reject_radau, shrink_step
+from runtime.integrate.radau.loop import (
+    accept_radau,
+    begin_radau,
+    commit_radau,
+    reach_end,
+    reject_radau,
+    shrink_step,
+)
 from runtime.integrate.radau.sparse_stages import (
     estimate_sparse_error,
     factor_sparse_stages,
@@ -29,18 +31,14 @@ from runtime.integrate.radau.sparse_stages import (
 from runtime.integrate.radau.sparse_work import sparse_radau_work
 from runtime.integrate.radau.stages import predict_stages
 from runtime.integrate.radau.work import (
-    F_NEW,
     FACTORED_FOR,
     HAVE_FACTORS,
     HAVE_HISTORY,
     HAVE_JACOBIAN,
     JACOBIAN_IS_FRESH,
-    LAST_RATE,
-    Y_NEW,
-    Y_STAGE,
 )
 from runtime.integrate.sparse_newton import NewtonPattern, differentiate_sparse
-from runtime.integrate.step_control import first_step, step_end, too_small
+from runtime.integrate.step_control import step_end, too_small
 
 
 class SparseRadauIIA(NamedTuple):
@@ -66,30 +64,31 @@ def advance_radau_sparse(
 ):
     """Advance as `advance_radau` does; `method` is a `SparseRadauIIA`."""
     w = sparse_radau_work(method, sizes, work)
-    if not counters[F_VALID]:
-        if not evaluate(addresses, sizes, p, counters, control[T], y, f):
-            return NOT_FINITE
-        counters[F_VALID] = 1
-        counters[HAVE_JACOBIAN] = 0
-        counters[HAVE_HISTORY] = 0
-        w.numbers[LAST_RATE] = 0.0
-    if control[H] <= 0.0:
-        control[H] = first_step(
-            len(method.c) + 1, addresses, sizes, p, control, counters, y, f, w.rows[F_NEW], w.states[Y_STAGE]
-        )
+    if not begin_radau(method, addresses, sizes, p, control, counters, y, f, w):
+        return NOT_FINITE
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
         t0 = control[T]
         status, t1 = sparse_radau_step(method, addresses, sizes, p, control, counters, y, f, w, dense)
         if status != RUNNING:
             return status
-        radau_dense(method, sizes, y, w, dense)
-        copy(w.states[Y_NEW], y)
-        copy(w.rows[F_NEW], f)
-        status = finish_step(
-            addresses, sizes, p, control, counters, t0, t1, y, dense, len(method.c) + 1, w.scratch,
-            frame_times, frames, step_log,
-        )  # fmt: skip
+        status = commit_radau(
+            method,
+            addresses,
+            sizes,
+            p,
+            control,
+            counters,
+            t0,
+            t1,
+            y,
+            f,
+            w,
+            frame_times,
+            frames,
+            step_log,
+            dense,
+        )
         if status != RUNNING:
             return status
         done += 1
