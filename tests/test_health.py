@@ -18,6 +18,8 @@ from runtime.result_json import result, to_json
 from runtime.solution import Solution
 from runtime.solve import solve
 from runtime.system import System, load
+from symgen import Model
+from symgen.link import derive_text
 
 FIXTURES = Path(__file__).parent / "fixtures"
 ARGUMENTS = {"t_end": 3.0, "method": "auto", "rtol": 1e-8, "atol": 1e-10}
@@ -274,3 +276,22 @@ def test_study_takes_the_steps_that_runs_take(pendulum):
 def test_a_step_that_is_too_long_does_not_settle(pendulum):
     table = study(pendulum, {**ARGUMENTS, "t_end": 20.0, "method": "euler", "step": 0.05})
     assert not table.ok and "not to be trusted" in table.says
+
+
+def _hanging_body(edit=lambda text: text) -> System:
+    """A body on a ball joint, its orientation a unit quaternion; `edit` changes the module's text."""
+    model = Model("hanging_body", gravity=(0, 0, -9.81))
+    model.body("bob", mass=1.0, com=(0.1, 0.0, -0.4), inertia=(0.03, 0.02, 0.01))
+    model.joint("ball", "spherical", "bob", "world", damping=0.1)
+    return load(edit(derive_text(model).text))
+
+
+def _with_wrong_entry(text: str) -> str:
+    before, marker, rest = text.partition("\ndef residual_jacobian(")
+    return before + marker + rest.replace("    out[1] = ", "    out[1] = 1.5*", 1)
+
+
+def test_the_jacobian_by_a_quaternion_is_judged_along_what_rates_do_to_it():
+    given = {"method": "radau5", "rate": {"ball_wx": 1.0, "ball_wz": 2.0}}
+    assert "jacobian" not in objections(solve(_hanging_body(), 0.5, **given))
+    assert "jacobian" in objections(solve(_hanging_body(_with_wrong_entry), 0.5, **given))

@@ -44,8 +44,7 @@ def jacobian(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     y = np.hstack([states, a, multipliers])
     if not np.all(np.isfinite(y)):
         return
-    sizes = np.maximum(np.abs(y).max(axis=0), 1.0)
-    direction = sizes * np.cos(1.7 * np.arange(1.0, n + 1.0))
+    direction = _directions(solution, t, states, y)
     matrix = evaluate(system, _KERNEL, solution.p, t, y).reshape(2, -1, n)
     middle, *ends = (
         evaluate(system, "residual", solution.p, t, y + k * _STEP * direction) for k in (0, -2, -1, 1, 2)
@@ -54,9 +53,9 @@ def jacobian(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     far, near = (ends[3] - ends[0]) / (4.0 * _STEP), (ends[2] - ends[1]) / (2.0 * _STEP)
     # Where differences disagree, of two lengths or of two sides, there is a bend within a step: it proves nothing.
     bend = 4.0 * np.abs(near - far) + np.abs(ends[2] - 2.0 * middle + ends[1]) / _STEP
-    terms = np.abs(matrix * direction).max(axis=2)
+    terms = np.abs(matrix * direction[:, None]).max(axis=2)
     terms = np.maximum(terms, 1e-6 * terms.max())
-    off = np.maximum(np.abs(matrix @ direction - (4.0 * near - far) / 3.0) - bend, 0.0)
+    off = np.maximum(np.abs((matrix @ direction[:, :, None])[:, :, 0] - (4.0 * near - far) / 3.0) - bend, 0.0)
     off /= np.where(terms > 0.0, terms, 1.0)
     worst = int(np.argmax(off.max(axis=0)))
     names = [f"the equation of {name}" for name in rate_labels(system.coordinates, system.rates)]
@@ -66,6 +65,21 @@ def jacobian(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         "jacobian", off.max(), _LIMIT, f"{found}, which is round-off",
         f"{found}: `{_KERNEL}` is not the derivative of `residual`; derive the module again, and do not edit it",
     )  # fmt: skip
+
+
+def _directions(solution: Solution, t: np.ndarray, states: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return a direction for each row of `y`, along which quaternions turn as rates turn them.
+
+    By quaternions the Jacobian is that by what rates can do to them, which is all that methods use of it.
+    """
+    system = solution.system
+    nq, nv = system.nq, system.nv
+    sizes = np.maximum(np.abs(y).max(axis=0), 1.0)
+    direction = np.tile(sizes * np.cos(1.7 * np.arange(1.0, y.shape[1] + 1.0)), (len(y), 1))
+    if nq != nv:
+        moves = evaluate(system, "kinematics", solution.p, t, states)[:, : nq * nv].reshape(len(y), nq, nv)
+        direction[:, :nq] = moves @ np.cos(np.arange(1.0, nv + 1.0))
+    return direction
 
 
 def _trouble(solution: Solution) -> bool:
