@@ -654,3 +654,36 @@ def test_many_curves_are_spread_over_plots():
     assert [len(plot.columns) for plot in plots] == [12, 12, 12, 12]
     assert plots[1].title == "Coordinates [m] 13 to 24 of 100" and plots[1].names[0] == "q12"
     assert len({plot.path for plot in plots}) == 4
+
+
+class _SlowStream:
+    """A stream whose flushes time out; `grow` writes to the file meanwhile."""
+
+    def __init__(self, grow, times_out):
+        self.grow, self.left = grow, times_out
+
+    def flush(self, timeout_sec):
+        if self.left:
+            self.left -= 1
+            self.grow()
+            raise RuntimeError("Flush timed out - not all log messages were sent")
+
+
+def test_a_slow_disk_is_waited_for_and_a_dead_writer_is_not(tmp_path):
+    from runtime.recording.rrd.write import RrdWriter
+
+    writer = RrdWriter.__new__(RrdWriter)
+    writer.path = tmp_path / "slow.rrd"
+    writer.path.write_bytes(b"")
+
+    def grow():
+        with writer.path.open("ab") as file:
+            file.write(b"more")
+
+    writer._stream = _SlowStream(grow, 3)
+    writer.flush()
+    assert writer._stream.left == 0
+    writer._stream = _SlowStream(lambda: None, 10)
+    with pytest.raises(RecordingError, match="is the disk full"):
+        writer.flush()
+    assert writer._stream.left == 8

@@ -188,7 +188,7 @@ class RrdWriter:
                 # Rerun's writer may have died with the flush in its queue, which nobody answers then. A slow disk
                 # is another matter: what was written meanwhile tells the two apart.
                 before, written = written, self.path.stat().st_size
-                if written == before or "timeout" not in str(error).lower():
+                if written == before or "timed out" not in str(error):
                     raise RecordingError(
                         f"{self.path}: cannot be written any more ({error}); is the disk full? "
                         "Make room, record elsewhere, or run without a recording"
