@@ -8,6 +8,7 @@ process in which SymPy has been used before. Compiled are the kernels that a run
 
 from __future__ import annotations
 
+import argparse
 import gc
 import itertools
 import resource
@@ -65,7 +66,7 @@ def compile_for_run(system: System) -> None:
             compiler.compile_ir(owner.kernel(name).source.lower_apart(f"symgen_{name}")[0])
 
 
-def main(n: int = 1000) -> None:
+def main(n: int) -> None:
     """Print both tables."""
     gc.set_threshold(200_000)  # as the command line does
     scenes = {"pendulum": {}, "pendulum_field": {"n": str(n)}}
@@ -87,4 +88,6 @@ def main(n: int = 1000) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("pendulums", nargs="?", type=int, default=1000)
+    main(parser.parse_args().pendulums)

@@ -9,7 +9,7 @@ tells that of the whole.
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 
 import numpy as np
@@ -23,7 +23,7 @@ _REPEATS = 3
 PIECES = {"auto": 0.5, "dop853": 0.005}  # seconds simulated as one system, by method
 
 
-def main(n: int = 1000) -> None:
+def main(n: int) -> None:
     """Print run times and their ratios.
 
     Parameters
@@ -61,4 +61,6 @@ def main(n: int = 1000) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("pendulums", nargs="?", type=int, default=1000)
+    main(parser.parse_args().pendulums)

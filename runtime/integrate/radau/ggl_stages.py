@@ -18,8 +18,6 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.linear import lu_factor
 from runtime.integrate.newton import (
-    CONVERGED,
-    DIVERGED,
     ITERATING,
     RATE,
     forget_rate,
@@ -28,14 +26,12 @@ from runtime.integrate.newton import (
 )
 from runtime.integrate.quaternions import n_quaternions, quaternion_at
 from runtime.integrate.radau.ggl_turns import forget_turns, turn_index2
-from runtime.integrate.radau.stages import ROUND_OFF, evaluate_stage, predict_rates, round_off
+from runtime.integrate.radau.stages import evaluate_stage, finish_newton, predict_rates
 from runtime.integrate.radau.transform import shift_of
 from runtime.integrate.radau.turns import place
 from runtime.integrate.radau.work import (
     F_STAGES,
     FACTORED_FOR,
-    ITERATIONS,
-    LAST_RATE,
     NEWTON_BOUND,
     SCALE,
     STAGES,
@@ -150,13 +146,7 @@ def solve_index2(method, h, addresses, sizes, p, counters, t0, y, w):
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
         if iteration == 2:
             rate = w.numbers[RATE]
-    if verdict == DIVERGED and iteration > 2 and size <= ROUND_OFF * round_off(method, h, sizes, y, w):
-        verdict = CONVERGED
-        w.numbers[RATE] = rate
-    w.numbers[ITERATIONS] = iteration
-    if iteration > 1:
-        w.numbers[LAST_RATE] = w.numbers[RATE]
-    return RUNNING if verdict == CONVERGED else NEWTON_FAILED
+    return finish_newton(verdict, iteration, size, rate, method, h, sizes, y, w)
 
 
 @jitted

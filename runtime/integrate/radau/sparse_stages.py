@@ -7,7 +7,6 @@ from runtime.integrate.evaluation import evaluate
 from runtime.integrate.layout import (
     FACTORISATIONS,
     LAST_REJECTED,
-    NEWTON_FAILED,
     NEWTON_ITERATIONS,
     NOT_FINITE,
     NQ,
@@ -15,8 +14,6 @@ from runtime.integrate.layout import (
     RUNNING,
 )
 from runtime.integrate.newton import (
-    CONVERGED,
-    DIVERGED,
     ITERATING,
     RATE,
     forget_rate,
@@ -26,7 +23,7 @@ from runtime.integrate.newton import (
 from runtime.integrate.quaternions import move, n_quaternions, quaternion_at
 from runtime.integrate.radau.error import unfiltered_positions, weighted
 from runtime.integrate.radau.sparse_work import pair_factors
-from runtime.integrate.radau.stages import ROUND_OFF, evaluate_stage, move_stages, round_off, squared_move
+from runtime.integrate.radau.stages import evaluate_stage, finish_newton, move_stages, squared_move
 from runtime.integrate.radau.transform import add_correction, set_defect, shift_of
 from runtime.integrate.radau.turns import add_turn, correct_turns, set_turn_rates, solve_turns
 from runtime.integrate.radau.work import (
@@ -36,8 +33,6 @@ from runtime.integrate.radau.work import (
     F_STAGES,
     FACTORED_FOR,
     HAVE_HISTORY,
-    ITERATIONS,
-    LAST_RATE,
     NEWTON_BOUND,
     SCALE,
     Y_STAGE,
@@ -86,13 +81,7 @@ def solve_sparse_stages(method, h, addresses, sizes, p, control, counters, t0, y
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
         if iteration == 2:
             rate = w.numbers[RATE]
-    if verdict == DIVERGED and iteration > 2 and size <= ROUND_OFF * round_off(method, h, sizes, y, w):
-        verdict = CONVERGED
-        w.numbers[RATE] = rate
-    w.numbers[ITERATIONS] = iteration
-    if iteration > 1:
-        w.numbers[LAST_RATE] = w.numbers[RATE]
-    return RUNNING if verdict == CONVERGED else NEWTON_FAILED
+    return finish_newton(verdict, iteration, size, rate, method, h, sizes, y, w)
 
 
 @jitted

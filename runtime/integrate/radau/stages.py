@@ -153,6 +153,20 @@ def solve_stages(method, h, addresses, sizes, p, control, counters, t0, y, w):
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
         if iteration == 2:
             rate = w.numbers[RATE]
+    return finish_newton(verdict, iteration, size, rate, method, h, sizes, y, w)
+
+
+@jitted
+def finish_newton(verdict, iteration, size, rate, method, h, sizes, y, w):
+    """Return RUNNING where the iterations converged, be it to round-off that grows; keep what the next step asks for.
+
+    Parameters
+    ----------
+    size : float
+        Of the last correction, in tolerances.
+    rate : float
+        Of contraction in the second iteration, before round-off had a part in it.
+    """
     if verdict == DIVERGED and iteration > 2 and size <= ROUND_OFF * round_off(method, h, sizes, y, w):
         verdict = CONVERGED
         w.numbers[RATE] = rate
