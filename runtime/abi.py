@@ -18,7 +18,8 @@ SWITCHED = (
 # What `p` says of each switch: a stop is closed (1) or open (0); a friction sticks or not, and slides forwards (1),
 # backwards (-1) or not at all.
 SETTINGS = {"stop": ("closed",), "friction": ("stuck", "sense")}
-# Numbers that the function `switches` writes for each: gap, restitution; sliding speed, level, largest while sticking.
+# Numbers that the function `switches` writes for each: gap, restitution; sliding speed, level, largest while sticking
+# (the speed below which it gives way where friction is smooth).
 N_WATCHED = {"stop": 2, "friction": 3}
 
 # Numbers that the function `marks` writes for each kind: places [m], directions, radii [m], forces [N], torques [N m].

@@ -27,6 +27,9 @@ _LARGEST_FOR_SERIES, _LARGEST_WHERE_TIGHT = 1500, 3000
 _COST_OF_SERIES = 8.1  # operations of rhs for one of the residual, at rtol 1e-2,
 _FREE_FOR_SERIES = 2020.0  # but for the first of them, as stages cost something besides
 _GAIN_WITH_RTOL = 1.0 / 12.0  # the run time of order 8 grows as rtol^(-1/8), that of order 24 as rtol^(-1/24)
+# Series with friction in proportion to reactions begin with what `rhs` computes; operations of it that take as long to
+# compile as one of the residual, which every order needs.
+_RHS_FOR_RESIDUAL = 6
 _FULL_MATRICES = ("residual_jacobian", "mass_matrix", "constraint_jacobian")
 _INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 # An explicit step can follow about one radian of a motion at usual tolerances, and decay times step of about 6.
@@ -68,14 +71,22 @@ def choose_method(
     if name != "auto":
         method = find_method(name)
         refuse_unsuitable(method, system)
+        if method.name == SERIES and (reason := _left_out(system, p, t, state)):
+            raise RuntimeModelError(f"method {SERIES!r} does not fit this run: {reason}; use {EXPLICIT}")
         return method, []
     if is_large(system) and not has_sparse_form(system):
         why = f"methods for stiff motion work with full matrices here, too large for {system.nv} rates"
         return METHODS[EXPLICIT], [f"method auto: {EXPLICIT}, because {why}"]
-    scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
+    begins = system, p, state
+    if system.switches:
+        from runtime.contact.at_start import form_at_start
+
+        begins = form_at_start(system, METHODS[EXPLICIT], p, t, state, rtol, atol)
+    form, held, first = begins
+    scales = time_scales(form, held, t, first[: system.nq], first[system.nq :])
     reason = stiff_at_start(scales, t_end - t, rtol)
     if not reason and rtol >= _EXPLICIT_BELOW:
-        reason = scout(system, p, t, state, t_end, rtol, atol)
+        reason = scout(form, held, t, first, t_end, rtol, atol)
     if reason:
         stiff = stiff_method(rtol)
         return METHODS[stiff], [f"method auto: {stiff}, because {reason}"]
@@ -90,17 +101,33 @@ def choose_method(
 def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float) -> str:
     """Return why Taylor series do not suit a model or its start; an empty string where they do."""
     operations = system.operations.get("residual", 0)
+    if any(switch.get("normal") for switch in system.switches):
+        operations += system.operations.get("rhs", 0) // _RHS_FOR_RESIDUAL
     if operations > (_LARGEST_FOR_SERIES if rtol >= _EXPLICIT_BELOW else _LARGEST_WHERE_TIGHT):
         return f"Taylor series of a model of {operations} operations take long to compile"
     gain = system.operations.get("rhs", 0) * (1e-2 / rtol) ** _GAIN_WITH_RTOL if rtol > 0.0 else np.inf
     if gain < _COST_OF_SERIES * operations - _FREE_FOR_SERIES:
         return f"Taylor series of a model of {operations} operations pay at tighter tolerances only"
+    if reason := _left_out(system, p, t, state):
+        return reason
     if system.m and not system.kernel("rhs")(t, state, p)[-1] >= _INDEPENDENT:
         return "constraints depend on each other at the start"
     if system.m and _is_ill_conditioned(system, p, t, state):
         return "an inertia is tiny beside what constraints tie it to"
     refusal = METHODS[SERIES].refusal(system)
     return f"{SERIES} {refusal}" if refusal else ""
+
+
+def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
+    """Return why the equations that leave constraints out do not hold for this run; an empty string where they do."""
+    from runtime.constraints.assembly import has_dependence
+
+    if has_dependence(system, p, t, state[: system.nq]):
+        return ""
+    names = ", ".join(system.constraints[k]["name"] for k in system.dependent)
+    return (
+        f"its series leave out {names}, which with these parameters do not follow from the other constraints"
+    )
 
 
 def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarray) -> bool:

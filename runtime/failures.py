@@ -111,6 +111,9 @@ def _not_finite(system: System, method: Method, arrays: LoopArrays, when: str) -
     elif broken:
         what = f"the derivative of {broken[0]} is not finite"
         remedy = "check the expressions that act on it for a division by zero or a root of a negative number"
+    elif method.name == "taylor" and any(switch.get("normal") for switch in system.switches):
+        what = "no series leads on"
+        remedy = "where a force is zero that friction is in proportion to, its magnitude has none: try --method dop853"
     elif method.adaptive:
         what = f"no step leads on, however small; {fastest(system, arrays)} changes fastest"
         remedy = "look for a singularity of the model there"

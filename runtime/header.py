@@ -157,6 +157,9 @@ def _check_sizes(header: dict[str, Any]) -> None:
         if len(header[key]) != size:
             raise HeaderFault(f"{key} has {len(header[key])} entries, but {symbol} is {size}")
     _check_quaternions(header)
+    dependent = _get(header, "dependent", list, "") if "dependent" in header else []
+    if any(type(k) is not int or not 0 <= k < m for k in dependent) or sorted(set(dependent)) != dependent:
+        raise HeaderFault(f"'dependent' is {dependent!r:.60}, expected ascending indices of constraints")
     kinds = [constraint["kind"] for constraint in header["constraints"]]
     if kinds != ["holonomic"] * header["nh"] + ["velocity"] * header["nn"]:
         raise HeaderFault("constraints must list the nh holonomic ones, then the nn velocity constraints")
@@ -194,6 +197,10 @@ def _check_switches(header: dict[str, Any]) -> None:
         names = _get(record, "normal", list, f"switches[{index}]") if "normal" in record else []
         if unknown := [name for name in names if name not in normals]:
             raise HeaderFault(f"switches[{index}]['normal'] names {unknown[0]!r:.60}: no stop, no constraint")
+        if "smooth" in record and not (record["smooth"] is True and names):
+            raise HeaderFault(
+                f"switches[{index}] is smooth and has no 'normal': it would be a force like others"
+            )
     acting = [(e["name"], e["action"]) for e in header["events"] if e["action"] in SETTINGS]
     listed = [(s["name"], s["kind"]) for s in switches]
     ordered = sorted(listed, key=lambda entry: entry[1] != "stop")

@@ -70,6 +70,9 @@ class System(ModelFunctions):
         Names of the numbers at the end of `p` that say which of them hold; runs set them.
     switched : dict of int to int
         For each constraint that can be switched off, where in `p` its switch is; empty but in the `closed` form.
+    dependent : tuple of int
+        Constraints that followed from the others where the model was derived: `rhs`, `project` and series leave them
+        out, and the multipliers of `rhs` are zero for them.
     quaternions : tuple of int
         Where in q each unit quaternion (w, x, y, z) begins.
     structure, operations, run_defaults : dict
@@ -91,6 +94,7 @@ class System(ModelFunctions):
         for key in ("outputs", "events", "bodies"):
             set_(key, tuple(header[key]))
         set_("quaternions", tuple(header.get("quaternions", ())))
+        set_("dependent", tuple(header.get("dependent", ())))
         set_("subsystems", tuple(header.get("subsystems", ())))
         m = self.nh + self.nn
         set_("m", m)

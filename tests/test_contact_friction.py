@@ -169,3 +169,21 @@ def test_friction_of_a_compliant_contact():
     solution = m.derive().run(t_end=0.2, method="radau5")
     assert solution.ok
     assert solution["dot(x)"][-1] == pytest.approx(1.0 - 0.4 * G * 0.2, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5"])
+def test_friction_of_a_driven_motion_turns_with_it(method):
+    """What a constraint drives can neither stick nor slip: the drive bears the friction."""
+    m = Model("driven")
+    x = m.coordinate("x", guess=0.0)
+    m.body("block", mass=1.5, com=(x, 0))
+    m.constraint("drive", "x - 0.1*sin(2*t)")
+    m.friction("rub", coordinate=x, force=3.0)
+    solution = m.derive().run(t_end=3.0, method=method)
+    assert solution.ok
+    assert [e.action for e in solution.events] == ["turn", "turn"]
+    np.testing.assert_allclose([e.t for e in solution.events], [np.pi / 4, 3 * np.pi / 4], rtol=1e-9)
+    sense = np.sign(np.cos(2.0 * solution.t))
+    np.testing.assert_allclose(solution["force(rub)"], -3.0 * sense, rtol=1e-12)
+    inertia = -1.5 * 0.4 * np.sin(2.0 * solution.t)
+    np.testing.assert_allclose(solution.multipliers[:, 0], inertia + 3.0 * sense, rtol=1e-6)

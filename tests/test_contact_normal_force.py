@@ -13,16 +13,16 @@ from symgen.errors import ModelError
 G = 9.81
 
 
-def incline(angle: float) -> Model:
+def incline(angle: float, smooth: float | None = None) -> Model:
     m = Model("incline", gravity=(-G * np.sin(angle), -G * np.cos(angle)))
     x, y = m.coordinate("x", start=0.0, rate=1.0), m.coordinate("y", start=0.0)
     m.body("block", mass=2.0, com=(x, y))
     m.stop("floor", y, m.parameter("e", 0.0))
-    m.friction("ground", coordinate=x, coefficient=m.parameter("mu", 0.3), normal="floor")
+    m.friction("ground", coordinate=x, coefficient=m.parameter("mu", 0.3), normal="floor", smooth=smooth)
     return m
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau5"])
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5"])
 @pytest.mark.parametrize(("angle", "sticks"), [(0.29, True), (0.30, False)])
 def test_a_block_on_an_incline(angle, sticks, method):
     mu = 0.3  # tan 0.29 = 0.298, tan 0.30 = 0.309
@@ -107,7 +107,8 @@ def test_a_ladder_slides_below_its_angle_of_friction(ladder, above):
         assert solution["a"][-1] < angle - 1e-3
 
 
-def test_a_sliding_ladder_moves_as_its_one_equation_says(ladder):
+@pytest.mark.parametrize("method", ["dop853", "taylor"])
+def test_a_sliding_ladder_moves_as_its_one_equation_says(ladder, method):
     def fall(t, state):
         a, w = state
         mass, inertia, mu = 5.0, 5.0 / 3.0, LADDER
@@ -120,7 +121,7 @@ def test_a_sliding_ladder_moves_as_its_one_equation_says(ladder):
         return [w, np.linalg.solve(matrix, right)[0]]
 
     exact = solve_ivp(fall, (0.0, 0.3), [0.6, 0.0], rtol=1e-11, atol=1e-13).y[:, -1]
-    solution = ladder.run(t_end=0.3, method="dop853", start=leaning(0.6), rtol=1e-10, atol=1e-12)
+    solution = ladder.run(t_end=0.3, method=method, start=leaning(0.6), rtol=1e-10, atol=1e-12)
     assert solution.ok
     np.testing.assert_allclose([solution["a"][-1], solution["dot(a)"][-1]], exact, rtol=1e-9)
 
@@ -155,18 +156,19 @@ def test_two_feet_share_what_holds_a_block(angle):
     assert np.all(np.abs(rubs) <= 0.3 * np.array([first, second]) * (1.0 + 1e-9))
 
 
-def wire() -> Model:
+def wire(smooth: float | None = None) -> Model:
     """A bead on the parabola y = x²/2; the multiplier is the normal force over sqrt(1 + x²)."""
     m = Model("wire", gravity=(0, -G))
     x, y = m.coordinate("x", start=-1.0, rate=0.0), m.coordinate("y", guess=0.5)
     m.body("bead", mass=0.3, com=(x, y))
     m.constraint("wire", y - x**2 / 2)
     s = sqrt(1 + x**2)
-    m.friction("rub", speed=(dot(x) + x * dot(y)) / s, coefficient=m.parameter("mu", 0.2) * s, normal="wire")
+    slip, mu = (dot(x) + x * dot(y)) / s, m.parameter("mu", 0.2)
+    m.friction("rub", speed=slip, coefficient=mu * s, normal="wire", smooth=smooth)
     return m
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau5"])
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5"])
 def test_a_bead_on_a_wire_rubs_with_the_force_of_its_constraint(method):
     def slide(t, state):
         x, v = state
@@ -181,7 +183,8 @@ def test_a_bead_on_a_wire_rubs_with_the_force_of_its_constraint(method):
     np.testing.assert_allclose([solution["x"][-1], solution["dot(x)"][-1]], exact, rtol=1e-7)
 
 
-def test_friction_of_a_pin_follows_the_magnitude_of_its_force():
+@pytest.mark.parametrize("method", ["dop853", "taylor"])
+def test_friction_of_a_pin_follows_the_magnitude_of_its_force(method):
     """A pendulum on a pin with two constraint forces, braked by a torque of r μ times the force."""
     m = Model("pin", gravity=(0, -G))
     x, y, a = (
@@ -193,7 +196,7 @@ def test_friction_of_a_pin_follows_the_magnitude_of_its_force():
     m.constraint("pin_x", x - 0.5 * sin(a))
     m.constraint("pin_y", y + 0.5 * cos(a))
     m.friction("hinge", coordinate=a, coefficient=0.05, normal=["pin_x", "pin_y"])
-    solution = m.derive().run(t_end=0.3, method="dop853", rtol=1e-10, atol=1e-12)
+    solution = m.derive().run(t_end=0.3, method=method, rtol=1e-10, atol=1e-12)
 
     def swing(t, state):
         angle, w = state
@@ -213,9 +216,10 @@ def test_friction_of_a_pin_follows_the_magnitude_of_its_force():
     np.testing.assert_allclose(np.abs(solution["force(hinge)"]), 0.05 * forces, rtol=1e-9)
 
 
-@pytest.mark.parametrize("make", [lambda: incline(0.2), wire])
-def test_the_jacobian_of_the_residual_is_its_derivative(make):
-    system = make().derive().closed
+@pytest.mark.parametrize("smooth", [None, 0.4])
+@pytest.mark.parametrize("make", [lambda smooth: incline(0.2, smooth), wire])
+def test_the_jacobian_of_the_residual_is_its_derivative(make, smooth):
+    system = make(smooth).derive().closed
     n, rows = system.nq + 2 * system.nv + system.m, system.nv + system.m
     random = np.random.default_rng(3)
     y, p = random.uniform(0.2, 1.0, n), system.parameter_values()
@@ -263,8 +267,8 @@ def test_painleves_paradox_ends_a_run_with_its_reason(rod, mu, speed, has_motion
         assert solution.status == "failed" and "Painlevé" in solution.message and "tip" in solution.message
 
 
-@pytest.mark.parametrize("on_stop", [True, False])
-def test_a_motion_that_comes_to_the_paradox_ends_there(on_stop):
+@pytest.mark.parametrize(("method", "on_stop"), [("dop853", True), ("dop853", False), ("taylor", True)])
+def test_a_motion_that_comes_to_the_paradox_ends_there(method, on_stop):
     """The normal force is m g / (1 - 0.8 μ), as friction has a share of 0.8 along the normal; μ = t."""
     m = Model("jamming", gravity=(0, -G))
     x, y = m.coordinate("x", rate=0.0), m.coordinate("y", start=0.0)
@@ -274,7 +278,7 @@ def test_a_motion_that_comes_to_the_paradox_ends_there(on_stop):
     else:
         m.constraint("floor", y)
     m.friction("rub", speed=dot(x) + 0.8 * dot(y) + 1000.0, coefficient="t", normal="floor")
-    solution = m.derive().run(t_end=2.0, method="dop853")
+    solution = m.derive().run(t_end=2.0, method=method)
     assert solution.status == "failed" and "Painlevé" in solution.message and "rub" in solution.message
     assert solution.t[-1] == pytest.approx(1.25, abs=1e-6)
     early = solution.t < 1.0
@@ -346,6 +350,7 @@ normal = "floor"
 speed = "dot(x) + dot(y)"
 coefficient = "0.1"
 normal = ["one", "other"]
+smooth = "0.01"
 [constraints]
 one = "x - y"
 other = "x + 2*y"
@@ -355,20 +360,15 @@ other = "x + 2*y"
     assert again.to_toml() == model.to_toml()
     assert [f.normal for f in again.describe().frictions] == [("floor",), ("one", "other")]
     assert again.derive().switches[1:] == model.derive().switches[1:]
-    assert again.derive().switches[2]["normal"] == ["one", "other"]
+    assert again.derive().switches[2] == {
+        "name": "guide", "kind": "friction", "normal": ["one", "other"], "smooth": True,
+    }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("make", "options", "name"),
-    [
-        (lambda: incline(0.2), {"method": "taylor"}, "ground"),
-        (wire, {"method": "radau5", "constraints": "ggl"}, "rub"),
-        (wire, {"method": "bdf", "constraints": "ggl"}, "rub"),
-    ],
-)
-def test_methods_that_take_reactions_along_their_rows_are_refused(make, options, name):
-    with pytest.raises(RuntimeModelError, match=rf"proportion to reactions \({name}\)"):
-        make().derive().run(t_end=1.0, **options)
+@pytest.mark.parametrize("smooth", [None, 0.1])
+def test_methods_that_know_reactions_as_impulses_alone_are_refused(smooth):
+    with pytest.raises(RuntimeModelError, match=r"proportion to reactions \(rub\).*use implicit_midpoint"):
+        wire(smooth).derive().run(t_end=1.0, method="rattle", step=0.01)
 
 
 @pytest.mark.parametrize(
@@ -379,7 +379,8 @@ def test_methods_that_take_reactions_along_their_rows_are_refused(make, options,
         ({"coefficient": -0.3, "normal": "floor"}, "negative"),
         ({"coefficient": 0.3, "normal": "flor"}, "no stop and no constraint named 'flor'"),
         ({"coefficient": 0.3, "normal": ["floor", "guide"]}, "one stop"),
-        ({"coefficient": 0.3, "normal": "floor", "smooth": 1e-3}, "sticks and slips"),
+        ({"coefficient": 0.3, "normal": "floor", "smooth": 1e-3, "static": 0.4}, "never sticks"),
+        ({"coefficient": 0.3, "normal": "floor", "smooth": -1e-3}, "not positive"),
         ({"coefficient": 0.3, "force": 1.0, "normal": "floor"}, "one 'force' or 'torque'"),
     ],
 )

@@ -81,18 +81,22 @@ def test_projection_is_what_auto_takes_and_says():
 
 @pytest.mark.parametrize("g", [0.7, 37.0, 1e4])
 def test_the_reduced_system_has_the_solution_of_the_whole(g):
-    """Of g Δq = Δv + C Δμ and the three equations with residuals, written out and solved by NumPy."""
+    """Of g Δq = Δv + C Δμ and the three equations with residuals, written out and solved by NumPy.
+
+    Friction in proportion to reactions turns their forces away from Gᵀ.
+    """
     random = np.random.default_rng(5)
     nv, m, nh = 6, 3, 2
     root = random.normal(size=(nv, nv))
     mass = root @ root.T + np.eye(nv)
     by_v, by_q, gradients, turning = (random.normal(size=(n, nv)) for n in (nv, nv, m, m))
-    saddle = np.block([[mass, -gradients.T], [gradients, np.zeros((m, m))]])
+    reactions = 0.3 * random.normal(size=(nv, m)) - gradients.T
+    saddle = np.block([[mass, reactions], [gradients, np.zeros((m, m))]])
     columns = np.linalg.solve(saddle, np.eye(nv + m)[:, nv : nv + nh])
     steer, lift = columns[:nv].copy(), columns[nv:].copy()
     blocks = Blocks(
-        mass, by_v, by_q - by_v @ steer @ turning[:nh], gradients, turning, steer, by_v @ steer, lift,
-        np.zeros(nv), np.zeros(m + 1),
+        mass, by_v, by_q - by_v @ steer @ turning[:nh], gradients, reactions, turning, steer, by_v @ steer,
+        lift, np.zeros(nv), np.zeros(m + 1),
     )  # fmt: skip
     sizes = np.zeros(at.N_SIZES, dtype=np.int64)
     sizes[[at.NQ, at.NV, at.NH, at.NM]] = nv, nv, nh, m
@@ -101,7 +105,7 @@ def test_the_reduced_system_has_the_solution_of_the_whole(g):
     pivots = np.zeros(nv + m, dtype=np.int64)
     whole = np.block([
         [g * np.eye(nv), -np.eye(nv), np.zeros((nv, m)), -steer],
-        [by_q, g * mass + by_v, -gradients.T, np.zeros((nv, nh))],
+        [by_q, g * mass + by_v, reactions, np.zeros((nv, nh))],
         [turning, gradients, np.zeros((m, m + nh))],
         [gradients[:nh], np.zeros((nh, nv + m + nh))],
     ])  # fmt: skip

@@ -22,7 +22,7 @@ def dependent_constraints(system: System, p: np.ndarray, t: float, q: np.ndarray
     Parameters
     ----------
     p : ndarray
-        Parameters, then inputs.
+        Parameters, then inputs, and what is held of stops and frictions: what is not is not looked at.
     t : float [s]
     q : ndarray, shape (nq,)
 
@@ -36,13 +36,16 @@ def dependent_constraints(system: System, p: np.ndarray, t: float, q: np.ndarray
     norms = np.linalg.norm(jacobian, axis=1)
     weights, _ = row_weights(system, p, t, q)
     if len(weights):
-        norms = 1.0 / weights[system.m * system.nv :]
+        norms = 1.0 / weights[system.m * system.nv :][: system.m]
     scaled = np.divide(jacobian, norms[:, None], out=np.zeros_like(jacobian), where=norms[:, None] > 0.0)
-    if not np.isfinite(scaled).all():
+    held = [row for row in range(system.m) if row not in system.switched or p[system.switched[row]] != 0.0]
+    scaled = scaled[held]
+    if not held or not np.isfinite(scaled).all():
         return []
     left, values, _ = np.linalg.svd(scaled, full_matrices=True)
-    small = np.append(values, np.zeros(system.m - len(values))) <= _DEPENDENT * values[0]
+    small = np.append(values, np.zeros(len(held) - len(values))) <= _DEPENDENT * values[0]
     shares = np.abs(left[:, small]).max(axis=1, initial=0.0)
     return [
-        constraints.names[i] for i in np.flatnonzero(shares > _TAKES_PART * max(shares.max(), _TAKES_PART))
+        constraints.names[held[i]]
+        for i in np.flatnonzero(shares > _TAKES_PART * max(shares.max(), _TAKES_PART))
     ]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from runtime.code.llvm_text import constant
-from runtime.constraints import robust_path
+from runtime.constraints import branch
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 PIVOT_LIMIT = 1e-6
 NEAR_LIMIT = 0.1  # size of a row of G, squared, in parts of what it is nearby
 _SMALL_CORRECTION = 1e-6
-_FLAG = robust_path.NEAR_SINGULAR
+_FLAG = branch.NEAR_SINGULAR
 
 # What the table holds, 64 bits each: addresses of kernels, of what is called where they fail, of data.
 RHS, PROJECT, RHS_PATH, PROJECT_PATH, NATIVE_RHS, NATIVE_PROJECT, JACOBIAN = range(7)
@@ -76,7 +76,10 @@ def _near() -> str:
 
 
 def _switch_table(system: System) -> str:
-    """Where in `p` the switch of each constraint is; -1 for those that always hold."""
+    """Where in `p` the switch of each constraint is, -1 for those that always hold; which ones are left out."""
+    if system.dependent:
+        sizes = ", ".join(f"double {float(row in system.dependent)}" for row in range(system.m))
+        return f"@left_out = internal constant [{system.m} x double] [{sizes}]\n"
     if not system.switched:
         return ""
     places = ", ".join(f"i64 {system.switched.get(row, -1)}" for row in range(system.m))
@@ -84,7 +87,10 @@ def _switch_table(system: System) -> str:
 
 
 def _row_begin(system: System) -> str:
-    """A constraint that is switched off has a row of zeros, and no singular configuration: its size begins at 1."""
+    """What is switched off has a row of zeros, what is left out may have one: no singular configuration, size 1."""
+    if system.dependent:
+        at_row = f"getelementptr inbounds [{system.m} x double], ptr @left_out, i64 0, i64 %r"
+        return f"%left.at = {at_row}\n%begin = load double, ptr %left.at\n"
     if not system.switched:
         return "%begin = fadd double 0.0, 0.0\n"
     return f"""%place.at = getelementptr inbounds [{system.m} x i64], ptr @switches, i64 0, i64 %r
@@ -132,16 +138,22 @@ def _slow(path: int, then: str, before: str = "") -> str:
 def _without_reactions(system: System) -> str:
     """Reactions of dependent constraints are not unique, nor is friction in proportion to them: not a number.
 
-    The path behind takes no notice of it, so it is only called while none slides.
+    The path behind takes no notice of it, so it is only called while none slides. Smooth friction always does, if only
+    the stop that it may be on is closed.
     """
-    places, place = [], system.n_settable
+    places, stops, always, place = [], {}, False, system.n_settable
     for switch in system.switches:
-        if switch.get("normal"):
+        if switch["kind"] == "stop":
+            stops[switch["name"]] = place
+        elif switch.get("normal") and not switch.get("smooth"):
             places.append(place + 1)
+        elif switch.get("normal"):
+            places += [stops[name] for name in switch["normal"] if name in stops]
+            always = always or not any(name in stops for name in switch["normal"])
         place += 1 if switch["kind"] == "stop" else 2
-    if not places:
+    if not places and not always:
         return ""
-    lines, total = [], "0.0"
+    lines, total = [], constant(float(always))
     for k, index in enumerate(places):
         lines += [
             f"%sense.{k}.at = getelementptr inbounds double, ptr %p, i64 {index}",
@@ -243,7 +255,7 @@ br i1 %r.last, label %set, label %row.loop
 set:
 %near = fcmp olt double %least.next, {constant(NEAR_LIMIT)}
 %near.1 = zext i1 %near to i64
-%always.at = getelementptr inbounds i64, ptr %context, i64 {robust_path.ILL_CONDITIONED}
+%always.at = getelementptr inbounds i64, ptr %context, i64 {branch.ILL_CONDITIONED}
 %always = load i64, ptr %always.at
 %flag.new = or i64 %near.1, %always
 store i64 %flag.new, ptr %flag.at

@@ -17,8 +17,8 @@ import numpy as np
 
 from runtime.code import engine
 from runtime.code.jitted import DISABLE_JIT
+from runtime.constraints import branch, robust_path
 from runtime.constraints import guard_code as at
-from runtime.constraints import robust_path
 from runtime.constraints.guard_code import guard_ir
 from runtime.constraints.large import is_large
 from runtime.constraints.levels import Constraints
@@ -45,6 +45,7 @@ def robust_rhs_address(system: System) -> tuple[int, Any]:
         kernel = system.kernel("rhs")
         return kernel.prepared_address, kernel
     lease = lease_guard(system)
+    lease.take_all_constraints()
     return lease.rhs, lease
 
 
@@ -54,6 +55,7 @@ def robust_project_address(system: System) -> tuple[int, Any]:
         kernel = system.kernel("project")
         return kernel.prepared_address, kernel
     lease = lease_guard(system)
+    lease.take_all_constraints()
     return lease.project, lease
 
 
@@ -71,9 +73,23 @@ class Lease:
         self.rhs, self.project = guard.rhs, guard.project
 
     def expect(self, p: np.ndarray, t: float, q: np.ndarray) -> None:
-        """Say where a run starts: how large the rows of G are near there tells when one vanishes."""
-        weights, smallest = row_weights(self._system, p, t, q)
-        self._guard.expect(weights, smallest < at.NEAR_LIMIT, is_ill_conditioned(self._system, p, t, q))
+        """Say where a run starts: how large the rows of G are near there tells when one vanishes.
+
+        Straight-line code that leaves out constraints is of use only where these depend on the others.
+        """
+        from runtime.constraints.assembly import usual_rank
+
+        system = self._system
+        weights, smallest = row_weights(system, p, t, q)
+        rank = 0 if system.switched else usual_rank(system, p, t, q)
+        unfit = system.dependent and rank != system.m - len(system.dependent)
+        unfit = unfit or is_ill_conditioned(system, p, t, q)
+        self._guard.expect(weights, smallest < at.NEAR_LIMIT, unfit, rank)
+
+    def take_all_constraints(self) -> None:
+        """Give the multipliers of least norm, also where straight-line code leaves constraints out."""
+        if self._system.dependent:
+            self._guard.always_slow()
 
     @property
     def memory(self) -> np.ndarray:
@@ -113,9 +129,7 @@ class _Guard:
         self._rows = np.zeros(system.m * system.nv if len(self._weights) else 0)
         self._order = np.zeros(system.m, dtype=np.int64)
         self._work = np.zeros(0)
-        self._n_work = int(
-            _plain(robust_path.work_size)(system.nq, system.nv, system.nh, system.m, system.nw)
-        )
+        self._n_work = int(_plain(branch.work_size)(system.nq, system.nv, system.nh, system.m, system.nw))
         ir = guard_ir(system, len(self._context), len(self._weights), self._n_work)
         code = engine.object_code(engine.cache_key(ir), "guard", "guard", lambda _: (ir, 0))
         self._code = engine.MachineCode()
@@ -126,13 +140,13 @@ class _Guard:
 
     def _make_context(self, system: System) -> np.ndarray:
         places = np.array(system.quaternions, dtype=np.int64)
-        context = np.append(np.zeros(robust_path.N_CONTEXT, dtype=np.int64), places)
+        context = np.append(np.zeros(branch.N_CONTEXT, dtype=np.int64), places)
         for index, key in enumerate(_USED):
             context[index] = self._kernels[key].prepared_address
         sizes = (system.nq, system.nv, system.nh, system.m, system.nw, system.n_prepared)
-        context[robust_path.NQ : robust_path.TIME_DEPENDENT] = sizes
-        context[robust_path.TIME_DEPENDENT] = system.structure["time_dependent"]
-        context[robust_path.N_QUATERNIONS] = len(places)
+        context[branch.NQ : branch.TIME_DEPENDENT] = sizes
+        context[branch.TIME_DEPENDENT] = system.structure["time_dependent"]
+        context[branch.N_QUATERNIONS] = len(places)
         return context
 
     def _fill_table(self) -> None:
@@ -150,28 +164,33 @@ class _Guard:
     def forget(self) -> None:
         """Take every row of G for as large as it gets."""
         self._weights[:] = _ANY_ROW_IS_LARGE
-        self._context[[robust_path.NEAR_SINGULAR, robust_path.ILL_CONDITIONED]] = 0
+        self._context[[branch.NEAR_SINGULAR, branch.ILL_CONDITIONED, branch.USUAL_RANK]] = 0
 
-    def expect(self, weights: np.ndarray, near_singular: bool, ill_conditioned: bool) -> None:
-        """Take the sizes of rows by `weights`, from `row_weights`."""
+    def always_slow(self) -> None:
+        """Send every call down the path for dependent constraints."""
+        self._context[[branch.NEAR_SINGULAR, branch.ILL_CONDITIONED]] = 1
+
+    def expect(self, weights: np.ndarray, near_singular: bool, ill_conditioned: bool, rank: int) -> None:
+        """Take the sizes of rows by `weights`, from `row_weights`, and the rank of G where it is not singular."""
         self._weights[:] = weights
-        self._context[robust_path.ILL_CONDITIONED] = ill_conditioned
-        self._context[robust_path.NEAR_SINGULAR] = near_singular or ill_conditioned
+        self._context[branch.USUAL_RANK] = rank
+        self._context[branch.ILL_CONDITIONED] = ill_conditioned
+        self._context[branch.NEAR_SINGULAR] = near_singular or ill_conditioned
 
     @property
     def memory(self) -> np.ndarray:
         """The weights of rows, and whether a singular configuration was near."""
-        return np.append(self._weights, float(self._context[robust_path.NEAR_SINGULAR]))
+        return np.append(self._weights, float(self._context[branch.NEAR_SINGULAR]))
 
     @memory.setter
     def memory(self, values: np.ndarray) -> None:
-        self._weights[:], self._context[robust_path.NEAR_SINGULAR] = values[:-1], int(values[-1])
+        self._weights[:], self._context[branch.NEAR_SINGULAR] = values[:-1], int(values[-1])
 
     def _first_call(self, name: str, t: float, y: int, p: int, out: int) -> None:
         """Stand in for the compiled path until it is first needed."""
         lengths = self._kernels[name].source.lengths
-        n_y = int(self._context[robust_path.NQ] + self._context[robust_path.NV])
-        arrays = _array(y, n_y), _array(p, int(self._context[robust_path.NP])), _array(out, lengths.out)
+        n_y = int(self._context[branch.NQ] + self._context[branch.NV])
+        arrays = _array(y, n_y), _array(p, int(self._context[branch.NP])), _array(out, lengths.out)
         try:
             if not len(self._work):
                 self._work = np.zeros(self._n_work)
@@ -204,10 +223,11 @@ def is_ill_conditioned(system: System, p: np.ndarray, t: float, q: np.ndarray) -
     y = np.concatenate(
         [positions.move(q, _NEARBY * random.uniform(-1.0, 1.0, system.nv)), np.zeros(system.nv)]
     )
+    kept = [k for k in range(system.m) if k not in system.dependent]
     a = system.kernel("rhs")(t, y, p)[system.nq : system.nq + system.nv]
     constraints = Constraints(system, p, t)
     jacobian = (constraints.sparse_jacobian if is_large(system) else constraints.jacobian)(y[: system.nq])
-    gamma = system.kernel("gamma")(t, y, p)
+    jacobian, gamma = jacobian[kept], system.kernel("gamma")(t, y, p)[kept]
     with np.errstate(invalid="ignore", over="ignore"):
         off = np.abs(jacobian @ a - gamma)
         return bool(np.any(off > _LOST_DIGITS * (np.abs(jacobian) @ np.abs(a) + np.abs(gamma))))

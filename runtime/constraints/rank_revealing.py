@@ -168,6 +168,24 @@ def factor_constraints(lower_mass, jacobian, sizes, tolerance, z, lower, order, 
 
 
 @jitted
+def least_pivot(lower, rank, x):
+    """Return the least that any of the independent rows leaves for a pivot if it comes last: 1 / max diag((E S E)⁻¹).
+
+    Other than the last pivot this does not jump when the order of the pivots changes. `x` is a buffer of `rank`.
+    """
+    largest = 0.0
+    for i in range(rank):
+        for k in range(rank):
+            x[k] = 1.0 if k == i else 0.0
+        forward_substitution(lower, rank, x)
+        total = 0.0
+        for k in range(i, rank):
+            total += x[k] * x[k]
+        largest = max(largest, total)
+    return 1.0 / largest if largest > 0.0 else 0.0
+
+
+@jitted
 def _swap(lower, order, k, pivot):
     """Exchange rows and columns k and pivot: of the finished columns their rows, of the rest both."""
     if pivot == k:

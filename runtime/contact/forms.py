@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.batches import accelerations_and_multipliers, evaluate
-from runtime.contact.normals import given, normal_forces, normals_of
+from runtime.contact.normals import given, normal_forces, normals_of, smooth_frictions, smooth_sense
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -59,7 +59,7 @@ class Forms:
         forces = np.zeros((n, len(kinds)))
         own = list(closed.switched)
         others = [row for row in range(closed.m) if row not in closed.switched]
-        normals = normals_of(system)
+        normals, smooth = normals_of(system), smooth_frictions(system)
         for k in np.unique(self.index):
             rows, here = np.flatnonzero(self.index == k), p.copy()
             here[system.n_settable :] = self.settings[k]
@@ -72,7 +72,9 @@ class Forms:
             multipliers[rows] = lam[:, others] if held else lam
             if held:
                 forces[rows] = lam[:, own]
-            levels = evaluate(system, "switches", here, times[rows], states[rows])[:, 2 * n_stops + 1 :: 3]
+            watched = evaluate(system, "switches", here, times[rows], states[rows])[:, 2 * n_stops :]
+            speeds, levels, widths = watched[:, ::3], watched[:, 1::3], watched[:, 2::3]
+            senses = np.where(smooth, smooth_sense(speeds, np.where(smooth, widths, 1.0)), senses)
             pressed = normal_forces(normals, forces[rows], multipliers[rows])
             levels = np.where([given(normal) for normal in normals], levels, levels * pressed)
             forces[np.ix_(rows, np.arange(n_stops, len(kinds)))] -= senses * levels

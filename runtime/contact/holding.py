@@ -121,10 +121,16 @@ class Holding(Instant):
         shares = -forces[self.n_stops :] / np.where(sliding > 0.0, sliding, np.inf)
         self.senses = np.where(others, shares, self.senses)
 
+    def _led_onward(self, here: LocalDynamics) -> np.ndarray:
+        """In which direction frictions whose sliding is prescribed leave a place of rest."""
+        small = _UNDECIDED * np.abs(here.accelerations(np.zeros(self.n))).max(initial=0.0)
+        return np.where(np.abs(here.free) > small, np.sign(here.free), 0.0)[self.n_stops :]
+
     def _check_unique(
         self, here: LocalDynamics, touching: np.ndarray, stuck: np.ndarray, levels: Levels, forces: np.ndarray
     ) -> None:
-        self._solved(lambda: check_unique(here, touching, stuck, self.senses, levels, forces))
+        directions = self._directions(here)
+        self._solved(lambda: check_unique(here, touching, stuck, directions, levels, forces))
 
 
 def _independent(compliance: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:

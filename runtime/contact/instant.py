@@ -10,7 +10,7 @@ import numpy as np
 from runtime.contact.complementarity import NoSolution
 from runtime.contact.coulomb import Levels, Paradox, coulomb_forces
 from runtime.contact.local_dynamics import LocalDynamics
-from runtime.contact.normals import given, normals_of
+from runtime.contact.normals import given, normals_of, smooth_frictions, smooth_sense
 from runtime.errors import ContactError
 from runtime.integrate import layout as at
 
@@ -35,7 +35,7 @@ class Instant:
     closed, stuck : ndarray of bool
         Stops that are closed, frictions that stick.
     senses : ndarray
-        In which direction each friction slides: 1, -1, or 0 where it sticks.
+        In which direction each friction slides: 1, -1, or 0 where it sticks or is smooth.
     """
 
     def __init__(self, system: System, arrays: LoopArrays):
@@ -44,6 +44,7 @@ class Instant:
         self.names = [switch["name"] for switch in system.switches]
         self.n_stops, self.n = kinds.count("stop"), len(kinds)
         self.normals = normals_of(system)
+        self._smooth = smooth_frictions(system)
         self._coupled = ~np.array([given(normal) for normal in self.normals], dtype=bool)
         self.closed = np.zeros(self.n_stops, dtype=bool)
         self.stuck = np.zeros(self.n - self.n_stops, dtype=bool)
@@ -117,7 +118,10 @@ class Instant:
     def _watched(
         self, here: LocalDynamics | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return gaps, restitutions, and the levels (or coefficients) of frictions, sliding and sticking."""
+        """Return gaps, restitutions, and the levels (or coefficients) of frictions, sliding and sticking.
+
+        The last of these of a smooth friction is its width [speed].
+        """
         system, arrays = self.system, self.arrays
         t, y = (arrays.t, arrays.y[: system.nq + system.nv]) if here is None else (here.t, here.state)
         values = system.kernel("switches")(t, y, arrays.p)
@@ -138,10 +142,18 @@ class Instant:
         fixed, coefficients = (np.where(which, level, 0.0) for which in (~self._coupled, self._coupled))
         return Levels(fixed, coefficients, self.normals)
 
+    def _directions(self, here: LocalDynamics) -> np.ndarray:
+        """Return `senses`, and of smooth frictions which part of their level acts."""
+        directions, smooth = self.senses.copy(), self._smooth
+        if smooth.any():
+            directions[smooth] = smooth_sense(here.speeds[self.n_stops :], self._watched(here)[3])[smooth]
+        return directions
+
     def _forces(
         self, here: LocalDynamics, acting: np.ndarray, levels: Levels
     ) -> tuple[np.ndarray, np.ndarray]:
-        return self._solved(lambda: coulomb_forces(here, here.free, acting, self.senses, levels))
+        directions = self._directions(here)
+        return self._solved(lambda: coulomb_forces(here, here.free, acting, directions, levels))
 
     def _solved(self, find: Callable[[], Any]) -> Any:
         """What `find` finds; where it finds nothing, the error says why."""

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from runtime.constraints.large import LARGEST_DENSE
 
 if TYPE_CHECKING:
     from runtime.system import System
 
 _DEPENDENT = 1e-8  # singular value of rows of G of length 1
+_LED = 1e-12  # compliance in parts of what it is without constraints
 _RANK = 1e-11  # singular values below this part of the largest belong to redundant constraints
 
 
@@ -35,6 +39,8 @@ class LocalDynamics:
         Rates of the gaps, and sliding speeds.
     compliance : ndarray, shape (n, n)
         W H Wᵀ, where H f are the accelerations that forces f cause.
+    led : ndarray of bool, shape (n,)
+        Whose gap or sliding the model's constraints prescribe: forces do not change it.
     free : ndarray, shape (n,)
         Accelerations of gaps and slidings with all stops open and no friction sticking.
     free_multipliers : ndarray, shape (m,)
@@ -68,6 +74,9 @@ class LocalDynamics:
         self.free = self.rows @ solved[:, 0] - gamma[own]
         self.compliance = self.rows @ self._responses
         self.compliance = 0.5 * (self.compliance + self.compliance.T)
+        inertia = np.diag(mass)
+        alone = self.rows**2 @ np.divide(1.0, inertia, out=np.zeros(nv), where=inertia > 0.0)
+        self.led = np.diag(self.compliance) <= _LED * alone
 
     @property
     def has_dependent_constraints(self) -> bool:
@@ -103,4 +112,20 @@ def _saddle_point_solver(mass: np.ndarray, jacobian: np.ndarray):
         largest = np.abs(matrix * np.outer(scale, scale)).max(axis=1)
         scale /= np.sqrt(np.where(largest > 0.0, largest, 1.0))
     scaled = matrix * np.outer(scale, scale)
-    return lambda right: scale[:, None] * np.linalg.lstsq(scaled, scale[:, None] * right, rcond=_RANK)[0]
+    solve = _sparse_solver(scaled) if n + m > LARGEST_DENSE else None
+    if solve is None:
+        return lambda right: scale[:, None] * np.linalg.lstsq(scaled, scale[:, None] * right, rcond=_RANK)[0]
+    return lambda right: scale[:, None] * solve(scale[:, None] * right)
+
+
+def _sparse_solver(matrix: np.ndarray) -> Callable[[np.ndarray], np.ndarray] | None:
+    """Return x(right) with matrix x = right by sparse factors, None where it is singular."""
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    try:
+        factors = splu(csc_array(matrix))
+    except RuntimeError:  # exactly singular
+        return None
+    pivots = np.abs(factors.U.diagonal())
+    return factors.solve if pivots.min() > _DEPENDENT * pivots.max() else None

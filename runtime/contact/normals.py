@@ -29,6 +29,17 @@ def normals_of(system: System) -> list[Normal]:
     return normals
 
 
+def smooth_frictions(system: System) -> np.ndarray:
+    """Return of each friction of a model whether it never sticks but gives way below some speed."""
+    frictions = (switch for switch in system.switches if switch["kind"] == "friction")
+    return np.array([switch.get("smooth", False) for switch in frictions], dtype=bool)
+
+
+def smooth_sense(speeds: np.ndarray, widths: np.ndarray) -> np.ndarray:
+    """Return the part of its level that smooth friction has: s / sqrt(s² + w²), from -1 to 1."""
+    return speeds / np.hypot(speeds, widths)
+
+
 def given(normal: Normal) -> bool:
     """Whether a friction's level does not follow from a reaction."""
     return normal[0] is None and len(normal[1]) == 0

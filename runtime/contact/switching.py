@@ -71,7 +71,8 @@ class Switching(Holding):
         """Why there is no going on from here: reactions are not unique, or friction with them leaves no one motion."""
         if not self._coupled.any():
             return ""
-        if self._here().has_dependent_constraints and self.senses[self._coupled].any():
+        here = self._here()
+        if here.has_dependent_constraints and self._directions(here)[self._coupled].any():
             return (
                 f"friction in proportion to reactions ({', '.join(self._coupled_names)}) is not known at "
                 f"t = {self.arrays.t:.9g} s: constraints of the model depend on each other there, and their forces are "
@@ -112,7 +113,10 @@ class Switching(Holding):
         still = np.abs(speeds) <= self._speed_tolerances(here)[self.n_stops :]
         if not impacted:  # else rates have jumped, and what stuck may slide
             still = still | slow
-        self.stuck, self.senses = np.zeros_like(self.stuck), np.where(still, 0.0, np.sign(speeds))
+        led = here.led[self.n_stops :]
+        onward = np.where(led & still, self._led_onward(here), np.sign(speeds))
+        still = still & ~self._smooth & ~led
+        self.stuck, self.senses = np.zeros_like(self.stuck), np.where(still | self._smooth, 0.0, onward)
         held = self._settle(touching, still & self._pressed(touching))
         self.closed, self.stuck = held[: self.n_stops], held[self.n_stops :]
         nq, n = self.system.nq, self.system.nq + self.system.nv

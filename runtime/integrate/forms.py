@@ -43,17 +43,6 @@ def _baumgarte(name: str, gains: tuple[float, float]) -> Method:
 _INDEX_2_KERNELS = ("residual_jacobian", "residual", "constraint_residual")
 
 
-def _refuse_reaction_friction(system: System) -> str:
-    """The reduced Newton systems of index 2 take multipliers to act along Gᵀ alone."""
-    names = [switch["name"] for switch in system.switches if switch.get("normal")]
-    if not names:
-        return ""
-    return (
-        f"in the form ggl does not fit friction in proportion to reactions ({', '.join(names)}) of model "
-        f"{system.name!r}: use projection, the default"
-    )
-
-
 def _radau_ggl(order: int) -> Method:
     def coefficients(system: System) -> Any:
         from runtime.integrate.radau.ggl_work import radau_ggl
@@ -67,7 +56,7 @@ def _radau_ggl(order: int) -> Method:
 
     return replace(
         METHODS[f"radau{order}"], family="runtime.integrate.radau.ggl_loop:advance_radau_ggl",
-        coefficients=coefficients, work_size=work_size, kernels=_INDEX_2_KERNELS, refusal=_refuse_reaction_friction,
+        coefficients=coefficients, work_size=work_size, kernels=_INDEX_2_KERNELS,
     )  # fmt: skip
 
 
@@ -96,9 +85,7 @@ def _bdf_ggl() -> Method:
         return int(bdf_ggl_work_size(sizes))
 
     family = "runtime.integrate.bdf.ggl_loop:advance_bdf_ggl"
-    return replace(
-        METHODS["bdf"], family=family, work_size=work_size, kernels=_INDEX_2_KERNELS, refusal=_refuse_reaction_friction
-    )  # fmt: skip
+    return replace(METHODS["bdf"], family=family, work_size=work_size, kernels=_INDEX_2_KERNELS)
 
 
 def _partition(name: str) -> Method:

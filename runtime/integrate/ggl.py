@@ -5,18 +5,20 @@ multiplier μ that vanishes in the solution:
 
     q' = v + C μ,   M v' = f + Gᵀλ,   G v + Φ_t = 0 and the velocity constraints,   Φ = 0.
 
-C = M⁻¹Gᵀ(G M⁻¹Gᵀ)⁻¹, holonomic columns, is that of the state at which the Jacobian was taken: as μ is zero, any C
+L is what stands for Gᵀ in the derivative of these forces by λ: that, less friction in proportion to reactions.
+C = M⁻¹L (G M⁻¹L)⁻¹, holonomic columns, is that of the state at which the Jacobian was taken: as μ is zero, any C
 with G C = 1 does. The stages of a method, or a step of backward differences, lead to g q and g v in place of q' and v',
 with a real or complex shift g = const/h. With the residuals r of all equations but the first, which stays satisfied,
 
-    g Δq - Δv - C Δμ = 0,   (g M + D) Δv + K Δq - Gᵀ Δλ = -r₂,   G Δv + H Δq = -r₃,   G Δq = -r₄.
+    g Δq - Δv - C Δμ = 0,   (g M + D) Δv + K Δq - L Δλ = -r₂,   G Δv + H Δq = -r₃,   G Δq = -r₄.
 
-For Δu = g Δq, M C = Gᵀ Λ and Δλ + g Λ Δμ as unknowns nothing else is left: Δμ = r₃ - g r₄ + H Δu / g.
+For Δu = g Δq, M C = L Λ and Δλ + g Λ Δμ as unknowns nothing else is left: Δμ = r₃ - g r₄ + H Δu / g.
 
 The rotation vector of a quaternion turns with its rate ω, so the first equation has g Δq + ω×Δq/2. With W = ω×/2 this
 is the same system, of D + M W, K + D W and H + G W in place of D, K and H, and Δv gains W Δu / g.
 
-Where constraints depend on each other, as many as do are left idle: their multipliers stay what they are.
+Where constraints depend on each other, as many as do are left idle: their multipliers stay what they are. So are stops
+that are open and frictions that do not stick.
 """
 
 from typing import NamedTuple
@@ -25,7 +27,7 @@ import numpy as np
 
 from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
-from runtime.integrate.idle import leave_idle
+from runtime.integrate.idle import leave_idle, leave_open
 from runtime.integrate.jacobian import TRUSTED_PIVOT_RATIO, derive_equations, jacobian_work
 from runtime.integrate.layout import CONSTRAINT_RESIDUAL, NH, NM, NQ, NV, RESIDUAL, RUNNING, SINGULAR_MATRIX
 from runtime.integrate.linear import lu_factor, lu_solve, pivot_ratio
@@ -45,6 +47,8 @@ class Blocks(NamedTuple):
         K + D W - D C (H + G W): K is its derivative by q; what μ changes there is taken off.
     gradients : ndarray, shape (m, nv)
         G, without the rows of idle constraints.
+    reactions : ndarray, shape (nv, m)
+        -L, without the columns of idle constraints.
     turning : ndarray, shape (m, nv)
         H + G W, likewise; H is the derivative of the velocities' residuals by q. The sum is half the derivative of
         their time derivative by v. For velocity constraints this is an estimate, which costs iterations, not accuracy.
@@ -62,6 +66,7 @@ class Blocks(NamedTuple):
     by_rates: np.ndarray
     by_positions: np.ndarray
     gradients: np.ndarray
+    reactions: np.ndarray
     turning: np.ndarray
     steer: np.ndarray
     damped: np.ndarray
@@ -74,7 +79,7 @@ class Blocks(NamedTuple):
 def blocks_size(sizes):
     """Length of the array that `divide_blocks` divides."""
     nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
-    return 3 * nv * nv + 2 * m * nv + 2 * nv * nh + m * nh + nv + m + 1
+    return 3 * nv * nv + 3 * m * nv + 2 * nv * nh + m * nh + nv + m + 1
 
 
 @jitted
@@ -83,10 +88,11 @@ def divide_blocks(sizes, work):
     nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
     squares, rest = work[: 3 * nv * nv].reshape((3, nv, nv)), work[3 * nv * nv :]
     rows, rest = rest[: 2 * m * nv].reshape((2, m, nv)), rest[2 * m * nv :]
+    reactions, rest = rest[: nv * m].reshape((nv, m)), rest[nv * m :]
     columns, rest = rest[: 2 * nv * nh].reshape((2, nv, nh)), rest[2 * nv * nh :]
     lift, rest = rest[: m * nh].reshape((m, nh)), rest[m * nh :]
     return Blocks(
-        squares[0], squares[1], squares[2], rows[0], rows[1], columns[0], columns[1], lift, rest[:nv],
+        squares[0], squares[1], squares[2], rows[0], reactions, rows[1], columns[0], columns[1], lift, rest[:nv],
         rest[nv : nv + m + 1],
     )  # fmt: skip
 
@@ -112,16 +118,18 @@ def set_blocks(addresses, sizes, p, counters, t, y, row, implicit, b):
         b.idle[k] = 0.0
         for j in range(nv):
             b.gradients[k, j] = w.block[nv + k, j]
+            b.reactions[j, k] = w.block[j, nv + k]
             b.turning[k, j] = -0.5 * w.right[nv + k, nv + j]
-    n_idle, regular = 0, factor_block(w)
+    n_off = leave_open(sizes, b, w)
+    n_dependent, regular = 0, factor_block(w)
     if not regular:
-        n_idle = leave_idle(sizes, b, w)
-        regular = n_idle > 0 and factor_block(w)
+        n_dependent = leave_idle(sizes, b, w) - n_off
+        regular = n_dependent > 0 and factor_block(w)
     if not regular:
         return SINGULAR_MATRIX
-    if m - n_idle + 1 < b.idle[m]:
+    if m - n_dependent + 1 < b.idle[m]:
         return SINGULAR_MATRIX
-    b.idle[m] = m - n_idle + 1
+    b.idle[m] = m - n_dependent + 1
     for k in range(nh):
         for i in range(nv + m):
             w.scale[i] = 0.0
@@ -148,7 +156,7 @@ def set_blocks(addresses, sizes, p, counters, t, y, row, implicit, b):
 
 @jitted
 def factor_block(w):
-    """Factor [M -Gᵀ; G 0]; returns whether the factors can be trusted."""
+    """Factor [M -L; G 0]; returns whether the factors can be trusted."""
     return lu_factor(w.block, w.pivots) == RUNNING and pivot_ratio(w.block) > TRUSTED_PIVOT_RATIO
 
 
@@ -189,7 +197,7 @@ def set_shifted(g, nh, b, matrix):
         for j in range(nv):
             matrix[i, j] = g * b.mass[i, j] + b.by_rates[i, j] + inverse * b.by_positions[i, j]
         for k in range(m):
-            matrix[i, nv + k] = -b.gradients[k, i]
+            matrix[i, nv + k] = b.reactions[i, k]
             matrix[nv + k, i] = b.gradients[k, i]
             if k >= nh:
                 matrix[nv + k, i] += inverse * b.turning[k, i]

@@ -8,6 +8,19 @@ from runtime.integrate.row_rank import independent_rows
 
 
 @jitted
+def leave_open(sizes, b, w):
+    """Take constraints that are switched off (λ = 0 instead) off the derivatives; returns how many there are."""
+    nv, n_off = sizes[NV], 0
+    for k in range(sizes[NM]):
+        if w.block[nv + k, nv + k] != 0.0:
+            n_off += 1
+            b.idle[k] = 1.0
+            for j in range(nv):
+                b.gradients[k, j] = b.turning[k, j] = b.reactions[j, k] = 0.0
+    return n_off
+
+
+@jitted
 def leave_idle(sizes, b, w):
     """Take constraints that depend on others off the derivatives and `w.block`; returns how many there are."""
     nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
@@ -24,12 +37,12 @@ def leave_idle(sizes, b, w):
         if b.idle[k] == 1.0:
             w.block[nv + k, nv + k] = 1.0
             for j in range(nv):
-                b.gradients[k, j] = b.turning[k, j] = 0.0
+                b.gradients[k, j] = b.turning[k, j] = b.reactions[j, k] = 0.0
     for i in range(nv):
         for j in range(nv):
             w.block[i, j] = b.mass[i, j]
         for k in range(m):
-            w.block[i, nv + k] = -b.gradients[k, i]
+            w.block[i, nv + k] = b.reactions[i, k]
             w.block[nv + k, i] = b.gradients[k, i]
     return m - rank
 

@@ -184,6 +184,7 @@ def _notes(system: System, tangent: Tangent) -> list[str]:
     notes = []
     if rank < system.m:
         notes.append(f"{system.m - rank} of {system.m} constraints follow from the others at this state")
-    if system.switches:
+    held = {record["name"] for record in system.constraints}
+    if not all(s.get("smooth") and held & set(s["normal"]) for s in system.switches):
         notes.append("stops and dry friction are taken as open: they do not act on the linear model")
     return notes

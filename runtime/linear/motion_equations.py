@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 _SINGULAR = 1e-13  # reciprocal condition of the scaled matrix below which it may be singular
 _RANK_TOLERANCE = 1e-10
+# Of Newton's method, where friction follows the magnitude of multipliers and the equations are not linear.
+_PASSES_WITH_FRICTION = 8
 
 
 class MotionEquations:
@@ -78,9 +80,11 @@ class MotionEquations:
 
     def accelerations_and_multipliers(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return a, shape (nv,), and λ, shape (m,), of the motion from a state."""
-        nv, m = self.system.nv, self.system.m
-        zeros = np.zeros(nv), np.zeros(m)
-        unknowns = self.solve(self.jacobian(q, v, *zeros)[2], -self.residual(q, v, *zeros))
+        nv, unknowns = self.system.nv, np.zeros(self.system.nv + self.system.m)
+        follows = any(switch.get("normal") for switch in self.system.switches)
+        for _ in range(_PASSES_WITH_FRICTION if follows else 1):
+            given = q, v, unknowns[:nv], unknowns[nv:]
+            unknowns = unknowns + self.solve(self.jacobian(*given)[2], -self.residual(*given))
         return unknowns[:nv], unknowns[nv:]
 
     def solve(self, matrix: np.ndarray, right: np.ndarray) -> np.ndarray:

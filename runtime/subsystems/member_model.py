@@ -183,6 +183,7 @@ class _Cut:
             "rates": [whole["rates"][k] for k in first["v"]],
             "constraints": [whole["constraints"][k] for k in first["c"]],
             "quaternions": self.quaternions,
+            "dependent": [i for i, k in enumerate(first["c"]) if k in self.whole.dependent],
             "parameters": parameters, "inputs": inputs,
             "outputs": [], "events": [], "bodies": [], "marks": [], "subsystems": [],
             "structure": flags,

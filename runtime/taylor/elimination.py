@@ -41,6 +41,7 @@ class Factors:
         self.switched = {c for c in entries if c >= n and c in entries[c]}
         self.pivots: list[Pivot] = []
         self.conditions: list[Value] = []
+        self._taken_off: list[tuple[dict[int, Value], list[Value]]] = []
         self._before: dict[int, Value] = {}
         self._inverse_matrix: list[list[Value]] | None = None
         while (pair := self._next_pair()) is not None:
@@ -57,6 +58,19 @@ class Factors:
             columns = [self._substitute([ONE if i == j else None for i in n]) for j in n]
             self._inverse_matrix = [list(row) for row in zip(*columns)]
         return [self._product(row, right) for row in self._inverse_matrix]
+
+    def take_off(self, column: dict[int, Value], row: dict[int, Value]) -> None:
+        """Take the product of a column and a row off the matrix (Sherman, Morrison, Ann. Math. Stat. 21 (1950) 124).
+
+        Entries are given by their places. To be called before anything is solved for.
+        """
+        code = self.code
+        response = self._substitute([column.get(i) for i in range(len(self.entries))])
+        rest: Value = ONE
+        for i, value in row.items():
+            rest = code.fnma(value, response[i], rest)
+        inverse = code.div(ONE, rest)
+        self._taken_off.append((row, [code.mul(value, inverse) for value in response]))
 
     def _product(self, row: list[Value], right: list[Value]) -> Value:
         total: Value = None
@@ -82,6 +96,11 @@ class Factors:
             for row, factors in pivot.lower.items():
                 for factor, i in zip(factors, pivot.rows):
                     x[i] = code.fnma(factor, x[row], x[i])
+        for taken, response in self._taken_off:
+            share: Value = None
+            for i, value in taken.items():
+                share = code.fma(value, x[i], share)
+            x = [code.fma(share, value, before) for value, before in zip(response, x)]
         return x
 
     def _next_pair(self) -> tuple[int, ...] | None:

@@ -21,7 +21,10 @@ MAX_ORDER = 28
 N_ROWS = MAX_ORDER + 2  # a row of zeros behind the last order
 _UNROLLED_BELOW = 5  # products of series
 _KEPT_REFUSALS = 1000
-_TEXTS = ("rhs", "residual", "mass_matrix", "constraint_jacobian", "constraint_residual", "poses")
+_TEXTS = (
+    "rhs", "residual", "mass_matrix", "constraint_jacobian", "constraint_residual", "poses", "switches",
+    "closed_constraint_jacobian",
+)  # fmt: skip
 
 
 def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64, float, float, float]:
@@ -45,7 +48,10 @@ def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64, float, float
         texts = [system.source.functions.get(name, "") for name in _TEXTS]
         polynomials = sorted(system.input_polynomials.items())
         switched = sorted(system.switched.items())
-        sizes = (system.nq, system.nv, system.nh, system.nn, system.nw, system.n_p, polynomials, switched)
+        sizes = (
+            system.nq, system.nv, system.nh, system.nn, system.nw, system.n_p, polynomials, switched, system.dependent,
+            system.switches,
+        )  # fmt: skip
         key = engine.cache_key("\0".join((_generator(), repr((sizes, system.source.tables)), *texts)))
         code = engine.object_code(key, "taylor", symbol, functools.partial(_lower_or_refuse, system, key))
         address = system.machine_code().add(code, symbol)
@@ -56,11 +62,6 @@ def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64, float, float
 
 def taylor_refusal(system: System) -> str:
     """Return why the model has no Taylor series, and what to use instead; an empty string where it has."""
-    if follows := [switch["name"] for switch in system.switches if switch.get("normal")]:
-        return (
-            f"has no series of friction in proportion to reactions ({', '.join(follows)}) of model {system.name!r}: "
-            "use dop853, or radau5"
-        )
     try:
         for form in (system, system.closed) if system.switches and not system.switched else (system,):
             taylor_addresses(form)

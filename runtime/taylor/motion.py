@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from runtime.taylor.derivatives import use_derivatives
 from runtime.taylor.factors import share_factors
 from runtime.taylor.graph import SeriesGraph
 from runtime.taylor.nodes import CONVOLUTIONS
+from runtime.taylor.reactions import Reactions, read_reactions
 from runtime.taylor.refusal import Refusal
 from runtime.taylor.text import named_outputs, read_outputs
 
@@ -30,8 +32,8 @@ class Motion:
     coordinates, rates : list of int
         Nodes of q and v.
     unknowns : list of int
-        Accelerations, then multipliers, which `equations` determine at every order; none where the accelerations
-        are given as operations (those of `rhs`).
+        Accelerations, then multipliers of constraints that do not depend on others, which `equations` determine at
+        every order; none where the accelerations are given as operations (those of `rhs`).
     equations : list of int
         Nodes of `residual`: M a - f - Gᵀλ, then G a - γ.
     mass : dict of (row, column) to int
@@ -41,6 +43,8 @@ class Motion:
         1 - s of each constraint with a switch s, whose multiplier is zero while it is off.
     power : int or None
         The power that the work is the integral of.
+    reactions : Reactions or None
+        Where friction follows reactions: what it adds to the equations, and the unknowns at the start of a step.
     """
 
     graph: SeriesGraph
@@ -52,6 +56,7 @@ class Motion:
     jacobian: dict[tuple[int, int], int] = field(default_factory=dict)
     corner: dict[int, int] = field(default_factory=dict)
     power: int | None = None
+    reactions: Reactions | None = None
 
     @property
     def n_convolutions(self) -> int:
@@ -81,7 +86,8 @@ def read_motion(system: System) -> Motion:
     if not system.m:
         with contextlib.suppress(Refusal):  # its solves may be loops
             forms.insert(0, _from_rhs(system))
-    return min(forms, key=lambda form: form.n_convolutions)
+    best = min(forms, key=lambda form: form.n_convolutions)
+    return replace(best, reactions=read_reactions(system, functools.partial(_outputs, system)))
 
 
 def _text(system: System, name: str) -> str:
@@ -95,8 +101,10 @@ def _outputs(
     state: Callable[[int], int],
     wanted: set[int] | None = None,
     given: dict[str, int] | None = None,
+    moving: dict[int, int] | None = None,
 ) -> dict[int, int]:
-    moving = {index: _polynomial(graph, *place) for index, place in system.input_polynomials.items()}
+    moving = dict(moving or {})
+    moving |= {index: _polynomial(graph, *place) for index, place in system.input_polynomials.items()}
     return read_outputs(graph, _text(system, name), state, wanted, given, system.source.tables, moving)
 
 
@@ -133,15 +141,19 @@ def _from_residual(system: System, positions: bool) -> Motion:
     graph = SeriesGraph()
     q, v, state = _states(graph, system)
     a = [graph.unknown("acceleration", i) for i in range(system.nv)]
-    multipliers = [graph.unknown("multiplier", i) for i in range(system.m)]
+    kept = [k for k in range(system.m) if k not in system.dependent]
+    solved = [graph.unknown("multiplier", i) for i in range(len(kept))]
+    multipliers = [graph.number(0.0)] * system.m
+    for k, node in zip(kept, solved):
+        multipliers[k] = node
     rows = _outputs(system, graph, "rhs", state, set(range(system.nq)))
     for node, derivative in zip(q + v, [rows[i] for i in range(system.nq)] + a):
         graph.integrate(node, derivative)
     nodes = q + v + a + multipliers
     residual = _outputs(system, graph, "residual", nodes.__getitem__)
-    equations = [residual[i] for i in range(system.nv + system.m)]
+    equations = [residual[i] for i in (*range(system.nv), *(system.nv + k for k in kept))]
     mass = _outputs(system, graph, "mass_matrix", state)
-    entries = _outputs(system, graph, "constraint_jacobian", state) if system.m else {}
+    entries = _jacobian(system, graph, state, kept) if kept else {}
     power = [_power(system, graph, state, a, multipliers)] if system.nw else []
     candidates = []
     for name in _POSITIONS:
@@ -151,13 +163,23 @@ def _from_residual(system: System, positions: bool) -> Motion:
     roots = [*equations, *power, *q, *v, *mass.values(), *entries.values()]
     roots = iter(share_factors(graph, use_derivatives(graph, roots, candidates)))
     return Motion(
-        graph, q, v, a + multipliers,
+        graph, q, v, a + solved,
         equations=[next(roots) for _ in equations],
         power=[*(next(roots) for _ in power), None][0],
         mass=dict(zip((divmod(i, system.nv) for i in mass), _after(roots, len(q + v)))),
-        jacobian=dict(zip((divmod(i, system.nv) for i in entries), roots)),
+        jacobian=dict(zip(entries, roots)),
         corner={row: graph.sub(graph.number(1.0), graph.parameter(k)) for row, k in system.switched.items()},
     )  # fmt: skip
+
+
+def _jacobian(
+    system: System, graph: SeriesGraph, state: Callable[[int], int], kept: list[int]
+) -> dict[tuple[int, int], int]:
+    """The entries of G by their places, in the rows of the constraints that are solved with."""
+    number = {k: i for i, k in enumerate(kept)}
+    found = _outputs(system, graph, "constraint_jacobian", state)
+    places = {divmod(i, system.nv): node for i, node in found.items()}
+    return {(number[row], column): node for (row, column), node in places.items() if row in number}
 
 
 def _after(values, skipped: int):

@@ -9,6 +9,7 @@ from runtime.code.llvm_text import constant
 from runtime.taylor.code import ONE, Code, Value
 from runtime.taylor.elimination import Factors
 from runtime.taylor.plan import Plan
+from runtime.taylor.reactions import Reactions
 from runtime.taylor.start import Start
 
 _FEW_UNKNOWNS = 3
@@ -24,12 +25,16 @@ class Steps(Start):
         self.plan, self.n_y, self.n_rows = plan, n_y, n_rows
         self.factors: Factors | None = None
         self._weights: dict[int, list[Value]] | None = None
+        self._frictions: list[tuple[dict[int, Value], dict[int, Value]]] = []
 
     # The newest coefficients of one step: order `k` + lead.
 
     def step(self, k: int) -> None:
         """Write the coefficients of order `k` + lead of every series."""
         self.k = k
+        reactions = self.plan.motion.reactions
+        if k == 0 and reactions is not None:
+            self._begin_with(reactions)
         for node in self.plan.order:
             n = k + self.plan.lead[node]
             if n >= 0:
@@ -52,7 +57,7 @@ class Steps(Start):
             self.code.begin_piece(max(self.k, 0))
 
     def _provisional(self, node: int, n: int) -> Value:
-        if n == 0 and (self.k < 0 or node not in self.plan.open):
+        if n == 0 and (self.k < 0 or node not in self.plan.open or self._known_at_start):
             return self.initial(node)
         return self._coefficient(node, n)
 
@@ -139,6 +144,23 @@ class Steps(Start):
 
     # The unknowns.
 
+    @property
+    def _known_at_start(self) -> bool:
+        """Whether the unknowns' coefficients of order 0 are not solved for from the residual."""
+        return self.plan.motion.reactions is not None
+
+    def _begin_with(self, reactions: Reactions) -> None:
+        """Take over the unknowns at the start of the step, and what friction adds to the equations."""
+        start = Start(self.code, reactions.graph)
+        for unknown, node in zip(self.plan.motion.unknowns, reactions.unknowns):
+            self._breathe()
+            self.values[unknown, 0] = start.initial(node)
+        n = len(self.plan.motion.rates)
+        for friction in reactions.frictions:
+            along = {i: start.initial(node) for i, node in friction.along.items()}
+            weights = {n + k: start.initial(node) for k, node in friction.weights.items()}
+            self._frictions.append((along, weights))
+
     def _factorise(self) -> None:
         motion = self.plan.motion
         n = len(motion.rates)
@@ -152,6 +174,8 @@ class Steps(Start):
         for c, node in motion.corner.items():
             entries[n + c][n + c] = self.code.neg(self.initial(node))
         self.factors = Factors(self.code, n, entries)
+        for along, weights in self._frictions:
+            self.factors.take_off(along, weights)
 
     def _write_pivot_ratio(self) -> None:
         ratio = ONE
@@ -200,7 +224,7 @@ class Steps(Start):
     def _correct(self) -> None:
         """Solve for the unknowns of this order, and correct the open coefficients that are read again."""
         plan = self.plan
-        if not plan.motion.unknowns:
+        if not plan.motion.unknowns or (self.k == 0 and self._known_at_start):
             return
         change = dict(zip(plan.motion.unknowns, self._solve()))
         for node in plan.order:

@@ -143,7 +143,7 @@ def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
         *section(
             "stops", [(s.name, "0 <=", show(s.gap), f"restitution {show(s.restitution)}") for s in d.stops]
         ),
-        *section("friction", [(f.name, _level(f, show), "against", show(f.speed)) for f in d.frictions]),
+        *section("friction", [(f.name, _level(f, show), "against", _sliding(f, show)) for f in d.frictions]),
         *section("constraints", [(c.name, "0 =", show(c.expression)) for c in d.constraints]),
         *section(
             "velocity constraints", [(c.name, "0 =", show(c.expression)) for c in d.velocity_constraints]
@@ -155,6 +155,10 @@ def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
 
 def _level(f: Friction, show: Callable[[sympy.Expr], str]) -> str:
     return f"{show(f.level)} times the force of {', '.join(f.normal)}" if f.normal else show(f.level)
+
+
+def _sliding(f: Friction, show: Callable[[sympy.Expr], str]) -> str:
+    return show(f.speed) + ("" if f.smooth is None else f", less below {show(f.smooth)}")
 
 
 def _kinetic(body: Body, dot) -> sympy.Expr:

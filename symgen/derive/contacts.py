@@ -3,6 +3,9 @@
 A stop that is closed, or a friction that sticks, is a constraint w a = γ with a force λ; else λ = 0. With a switch s
 the two are one equation, s (w a - γ) + (1 - s) λ = 0. So one set of functions serves whatever is closed at a time, and
 integrators see a model with more constraints.
+
+Smooth friction in proportion to a reaction never sticks, and its switch stays off. It is among the others since what is
+closed depends on it, and since it, too, can come to have no solution.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from typing import Any
 
 import sympy
 
+from ..model.contact_laws import smooth_friction
 from ..model.description import Constraint, Description, Event, Friction, Input, Stop
 from ..model.functions import minimum
 from .coulomb import Levels, Reaction
@@ -28,7 +32,7 @@ SETTINGS = {"stop": ("closed",), "friction": ("stuck", "sense")}
 
 
 def has_switches(d: Description) -> bool:
-    """Whether a description has stops, or friction that sticks and slips."""
+    """Whether a description has stops, or friction that sticks and slips or follows reactions."""
     return bool(d.stops or d.frictions)
 
 
@@ -62,6 +66,8 @@ class Switches:
         for f, record in zip(self.frictions, frictions, strict=True):
             if f.normal:
                 record["normal"] = list(f.normal)
+            if f.smooth is not None:
+                record["smooth"] = True
         return stops + frictions
 
     def form(self) -> Description:
@@ -81,7 +87,7 @@ class Switches:
         settings = [
             Input(_symbol(r["name"], key).name) for r in self.records() for key in SETTINGS[r["kind"]]
         ]
-        losses = [_symbol(f.name, "sense") * _sliding(f) * f.speed for f in self._acting()]
+        losses = [_loss(f) for f in self._acting()]
         dissipation = [*([] if d.dissipation is None else [d.dissipation]), *losses]
         return replace(
             d,
@@ -106,12 +112,17 @@ class Switches:
         """A stop is hit, a sliding motion comes to its end or has no solution."""
         for s in self.stops:
             yield Event(s.name, s.gap, "falling", "stop")
-        acting = self._acting()
         for f in self.frictions:
-            sliding = _symbol(f.name, "sense") * f.speed
-            if f.normal:
-                sliding = minimum(sliding, _symbol(f.name, "margin")) if f in acting else sympy.S.One
-            yield Event(f.name, sliding, "falling", "friction")
+            yield Event(f.name, self._going_on(f), "falling", "friction")
+
+    def _going_on(self, f: Friction) -> sympy.Expr:
+        """What falls to zero where sliding ends, or where it comes to have no solution."""
+        sliding, margin = _symbol(f.name, "sense") * f.speed, _symbol(f.name, "margin")
+        if not f.normal:
+            return sliding
+        if f not in self._acting():
+            return sympy.S.One
+        return minimum(sliding, margin) if f.smooth is None else margin
 
     def _switching(self) -> Iterator[Event]:
         """The same, or: a closed stop would pull, a sticking friction would have to be larger than it can."""
@@ -120,8 +131,10 @@ class Switches:
                 event, when=_either(_symbol(s.name, "closed"), _symbol(s.name, "force"), event.when)
             )
         for event, f in zip([*self._opening()][len(self.stops) :], self.frictions, strict=True):
-            margin = self._most(f) - sympy.Abs(_symbol(f.name, "force"))
-            when = _either(_symbol(f.name, "stuck"), margin, event.when)
+            when = event.when
+            if f.smooth is None:
+                margin = self._most(f) - sympy.Abs(_symbol(f.name, "force"))
+                when = _either(_symbol(f.name, "stuck"), margin, when)
             if self._on_stop(f):  # nothing happens to it while that is open
                 when = _either(_symbol(f.normal[0], "closed"), when, sympy.S.One)
             yield replace(event, when=when)
@@ -171,8 +184,10 @@ class Switches:
     def watched(self, loader: Loader) -> tuple[str, tuple[int, ...]]:
         """What the function `switches` writes: its docstring and its outputs."""
         groups = [(s.gap, s.restitution) for s in self.stops]
-        groups += [(f.speed, f.level, _static(f)) for f in self.frictions]
+        groups += [(f.speed, f.level, _static(f) if f.smooth is None else f.smooth) for f in self.frictions]
         doc = "Gaps and restitutions of stops; speeds, levels and largest levels of frictions."
+        if any(f.smooth is not None for f in self.frictions):
+            doc = doc.replace("largest levels", "largest levels, or widths,")
         return doc, tuple(loader.load(x) for group in groups for x in group)
 
     def closed_header(self, head: dict[str, Any]) -> dict[str, Any]:
@@ -189,6 +204,13 @@ class Switches:
 
 def _either(switch: sympy.Symbol, on: sympy.Expr, off: sympy.Expr) -> sympy.Expr:
     return switch * on + (1 - switch) * off
+
+
+def _loss(f: Friction) -> sympy.Expr:
+    """The Rayleigh function of a friction that does not stick."""
+    if f.smooth is None:
+        return _symbol(f.name, "sense") * _sliding(f) * f.speed
+    return smooth_friction(_sliding(f), f.speed, f.smooth)
 
 
 def _sliding(f: Friction) -> sympy.Expr:

@@ -1,8 +1,9 @@
 """Dry friction in proportion to reactions: its levels and the multipliers determine each other.
 
 M a = f - Σ s_j ℓ_j t_j + Gᵀ λ, G a = γ and ℓ_j = μ_j N_j(λ), with N the multiplier of a stop, or the magnitude of some
-constraints' multipliers. The matrix of a and λ stays symmetric if the levels ℓ are taken as given: then a and λ are
-affine in them, and what is left are as many equations as there are such frictions,
+constraints' multipliers, and s the sense of sliding; u / sqrt(u² + w²), with the sliding speed u, where friction is
+smooth. The matrix of a and λ stays symmetric if the levels ℓ are taken as given: then a and λ are affine in them, and
+what is left are as many equations as there are such frictions,
 
     ℓ = μ N(λ_0 + Λ ℓ),
 
@@ -64,18 +65,11 @@ class Levels:
         levels = {r.level: g.mul(r.coefficient, r.normal(g, multipliers)) for r in self.reactions}
         return g.substitute(nodes, levels)
 
-    def given(self, node: int, levels: list[int]) -> int:
-        """A node with the levels as they were solved for."""
-        places = (r.level for r in self.reactions)
-        return self.g.substitute([node], dict(zip(places, levels, strict=True)))[0]
-
-    def solve(
-        self, factors: ldl.Factors, forces: list[int], gamma: list[int]
-    ) -> tuple[list[int], list[int], list[int]]:
-        """Accelerations and minus the multipliers, levels, and of each of these how far it is from a paradox (1)."""
+    def solve(self, factors: ldl.Factors, forces: list[int], gamma: list[int]) -> tuple[list[int], list[int]]:
+        """Accelerations and minus the multipliers, and of each level how far it is from a paradox (1)."""
         g, n = self.g, len(forces)
         if not self.reactions:
-            return ldl.solve(g, factors, [*forces, *gamma]), [], []
+            return ldl.solve(g, factors, [*forces, *gamma]), []
         solution = ldl.solve(g, factors, [*self.without(forces), *gamma])
         columns = []
         for r in self.reactions:
@@ -88,7 +82,7 @@ class Levels:
             levels, margins = self._newton(solution, columns, n, levels)
         for column, level in zip(columns, levels, strict=True):
             solution = [g.add(x, g.mul(level, y)) for x, y in zip(solution, column, strict=True)]
-        return solution, levels, margins
+        return solution, margins
 
     def _newton(
         self, solution: list[int], columns: list[list[int]], n: int, levels: list[int]

@@ -9,6 +9,7 @@ import sympy
 from ..model.description import Description
 from .constraints import Constraints, constraints, rheonomic_power
 from .contacts import NONE, Switches
+from .dependent import dependent_constraints
 from .dynamics import (
     Mechanics,
     cheapest_form,
@@ -54,20 +55,41 @@ class Derivation:
         names = [r.name for r in d.rates] + [c.name for c in (*d.constraints, *d.velocity_constraints)]
         self.corner = switches.corner(self.loader, d)
         opposite = {k: g.neg(node) for k, node in self.corner.items()}
-        self.factors = ldl.factorise(g, self.mass_rows, self.jacobian_rows, names, opposite)
-        solution, levels, self.margins = self.levels.solve(self.factors, self.forces, self.constraints.gamma)
+        self.dependent = self._dependent() if switches is NONE else ()
+        kept = self.kept
+        names = names[:n] + [names[n + k] for k in kept]
+        rows = [self.jacobian_rows[k] for k in kept]
+        self.factors = ldl.factorise(g, self.mass_rows, rows, names, opposite)
+        gamma = [self.constraints.gamma[k] for k in kept]
+        solution, self.margins = self.levels.solve(self.factors, self.forces, gamma)
         self.forces = self.levels.without(self.forces)
         recursive = self._by_articulated_bodies() if articulated else None
         if recursive is not None and g.count([*recursive, *self.forces]) < g.count([*solution, *self.forces]):
             solution = recursive
         self.accelerations = solution[:n]
-        self.multipliers = [g.neg(value) for value in solution[n:]]
+        self.multipliers = [g.zero] * len(x.lam)
+        for k, value in zip(kept, solution[n:], strict=True):
+            self.multipliers[k] = g.neg(value)
         self.does_work = False
         power = g.add(
             external_power(self.loader, self.mech, x, self.mass_rows, self.accelerations),
             rheonomic_power(self.loader, self.constraints, x, self.multipliers),
         )
-        self.power = self.levels.given(power, levels)
+        self.power = self.levels.at([power], self.multipliers)[0]
+
+    @property
+    def kept(self) -> list[int]:
+        """The constraints that the accelerations are solved with."""
+        return [k for k in range(len(self.x.lam)) if k not in self.dependent]
+
+    def _dependent(self) -> tuple[int, ...]:
+        return dependent_constraints(self.g, self.description, self.x, self.constraints, self.mass_rows)
+
+    def rates_to_meet(self, targets: list[int]) -> list[int]:
+        """The least change of rates, in the metric of M, that adds the targets to what G makes of them."""
+        g, n = self.g, len(self.x.v)
+        right = [*[g.zero] * n, *[targets[k] for k in self.kept]]
+        return ldl.solve(g, self.factors, right)[:n]
 
     def _by_articulated_bodies(self) -> list[int] | None:
         """Accelerations along the trees, where nothing but single joints' inertia adds to theirs."""

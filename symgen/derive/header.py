@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
@@ -46,7 +47,14 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         "structure": structure(derivation).flags,
         "operations": operations,
         "run": dict(d.run),
+        **dependence(derivation.dependent),
     }
+
+
+def dependence(rows: Iterable[int]) -> dict[str, list[int]]:
+    """The constraints that `rhs` and `project` leave to the others, if there are any."""
+    found = sorted(rows)
+    return {"dependent": found} if found else {}
 
 
 def _body(b: Body, movement: Movement) -> dict[str, Any]:

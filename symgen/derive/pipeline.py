@@ -177,17 +177,17 @@ def _projection(d: Derivation) -> Function:
     Quaternions move along q + N δ and get their length back.
     """
     g, x, c = d.g, d.x, d.constraints
-    n, nh, m = len(x.v), len(c.position), len(x.lam)
+    nh, m = len(c.position), len(x.lam)
     q, v, drift = list(x.q), x.v, []
     if nh:
-        right = [*[g.zero] * n, *[g.neg(r) for r in c.position], *[g.zero] * (m - nh)]
-        step = x.displacement(ldl.solve(g, d.factors, right)[:n])
+        targets = [*[g.neg(r) for r in c.position], *[g.zero] * (m - nh)]
+        step = x.displacement(d.rates_to_meet(targets))
         q = [g.add(k, step[k]) for k in x.q]
     for k, _ in x.quaternions:
         q[k : k + 4] = normalised(g, q[k : k + 4])
     if m:
         drift = g.substitute(c.velocity, dict(zip(x.q, q, strict=True)))
-        change = ldl.solve(g, d.factors, [*[g.zero] * n, *[g.neg(r) for r in drift]])[:n]
+        change = d.rates_to_meet([g.neg(r) for r in drift])
         v = [g.add(a, b) for a, b in zip(x.v, change, strict=True)]
     doc = (
         "State moved onto the constraints, and the residuals it had." if m else "State with unit quaternions."

@@ -65,6 +65,10 @@ def _findings(d: Derivation, flags: dict[str, bool]) -> Iterator[str]:
             f"{len(c.position)} holonomic and {len(d.x.lam) - len(c.position)} velocity constraints, "
             f"Jacobian {len(d.x.lam)} x {n} with {filled} nonzero entries"
         )
+    if d.dependent:
+        constraints = (*d.description.constraints, *d.description.velocity_constraints)
+        names = ", ".join(constraints[k].name for k in d.dependent)
+        yield f"redundant constraints, which accelerations and projections are solved without: {names}"
     yield (
         "conservative: T + V stays"
         if flags["conservative"]

@@ -1,4 +1,4 @@
-"""Compliant contacts and smooth friction, written out as energies."""
+"""Compliant contacts and smooth friction of a given size, written out as energies."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def with_contact_laws(d: Description, sources: Sources) -> Description:
     for c in d.contacts:
         potential.append(_elastic_energy(c))
         dissipation += _contact_losses(c)
-    smooth = [f for f in d.frictions if f.smooth is not None]
+    smooth = [f for f in d.frictions if f.smooth is not None and not f.normal]
     dissipation += [smooth_friction(f.level, f.speed, f.smooth) for f in smooth]
     return replace(
         d,
         potential=_sum(potential),
         dissipation=_sum(dissipation),
         contacts=(),
-        frictions=tuple(f for f in d.frictions if f.smooth is None),
+        frictions=tuple(f for f in d.frictions if f not in smooth),
         stops=(*d.stops, *_limit_stops(d, sources)),
     )
 

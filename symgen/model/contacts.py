@@ -100,7 +100,8 @@ class Contacts(Closures):
             coefficient while it sticks.
         coefficient, normal : expression, str or sequence of str, optional
             In the place of a force: the friction is `coefficient` times the force of the stop, or the magnitude of the
-            constraint forces, that `normal` names. A ready-made constraint is named as a whole.
+            constraint forces, that `normal` names. A ready-made constraint is named as a whole. With `smooth` it is
+            coefficient*N*s/sqrt(s^2 + smooth^2).
         """
         table, sources = f"friction.{name!s:.60}", self._sources
         self._new_element(name, "friction", self._touching_names())
@@ -111,7 +112,7 @@ class Contacts(Closures):
                 table, "force", "friction has one 'force' or 'torque', the largest that it can take",
                 hint="or a 'coefficient' of a 'normal' force",
             )  # fmt: skip
-        names = self._normal(table, coefficient, normal, smooth)
+        names = self._normal(table, coefficient, normal)
         if coordinate is not None:
             given = sources.expression(coordinate, table, "coordinate")
             if not isinstance(given, sympy.Symbol):
@@ -134,7 +135,7 @@ class Contacts(Closures):
             raise sources.error(table, "static", message, hint="leave one of them out")
         self._frictions[name] = Friction(name, sliding, level, width, most, names)
 
-    def _normal(self, table: str, coefficient: Any, normal: Any, smooth: Any) -> tuple[str, ...]:
+    def _normal(self, table: str, coefficient: Any, normal: Any) -> tuple[str, ...]:
         """The names that `normal` gives."""
         sources = self._sources
         if (coefficient is None) != (normal is None):
@@ -148,9 +149,6 @@ class Contacts(Closures):
         if not isinstance(names, (list, tuple)) or not names or not all(isinstance(x, str) for x in names):
             message = "the name of a stop or a constraint is expected here, or a list of constraints' names"
             raise sources.error(table, "normal", message)
-        if smooth is not None:
-            message = "friction with a 'normal' sticks and slips: 'smooth' does not go with it"
-            raise sources.error(table, "smooth", message, hint="leave it out, or state a 'force'")
         return tuple(names)
 
     def contact(

@@ -29,6 +29,13 @@ def rattle_kernels(system: System) -> dict[int, tuple[int, Any]]:
 
 def rattle_refusal(system: System) -> str:
     """Return why RATTLE cannot integrate a model, and what can; an empty string where it can."""
+    held = {record["name"] for record in system.constraints}
+    follows = [switch["name"] for switch in system.switches if held & set(switch.get("normal", ()))]
+    if follows:
+        return (
+            "takes forces of constraints as impulses of a step, which friction in proportion to reactions "
+            f"({', '.join(follows)}) cannot follow: use implicit_midpoint, gauss8 or dop853 with projection"
+        )
     if system.nn:
         names = [c["name"] for c in system.constraints if c["kind"] == "velocity"]
         return (

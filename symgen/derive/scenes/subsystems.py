@@ -10,7 +10,7 @@ from .. import pipeline
 from ..contacts import has_switches
 from ..derivation import Derivation
 from ..graph.graph import Graph
-from ..header import header
+from ..header import dependence, header
 from ..marks import mark_records, marks
 from ..pipeline import functions
 from ..places import MIN, SUM, Sizes
@@ -51,6 +51,8 @@ def derive(description: Description, source: str = "") -> Program:
     program = Program(g, tuple(watching), {}, parts=parts, sizes=sizes)
     head = header(description, derivations[0], source, program.operations())
     head |= {"nw": sizes[SUM], "quaternions": _quaternions(kinds, derivations)}
+    head.pop("dependent", None)
+    head |= dependence(_dependent(kinds, derivations))
     head |= {"structure": _flags(derivations), "subsystems": _records(parts)}
     head |= mark_records(drawn)
     return _with_savings(replace(program, header=head, findings=(*_findings(parts, derivations),)))
@@ -104,6 +106,11 @@ def _quaternions(kinds: list[list[Component]], derivations: list[Derivation]) ->
     for kind, d in zip(kinds, derivations, strict=True):
         found += [component.places["q"][k] for component in kind for k, _ in d.x.quaternions]
     return sorted(found)
+
+
+def _dependent(kinds: list[list[Component]], derivations: list[Derivation]) -> Iterator[int]:
+    for kind, d in zip(kinds, derivations, strict=True):
+        yield from (component.places["c"][k] for component in kind for k in d.dependent)
 
 
 def _records(parts: tuple[Part, ...]) -> list[dict]:

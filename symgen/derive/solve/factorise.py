@@ -224,7 +224,7 @@ class _Elimination:
                 coordinates.add(i)
                 continue
             coordinates.update(z for z in self.entries[i] if z < self.n)
-            if len(self.entries[i]) == 1:
+            if len(self.entries[i]) == 1 and i not in self.switched:
                 heappush(self.prescribed, i)
         for z in coordinates:
             for candidate in self._determinations(z):
