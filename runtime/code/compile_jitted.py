@@ -43,6 +43,14 @@ class _LoweringOnly(Compiler):
         self.state.library = library
 
 
+class _LoweringDistinctArrays(_LoweringOnly):
+    """The same for functions whose array arguments do not overlap."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.state.flags.noalias = True
+
+
 class _Token:
     """What Numba knows an overload by, instead of its address in memory."""
 
@@ -55,7 +63,7 @@ def _dispatcher(function: Jitted) -> Dispatcher:
             _nrt=False,
             no_cpython_wrapper=True,
             no_cfunc_wrapper=True,
-            pipeline_class=_LoweringOnly,
+            pipeline_class=_LoweringDistinctArrays if function.distinct_arrays else _LoweringOnly,
         )(function.py_func)
 
         def add_overload(result: Any) -> None:

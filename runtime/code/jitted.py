@@ -37,11 +37,14 @@ class Jitted:
         The function as it was written.
     title : str
         What is said to be compiled.
+    distinct_arrays : bool
+        Whether no array that it writes overlaps another of its arguments.
     """
 
-    def __init__(self, function: Callable) -> None:
+    def __init__(self, function: Callable, *, distinct_arrays: bool = False) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
+        self.distinct_arrays = distinct_arrays
         self.title = f"the step loop {function.__name__} (once per machine)"
         self._loaded: dict[str, native.NativeFunction] = {}
 
@@ -98,8 +101,11 @@ class Jitted:
     def fingerprint(self) -> str:
         """Hash of all that the machine code depends on: the code and constants of every function in it."""
         digest = hashlib.sha256(_compiler().encode())
-        for function in (called.py_func for called in self._called()):
-            digest.update(f"{function.__module__}.{function.__qualname__}\0".encode())
+        for called in self._called():
+            function = called.py_func
+            digest.update(
+                f"{function.__module__}.{function.__qualname__}\0{called.distinct_arrays}\0".encode()
+            )
             for code in _code_objects(function.__code__):
                 constants = [c for c in code.co_consts if not isinstance(c, types.CodeType)]
                 digest.update(repr((code.co_code, constants, code.co_names, code.co_varnames)).encode())
@@ -110,13 +116,18 @@ class Jitted:
         return digest.hexdigest()
 
 
-def jitted(function: Callable) -> Any:
+def jitted(function: Callable | None = None, *, distinct_arrays: bool = False) -> Any:
     """Compile `function` on its first call, once for all processes; see `Jitted`.
+
+    With `distinct_arrays` the compiler may take it that no array which the function writes overlaps another of its
+    arguments, and so make vector code of short loops without asking each time.
 
     Division by zero gives inf or nan as in NumPy, so that kernels can report it; the interpreter's lock is released.
     With `NUMBA_DISABLE_JIT=1` the function is returned as it is.
     """
-    return function if DISABLE_JIT else Jitted(function)
+    if function is None:
+        return functools.partial(jitted, distinct_arrays=distinct_arrays)
+    return function if DISABLE_JIT else Jitted(function, distinct_arrays=distinct_arrays)
 
 
 def _code_objects(code: types.CodeType) -> list[types.CodeType]:

@@ -18,11 +18,9 @@ from runtime.constraints.branch import (
     GAMMA,
     NQ,
     NV,
-    ON_BRANCH,
     RHS,
     USUAL_RANK,
     M,
-    factor,
     fill,
     make_unit,
     move_to_branch,
@@ -97,9 +95,7 @@ def _accelerations_at(context, t, b, p, weights, shift):
     for i in range(nq):
         b.place[i] += shift * b.along[i]
     make_unit(context, b.place)
-    if not move_to_branch(context, t + shift, b, p, weights):
-        return False
-    rank, _, _ = factor(context, t + shift, b, p, weights, ON_BRANCH)
+    rank = move_to_branch(context, t + shift, b, p, weights)
     if rank < context[USUAL_RANK]:
         return False
     call_kernel(np.uint64(context[FORCES]), t + shift, b.place, p, b.forces)

@@ -91,7 +91,9 @@ def buffers(context, order, work):
 
 @jitted
 def move_to_branch(context, t, b, p, weights):
-    """Bring (q, v) onto the constraints, however nearly they depend on each other; False where that leads astray.
+    """Bring (q, v) onto the constraints, however nearly they depend on each other; returns the rank, 0 if lost.
+
+    The factor is then that of the new place, at the tolerance ON_BRANCH.
 
     Gauss steps converge on the nearest branch as long as that is nearer than the singular configuration. Where it is
     not, they change the product of the pivots, which falls with the distance from that configuration. (Which pivot is
@@ -108,7 +110,7 @@ def move_to_branch(context, t, b, p, weights):
             break
         before = size
     velocity_step(context, t, b, p, rank)
-    return same
+    return rank if same else 0
 
 
 @jitted
@@ -116,22 +118,23 @@ def is_on_branch(context, t, b, p, weights):
     """Whether (q, v) fits the constraints as well as round-off lets it: moving it would add noise, and nothing else.
 
     Round-off of the positions leaves velocities uncertain by its ratio to the distance from the singular configuration.
+    Returns the rank, and leaves the factor behind, at the tolerance ON_BRANCH; 0 where it does not fit.
     """
     nq, nv, nh, m = context[NQ], context[NV], context[NH], context[M]
     if weights.shape[0] == 0:
-        return False
+        return 0
     scales = weights[m * nv :]
-    _, ratio, _ = factor(context, t, b, p, weights, ON_BRANCH)
     call_kernel(np.uint64(context[CONSTRAINT_RESIDUAL]), t, b.place, p, b.residual)
     for i in range(nh):
         if not abs(b.residual[i]) * scales[i] <= _ROUND_OFF:
-            return False
+            return 0
+    rank, ratio, _ = factor(context, t, b, p, weights, ON_BRANCH)
     velocity, speed = 0.0, 0.0
     for i in range(m):
         velocity = max(velocity, abs(b.residual[nh + i]) * b.scale[i])
     for i in range(nv):
         speed += (b.mass[i, i] * b.place[nq + i]) ** 2
-    return velocity**2 * ratio <= _ROUND_OFF**2 * speed
+    return rank if velocity**2 * ratio <= _ROUND_OFF**2 * speed else 0
 
 
 @jitted

@@ -28,6 +28,7 @@ from runtime.system import System
 
 _LOST_DIGITS = 1e-9  # of the largest term
 _NEARBY = 1e-3
+_SPEEDS = (0.0, 1.0, 1e3, 1e-3)  # characteristic sizes in a second
 _ANY_ROW_IS_LARGE = 1e300  # weights by which only a row of zeros is small
 _USED = ("mass_matrix", "forces", "constraint_jacobian", "gamma", "constraint_residual", "energy", "rhs")
 _KERNEL = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
@@ -219,13 +220,18 @@ def is_ill_conditioned(system: System, p: np.ndarray, t: float, q: np.ndarray) -
     if system.switched:
         p = p.copy()
         p[list(system.switched.values())] = 0.0
-    positions, random = Positions(system), np.random.default_rng(20240229)
-    y = np.concatenate(
-        [positions.move(q, _NEARBY * random.uniform(-1.0, 1.0, system.nv)), np.zeros(system.nv)]
-    )
+    random = np.random.default_rng(20240229)
+    nearby = Positions(system).move(q, _NEARBY * random.uniform(-1.0, 1.0, system.nv))
+    rates = Constraints(system, p, t).characteristic_sizes(q) * random.uniform(-1.0, 1.0, system.nv)
+    # Forces that nearly balance leave accelerations as small as round-off. With some rates they do not.
+    return all(_misses(system, p, t, np.concatenate([nearby, speed * rates])) for speed in _SPEEDS)
+
+
+def _misses(system: System, p: np.ndarray, t: float, y: np.ndarray) -> bool:
+    """Whether the straight-line accelerations at (q, v) miss G a = γ of the constraints that they are solved with."""
+    constraints = Constraints(system, p, t)
     kept = [k for k in range(system.m) if k not in system.dependent]
     a = system.kernel("rhs")(t, y, p)[system.nq : system.nq + system.nv]
-    constraints = Constraints(system, p, t)
     jacobian = (constraints.sparse_jacobian if is_large(system) else constraints.jacobian)(y[: system.nq])
     jacobian, gamma = jacobian[kept], system.kernel("gamma")(t, y, p)[kept]
     with np.errstate(invalid="ignore", over="ignore"):

@@ -168,6 +168,19 @@ def factor_constraints(lower_mass, jacobian, sizes, tolerance, z, lower, order, 
 
 
 @jitted
+def truncated(lower, rank, tolerance):
+    """Return rank and ratio of last to first pivot as `factor_constraints` would have with another tolerance."""
+    first = lower[0, 0] ** 2
+    ratio = 0.0
+    for k in range(rank):
+        value = lower[k, k] ** 2
+        if not value > tolerance * first:
+            return k, ratio
+        ratio = value / first
+    return rank, ratio
+
+
+@jitted
 def least_pivot(lower, rank, x):
     """Return the least that any of the independent rows leaves for a pivot if it comes last: 1 / max diag((E S E)⁻¹).
 

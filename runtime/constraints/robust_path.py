@@ -35,7 +35,7 @@ from runtime.constraints.branch import (
     solve,
     velocity_step,
 )
-from runtime.constraints.rank_revealing import RANK_TOLERANCE
+from runtime.constraints.rank_revealing import RANK_TOLERANCE, truncated
 from runtime.integrate.copying import copy
 
 # Of the first pivot. Closer to a singular configuration the constraint is left out of accelerations that are not
@@ -69,11 +69,13 @@ def robust_rhs(context, t, y, p, out, weights, order, work):
     n, ny = nq + nv, nq + nv + nw
     b = buffers(context, order, work)
     copy(y[:n], b.place)
-    rank, ratio, _ = factor(context, t, b, p, weights, RANK_TOLERANCE)
-    beside = False
-    if context[NEAR_SINGULAR] != 0 or rank < m:
-        if is_on_branch(context, t, b, p, weights) or move_to_branch(context, t, b, p, weights):
-            rank, ratio, _ = factor(context, t, b, p, weights, _LEAST_PIVOT)
+    rank, ratio, beside = 0, 0.0, False
+    if context[NEAR_SINGULAR] == 0:
+        rank, ratio, _ = factor(context, t, b, p, weights, RANK_TOLERANCE)
+    if rank < m:
+        rank = is_on_branch(context, t, b, p, weights) or move_to_branch(context, t, b, p, weights)
+        if rank > 0:
+            rank, ratio = truncated(b.lower, rank, _LEAST_PIVOT)
             beside = rank < context[USUAL_RANK] or ratio < BESIDE**2
         else:
             copy(y[:n], b.place)

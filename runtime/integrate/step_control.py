@@ -141,11 +141,13 @@ def too_small(control):
 
 
 @jitted
-def accept_step(exponent, beta, shrink, grow, error, h, control, counters):
+def accept_step(exponent, beta, shrink, grow, safety, error, h, control, counters):
     """Set `control[H]` after an accepted step of length `h`: Hairer's controller with PI stabilisation."""
     wanted = control[H]
-    factor = error**exponent / control[ERROR_OLD] ** beta if error > 0.0 else 0.0
-    factor = max(1.0 / grow, min(1.0 / shrink, factor / SAFETY))
+    factor = error**exponent if error > 0.0 else 0.0
+    if beta != 0.0:
+        factor /= control[ERROR_OLD] ** beta
+    factor = max(1.0 / grow, min(1.0 / shrink, factor / safety))
     h_new = h / factor
     if h < wanted:
         # The step was cut at a stop time, which says nothing against the step that the method wanted.
@@ -158,10 +160,10 @@ def accept_step(exponent, beta, shrink, grow, error, h, control, counters):
 
 
 @jitted
-def reject_step(exponent, shrink, error, h, control, counters):
+def reject_step(exponent, shrink, safety, error, h, control, counters):
     """Set `control[H]` after a rejected step of length `h`; an `error` that is not finite shrinks it most."""
     factor = 1.0 / shrink
     if math.isfinite(error):
-        factor = min(factor, error**exponent / SAFETY)
+        factor = min(factor, error**exponent / safety)
     control[H] = h / factor
     counters[LAST_REJECTED] = 1

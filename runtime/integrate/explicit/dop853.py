@@ -4,7 +4,7 @@ from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
 
 
-@jitted
+@jitted(distinct_arrays=True)
 def dop853_stages(a, c, rhs, t, h, y, p, k, y_stage):
     """Fill rows 1 to 11 of `k`; row 0 is given, and `y_stage` is left at the argument of row 11.
 
@@ -113,7 +113,7 @@ def dop853_stages(a, c, rhs, t, h, y, p, k, y_stage):
     call_kernel(rhs, t + c[11] * h, y_stage, p, k[11])
 
 
-@jitted
+@jitted(distinct_arrays=True)
 def dop853_new_state(b, h, y, k, y_new):
     """Write the state at the end of the step to `y_new`."""
     b0, b5, b6, b7, b8, b9, b10, b11 = (
@@ -139,7 +139,7 @@ def dop853_new_state(b, h, y, k, y_new):
         )
 
 
-@jitted
+@jitted(distinct_arrays=True)
 def dop853_error(error, k, n, fifth, third):
     """Write the two error estimates, without their factor h, to `fifth[:n]` and `third[:n]`."""
     e, d = error[0], error[1]

@@ -13,6 +13,7 @@ from runtime.integrate.evaluation import all_finite, evaluate
 from runtime.integrate.explicit.dop853 import dop853_error, dop853_new_state, dop853_stages
 from runtime.integrate.explicit.stiffness import watch_stiffness
 from runtime.integrate.explicit.tableaus import NO_ESTIMATE, TWO_ESTIMATES
+from runtime.integrate.frames import is_shown
 from runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,
@@ -26,7 +27,6 @@ from runtime.integrate.layout import (
     NV,
     NY,
     PROJECT,
-    PROJECTION_FAILED,
     REJECTED,
     RHS,
     RHS_CALLS,
@@ -35,7 +35,7 @@ from runtime.integrate.layout import (
     H,
     T,
 )
-from runtime.integrate.projection import project_state, projection_size
+from runtime.integrate.projection import project_in_passing, project_state, projection_size
 from runtime.integrate.step_control import (
     accept_step,
     error_norm,
@@ -79,10 +79,12 @@ def advance_erk(
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
         t0 = control[T]
         if method.estimate == NO_ESTIMATE:
-            status, t1 = fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch)
+            status, t1 = fixed_step(
+                method, addresses, sizes, p, control, counters, y, f, k, states, scratch, frame_times
+            )
         else:
             status, t1 = adaptive_step(
-                method, addresses, sizes, p, control, counters, y, f, k, states, scratch
+                method, addresses, sizes, p, control, counters, y, f, k, states, scratch, frame_times
             )
         if status != RUNNING:
             return status
@@ -97,7 +99,7 @@ def advance_erk(
 
 
 @jitted
-def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch):
+def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch, frame_times):
     """Try steps until one is accepted: `states[1]` is then the new state, row `n_stages - fsal` its derivative.
 
     Returns
@@ -117,27 +119,30 @@ def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, state
         error = estimate_error(method, sizes, control, h, y, k, states)
         cause = STEP_TOO_SMALL
         if error <= 1.0:
-            cause = reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch)
+            cause = reach_end(
+                method, addresses, sizes, p, control, counters, t1, k, states, scratch, frame_times
+            )
             if cause == RUNNING:
                 accept_step(
-                    method.exponent, method.beta, method.shrink, method.grow, error, h, control, counters
-                )
+                    method.exponent, method.beta, method.shrink, method.grow, method.safety, error, h, control,
+                    counters,
+                )  # fmt: skip
                 return RUNNING, t1
             error = math.inf
         elif not math.isfinite(error):
             cause = NOT_FINITE
-        reject_step(method.exponent, method.shrink, error, h, control, counters)
+        reject_step(method.exponent, method.shrink, method.safety, error, h, control, counters)
         counters[REJECTED] += 1
 
 
 @jitted
-def fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch):
+def fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch, frame_times):
     """Take one step of the fixed grid; returns status and the time of the new state [s]."""
     copy(f, k[0])
     t, t1 = control[T], grid_end(control, counters)
     hold_stabilisation(addresses, sizes, p, t, t1 - t, y, k[0], scratch[: projection_size(sizes)])
     take_stages(method, addresses, p, counters, t, t1 - t, y, k, states)
-    return reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch), t1
+    return reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch, frame_times), t1
 
 
 @jitted
@@ -164,12 +169,14 @@ def erk_stages(a, c, first, end, rhs, t, h, y, p, k, y_stage):
         call_kernel(rhs, t + c[s] * h, y_stage, p, k[s])
 
 
-@jitted
+@jitted(distinct_arrays=True)
 def erk_sum(weights, n_rows, h, y, k, out):
     """Write y + h Σ weights[j] k[j] over the first `n_rows` rows to `out`."""
     n = y.shape[0]
-    copy(y, out)
-    for j in range(n_rows):
+    first = h * weights[0]
+    for i in range(n):
+        out[i] = y[i] + first * k[0, i]
+    for j in range(1, n_rows):
         weight = h * weights[j]
         if weight != 0.0:
             for i in range(n):
@@ -202,22 +209,27 @@ def estimate_error(method, sizes, control, h, y, k, states):
 
 
 @jitted
-def reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch):
+def reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch, frame_times):
     """Project the new state and evaluate its derivative; returns why that failed, or RUNNING."""
     y_new, row = states[1], k[method.n_stages - method.fsal]
     if addresses[PROJECT] != 0:
-        if project_state(
-            addresses, sizes, p, t1, y_new, control, counters, scratch[: projection_size(sizes)]
-        ):
-            return PROJECTION_FAILED
+        buffer = scratch[: projection_size(sizes)]
+        if method.estimate == NO_ESTIMATE or is_shown(control, counters, frame_times, t1):
+            status = project_state(addresses, sizes, p, t1, y_new, control, counters, buffer)
+        else:
+            status = project_in_passing(addresses, sizes, p, t1, y_new, control, counters, buffer)
+        if status != RUNNING:
+            return status
         scale_energy(addresses, sizes, p, t1, y_new, control, scratch)
     held = release_stabilisation(addresses, sizes, p)
     if held or addresses[PROJECT] != 0 or not method.fsal:
         if not evaluate(addresses, sizes, p, counters, t1, y_new, row):
             return NOT_FINITE
     if sizes[NM] > 0:
+        least = control[MIN_PIVOT_RATIO]
         for s in range(1, method.n_stages - method.fsal + 1):
-            control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], k[s, sizes[N_ROW] - 1])
+            least = min(least, k[s, sizes[N_ROW] - 1])
+        control[MIN_PIVOT_RATIO] = least
     if not (all_finite(y_new, sizes[NY]) and all_finite(row, sizes[NY])):
         return NOT_FINITE
     if method.stiff_bound > 0.0:

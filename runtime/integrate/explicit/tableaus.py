@@ -19,6 +19,10 @@ from runtime.integrate.explicit.dop853_coefficients import (
 # How a tableau estimates its error.
 NO_ESTIMATE, ONE_ESTIMATE, TWO_ESTIMATES = range(3)
 
+# Hairer has 0.9. On motions of mechanisms, whose error comes and goes, dop853 has every sixth step rejected then; with
+# this, the same error takes 7 % fewer evaluations, and 4 % fewer with dopri5 (benchmarks/step_safety.py).
+SAFETY = 0.75
+
 
 class ErkTableau(NamedTuple):
     """An explicit Runge-Kutta method as jitted loops take it.
@@ -40,7 +44,7 @@ class ErkTableau(NamedTuple):
         NO_ESTIMATE (fixed step), ONE_ESTIMATE, TWO_ESTIMATES (dop853).
     fsal : int
         1 where the last stage is taken at the new state.
-    exponent, beta, shrink, grow : float
+    exponent, beta, shrink, grow, safety : float
         Hairer's step controller: `h_new = h safety / (err^exponent / err_old^beta)`, within [shrink, grow].
     stiff_bound : float
         Radius of the stability region on the negative real axis, as Hairer's stiffness test takes it.
@@ -61,6 +65,7 @@ class ErkTableau(NamedTuple):
     beta: float
     shrink: float
     grow: float
+    safety: float
     stiff_bound: float
 
 
@@ -121,6 +126,7 @@ def erk_tableau(
         beta=beta,
         shrink=limits[0],
         grow=limits[1],
+        safety=SAFETY,
         stiff_bound=stiff_bound,
     )
     validate(tableau)
@@ -197,7 +203,7 @@ def dopri5() -> ErkTableau:
 def dop853() -> ErkTableau:
     """Return Dormand and Prince's method of order 8(5,3) with dense output of order 7.
 
-    Hairer, Nørsett, Wanner (1993), II.5 and II.10; coefficients and controller of dop853.f.
+    Hairer, Nørsett, Wanner (1993), II.5 and II.10; coefficients and controller of dop853.f, but for `SAFETY`.
     """
     a = [[DOP853_A[s].get(j, 0.0) for j in range(s)] for s in range(16)]
     d = [[row.get(j, 0.0) for j in range(16)] for row in DOP853_D]

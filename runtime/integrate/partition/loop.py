@@ -115,11 +115,12 @@ def adaptive_step(method, addresses, sizes, p, control, counters, y, f, w):
             error = estimate_error(method, sizes, control, h, y, w.stages, w.states)
             if error <= 1.0:
                 accept_step(
-                    method.exponent, method.beta, method.shrink, method.grow, error, h, control, counters
-                )
+                    method.exponent, method.beta, method.shrink, method.grow, method.safety, error, h, control,
+                    counters,
+                )  # fmt: skip
                 return RUNNING, t1
             cause = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
-        reject_step(method.exponent, method.shrink, error, h, control, counters)
+        reject_step(method.exponent, method.shrink, method.safety, error, h, control, counters)
         counters[REJECTED] += 1
 
 

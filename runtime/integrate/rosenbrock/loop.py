@@ -51,6 +51,7 @@ from runtime.integrate.rosenbrock.work import (
     rodas_work,
 )
 from runtime.integrate.step_control import (
+    SAFETY,
     accept_step,
     error_norm,
     error_scale,
@@ -134,10 +135,10 @@ def rodas_step(method, addresses, sizes, p, control, counters, y, f, w):
         if error <= 1.0:
             cause = reach_end(addresses, sizes, p, control, counters, t1, w)
             if cause == RUNNING:
-                accept_step(EXPONENT, BETA, SHRINK, GROW, error, h, control, counters)
+                accept_step(EXPONENT, BETA, SHRINK, GROW, SAFETY, error, h, control, counters)
                 return RUNNING, t1
             error = math.inf
-        reject_step(EXPONENT, SHRINK, error, h, control, counters)
+        reject_step(EXPONENT, SHRINK, SAFETY, error, h, control, counters)
         counters[REJECTED] += 1
         if too_small(control):
             return cause, t
