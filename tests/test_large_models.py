@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -13,8 +15,10 @@ from runtime.choose import choose_method
 from runtime.constraints import large
 from runtime.constraints.assembly import assemble
 from runtime.constraints.contradictions import AssemblyError
+from runtime.contact import local_dynamics
 from runtime.errors import RuntimeModelError
-from symgen import Model
+from symgen import Model, dot
+from symgen.derive import dependent
 from symgen.link import derive_text
 from symgen.model.library import find, load
 
@@ -75,12 +79,16 @@ def test_a_start_off_all_solutions_names_a_constraint(chain):
 
 
 def test_dependent_constraints_are_refused(monkeypatch):
+    """In a model of more constraints than derivation looks at."""
+    n = dependent.LARGEST
     model = Model("repeated")
     m = model.parameter("m", 1.0)
-    x, y = model.coordinate("x"), model.coordinate("y")
-    model.body("b", mass=m, com=(x, y))
-    model.constraint("first", x + y)
-    model.constraint("again", 2 * x + 2 * y)
+    x = [model.coordinate(f"x{k}") for k in range(n + 1)]
+    for a, b in pairwise(x):
+        model.kinetic(m / 2 * dot(a) ** 2)
+        model.constraint(f"{a}_follows", a - b)
+    model.kinetic(m / 2 * dot(x[-1]) ** 2)
+    model.constraint("again", x[0] - x[-1])
     system = runtime.load(derive_text(model).text)
     monkeypatch.setattr(large, "LARGEST_DENSE", 1)
     with pytest.raises(AssemblyError, match="depend on each other at the start"):
@@ -139,3 +147,22 @@ def test_advice_for_large_models_names_methods_that_they_have(monkeypatch):
     assert "verlet" in names
     assert not names & {"implicit_euler", "implicit_midpoint", "generalized_alpha"}
     assert not any("stiffness ratio" in line for line in advice.lines())
+
+
+@pytest.mark.parametrize("repeated", [False, True], ids=["independent", "dependent"])
+def test_stops_of_large_models_are_solved_as_those_of_small_ones(monkeypatch, repeated):
+    """By sparse factors where constraints are independent, with multipliers of least norm where they are not."""
+    rng = np.random.default_rng(5)
+    mass, jacobian, right = (
+        np.diag(10.0 ** rng.uniform(-3, 3, 9)),
+        rng.normal(size=(4, 9)),
+        rng.normal(size=(13, 2)),
+    )
+    if repeated:
+        jacobian[3], right[12] = jacobian[0] - 2.0 * jacobian[1], right[9] - 2.0 * right[10]
+    expected = local_dynamics._saddle_point_solver(mass, jacobian)(right)
+    monkeypatch.setattr(local_dynamics, "LARGEST_DENSE", 1)
+    found = local_dynamics._saddle_point_solver(mass, jacobian)(right)
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert mass @ found[:9] + jacobian.T @ found[9:] == pytest.approx(right[:9], abs=1e-9)
+    assert jacobian @ found[:9] == pytest.approx(right[9:], abs=1e-9)

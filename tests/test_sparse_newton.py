@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
-from scipy.linalg import expm
 from scipy.sparse import csc_matrix
 from scipy.sparse import random as sparse_random
 
@@ -16,7 +13,6 @@ from runtime.checks.time_scales import motion_jacobian
 from runtime.code.compact import compact
 from runtime.code.grammar import FunctionText, Lengths
 from runtime.code.jitted import jitted
-from runtime.constraints import large
 from runtime.constraints.assembly import assemble
 from runtime.errors import ModuleError
 from runtime.integrate import large_models
@@ -274,34 +270,6 @@ def test_inputs_over_time_act_in_sparse_systems(net, monkeypatch):
     assert run.status == "success"
     assert run.q[-1] == pytest.approx(expected.q[-1], abs=1e-9)
     assert np.abs(run.v[-1]).max() > 0.1
-
-
-def line_of_masses(n, k, c):
-    """A line of masses on stiff dampers and springs between two walls, one of them displaced."""
-    model = Model("line")
-    m, stiffness, damping = model.parameters(m=1.0, k=k, c=c)
-    x = [0, *(model.coordinate(f"x{i}", start=float(i == n // 2), rate=0.0) for i in range(n)), 0]
-    for a in x[1:-1]:
-        model.kinetic(m / 2 * dot(a) ** 2)
-    for a, b in pairwise(x):
-        model.potential(stiffness / 2 * (b - a) ** 2)
-        model.dissipation(damping / 2 * (dot(b) - dot(a)) ** 2)
-    return runtime.load(derive_text(model).text)
-
-
-def test_auto_takes_sparse_matrices_for_a_large_stiff_model():
-    """A linear motion, whose solution is the matrix exponential."""
-    n, k, c, end = 640, 1e4, 4e3, 1.0
-    system = line_of_masses(n, k, c)
-    assert large.is_large(system)
-    run = system.run(t_end=end, rtol=1e-6, atol=1e-8)
-    assert run.method == "radau5"
-    assert any("fastest decay" in note for note in run.notes)
-    second = np.diag(np.full(n, -2.0)) + np.diag(np.ones(n - 1), 1) + np.diag(np.ones(n - 1), -1)
-    motion = np.block([[np.zeros((n, n)), np.eye(n)], [k * second, c * second]])
-    expected = expm(motion * end)[:n, n // 2]
-    assert run.q[-1] == pytest.approx(expected, abs=2e-6)
-    assert run.stats["steps"] < 300
 
 
 def test_models_of_full_matrices_keep_them(monkeypatch):

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,10 +26,12 @@ from runtime.integrate.jacobian import jacobian_work_size
 from runtime.integrate.linear import lu_factor
 from runtime.integrate.methods import METHODS
 from runtime.integrate.partition.work import SWITCHES
+from runtime.integrate.radau.ggl_turns import turn_blocks
 from runtime.loop_arrays import LoopArrays, kernel_addresses, loop_sizes
 from runtime.positions import Positions
 from runtime.system import load
 
+ROOT = Path(__file__).resolve().parents[1]
 UNIT = 1e-14
 
 
@@ -91,9 +98,13 @@ def test_generalised_alpha_has_order_2_in_positions_rates_and_multipliers(form, 
 # Index-2 equations
 
 
+@pytest.mark.parametrize("axes", ["body", "start"])
 @pytest.mark.parametrize("which", ["swing", "pinned_top"])
-def test_reduced_newton_systems_are_the_derivatives_of_the_equations(which):
-    """Corrections, put into the equations by differences, take away the residuals that they were made from."""
+def test_reduced_newton_systems_are_the_derivatives_of_the_equations(which, axes):
+    """Corrections, put into the equations by differences, take away the residuals that they were made from.
+
+    With angular velocities and moments in the axes of the body, or in those that it has at the start of the step.
+    """
     system = model(which)
     p, nq, nv, m, nh = system.parameter_values(), system.nq, system.nv, system.m, system.nh
     found = assemble(system, p, {}, {"top_wx": 3.0, "top_wy": 10.0})
@@ -105,6 +116,10 @@ def test_reduced_newton_systems_are_the_derivatives_of_the_equations(which):
     assert (
         set_blocks(addresses, sizes, system.prepared(p), counters, 0.0, np.append(q, v), row, scratch, b) == 0
     )
+    sense = 1.0
+    if axes == "start":
+        as_written(turn_blocks)(sizes, np.append(q, v), row, b)
+        sense = -1.0
     g, n = 50.0, nv + m
     matrix, pivots, x = (
         np.zeros((n, n)),
@@ -117,15 +132,23 @@ def test_reduced_newton_systems_are_the_derivatives_of_the_equations(which):
     solve_shifted(g, sizes, b, matrix, pivots, x)
     turning = np.zeros((nv, nv))
     for _, j in positions.turns:
-        turning[j : j + 3, j : j + 3] = 0.5 * np.cross(v[j : j + 3], np.eye(3)).T
+        turning[j : j + 3, j : j + 3] = 0.5 * sense * np.cross(v[j : j + 3], np.eye(3)).T
     move = np.linalg.solve(g * np.eye(nv) + turning, x[:nv] + b.steer @ x[n:])
     a, lam = row[nq : nq + nv], row[system.ny : system.ny + m]
 
+    def turned_by(step, vector):
+        out = vector.copy()
+        for _, j in positions.turns if axes == "start" else ():
+            out[j : j + 3] = Rotation.from_rotvec(step * move[j : j + 3]).apply(vector[j : j + 3])
+        return out
+
     def equations(step):
-        state = np.append(positions.move(q, step * move), v + step * x[:nv])
-        arguments = np.concatenate([state, a + step * g * x[:nv], lam + step * x[nv:n]])
+        state = np.append(positions.move(q, step * move), turned_by(-step, v + step * x[:nv]))
+        rates = turned_by(-step, a + step * g * x[:nv])
+        arguments = np.concatenate([state, rates, lam + step * x[nv:n]])
         drift = system.kernel("constraint_residual")(0.0, state, p)
-        return np.concatenate([system.kernel("residual")(0.0, arguments, p)[:nv], drift[nh:], drift[:nh]])
+        moments = turned_by(step, system.kernel("residual")(0.0, arguments, p)[:nv])
+        return np.concatenate([moments, drift[nh:], drift[:nh]])
 
     h = 1e-5
     assert np.abs((equations(h) - equations(-h)) / (2.0 * h) + residuals).max() < 1e-6
@@ -146,6 +169,61 @@ def test_index_2_errors_follow_the_tolerance(name, limit, which):
         )
         assert np.abs(np.linalg.norm(run.q[:, system.quaternions[0] :], axis=1) - 1.0).max() < UNIT
         assert run.constraint_residual.max_position < 1e-12
+
+
+# As plain Python, since a compilation of each would take longer than the runs.
+RUNS = """
+import json, sys
+from runtime.system import load
+found = []
+for which, text in json.load(sys.stdin).items():
+    system = load(text)
+    for method in ("radau9", "radau13"):
+        for rtol in (1e-5, 1e-8):
+            run = system.run(t_end=0.1, method=method, constraints="ggl", rtol=rtol, atol=rtol, at=[0.1])
+            end = [*run.q[-1], *run.v[-1]]
+            found.append([which, method, rtol, end, run.samples[0].multipliers.tolist(), run.stats["steps"],
+                          run.constraint_residual.max_position])
+print(json.dumps(found))
+"""
+
+
+def test_index_2_radau_of_higher_order_follows_the_tolerance():
+    texts = json.dumps({which: module_text(which) for which in ("swing", "pinned_top")})
+    done = subprocess.run(
+        [sys.executable, "-c", RUNS], input=texts, text=True, capture_output=True, check=True, cwd=ROOT,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+    )  # fmt: skip
+    found = json.loads(done.stdout)
+    assert len(found) == 8
+    for which, method, rtol, state, own, steps, off in found:
+        end, multipliers = oracle(which, 0.1)
+        assert np.abs(np.array(state) - end).max() < 100.0 * rtol, (which, method, rtol)
+        assert np.abs(np.array(own) - multipliers).max() < 1000.0 * rtol * np.abs(multipliers).max()
+        assert steps <= 20 and off < 1e-12
+
+
+def test_index_2_steps_are_as_long_as_those_of_index_1():
+    """A top at 150 rad/s, whose constraints' gradients turn with it in its own axes."""
+    system = model("pinned_top")
+    for rtol in (1e-4, 1e-6, 1e-8):
+        steps = {
+            form: system.run(t_end=0.2, method="radau5", rtol=rtol, atol=rtol, constraints=form).stats[
+                "steps"
+            ]
+            for form in ("ggl", "projection")
+        }
+        assert steps["ggl"] <= steps["projection"]
+
+
+def test_frames_within_steps_that_turn_far_are_as_good_as_ends():
+    """A step turns the top by up to 80 degrees: its quaternion is no polynomial of the stages' degree."""
+    system, t_end = model("pinned_top"), 0.1
+    exact = system.run(t_end=t_end, method="dop853", rtol=1e-13, atol=1e-13, fps=2000)
+    run = system.run(t_end=t_end, method="radau5", constraints="ggl", rtol=1e-6, atol=1e-6, fps=2000)
+    assert len(run.t) > 8 * run.stats["steps"]
+    assert np.abs(run.q - exact.q).max() < 1e-6
+    assert np.abs(run.v - exact.v).max() < 1e-6 * 150.0
 
 
 # RATTLE

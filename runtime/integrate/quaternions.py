@@ -148,6 +148,23 @@ def chart_variation(a, b, c, x, y, z):
 
 
 @jitted
+def turned(a, b, c, x, y, z):
+    """Return the vector (x, y, z), turned by the rotation vector θ = (a, b, c).
+
+    Rodrigues: x + sin|θ| / |θ| θ×x + (1 - cos|θ|) / |θ|² θ×(θ×x).
+    """
+    half = 0.5 * math.sqrt(a * a + b * b + c * c)
+    sinc = math.sin(half) / half if half > 0.0 else 1.0
+    first, second = sinc * math.cos(half), 0.5 * sinc * sinc
+    u, v, w = b * z - c * y, c * x - a * z, a * y - b * x
+    return (
+        x + first * u + second * (b * w - c * v),
+        y + first * v + second * (c * u - a * w),
+        z + first * w + second * (a * v - b * u),
+    )
+
+
+@jitted
 def solve_turning(g, a, b, c, x, y, z):
     """Return s of g s + ω×s / 2 = (x, y, z) for the angular velocity ω = (a, b, c); `g` may be complex.
 

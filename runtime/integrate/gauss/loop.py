@@ -145,8 +145,8 @@ def reach_end(method, h, addresses, sizes, p, control, counters, t1, y, y_new, r
         )
         if status != RUNNING:
             return status
-        for i in range(nq + nv):
-            rest[i] = 0.0
+        # What is left of the sums stays: mostly projection moves the state by less than round-off, and to forget them
+        # each time would let energy drift by it.
     return RUNNING if all_finite(y_new, sizes[NY]) else NOT_FINITE
 
 

@@ -9,6 +9,7 @@ from runtime.integrate.layout import LAST_REJECTED, NH, NM, NQ, NV
 from runtime.integrate.linear import lu_solve
 from runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at
 from runtime.integrate.radau.error import weighted
+from runtime.integrate.radau.ggl_turns import turn_entries
 from runtime.integrate.radau.work import ERROR, F_NEW, HAVE_HISTORY, SCALE, STAGES, Y_STAGE
 
 
@@ -26,8 +27,10 @@ def estimate_index2(method, h, addresses, sizes, p, counters, t, y, f, w):
         move(sizes, y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
         for i in range(nv):
             w.states[Y_STAGE, nq + i] = y[nq + i] + w.pairs[ERROR, nv + i]
+        turn_all(-1.0, sizes, w.pairs[ERROR], w.states[Y_STAGE])
         if not evaluate(addresses, sizes, p, counters, t, w.states[Y_STAGE], w.rows[F_NEW]):
             return math.inf
+        turn_all(1.0, sizes, w.pairs[ERROR], w.rows[F_NEW])
         error = filter_index2(method, h, sizes, y, w.rows[F_NEW], True, w)
     return max(error, 1e-10) if math.isfinite(error) else error
 
@@ -59,7 +62,7 @@ def filter_index2(method, h, sizes, y, row, again, w):
         slip_of_turn(method, h, i, i - k, nq + i - k, nv, y, again, slip, w)
         along = half_turned(i - k, b.spin, slip)
         for axis in range(3):
-            pushed[i - k + axis] -= along[axis]  # by_rates has M ω×/2 in it
+            pushed[i - k + axis] -= along[axis]  # by_rates has M W in it
     for k in range(m):
         total = 0.0
         for j in range(nv):
@@ -87,13 +90,21 @@ def filter_index2(method, h, sizes, y, row, again, w):
 
 
 @jitted
+def turn_all(sense, sizes, error, x):
+    """Turn angular velocities of a state, or their derivatives in an rhs row, by `sense` times errors of rotation."""
+    for k in range(n_quaternions(sizes)):
+        j = quaternion_at(sizes, k) - k
+        turn_entries(sense, error, j, x, sizes[NQ] + j)
+
+
+@jitted
 def slip_of_turn(method, h, i, column, first, nv, y, again, slip, w):
     """Write the defect of the rotation vector at `i`, whose angular velocity is at `first`, from `column` on."""
     error, j = w.pairs[ERROR], nv + column
     x, y_, z = y[first], y[first + 1], y[first + 2]
     if again:
         u, v, w_ = x + error[j], y_ + error[j + 1], z + error[j + 2]
-        x, y_, z = chart_rate(error[column], error[column + 1], error[column + 2], u, v, w_)
+        x, y_, z = chart_rate(-error[column], -error[column + 1], -error[column + 2], u, v, w_)
     slip[column] = x + weighted(method, method.error, i, w) / h
     slip[column + 1] = y_ + weighted(method, method.error, i + 1, w) / h
     slip[column + 2] = z + weighted(method, method.error, i + 2, w) / h

@@ -3,6 +3,8 @@
 import math
 
 from runtime.code.jitted import jitted
+from runtime.integrate.after_step import finish_step, needs_dense
+from runtime.integrate.copying import copy
 from runtime.integrate.evaluation import all_finite, evaluate
 from runtime.integrate.ggl import divide_blocks, set_blocks
 from runtime.integrate.layout import (
@@ -11,6 +13,8 @@ from runtime.integrate.layout import (
     N_LOGGED_STEPS,
     N_ROW,
     NOT_FINITE,
+    NQ,
+    NV,
     NY,
     RUNNING,
     STEP_TOO_SMALL,
@@ -18,10 +22,12 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.projection import project_state, projection_size
 from runtime.integrate.radau.error import set_tolerances
+from runtime.integrate.radau.ggl_course import fit_turns, keep_course, sample_turns
 from runtime.integrate.radau.ggl_error import estimate_index2
 from runtime.integrate.radau.ggl_stages import factor_index2, predict_index2, solve_index2
+from runtime.integrate.radau.ggl_turns import KEEP_TURN, largest_turn, to_body_axes, turn_blocks
 from runtime.integrate.radau.ggl_work import ggl_work
-from runtime.integrate.radau.loop import accept_radau, begin_radau, commit_radau, reject_radau, shrink_step
+from runtime.integrate.radau.loop import accept_radau, begin_radau, radau_dense, reject_radau, shrink_step
 from runtime.integrate.radau.stages import integrate_work
 from runtime.integrate.radau.turns import place
 from runtime.integrate.radau.work import (
@@ -57,23 +63,9 @@ def advance_radau_ggl(
         status, t1 = index2_step(method, addresses, sizes, p, control, counters, y, f, w, dense)
         if status != RUNNING:
             return status
-        status = commit_radau(
-            method,
-            addresses,
-            sizes,
-            p,
-            control,
-            counters,
-            t0,
-            t1,
-            y,
-            f,
-            w,
-            frame_times,
-            frames,
-            step_log,
-            dense,
-        )
+        status = commit_index2(
+            method, addresses, sizes, p, control, counters, t0, t1, y, f, w, frame_times, frames, step_log, dense
+        )  # fmt: skip
         if status != RUNNING:
             return status
         done += 1
@@ -101,6 +93,7 @@ def index2_step(method, addresses, sizes, p, control, counters, y, f, w, dense):
             status = set_blocks(addresses, sizes, p, counters, t, y, f, w.implicit, b)
             if status != RUNNING:
                 return status, t
+            turn_blocks(sizes, y, f, b)
             counters[HAVE_JACOBIAN], counters[JACOBIAN_IS_FRESH], counters[HAVE_FACTORS] = 1, 1, 0
         cause = try_index2(method, h, addresses, sizes, p, control, counters, t, y, w, dense)
         if cause != RUNNING:
@@ -112,6 +105,8 @@ def index2_step(method, addresses, sizes, p, control, counters, y, f, w, dense):
             cause = reach_end(method, h, addresses, sizes, p, control, counters, t, t1, y, w)
             if cause == RUNNING:
                 accept_radau(method, error, h, control, counters, w)
+                if largest_turn(sizes, w) > KEEP_TURN:
+                    counters[HAVE_JACOBIAN] = 0
                 return RUNNING, t1
             error = math.inf
         reject_radau(method, error, h, control, counters, w)
@@ -136,6 +131,7 @@ def try_index2(method, h, addresses, sizes, p, control, counters, t, y, w, dense
 @jitted
 def reach_end(method, h, addresses, sizes, p, control, counters, t0, t1, y, w):
     """Write the new state and its rhs row; returns why not, or RUNNING."""
+    to_body_axes(sizes, y, w)
     if not integrate_work(method, h, addresses, sizes, p, counters, t0, y, w):
         return NOT_FINITE
     y_new, row = w.states[Y_NEW], w.rows[F_NEW]
@@ -149,3 +145,24 @@ def reach_end(method, h, addresses, sizes, p, control, counters, t0, t1, y, w):
         return NOT_FINITE
     control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], row[sizes[N_ROW] - 1])
     return RUNNING if all_finite(y_new, sizes[NY]) else NOT_FINITE
+
+
+@jitted
+def commit_index2(
+    method, addresses, sizes, p, control, counters, t0, t1, y, f, w, frame_times, frames, step_log, dense
+):
+    """Make the new state the current one, with dense output, and record the step."""
+    keep_course(method, sizes, y, w)
+    n_terms, turned_is_read = len(method.c) + 1, False
+    if sizes[NQ] > sizes[NV] and needs_dense(sizes, counters, frame_times, t1):
+        n_terms, turned_is_read = dense.shape[0], True
+        sample_turns(method, sizes, y, w)
+    radau_dense(method, sizes, y, w, dense)
+    if turned_is_read:
+        fit_turns(method, sizes, w, dense)
+    copy(w.states[Y_NEW], y)
+    copy(w.rows[F_NEW], f)
+    return finish_step(
+        addresses, sizes, p, control, counters, t0, t1, y, dense, n_terms, w.scratch,
+        frame_times, frames, step_log,
+    )  # fmt: skip

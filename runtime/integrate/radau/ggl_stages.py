@@ -25,7 +25,14 @@ from runtime.integrate.newton import (
     start_newton,
 )
 from runtime.integrate.quaternions import n_quaternions, quaternion_at
-from runtime.integrate.radau.ggl_turns import forget_turns, turn_index2
+from runtime.integrate.radau.ggl_course import predict_turning
+from runtime.integrate.radau.ggl_turns import (
+    forget_turns,
+    to_body_axes,
+    to_start_axes,
+    turn_entries,
+    turn_index2,
+)
 from runtime.integrate.radau.stages import evaluate_stage, finish_newton, predict_rates
 from runtime.integrate.radau.transform import shift_of
 from runtime.integrate.radau.turns import place
@@ -69,17 +76,20 @@ def predict_index2(method, h, extrapolate, addresses, sizes, p, control, counter
     """
     first = sizes[NQ] + sizes[NV] + sizes[NW]
     predict_rates(method, h, extrapolate, sizes, control, dense, w)
+    predict_turning(method, h, extrapolate, sizes, control, w)
     for s in range(len(method.c)):
         for k in range(sizes[NM], sizes[NM] + sizes[NH]):
             w.multipliers[s, k] = 0.0
     forget_turns(method, sizes, w)
     if not move_index2(method, h, sizes, y, w):
         return False
+    to_body_axes(sizes, y, w)
     for s in range(len(method.c)):
         if not evaluate_stage(s, method, h, addresses, sizes, p, counters, t0, y, w):
             return False
         for k in range(sizes[NM]):
             w.multipliers[s, k] = w.rows[F_STAGES + s, first + k]
+    to_start_axes(sizes, y, w)
     return True
 
 
@@ -152,8 +162,8 @@ def solve_index2(method, h, addresses, sizes, p, counters, t0, y, w):
 @jitted
 def stage_residuals(s, method, h, addresses, sizes, p, t0, y, w):
     """Write the residuals of stage `s`, with the accelerations that the stages' rates say."""
-    nq, nv = sizes[NQ], sizes[NV]
-    place(sizes, y, w.states[STAGES + s], w.states[Y_STAGE])
+    nq, nv, stage = sizes[NQ], sizes[NV], w.states[STAGES + s]
+    place(sizes, y, stage, w.states[Y_STAGE])
     for i in range(nv):
         total = 0.0
         for r in range(len(method.c)):
@@ -161,8 +171,15 @@ def stage_residuals(s, method, h, addresses, sizes, p, t0, y, w):
         w.arguments[nq + nv + i] = total / h
     for k in range(sizes[NM]):
         w.arguments[nq + 2 * nv + k] = w.multipliers[s, k]
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        turn_entries(-1.0, stage, i, w.states[Y_STAGE], nq + i - k)
+        turn_entries(-1.0, stage, i, w.arguments, nq + nv + i - k)
     t = t0 + method.c[s] * h
     equation_residuals(addresses, sizes, p, t, w.states[Y_STAGE], w.arguments, w.equations, w.residuals[s])
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        turn_entries(1.0, stage, i, w.residuals[s], i - k)
 
 
 @jitted

@@ -12,16 +12,25 @@ from runtime.integrate.after_step import finish_scratch_size
 from runtime.integrate.ggl import blocks_size, equations_size
 from runtime.integrate.jacobian import jacobian_work_size
 from runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
+from runtime.integrate.nested_basis import N_ROWS, fit_rows, values
+from runtime.integrate.quaternions import n_quaternions
 from runtime.integrate.radau.coefficients import RadauIIA, radau
 from runtime.integrate.radau.work import N_NUMBERS
 
-RadauGgl = namedtuple("RadauGgl", (*RadauIIA._fields, "a_inverse"))
+# Besides `RadauIIA`: the inverse of its Butcher matrix; where between its ends a step is sampled for dense output, the
+# weights of the stages there, and the matrix from samples to rows of dense output.
+RadauGgl = namedtuple("RadauGgl", (*RadauIIA._fields, "a_inverse", "places", "at_places", "fit"))
 
 
 def radau_ggl(n_stages: int) -> RadauGgl:
-    """Return a Radau IIA method with the inverse of its Butcher matrix as well."""
+    """Return a Radau IIA method with what index-2 equations need."""
     method = radau(n_stages)
-    return RadauGgl(*method, np.ascontiguousarray(np.linalg.inv(method.a)))
+    places = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, N_ROWS - 1) / (N_ROWS - 1))
+    conditions = [(0, place) for place in places]
+    at_places = values(conditions, n_stages + 1)[:, 2:] @ method.rows
+    at_places[:, -1] += places
+    a_inverse = np.ascontiguousarray(np.linalg.inv(method.a))
+    return RadauGgl(*method, a_inverse, places, at_places, np.ascontiguousarray(fit_rows(conditions)))
 
 
 class GglWork(NamedTuple):
@@ -44,7 +53,9 @@ class GglWork(NamedTuple):
     steered : ndarray, shape (s, nv)
         The stages' rates less those of the start, with what μ adds; or what corrections add to these.
     turns : ndarray, shape (s, 3)
-        Derivatives of the stages' rotation vectors.
+        Derivatives of the stages' rotation vectors, or increments of their angular velocities.
+    course, samples : ndarray, shapes (s, 3 r), (6, 7 r) for r quaternions
+        See `ggl_course`.
     arguments, equations : ndarray, shapes (nq + 2 nv + m), (nv + m)
         What the kernel `residual` reads and writes; `equations` is also what `constraint_residual` writes.
     """
@@ -63,6 +74,8 @@ class GglWork(NamedTuple):
     complex_vectors: np.ndarray
     steered: np.ndarray
     turns: np.ndarray
+    course: np.ndarray
+    samples: np.ndarray
     arguments: np.ndarray
     equations: np.ndarray
     implicit: np.ndarray
@@ -74,9 +87,10 @@ def ggl_work_size(method, sizes):
     """Length of `work` for `advance_radau_ggl`."""
     s, k = len(method.c), len(method.c) // 2
     nv, ny, n_row, m = sizes[NV], sizes[NY], sizes[N_ROW], sizes[NM]
-    n, n_all = nv + m, nv + m + sizes[NH]
+    n, n_all, r = nv + m, nv + m + sizes[NH], n_quaternions(sizes)
     own = N_NUMBERS + blocks_size(sizes) + (1 + 2 * k) * n * n + (k + 1) * n + (s + 2) * ny + (s + 1) * n_row
     own += 4 * nv + s * (n_all - nv) + s * n_all + (1 + 2 * k) * n_all + s * nv + 3 * s + sizes[NQ] + nv + n
+    own += 3 * s * r + 7 * (N_ROWS - 2) * r
     return own + equations_size(sizes) + jacobian_work_size(sizes) + finish_scratch_size(sizes)
 
 
@@ -85,7 +99,7 @@ def ggl_work(method, sizes, work):
     """Divide `work`, of length `ggl_work_size(method, sizes)`, into a `GglWork`."""
     s, k = len(method.c), len(method.c) // 2
     nv, ny, n_row, m = sizes[NV], sizes[NY], sizes[N_ROW], sizes[NM]
-    n, n_all = nv + m, nv + m + sizes[NH]
+    n, n_all, r = nv + m, nv + m + sizes[NH], n_quaternions(sizes)
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     size = blocks_size(sizes)
     blocks, rest = rest[:size], rest[size:]
@@ -107,6 +121,10 @@ def ggl_work(method, sizes, work):
     complex_vectors, rest = rest[:size].view(np.complex128).reshape((k, n_all)), rest[size:]
     steered, rest = rest[: s * nv].reshape((s, nv)), rest[s * nv :]
     turns, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
+    size = 3 * s * r
+    course, rest = rest[:size].reshape((s, 3 * r)), rest[size:]
+    size = 7 * (N_ROWS - 2) * r
+    samples, rest = rest[:size].reshape((N_ROWS - 2, 7 * r)), rest[size:]
     size = sizes[NQ] + nv + n
     arguments, rest = rest[:size], rest[size:]
     size = equations_size(sizes)
@@ -114,5 +132,5 @@ def ggl_work(method, sizes, work):
     size = jacobian_work_size(sizes)
     return GglWork(
         numbers, blocks, real, complex_, pivots, states, rows, pairs, multipliers, residuals, real_vector,
-        complex_vectors, steered, turns, arguments, equations, rest[:size], rest[size:],
+        complex_vectors, steered, turns, course, samples, arguments, equations, rest[:size], rest[size:],
     )  # fmt: skip
