@@ -120,7 +120,7 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
 
 def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     """Return why the equations that leave constraints out do not hold for this run; an empty string where they do."""
-    from runtime.constraints.assembly import has_dependence
+    from runtime.constraints.usual_rank import has_dependence
 
     if has_dependence(system, p, t, state[: system.nq]):
         return ""

@@ -10,7 +10,7 @@ import pytest
 
 from runtime import load as load_module
 from runtime.batches import accelerations_and_multipliers
-from runtime.constraints.assembly import has_dependence
+from runtime.constraints.usual_rank import has_dependence
 from runtime.errors import ModuleError, RuntimeModelError
 from symgen import Model, cos, sin, t
 from symgen.link import derive_file, derive_text

@@ -21,8 +21,10 @@ from runtime.constraints.nearest_point import (
     solve_with_restarts,
     worst,
 )
-from runtime.constraints.redundancy import Redundancy, find_redundancy
+from runtime.constraints.position_problem import position_problem
+from runtime.constraints.redundancy import Redundancy
 from runtime.constraints.start_values import StartValues, start_values
+from runtime.constraints.usual_rank import ranks_near
 from runtime.constraints.vanishing_gradient import without_gradient
 from runtime.names import rate_labels
 from runtime.positions import Chart
@@ -35,7 +37,6 @@ _SATISFIED = 2e-14  # of its scale: nothing to do
 _MOVED = 1e-13  # of the characteristic size: below this a change is round-off
 _TAKES_PART = 1e-3  # of the largest residual: a constraint that is named
 _MAX_REPAIRS = 20
-_INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 _REFINEMENTS = 3
 
 
@@ -102,19 +103,6 @@ def assemble(
     return assembler.run(given.q, given.v, given.q_enforced, given.v_enforced)
 
 
-def usual_rank(system: System, p: np.ndarray, t: float, q: np.ndarray) -> int:
-    """Return the rank of G at q, on the constraints, or near it where q is a singular configuration."""
-    v = np.zeros(system.nv)
-    if not system.dependent and system.kernel("rhs")(t, np.concatenate([q, v]), p)[-1] >= _INDEPENDENT:
-        return system.m
-    return _Assembler(system, np.ascontiguousarray(p, dtype=float), t, []).ranks(q, v).rank
-
-
-def has_dependence(system: System, p: np.ndarray, t: float, q: np.ndarray) -> bool:
-    """Whether the constraints that depended on others where the model was derived do so at q, and near it."""
-    return not system.dependent or usual_rank(system, p, t, q) == system.m - len(system.dependent)
-
-
 class _Assembler:
     """One assembly: the model's constraints at fixed parameters and time, and what has been noted so far."""
 
@@ -147,22 +135,9 @@ class _Assembler:
         )
         if idle:
             raise contradictions.gradient_vanishes(self._named(idle), listed(self.coordinates, q))
-        ranks = self._ranks(everything, x, v, sizes)
+        ranks = ranks_near(everything, self.constraints, self.chart, x, v, sizes)
         moved = self._moved(q0, q, v0, v, sizes)
         return Assembly(q, v, moved, self.notes, self._note_ranks(ranks), ranks.rank)
-
-    def ranks(self, q: np.ndarray, v: np.ndarray) -> Redundancy:
-        """Return the ranks of G at a state on the constraints, and near it."""
-        sizes = self.constraints.characteristic_sizes(q)
-        self.chart = Chart(self.constraints.positions, q)
-        x, scales = self.chart.start, self.constraints.position_scales(q, sizes)
-        return self._ranks(self._problem(x, np.ones(len(x), dtype=bool), sizes, scales), x, v, sizes)
-
-    def _ranks(self, everything: Problem, x: np.ndarray, v: np.ndarray, sizes: np.ndarray) -> Redundancy:
-        def jacobian(place: np.ndarray) -> np.ndarray:
-            return self.constraints.jacobian(self.chart.q(place), v) * sizes
-
-        return find_redundancy(everything, x, jacobian)
 
     def _moved(
         self, q0: np.ndarray, q: np.ndarray, v0: np.ndarray, v: np.ndarray, sizes: np.ndarray
@@ -190,19 +165,7 @@ class _Assembler:
         return self.chart.by_unknowns(x, self.constraints.position_jacobian(self.chart.q(x)))
 
     def _problem(self, x: np.ndarray, free: np.ndarray, sizes: np.ndarray, scales: np.ndarray) -> Problem:
-        """Return the position constraints over the free unknowns of the chart, the others held at `x`."""
-
-        def at(z: np.ndarray) -> np.ndarray:
-            full = x.copy()
-            full[free] = z
-            return full
-
-        return Problem(
-            residual=lambda z: self._residual(at(z)) / scales,
-            jacobian=lambda z: self._jacobian(at(z))[:, free] / scales[:, None],
-            factor=metric(self.constraints.mass(self.chart.q(x))[np.ix_(free, free)]),
-            sizes=sizes[free],
-        )
+        return position_problem(self.constraints, self.chart, x, free, sizes, scales)
 
     def _positions(self, enforced: np.ndarray, sizes: np.ndarray, scales: np.ndarray) -> np.ndarray:
         """Return the position, as unknowns of the chart."""
