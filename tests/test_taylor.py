@@ -124,7 +124,8 @@ def test_observed_order(name, order):
     system, errors = model(name), []
     exact = arrays_for(system, METHODS["taylor"], rtol=1e-15, span=0.8)
     assert exact.advance(0.8, 4000) == at.REACHED_STOP
-    for h in (0.16, 0.04):
+    # At a low order, what follows the last terms is told by them only where steps are short.
+    for h in (0.16, 0.04) if order > 7 else (0.08, 0.02):
         arrays = arrays_for(system, taylor(order), rtol=1e6, span=0.8)
         arrays.control[at.H_MAX] = h
         assert arrays.advance(0.8, 4000) == at.REACHED_STOP

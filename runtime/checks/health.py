@@ -49,7 +49,8 @@ def check(solution: Solution) -> list[HealthCheck]:
     * quaternions: their lengths 1e-12 from 1, as every state is scaled to that.
     * steps: at most 80 % rejected, at most 5 % at the limit of floating-point time.
     * resolution (fixed step): at least 20 steps in the fastest period, and inside the region of stability.
-    * rank: constraints that come to depend on each other on the way are reported, with when and which.
+    * rank: constraints that come to depend on each other on the way are reported, with when and which; steps across a
+      gap between branches of the positions fail.
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
     * missed events, jacobian (Newton's iterations had trouble), stiffness (explicit methods, many steps), negative
       damping and stiffness, poles (fixed steps), accuracy (fixed steps, rtol above 1e-6, chaos): each in its own file.
@@ -64,7 +65,9 @@ def check(solution: Solution) -> list[HealthCheck]:
         return found + ([] if method.adaptive else list(_resolution(solution, method)))
     found.append(_energy(solution, method))
     if solution.system.m:
-        found += [*_constraints(solution, method), *_rank(solution)]
+        from runtime.checks.branches import branches
+
+        found += [*_constraints(solution, method), *_rank(solution), *branches(solution)]
     if solution.system.quaternions:
         found.append(_quaternions(solution))
     found += _steps(solution) if method.adaptive else _resolution(solution, method)

@@ -32,6 +32,9 @@ from runtime.integrate.copying import copy
 # Ratios of pivots are (c d)²: at the first distance interpolation begins, at the second its nearest place is.
 BESIDE, _CLEAR = 6e-3, 6e-3
 _TRIAL = 0.05  # of characteristic sizes: how far c is looked for
+_ROUND_OFF = (
+    2e-15  # what it makes of accelerations at a distance of 1, in parts of size times speed squared, at most
+)
 _FARTHEST = 0.1  # of characteristic sizes: the distance between places at most
 _SAME_SIDE = 0.1  # by how much a distance may differ from the mean of its neighbours if all lie on one side
 # Lagrange's, for the middle of ten places: -5 to -1 and 1 to 5.
@@ -39,13 +42,16 @@ _WEIGHTS = (5.0 / 6.0, -10.0 / 21.0, 5.0 / 28.0, -5.0 / 126.0, 1.0 / 252.0)
 
 
 @jitted
-def accelerations_beside(context, t, b, p, weights, ratio):
+def accelerations_beside(context, t, b, p, weights, rank):
     """Write the accelerations at `b.place`, on the branch, to `b.total`; False where none are found.
+
+    A mechanism that nearly has a change point turns off just before it, in a curve that no interpolation follows: what
+    round-off does not explain is not interpolated.
 
     Parameters
     ----------
-    ratio : float
-        Of last to first pivot at this place; 0 where G has not its usual rank.
+    rank : int
+        Of the factor, which is that of this place at the tolerance ON_BRANCH.
     """
     nq, nv, m = context[NQ], context[NV], context[M]
     if weights.shape[0] == 0 or context[USUAL_RANK] == 0:
@@ -58,7 +64,11 @@ def accelerations_beside(context, t, b, p, weights, ratio):
         speed = max(speed, abs(b.centre[nq + i]) / sizes[i])
     if not (speed > 0.0 and math.isfinite(speed)):
         return False
-    spacing = _spacing(context, t, b, p, weights, _TRIAL / speed, math.sqrt(ratio))
+    here = math.sqrt(least_pivot(b.lower, rank, b.solver)) if rank == context[USUAL_RANK] else 0.0
+    if here > 0.0:
+        _accelerations_here(context, t, b, p, rank)
+        copy(b.step, b.direct)
+    spacing = _spacing(context, t, b, p, weights, _TRIAL / speed, here)
     if not 0.0 < spacing * speed <= _FARTHEST:
         return False
     fill(b.total, 0.0)
@@ -68,6 +78,12 @@ def accelerations_beside(context, t, b, p, weights, ratio):
                 return False
             for i in range(nv):
                 b.total[i] += weight * b.step[i]
+    if here > 0.0:
+        explained = _ROUND_OFF * speed**2 / here**3
+        for i in range(nv):
+            if abs(b.total[i] - b.direct[i]) > explained * sizes[i]:
+                copy(b.direct, b.total)
+                break
     return True
 
 
@@ -98,7 +114,13 @@ def _accelerations_at(context, t, b, p, weights, shift):
     rank = move_to_branch(context, t + shift, b, p, weights)
     if rank < context[USUAL_RANK]:
         return False
-    call_kernel(np.uint64(context[FORCES]), t + shift, b.place, p, b.forces)
-    call_kernel(np.uint64(context[GAMMA]), t + shift, b.place, p, b.target)
-    solve(b, rank)
+    _accelerations_here(context, t + shift, b, p, rank)
     return True
+
+
+@jitted
+def _accelerations_here(context, t, b, p, rank):
+    """Write the accelerations at `b.place` to `b.step`, with the factor as it is."""
+    call_kernel(np.uint64(context[FORCES]), t, b.place, p, b.forces)
+    call_kernel(np.uint64(context[GAMMA]), t, b.place, p, b.target)
+    solve(b, rank)

@@ -69,13 +69,13 @@ def robust_rhs(context, t, y, p, out, weights, order, work):
     n, ny = nq + nv, nq + nv + nw
     b = buffers(context, order, work)
     copy(y[:n], b.place)
-    rank, ratio, beside = 0, 0.0, False
+    rank, on_branch, ratio, beside = 0, 0, 0.0, False
     if context[NEAR_SINGULAR] == 0:
         rank, ratio, _ = factor(context, t, b, p, weights, RANK_TOLERANCE)
     if rank < m:
-        rank = is_on_branch(context, t, b, p, weights) or move_to_branch(context, t, b, p, weights)
-        if rank > 0:
-            rank, ratio = truncated(b.lower, rank, _LEAST_PIVOT)
+        on_branch = is_on_branch(context, t, b, p, weights) or move_to_branch(context, t, b, p, weights)
+        if on_branch > 0:
+            rank, ratio = truncated(b.lower, on_branch, _LEAST_PIVOT)
             beside = rank < context[USUAL_RANK] or ratio < BESIDE**2
         else:
             copy(y[:n], b.place)
@@ -86,8 +86,7 @@ def robust_rhs(context, t, y, p, out, weights, order, work):
     copy(b.step, out[nq:n])
     copy(b.multipliers, out[ny : ny + m])
     out[ny + m] = ratio if rank == m else 0.0
-    at_usual_rank = ratio if rank == context[USUAL_RANK] else 0.0
-    if beside and accelerations_beside(context, t, b, p, weights, at_usual_rank):
+    if beside and accelerations_beside(context, t, b, p, weights, on_branch):
         copy(b.total, out[nq:n])
     if nw and (context[TIME_DEPENDENT] or not math.isfinite(out[n])):
         out[n] = _power(context, t, y, p, out, b)

@@ -10,8 +10,8 @@ RIGHT, REFUSED, FLAGGED = "right", "refused", "flagged"
 WRONG, HANG, CRASH = "WRONG", "HANG", "CRASH"
 BAD = (WRONG, HANG, CRASH)
 MODULES = (
-    "every_method", "stability_limit", "stiffness", "extremes", "tolerances", "singular", "broken_forces", "spans",
-    "events", "random_models", "long_runs",
+    "every_method", "stability_limit", "stiffness", "extremes", "tolerances", "singular", "near_singular",
+    "broken_forces", "spans", "events", "random_models", "long_runs",
 )  # fmt: skip
 
 

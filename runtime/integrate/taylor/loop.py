@@ -38,6 +38,7 @@ from runtime.integrate.layout import (
 from runtime.integrate.projection import project_state, projection_size
 from runtime.integrate.step_control import step_end, too_small
 from runtime.integrate.taylor.step import DEFECT_LIMIT, ROUND_OFF_RTOL, defect, scale_series, series_step
+from runtime.integrate.taylor.tail import add_tail, append_tail, drop_tail, tail_factors
 
 # New state, what rounding lost in it, predicted slope, what was lost before.
 NEW, LOST, SLOPE, CARRY = range(4)
@@ -163,8 +164,10 @@ def advance_taylor(
         if status != RUNNING:
             return status
         old = pair[1 - counters[CURRENT]][: (order + 1) * ny].reshape((order + 1, ny))
-        if needs_dense(sizes, counters, frame_times, t1):
+        dense_wanted = needs_dense(sizes, counters, frame_times, t1)
+        if dense_wanted:
             scale_series(t1 - t0, order, old)
+            append_tail(order, sizes, old)
         count_energy(addresses, control)
         copy(states[NEW], y)
         copy(states[LOST], states[CARRY])
@@ -173,6 +176,8 @@ def advance_taylor(
             addresses, sizes, p, control, counters, t0, t1, y, old, -(order + 1), scratch,
             frame_times, frames, step_log,
         )  # fmt: skip
+        if dense_wanted:
+            drop_tail(order, sizes, old)
         if status == EVENT:
             for i in range(ny):
                 states[CARRY, i] = 0.0
@@ -217,8 +222,11 @@ def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair,
             return (NOT_FINITE if not all_finite(pair[current], (order + 1) * ny) else cause), t
         t1 = step_end(control)
         h = t1 - t
+        before, last = tail_factors(h, order, sizes, old)
         sums[0] = order
         call_kernel(method.sum_address, h, pair[current], states[CARRY], sums)
+        if last != 0.0 or before != 0.0:
+            add_tail(before, last, h, order, sizes, old, states[NEW], states[LOST], states[SLOPE])
         cause = reach_end(method, order, addresses, sizes, p, control, counters, t1, f, pair, states, scratch)
         if cause == RUNNING:
             if t1 >= control[T_STOP]:

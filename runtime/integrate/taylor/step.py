@@ -6,11 +6,13 @@ import numpy as np
 
 from runtime.code.jitted import jitted
 from runtime.integrate.layout import ATOL, H_MAX, NQ, NV, NY, RTOL, H
+from runtime.integrate.taylor.tail import has_tail
 
 LOG_2 = math.log(2.0)
 WINDOW = 4  # coefficients that a step is judged by: symmetry makes up to two in a row vanish
 DEFECT_LIMIT = 5.0
 ROUND_OFF_RTOL = 3e-15
+SHARE, SHARE_WITH_TAIL = 0.5, 1.0  # of the tolerance: the largest of the last terms
 _SIZES = 3  # coefficients that tell how large a rate becomes during a step
 
 
@@ -30,9 +32,10 @@ def series_step(order, sizes, control, series, cell):
     """Return the step [s] over which the terms left out stay below the tolerance.
 
     With terms |v_k| h^k of the rates and the work (orders 0 to p - 1), relative to their sizes,
-    h = min |v_k|^(-1/k) tol^(1/(p-1)) e^(-0.7/(p-1)) over the last terms (Jorba and Zou, Experimental Mathematics 14
+    h = min |v_k|^(-1/k) (0.5 tol)^(1/(p-1)) over the last terms (Jorba and Zou, Experimental Mathematics 14
     (2005), eq. 3-8, with the factor of section 3.2.1), the window extended downward, as far as half the order, until it
     holds a term that is not zero. Higher terms all zero: a polynomial, at rest or in free fall, which any step follows.
+    Where most of what follows the last terms is added to the sum (`tail.py`), they may be twice as large.
 
     Parameters
     ----------
@@ -69,7 +72,8 @@ def series_step(order, sizes, control, series, cell):
             return control[H_MAX]
     # At the limit of round-off, what is left out must not add up over many steps where rounding does not.
     left_out = tolerance if tolerance > ROUND_OFF_RTOL else 1e-3 * tolerance
-    return math.exp(((log2(left_out, cell) - 1.0) / last - highest) * LOG_2)
+    left_out *= SHARE_WITH_TAIL if has_tail(sizes) else SHARE
+    return math.exp((log2(left_out, cell) / last - highest) * LOG_2)
 
 
 @jitted

@@ -1,0 +1,71 @@
+"""Steps across a gap between branches of positions are told from change points, and from motions that turn there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import runtime
+from runtime.checks.branches import branches
+from symgen import Model, cos, sin
+from symgen.link import derive_text
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    """A parallelogram on two points, its bars 0.5, 0.8 and 0.5 m long; `longer` is what the second has besides."""
+    model = Model("parallelogram", gravity=(0, "-9.81 m/s^2"))
+    longer, x, y = model.parameters(longer=0.0), 0, 0
+    for k, (length, start) in enumerate(((0.5, 1.2), (0.8, 0.0), (0.5, 1.2 - np.pi))):
+        length = length + (longer if k == 1 else 0)
+        a = model.coordinate(f"a{k}", **({"start": start, "rate": -8.0} if k == 0 else {"guess": start}))
+        centre = (x + length / 2 * cos(a), y + length / 2 * sin(a))
+        model.body(f"bar{k}", mass=1.0, inertia=0.02, com=centre, angle=a)
+        x, y = x + length * cos(a), y + length * sin(a)
+    model.constraint("end_x", x - 0.8)
+    model.constraint("end_y", y)
+    return runtime.load(derive_text(model).text)
+
+
+def straight_through(system, t_end=0.4):
+    """Return the run through the change point that stays a parallelogram."""
+    solution = system.run(t_end=t_end, method="dop853", rtol=1e-9, atol=1e-11)
+    assert solution.status == "success"
+    np.testing.assert_allclose(solution.q[:, 1], 0.0, rtol=0, atol=1e-6)
+    assert solution.q[0, 0] > 0.0 > solution.q[-1, 0]
+    return solution
+
+
+def test_a_change_point_is_passed(four_bar):
+    solution = straight_through(four_bar)
+    assert list(branches(solution)) == []
+    assert all(check.ok for check in solution.health)
+
+
+def test_a_gap_is_told_and_grows_with_the_root_of_what_opens_it(four_bar):
+    """The same states, under lengths with which branches are hyperbolas about where they met."""
+    solution = straight_through(four_bar)
+    crossing = solution.t[np.argmax(solution.q[:, 0] < 0.0)]
+    for longer in (1e-8, 1e-6, 1e-4):
+        p = solution.p.copy()
+        p[[record["name"] for record in four_bar.parameters].index("longer")] = longer
+        (check,) = branches(replace(solution, p=p))
+        assert not check.ok and check.check == "branch" and "'end_" in check.says
+        assert 0.1 < check.value / np.sqrt(longer) < 10.0
+        assert float(check.says.split("t = ")[1].split(" s")[0]) == pytest.approx(crossing, abs=0.01)
+
+
+@pytest.mark.parametrize("longer", [1e-7, 1e-5, 1e-3])
+def test_series_follow_the_motion_round_the_bend(four_bar, longer):
+    """Where branches do not meet, the loop comes out crossed; all tolerances agree on it."""
+    runs = [
+        four_bar.run(t_end=0.4, method="taylor", rtol=r, atol=0.01 * r, parameters={"longer": longer})
+        for r in (1e-6, 1e-11)
+    ]
+    for run in runs:
+        assert run.status == "success" and all(check.ok for check in run.health), run.health
+    assert abs(runs[0].q[-1, 1]) > 0.1
+    sizes = np.abs(runs[1].states).max(axis=0)
+    assert np.abs((runs[0].states[-1] - runs[1].states[-1]) / sizes).max() < 1e-5
