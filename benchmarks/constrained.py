@@ -44,9 +44,17 @@ def _against_reference(scene: Scene) -> Iterator[str]:
     q = dict(zip((c["name"] for c in system.coordinates), reference.start[: system.nq], strict=True))
     v = dict(zip((r["name"] for r in system.rates), reference.start[system.nq :], strict=True))
     for method, rtol in TIGHT:
-        accuracy = {"step": scene.t_end / STEPS} if rtol is None else {"rtol": rtol, "atol": rtol * scene.atol_ratio}
+        accuracy = (
+            {"step": scene.t_end / STEPS} if rtol is None else {"rtol": rtol, "atol": rtol * scene.atol_ratio}
+        )
         run = system.run(
-            t_end=scene.t_end, at=[scene.t_end], method=method, start=q, rate=v, parameters=scene.parameters, **accuracy
+            t_end=scene.t_end,
+            at=[scene.t_end],
+            method=method,
+            start=q,
+            rate=v,
+            parameters=scene.parameters,
+            **accuracy,
         )
         if run.status != "success":
             yield f"| {scene.name} | {method} | {run.message} | |"

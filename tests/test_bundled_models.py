@@ -145,7 +145,9 @@ def test_rhs_solves_the_equations_of_motion(name):
             reactions = G.T @ multipliers
             gamma = evaluate(system, "gamma", t, q, v)
             scale = max(1.0, np.max(np.abs(G) @ np.abs(acceleration)))
-            kept = [k for k in range(m) if k not in system.dependent]  # the others follow on the constraints only
+            kept = [
+                k for k in range(m) if k not in system.dependent
+            ]  # the others follow on the constraints only
             np.testing.assert_allclose((G @ acceleration)[kept], gamma[kept], rtol=0, atol=1e-9 * scale)
         scale = max(1.0, np.max(np.abs(M) @ np.abs(acceleration)), np.max(np.abs(forces)))
         np.testing.assert_allclose(M @ acceleration, forces + reactions, rtol=0, atol=1e-9 * scale)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _SETTLED = 1e-3  # largest difference between the two finest runs
 _ROUND_OFF = 1e-11  # differences below this need not shrink further
+_ROUNDED = 10 * np.finfo(float).eps  # of a state, by the steps in the time in which errors grow e-fold
 _MOST_GROWN = 1e-6  # nor those of round-off that the motion has made larger, up to this
 _ORDER_SHORTFALL = 0.7  # part of the method's order that must be seen in the last halving
 
@@ -78,7 +79,7 @@ def _round_off(growth: Horizon) -> float:
     """Return how large differences are that come from round-off alone."""
     if growth.rate is None:
         return _ROUND_OFF
-    grown = np.finfo(float).eps * np.exp(min(growth.rate * (growth.t_end - growth.t[0]), 50.0))
+    grown = _ROUNDED * np.exp(min(growth.rate * (growth.t_end - growth.t[0]), 50.0))
     return float(np.clip(grown, _ROUND_OFF, _MOST_GROWN))
 
 
