@@ -125,6 +125,8 @@ class _Mechanism:
             rows = np.linalg.solve(np.linalg.cholesky(self._matrix(self.mass, q, drive)), jacobian.T).T
         except np.linalg.LinAlgError:
             rows = jacobian
+        if not np.isfinite(rows).all():
+            rows = jacobian
         norms = np.linalg.norm(rows, axis=1, keepdims=True)
         return np.divide(rows, norms, out=np.zeros_like(rows), where=norms > 0.0)
 
