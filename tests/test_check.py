@@ -85,7 +85,7 @@ def test_horizon_is_where_digits_are_lost(double, options):
     for digits in (3, 6):
         t = table.horizon.of(digits)
         assert 5.0 < t < 36.0
-        # Errors grow e-fold in a second, and chance decides by what: claims come up to 6.4 s early, none late.
+        # Errors grow e-fold in a second, and chance decides by what: claims come up to 6.4 s early.
         before, after = times <= t, times > t + 7.0
         assert error[before].max() < 3.0 * 10.0**-digits
         assert error[after].min() > 10.0**-digits
