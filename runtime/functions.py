@@ -76,10 +76,11 @@ class ModelFunctions:
         return self._kernel_source(function).python_function(mathematics)
 
     def njit_function(self, function: str) -> Callable:
-        """Return the same text compiled by Numba, an oracle for the kernel."""
-        import runtime.code.numba_setup  # noqa: F401
+        """Return the same text compiled by Numba, an oracle for the kernel; arrays that are too short are refused."""
+        from runtime.code.numba_link import checked
 
-        return self._kernel_source(function).njit_function()
+        source = self._kernel_source(function)
+        return checked(source.njit_function(), source)
 
     def numba(self, function: str) -> Callable:
         """Return `f(t, y, p, out)` for calls from your own `numba.njit` code, at a kernel's speed.
@@ -95,6 +96,7 @@ class ModelFunctions:
         -------
         callable
             `t` a float, `y`, `p` and `out` C-contiguous float64 arrays of one dimension; writes `out` in place.
+            Raises ValueError where one of them is shorter than what the function reads or writes.
         """
         from runtime.code.numba_link import linked_function
 

@@ -138,28 +138,6 @@ print(out.tobytes().hex(), "numba" in sys.modules)
     assert printed[0].split()[1] == "False"  # a kernel needs no Numba
 
 
-@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
-def test_folder_open_to_others_is_refused(tmp_path, monkeypatch):
-    shared = tmp_path / "shared"
-    shared.mkdir()
-    shared.chmod(0o777)
-    monkeypatch.setenv("SYMGEN_CACHE_DIR", str(shared))
-    with pytest.warns(cache.CacheWarning, match="written by everybody"):
-        folder = cache.cache_folder("kernels")
-    assert shared not in folder.parents
-    assert os.access(folder, os.W_OK)
-
-
-@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
-def test_folder_of_another_user_is_refused(tmp_path, monkeypatch):
-    foreign = tmp_path / "foreign"
-    foreign.mkdir()
-    monkeypatch.setattr(os, "geteuid", lambda: foreign.stat().st_uid + 1)
-    monkeypatch.setenv("SYMGEN_CACHE_DIR", str(foreign))
-    with pytest.warns(cache.CacheWarning, match="another user"):
-        assert foreign not in cache.cache_folder("kernels").parents
-
-
 def test_folder_that_cannot_be_made_is_replaced(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("SYMGEN_CACHE_DIR", str(tmp_path / "file" / "below"))

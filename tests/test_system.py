@@ -269,6 +269,50 @@ def test_njit_oracle_and_linked_function_agree():
     np.testing.assert_array_equal(system.kernel("rhs")(0.0, y, p), expected)
 
 
+@pytest.mark.parametrize("way", ["numba", "njit_function"])
+@pytest.mark.parametrize("short", ["y", "p", "out"])
+def test_functions_for_numba_refuse_short_arrays(way, short):
+    system = load("double_pendulum")
+    function = getattr(system, way)("rhs")
+    arrays = {"y": np.array([0.1, 0.2, 0.3, 0.4]), "p": system.parameter_values(), "out": np.zeros(4)}
+    arrays[short] = arrays[short][:-1].copy()
+
+    @numba.njit
+    def use(t, y, p, out):
+        function(t, y, p, out)
+
+    with pytest.raises(ValueError, match="rhs reads 4 values of y and 5 of p, and writes 4 to out"):
+        use(0.0, **arrays)
+    np.testing.assert_array_equal(arrays["out"], 0.0)
+
+
+def test_package_has_no_part_in_the_start_of_other_programs():
+    # An entry point by the name of `runtime` finds any file runtime.py that lies near, and Numba warns of it.
+    assert "numba_extensions" not in (ROOT / "pyproject.toml").read_text()
+
+
+AFTERWARDS = """
+import sys
+import numpy as np, runtime
+from runtime.code.bridge import call_kernel
+system = runtime.load(sys.argv[1])
+import numba
+@numba.njit
+def use(address, y, p, out):
+    call_kernel(address, 0.5, y, p, out)
+out = np.zeros(2)
+assert "runtime.code.bridge_numba" not in sys.modules
+use(np.uint64(system.kernel("rhs").address), np.array([0.3, 1.0]), system.parameter_values(), out)
+assert out[0] == 1.0
+"""
+
+
+def test_numba_learns_of_kernels_when_it_meets_them():
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-W", "error", "-c", AFTERWARDS, str(FIXTURES / "pendulum.py")]
+    subprocess.run(command, env=environment, check=True)
+
+
 BRIDGE = """
 import sys
 import numpy as np, runtime

@@ -8,10 +8,11 @@ import contextlib
 import functools
 import hashlib
 import os
-import stat
 import sys
 import warnings
 from pathlib import Path
+
+from runtime.code.ownership import distrust, make_private, read_own
 
 _MAGIC = b"symgen-cache-1\n"
 _DIGEST_SIZE = hashlib.sha256().digest_size
@@ -21,15 +22,15 @@ missed: collections.Counter[str] = collections.Counter()
 
 
 class CacheWarning(UserWarning):
-    """The cache folder cannot be used; the work is done again in every process."""
+    """The cache folder, or a file in it, cannot be used; the work is done again."""
 
 
 def cache_folder(*parts: str) -> Path:
-    """Return the cache folder, or a folder below it; it exists, is writable, and belongs to the user.
+    """Return the cache folder, or a folder below it; it exists, and only the user can write there.
 
-    `SYMGEN_CACHE_DIR` names it; otherwise it is `symgen` in the platform's place for caches. When that cannot
-    be written, or others could write there, a temporary folder of this process serves instead, with a
-    `CacheWarning`.
+    `SYMGEN_CACHE_DIR` names it; otherwise it is `symgen` in the platform's place for caches. Where it cannot be
+    written, or somebody else could have put code there (see `ownership.distrust`), a temporary folder of this process
+    serves instead, with a `CacheWarning`.
 
     Parameters
     ----------
@@ -40,11 +41,8 @@ def cache_folder(*parts: str) -> Path:
     -------
     folder : Path
     """
-    folder = _prepared(os.environ.get("SYMGEN_CACHE_DIR") or str(_platform_folder()))
-    if parts:
-        folder = folder.joinpath(*parts)
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    return folder
+    folder = trusted_folder(os.environ.get("SYMGEN_CACHE_DIR") or str(_platform_folder()))
+    return trusted_folder(os.path.join(folder, *parts)) if parts else folder
 
 
 def _platform_folder() -> Path:
@@ -59,35 +57,26 @@ def _platform_folder() -> Path:
     return home / ".cache" / "symgen"
 
 
-@functools.lru_cache(maxsize=8)
-def _prepared(path: str) -> Path:
+@functools.lru_cache(maxsize=64)
+def trusted_folder(path: str) -> Path:
+    """Return the folder at `path`, made if it is missing; a temporary one, with a warning, if it cannot be trusted."""
     folder = Path(path).expanduser().absolute()
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        cause = _distrust(folder) or ("" if os.access(folder, os.W_OK | os.X_OK) else "is not writable")
+        make_private(folder)
+        cause = distrust(folder) or ("" if os.access(folder, os.W_OK | os.X_OK) else "is not writable")
     except OSError as error:
         cause = f"cannot be made ({error.strerror or error})"
     if not cause:
         return folder
+    private = _temporary_folder() / folder.name
+    private.mkdir(mode=0o700, exist_ok=True)
     warnings.warn(
-        f"the cache folder {folder} {cause}: compiled code is not kept; "
-        "set SYMGEN_CACHE_DIR to a folder of your own",
+        f"the cache folder {folder} {cause}: compiled code is not taken from there, nor kept; "
+        "set SYMGEN_CACHE_DIR to a folder that only you can write to",
         CacheWarning,
         stacklevel=3,
     )
-    return _temporary_folder()
-
-
-def _distrust(folder: Path) -> str:
-    """Say why machine code in `folder` must not be run: someone else could have put it there."""
-    if os.name != "posix":
-        return ""
-    status = folder.stat()
-    if status.st_uid != os.geteuid():
-        return "belongs to another user"
-    if status.st_mode & stat.S_IWOTH:
-        return "can be written by everybody"
-    return ""
+    return private
 
 
 @functools.lru_cache(maxsize=1)
@@ -95,7 +84,15 @@ def _temporary_folder() -> Path:
     import shutil
     import tempfile
 
-    folder = tempfile.mkdtemp(prefix="symgen-")
+    places = [tempfile.gettempdir(), "/tmp", "/var/tmp", str(Path.home())]
+    # Whoever can write to the folder above could put another one in its place.
+    safe = (x for x in places if os.path.isdir(x) and not distrust(Path(x), on_the_way=True))
+    above = next(safe, None)
+    if above is None:
+        raise OSError(
+            "no folder for temporary files is safe from other users: set TMPDIR to one that is yours"
+        )
+    folder = tempfile.mkdtemp(prefix="symgen-", dir=above)
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return Path(folder)
 
@@ -120,12 +117,17 @@ def store(path: Path, content: bytes) -> bool:
 
 
 def fetch(path: Path) -> bytes | None:
-    """Return what `store` wrote to `path`; None when it is missing, torn or altered (then it is removed)."""
-    try:
-        data = path.read_bytes()
-    except OSError:
+    """Return what `store` wrote to `path`; None when it is missing, torn, altered or not the user's own.
+
+    What cannot be used is removed. The folder must be one of `cache_folder`.
+    """
+    data, fault = read_own(path)
+    if fault:
+        warnings.warn(f"{path} {fault}: it is not used, but made anew", CacheWarning, stacklevel=2)
+    if data is None and not fault:
         missed[path.parent.name] += 1
         return None
+    data = data or b""
     head = len(_MAGIC) + _DIGEST_SIZE
     content = data[head:]
     if data[: len(_MAGIC)] == _MAGIC and data[len(_MAGIC) : head] == hashlib.sha256(content).digest():

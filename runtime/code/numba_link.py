@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
 from collections.abc import Callable
 
@@ -29,11 +28,24 @@ def linked_function(source: KernelSource) -> Callable:
     text, _ = source.lower(symbol)
     linked = _intrinsic(symbol, source.name, text)
 
-    @njit(error_model="numpy")
-    def function(t, y, p, out):
-        linked(t, y, p, out)
+    return checked(linked, source)
 
-    return functools.update_wrapper(function, function.py_func)
+
+def checked(function: Callable, source: KernelSource) -> Callable:
+    """Return a jitted `f(t, y, p, out)` that calls `function` if its arrays are long enough for it.
+
+    Machine code checks no index: it would write behind an array that is short.
+    """
+    n_y, n_p, n_out = source.lengths.y, source.lengths.p, source.lengths.out
+    too_short = f"{source.name} reads {n_y} values of y and {n_p} of p, and writes {n_out} to out: an array is shorter"
+
+    @njit(error_model="numpy", inline="always")
+    def sized(t, y, p, out):
+        if y.size < n_y or p.size < n_p or out.size < n_out:
+            raise ValueError(too_short)
+        function(t, y, p, out)
+
+    return sized
 
 
 def _intrinsic(symbol: str, name: str, text: str):

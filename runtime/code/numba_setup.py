@@ -7,6 +7,7 @@ import functools
 import hashlib
 import os
 import platform
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,8 @@ import numba
 from numba import config
 
 import runtime.code.bridge_numba  # noqa: F401
-from runtime.code.cache import cache_folder, prune
+from runtime.code.cache import cache_folder, prune, trusted_folder
+from runtime.code.ownership import foreign_below
 
 DISABLE_JIT = bool(config.DISABLE_JIT)
 _KEPT_CACHES = 3
@@ -43,13 +45,17 @@ def sources_hash() -> str:
 def numba_cache_folder() -> Path:
     """Return the folder of compiled integrators, named by `sources_hash`; older ones beside it are removed.
 
-    It lies below `NUMBA_CACHE_DIR` where the user set that, else in the cache folder.
+    It lies below `NUMBA_CACHE_DIR` where the user set that, else in the cache folder. Numba unpickles and executes
+    what it finds there, so the folder is closed to all others, and emptied if something in it is not the user's.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
-    base = Path(chosen) if chosen else cache_folder("numba")
-    folder = base / f"symgen-{sources_hash()}"
+    base = trusted_folder(chosen) if chosen else cache_folder("numba")
+    folder = trusted_folder(str(base / f"symgen-{sources_hash()}"))
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        folder.chmod(0o700)
+        if foreign_below(folder):
+            shutil.rmtree(folder)
+            folder.mkdir(mode=0o700)
         os.utime(folder)
     except OSError:
         return cache_folder("numba")
