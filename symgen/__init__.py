@@ -6,7 +6,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sympy import acos, asin, atan, atan2, cos, cosh, exp, log, pi, sign, sin, sinh, sqrt, tan, tanh
+    from sympy import acos, asin, atan, atan2, cos, cosh, erf, exp, log, pi, sign, sin, sinh, sqrt, tan, tanh
 
     from .model.functions import dot, maximum, minimum, t
     from .model.model import Model
@@ -21,6 +21,7 @@ __all__ = [
     "cos",
     "cosh",
     "dot",
+    "erf",
     "exp",
     "log",
     "maximum",

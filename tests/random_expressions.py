@@ -10,13 +10,15 @@ from types import SimpleNamespace
 from hypothesis import reject
 from hypothesis import strategies as st
 
-from symgen.derive.graph.graph import UNARY, Graph
+from runtime.graph.functions import IN_CODE
+from symgen.derive.graph.graph import Graph
 from symgen.derive.graph.kinds import PARAM, Q, V
 from symgen.derive.graph.nodes import FoldingError
 
 VARIABLES = ((Q, 0), (Q, 1), (V, 0), (V, 1), (PARAM, 0))
 CONSTANTS = (-2.0, 0.5, 3.0)
 EXPONENTS = (-2.5, -2.0, -1.0, -0.5, 0.0, 0.3, 0.5, 1.0, 1.5, 2.0, 3.0, 7.0)
+UNARY = [name for name, function in IN_CODE.items() if function.arity == (1, 1)]
 OFFSET = 0.1378  # keeps the kinks of select, abs, min and max away from ties, which rounding would decide
 
 
@@ -50,11 +52,8 @@ class Direct:
     def pow(self, a, b):
         return self.lib.pow(a, b)
 
-    def atan2(self, a, b):
-        return self.lib.atan2(a, b)
-
-    def unary(self, name, a):
-        return getattr(self.lib, name)(a)
+    def call(self, name, *args):
+        return getattr(self.lib, name)(*args)
 
     def select(self, a, b, then, otherwise):
         return then if real(a) < real(b) else otherwise
@@ -96,12 +95,18 @@ def _complex_asin(z):
     return complex(math.asin(z.real), z.imag / math.sqrt(1.0 - z.real**2))
 
 
+def _complex_erf(z):
+    z = complex(z)
+    return complex(math.erf(z.real), 2.0 / math.sqrt(math.pi) * math.exp(-(z.real**2)) * z.imag)
+
+
 # Functions of complex numbers for the complex step: f'(x) = Im f(x + ih) / h.
 COMPLEX = SimpleNamespace(
-    **{name: getattr(cmath, name) for name in UNARY if name not in ("fabs", "asin", "acos")},
+    **{name: getattr(cmath, name) for name in UNARY if hasattr(cmath, name) and name not in ("asin", "acos")},
     asin=_complex_asin,
     acos=_complex_acos,
     fabs=lambda z: -z if real(z) < 0 else z,
+    erf=_complex_erf,
     pow=_complex_pow,
     atan2=_complex_atan2,
 )
@@ -121,25 +126,25 @@ OPERATIONS: dict[str, Callable] = {
     "neg": lambda a, x, *_: a.neg(x),
     "div": lambda a, x, y, *_: a.div(x, _one_plus_square(a, y)),
     "inverse": lambda a, x, *_: a.div(a.const(-3.0), a.neg(_one_plus_square(a, x))),
-    "pow": lambda a, x, y, *_: a.pow(_one_plus_square(a, x), a.unary("sin", y)),
-    "atan2": lambda a, x, y, *_: a.atan2(x, a.add(y, a.const(OFFSET))),
-    "atan2_neg": lambda a, x, y, *_: a.atan2(a.neg(_one_plus_square(a, x)), y),
+    "pow": lambda a, x, y, *_: a.pow(_one_plus_square(a, x), a.call("sin", y)),
+    "atan2": lambda a, x, y, *_: a.call("atan2", x, a.add(y, a.const(OFFSET))),
+    "atan2_neg": lambda a, x, y, *_: a.call("atan2", a.neg(_one_plus_square(a, x)), y),
     "select": lambda a, x, y, z, w: a.select(x, a.add(y, a.const(OFFSET)), z, w),
     "minimum": lambda a, x, y, *_: a.minimum(x, a.add(y, a.const(OFFSET))),
     "maximum": lambda a, x, y, *_: a.maximum(a.sub(x, a.const(OFFSET)), y),
     "sign": lambda a, x, *_: a.sign(a.add(x, a.const(OFFSET))),
-    "fabs": lambda a, x, *_: a.unary("fabs", a.add(x, a.const(OFFSET))),
-    "sqrt": lambda a, x, *_: a.unary("sqrt", _one_plus_square(a, x)),
-    "log": lambda a, x, *_: a.unary("log", _one_plus_square(a, x)),
+    "fabs": lambda a, x, *_: a.call("fabs", a.add(x, a.const(OFFSET))),
+    "sqrt": lambda a, x, *_: a.call("sqrt", _one_plus_square(a, x)),
+    "log": lambda a, x, *_: a.call("log", _one_plus_square(a, x)),
     "circle": lambda a, x, y, *_: a.add(
-        a.mul(y, a.mul(a.unary("sin", x), a.unary("sin", x))),
-        a.mul(y, a.mul(a.unary("cos", x), a.unary("cos", x))),
+        a.mul(y, a.mul(a.call("sin", x), a.call("sin", x))),
+        a.mul(y, a.mul(a.call("cos", x), a.call("cos", x))),
     ),
     **{
-        name: lambda a, x, *_, name=name: a.unary(name, a.div(x, _one_plus_square(a, x)))
+        name: lambda a, x, *_, name=name: a.call(name, a.div(x, _one_plus_square(a, x)))
         for name in ("asin", "acos", "tan", "exp", "sinh", "cosh")
     },
-    **{name: lambda a, x, *_, name=name: a.unary(name, x) for name in ("sin", "cos", "atan", "tanh")},
+    **{name: lambda a, x, *_, name=name: a.call(name, x) for name in ("sin", "cos", "atan", "tanh", "erf")},
     **{f"power{e}": lambda a, x, *_, e=e: a.power(_one_plus_square(a, x), e) for e in EXPONENTS},
 }
 
@@ -180,8 +185,8 @@ def evaluate(g: Graph, outputs: list[int], values: dict[int, complex], lib=math)
         op, args = g.op[node], g.args[node]
         if op == "const":
             result[node] = args[0]
-        elif op in UNARY:
-            result[node] = direct.unary(op, result[args[0]])
+        elif op in IN_CODE:
+            result[node] = direct.call(op, *(result[x] for x in args))
         else:
             result[node] = getattr(direct, op)(*(result[x] for x in args))
     return [result[n] for n in outputs]

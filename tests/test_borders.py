@@ -17,6 +17,8 @@ FILES = sorted(
 RUNTIME = [f for f in FILES if f.startswith("runtime/")]
 SYMGEN = [f for f in FILES if f.startswith("symgen/")]
 RECORDING_DOOR = "runtime/recording/rrd/"
+# Knows neither SymPy nor text; its own imports are tested below.
+SHARED = "runtime.graph"
 DECLARED = {"sympy", "numba", "llvmlite", "numpy", "scipy", "click", "rich", "rerun", "pyarrow", "matplotlib"}
 # A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
 EXECUTES = {"symgen/model/library.py", "runtime/code/grammar.py"}
@@ -38,6 +40,8 @@ def imports(file: str) -> set[str]:
         if isinstance(node, ast.Import):
             found |= {alias.name.split(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
+            if node.module and node.module.startswith(SHARED):
+                continue
             found.add(absolute(file, node))
         elif isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in (
             "import_module",
@@ -70,6 +74,11 @@ def test_runtime_imports_neither_sympy_nor_symgen(file):
 def test_symgen_reaches_runtime_only_in_the_link_and_the_commands(file):
     if file != "symgen/link.py" and not file.startswith("symgen/cli/"):
         assert "runtime" not in imports(file)
+
+
+@pytest.mark.parametrize("file", [f for f in RUNTIME if f.startswith("runtime/graph/")])
+def test_what_both_halves_import_needs_neither(file):
+    assert not imports(file) & {"runtime", "symgen", "numpy", *HEAVY}
 
 
 @pytest.mark.parametrize("file", FILES)

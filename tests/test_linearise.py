@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 
 import numpy as np
 import pytest
@@ -205,23 +204,6 @@ def test_inputs_over_time_have_their_value_at_the_time():
     system = m.derive()
     assert system.linearise(t=2.0).q[0] == pytest.approx(0.5, rel=1e-12)
     assert system.linearise(t=2.0, parameters={"F": 3.0}).q[0] == pytest.approx(0.3, rel=1e-12)
-
-
-FUNCTIONS = {
-    "sin": 0.4, "cos": 0.4, "tan": 0.4, "asin": 0.4, "acos": 0.4, "atan": 0.4, "sinh": 0.4, "cosh": 0.4, "tanh": 0.4,
-    "exp": 0.4, "log": 0.4, "sqrt": 0.4, "fabs": -0.4,
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_derivatives_of_functions(name):
-    at = FUNCTIONS[name]
-    slope = _MATHEMATICS[name](Dual(at, np.array([1.0, 2.0]))).slope
-    function = getattr(math, name)
-    expected = (
-        8 * (function(at + 1e-3) - function(at - 1e-3)) - function(at + 2e-3) + function(at - 2e-3)
-    ) / 12e-3
-    np.testing.assert_allclose(slope, [expected, 2.0 * expected], rtol=1e-9)
 
 
 def test_derivatives_go_through_loops_choices_and_arrays():

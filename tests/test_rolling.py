@@ -108,7 +108,7 @@ def test_text_does_not_grow_with_a_chain(name):
 
 def test_a_long_sum_is_made_in_a_loop():
     g = Graph()
-    terms = [g.unary("sin", g.var(Q, k)) for k in range(40)]
+    terms = [g.call("sin", g.var(Q, k)) for k in range(40)]
     total = g.zero
     for k, term in enumerate(terms):
         total = g.sub(total, term) if k % 2 else g.add(total, term)
@@ -121,7 +121,7 @@ def test_a_recurrence_is_one_loop_in_its_order():
     g = Graph()
     a, kept = g.var(Q, 0), []
     for k in range(30):
-        a = g.unary("sin", g.mul(g.add(a, g.var(Q, k)), g.var(PARAM, 0)))
+        a = g.call("sin", g.mul(g.add(a, g.var(Q, k)), g.var(PARAM, 0)))
         kept.append(a)
     found = schedule(g, list(enumerate(kept)))
     largest = max((group for stage in found.stages for group in stage), key=lambda group: len(group.members))
@@ -135,8 +135,8 @@ def test_circles_are_taken_apart():
     g = Graph()
     a, b, kept = g.var(Q, 0), g.var(Q, 1), []
     for _ in range(6):
-        a = g.unary("sin", g.mul(a, b))
-        b = g.unary("cos", g.mul(a, b))
+        a = g.call("sin", g.mul(a, b))
+        b = g.call("cos", g.mul(a, b))
         kept += [a, b]
     found = schedule(g, list(enumerate(kept)))
     made: set[int] = set()
@@ -151,7 +151,7 @@ def test_circles_are_taken_apart():
 def test_what_does_not_repeat_is_not_short():
     g = Graph()
     x = g.var(Q, 0)
-    different = [g.mul(g.const(2.0 + k), g.unary("sin", g.mul(g.const(3.0 + k), x))) for k in range(12)]
+    different = [g.mul(g.const(2.0 + k), g.call("sin", g.mul(g.const(3.0 + k), x))) for k in range(12)]
     assert not schedule(g, list(enumerate(different))).is_short()
-    equal = [g.unary("sin", g.mul(g.const(3.0), g.var(Q, k))) for k in range(3 * FEWEST)]
+    equal = [g.call("sin", g.mul(g.const(3.0), g.var(Q, k))) for k in range(3 * FEWEST)]
     assert schedule(g, list(enumerate(equal))).is_short()

@@ -8,7 +8,7 @@ import threading
 
 import llvmlite.binding as llvm
 
-from runtime.code.llvm_text import LIBM
+from runtime.code.llvm_text import LIBRARY
 
 OPTIMISATION_LEVEL = 2
 _lock = threading.RLock()
@@ -90,7 +90,7 @@ def initialise() -> None:
 
 def _provide_libm() -> None:
     """Tell LLVM where libm's functions are, if the process does not export them."""
-    missing = [name for name in LIBM if not llvm.address_of_symbol(name)]
+    missing = [name for name in LIBRARY if not llvm.address_of_symbol(name)]
     if missing:
         library = ctypes.CDLL("ucrtbase") if hasattr(ctypes, "windll") else ctypes.CDLL(None)
         for name in missing:

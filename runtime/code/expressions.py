@@ -6,8 +6,9 @@ import ast
 from typing import NoReturn
 
 from runtime.code.grammar import MATH_FUNCTIONS, FunctionText, affine, table_name
-from runtime.code.llvm_text import BINARY, Index, constant
+from runtime.code.llvm_text import Index, constant
 from runtime.code.straight_line import StraightLine
+from runtime.graph.functions import IN_CODE
 
 _INSTRUCTIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _COMPARISONS = {ast.Lt: "olt", ast.LtE: "ole"}
@@ -154,7 +155,7 @@ class ExpressionLowering:
         name = node.func.id if type(node.func) is ast.Name else ""
         if name not in MATH_FUNCTIONS:
             self._refuse(node, f"only these functions can be called: {', '.join(sorted(MATH_FUNCTIONS))}")
-        arity = 2 if name in BINARY else 1
+        arity = IN_CODE[name].arity[0]
         if node.keywords or len(node.args) != arity:
             self._refuse(node, f"{name} takes {arity} argument{'s' * (arity > 1)}")
         return self.code.call(name, [self._nested(argument) for argument in node.args])

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import ast
 import gc
-import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NoReturn
 
-from runtime.code.llvm_text import INTRINSICS, LIBM, Index
+from runtime.code.llvm_text import Index
 from runtime.errors import ModuleError
+from runtime.graph.functions import IN_CODE
 
-MATH_FUNCTIONS = frozenset((*INTRINSICS, *LIBM))
+MATH_FUNCTIONS = frozenset(IN_CODE)
 ARGUMENTS = ("t", "y", "p", "out")
 
 _HOISTED = re.compile(r"c[0-9]+")
@@ -118,7 +118,7 @@ class FunctionText:
 
         tree = ast.parse(self.text)
         ast.increment_lineno(tree, self.first_line - 1)
-        functions = {key: getattr(math, key) for key in MATH_FUNCTIONS} | dict(mathematics or {})
+        functions = {key: function.value for key, function in IN_CODE.items()} | dict(mathematics or {})
         for solvers in (dense_ldl, front_ldl):
             functions |= {key: decorate(getattr(solvers, key)) for key in solvers.SOLVERS if key in self.text}
         namespace = {"__builtins__": {}, "__name__": self.name, "range": range, **self.tables, **functions}

@@ -5,16 +5,10 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "pow", "copysign")
-LIBM = ("tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh")
-BINARY = ("pow", "copysign", "atan2")
-PREPARED = "_prepared"  # ends the symbol of a function that takes a prepared `p`
+from runtime.graph.functions import IN_CODE
 
-# What LLVM calls them.
-MATH_SYMBOLS = {
-    **{name: f"llvm.{name}.f64" for name in INTRINSICS},
-    **{name: name for name in LIBM},
-}
+LIBRARY = tuple(name for name, function in IN_CODE.items() if function.llvm == "library")
+PREPARED = "_prepared"  # ends the symbol of a function that takes a prepared `p`
 
 
 @dataclass(frozen=True)
@@ -82,12 +76,18 @@ def constant(value: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 
+def math_symbol(function: str) -> str:
+    """Return what LLVM calls a mathematical function."""
+    return f"llvm.{function}.f64" if IN_CODE[function].llvm == "intrinsic" else function
+
+
+def math_declaration(function: str) -> str:
+    """Return the IR that declares a mathematical function."""
+    parameters = ", ".join(["double"] * IN_CODE[function].arity[0])
+    attributes = "" if IN_CODE[function].llvm == "intrinsic" else " nounwind willreturn memory(none)"
+    return f"declare double @{math_symbol(function)}({parameters}){attributes}"
+
+
 def declarations(called: set[str]) -> str:
     """Return the IR that declares mathematical functions."""
-    return "".join(map(_declaration, sorted(called)))
-
-
-def _declaration(function: str) -> str:
-    parameters = "double, double" if function in BINARY else "double"
-    attributes = "" if function in INTRINSICS else " nounwind willreturn memory(none)"
-    return f"declare double @{MATH_SYMBOLS[function]}({parameters}){attributes}\n"
+    return "".join(f"{math_declaration(function)}\n" for function in sorted(called))

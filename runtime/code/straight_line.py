@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from runtime.code import dense_ldl, front_ldl
-from runtime.code.llvm_text import MATH_SYMBOLS, Index, call_arguments, function, loop
+from runtime.code.llvm_text import Index, call_arguments, function, loop, math_symbol
 
 # LLVM's time per line, be it an operation, a load or a store, grows with the length of a function.
 PIECE_LINES = 600
@@ -48,7 +48,7 @@ class StraightLine:
         """Write the call of a mathematical function."""
         self.called.add(function)
         passed = ", ".join(f"double {argument}" for argument in arguments)
-        return self._value(f"call double @{MATH_SYMBOLS[function]}({passed})")
+        return self._value(f"call double @{math_symbol(function)}({passed})")
 
     def select(self, comparison: str, left: str, right: str, chosen: str, other: str) -> str:
         """Write `chosen if left < right else other`; comparison is olt or ole."""

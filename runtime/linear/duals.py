@@ -6,11 +6,13 @@ Forward mode: Griewank, Walther, Evaluating Derivatives, 2nd ed. (2008), chapter
 from __future__ import annotations
 
 import math
+import operator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from runtime.errors import RuntimeModelError
+from runtime.graph.functions import IN_CODE, sign, slopes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -133,16 +135,35 @@ def _value(x: Number) -> float:
     return x.value if isinstance(x, Dual) else x
 
 
-def _lifted(
-    function: Callable[[float], float], slope: Callable[[float, float], float]
-) -> Callable[[Number], Number]:
-    """Return `function` for both kinds of numbers; `slope(x, function(x))` is its derivative."""
+class _Numbers:
+    """The arithmetic of plain numbers, for derivatives of the table."""
 
-    def lifted(x: Number) -> Number:
-        if not isinstance(x, Dual):
-            return function(x)
-        value = function(x.value)
-        return Dual(value, slope(x.value, value) * x.slope) if x.slope.any() else Dual(value, x.slope)
+    const = staticmethod(float)
+    neg = staticmethod(operator.neg)
+    add = staticmethod(operator.add)
+    sub = staticmethod(operator.sub)
+    mul = staticmethod(operator.mul)
+    sign = staticmethod(sign)
+
+    @staticmethod
+    def call(name: str, *args: float) -> float:
+        return IN_CODE[name].value(*args)
+
+
+def _lifted(name: str) -> Callable[..., Number]:
+    """Return a function of the table for both kinds of numbers."""
+    function = IN_CODE[name].value
+
+    def lifted(*args: Number) -> Number:
+        values = [_value(x) for x in args]
+        value = function(*values)
+        found: Number = value
+        if any(isinstance(x, Dual) and x.slope.any() for x in args):
+            for x, (above, below) in zip(args, slopes(_Numbers, name, values, value), strict=True):
+                if isinstance(x, Dual):
+                    found = found + Dual(0.0, (above if below is None else above / below) * x.slope)
+            return found
+        return next((Dual(value, x.slope) for x in args if isinstance(x, Dual)), value)
 
     return lifted
 
@@ -167,31 +188,5 @@ def _copysign(size: Number, sign: Number) -> Number:
     )
 
 
-def _atan2(y: Number, x: Number) -> Number:
-    b, a = _value(y), _value(x)
-    result: Number = math.atan2(b, a)
-    if isinstance(y, Dual):
-        result = Dual(0.0, a / (a * a + b * b) * y.slope) + result
-    if isinstance(x, Dual):
-        result = Dual(0.0, -b / (a * a + b * b) * x.slope) + result
-    return result
-
-
-_MATHEMATICS = {
-    "sin": _lifted(math.sin, lambda x, _: math.cos(x)),
-    "cos": _lifted(math.cos, lambda x, _: -math.sin(x)),
-    "tan": _lifted(math.tan, lambda _, y: 1.0 + y * y),
-    "asin": _lifted(math.asin, lambda x, _: 1.0 / math.sqrt(1.0 - x * x)),
-    "acos": _lifted(math.acos, lambda x, _: -1.0 / math.sqrt(1.0 - x * x)),
-    "atan": _lifted(math.atan, lambda x, _: 1.0 / (1.0 + x * x)),
-    "sinh": _lifted(math.sinh, lambda x, _: math.cosh(x)),
-    "cosh": _lifted(math.cosh, lambda x, _: math.sinh(x)),
-    "tanh": _lifted(math.tanh, lambda _, y: 1.0 - y * y),
-    "exp": _lifted(math.exp, lambda _, y: y),
-    "log": _lifted(math.log, lambda x, _: 1.0 / x),
-    "sqrt": _lifted(math.sqrt, lambda _, y: 0.5 / y),
-    "fabs": _lifted(math.fabs, lambda x, _: math.copysign(1.0, x) if x else 0.0),
-    "pow": _pow,
-    "copysign": _copysign,
-    "atan2": _atan2,
-}
+# Powers and `copysign` have derivatives where those of the table have none: 0^n, and a sign that does not change.
+_MATHEMATICS = {name: _lifted(name) for name in IN_CODE} | {"pow": _pow, "copysign": _copysign}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.graph.functions import IN_CODE
 from runtime.module import DECORATOR
 
 from .recorder import RunRecorder
@@ -95,16 +96,10 @@ def module_text(system: System) -> str:
     if hashlib.sha256(text.encode()).hexdigest() == system.source.text_hash:
         return text
     header = pprint.pformat(system.source.header, sort_dicts=False, width=110)
-    used = ", ".join(_MATH)
+    used = ", ".join(sorted(IN_CODE))
     functions = [f"{DECORATOR}\n{function}" for function in system.source.functions.values()]
     start = f'"""{system.name}"""\n\nfrom math import {used}\n\nfrom numba import njit\n\nMODEL = {header}\n'
     return "\n\n".join([start, *functions])
-
-
-_MATH = (
-    "acos", "asin", "atan", "atan2", "copysign", "cos", "cosh", "exp", "fabs", "log", "pow", "sin", "sinh",
-    "sqrt", "tan", "tanh",
-)  # fmt: skip
 
 
 def _frames_before(solution: Solution, event: EventRecord) -> int:

@@ -5,7 +5,7 @@ A value is the text of a constant or of an SSA name, or None: zero, of which not
 
 from __future__ import annotations
 
-from runtime.code.llvm_text import BINARY, INTRINSICS, LIBM, constant
+from runtime.code.llvm_text import constant, math_declaration, math_symbol
 from runtime.taylor.sincos import DECLARATIONS, sincos_function
 
 PIECE_OPERATIONS = 400
@@ -146,12 +146,9 @@ class Code:
 
     def call(self, function: str, arguments: list[str]) -> str:
         """A mathematical function, as `runtime.code.llvm_text` calls it."""
-        target = f"llvm.{function}.f64" if function in INTRINSICS else function
-        types = "double, double" if function in BINARY else "double"
-        attributes = " nounwind willreturn memory(none)" if function in LIBM else ""
-        self._called.add(f"declare double @{target}({types}){attributes}")
+        self._called.add(math_declaration(function))
         passed = ", ".join(f"double {self.use(a)}" for a in arguments)
-        return self.value(f"call double @{target}({passed})")
+        return self.value(f"call double @{math_symbol(function)}({passed})")
 
     def sincos(self, angle: str) -> tuple[str, str]:
         """Sine and cosine of an angle."""

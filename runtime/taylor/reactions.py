@@ -95,7 +95,7 @@ def _coefficient_and_sense(
     if not switch.get("smooth"):
         return coefficient, graph.parameter(_setting(system, "sense", switch["name"]))
     squares = graph.add(graph.mul(speed, speed), graph.mul(width, width))
-    return coefficient, graph.div(speed, graph.call("sqrt", (squares,)))
+    return coefficient, graph.div(speed, graph.call("sqrt", squares))
 
 
 def _setting(system: System, key: str, name: str) -> int:
@@ -123,5 +123,5 @@ def _slopes(
     total = graph.number(0.0)
     for multiplier in multipliers:
         total = graph.add(total, graph.mul(multiplier, multiplier))
-    magnitude = graph.call("sqrt", (total,))
+    magnitude = graph.call("sqrt", total)
     return [graph.div(multiplier, magnitude) for multiplier in multipliers]

@@ -167,7 +167,7 @@ class _Reader:
         if isinstance(node, ast.BinOp):
             return self._binary(node)
         if isinstance(node, ast.Call):
-            return g.call(node.func.id, tuple(self.value(a) for a in node.args))
+            return g.call(node.func.id, *(self.value(a) for a in node.args))
         if isinstance(node, ast.IfExp):
             left, right = self.value(node.test.left), self.value(node.test.comparators[0])
             comparison = _COMPARISONS[type(node.test.ops[0])]

@@ -38,7 +38,7 @@ class Reaction:
     def normal(self, g: Graph, multipliers: list[int]) -> int:
         """N(λ)."""
         own = [multipliers[k] for k in self.rows]
-        return g.unary("sqrt", g.add(g.dot(own, own), g.const(_NO_FORCE))) if self.is_magnitude else own[0]
+        return g.call("sqrt", g.add(g.dot(own, own), g.const(_NO_FORCE))) if self.is_magnitude else own[0]
 
     def weights(self, g: Graph, multipliers: list[int]) -> dict[int, int]:
         """∂N/∂λ, by the numbers of the multipliers."""
@@ -103,7 +103,7 @@ class Levels:
             rows.append(row)
             right.append(g.sub(g.mul(r.coefficient, r.normal(g, multipliers)), levels[j]))
             own = [columns[j][n + i] for i in r.rows]
-            steepest = g.mul(r.coefficient, g.unary("sqrt", g.dot(own, own))) if r.is_magnitude else g.zero
+            steepest = g.mul(r.coefficient, g.call("sqrt", g.dot(own, own))) if r.is_magnitude else g.zero
             widest.append(g.sub(g.one, steepest))
         pivots = _eliminate(g, rows, right)
         change = [g.zero] * k

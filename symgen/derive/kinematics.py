@@ -245,7 +245,7 @@ def _rotation(loader: Loader, steps: list[tuple[str, int]]) -> tuple[Matrix, Vec
     for axis, angle in steps:
         k = AXES[axis]
         i, j = (k + 1) % 3, (k + 2) % 3
-        c, s = g.unary("cos", angle), g.unary("sin", angle)
+        c, s = g.call("cos", angle), g.call("sin", angle)
         for row in matrix:
             row[i], row[j] = (
                 g.add(g.mul(row[i], c), g.mul(row[j], s)),

@@ -9,12 +9,10 @@ import sympy
 from sympy.core.function import AppliedUndef
 
 from ..errors import ModelError
-from ..model.functions import dot, maximum, minimum
+from ..model.functions import OF_CLASS, dot
 from .graph.differentiate import forward
-from .graph.graph import UNARY, Graph
+from .graph.graph import Graph
 from .graph.nodes import FoldingError
-
-FUNCTIONS = {getattr(sympy, name): name for name in UNARY if name != "fabs"} | {sympy.Abs: "fabs"}
 
 
 class Loader:
@@ -99,21 +97,15 @@ class Loader:
         if isinstance(e, sympy.Pow):
             if e.exp.is_Number:
                 return g.power(memo[e.base], float(e.exp))
-            return g.unary("exp", memo[e.exp]) if e.base is sympy.E else g.pow(memo[e.base], memo[e.exp])
+            return g.call("exp", memo[e.exp]) if e.base is sympy.E else g.pow(memo[e.base], memo[e.exp])
         if isinstance(e, dot):
             return self._total_derivative(memo[e.args[0]])
-        if isinstance(e, minimum):
-            return g.minimum(memo[e.args[0]], memo[e.args[1]])
-        if isinstance(e, maximum):
-            return g.maximum(memo[e.args[0]], memo[e.args[1]])
-        if e.func in FUNCTIONS:
-            return g.unary(FUNCTIONS[e.func], memo[e.args[0]])
-        if e.func is sympy.sign:
-            return g.sign(memo[e.args[0]])
-        if e.func is sympy.atan2:
-            return g.atan2(memo[e.args[0]], memo[e.args[1]])
+        function = OF_CLASS.get(e.func)
+        if function is not None:
+            args = [memo[x] for x in e.args]
+            return function.build(g, *args) if function.build else g.call(function.code, *args)
         if e.func is sympy.cot:  # SymPy writes tan(x + pi/2) as -cot(x)
-            return g.div(g.one, g.unary("tan", memo[e.args[0]]))
+            return g.div(g.one, g.call("tan", memo[e.args[0]]))
         if e.func in (sympy.re, sympy.conjugate):  # and |exp(x)| as exp(re(x)); everything here is real
             return memo[e.args[0]]
         raise ModelError(f"{_what(e)} cannot be used in a model: {_shorten(e)}")

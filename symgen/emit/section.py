@@ -6,8 +6,10 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from runtime.graph.functions import IN_CODE
+
 from ..derive.graph import hoist
-from ..derive.graph.graph import UNARY, Graph
+from ..derive.graph.graph import Graph
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
 from ..derive.graph.order import depth_first
 from ..derive.places import MIN, SUM
@@ -211,7 +213,7 @@ class Section:
         if op == "element":
             return f"{at(args[0], _ATOM)}[{int(self.g.args[args[1]][0])}]", _ATOM
         self.whole.calls.add(op)
-        assert op in UNARY or op in ("pow", "atan2"), op
+        assert op in IN_CODE, op
         return f"{op}({', '.join(at(x, _CONDITIONAL) for x in args)})", _ATOM
 
     def _at(self, node: int, strength: int) -> str:

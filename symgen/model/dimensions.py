@@ -13,6 +13,8 @@ from fractions import Fraction
 
 import sympy
 
+from runtime.graph.functions import IN_MODELS
+
 from ..errors import ModelError
 from .exact import python_number
 from .printing import shortened
@@ -64,14 +66,13 @@ def _size(
         return _power(node, *sizes)
     if what == "dot":
         return over(sizes[0], TIME) if isinstance(sizes[0], tuple) else sizes[0]
-    if what in ("abs", "real"):
+    rule = IN_MODELS[what].dimension if what in IN_MODELS else "kept" if what == "real" else "pure"
+    if rule == "kept":
         return sizes[0]
-    if what in ("min", "max"):
-        return _same(node, sizes, "compared")
-    if what == "atan2":
-        _same(node, sizes, "compared")
-        return DIMENSIONLESS
-    return DIMENSIONLESS if what == "sign" else _function(node, what, sizes[0])
+    if rule in ("compared", "ratio"):
+        size = _same(node, sizes, "compared")
+        return size if rule == "compared" else DIMENSIONLESS
+    return DIMENSIONLESS if rule == "any" else _function(node, what, sizes[0])
 
 
 def _same(node: sympy.Basic, sizes: list[Size], verb: str) -> Size:

@@ -8,6 +8,8 @@ from fractions import Fraction
 
 import sympy
 
+from runtime.graph.functions import IN_MODELS
+
 from ..errors import ModelError
 
 MOST_DIGITS = 100
@@ -18,14 +20,7 @@ LARGEST_EXPONENT = 1000  # of a power whose base is not a number
 Number = sympy.Rational | sympy.Float
 
 MATH: dict[str, Callable[..., float]] = {
-    **{
-        name: getattr(math, name)
-        for name in "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt".split()
-    },
-    "abs": math.fabs,
-    "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
-    "min": min,
-    "max": max,
+    **{name: function.value for name, function in IN_MODELS.items()},
     "dot": lambda x: 0.0,
 }
 

@@ -12,7 +12,7 @@ import sympy
 
 from ..errors import ModelError
 from . import exact
-from .functions import dot, maximum, minimum
+from .functions import CLASSES, dot
 from .tokens import LONGEST_TEXT, Token, check_grammar, tokenise
 from .unevaluated import build, inverted, negated, split_product
 from .units import Unit, parse_unit
@@ -23,10 +23,7 @@ QUANTITY = re.compile(
     r"(?P<unit>\s*+[A-Za-z].*|\s++1\s*+/.*)",
     re.ASCII | re.DOTALL,
 )
-SYMPY_FUNCTIONS = {
-    name: getattr(sympy, name)
-    for name in "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sign".split()
-} | {"abs": sympy.Abs, "dot": dot}
+SYMPY_FUNCTIONS = CLASSES | {"dot": dot}
 
 
 @dataclass(frozen=True)
@@ -178,7 +175,7 @@ class _Builder:
         if name == "sqrt":
             return sympy.Pow(arguments[0], sympy.S.Half, evaluate=False)
         if name in ("min", "max"):
-            return _nested(minimum if name == "min" else maximum, arguments)
+            return _nested(CLASSES[name], arguments)
         if name == "dot" and isinstance(arguments[0], dot):
             raise ModelError(
                 "dot(dot(…)) is a second derivative: accelerations cannot stand in a model",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sympy
 
+from runtime.graph.functions import IN_MODELS
+
 
 class dot(sympy.Function):
     """Total time derivative of an expression of coordinates, definitions and `t`.
@@ -27,3 +29,12 @@ class maximum(sympy.Function):
 
 
 t = sympy.Symbol("t")  # the time
+
+_OWN = {"min": minimum, "max": maximum}
+# What stands for each function of model files in SymPy; a square root is a power there.
+CLASSES: dict[str, type] = {
+    name: _OWN.get(name) or getattr(sympy, function.sympy)
+    for name, function in IN_MODELS.items()
+    if name in _OWN or function.sympy
+}
+OF_CLASS = {kind: IN_MODELS[name] for name, kind in CLASSES.items()}

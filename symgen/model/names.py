@@ -5,14 +5,11 @@ from __future__ import annotations
 import keyword
 import re
 
+from runtime.graph.functions import IN_MODELS
+
 FUNCTION_ARITY: dict[str, tuple[int, int | None]] = {  # fewest and most arguments
-    **dict.fromkeys(
-        "sin cos tan asin acos atan sinh cosh tanh exp log sqrt abs sign dot".split(),
-        (1, 1),
-    ),
-    "atan2": (2, 2),
-    "min": (2, None),
-    "max": (2, None),
+    **{name: function.arity for name, function in IN_MODELS.items()},
+    "dot": (1, 1),
 }
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z", re.ASCII)
 LONGEST_NAME = 100

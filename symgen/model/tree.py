@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 import sympy
 
-from .functions import dot, maximum, minimum
+from .functions import CLASSES, dot
 
-FUNCTIONS: dict[type, str] = {
-    getattr(sympy, name): name
-    for name in "sin cos tan asin acos atan sinh cosh tanh exp log sign atan2 cot".split()
-} | {sympy.Abs: "abs", minimum: "min", maximum: "max", dot: "dot", sympy.re: "real", sympy.conjugate: "real"}
+# SymPy makes the last three of others: tan(x + pi/2), |exp(x)|.
+FUNCTIONS: dict[type, str] = {kind: name for name, kind in CLASSES.items()} | {
+    dot: "dot",
+    sympy.cot: "cot",
+    sympy.re: "real",
+    sympy.conjugate: "real",
+}
 
 
 def postorder(roots: Iterable[sympy.Basic], seen: set[int] | None = None) -> list[sympy.Basic]:

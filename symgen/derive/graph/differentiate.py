@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from runtime.graph.functions import slopes
+
 from .graph import Graph
 from .nodes import SparseRows
 
@@ -30,53 +32,13 @@ def partials(g: Graph, node: int) -> list[tuple[int, int]]:
     if op == "select":
         a, b, then, otherwise = args
         return [(then, g.select(a, b, g.one, g.zero)), (otherwise, g.select(a, b, g.zero, g.one))]
-    if op == "atan2":
-        y, x = args
-        r2 = g.add(g.mul(x, x), g.mul(y, y))
-        return [(y, g.div(x, r2)), (x, g.neg(g.div(y, r2)))]
-    if op == "pow":
-        return _power_partials(g, node)
-    return [(args[0], _unary_partial(g, op, node, args[0]))]
-
-
-def _power_partials(g: Graph, node: int) -> list[tuple[int, int]]:
-    base, exponent = g.args[node]
-    value = g.value(exponent)
-    if value is not None:
-        return [(base, g.mul(exponent, g.power(base, value - 1.0)))]
-    by_base = g.mul(exponent, g.pow(base, g.sub(exponent, g.one)))
-    return [(base, by_base), (exponent, g.mul(node, g.unary("log", base)))]
-
-
-def _unary_partial(g: Graph, op: str, node: int, x: int) -> int:
-    match op:
-        case "sin":
-            return g.unary("cos", x)
-        case "cos":
-            return g.neg(g.unary("sin", x))
-        case "tan":
-            return g.add(g.one, g.mul(node, node))
-        case "asin":
-            return g.div(g.one, g.unary("sqrt", g.sub(g.one, g.mul(x, x))))
-        case "acos":
-            return g.neg(g.div(g.one, g.unary("sqrt", g.sub(g.one, g.mul(x, x)))))
-        case "atan":
-            return g.div(g.one, g.add(g.one, g.mul(x, x)))
-        case "sinh":
-            return g.unary("cosh", x)
-        case "cosh":
-            return g.unary("sinh", x)
-        case "tanh":
-            return g.sub(g.one, g.mul(node, node))
-        case "exp":
-            return node
-        case "log":
-            return g.div(g.one, x)
-        case "sqrt":
-            return g.div(g.const(0.5), node)
-        case "fabs":
-            return g.sign(x)
-    raise AssertionError(f"no derivative rule for {op}")
+    if op == "pow" and g.value(args[1]) is not None:
+        base, exponent = args
+        return [(base, g.mul(exponent, g.power(base, g.value(exponent) - 1.0)))]
+    return [
+        (operand, above if below is None else g.div(above, below))
+        for operand, (above, below) in zip(args, slopes(g, op, args, node), strict=True)
+    ]
 
 
 def forward(g: Graph, outputs: list[int], seeds: dict[int, int]) -> list[int]:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+
+from runtime.graph.functions import IN_CODE
 
 from .graph import Graph
 
-FUNCTIONS = {
+OPERATIONS: dict[str, Callable] = {
     "add": np.add,
     "sub": np.subtract,
     "mul": np.multiply,
     "div": np.divide,
     "neg": np.negative,
-    "pow": np.power,
-    "atan2": np.arctan2,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
     "select": lambda a, b, then, otherwise: np.where(a < b, then, otherwise),
 }
 
@@ -40,6 +39,13 @@ def evaluate(
             if op == "const":
                 values[node] = g.args[node][0]
             elif op != "var":
-                function = FUNCTIONS.get(op) or getattr(np, op)
+                function = OPERATIONS.get(op) or _on_arrays(op)
                 values[node] = function(*(values[operand] for operand in g.operands(node)))
     return [values[node] for node in nodes]
+
+
+def _on_arrays(name: str) -> Callable:
+    function = IN_CODE[name]
+    if function.numpy:
+        return getattr(np, function.numpy)
+    return np.vectorize(function.value, otypes=[float])

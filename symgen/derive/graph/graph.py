@@ -2,28 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+
+from runtime.graph.functions import IN_CODE
 
 from .nodes import ON_ARRAYS, FoldingError, Nodes
 
-UNARY: dict[str, Callable[[float], float]] = {
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "asin": math.asin,
-    "acos": math.acos,
-    "atan": math.atan,
-    "sinh": math.sinh,
-    "cosh": math.cosh,
-    "tanh": math.tanh,
-    "exp": math.exp,
-    "log": math.log,
-    "sqrt": math.sqrt,
-    "fabs": math.fabs,
-}
-ODD = frozenset(("sin", "tan", "asin", "atan", "sinh", "tanh"))
-EVEN = frozenset(("cos", "cosh", "fabs"))
 LARGEST_UNROLLED_POWER = 64
 
 
@@ -201,7 +185,7 @@ class Graph(Nodes):
             return self.one
         if 2.0 * exponent == round(2.0 * exponent) and exponent <= LARGEST_UNROLLED_POWER:
             whole = self._integer_power(base, int(exponent))
-            return whole if exponent == int(exponent) else self.mul(self.unary("sqrt", base), whole)
+            return whole if exponent == int(exponent) else self.mul(self.call("sqrt", base), whole)
         return self.pow(base, self.const(exponent))
 
     def _integer_power(self, base: int, exponent: int) -> int:
@@ -216,35 +200,24 @@ class Graph(Nodes):
 
     def pow(self, a: int, b: int) -> int:
         """General power."""
-        va, vb = self.value(a), self.value(b)
-        if va is not None and vb is not None:
-            return self._fold(lambda: math.pow(va, vb), "pow")
-        return self._node("pow", (a, b), self.mask[a] | self.mask[b])
+        return self.call("pow", a, b)
 
-    def atan2(self, a: int, b: int) -> int:
-        """The angle of the vector (b, a)."""
-        va, vb = self.value(a), self.value(b)
-        if va is not None and vb is not None:
-            return self.const(math.atan2(va, vb))
-        return self._node("atan2", (a, b), self.mask[a] | self.mask[b])
-
-    def unary(self, name: str, a: int) -> int:
-        """One of the functions in `UNARY`."""
-        va = self.value(a)
-        if va is not None:
-            return self._fold(lambda: UNARY[name](va), name)
-        if self.op[a] == "neg":
-            if name in ODD:
-                return self.neg(self.unary(name, self.args[a][0]))
-            if name in EVEN:
-                return self.unary(name, self.args[a][0])
-        return self._node(name, (a,), self.mask[a])
-
-    def _fold(self, evaluate: Callable[[], float], name: str) -> int:
-        try:
-            return self.const(evaluate())
-        except (ValueError, OverflowError, ZeroDivisionError) as error:
-            raise FoldingError(f"{name} of a constant has no finite real value") from error
+    def call(self, name: str, *args: int) -> int:
+        """A function of the table, by its name in generated modules."""
+        function = IN_CODE[name]
+        values = [self.value(a) for a in args]
+        if None not in values:
+            try:
+                return self.const(function.value(*values))
+            except (ValueError, OverflowError, ZeroDivisionError) as error:
+                raise FoldingError(f"{name} of a constant has no finite real value") from error
+        if function.parity and self.op[args[0]] == "neg":
+            positive = self.call(name, self.args[args[0]][0])
+            return self.neg(positive) if function.parity == "odd" else positive
+        mask = 0
+        for a in args:
+            mask |= self.mask[a]
+        return self._node(name, args, mask)
 
     def select(self, a: int, b: int, then: int, otherwise: int) -> int:
         """`then` where a < b, else `otherwise`."""
@@ -297,8 +270,8 @@ class Graph(Nodes):
         op = self.op[node]
         if op in ("const", "var"):
             return node
-        if op in UNARY:
-            return self.unary(op, *operands)
+        if op in IN_CODE:
+            return self.call(op, *operands)
         if op in ON_ARRAYS:
             return self.on_arrays(op, tuple(operands))
         return getattr(self, op)(*operands)

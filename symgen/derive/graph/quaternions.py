@@ -39,5 +39,5 @@ def rate(g: Graph, q: Vector, omega: Vector) -> Vector:
 
 def normalised(g: Graph, q: Vector) -> Vector:
     """q / |q|."""
-    factor = g.div(g.one, g.unary("sqrt", g.dot(q, q)))
+    factor = g.div(g.one, g.call("sqrt", g.dot(q, q)))
     return [g.mul(factor, x) for x in q]

@@ -107,7 +107,7 @@ class Turn:
     def __init__(self, g: Graph, matrix: Matrix, angle: int | None = None) -> None:
         self.g = g
         self.constant = self if angle is None else Turn(g, matrix)
-        self.about_z = (g.unary("cos", angle), g.unary("sin", angle)) if angle is not None else None
+        self.about_z = (g.call("cos", angle), g.call("sin", angle)) if angle is not None else None
         if self.about_z is not None and not _has_unit_entry(g, matrix):
             # A full matrix is applied often enough that it pays to put both rotations into one.
             matrix, self.about_z = [_turn_z(g, *self.about_z, row, -1) for row in matrix], None

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 import sympy
 
+from runtime.graph.functions import IN_CODE
+
 from ...model.description import Description
 from ...model.tree import postorder
-from ..graph.graph import UNARY, Graph
+from ..graph.graph import Graph
 from ..graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
 from ..load import Loader
 from ..marks import Mark, mark_function
@@ -106,5 +108,5 @@ def _copied(
             new[node] = g.var(kind, 0 if kind == T else member.places[_VECTORS[kind]][k])
         else:
             operands = [new[x] for x in args]
-            new[node] = g.unary(op, *operands) if op in UNARY else getattr(g, op)(*operands)
+            new[node] = g.call(op, *operands) if op in IN_CODE else getattr(g, op)(*operands)
     return [new[node] for node in wanted]

@@ -246,7 +246,7 @@ def _roll_pitch_yaw(g, rpy: Vector) -> Matrix:
     matrix = identity(g)
     for k, angle in ((2, yaw), (1, pitch), (0, roll)):
         i, j = (k + 1) % 3, (k + 2) % 3
-        c, s = g.unary("cos", angle), g.unary("sin", angle)
+        c, s = g.call("cos", angle), g.call("sin", angle)
         turn = identity(g)
         turn[i][i], turn[i][j], turn[j][i], turn[j][j] = c, g.neg(s), s, c
         matrix = product(g, matrix, turn)
