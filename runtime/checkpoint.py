@@ -2,30 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
-import io
-import json
-import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
+from runtime.checkpoint_bytes import CheckpointError, pack, unpack
+from runtime.checkpoint_check import LOOP_ARRAYS, STATES_OF_EVENTS, check
 from runtime.integrate import layout as at
 from runtime.solution import EventRecord
 
+__all__ = ["Checkpoint", "CheckpointError", "put_back", "take"]
+
 if TYPE_CHECKING:
     from runtime.driver import Run
-
-FORMAT = 1
-_LOOP_ARRAYS = ("control", "counters", "y", "f", "work", "dense", "tail")
-_STATES_OF_EVENTS = ("q_before", "v_before", "q_after", "v_after")
-_LARGEST = 1 << 32  # bytes of a checkpoint, unpacked
-
-
-class CheckpointError(RuntimeModelError):
-    """A checkpoint is damaged, or of another program."""
 
 
 @dataclass(frozen=True)
@@ -39,18 +29,18 @@ class Checkpoint:
     facts : dict
         As JSON can say them: t, t_start, t_end [s]; method, fallback; n_frames, the frames that were shown up to here;
         controllers, inputs whose course the arrays do not hold; events, zeno, notes, redundant.
+    own : bool
+        Whether a run of this user on this machine has written it, as its seal says. Machine code goes on with the
+        arrays as they are then; of a stranger's, only what can be checked is used.
     """
 
     arrays: dict[str, np.ndarray]
     facts: dict[str, Any]
+    own: bool = False
 
-    def to_bytes(self) -> bytes:
-        """Return the checkpoint as bytes that begin with their own SHA-256."""
-        plain = io.BytesIO()
-        text = np.frombuffer(json.dumps({"format": FORMAT, **self.facts}).encode(), dtype=np.uint8)
-        np.savez(plain, facts=text, **self.arrays)
-        packed = zlib.compress(plain.getbuffer(), 1)
-        return hashlib.sha256(packed).digest() + packed
+    def to_bytes(self, *, sealed: bool = False) -> bytes:
+        """Return the checkpoint as bytes; only those of a run that is going on here may be `sealed`."""
+        return pack(self.arrays, self.facts, sealed=sealed)
 
     @classmethod
     def from_bytes(cls, content: bytes) -> Checkpoint:
@@ -60,19 +50,7 @@ class Checkpoint:
         ------
         CheckpointError
         """
-        digest, packed = content[:32], content[32:]
-        if hashlib.sha256(packed).digest() != digest:
-            raise CheckpointError("the checkpoint is damaged: its bytes are not those that were written")
-        try:
-            plain = zlib.decompressobj().decompress(packed, _LARGEST)
-            with np.load(io.BytesIO(plain), allow_pickle=False) as stored:
-                arrays = {name: stored[name] for name in stored.files}
-            facts = json.loads(arrays.pop("facts").tobytes())
-        except (ValueError, KeyError, OSError, EOFError, zlib.error) as error:
-            raise CheckpointError(f"the checkpoint cannot be read: {error}") from error
-        if facts.pop("format", None) != FORMAT:
-            raise CheckpointError("the checkpoint is of another version of this program")
-        return cls(arrays, facts)
+        return cls(*unpack(content))
 
 
 def take(run: Run) -> Checkpoint:
@@ -80,14 +58,14 @@ def take(run: Run) -> Checkpoint:
     arrays, actions = run.arrays, run.actions
     n = int(arrays.counters[at.NEXT_FRAME])
     shown = run.shown[:n]
-    held = {name: getattr(arrays, name).copy() for name in _LOOP_ARRAYS}
+    held = {name: getattr(arrays, name).copy() for name in LOOP_ARRAYS}
     held["guard"] = arrays.guard_memory()
     held["settings"] = np.array(run.forms)
     for name, per_frame in (("resets", run.reset_energy_at_frames), ("forms", run.form_at_frames)):
         held[f"{name}_from"], held[name] = _pieces(per_frame[:n][shown])
     times, states, energies, forms = zip(*run.samples) if run.samples else ((), (), (), ())
     held["sample_states"] = np.array(states).reshape(len(times), len(arrays.y))
-    for key in _STATES_OF_EVENTS:
+    for key in STATES_OF_EVENTS:
         held[key] = np.array([getattr(event, key) for event in actions.log])
     controllers = [] if run.inputs is None else [*run.system.samplers, *run.system.feedback]
     facts = {
@@ -96,6 +74,7 @@ def take(run: Run) -> Checkpoint:
         "t_end": run.t_end,
         "method": run.method.name,
         "fallback": run.fallback.name if run.fallback is not None else "",
+        "module": run.system.source.functions_hash,
         "n_frames": int(shown.sum()),
         "controllers": [run.system.inputs[k]["name"] for x in controllers for k in x.inputs],
         "samples": [[float(t), float(energy), int(form)] for t, energy, form in zip(times, energies, forms)],
@@ -125,15 +104,13 @@ def put_back(checkpoint: Checkpoint, run: Run, past: np.ndarray) -> None:
         Arrays have other lengths than those of the run.
     """
     arrays, actions, facts, held = run.arrays, run.actions, checkpoint.facts, checkpoint.arrays
-    for name in _LOOP_ARRAYS:
-        mine, stored = getattr(arrays, name), held[name]
-        if mine.shape != stored.shape or mine.dtype != stored.dtype:
-            raise CheckpointError(
-                f"the checkpoint does not fit this program: its array {name!r} has shape {stored.shape}, "
-                f"not {mine.shape}; it was written by another version"
-            )
-        mine[...] = stored
-    arrays.recall_guard(held["guard"])
+    check(checkpoint, run, len(past))
+    if checkpoint.own and facts["module"] == run.system.source.functions_hash:
+        for name in LOOP_ARRAYS:
+            getattr(arrays, name)[...] = held[name]
+        arrays.recall_guard(held["guard"])
+    else:
+        _take_motion(held, run)
     n = len(past)
     arrays.frames[:n] = past
     arrays.counters[at.NEXT_FRAME] = run.handed = n
@@ -144,7 +121,7 @@ def put_back(checkpoint: Checkpoint, run: Run, past: np.ndarray) -> None:
         (t, y, energy, form)
         for (t, energy, form), y in zip(facts["samples"], held["sample_states"], strict=True)
     ]
-    states = zip(*(held[key] for key in _STATES_OF_EVENTS), strict=True)
+    states = zip(*(held[key] for key in STATES_OF_EVENTS), strict=True)
     actions.log = [
         EventRecord(name, action, t, *event_states, change)
         for (name, action, t, change), event_states in zip(facts["events"], states, strict=True)
@@ -153,11 +130,37 @@ def put_back(checkpoint: Checkpoint, run: Run, past: np.ndarray) -> None:
     actions.zeno.memory = facts["zeno"]
     if actions.switching is not None:
         actions.switching.settings = run.forms[-1]
-    run.stiff_noted, run.notes = facts["stiff_noted"], list(facts["notes"])
+    run.stiff_noted, run.notes = facts["stiff_noted"], [*facts["notes"], *run.notes]
     if (run.t_start, run.t_end) != (facts["t_start"], facts["t_end"]):
         run.set_step_limits()
     if run.inputs is not None:
         run.inputs.take_new_arrays(actions.form, arrays.t)
+
+
+def _take_motion(held: dict[str, np.ndarray], run: Run) -> None:
+    """Take the state, the step and the counts of a stranger's checkpoint, but nothing that machine code keeps.
+
+    What loops keep has places of arrays in it (orders, pivots, which of two series is the current one).
+    """
+    arrays = run.arrays
+    arrays.y[...] = held["y"]
+    arrays.control[at.ERROR_OLD :] = _with_own_limits(held["control"], arrays.control)[at.ERROR_OLD :]
+    arrays.control[at.T], arrays.control[at.H] = held["control"][[at.T, at.H]]
+    arrays.counters[: at.NEXT_FRAME] = held["counters"][: at.NEXT_FRAME]
+    arrays.counters[at.LAST_REJECTED] = held["counters"][at.LAST_REJECTED]
+    if not run.method.adaptive:
+        arrays.counters[at.GRID_STEP] = held["counters"][at.GRID_STEP]
+    run.notes.append(
+        "the checkpoint was not written by a run of yours on this machine: the run goes on from its state, to the "
+        "tolerance, but not bit for bit"
+    )
+
+
+def _with_own_limits(stored: np.ndarray, mine: np.ndarray) -> np.ndarray:
+    control = stored.copy()
+    for index in (at.PROJECTION_TOL, at.NEWTON_TOL):
+        control[index] = mine[index]
+    return control
 
 
 def _pieces(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -161,7 +161,7 @@ class Run:
         if keep is not None:
             from runtime.checkpoint import take
 
-            keep(lambda: take(self).to_bytes(), final=final)
+            keep(lambda: take(self).to_bytes(sealed=True), final=final)
 
     def pauses(self) -> bool:
         """Whether to leave the rest of the run to a later call."""

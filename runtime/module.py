@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import gc
 import hashlib
 import importlib
@@ -52,6 +53,11 @@ class ModuleSource:
     lines: dict[str, int]
     tables: dict[str, tuple[int, ...]]
     text_hash: str
+
+    @functools.cached_property
+    def functions_hash(self) -> str:
+        """SHA-256 of what is compiled: functions and tables, without the header and the text around them."""
+        return hashlib.sha256(repr((self.functions, self.tables)).encode()).hexdigest()
 
 
 def read_module(path_or_text: str | os.PathLike[str]) -> ModuleSource:

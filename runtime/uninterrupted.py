@@ -1,4 +1,4 @@
-"""Hold back Ctrl-C while something is written that must not be written by half."""
+"""Hold back Ctrl-C, and what else ends a program, while something is written that must not be written by half."""
 
 from __future__ import annotations
 
@@ -7,19 +7,44 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+_writing = 0
+
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C back within the block, and hand it to whoever had it before at the end; blocks may be nested."""
+def uninterrupted(*, writing: bool = False) -> Iterator[None]:
+    """Hold signals that end the program back within the block, and hand the first to whoever had it before at the end.
+
+    Only signals with a handler in Python are held. Blocks may be nested.
+
+    Parameters
+    ----------
+    writing : bool
+        The block writes a file: it ends by itself, so it is worth waiting for; see `is_writing`.
+    """
+    global _writing
     if threading.current_thread() is not threading.main_thread():  # only that one gets signals
         yield
         return
-    pressed = []
-    before = signal.signal(signal.SIGINT, lambda *signal_and_frame: pressed.append(signal_and_frame))
+    pressed: list[tuple] = []
+
+    def hold(*signal_and_frame: object) -> None:
+        pressed.append(signal_and_frame)
+
+    before = {number: handler for number in ENDING if callable(handler := signal.getsignal(number))}
+    for number in before:
+        signal.signal(number, hold)
+    _writing += writing
     try:
         yield
     finally:
-        # None: a handler that was not set from Python, and cannot be set again from there.
-        signal.signal(signal.SIGINT, signal.default_int_handler if before is None else before)
-        if pressed and callable(before):
-            before(*pressed[0])
+        _writing -= writing
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if pressed:
+            before[pressed[0][0]](*pressed[0])
+
+
+def is_writing() -> bool:
+    """Whether the main thread is in a block that writes a file."""
+    return _writing > 0

@@ -12,12 +12,27 @@ from runtime.recording.recorder import RunRecorder
 from runtime.solution import Solution
 
 
-def record(path: Path, text: str, begin: Callable[..., Solution]) -> Solution:
-    """Run and record: `begin(recorder=…)` makes the solution of the module with this text."""
+class _Forger(RunRecorder):
+    """A recorder whose checkpoints are changed before they are written, as a stranger could."""
+
+    forge: Callable[[bytes], bytes]
+
+    def checkpoint(self, make: Callable[[], bytes], *, final: bool = False) -> None:
+        super().checkpoint(lambda: self.forge(make()), final=final)
+
+
+def record(
+    path: Path, text: str, begin: Callable[..., Solution], forge: Callable[[bytes], bytes] | None = None
+) -> Solution:
+    """Run and record: `begin(recorder=…)` makes the solution of the module with this text.
+
+    `forge`, if given, changes checkpoints before they are written.
+    """
     made = []
 
     def recorder(**settings):
-        made.append(RunRecorder(path, module_text=text, model_text="", **settings))
+        made.append((_Forger if forge else RunRecorder)(path, module_text=text, model_text="", **settings))
+        made[0].forge = forge
         return made[0]
 
     solution = begin(recorder=recorder)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import os
 import signal
 import subprocess
 import sys
 import time
+import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +20,7 @@ from recorded import assert_same_recording, record
 
 from runtime.checkpoint import Checkpoint, CheckpointError
 from runtime.errors import RuntimeModelError
+from runtime.integrate import layout as at
 from runtime.recording.errors import RecordingError
 from runtime.recording.reader import read_checkpoint, read_recording
 from runtime.recording.resume import Resumed
@@ -78,6 +83,7 @@ def test_a_stopped_run_goes_on_bit_for_bit(tmp_path, name, options):
     assert b.t[-1] < a.t[-1]
     c = record(rest, text_of(name), Resumed(first).run)
     assert_same_recording(whole, rest)
+    assert not any("not bit for bit" in note for note in c.notes)
     assert c.stats == a.stats and c.energy.max_error == a.energy.max_error
     assert [sample.t for sample in c.samples] == [sample.t for sample in a.samples]
     for mine, other in zip(a.samples, c.samples, strict=True):
@@ -126,6 +132,104 @@ def test_a_damaged_checkpoint_is_refused(tmp_path):
         damaged[place] ^= 1
         with pytest.raises(CheckpointError, match="damaged"):
             Checkpoint.from_bytes(bytes(damaged))
+
+
+def _strange(content):
+    """The same checkpoint without the seal, and with nonsense in all that only the step loop itself understands."""
+    checkpoint, random = Checkpoint.from_bytes(content), np.random.default_rng(1)
+    assert checkpoint.own
+    checkpoint.arrays["counters"][16:] = 10**12
+    checkpoint.arrays["work"][:] = 1e300 * random.random(len(checkpoint.arrays["work"]))
+    for name in ("dense", "f", "guard"):
+        checkpoint.arrays[name][...] = np.nan
+    return checkpoint.to_bytes()
+
+
+@pytest.mark.parametrize("family", ["taylor", "bdf", "radau", "partition", "index 2", "resets", "stop"])
+def test_from_a_strangers_checkpoint_a_run_goes_on_by_what_can_be_checked(tmp_path, family):
+    name, options = FAMILIES[family]
+    t_end = {"bouncing_ball": 1.5, "door_stop": 2.0}.get(name, 0.5)
+    whole, few = solve(bundled(name), t_end, **options), 3
+    path = tmp_path / "run.rrd"
+    record(
+        path, text_of(name), lambda **more: solve(bundled(name), t_end, max_steps=few, **options, **more), _strange
+    )  # fmt: skip
+    rest = Resumed(path).run()
+    assert rest.status == whole.status and len(rest.events) == len(whole.events)
+    assert sum("not bit for bit" in note for note in rest.notes) == 1
+    np.testing.assert_allclose(rest.q[-1], whole.q[-1], atol=1e-5)
+
+
+FORGED = {
+    "a step of nan": (lambda c: _put(c, "control", at.H, np.nan), "no run gets there"),
+    "a step of 1e300": (lambda c: _put(c, "control", at.H, 1e300), "no run gets there"),
+    "a long step": (lambda c: _put(c, "control", at.H, 1e5), r"step is 100000 s"),
+    "another time": (lambda c: _put(c, "control", at.T, 0.1), "its step loop is at 0.1 s"),
+    "a time of an event to come": (lambda c: _put(c, "control", at.T_EVENT, 9.0), "times outside the run"),
+    "a state of inf": (lambda c: _put(c, "y", 0, np.inf), "state is not finite"),
+    "steps below zero": (lambda c: _put(c, "counters", at.STEPS, -1), "counts steps below zero"),
+    "no control": (lambda c: c.arrays.pop("control"), "no array 'control'"),
+    "a short work": (lambda c: c.arrays.update(work=np.zeros(1)), "its array 'work' is float64 of shape"),
+    "counters of floats": (lambda c: c.arrays.update(counters=np.zeros(24)), "its array 'counters'"),
+    "no method": (lambda c: c.facts.pop("method"), "does not say 'method'"),
+    "an unknown method": (lambda c: c.facts.update(method="../../x"), "not a method of this version"),
+    "frames as text": (lambda c: c.facts.update(n_frames="3"), "not a count"),
+    "frames that are not there": (lambda c: c.facts.update(n_frames=10**6), "its checkpoint is of"),
+    "a time of nan": (lambda c: c.facts.update(t=float("nan")), "not a time"),
+    "notes that are none": (lambda c: c.facts.update(notes=[1, {}]), "a list of texts"),
+    "an event of its own": (lambda c: c.facts.update(events=[["x", "y", 0.0, 0.0]]), "'q_before'"),
+    "forms that are not there": (lambda c: c.arrays.update(forms=np.full_like(c.arrays["forms"], 9)), "forms"),
+    "frames divided backwards": (lambda c: c.arrays.update(resets_from=np.array([7])), "divide its frames"),
+}  # fmt: skip
+
+
+def _put(checkpoint, name, index, value):
+    checkpoint.arrays[name][index] = value
+
+
+@pytest.mark.parametrize(("change", "says"), FORGED.values(), ids=FORGED)
+def test_forged_checkpoints_are_refused_by_file(tmp_path, change, says):
+    def forge(content):
+        checkpoint = Checkpoint.from_bytes(content)
+        change(checkpoint)
+        return checkpoint.to_bytes()
+
+    path = tmp_path / "run.rrd"
+    record(
+        path, text_of("pendulum"),
+        lambda **more: solve(bundled("pendulum"), 1.0, method="dopri5", max_steps=3, **more), forge,
+    )  # fmt: skip
+    with pytest.raises(RecordingError, match=says) as refused:
+        Resumed(path).run()
+    assert str(refused.value).startswith(str(path))
+
+
+def _repacked(packed):
+    inner = hashlib.sha256(packed).digest()
+    return hashlib.sha256(bytes(32) + inner).digest() + bytes(32) + packed
+
+
+def _huge_array(shape):
+    plain = io.BytesIO()
+    with zipfile.ZipFile(plain, "w") as archive:
+        header = repr({"descr": "<f8", "fortran_order": False, "shape": shape}).encode().ljust(117) + b"\n"
+        archive.writestr("facts.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    return zlib.compress(plain.getvalue())
+
+
+@pytest.mark.parametrize(
+    ("packed", "says"),
+    [
+        (lambda: zlib.compress(bytes(1 << 29), 9), "unpacks to more than 256 MiB"),
+        (lambda: _huge_array((10**13,)), "in 0 bytes"),
+        (lambda: _huge_array((-1, -1)), "of shape"),
+        (lambda: zlib.compress(b"no archive"), "cannot be read"),
+        (lambda: zlib.compress(bytes(1000))[:-9], "cut off"),
+    ],
+)
+def test_what_unpacks_to_too_much_is_refused(packed, says):
+    with pytest.raises(CheckpointError, match=says):
+        Checkpoint.from_bytes(_repacked(packed()))
 
 
 # By the command line

@@ -79,8 +79,9 @@ def _run(command: list[str]) -> int:
     # A group of its own: the viewer is a child of a wrapper, and both have to go.
     process = subprocess.Popen(command, start_new_session=True)
     before = signal.getsignal(signal.SIGTERM)
-    with contextlib.suppress(ValueError):  # only the main thread may set handlers
-        signal.signal(signal.SIGTERM, _interrupt)
+    if before is signal.SIG_DFL:
+        with contextlib.suppress(ValueError):  # only the main thread may set handlers
+            signal.signal(signal.SIGTERM, _interrupt)
     try:
         return process.wait()
     except KeyboardInterrupt:

@@ -224,7 +224,7 @@ class RunRecorder:
         """Begin to write all that waits; with `wait`, return when it is written."""
         if self._closed:
             return
-        with uninterrupted():  # half a chunk on file would make the recording unreadable
+        with uninterrupted(writing=True):  # half a chunk on file would make the recording unreadable
             try:
                 self._beside.wait()
                 if self._n_taken:

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.choose import choose_constraints
+from runtime.checkpoint_bytes import CheckpointError
+from runtime.checkpoint_check import check_facts, check_form
+from runtime.choose import choose_constraints, choose_step
 from runtime.driver import Run
 from runtime.errors import RuntimeModelError
 from runtime.integrate import layout as at_index
@@ -59,7 +61,12 @@ class Resumed:
 
     def __init__(self, path: str | Path):
         self.recording = read_recording(path)
-        checkpoint, self._step_log = read_checkpoint(path)
+        try:
+            checkpoint, self._step_log = read_checkpoint(path)
+            if checkpoint is not None:
+                check_facts(checkpoint.facts)
+        except CheckpointError as error:
+            raise RecordingError(f"{path}: {error}") from error
         if self.recording.status in _NO_FURTHER:
             raise RecordingError(f"{path}: {_NO_FURTHER[self.recording.status]}; there is nothing to resume")
         self._checkpoint: Checkpoint | None = checkpoint
@@ -183,6 +190,10 @@ class Resumed:
         grid, shown = frame_times(t_start, t_end, fps)
         later = grid > self.t
         frames = np.concatenate([recording.t[:n], grid[later]])
+        try:
+            check_form(self._checkpoint, self.system)
+        except CheckpointError as error:
+            raise RecordingError(f"{recording.path}: {error}") from error
         p, form = self.system.with_settings(recording.p), self.system
         settings = self._checkpoint.arrays["settings"]
         if len(settings):
@@ -190,9 +201,18 @@ class Resumed:
 
             p[self.system.n_settable :] = settings[-1]
             form = form_of(self.system, settings[-1])
+        start = recording.states[0, : self.system.nq + self.system.nv]
+        # The step of a fixed-step method is that of the run before, however much shorter what is left may be.
+        step = recording.options.get("step")
+        if not method.adaptive:
+            if step is None:
+                raise RecordingError(
+                    f"{recording.path}: {method.name} has fixed steps, and it does not say how long"
+                )
+            choose_step(method, step, self.system, p, t_start, start, t_end)
         arrays = LoopArrays(
-            form, method, p, t_start, recording.states[0, : self.system.nq + self.system.nv], frame_times=frames,
-            rtol=recording.rtol, atol=recording.atol, step=recording.options.get("step") or 0.0, span=t_end - t_start,
+            form, method, p, t_start, start, frame_times=frames,
+            rtol=recording.rtol, atol=recording.atol, step=step or 0.0, span=t_end - t_start,
             energy_level=float(self._checkpoint.arrays["control"][at_index.ENERGY_LEVEL]),
         )  # fmt: skip
         inputs = None
@@ -205,7 +225,10 @@ class Resumed:
             stop_times([t for t in times if t >= t_start], t_start, t_end),
             fallback=METHODS[facts["fallback"]] if facts["fallback"] else None, inputs=inputs,
         )  # fmt: skip
-        run.resume(self._checkpoint, recording.states[:n])
+        try:
+            run.resume(self._checkpoint, recording.states[:n])
+        except CheckpointError as error:
+            raise RecordingError(f"{recording.path}: {error}") from error
         return run
 
 

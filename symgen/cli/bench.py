@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli.arguments import OutputFile
-from symgen.cli.failures import FAILED, INTERRUPTED
+from symgen.cli.failures import FAILED
+from symgen.cli.interrupts import interrupted_status
 
 if TYPE_CHECKING:
     from runtime.bench.case import Effort
@@ -63,7 +64,7 @@ def command(
     bench.write(json_file or Path("bench.json"), png_file or Path("bench.png"))
     if interrupted:
         click.echo("interrupted; what was measured is kept", err=True)
-    context.exit(INTERRUPTED if interrupted else FAILED if bench.failed else 0)
+    context.exit(interrupted_status() if interrupted else FAILED if bench.failed else 0)
 
 
 def _method_names(text: str | None) -> list[str] | None:

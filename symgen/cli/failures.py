@@ -11,9 +11,10 @@ from typing import Any
 
 import click
 
+from symgen.cli.interrupts import answered_interrupts, interrupted_status
+
 FAILED = 1
 NOT_TRUSTED = 3
-INTERRUPTED = 130
 _TRACEBACK = "SYMGEN_TRACEBACK"
 
 
@@ -21,14 +22,14 @@ class FailuresAsSentences(click.Group):
     """A group whose commands' errors become a sentence on standard error and an exit status."""
 
     def invoke(self, context: click.Context) -> Any:
-        with _short_warnings():
+        with _short_warnings(), answered_interrupts():
             try:
                 return super().invoke(context)
             except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
                 raise
             except KeyboardInterrupt:
                 click.echo("\ninterrupted", err=True)
-                context.exit(INTERRUPTED)
+                context.exit(interrupted_status())
             except Exception as error:
                 if os.environ.get(_TRACEBACK):
                     raise

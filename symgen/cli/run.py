@@ -18,7 +18,8 @@ from symgen.cli.arguments import (
     model_argument,
 )
 from symgen.cli.control import add_control
-from symgen.cli.failures import FAILED, INTERRUPTED, NOT_TRUSTED
+from symgen.cli.failures import FAILED, NOT_TRUSTED
+from symgen.cli.interrupts import interrupted_status
 from symgen.cli.recorded import Progress, Recorded, run_recorded
 from symgen.cli.settings import load_system, run_options, solve_arguments
 
@@ -131,7 +132,7 @@ def _exit_status(solution: Solution) -> int:
     """Say on standard error what is wrong, and return the exit status."""
     if solution.status == "interrupted":
         click.echo(solution.message, err=True)
-        return INTERRUPTED
+        return interrupted_status()
     if solution.status not in ("success", "terminated"):
         click.echo(f"Error: {solution.message}", err=True)
         return FAILED
