@@ -12,6 +12,8 @@ _WITH_CONSTRAINTS = ("constraint_residual", "constraint_jacobian", "gamma")
 _RESET = "reset_"
 CLOSED = "closed_"
 ENTRIES = "_entries"  # behind the name of a function: the same, with structural zeros left out
+# Functions that leave structural zeros out.
+SPARSE = frozenset(("mass_matrix", "residual_jacobian", "constraint_jacobian", "kinematics", "marks"))
 SWITCHED = (
     "rhs", "residual", "residual_jacobian", "constraint_residual", "constraint_jacobian", "gamma", "project", "events",
 )  # fmt: skip

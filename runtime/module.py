@@ -16,6 +16,7 @@ from typing import Any
 from runtime.abi import required_functions
 from runtime.errors import ModuleError
 from runtime.header import HeaderFault, check_header
+from runtime.module_check import verified
 
 DECORATOR = '@njit(error_model="numpy")'
 
@@ -74,7 +75,7 @@ def read_module(path_or_text: str | os.PathLike[str]) -> ModuleSource:
     Raises
     ------
     ModuleError
-        The text is not a module of ABI 1; says where and why.
+        The text is not a module of ABI 1, or one of its functions is not complete; says where and why.
     """
     if isinstance(path_or_text, str) and "\n" in path_or_text:
         file, text = "<text>", path_or_text
@@ -95,7 +96,7 @@ def read_module(path_or_text: str | os.PathLike[str]) -> ModuleSource:
         if name not in functions:
             raise ModuleError(file, "", f"the function {name!r} is missing")
     digest = hashlib.sha256(text.encode()).hexdigest()
-    return ModuleSource(file, header, functions, lines, tables, digest)
+    return verified(ModuleSource(file, header, functions, lines, tables, digest))
 
 
 def _line(text: str, position: int) -> int:

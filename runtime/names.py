@@ -38,3 +38,36 @@ def rate_indices(coordinates: Records, rates: Records, quaternions: Sequence[int
 def inside_dot(name: str) -> str:
     """Return x for `dot(x)`, other names as they are."""
     return name[4:-1] if name.startswith("dot(") and name.endswith(")") else name
+
+
+def result_label(header: Mapping[str, Any], function: str, place: int) -> str:
+    """Return what a function of a module writes at a place of `out`, in words; empty where there are none."""
+    if function.startswith("closed_"):
+        from runtime.abi import closed_header
+
+        return result_label(closed_header(header), function.removeprefix("closed_"), place)
+    coordinates, rates = header["coordinates"], header["rates"]
+    constraints = [record["name"] for record in header["constraints"]]
+    equations = [f"the equation of {name}" for name in rate_labels(coordinates, rates)]
+    equations += [f"constraint {name}" for name in constraints]
+    words = {
+        "forces": [f"the force on {name}" for name in rate_labels(coordinates, rates)],
+        "energy": ["kinetic energy", "potential energy"],
+        "residual": equations,
+        "gamma": equations[len(rates) :],
+        "outputs": [record["name"] for record in header["outputs"]],
+        "events": [record["name"] for record in header["events"]],
+        "rhs": [
+            *(f"dot({record['name']})" for record in coordinates),
+            *acceleration_labels(coordinates, rates),
+            *["power"] * header["nw"],
+            *(f"the multiplier of {name}" for name in constraints),
+            "ratio of pivots",
+        ],
+    }
+    widths = {"mass_matrix": len(rates), "constraint_jacobian": len(rates)}
+    widths["residual_jacobian"] = len(coordinates) + len(rates) + len(equations)
+    if function in widths:
+        return "row {}, column {}".format(*divmod(place, widths[function]))
+    known = words.get(function, ())
+    return known[place] if place < len(known) else ""

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import __version__
-from .errors import ModelError
+from .errors import ModelError, SymgenError
 
 if TYPE_CHECKING:
     from runtime import System
@@ -118,9 +118,24 @@ def derive_text(model: Model, source: str | None = None) -> DerivedModel:
     if source is None:
         source = program.header["source"] = _hash(text.encode())
         text = text.replace('"source": ""', f'"source": "{source}"', 1)
+    _check_readable(text, description.name)
     done = time.perf_counter()
     seconds = {"check": checked - start, "derive": derived - checked, "emit": done - derived}
     return _derived_model(program, text, seconds)
+
+
+def _check_readable(text: str, name: str) -> None:
+    """Refuse to hand out a module that the run time would not take: nobody can mend that in the model."""
+    from runtime.errors import ModuleError
+    from runtime.module import read_module
+
+    try:
+        read_module(text)
+    except ModuleError as error:
+        raise SymgenError(
+            f"model '{name}': its module is not right at {error.place}: {error.cause}; this is an error in symgen, not "
+            "in the model: please report it, with the model"
+        ) from None
 
 
 def _derived_model(program: Program, text: str, seconds: dict[str, float]) -> DerivedModel:

@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numba
@@ -17,6 +18,8 @@ import runtime
 from runtime import kernel as kernel_module
 from runtime.code.bridge import call_kernel
 from runtime.errors import ModuleError, RuntimeModelError
+from runtime.module import read_module
+from runtime.system import System
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "tests" / "fixtures"
@@ -224,8 +227,13 @@ def test_pickles_without_its_code():
 def test_hostile_function_is_refused_by_every_way_in(tmp_path):
     mark = tmp_path / "mark"
     text = (FIXTURES / "pendulum.py").read_text()
-    text = text.replace("    out[0] = y[1]\n", f"    out[0] = open({str(mark)!r}, 'w').write('x')\n", 1)
-    system = runtime.load(text)
+    hostile = "    out[0] = y[1]\n", f"    out[0] = open({str(mark)!r}, 'w').write('x')\n"
+    with pytest.raises(ModuleError, match=r"line 56, function 'rhs'.*only these functions"):
+        runtime.load(text.replace(*hostile, 1))
+    # Nor by those behind, had reading let it pass.
+    source = read_module(text)
+    functions = {**source.functions, "rhs": source.functions["rhs"].replace(*hostile, 1)}
+    system = System(replace(source, functions=functions))
     for way in (system.kernel, system.python_function, system.njit_function, system.numba):
         with pytest.raises(ModuleError, match=r"line 56, function 'rhs'.*only these functions"):
             way("rhs")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from runtime.module import ModuleSource
+from runtime.module_check import verified
 from runtime.subsystems.places import ENERGY, LAYOUTS, POWER, RATIO, Places
 from runtime.subsystems.sections import PLACE, SectionedText, indices, needed_lines, operations
 from runtime.system import System
@@ -147,7 +148,7 @@ class _Cut:
         digest = hashlib.sha256("".join(functions.values()).encode()).hexdigest()
         source = self.whole.source
         first_lines = {name: source.lines[name] for name in functions}
-        system = System(ModuleSource(source.file, header, functions, first_lines, {}, digest))
+        system = System(verified(ModuleSource(source.file, header, functions, first_lines, {}, digest)))
         vectors = self.places.vectors
         gathered = np.array([key for key, _ in p], dtype=int).reshape(len(p), self.places.count).T
         return Kind(system, vectors["q"], vectors["v"], vectors["c"], np.ascontiguousarray(gathered))

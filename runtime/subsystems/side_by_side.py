@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from runtime.module import ModuleSource
+from runtime.module_check import verified
 from runtime.subsystems.places import ENERGY, LAYOUTS, POWER, RATIO, Places
 from runtime.subsystems.sections import PLACE
 from runtime.system import System
@@ -62,7 +63,7 @@ def _joined(member: System, count: int) -> System:
     }
     digest = hashlib.sha256("".join(functions.values()).encode()).hexdigest()
     lines = {name: source.lines[name] for name in functions}
-    return System(ModuleSource(source.file, header, functions, lines, {}, digest))
+    return System(verified(ModuleSource(source.file, header, functions, lines, {}, digest)))
 
 
 def _functions(member: System) -> list[str]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.module import ModuleSource
+from runtime.module_check import verified
 from runtime.subsystems.sections import PLACE, needed_lines, operations
 from runtime.system import System
 
@@ -151,7 +152,7 @@ def _watched(whole: System, kind: Kind, numbers: Sequence[int]) -> Kind:
     }
     lines = source.lines | {name: whole.source.lines[name] for name in functions}
     system = System(
-        ModuleSource(source.file, header, source.functions | functions, lines, {}, source.text_hash)
+        verified(ModuleSource(source.file, header, source.functions | functions, lines, {}, source.text_hash))
     )
     return replace(kind, system=system, p=np.array([p]))
 

@@ -11,7 +11,7 @@ from ..derive.graph.graph import Graph
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, V
 from ..derive.graph.order import depth_first
 from ..derive.program import Function
-from ..derive.rolling.clusters import OUT
+from ..derive.rolling.clusters import OUT, SOLVES, Sink, array_entries
 from ..derive.rolling.schedule import CLUSTERS, FACTORS, FEWEST, SOLVE, SUM, Group, Schedule
 from ..derive.rolling.shapes import HOISTED, KEPT
 from .section import _ATOM, _SUM, LONGEST_INLINE, Section
@@ -37,9 +37,10 @@ class RolledSection(Section):
         self.array = ""
         self.hoisted_texts: dict[int, tuple[str, int]] = {}
         self.loaded: dict[str, str] = {}  # what the loop that is being printed has read
+        self.entered: Counter[Sink | tuple[str, int, int]] = Counter()  # what clusters were written to
 
     def print(self) -> None:
-        """Print all groups, stage by stage."""
+        """Print all groups, stage by stage; each result, entry of a solver and term of a sum once."""
         stages, clusters = self.schedule.stages, self.schedule.clusters
         roots = [m.root for stage in stages for group in stage for m in group.members]
         kept = [root for root in roots if root in clusters.shared and root not in clusters.sums]
@@ -54,6 +55,21 @@ class RolledSection(Section):
             self.lines.append(f"{self.sums[total]} = 0.0")
         for stage in stages:
             self._print_stage(stage)
+        self._check_entered()
+
+    def _check_entered(self) -> None:
+        """Refuse to have left anything out: what a function writes is known from its nodes, not from their clusters."""
+        g, clusters = self.g, self.schedule.clusters
+        wanted = Counter((OUT, place) for place, _ in self.function.written())
+        for node in g.reachable(node for _, node in self.function.written()):
+            if g.op[node] in SOLVES:
+                wanted.update((node, place) for place, _ in array_entries(g, node))
+        for total, terms in clusters.sums.items():
+            wanted.update((SUM, total, node) for _, node in terms)
+        if self.entered != wanted:
+            lost = next(iter((wanted - self.entered) + (self.entered - wanted)))
+            counts = f"{self.entered[lost]} times instead of {wanted[lost]}"
+            raise RuntimeError(f"{self.function.name!r} in loops enters {lost} {counts}")
 
     def shared_parameters(self) -> list[tuple[int, int]]:
         """Parameters that the text names."""
@@ -241,11 +257,13 @@ class RolledSection(Section):
         index = self.whole.tables.index
         for target in group.targets:
             if isinstance(target, tuple):
+                self.entered.update((SUM, target[1], member.root) for member in group.members)
                 total, sign = self.sums[target[1]], "+" if target[2] > 0 else "-"
                 self.lines.append(f"{total} = {total} {sign} {text if strength > _SUM else f'({text})'}")
                 continue
-            array = "out" if target == OUT else self.arrays[target]
-            self.lines.append(f"{array}[{index(next(columns))}] = {text}")
+            array, places = "out" if target == OUT else self.arrays[target], next(columns)
+            self.entered.update((target, place) for place in places)
+            self.lines.append(f"{array}[{index(places)}] = {text}")
         if shared:
             self.lines.append(f"{self.array}[{index([self.kept[m.root] for m in group.members])}] = {text}")
 

@@ -18,7 +18,7 @@ FEWEST_TERMS = 16  # of a sum that is made in a loop
 _CHEAP = frozenset(
     ("add", "sub", "mul", "neg")
 )  # repeated rather than kept, when they cost no more than reading
-_SOLVES = ON_ARRAYS - {"element"}
+SOLVES = ON_ARRAYS - {"element"}
 
 OUT = "out"
 Sink = tuple[str | int, int]  # an array (`OUT`, or the node of a solver), and the place in it
@@ -64,7 +64,7 @@ def find(g: Graph, written: Iterable[tuple[int, int]]) -> Clusters:
     for place, node in written:
         c.sinks[node].append((OUT, place))
     for node in nodes:
-        if g.op[node] in _SOLVES:
+        if g.op[node] in SOLVES:
             c.solves.append(node)
             for place, value in array_entries(g, node):
                 c.sinks[value].append((node, place))
@@ -115,7 +115,7 @@ def _assign(g: Graph, c: Clusters, nodes: list[int], inner: set[int]) -> None:
     terms = {x for entries in c.sums.values() for _, x in entries}
     owners: dict[int, int | None] = {}  # None: several
     for node in reversed(nodes):
-        if node in inner or g.op[node] in ON_ARRAYS:
+        if node in inner or g.op[node] in SOLVES:
             continue
         is_leaf = c.is_leaf(g, node)
         written = node in c.sinks or node in terms or node in c.sums

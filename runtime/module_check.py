@@ -1,0 +1,117 @@
+"""Whether the functions of a module can be those of a model: complete, each result once, nothing read uncomputed.
+
+What a text has passed is remembered in the cache folder, so that only its first reading pays.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from runtime.abi import CLOSED, SPARSE, array_sizes, closed_header, setting_names
+from runtime.code.cache import cache_folder, fetch, prune, store
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from runtime.module import ModuleSource
+
+_SOURCES = ("module_check.py", "abi.py", "code/dataflow.py", "code/grammar.py")  # decide what passes
+_KEPT = 1000
+_passed: set[str] = set()
+
+
+def verified(source: ModuleSource) -> ModuleSource:
+    """Return a module whose functions have been followed through, each result of each.
+
+    Raises
+    ------
+    runtime.errors.ModuleError
+        Names the function and the element or name that is missing, written twice or read too early.
+    """
+    key = _key(source)
+    if key in _passed:
+        return source
+    path = cache_folder("checked") / key
+    if fetch(path) is None:
+        _follow(source)
+        if store(path, b""):
+            prune(path.parent, _KEPT)
+    _passed.add(key)
+    return source
+
+
+def _key(source: ModuleSource) -> str:
+    digest = hashlib.sha256(source.text_hash.encode())
+    sizes = [source.header[key] for key in ("nq", "nv", "nh", "nn", "nw")]
+    digest.update("\0".join((repr(sizes), *source.functions.values())).encode())
+    folder = Path(__file__).parent
+    for name in _SOURCES:
+        digest.update((folder / name).read_bytes())
+    return digest.hexdigest()[:40]
+
+
+def _follow(source: ModuleSource) -> None:
+    from runtime.code.dataflow import follow
+    from runtime.code.grammar import FunctionText, Lengths
+    from runtime.names import result_label
+
+    header = source.header
+    n_p = len(header["parameters"]) + len(header["inputs"]) + len(setting_names(header))
+    written, texts = {}, {}
+    for name, text in source.functions.items():
+        sizes = array_sizes(header, name)
+        if sizes is None:
+            continue
+        lengths = Lengths(sizes[0], n_p, sizes[1])
+        texts[name] = FunctionText(name, text, lengths, source.tables, source.file, source.lines[name])
+        plain = name.removeprefix(CLOSED)
+        written[name] = follow(
+            texts[name],
+            lambda place, name=name: result_label(header, name, place),
+            sparse=plain in SPARSE,
+        )
+    _compare(header, written, texts, "")
+    if header.get("switches"):
+        _compare(closed_header(header), written, texts, CLOSED)
+
+
+def _compare(header: dict, written: dict[str, np.ndarray], texts: dict, prefix: str) -> None:
+    """Hold the zeros that matrices leave out against each other: M is symmetric, and the Jacobian has M and G in it."""
+    import numpy as np
+
+    from runtime.names import result_label
+
+    nq, nv, m = header["nq"], header["nv"], header["nh"] + header["nn"]
+
+    def pattern(name: str, rows: int, columns: int) -> np.ndarray:
+        found = np.zeros(rows * columns, dtype=bool)
+        found[written[name]] = True
+        return found.reshape(rows, columns)
+
+    def agree(
+        name: str, here: np.ndarray, there: np.ndarray, other: str, first: tuple[int, int], width: int
+    ) -> None:
+        lacks = there & ~here
+        if lacks.any():
+            i, j = (int(k) for k in np.argwhere(lacks)[0])
+            place = (first[0] + i) * width + first[1] + j
+            meaning = result_label(header, name.removeprefix(CLOSED), place)
+            texts[name].refuse(None, f"out[{place}] ({meaning}) is never written, but {other} has it")
+
+    mass = pattern("mass_matrix", nv, nv)
+    jacobian = prefix + "residual_jacobian"
+    width = nq + 2 * nv + m
+    whole = pattern(jacobian, nv + m, width)
+    by_a, by_lam = slice(nq + nv, nq + 2 * nv), slice(nq + 2 * nv, None)
+    if not prefix:
+        agree("mass_matrix", mass, mass.T, "its mirror image", (0, 0), nv)
+        agree("mass_matrix", mass, whole[:nv, by_a], f"{jacobian!r}", (0, 0), nv)
+    agree(jacobian, whole[:nv, by_a], mass, "'mass_matrix'", (0, nq + nv), width)
+    if m:
+        name = prefix + "constraint_jacobian"
+        G = pattern(name, m, nv)
+        agree(name, G, whole[nv:, by_a], f"{jacobian!r}", (0, 0), nv)
+        agree(jacobian, whole[nv:, by_a], G, f"{name!r}", (nv, nq + nv), width)
+        agree(jacobian, whole[:nv, by_lam], G.T, f"{name!r}", (0, nq + 2 * nv), width)
