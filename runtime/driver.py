@@ -10,6 +10,7 @@ import numpy as np
 
 from runtime.errors import ContactError
 from runtime.event_actions import EventActions, ResetError
+from runtime.exchange import energy_error_so_far
 from runtime.failures import failure_message
 from runtime.integrate import layout as at
 from runtime.uninterrupted import uninterrupted
@@ -300,16 +301,10 @@ class Run:
         return True
 
     def energy_error(self) -> float:
-        """Return the present error of T + V - work since the start, in parts of the larger |T|, |V| of now and then."""
-        system, arrays = self.system, self.arrays
-        n = system.nq + system.nv
-        first, now = (
-            system.kernel("energy")(t, y[:n], arrays.p)
-            for t, y in ((arrays.frame_times[0], arrays.frames[0]), (arrays.t, arrays.y))
-        )
-        work = self._work() + self.actions.energy_of_resets - float(arrays.frames[0][n:].sum())
-        largest = max(np.abs(first).max(), np.abs(now).max())
-        return float(abs(now.sum() - work - first.sum()) / largest) if largest > 0.0 else 0.0
+        """Return the present error of T + V - work since the start, in parts of what the motion exchanged so far."""
+        arrays = self.arrays
+        resets = self.actions.energy_of_resets - self.reset_energy_at_frames[0]
+        return energy_error_so_far(self, int(arrays.counters[at.NEXT_FRAME]), arrays.t, arrays.y, resets)
 
     def _work(self) -> float:
         n = self.system.nq + self.system.nv

@@ -15,6 +15,7 @@ from runtime.names import acceleration_labels, rate_indices, rate_labels
 
 if TYPE_CHECKING:
     from runtime.contact.forms import Forms
+    from runtime.exchange import Exchange
     from runtime.subsystems.report import Parts
     from runtime.system import System
 
@@ -75,8 +76,10 @@ class Energy:
     ----------
     kinetic, potential, work : ndarray, shape (n_frames,)
         `work` counts what came from outside, and from resets of events.
+    exchange : runtime.exchange.Exchange
+        What the motion exchanges, `exchange.size` [J]: the largest |T| or the range of V, whichever is larger.
     max_error : float
-        Largest deviation of T + V - work from its start over all checked states, in parts of the largest |T|, |V|.
+        Largest deviation of T + V - work from its start over all checked states, in parts of what the motion exchanges.
     taken : float
         Largest error that energy scaling has taken away up to some step, in the same parts.
     """
@@ -84,6 +87,7 @@ class Energy:
     kinetic: np.ndarray
     potential: np.ndarray
     work: np.ndarray
+    exchange: Exchange
     max_error: float
     taken: float = 0.0
 
@@ -303,6 +307,11 @@ class Solution:
     def objections(self) -> list:
         """The entries of the health report that are not ok."""
         return [entry for entry in self.health if not entry.ok]
+
+    @property
+    def advice(self) -> list:
+        """The notes of the health report, which by themselves say nothing against the result."""
+        return [entry for entry in self.health if entry.note]
 
     @property
     def ok(self) -> bool:

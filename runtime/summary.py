@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
+from runtime.exchange import Exchange
 from runtime.integrate import layout as at
 from runtime.solution import ConstraintResidual, Energy, Sample, Solution
 
@@ -28,7 +29,7 @@ _STATISTICS = {
 }
 _ENERGY_SCALING = (
     "energy scaling: on, as forces are conservative or constant and constraints do not move; errors that it took away "
-    "add up to {:.2g} of the largest energy"
+    "add up to {:.2g} of what the motion exchanges"
 )
 
 
@@ -61,10 +62,9 @@ def summarise(
     with np.errstate(invalid="ignore", over="ignore"):  # the health report says what is not finite
         initial = energies[0].sum() - work[0]
         balance = np.concatenate([energies.sum(axis=1) - work, extra["balance"]])
-        largest = max(np.abs(energies).max(initial=0.0), extra["largest"])
-        error = float(np.abs(balance - initial).max())
-    parts = float(largest) if largest > 0.0 else 1.0
-    taken = float(arrays.control[at.MOST_ENERGY_TAKEN]) / parts
+        exchange = Exchange(energies, work).take(extra["energies"], extra["work"])
+        error = float(exchange.relative(np.abs(balance - initial).max()))
+        taken = float(exchange.relative(arrays.control[at.MOST_ENERGY_TAKEN]))
     if np.isfinite(arrays.control[at.ENERGY_LEVEL]):
         notes = [*notes, _ENERGY_SCALING.format(taken)]
     q, v = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
@@ -78,7 +78,7 @@ def summarise(
         samples=_samples(system, arrays.p, sampled, run.forms),
         forms=None if forms is None else replace(forms, index=forms.index[shown]),
         events=run.actions.log,
-        energy=Energy(energies[shown, 0], energies[shown, 1], work[shown], error / parts, taken),
+        energy=Energy(energies[shown, 0], energies[shown, 1], work[shown], exchange, error, taken),
         constraint_residual=ConstraintResidual(
             position[shown],
             velocity[shown],
@@ -159,7 +159,8 @@ def _sample_checks(
     system: System, p: np.ndarray, entries: Sequence[tuple[float, np.ndarray, float, int]]
 ) -> dict[str, Any]:
     if not entries:
-        return {"balance": np.zeros(0), "largest": 0.0, "position": 0.0, "velocity": 0.0}
+        nothing = {"balance": np.zeros(0), "energies": np.zeros((0, 2)), "work": np.zeros(0)}
+        return {**nothing, "position": 0.0, "velocity": 0.0}
     times = np.array([entry[0] for entry in entries])
     rows = np.vstack([entry[1] for entry in entries])
     energies = evaluate(system, "energy", p, times, rows)
@@ -167,7 +168,8 @@ def _sample_checks(
     position, velocity = constraint_residuals(system, p, times, rows)
     return {
         "balance": energies.sum(axis=1) - work,
-        "largest": np.abs(energies).max(),
+        "energies": energies,
+        "work": work,
         "position": position.max(initial=0.0),
         "velocity": velocity.max(initial=0.0),
     }

@@ -144,6 +144,9 @@ def test_dense_output_is_the_polynomial_of_the_history(order):
     w = history(polynomials, 0.1, arrays, order)
     start = np.array([polynomial(-0.1) for polynomial in polynomials])
     w.states[of.Y_NEW] = w.differences[0]
+    # Up to order 2 work follows from its power, up to t^3.
+    power = polynomials[2].deriv()
+    w.numbers[of.POWER_BEFORE], w.numbers[of.POWER] = power(-0.1), power(0.0)
     python(history_dense)(ndf(), arrays.sizes, order, start, w, arrays.dense)
     for theta in (0.0, 0.3, 0.8, 1.0):
         python(evaluate_dense)(theta, arrays.dense, 6, 3, out)
@@ -222,6 +225,15 @@ def test_work_is_integrated_with_the_motion():
         gap = system.kernel("energy")(5.0, arrays.y[:2], arrays.p).sum() - 0.125 - arrays.y[2]
         gaps.append(abs(gap) / rtol)
     assert max(gaps) < 1000.0
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12])
+def test_bodies_that_stick_to_a_belt_keep_their_energy_balance(rtol):
+    """What sticks moves evenly: nothing shortens the steps, while the spring on it changes its power."""
+    from tests.trust.models import bundled
+
+    run = bundled("stick_slip").run(t_end=8.0, method="bdf", rtol=rtol, atol=0.01 * rtol)
+    assert run.ok and run.energy.max_error < max(1e3 * rtol, 1e-6)
 
 
 def test_frames_and_end_are_on_the_constraints():

@@ -44,7 +44,7 @@ class Level:
         Observed from this difference and that of the next finer run (methods of fixed step).
     energy_error, position_residual, velocity_residual : float
     times, energy_drift : ndarray
-        The error of the energy balance over time, in parts of the largest energy.
+        Magnitudes of the error of the energy balance over time, in parts of what the motion exchanges.
     """
 
     setting: float
@@ -181,7 +181,6 @@ def _levels(runs: list[Solution], quantity: str, compared: Comparison) -> tuple[
         order = None
         if quantity == "step" and i + 1 < len(differences) and min(differences[i : i + 2]) > 0.0:
             order = float(np.log2(differences[i] / differences[i + 1]))
-        largest = max(np.abs(run.energy.kinetic).max(), np.abs(run.energy.potential).max()) or 1.0
         levels.append(
             Level(
                 setting=float(getattr(run, quantity)),
@@ -192,7 +191,7 @@ def _levels(runs: list[Solution], quantity: str, compared: Comparison) -> tuple[
                 position_residual=run.constraint_residual.max_position,
                 velocity_residual=run.constraint_residual.max_velocity,
                 times=run.t,
-                energy_drift=(run.energy.balance - run.energy.balance[0]) / largest,
+                energy_drift=run.energy.exchange.relative(run.energy.balance - run.energy.balance[0]),
             )
         )
     return tuple(levels)

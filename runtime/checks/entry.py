@@ -20,6 +20,8 @@ class HealthCheck:
         What was found, and where the limit lies.
     says : str
         One sentence: what this means and, where it is not ok, one thing to do.
+    note : bool
+        Advice, or a cause that may lie behind an objection; by itself nothing against the result, so `ok` is True.
     """
 
     check: str
@@ -27,6 +29,7 @@ class HealthCheck:
     value: float
     limit: float
     says: str
+    note: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Return the check as a dictionary."""
@@ -37,3 +40,13 @@ def limited(name: str, value: float, limit: float, fine: str, objection: str) ->
     """Return an entry that is ok where `value` is at most `limit`; NaN is not."""
     ok = bool(value <= limit)
     return HealthCheck(name, ok, float(value), float(limit), fine if ok else objection)
+
+
+def noted(name: str, value: float, limit: float, says: str) -> HealthCheck:
+    """Return an entry that advises."""
+    return HealthCheck(name, True, float(value), float(limit), says, note=True)
+
+
+def advised(name: str, value: float, limit: float, fine: str, advice: str) -> HealthCheck:
+    """Return an entry that advises where `value` is not at most `limit`."""
+    return limited(name, value, limit, fine, "") if value <= limit else noted(name, value, limit, advice)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from runtime.checks.choice import least_steps_per_period
-from runtime.checks.entry import HealthCheck, limited
-from runtime.checks.stability import stable_radius, stable_step
+from runtime.checks.entry import HealthCheck, advised, limited, noted
+from runtime.checks.stability import stable_radius, stable_step, unstable_rate
 from runtime.constraints.drift import constraint_drift
 from runtime.constraints.levels import Constraints
 from runtime.failures import state_names
@@ -22,38 +23,48 @@ if TYPE_CHECKING:
     from runtime.solution import Solution
 
 _ENERGY_PER_RTOL, _LEAST_ENERGY, _LARGEST_ENERGY = 1e4, 1e-6, 1e-2
-_FIXED_STEP_ENERGY = {"low order": 1e-2, "high order": 1e-3}
+_FIXED_STEP_ENERGY = {1: 5e-2, 2: 1e-2}  # by order; of order 1 it is half that of amplitudes
+_ENERGY_OF_HIGH_ORDER = 1e-3
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
 _FIXED_STEP_DRIFT = 1e-6
 _QUATERNION_LENGTH = 1e-12
 MOST_REJECTED = 0.8
+_FROM_ROUND_OFF = -np.log(np.finfo(float).eps)  # e-folds
 _TINY_STEP = 64 * np.finfo(float).eps
 _MOST_TINY = 0.05  # part of the steps; events and stop times cut some steps short
 _STATES_FOR_TIME_SCALES = 5
 _LARGEST_FOR_TIME_SCALES = 400  # states; eigenvalues cost their cube
 ACCURATE_RTOL = 1e-6  # tighter tolerances need no estimate of the error at the end, unless errors grow
 _NEAR_DEPENDENCE = 1e-3  # ratio of pivots
-_SYMPTOMS = ("energy", "rejected steps")  # of what an estimate of the error may explain
+_SYMPTOMS = ("energy",)  # of what an estimate of the error may explain
+_OF_STEPS = ("resolution", "stability")
 _REGULAR_ENDS = ("success", "terminated")
 
 
 def check(solution: Solution) -> list[HealthCheck]:
     """Check a run.
 
+    What is not ok is evidence against the result. What may explain it, or would have been wiser, is a note: steps in
+    a period, stability, stiffness, signs of damping and stiffness, rejected and tiny steps. Notes stand beside what
+    they may be the cause of, and by themselves say nothing against a result.
+
     Limits:
 
-    * energy: adaptive methods 1e4 rtol, at least 1e-6 and at most 1e-2; methods of fixed step 1e-2 up to
-      order 2, 1e-3 above. The error is that of T + V - work, in parts of the largest |T|, |V|.
+    * energy: adaptive methods 1e4 rtol, at least 1e-6 and at most 1e-2; methods of fixed step 5e-2 at order 1, 1e-2 at
+      order 2, 1e-3 above. The error is that of T + V - work, in parts of what the motion exchanges.
     * constraints: adaptive methods 100 rtol, at least 1e-8 and at most 1e-4; of fixed step 1e-6; in parts of
       the constraint's change over the coordinates' characteristic sizes, or of its largest velocity term.
     * quaternions: their lengths 1e-12 from 1, as every state is scaled to that.
-    * steps: at most 80 % rejected, at most 5 % at the limit of floating-point time.
-    * resolution (fixed step): at least 20 steps in the fastest period, and inside the region of stability.
+    * accuracy: the estimated error at the end, in its own file. Where a run of fixed step cannot be estimated, steps
+      that do not resolve its fastest motion, or are not stable on it, are evidence.
+    * stability (fixed step): what is unstable must not grow from round-off to the size of the motion.
+    * notes on steps: at most 80 % rejected, at most 5 % at the limit of floating-point time; at fixed step enough of
+      them in the fastest period (`choice.least_steps_per_period`).
     * rank: constraints that come to depend on each other on the way are reported, with when and which; steps across a
       gap between branches of the positions fail.
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
-    * missed events, jacobian (Newton's iterations had trouble), stiffness (explicit methods, many steps), negative
-      damping and stiffness, poles (fixed steps), accuracy (fixed steps, rtol above 1e-6, chaos): each in its own file.
+    * missed events, poles (fixed steps), and notes on the Jacobian, stiffness (explicit methods, many steps), negative
+      damping and stiffness: each in its own file.
     """
     method = find_method(solution.method)
     found = [_status(solution), _finite(solution)]
@@ -71,7 +82,7 @@ def check(solution: Solution) -> list[HealthCheck]:
     if solution.system.quaternions:
         found.append(_quaternions(solution))
     found += _steps(solution) if method.adaptive else _resolution(solution, method)
-    return found + list(_further(solution, method, found))
+    return _with_evidence(found + list(_further(solution, method, found)))
 
 
 def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> Iterator[HealthCheck]:
@@ -108,6 +119,16 @@ def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> It
         yield from accuracy(solution, method, resolution, chaos)
 
 
+def _with_evidence(found: list[HealthCheck]) -> list[HealthCheck]:
+    """Let steps that are too long for a motion count as evidence where nothing says how large their error is."""
+    if any(entry.check == "accuracy" for entry in found):
+        return found
+    return [
+        replace(entry, ok=False, note=False) if entry.note and entry.check in _OF_STEPS else entry
+        for entry in found
+    ]
+
+
 def _may_be_chaotic(solution: Solution) -> bool:
     """Whether there are the three dimensions that chaos needs (Poincaré and Bendixson)."""
     system = solution.system
@@ -132,15 +153,15 @@ def _finite(solution: Solution) -> HealthCheck:
 
 
 def energy_limit(method: Method, rtol: float) -> float:
-    """Return the largest energy error that a run may have, in parts of the largest |T|, |V|."""
+    """Return the largest energy error that a run may have, in parts of what the motion exchanges."""
     if method.adaptive:
         return min(_LARGEST_ENERGY, max(_LEAST_ENERGY, _ENERGY_PER_RTOL * rtol))
-    return _FIXED_STEP_ENERGY["low order" if method.order <= 2 else "high order"]
+    return _FIXED_STEP_ENERGY.get(method.order, _ENERGY_OF_HIGH_ORDER)
 
 
 def _energy(solution: Solution, method: Method) -> HealthCheck:
     value, limit = solution.energy.unscaled_error, energy_limit(method, solution.rtol)
-    found = f"the energy balance is off by {value:.2g} of the largest energy"
+    found = f"the energy balance is off by {value:.2g} of what the motion exchanges"
     if solution.energy.taken > solution.energy.max_error:
         found = f"without energy scaling, {found.replace('is off', 'would be off')}"
     remedy = (
@@ -166,7 +187,7 @@ def _constraints(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     if solution.redundant:
         names = ", ".join(solution.redundant)
         says = f"{names}: multipliers are not unique, the minimum-norm ones are given"
-        yield HealthCheck("redundant constraints", True, float(len(solution.redundant)), 0.0, says)
+        yield noted("redundant constraints", len(solution.redundant), 0.0, says)
 
 
 def _rank(solution: Solution) -> Iterator[HealthCheck]:
@@ -186,7 +207,7 @@ def _rank(solution: Solution) -> Iterator[HealthCheck]:
         f"constraint {name!r} nearly follows from the others at about t = {solution.t[frame]:.6g} s (ratio of pivots "
         f"{solution.min_pivot_ratio:.2g}): a dead or change point, where the motion may go on in several ways"
     )
-    yield HealthCheck("rank", True, float(solution.min_pivot_ratio), _NEAR_DEPENDENCE, says)
+    yield noted("rank", solution.min_pivot_ratio, _NEAR_DEPENDENCE, says)
 
 
 def _quaternions(solution: Solution) -> HealthCheck:
@@ -203,17 +224,17 @@ def _steps(solution: Solution) -> Iterator[HealthCheck]:
     taken, rejected = solution.stats["steps"], solution.stats["rejected"]
     ratio = rejected / max(taken + rejected, 1)
     found = f"{rejected} of {taken + rejected} steps were rejected"
-    objection = f"{found}: a discontinuity or noise in the forces defeats the error control; make it an event"
-    yield limited("rejected steps", ratio, MOST_REJECTED, found, objection)
+    advice = f"{found}: a discontinuity or noise in the forces defeats the error control; make it an event"
+    yield advised("rejected steps", ratio, MOST_REJECTED, found, advice)
     if not len(solution.step_log):
         return
     t, h = solution.step_log[:, 0], solution.step_log[:, 1]
     tiny = float(np.mean(h <= _TINY_STEP * np.maximum(np.abs(t), solution.t_end - solution.t_start)))
     found = f"steps from {h.min():.3g} to {h.max():.3g} s"
-    objection = (
+    advice = (
         f"{found}: {tiny:.0%} of them can be told from zero only just; rtol may be too small for this model"
     )
-    yield limited("step size", tiny, _MOST_TINY, found, objection)
+    yield advised("step size", tiny, _MOST_TINY, found, advice)
 
 
 def _resolution(solution: Solution, method: Method) -> Iterator[HealthCheck]:
@@ -227,21 +248,36 @@ def _resolution(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     period = 2.0 * np.pi / fastest
     found = f"{period / h:.3g} steps in the fastest period, which is {period:.3g} s"
     needed = least_steps_per_period(method)
-    ok = bool(period / h >= needed)
-    objection = f"only {found}: take a step of at most {period / needed:.2g} s"
-    yield HealthCheck("resolution", ok, float(period / h), needed, found if ok else objection)
+    if period / h >= needed:
+        yield HealthCheck("resolution", True, float(period / h), needed, found)
+    else:
+        advice = f"only {found}: take a step of at most {period / needed:.2g} s"
+        yield noted("resolution", period / h, needed, advice)
     if stable_radius(method) is not None:
-        stable = min(stable_step(method, scale.eigenvalues) for scale in scales)
-        found = f"the step is {h:.3g} s, stable up to {stable:.3g} s"
-        objection = (
-            f"{found}: the fastest motion, {_cause(solution)}, grows; take a step below {stable:.2g} s, or an implicit "
-            "method"
+        yield _stability(solution, method, scales)
+
+
+def _stability(solution: Solution, method: Method, scales: list[TimeScales]) -> HealthCheck:
+    """Object where an unstable motion grows from round-off to the size of all; one that grows less is a note."""
+    h = solution.step
+    stable = min(stable_step(method, scale.eigenvalues) for scale in scales)
+    found = f"the step is {h:.3g} s, stable up to {stable:.3g} s"
+    if h <= stable:
+        return HealthCheck("stability", True, h / stable, 1.0, found)
+    span = float(solution.t[-1] - solution.t[0])
+    folds = span * float(np.mean([unstable_rate(method, h, scale.eigenvalues) for scale in scales]))
+    says = (
+        f"{found}: the fastest motion, {_cause(solution)}, grows, by e^{folds:.3g} in the run; take a step below "
+        f"{stable:.2g} s, or an implicit method"
+    )
+    if stable == 0.0:
+        says = (
+            f"{method.name} is unstable on undamped motion at every step, which grows by e^{folds:.3g} in the run; "
+            "take verlet, rk4 or dop853"
         )
-        if stable == 0.0:
-            objection = (
-                f"{method.name} is unstable on undamped motion at every step; take verlet, rk4 or dop853"
-            )
-        yield limited("stability", h / stable if stable > 0.0 else np.inf, 1.0, found, objection)
+    ratio = h / stable if stable > 0.0 else np.inf
+    grown = not folds < _FROM_ROUND_OFF
+    return HealthCheck("stability", not grown, float(ratio), 1.0, says, note=not grown)
 
 
 def _cause(solution: Solution) -> str:

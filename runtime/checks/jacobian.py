@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.batches import accelerations_and_multipliers, evaluate
-from runtime.checks.entry import HealthCheck, limited
+from runtime.checks.entry import HealthCheck, advised
 from runtime.names import rate_labels
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ _SMALL = (
 def jacobian(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     """Yield one entry: J d against differences of the residual along one direction d, at the start and on the way.
 
-    A wrong Jacobian leaves the result of a run as it is as long as Newton's iterations converge; where they do not,
-    nothing else would say why. Large models are looked at only then.
+    A wrong Jacobian leaves the result of a run as it is as long as Newton's iterations converge, so it is noted; where
+    they do not, nothing else would say why. Large models are looked at only then.
     """
     system = solution.system
     n = system.nq + 2 * system.nv + system.m
@@ -61,7 +61,7 @@ def jacobian(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     names = [f"the equation of {name}" for name in rate_labels(system.coordinates, system.rates)]
     names += [f"constraint {record['name']!r}" for record in system.constraints]
     found = f"the Jacobian is off by {off.max():.2g} of its terms in {names[worst]}"
-    yield limited(
+    yield advised(
         "jacobian", off.max(), _LIMIT, f"{found}, which is round-off",
         f"{found}: `{_KERNEL}` is not the derivative of `residual`; derive the module again, and do not edit it",
     )  # fmt: skip

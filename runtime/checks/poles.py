@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.batches import accelerations_and_multipliers
-from runtime.checks.entry import HealthCheck
+from runtime.checks.entry import HealthCheck, noted
 from runtime.names import rate_labels
 
 if TYPE_CHECKING:
@@ -16,17 +16,19 @@ if TYPE_CHECKING:
     from runtime.solution import Solution
 
 _GROWTH = 1e6  # of an acceleration, from the frames around a pole to the last digits of time
+_LEAST_POWER = 0.9  # of 1/|t - t_pole| in an acceleration whose integral is infinite
 _MOST_INTERVALS = 20  # with the largest jumps
 _BISECTIONS = 60
 _MOST_NUMBERS = 2_000_000
 
 
 def poles(solution: Solution, method: Method) -> Iterator[HealthCheck]:
-    """Yield one objection where an acceleration becomes infinite between frames; nothing where none does.
+    """Yield one entry where an acceleration becomes infinite between frames; nothing where none does.
 
     Stages of a Gauss method may all lie beside the pole of a force like 1/(t - 1), whose parts before and after it then
     cancel. Where an acceleration changes its sign from one frame to the next, the change is bisected, with states
-    on the cubic through q and v: at a pole its magnitude grows without limit, elsewhere it does not.
+    on the cubic through q and v: at a pole its magnitude grows without limit, elsewhere it does not. Rates do not
+    outlive a pole like 1/(t - 1): that is an objection. They get across a weaker one, which is a note.
     """
     system = solution.system
     if system.m or system.quaternions or system.input_words or solution.forms is not None:
@@ -38,23 +40,25 @@ def poles(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         found = _infinite_frame(solution.t, a) or _pole(solution, a)
     if found is None:
         return
-    when, rate, value = found
+    when, rate, value, power = found
     name = rate_labels(system.coordinates, system.rates)[rate]
-    says = (
-        f"the derivative of {name} becomes infinite at t = {when:.9g} s, and steps of {method.name} went across it; "
-        "the result beyond it means nothing: end the run before it, or keep the force finite there"
-    )
+    says = f"the derivative of {name} becomes infinite at t = {when:.9g} s, and steps of {method.name} went across it"
+    if power < _LEAST_POWER:
+        says += f", as 1/|t|^{power:.2g}: rates get across that, but methods lose their order there"
+        yield noted("poles", value, _GROWTH, says)
+        return
+    says += "; the result beyond it means nothing: end the run before it, or keep the force finite there"
     yield HealthCheck("poles", False, value, _GROWTH, says)
 
 
-def _infinite_frame(t: np.ndarray, a: np.ndarray) -> tuple[float, int, float] | None:
-    """Return time, rate and magnitude where a frame falls on a pole."""
+def _infinite_frame(t: np.ndarray, a: np.ndarray) -> tuple[float, int, float, float] | None:
+    """Return time, rate, magnitude and power where a frame falls on a pole, whose power is unknown."""
     bad = np.argwhere(np.isinf(a))
-    return (float(t[bad[0, 0]]), int(bad[0, 1]), float("inf")) if bad.size else None
+    return (float(t[bad[0, 0]]), int(bad[0, 1]), float("inf"), float("inf")) if bad.size else None
 
 
-def _pole(solution: Solution, a: np.ndarray) -> tuple[float, int, float] | None:
-    """Return time, rate and growth of the first pole between frames."""
+def _pole(solution: Solution, a: np.ndarray) -> tuple[float, int, float, float] | None:
+    """Return time, rate, growth and power of the first pole between frames."""
     frames, rates = _largest_jumps(a)
     if not frames.size:
         return None
@@ -76,8 +80,12 @@ def _pole(solution: Solution, a: np.ndarray) -> tuple[float, int, float] | None:
     if not grown.size:
         return None
     first = grown[np.argmin(_between(solution, frames, right)[0][grown])]
-    when = _between(solution, frames, right)[0][first]
-    return float(when), int(rates[first]), float(growth[first])
+    when = float(_between(solution, frames, right)[0][first])
+    # The last places looked at are as near to the pole as time can be told apart.
+    h = float(np.diff(solution.t)[frames[first]])
+    nearest = max(h * 0.5**_BISECTIONS, np.finfo(float).eps * abs(when))
+    power = float(np.log(growth[first]) / np.log(h / nearest))
+    return when, int(rates[first]), float(growth[first]), power
 
 
 def _largest_jumps(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -68,6 +68,19 @@ def stable_step(method: Method, eigenvalues: np.ndarray) -> float:
     return min(stable_radius(method, damping_ratio(value)) / abs(value) for value in fast)
 
 
+def unstable_rate(method: Method, step: float, eigenvalues: np.ndarray) -> float:
+    """Return the rate [1/s] at which steps [s] let the motion of these eigenvalues grow that is least stable."""
+    eigenvalues = np.atleast_1d(np.asarray(eigenvalues, dtype=complex))
+    fastest, rate = np.abs(eigenvalues).max(initial=0.0), 0.0
+    if fastest <= 0.0 or stable_radius(method) is None:
+        return 0.0
+    for value in eigenvalues[np.abs(eigenvalues) >= _LEAST_OF_FASTEST * fastest]:
+        damping = 0.0 if method.name.startswith("rattle") else min(damping_ratio(value), 1.0)
+        grown = float(_growth(method.name, np.array([step * abs(value)]), damping)[0])
+        rate = max(rate, np.log(max(grown, 1.0)) / step)
+    return rate
+
+
 def damping_ratio(eigenvalue: complex) -> float:
     """Return -Re / |.|, and 0 where that is round-off, or the motion grows."""
     ratio = -eigenvalue.real / abs(eigenvalue) if eigenvalue else 0.0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.entry import HealthCheck
+from runtime.checks.entry import HealthCheck, noted
 from runtime.checks.mode_origin import fastest_origin
 from runtime.checks.time_scales import TimeScales, time_scales
 
@@ -58,7 +58,7 @@ def stiffness(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         f"({origin.says() if origin else 'of the model'}); steps of {solution.method} are at the limit of stability, "
         "where error estimates are worth little; take radau5 or --method auto"
     )
-    yield HealthCheck("stiffness", False, share, _MOST_AT_LIMIT, says)
+    yield noted("stiffness", share, _MOST_AT_LIMIT, says)
 
 
 class _Found:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from runtime.checks.entry import HealthCheck, limited
+from runtime.checks.entry import HealthCheck, advised, limited
 from runtime.checks.health import MOST_REJECTED, energy_limit
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ def subsystems(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     """Yield what is wrong with the worst subsystem, by energy and by rejected steps; each is named."""
     title, value = solution.parts.worst_energy()
     limit = energy_limit(method, solution.rtol)
-    found = f"at most, the energy balance of the {title} is off by {value:.2g} of its largest energy"
+    found = f"at most, the energy balance of the {title} is off by {value:.2g} of what it exchanges"
     objection = f"{found}, more than {limit:.2g}: try tighter tolerances or smaller steps"
     yield limited("subsystem energy", value, limit, found, objection)
     if method.adaptive:
@@ -27,7 +27,7 @@ def subsystems(solution: Solution, method: Method) -> Iterator[HealthCheck]:
             if title
             else "few steps were taken"
         )
-        objection = (
+        advice = (
             f"{found}: a discontinuity or noise in its forces defeats the error control; make it an event"
         )
-        yield limited("subsystem steps", value, MOST_REJECTED, found, objection)
+        yield advised("subsystem steps", value, MOST_REJECTED, found, advice)

@@ -1,6 +1,7 @@
-"""Forces of the wrong sign: damping that feeds a motion, springs that push away.
+"""Forces that may have the wrong sign: damping that feeds a motion, springs that push away.
 
-The energy balance of such runs is in order: the work of a dissipation is counted, whatever its sign.
+The energy balance of such runs is in order: the work of a dissipation is counted, whatever its sign. So is their
+result, if that is what was meant: all this is notes.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.batches import evaluate
-from runtime.checks.entry import HealthCheck
+from runtime.checks.entry import HealthCheck, noted
 from runtime.checks.mode_origin import fastest_growth
 from runtime.checks.time_scales import motion_jacobian
 from runtime.spread import spread_rows
@@ -34,7 +35,7 @@ _LARGEST = 200  # rates
 
 
 def wrong_signs(solution: Solution) -> Iterator[HealthCheck]:
-    """Yield objections to damping or stiffness of the wrong sign; nothing where both are in order."""
+    """Yield notes on damping or stiffness of an unusual sign; nothing where both are in order."""
     if solution.forms is not None or solution.system.has_feedback or len(solution.t) < 8:
         return
     if not solution.energy.max_error <= _BALANCE:
@@ -44,7 +45,7 @@ def wrong_signs(solution: Solution) -> Iterator[HealthCheck]:
 
 
 def _negative_damping(solution: Solution) -> Iterator[HealthCheck]:
-    """Object where the part of the power that is even in the rates is an inflow nearly always.
+    """Take note where the part of the power that is even in the rates is an inflow nearly always.
 
     Damping does the same work if all rates are turned round; constant and driven forces do the opposite work.
     """
@@ -53,8 +54,8 @@ def _negative_damping(solution: Solution) -> Iterator[HealthCheck]:
         return
     if (name := _negative_damper(solution)) is not None:
         value = float(solution.p[[record["name"] for record in system.parameters].index(name)])
-        says = f"parameter {name!r} = {value:g} makes a damping negative, which feeds the motion: its sign is wrong"
-        yield HealthCheck("negative damping", False, value, 0.0, says)
+        says = f"parameter {name!r} = {value:g} makes a damping negative, which feeds the motion: is its sign meant?"
+        yield noted("negative damping", value, 0.0, says)
         return
     if system.structure["time_dependent"]:
         return  # there, what moves by itself does work that is even in the rates, too
@@ -66,9 +67,9 @@ def _negative_damping(solution: Solution) -> Iterator[HealthCheck]:
     name = _feeding_parameter(solution, even)
     says = (
         f"forces that depend on rates feed the motion instead of damping it, {energy.work[-1] - energy.work[0]:.3g} J "
-        f"in all{name}: a damping has the wrong sign"
+        f"in all{name}: is the sign of the damping meant?"
     )
-    yield HealthCheck("negative damping", False, share, 0.0, says)
+    yield noted("negative damping", share, 0.0, says)
 
 
 def _even_power(solution: Solution, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -130,7 +131,7 @@ def _is_fed(solution: Solution, p: np.ndarray, frame: int) -> bool:
 
 
 def _negative_stiffness(solution: Solution) -> Iterator[HealthCheck]:
-    """Object where a motion grows exponentially through the whole run, and is not fed from outside."""
+    """Take note where a motion grows exponentially through the whole run, and is not fed from outside."""
     system, kinetic = solution.system, solution.energy.kinetic
     late = kinetic[int(0.75 * (len(kinetic) - 1))]
     if system.nv > _LARGEST or not kinetic[-1] > _SPEED_UP * late or kinetic[-1] < 0.999 * kinetic.max():
@@ -152,7 +153,7 @@ def _negative_stiffness(solution: Solution) -> Iterator[HealthCheck]:
     named = negative or [name for name, _, effect in origins[-1].parameters if effect > 0.0]
     by = f", with parameter {named[0]!r} = {values[named[0]]:g}" if named else ""
     says = (
-        f"the motion runs away, by e^{folds:.3g} in the run{by}: forces push away from where they should pull back; a "
-        "stiffness has the wrong sign, or the start is an unstable equilibrium without limit"
+        f"the motion runs away, by e^{folds:.3g} in the run{by}: forces push away where springs pull back: is the "
+        "sign of the stiffness meant, or the start an unstable equilibrium without limit?"
     )
-    yield HealthCheck("negative stiffness", False, folds, _LEAST_FOLDS, says)
+    yield noted("negative stiffness", folds, _LEAST_FOLDS, says)

@@ -50,7 +50,7 @@ def page(
     }
     lines += _table(("", ""), facts.items())
     if health:
-        rows = [(check["check"], "ok" if check["ok"] else "**not ok**", check["says"]) for check in health]
+        rows = [(check["check"], _mark(check), check["says"]) for check in health]
         lines += ["", "## Health", "", *_table(("Check", "", ""), rows)]
     if stats:
         lines += ["", "## Work", "", *_table(("", ""), stats.items())]
@@ -64,6 +64,12 @@ def page(
         if len(rows) > _MOST_PARAMETERS:
             lines += ["", f"… and {len(rows) - _MOST_PARAMETERS} more, in the recording's properties."]
     return "\n".join(lines) + "\n"
+
+
+def _mark(check: dict) -> str:
+    if not check["ok"]:
+        return "**not ok**"
+    return "note" if check.get("note") else "ok"
 
 
 def _table(head: tuple[str, ...], rows) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from runtime.checks.growth import growth_rate
 from runtime.errors import ModuleError
+from runtime.exchange import Exchange
 from runtime.names import rate_labels
 from runtime.system import System, load
 
@@ -44,7 +45,7 @@ class Difference:
         Where that is.
     relative : float
         The same in parts of the quantity's scale: its largest value in both runs, at least 1/1000 of the largest of
-        its unit; of the energy, the largest of T and V.
+        its unit; of the energy, what the motion exchanges.
     t_first : float or None [s]
         Where it first exceeds the tolerance.
     """
@@ -157,7 +158,7 @@ def compare(first: str | Path, second: str | Path, *, tolerance: float = 1e-6) -
     values = {name: (named_a[name][1], named_b[name][1]) for name in shared}
     scales = _scales(units, values)
     if _ENERGY in scales:
-        scales[_ENERGY] = max(_largest_energy(a), _largest_energy(b)) or 1.0
+        scales[_ENERGY] = max(_exchanged(a), _exchanged(b)) or 1.0
     relative = {name: np.abs(x - y) / scales[name] for name, (x, y) in values.items()}
     differences = tuple(
         _difference(name, units[name], *values[name], relative[name], t, tolerance) for name in shared
@@ -232,8 +233,8 @@ def _scales(units: dict[str, str], values: dict[str, tuple[np.ndarray, np.ndarra
     return {name: max(size, _SMALL * of_unit[units[name]]) or 1.0 for name, size in largest.items()}
 
 
-def _largest_energy(recording: Recording) -> float:
-    return float(np.abs(recording.energy[:, :2]).max(initial=0.0))
+def _exchanged(recording: Recording) -> float:
+    return Exchange(recording.energy[:, :2]).size
 
 
 def _difference(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from runtime.batches import constraint_residuals
+from runtime.exchange import Exchange
 from runtime.solution import ConstraintResidual, Energy, Solution
 from runtime.system import System
 
@@ -30,7 +31,8 @@ def replay(system: System, recording: Recording, energies: np.ndarray) -> Soluti
     for event in recording.events:
         work[event.frame :] += event.energy_change
     balance = energies.sum(axis=1) - work
-    error, largest = float(np.abs(balance - balance[0]).max()), float(np.abs(energies).max())
+    exchange = Exchange(energies, work)
+    error = float(exchange.relative(np.abs(balance - balance[0]).max()))
     position, velocity = constraint_residuals(system, p, t, states)
     return Solution(
         system=system,
@@ -41,7 +43,7 @@ def replay(system: System, recording: Recording, energies: np.ndarray) -> Soluti
         w=work,
         samples=[],
         events=[],
-        energy=Energy(energies[:, 0], energies[:, 1], work, error / largest if largest > 0.0 else error),
+        energy=Energy(energies[:, 0], energies[:, 1], work, exchange, error),
         constraint_residual=ConstraintResidual(position, velocity, position.max(), velocity.max()),
         step_log=np.zeros((0, 2)),
         stats={name: int(recording.stats.get(name, 0)) for name in _COUNTED},

@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from runtime.exchange import Exchange
+
 from . import about, schema
 from .layout import plot_rows
 from .quantities import Quantities
@@ -57,7 +59,7 @@ class RunWriter:
         self._plots = [curves for row in plot_rows(header) for curves in row]
         self._scene = Scene(header, of, settings.mesh_folder)
         self._sha256, self._file_digest = hashlib.sha256(), schema.FileDigest(path)
-        self._largest_energy = 0.0
+        self._exchange = Exchange()
         self._low: dict[str, np.ndarray] = {}
         self._high: dict[str, np.ndarray] = {}
         self._balance_at_start = float(of.balance(of.evaluate("energy", t[:1], y[:1]), y[:1])[0])
@@ -225,11 +227,9 @@ class RunWriter:
         )
 
     def _balance_error(self, energies: np.ndarray, y: np.ndarray, energy_of_resets: np.ndarray) -> np.ndarray:
-        """Return |T + V − work − its start|, of the largest |T| or |V| so far, shape (n,)."""
-        largest = np.maximum(np.maximum.accumulate(np.abs(energies).max(axis=1)), self._largest_energy)
-        self._largest_energy = float(largest[-1])
-        error = np.abs(self._of.balance(energies, y) - energy_of_resets - self._balance_at_start)
-        return error / np.where(largest > 0.0, largest, 1.0)
+        """Return |T + V − work − its start|, of what the motion exchanged up to the end of these frames, shape (n,)."""
+        error = self._of.balance(energies, y) - energy_of_resets - self._balance_at_start
+        return self._exchange.take(energies).relative(error)
 
 
 def _logarithm(values: np.ndarray) -> np.ndarray:

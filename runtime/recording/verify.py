@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.errors import ModuleError
+from runtime.exchange import Exchange
 from runtime.system import System, load
 
 from . import motion, schema
@@ -215,11 +216,10 @@ def _recorded_energies(recording: Recording, energies: np.ndarray) -> Check:
             )
     if recording.energy.shape != (len(energies), 3):
         return Check("energies as recorded", False, 1.0, 0.0, "the recorded energies have gaps")
-    scale = float(np.abs(energies).max(initial=0.0)) or 1.0
-    value = np.abs(recording.energy[:, :2] - energies).max(initial=0.0) / scale
-    return _limited(
-        "energies as recorded", value, _SAME, "difference from T and V computed again, of the largest of them"
-    )
+    off = np.abs(recording.energy[:, :2] - energies).max(initial=0.0)
+    value = float(Exchange(energies).relative(off))
+    says = "difference from T and V computed again, of what the motion exchanges"
+    return _limited("energies as recorded", value, _SAME, says)
 
 
 def _multipliers(recording: Recording, again: np.ndarray) -> Check:

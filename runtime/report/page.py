@@ -206,7 +206,13 @@ def _convergence(convergence: Convergence | None) -> list[Markup]:
 def _health(solution: Solution) -> list[Markup]:
     objection = Markup('<span class="bad">not ok</span>')
     rows = [
-        (e.check, "ok" if e.ok else objection, f"{e.value:.3g}", f"{e.limit:.3g}", e.says)
+        (
+            e.check,
+            "note" if e.note else "ok" if e.ok else objection,
+            f"{e.value:.3g}",
+            f"{e.limit:.3g}",
+            e.says,
+        )
         for e in solution.health
     ]
     events: dict[str, int] = {}

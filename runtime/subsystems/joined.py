@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from runtime.exchange import energy_error_so_far
 from runtime.integrate import layout as at
 from runtime.solution import EventRecord
 
@@ -160,13 +161,7 @@ class Joined:
             self.samples.append((t, row, energy, -1))
 
     def energy_error(self) -> float:
-        """Return the present error of T + V - work since the start, in parts of the larger |T|, |V| of now and then."""
-        system, arrays, n = self.system, self.arrays, self.system.nq + self.system.nv
-        rows = [0, self.n_frames - 1]
-        first, now = (
-            system.kernel("energy")(arrays.frame_times[k], arrays.frames[k, :n], arrays.p) for k in rows
-        )
-        work = [float(arrays.frames[k, n:].sum() + self.reset_energy_at_frames[k]) for k in rows]
-        largest = max(np.abs(first).max(), np.abs(now).max())
-        error = abs(now.sum() - work[1] - first.sum() + work[0])
-        return float(error / largest) if largest > 0.0 else 0.0
+        """Return the present error of T + V - work since the start, in parts of what the motion exchanged so far."""
+        arrays, last = self.arrays, self.n_frames - 1
+        resets = float(self.reset_energy_at_frames[last] - self.reset_energy_at_frames[0])
+        return energy_error_so_far(self, last, arrays.frame_times[last], arrays.frames[last], resets)

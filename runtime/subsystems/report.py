@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.exchange import Exchange
 from runtime.integrate import layout as at
 
 if TYPE_CHECKING:
     from runtime.subsystems.subsystem import Subsystem
 
 _FEWEST_STEPS = 20  # of a subsystem, to speak of a share of rejected ones
-_LEAST_ENERGY = 1e-9  # of the largest in the whole: errors of subsystems with less do not matter
+_LEAST_ENERGY = 1e-9  # of the largest exchange in the whole: errors of subsystems with less do not matter
 
 
 class Parts:
@@ -28,16 +29,20 @@ class Parts:
         self.found = found
 
     def worst_energy(self) -> tuple[str, float]:
-        """Return the subsystem with the largest error of its energy balance, in parts of its largest |T|, |V|."""
+        """Return the subsystem with the largest error of its energy balance, in parts of what it exchanges."""
         errors = {
-            title: _error_and_size(energies, work)
+            title: _error_and_exchange(energies, work)
             for subsystem in self.found
             for title, energies, work in subsystem.balances()
         }
-        floor = _LEAST_ENERGY * max((size for _, size in errors.values()), default=0.0)
+        largest = max((exchange.size for _, exchange in errors.values()), default=0.0)
         relative = {
-            title: error / max(size, floor) if size > 0.0 else 0.0 for title, (error, size) in errors.items()
+            title: float(exchange.relative(error)) * min(1.0, exchange.size / (_LEAST_ENERGY * largest))
+            for title, (error, exchange) in errors.items()
+            if exchange.size > 0.0
         }
+        if not relative:
+            return self.found[0].name, 0.0
         return max(relative.items(), key=lambda item: (item[1], item[0]))
 
     def worst_rejected(self) -> tuple[str, float]:
@@ -50,7 +55,7 @@ class Parts:
         return max(shares.items(), key=lambda item: (item[1], item[0]))
 
 
-def _error_and_size(energies: np.ndarray, work: np.ndarray) -> tuple[float, float]:
-    """Return the largest error of the energy balance at the frames, and the largest energy [J]."""
+def _error_and_exchange(energies: np.ndarray, work: np.ndarray) -> tuple[float, Exchange]:
+    """Return the largest error of the energy balance at the frames [J], and what the motion exchanges."""
     balance = energies.sum(axis=1) - work
-    return float(np.abs(balance - balance[0]).max()), float(np.abs(energies).max())
+    return float(np.abs(balance - balance[0]).max()), Exchange(energies, work)

@@ -60,7 +60,7 @@ def _errors(axes: Axes, result: Convergence) -> None:
 
 def _drifts(axes: Axes, result: Convergence) -> None:
     for level in result.levels:
-        drift = np.maximum(np.abs(level.energy_drift), _ROUND_OFF)
+        drift = np.maximum(level.energy_drift, _ROUND_OFF)
         axes.semilogy(level.times, drift, lw=1, label=f"{result.quantity} {level.setting:.2g}")
     axes.set_xlabel("t [s]")
     axes.set_ylabel("energy balance error, relative")

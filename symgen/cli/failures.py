@@ -7,11 +7,14 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from symgen.cli.interrupts import answered_interrupts, interrupted_status
+
+if TYPE_CHECKING:
+    from runtime.solution import Solution
 
 FAILED = 1
 NOT_TRUSTED = 3
@@ -72,3 +75,19 @@ def _short_warnings() -> Iterator[None]:
         yield
     finally:
         warnings.showwarning = before
+
+
+def exit_status(solution: Solution) -> int:
+    """Say on standard error what is wrong, and return the exit status."""
+    if solution.status == "interrupted":
+        click.echo(solution.message, err=True)
+        return interrupted_status()
+    if solution.status not in ("success", "terminated"):
+        click.echo(f"Error: {solution.message}", err=True)
+        return FAILED
+    for entry in solution.objections:
+        click.echo(f"Not to be trusted: {entry.check}: {entry.says}", err=True)
+    if solution.objections:
+        for entry in solution.advice:
+            click.echo(f"It may be because of: {entry.check}: {entry.says}", err=True)
+    return NOT_TRUSTED if solution.objections else 0

@@ -141,7 +141,7 @@ def progress_line(
     seconds : float [s]
         Wall time since the run began.
     energy_error : float or None
-        In parts of the largest energy.
+        In parts of what the motion exchanged.
     """
     part = min(1.0, max(0.0, (t - begin) / (end - begin)))
     bar = ("#" * round(_BAR * part)).ljust(_BAR, ".")

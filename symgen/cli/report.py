@@ -11,7 +11,7 @@ import click
 
 from symgen.cli.arguments import OutputFile, as_dict, find_model, model_argument
 from symgen.cli.control import add_control
-from symgen.cli.failures import FAILED, NOT_TRUSTED
+from symgen.cli.failures import exit_status
 from symgen.cli.report_recorded import likeness, repeatable
 from symgen.cli.settings import load_system, run_options, solve_arguments
 
@@ -74,12 +74,7 @@ def command(
     page = report_page(solution, equations, advice, study, seconds, origin)
     target.write_text(page, encoding="utf-8")
     click.echo(f"report: {target}")
-    if not regular:
-        click.echo(f"Error: {solution.message}", err=True)
-        context.exit(FAILED)
-    for entry in solution.objections:
-        click.echo(f"Not to be trusted: {entry.check}: {entry.says}", err=True)
-    context.exit(NOT_TRUSTED if solution.objections else 0)
+    context.exit(exit_status(solution))
 
 
 def _study(system: Any, arguments: dict[str, Any]) -> Convergence:

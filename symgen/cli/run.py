@@ -18,8 +18,7 @@ from symgen.cli.arguments import (
     model_argument,
 )
 from symgen.cli.control import add_control
-from symgen.cli.failures import FAILED, NOT_TRUSTED
-from symgen.cli.interrupts import interrupted_status
+from symgen.cli.failures import exit_status
 from symgen.cli.recorded import Progress, Recorded, run_recorded
 from symgen.cli.settings import load_system, run_options, solve_arguments
 
@@ -114,7 +113,7 @@ def command(
 
         for line in explanation(solution, recording is not None):
             click.echo(line)
-    status = _exit_status(solution)
+    status = exit_status(solution)
     if play and recording is not None:
         from runtime.recording.play import play as show
 
@@ -126,19 +125,6 @@ def _solve(system: System, arguments: dict[str, Any], **watched: Any) -> Solutio
     from runtime.solve import solve
 
     return solve(system, **watched, **arguments)
-
-
-def _exit_status(solution: Solution) -> int:
-    """Say on standard error what is wrong, and return the exit status."""
-    if solution.status == "interrupted":
-        click.echo(solution.message, err=True)
-        return interrupted_status()
-    if solution.status not in ("success", "terminated"):
-        click.echo(f"Error: {solution.message}", err=True)
-        return FAILED
-    for entry in solution.objections:
-        click.echo(f"Not to be trusted: {entry.check}: {entry.says}", err=True)
-    return NOT_TRUSTED if solution.objections else 0
 
 
 def _seconds(solution: Solution, derived: float, recording: Recorded | None) -> dict[str, float]:
@@ -170,9 +156,10 @@ def _report(solution: Solution, seconds: dict[str, float], recording: Recorded |
     if solution.events:
         lines.append(f"  events   {_events(solution)}")
     lines += [f"  note     {note}" for note in solution.notes]
-    objections, n = solution.objections, len(solution.health)
+    objections, n = solution.objections, sum(not entry.note for entry in solution.health)
     lines.append(f"  health   {n - len(objections)} of {n} checks passed")
     lines += [f"           not ok: {entry.check}: {entry.says}" for entry in objections]
+    lines += [f"           note: {entry.check}: {entry.says}" for entry in solution.advice]
     if recording is not None:
         lines.append(f"  recorded {recording.path}")
     return [*lines, "  time     " + ", ".join(f"{stage} {value:.3f} s" for stage, value in seconds.items())]

@@ -6,12 +6,12 @@ import importlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
-RIGHT, REFUSED, FLAGGED = "right", "refused", "flagged"
+RIGHT, REFUSED, FLAGGED, DOUBTED = "right", "refused", "flagged", "doubted"
 WRONG, HANG, CRASH = "WRONG", "HANG", "CRASH"
 BAD = (WRONG, HANG, CRASH)
 MODULES = (
     "every_method", "stability_limit", "stiffness", "extremes", "tolerances", "singular", "near_singular",
-    "broken_forces", "spans", "events", "random_models", "long_runs",
+    "broken_forces", "spans", "events", "random_models", "long_runs", "energy",
 )  # fmt: skip
 
 
@@ -23,7 +23,8 @@ class Outcome:
     ----------
     verdict : str
         right: the result agrees with an independent reference; refused: an error said why before anything ran;
-        flagged: the run failed, or a health check failed, and says why; WRONG: none of these, or not for the reason
+        flagged: the run failed, or a health check failed, and says why; doubted: flagged, although it is right, where a
+        scenario looks for that; WRONG: none of these, or not for the reason
         that holds; HANG: over its time limit; CRASH: its process died, or an error reached the user as a traceback.
     says : str
         Errors found, or the message that the user gets.

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from .every_method import PROBLEMS
 from .pool import Result
-from .scenario import BAD, FLAGGED, REFUSED, RIGHT
+from .scenario import BAD, DOUBTED, FLAGGED, REFUSED, RIGHT
 
-_VERDICTS = (RIGHT, REFUSED, FLAGGED, *BAD)
+_VERDICTS = (RIGHT, REFUSED, FLAGGED, DOUBTED, *BAD)
 
 
 def by_method(results: Sequence[Result]) -> list[str]:

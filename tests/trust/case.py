@@ -1,10 +1,12 @@
-"""What a case is, and what becomes of it."""
+"""What a case is, and what becomes of it: runs that are broken, right but in need of a word, or sound."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from runtime.errors import RuntimeModelError
 from symgen.errors import ModelError
@@ -13,8 +15,7 @@ if TYPE_CHECKING:
     from runtime.solution import Solution
 
 REFUSED = "refused"
-# Entries that are not objections: a run with redundant constraints is right, its multipliers are not unique.
-_TOLD = ("redundant constraints", "rank")
+_RIGHT = 0.01  # largest difference from the reference, of a coordinate's or rate's range
 
 
 @dataclass(frozen=True)
@@ -24,16 +25,19 @@ class Case:
     Attributes
     ----------
     kind : str
-        What is wrong with it; "sound" where nothing is.
+        What is wrong with it, or to be said of it; "sound" where nothing is.
     name : str
     run : callable
         () -> Solution; may raise the errors that users get.
     check : str
-        The name of the check that has to object, or "refused".
+        The name of the entry that has to say what is wrong, or "refused"; an objection, or a note beside one.
     word : str
         What its sentence has to name: a parameter, constraint, event or coordinate.
     short : bool
         Whether it belongs to the part that the test suite runs.
+    reference : callable, optional
+        () -> Solution that is right. The run has to agree with it, and nothing may object: what is to be said is
+        advice.
     """
 
     kind: str
@@ -42,21 +46,24 @@ class Case:
     check: str = ""
     word: str = ""
     short: bool = False
+    reference: Callable[[], Solution] | None = None
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What was flagged: check -> sentence."""
+    """What was flagged, and what else was said: check -> sentence; and how far the run is off its reference."""
 
     flags: dict[str, str]
     told: dict[str, str]
+    error: float = 0.0
 
     def is_right(self, case: Case) -> bool:
-        """Return whether a broken run is flagged by the check that its cause demands, or a sound one not at all."""
-        if not case.check:
-            return not self.flags
-        says = {**self.told, **self.flags}.get(case.check)
-        return says is not None and case.word in says
+        """Return whether a broken run is flagged and its cause named, and a right one is right and not flagged."""
+        wanted = case.check != "" and case.reference is None
+        if bool(self.flags) != wanted or not self.error <= _RIGHT:
+            return False
+        says = {**self.told, **self.flags}
+        return not case.check or (case.check in says and case.word in says[case.check])
 
 
 def judge(case: Case) -> Verdict:
@@ -66,5 +73,12 @@ def judge(case: Case) -> Verdict:
     except (RuntimeModelError, ModelError) as error:
         return Verdict({REFUSED: str(error)}, {})
     flags = {entry.check: entry.says for entry in solution.health if not entry.ok}
-    told = {entry.check: entry.says for entry in solution.health if entry.check in _TOLD}
-    return Verdict(flags, told)
+    told = {entry.check: entry.says for entry in solution.advice}
+    return Verdict(flags, told, _error(solution, case.reference()) if case.reference is not None else 0.0)
+
+
+def _error(solution: Solution, right: Solution) -> float:
+    """Return how far the end of a run is off that of a right one, in parts of what each variable goes through."""
+    ranges = np.ptp(right.states, axis=0)
+    off = np.abs(solution.states[-1] - right.states[-1])
+    return float((off / np.maximum(ranges, 1e-3 * ranges.max())).max())

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import runtime
-from symgen import Model, dot
+from symgen import Model, cos, dot
 from symgen.link import module_for
 from symgen.model.library import find
 
@@ -36,6 +36,16 @@ def point(force: str = "0", potential: str = "0", rest: str = "", **parameters: 
         f'[forces]\nx = "{force}"\n{rest}\n'
     )
     return Model.from_toml(text).derive()
+
+
+@functools.cache
+def far() -> runtime.System:
+    """Return a pendulum whose height is measured from 1 km away."""
+    model = Model("far")
+    a = model.coordinate("a", start=0.2)
+    model.kinetic(dot(a) ** 2 / 2)
+    model.potential(9.81 * (1000 - cos(a)))
+    return model.derive()
 
 
 @functools.cache

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from . import broken, sound
+from . import advised, broken, sound
 from .case import judge
 
-BROKEN, SOUND = list(broken.cases()), list(sound.cases())
+BROKEN, ADVISED, SOUND = (list(part.cases()) for part in (broken, advised, sound))
 
 
 def test_there_are_enough_of_either_sort():
     assert len(BROKEN) >= 40 and len(SOUND) >= 40
-    assert len({case.kind for case in BROKEN}) >= 12
+    assert len(ADVISED) >= 12
+    assert len({case.kind for case in [*BROKEN, *ADVISED]}) >= 12
     assert len({case.name for case in SOUND}) == len(SOUND)
 
 
@@ -20,6 +21,14 @@ def test_there_are_enough_of_either_sort():
     "case", [case for case in BROKEN if case.short], ids=lambda case: f"{case.kind}: {case.name}"
 )
 def test_what_is_broken_is_flagged_with_its_cause(case):
+    verdict = judge(case)
+    assert verdict.is_right(case), f"asked for {case.check} naming {case.word!r}, found {verdict}"
+
+
+@pytest.mark.parametrize(
+    "case", [case for case in ADVISED if case.short], ids=lambda case: f"{case.kind}: {case.name}"
+)
+def test_what_is_right_is_not_doubted_where_something_is_to_be_said(case):
     verdict = judge(case)
     assert verdict.is_right(case), f"asked for {case.check} naming {case.word!r}, found {verdict}"
 

@@ -54,7 +54,7 @@ def advance_bdf_ggl(
     """
     w = bdf_ggl_work(sizes, work)
     if not counters[F_VALID]:
-        if not continue_from_event(sizes, control, counters, y, w):
+        if not continue_from_event(addresses, sizes, p, control, counters, y, w):
             counters[HAVE_JACOBIAN] = 0
             if not restart(addresses, sizes, p, control, counters, y, f, w):
                 return NOT_FINITE

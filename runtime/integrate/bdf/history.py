@@ -1,11 +1,24 @@
 """The history of bdf as backward differences: prediction, new points, new distances, dense output."""
 
 from runtime.code.jitted import jitted
-from runtime.integrate.bdf.work import CHANGE, N_EQUAL, ORDER, PAST, PREDICTED, SPACING, Y_NEW
+from runtime.integrate.bdf.work import (
+    CHANGE,
+    N_EQUAL,
+    ORDER,
+    PAST,
+    POWER,
+    POWER_BEFORE,
+    PREDICTED,
+    SPACING,
+    Y_NEW,
+)
 from runtime.integrate.copying import copy
-from runtime.integrate.layout import NY
+from runtime.integrate.layout import NQ, NV, NW, NY
 
 COEFFICIENTS, SAMPLES = range(2)
+# Up to this order work follows from the power along the step. What moves evenly, as bodies that stick to a belt do, has
+# no error that would shorten a step or raise the order, while springs on it change its power all the same.
+WORK_BY_POWER = 2
 
 
 @jitted
@@ -81,3 +94,8 @@ def history_dense(method, sizes, order, y, w, dense):
             dense[r, i] = 0.0
         dense[1, i] = w.states[Y_NEW, i] - y[i]
     copy(y, dense[0])
+    if sizes[NW] > 0 and order <= WORK_BY_POWER:
+        # The cubic through work and power at both ends.
+        n, h = sizes[NQ] + sizes[NV], w.numbers[SPACING]
+        dense[2, n] = h * w.numbers[POWER_BEFORE] - dense[1, n]
+        dense[3, n] = dense[1, n] - h * w.numbers[POWER] - dense[2, n]

@@ -5,7 +5,7 @@ import math
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_step, needs_dense
 from runtime.integrate.bdf.control import choose_step_and_order, shorten_step
-from runtime.integrate.bdf.history import add_point, history_dense, predict, resample
+from runtime.integrate.bdf.history import WORK_BY_POWER, add_point, history_dense, predict, resample
 from runtime.integrate.bdf.newton import solve_step
 from runtime.integrate.bdf.singular import allow_for_singularity, is_near_singular, leave_singularity
 from runtime.integrate.bdf.work import (
@@ -20,6 +20,8 @@ from runtime.integrate.bdf.work import (
     NEWTON_BOUND,
     ORDER,
     PAST,
+    POWER,
+    POWER_BEFORE,
     PREDICTED,
     SCALE,
     SPACING,
@@ -77,7 +79,7 @@ def advance_bdf(
     """
     w = bdf_work(sizes, work)
     if not counters[F_VALID]:
-        if not continue_from_event(sizes, control, counters, y, w):
+        if not continue_from_event(addresses, sizes, p, control, counters, y, w):
             counters[HAVE_JACOBIAN] = 0
             if not restart(addresses, sizes, p, control, counters, y, f, w):
                 return NOT_FINITE
@@ -108,7 +110,7 @@ def advance_bdf(
 
 
 @jitted
-def continue_from_event(sizes, control, counters, y, w):
+def continue_from_event(addresses, sizes, p, control, counters, y, w):
     """Move the history to the event that stopped the last call; False where there is none for the state `y`."""
     if not counters[HAVE_HISTORY] or control[H] <= 0.0:
         return False
@@ -118,6 +120,10 @@ def continue_from_event(sizes, control, counters, y, w):
     resample(sizes, counters, (control[T] - w.numbers[NEWEST]) / w.numbers[SPACING], 1.0, w)
     copy(y, w.differences[0])
     w.numbers[NEWEST] = control[T]
+    if sizes[NW] > 0:
+        if not evaluate(addresses, sizes, p, counters, control[T], y, w.row):
+            return False
+        w.numbers[POWER] = w.row[sizes[NQ] + sizes[NV]]
     return True
 
 
@@ -134,6 +140,8 @@ def restart(addresses, sizes, p, control, counters, y, f, w):
             w.differences[j, i] = 0.0
         w.differences[0, i], w.differences[1, i] = y[i], h * f[i]
     w.numbers[SPACING], w.numbers[NEWEST] = h, control[T]
+    if sizes[NW] > 0:
+        w.numbers[POWER] = f[sizes[NQ] + sizes[NV]]
     counters[ORDER], counters[N_EQUAL], counters[FAILURES], counters[HAVE_HISTORY] = 1, 0, 0, 1
     return True
 
@@ -244,10 +252,32 @@ def reach_end(g, addresses, sizes, p, control, counters, t1, w):
     for i in range(n):
         change[i] += y[i] - w.states[KEPT, i]
     if sizes[NW] > 0:
+        by_power = counters[ORDER] <= WORK_BY_POWER
+        if by_power and not evaluate_middle(addresses, sizes, p, counters, t1, w):
+            return NOT_FINITE
+        between = w.row[n]
         # The row is that of the last iterate but one.
         if not evaluate(addresses, sizes, p, counters, t1, y, w.row):
             return NOT_FINITE
-        change[n] = w.row[n] / g - w.states[PAST, n]
+        before, after = w.numbers[POWER], w.row[n]
+        change[n] = after / g - w.states[PAST, n]
+        if by_power:
+            done = w.numbers[SPACING] / 6.0 * (before + 4.0 * between + after)
+            change[n] = w.differences[0, n] + done - w.states[PREDICTED, n]
         y[n] = w.states[PREDICTED, n] + change[n]
+        w.numbers[POWER_BEFORE], w.numbers[POWER] = before, after
     counters[LAST_REJECTED], counters[FAILURES], counters[JACOBIAN_IS_FRESH] = 0, 0, 0
     return RUNNING if all_finite(y, sizes[NY]) else NOT_FINITE
+
+
+@jitted
+def evaluate_middle(addresses, sizes, p, counters, t1, w):
+    """Evaluate the row in the middle of a step of order 1 or 2, on its polynomial; returns whether it is finite."""
+    middle, new = w.scratch[: sizes[NY]], w.states[Y_NEW]
+    for i in range(sizes[NQ] + sizes[NV]):
+        last = w.differences[0, i]
+        middle[i] = 0.5 * (last + new[i])
+        if counters[ORDER] == 2:
+            # The second difference of the new point and the two before it.
+            middle[i] -= 0.125 * (new[i] - last - w.differences[1, i])
+    return evaluate(addresses, sizes, p, counters, t1 - 0.5 * w.numbers[SPACING], middle, w.row)

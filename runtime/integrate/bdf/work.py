@@ -21,7 +21,9 @@ ORDER, N_EQUAL, FAILURES, HAVE_HISTORY, HAVE_JACOBIAN, JACOBIAN_IS_FRESH, HAVE_F
 # the rates is left open, the step far from them.
 SPACING, NEWEST, FACTORED_FOR, ITERATIONS, NEWTON_BOUND = range(N_MONITOR, N_MONITOR + 5)
 PIVOT_RATIO, LEFT_OPEN, FAR_STEP = range(N_MONITOR + 5, N_MONITOR + 8)
-N_NUMBERS = N_MONITOR + 8
+# Power [W] at the newest point, and at the one before it.
+POWER, POWER_BEFORE = range(N_MONITOR + 8, N_MONITOR + 10)
+N_NUMBERS = N_MONITOR + 10
 
 N_DIFFERENCES = MAX_ORDER + 3
 # Rows of `states`.

@@ -1,0 +1,90 @@
+"""What a motion exchanges, the scale of its energy balance: kinetic energy, and the change of the potential one.
+
+The zero of V is a matter of taste: a pendulum does not become more accurate where its height is measured from far away,
+so |V| is no scale. All that it says is how many digits of the balance round-off leaves.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.batches import evaluate
+from runtime.spread import spread_rows
+
+if TYPE_CHECKING:
+    from runtime.driver import Run
+    from runtime.subsystems.joined import Joined
+
+# Of the largest energy: the terms of V are rounded, and so are the states that it is evaluated at.
+_ROUND_OFF = 64.0 * np.finfo(float).eps
+_LOOKED_AT = 200  # frames that tell the exchange of a run on its way
+
+
+class Exchange:
+    """The largest |T|, the range of V, and the size of all energies over the states that were shown to it.
+
+    Parameters
+    ----------
+    energies : ndarray, shape (n, 2), optional [J]
+        T and V.
+    work : ndarray, shape (n,), optional [J]
+    """
+
+    def __init__(self, energies: np.ndarray | None = None, work: np.ndarray | None = None):
+        self._kinetic, self._least, self._most, self._largest = 0.0, np.inf, -np.inf, 0.0
+        if energies is not None:
+            self.take(energies, work)
+
+    def take(self, energies: np.ndarray, work: np.ndarray | None = None) -> Exchange:
+        """Take more states; returns itself."""
+        if len(energies):
+            sizes = np.abs(energies).max(axis=0)
+            self._kinetic = max(self._kinetic, float(sizes[0]))
+            self._least = min(self._least, float(energies[:, 1].min()))
+            self._most = max(self._most, float(energies[:, 1].max()))
+            self._largest = max(self._largest, float(sizes.max()))
+        if work is not None:
+            self._largest = max(self._largest, float(np.abs(work).max(initial=0.0)))
+        return self
+
+    @property
+    def size(self) -> float:
+        """The largest |T| or the range of V, whichever is larger [J]."""
+        return max(self._kinetic, self._most - self._least) if self._least <= self._most else self._kinetic
+
+    def relative(self, deviation: np.ndarray | float) -> np.ndarray | float:
+        """Return deviations of energies [J] in parts of the exchange.
+
+        What round-off of energies much larger than the exchange explains counts in parts of those.
+        """
+        size, off = self.size, np.abs(deviation)
+        if not self._largest > 0.0:
+            return off
+        rounded = np.minimum(off, _ROUND_OFF * self._largest)
+        parts = rounded / max(size, self._largest)
+        return parts + ((off - rounded) / size if size > 0.0 else off - rounded)
+
+
+def energy_error_so_far(run: Run | Joined, n_frames: int, t: float, y: np.ndarray, resets: float) -> float:
+    """Return the error of T + V - work that a run has at a state, in parts of what it exchanged on the way there.
+
+    Parameters
+    ----------
+    run : Run or Joined
+    n_frames : int
+        Frames that it has passed.
+    t, y : float, ndarray
+        The state.
+    resets : float [J]
+        What resets of events have added to T + V.
+    """
+    system, arrays = run.system, run.arrays
+    n = system.nq + system.nv
+    rows = spread_rows(n_frames, _LOOKED_AT)
+    times, states = np.append(arrays.frame_times[rows], t), np.vstack([arrays.frames[rows], y])
+    energies = evaluate(system, "energy", arrays.p, times, states)
+    work = states[:, n:].sum(axis=1)
+    balance = energies.sum(axis=1) - work
+    return float(Exchange(energies, work).relative(balance[-1] - resets - balance[0]))
