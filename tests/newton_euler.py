@@ -68,6 +68,9 @@ class NewtonEuler:
                 return self._revolve(f, axis, *names[0])
             case "prismatic":
                 return self._slide(f, axis, *names[0])
+            case "screw":
+                (coordinate, rate), advance = names[0], float(joint.pitch) / (2 * np.pi)
+                return self._slide(self._revolve(f, axis, coordinate, rate), axis, coordinate, rate, advance)
             case "universal":
                 return self._revolve(self._revolve(f, axis, *names[0]), np.array(joint.axis2), *names[1])
             case "cylindrical":
@@ -93,8 +96,8 @@ class NewtonEuler:
         turned = f.R @ about(axis, self.q[coordinate])
         return Frame(turned, f.p, f.v, f.w + e * qdot, f.a, alpha, f.Jv, Jw)
 
-    def _slide(self, f: Frame, axis, coordinate: str, rate: str) -> Frame:
-        e, qdot = f.R @ axis, self.v[rate]
+    def _slide(self, f: Frame, axis, coordinate: str, rate: str, ratio: float = 1.0) -> Frame:
+        e, qdot = ratio * f.R @ axis, self.v[rate]
         f = f.moved(e * self.q[coordinate])
         Jv = f.Jv.copy()
         Jv[:, self.column[rate]] += e

@@ -131,6 +131,8 @@ def _parts(pin, joint: Joint) -> list:
             return [_revolute(pin, axis)]
         case "prismatic":
             return [_prismatic(pin, axis)]
+        case "screw":
+            return [pin.JointModelHelicalUnaligned(np.array(axis), float(joint.pitch) / (2 * np.pi))]
         case "universal":
             return [_revolute(pin, axis), _revolute(pin, joint.axis2)]
         case "cylindrical":

@@ -8,6 +8,8 @@ from derived import Generated
 from newton_euler import NewtonEuler
 from trees import ALL, SCALAR, humanoid, random_tree, seven_dof_arm
 
+from symgen.model.model import Model
+
 ARM, HUMANOID = "seven_dof_arm", "humanoid"
 BUILDERS = {ARM: seven_dof_arm, HUMANOID: humanoid, "humanoid_fixed": lambda: humanoid(False)}
 BUILDERS |= {f"revolute_{seed}": lambda seed=seed: random_tree(6, seed) for seed in range(2)}
@@ -99,3 +101,18 @@ def test_energy_stays(made, name):
     rate = system.slope("energy", t, y, direction)
     assert system.nw == 0
     assert rate.sum() == pytest.approx(0.0, abs=1e-10 * np.abs(rate).max())
+
+
+def test_a_nut_on_a_screw_falls_as_its_inertia_lets_it():
+    """m h² + J resists, m g h drives: a = -m g h/(J + m h²) by the angle, h the slide of a radian."""
+    model = Model("nut", gravity=(0, 0, "-9.81 m/s^2"))
+    pitch, m, J = model.parameters(pitch="20 mm", m="2 kg", J="1e-3 kg*m^2")
+    model.body("nut", mass=m, com=(0, 0, 0), inertia=(J, J, J))
+    model.joint("turn", "screw", "nut", axis=(0, 0, 1), pitch=pitch)
+    solution = model.derive().run(t_end=0.5, method="dop853", rtol=1e-12)
+    h = 0.02 / (2 * np.pi)
+    expected = -2 * 9.81 * h / (1e-3 + 2 * h**2) * 0.5**2 / 2
+    assert solution["turn"][-1] == pytest.approx(expected, rel=1e-12)
+    slower = model.derive().run(t_end=0.5, method="radau5", rtol=1e-10, parameters={"pitch": -0.04})
+    h = -0.04 / (2 * np.pi)
+    assert slower["turn"][-1] == pytest.approx(-2 * 9.81 * h / (1e-3 + 2 * h**2) * 0.5**2 / 2, rel=1e-8)

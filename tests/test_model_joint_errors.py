@@ -3,6 +3,7 @@
 import pytest
 
 from symgen.errors import ModelError
+from symgen.model.model import Model
 from symgen.model.toml_reader import JOINT_KEYS, read_text
 
 GOOD = """
@@ -328,3 +329,16 @@ def test_junk_among_points_and_constraints(junk):
             read_text(
                 f'{place}\n[bodies.b]\nmass = -1\ninertia = [1, 1, 1]\n[joints.j]\ntype = "free"\nchild = "b"'
             ).describe()
+
+
+def test_a_screw_needs_a_pitch_and_others_have_none():
+    for type, options, text in (
+        ("screw", {}, "needs a 'pitch'"),
+        ("revolute", {"pitch": 0.1}, "a revolute joint has no 'pitch'"),
+        ("screw", {"pitch": "2 s"}, "pitch"),
+    ):
+        m = Model("m")
+        m.body("b", mass="1 kg", com=(0, 0, 0), inertia=(1, 1, 1))
+        with pytest.raises(ModelError, match=text):
+            m.joint("j", type, "b", **options)
+            m.describe()

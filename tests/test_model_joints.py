@@ -244,13 +244,14 @@ def test_round_trip():
 def test_names_that_joints_make(type):
     m = Model("m")
     m.body("b", mass=1, com=(0.1, 0.2, 0.3), inertia=(1, 2, 3))
-    made = m.joint("j", type, "b")
+    made = m.joint("j", type, "b", **dict.fromkeys(TYPES[type].options, 0.1))
     if type == "fixed":
         assert made == ()
         return
     d = m.describe()
     names = {
         "revolute": ("j", "j"), "continuous": ("j", "j"), "prismatic": ("j", "j"),
+        "screw": ("j", "j"),
         "universal": ("j_1 j_2", "j_1 j_2"),
         "cylindrical": ("j_angle j_slide", "j_angle j_slide"),
         "planar": ("j_x j_y j_angle", "j_x j_y j_angle"),
@@ -358,7 +359,7 @@ def trees(draw):
     for k in order:
         parent = draw(st.sampled_from(["world", *(f"b{i}" for i in range(k))]))
         type = draw(st.sampled_from([*TYPES]) if k else st.sampled_from([t for t in TYPES if t != "fixed"]))
-        kind, options = TYPES[type], {}
+        kind, options = TYPES[type], dict.fromkeys(TYPES[type].options, a)
         if draw(st.booleans()):
             options["origin"] = {
                 "xyz": draw(st.tuples(numbers, numbers, st.just(a))),

@@ -35,6 +35,8 @@ def trees(draw):
         model.body(f"b{k}", **random_body(rng))
         placed = {"xyz": draw(vectors), "rpy": draw(vectors.map(lambda a: tuple(3 * x for x in a)))}
         axis = {} if kind in ("spherical", "free", "fixed") else {"axis": draw(AXES)}
+        if kind == "screw":
+            axis["pitch"] = draw(st.floats(-2, 2))
         model.joint(f"j{k}", kind, f"b{k}", parent, placed, **axis)
     return model
 

@@ -10,7 +10,7 @@ from symgen.model.model import Model
 
 GRAVITY = (0, 0, -9.81)
 QUARTER = math.pi / 2
-SCALAR = ("revolute", "prismatic", "continuous")
+SCALAR = ("revolute", "prismatic", "continuous", "screw")
 ALL = (*SCALAR, "universal", "cylindrical", "planar", "spherical", "free", "fixed")
 
 # Origins (xyz, rpy) of the joints of a KUKA LBR iiwa 7 in their parents' frames; each turns about its z axis.
@@ -105,5 +105,7 @@ def random_tree(n: int, seed: int, kinds: tuple[str, ...] = ("revolute",), branc
         placed = {"xyz": rng.normal(0, 0.4, 3).tolist(), "rpy": rng.uniform(-3, 3, 3).tolist()}
         has_axis = kind not in ("spherical", "free", "fixed")
         axis = {"axis": rng.normal(0, 1, 3).tolist()} if has_axis else {}
+        if kind == "screw":
+            axis["pitch"] = float(rng.uniform(-1, 1))
         model.joint(f"j{k}", kind, f"b{k}", parent, placed, **axis)
     return model

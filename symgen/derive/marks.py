@@ -9,6 +9,7 @@ from typing import Any
 import sympy
 
 from ..model.description import Description, Joint, Loop, Point
+from ..model.joint_types import TYPES
 from .load import Loader
 from .movement import Movement
 from .program import Function
@@ -85,7 +86,7 @@ class _Finder:
     def joints(self) -> Iterator[Mark]:
         """Hinges, guides and balls of the trees, and the ground below those that stand on the world."""
         for j in self.d.joints:
-            if j.type == "free":
+            if TYPES[j.type].nv == 6:  # it joins nothing
                 continue
             place, turn = tuple(j.xyz), _roll_pitch_yaw(j.rpy)
             self.pin(j.parent, place)
@@ -94,23 +95,19 @@ class _Finder:
                 yield Mark("ground", j.name, "", place)
             home = "" if j.parent == WORLD else j.parent
             here = place if j.parent == WORLD else self.local(j.parent, place)
-            axis = tuple(_times(turn, j.axis)) if j.axis else ZERO
-            match j.type:
-                case "revolute" | "continuous":
-                    yield Mark("pin", j.name, home, (*here, *axis))
-                case "prismatic" | "cylindrical":
-                    yield Mark("slide", j.name, home, (*here, *axis))
-                case "universal":
+            for kind, on in TYPES[j.type].marks:
+                if on == "axis":
+                    yield Mark(kind, j.name, home, (*here, *_times(turn, j.axis)))
+                elif on == "axis2":
                     second = (*self.local(j.child, ZERO), *map(sympy.Float, j.axis2))
-                    yield Mark("pin", j.name, home, (*here, *axis))
-                    yield Mark("pin", f"{j.name}_2", j.child, second)
-                case "spherical" if self._stands(j):
-                    yield Mark("ball", j.name, home, here)
+                    yield Mark(kind, f"{j.name}_2", j.child, second)
+                elif self._stands(j):
+                    yield Mark(kind, j.name, home, here)
 
     def _stands(self, j: Joint) -> bool:
         """Whether a joint holds its child in a place: a body that turns about its centre as it likes is free."""
-        turns_freely = j.type == "spherical" and not any(self.bodies[j.child].com)
-        return not turns_freely and j.type not in ("planar", "fixed")
+        turns_freely = TYPES[j.type].quaternion and not any(self.bodies[j.child].com)
+        return TYPES[j.type].holds and not turns_freely
 
     def bars(self) -> Iterator[Mark]:
         """Bars between the joints and named points of bodies that have no shape."""
@@ -155,7 +152,7 @@ class _Finder:
 
     def gears(self) -> Iterator[Mark]:
         """Gears of hinges that a ready-made constraint couples, if they stand on one body with parallel axes."""
-        hinge = {j.coordinates[0]: j for j in self.d.joints if j.type in ("revolute", "continuous")}
+        hinge = {j.coordinates[0]: j for j in self.d.joints if TYPES[j.type].hinge}
         for loop in self.d.loops:
             if loop.kind != "gear":
                 continue

@@ -47,6 +47,7 @@ class Assembly(Declarations):
         armature: Any = None,
         limits: Sequence[Any] | None = None,
         restitution: Any = None,
+        pitch: Any = None,
     ) -> Any:
         """Join a body to its parent, as URDF does; the body's `com` is then in the body's own frame.
 
@@ -54,7 +55,7 @@ class Assembly(Declarations):
         ----------
         name : str
         type : str
-            revolute, continuous, prismatic, universal, cylindrical, planar, spherical, free or fixed.
+            revolute, continuous, prismatic, screw, universal, cylindrical, planar, spherical, free or fixed.
         child : str
             The body that the joint places.
         parent : str
@@ -81,6 +82,9 @@ class Assembly(Declarations):
             Recorded as the events NAME_lower and NAME_upper. Nothing holds the joint there without a restitution.
         restitution : expression, optional
             Makes the limits the stops NAME_lower and NAME_upper, with this coefficient (0 to 1).
+        pitch : expression
+            Of a screw joint only: how far the child slides along the axis by a whole turn [m], as a right-handed thread
+            does; negative for a left-handed one.
 
         Returns
         -------
@@ -91,7 +95,7 @@ class Assembly(Declarations):
         options = dict(
             origin=origin, axis=axis, axis2=axis2, coordinate=coordinate, start=start, rate=rate, guess=guess,
             rate_guess=rate_guess, unit=unit, stiffness=stiffness, damping=damping, rest=rest, armature=armature,
-            limits=limits, restitution=restitution,
+            limits=limits, restitution=restitution, pitch=pitch,
         )  # fmt: skip
         made = make_joint(self, name, type, parent, child, options)
         self._joints[name] = made

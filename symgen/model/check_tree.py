@@ -10,7 +10,7 @@ from .joint_types import TYPES
 from .sources import Sources
 from .tree_order import WORLD, with_axes
 
-IN_PLANE = ("revolute", "continuous", "prismatic", "planar", "fixed")
+IN_PLANE = tuple(name for name, kind in TYPES.items() if kind.plane)
 OFF_AXIS = 1e-12  # components of a unit vector, m, rad
 
 
@@ -109,9 +109,9 @@ def _check_plane(joint: Joint, bodies: dict[str, Body], sources: Sources) -> Non
             raise error(f"origin.{key}", "this is not zero", f"set it to zero, {in_space}")
     if TYPES[joint.type].axes:
         x, y, z = map(abs, joint.axis)
-        if joint.type == "prismatic" and z > OFF_AXIS:
+        if TYPES[joint.type].plane == "along" and z > OFF_AXIS:
             raise error("axis", "the axis is not in it", f"slide along x and y, {in_space}")
-        if joint.type != "prismatic" and max(x, y) > OFF_AXIS:
+        if TYPES[joint.type].plane == "normal" and max(x, y) > OFF_AXIS:
             raise error("axis", "the axis is not z", f"leave out 'axis', {in_space}")
 
 

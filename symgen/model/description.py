@@ -122,7 +122,8 @@ class Joint:
 
     `stiffness`, `damping`, `armature` and `rest` are empty, one for all coordinates (rates), or one for each;
     `limits` are empty, or a lower and an upper one; with a `restitution` they stop the joint, without they are only
-    watched. In a finished description they are part of its energies, events and stops already.
+    watched. In a finished description they are part of its energies, events and stops already. `pitch` is what a screw
+    slides along its axis by a whole turn [m].
     """
 
     name: str
@@ -141,6 +142,7 @@ class Joint:
     rest: tuple[Expr, ...] = ()
     limits: tuple[Expr, ...] = ()
     restitution: Expr | None = None
+    pitch: Expr | None = None
 
 
 @dataclass(frozen=True)

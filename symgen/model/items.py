@@ -198,6 +198,8 @@ def joint_items(joint: Joint) -> Iterator[Item]:
         yield from _vector_items(table, "limits", joint.limits, FIXED, _elastic_dimensions(kind, "rest")[0])
     if joint.restitution is not None:
         yield Item(table, "restitution", joint.restitution, RATIO, DIMENSIONLESS)
+    if joint.pitch is not None:
+        yield Item(table, "pitch", joint.pitch, FIXED, LENGTH)
 
 
 ELASTIC = ("stiffness", "damping", "armature", "rest")

@@ -24,6 +24,7 @@ NORM_TOLERANCE = 1e-3  # of a quaternion that is meant to be of unit length
 PARALLEL = 1e-6  # sine of the angle between a universal joint's axes
 STATE_KEYS = ("start", "rate", "guess", "rate_guess")
 ELASTIC_KEYS = ("stiffness", "rest", "armature")
+OPTION_HINTS = {"pitch": 'what it slides along its axis by a whole turn, for example pitch = "2 mm"'}
 
 
 def make_joint(
@@ -57,9 +58,10 @@ def make_joint(
         restitution = sources.expression(restitution, table, "restitution")
         if not limits:
             raise sources.error(table, "restitution", "'restitution' has no effect without 'limits'")
+    pitch = given.get("pitch")
     return Joint(
         name, type, parent, child, xyz, rpy, axis, axis2, coordinates, rates, **elements, limits=limits,
-        restitution=restitution,
+        restitution=restitution, pitch=None if pitch is None else sources.expression(pitch, table, "pitch"),
     )  # fmt: skip
 
 
@@ -76,16 +78,20 @@ def _check_keys(model: Assembly, table: str, type: str, given: Mapping[str, Any]
     if kind.nq == 0:
         refused += ["coordinate", *STATE_KEYS, "damping"]
     if kind.nq != 1:
-        refused += ["limits", "unit"]
-    elif type == "continuous":
+        refused.append("unit")
+    if not kind.limited:
         refused.append("limits")
-        hints["limits"] = "a revolute joint has limits"
+        hints |= {"limits": "a revolute joint has limits"} if kind.hinge else {}
+    refused += [key for other in TYPES.values() for key in other.options if key not in kind.options]
     for key in refused:
         if key in given:
             article = "an" if type[0] in "aeiou" else "a"
             raise model._sources.error(
                 table, key, f"{article} {type} joint has no '{key}'", hint=hints.get(key)
             )
+    for key in kind.options:
+        if key not in given:
+            raise model._sources.error(table, key, f"a {type} joint needs a '{key}'", hint=OPTION_HINTS[key])
     if "rest" in given and "stiffness" not in given:
         raise model._sources.error(table, "rest", "'rest' has no effect without 'stiffness'")
 

@@ -142,6 +142,8 @@ class _Writer:
             lines.append(f"limits = {self.array(table, 'limits', joint.limits)}")
         if joint.restitution is not None:
             lines.append(f"restitution = {self.value(table, 'restitution', joint.restitution)}")
+        if joint.pitch is not None:
+            lines.append(f"pitch = {self.value(table, 'pitch', joint.pitch)}")
         return [f"[{table}]", *lines]
 
     def fixed(self, table: str, body: str, key: str, vector: tuple[sympy.Expr, ...]) -> list[str]:

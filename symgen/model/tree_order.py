@@ -30,7 +30,7 @@ def with_axes(joint: Joint, child: Body) -> Joint:
     kind = TYPES[joint.type]
     if kind.axes == 0:
         return joint
-    axis = joint.axis or (Z if child.planar and joint.type != "prismatic" else X)
+    axis = joint.axis or (Z if child.planar and kind.plane == "normal" else X)
     axis2 = joint.axis2 or (perpendicular(axis) if kind.axes == 2 else ())
     return replace(joint, axis=axis, axis2=axis2)
 

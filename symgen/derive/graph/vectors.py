@@ -216,6 +216,11 @@ class Inertia:
                 tensor[i][j] = tensor[j][i] = g.add(self.tensor[i][j], other.tensor[i][j])
         return Inertia(g.add(self.mass, other.mass), plus(g, self.first, other.first), tensor)
 
+    def minus(self, g: Graph, other: Inertia) -> Inertia:
+        """What is left of a body without a part of it."""
+        tensor = [minus(g, a, b) for a, b in zip(self.tensor, other.tensor, strict=True)]
+        return Inertia(g.sub(self.mass, other.mass), minus(g, self.first, other.first), tensor)
+
     def turned(self, turn: Turn) -> Inertia:
         """The same in the axes of the frame that `turn` was rotated from."""
         return Inertia(self.mass, turn.up(self.first), turn.up_symmetric(self.tensor))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from ..graph.graph import Graph
 from ..graph.vectors import Inertia, Matrix, Vector, cross, cross_z, dot, plus, scaled, transposed, zeros
-from .links import PRISMATIC, REVOLUTE, Link
+from .links import Link, along
 from .recursive import Tree
 
 
@@ -91,8 +91,8 @@ def _substitute(tree: Tree, steps: list[Step], right: list[int], result: list[in
     driving: list[Vector] = [[] for _ in range(n)]
     for k in reversed(tree.moving()):
         link, step, (force, moment) = tree.links[k], steps[k], wrenches[k]
-        along = tree.along_joint(k, wrenches[k])
-        driving[k] = [g.sub(right[i], x) for i, x in zip(link.rates, along, strict=True)]
+        resisted = tree.along_joint(k, wrenches[k])
+        driving[k] = [g.sub(right[i], x) for i, x in zip(link.rates, resisted, strict=True)]
         pushed = [dot(g, column, driving[k]) for column in transposed(step.L)]
         force, moment = tree.to_parent(k, (plus(g, force, pushed[3:]), plus(g, moment, pushed[:3])))
         p = link.parent
@@ -102,25 +102,32 @@ def _substitute(tree: Tree, steps: list[Step], right: list[int], result: list[in
         step, before = steps[k], alphas[link.parent]
         alpha = link.turn.down(before)
         acc = link.turn.down(plus(g, accelerations[link.parent], cross(g, before, link.offset)))
-        if link.kind == PRISMATIC:
+        if link.slide != g.zero:
             acc = plus(g, acc, scaled(g, link.slide, cross_z(g, alpha)))
         solved = [
             g.sub(dot(g, row, driving[k]), dot(g, lower, [*alpha, *acc]))
             for row, lower in zip(step.inverse, step.L, strict=True)
         ]
-        for place, (i, value) in zip(_axes(link), zip(link.rates, solved, strict=True), strict=True):
+        for i, value in zip(link.rates, solved, strict=True):
             result[i] = value
-            target = alpha if place < 3 else acc
-            target[place % 3] = g.add(target[place % 3], value)
-        alphas.append(alpha)
-        accelerations.append(acc)
+        turning, sliding = along(g, link.subspace, solved)
+        alphas.append(plus(g, alpha, turning))
+        accelerations.append(plus(g, acc, sliding))
 
 
-def _axes(link: Link) -> tuple[int, ...]:
-    """Rows of the 6 x 6 matrix that belong to the joint's rates."""
-    if link.kind == PRISMATIC:
-        return (5,)
-    return (2,) if link.kind == REVOLUTE else (0, 1, 2)
+def _columns(link: Link) -> Matrix:
+    """The motion subspace as columns of six, angular components first."""
+    return [[*turning, *sliding] for turning, sliding in link.subspace]
+
+
+def _axes(g: Graph, link: Link) -> dict[int, int]:
+    """Rows of the 6 x 6 matrix that belong to one rate alone, and to no other component of it."""
+    found = {}
+    for a, column in enumerate(_columns(link)):
+        filled = [i for i, x in enumerate(column) if x != g.zero]
+        if len(filled) == 1 and column[filled[0]] == g.one:
+            found[filled[0]] = a
+    return found
 
 
 def _rigid(g: Graph, inertia: Inertia) -> Articulated:
@@ -139,20 +146,20 @@ def _sum(g: Graph, a: Matrix, b: Matrix) -> Matrix:
 
 
 def _step(g: Graph, link: Link, body: Articulated, diagonal: list[int]) -> Step | None:
-    axes = _axes(link)
-    rows = body.rows()
-    U = [rows[i] for i in axes]
-    D = [[U[a][j] for j in axes] for a in range(len(axes))]
+    S, rows, axes = _columns(link), body.rows(), _axes(g, link)
+    n = len(S)
+    U = [[dot(g, row, column) for row in rows] for column in S]
+    D = [[dot(g, column, u) for column in S] for u in U]
     for a, extra in enumerate(diagonal):
         D[a][a] = g.add(D[a][a], extra)
-    if any(D[a][a] == g.zero for a in range(len(axes))):
+    if any(D[a][a] == g.zero for a in range(n)):
         return None
-    inverse = [[g.div(g.one, D[0][0])]] if len(axes) == 1 else _inverse(g, D)
+    inverse = [[g.div(g.one, D[0][0])]] if n == 1 else _inverse(g, D)
     columns = transposed(U)
-    unit = [[g.one if a == b else g.zero for b in range(len(axes))] for a in range(len(axes))]
+    unit = [[g.one if a == b else g.zero for b in range(n)] for a in range(n)]
     free = all(extra == g.zero for extra in diagonal)
     lower = [
-        unit[axes.index(k)] if free and k in axes else [dot(g, row, column) for row in inverse]
+        unit[axes[k]] if free and k in axes else [dot(g, row, column) for row in inverse]
         for k, column in enumerate(columns)
     ]
     return Step(U, transposed(lower), inverse)
@@ -172,7 +179,7 @@ def _inverse(g: Graph, D: Matrix) -> Matrix:
 
 def _without_joint(g: Graph, link: Link, body: Articulated, step: Step) -> Articulated:
     """The wrench that is left when the joint yields: I - U D⁻¹ Uᵀ."""
-    axes, rows = _axes(link), body.rows()
+    axes, rows = _axes(g, link), body.rows()
     L, U = transposed(step.L), transposed(step.U)
     for i in range(6):
         for j in range(i, 6):
@@ -184,7 +191,7 @@ def _without_joint(g: Graph, link: Link, body: Articulated, step: Step) -> Artic
 
 def _to_parent(g: Graph, link: Link, body: Articulated) -> Articulated:
     """In the axes of the parent and about its origin."""
-    if link.kind == PRISMATIC:
+    if link.slide != g.zero:
         body = _shifted(g, body, [g.zero, g.zero, link.slide])
     turn = link.turn
     turned = Articulated(turn.up_symmetric(body.A), turn.up_matrix(body.B), turn.up_symmetric(body.C))

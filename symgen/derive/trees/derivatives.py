@@ -20,15 +20,13 @@ from ..graph.vectors import (
     Matrix,
     Vector,
     cross,
-    cross_z,
-    identity,
     minus,
     plus,
     scaled,
     times,
-    zeros,
+    transposed_times,
 )
-from .links import PRISMATIC, SPHERICAL, Link
+from .links import Link
 from .recursive import Tree, Wrench
 
 
@@ -110,7 +108,7 @@ def _stirred(tree: Tree) -> list[Stirred]:
         link, p = tree.links[k], tree.links[k].parent
         body = Stirred(tree.composites[k], momenta[k], momentum[k])
         before, after = _double_velocities(tree, k)
-        if link.kind == PRISMATIC:
+        if any(x != g.zero for x in (link.slide, *before)):
             body = _shifted(g, body, [g.zero, g.zero, link.slide], before)
         turned = Stirred(
             body.inertia.turned(link.turn), link.turn.up_matrix(body.momenta), link.turn.up(body.momentum)
@@ -125,12 +123,8 @@ def _double_velocities(tree: Tree, k: int) -> tuple[Vector, Vector]:
     """Twice the velocity of a link's origin relative to its parent's: the slide's part in its axes, then the rest."""
     g, link = tree.g, tree.links[k]
     two = g.const(2.0)
-    slide = zeros(g)
-    if link.kind == PRISMATIC:
-        slide = scaled(g, link.slide, cross_z(g, tree.spin[k]))
-        slide = [slide[0], slide[1], tree.speed(link)]
     rest = cross(g, tree.spin[link.parent], link.offset)
-    return scaled(g, two, slide), scaled(g, two, rest)
+    return scaled(g, two, tree.slide_velocity(k)), scaled(g, two, rest)
 
 
 def _shifted(g: Graph, body: Stirred, r: Vector, double_velocity: Vector) -> Stirred:
@@ -151,43 +145,43 @@ def _perturbations(tree: Tree, k: int) -> list[tuple[Perturbation, Perturbation]
     """For each rate of a link: what a unit of its coordinate adds to the motion, and what a unit of the rate adds."""
     g, link, motion = tree.g, tree.links[k], tree.motion(tree.x.a)
     omega, carried = tree.spin[k], tree.carried_spin[k]
-    none = zeros(g)
-    if link.kind == PRISMATIC:
-        moved = [row[2] for row in motion.gradient[k]]
-        return [
-            (
-                Perturbation(none, none, moved),
-                Perturbation(none, none, scaled(g, g.const(2.0), cross_z(g, omega))),
-            )
-        ]
-    unit = identity(g)
+    slid, slide_velocity = [g.zero, g.zero, link.slide], _double_velocities(tree, k)[0]
+
+    def of_origin(spin: Vector, alpha: Vector) -> Vector:
+        """What the slide adds to δa: the origin is a point of the link that has moved along its axis."""
+        return plus(g, cross(g, alpha, slid), cross(g, spin, slide_velocity))
+
     result = []
-    for axis in range(3) if link.kind == SPHERICAL else (2,):
-        e = unit[axis]
-        spin = cross(g, carried, e)
-        alpha = plus(g, cross(g, motion.carried_alpha[k], e), cross(g, carried, spin))
-        by_position = Perturbation(spin, alpha, cross(g, motion.carried_acceleration[k], e))
-        result.append((by_position, Perturbation(e, cross(g, plus(g, carried, omega), e), none)))
+    for turning, sliding in link.subspace:
+        spin = cross(g, carried, turning)
+        alpha = plus(g, cross(g, motion.carried_alpha[k], turning), cross(g, carried, spin))
+        acceleration = plus(g, cross(g, motion.carried_acceleration[k], turning), of_origin(spin, alpha))
+        acceleration = plus(g, acceleration, times(g, motion.gradient[k], sliding))
+        by_position = Perturbation(spin, alpha, acceleration)
+        alpha = cross(g, plus(g, carried, omega), turning)
+        acceleration = plus(g, of_origin(turning, alpha), cross(g, omega, scaled(g, g.const(2.0), sliding)))
+        result.append((by_position, Perturbation(turning, alpha, acceleration)))
     return result
 
 
 def _spin_forces(g: Graph, link: Link, body: Stirred) -> list[Vector]:
     """For each rate of a link: the derivative of its generalised force by δω."""
-    if link.kind == PRISMATIC:
-        return [cross_z(g, body.momentum)]
     trace = g.sum(body.momenta[i][i] for i in range(3))
-    axes = range(3) if link.kind == SPHERICAL else (2,)
-    unit = identity(g)
-    return [minus(g, scaled(g, trace, unit[axis]), body.momenta[axis]) for axis in axes]
+    return [
+        plus(
+            g,
+            cross(g, body.momentum, sliding),
+            minus(g, scaled(g, trace, turning), transposed_times(g, body.momenta, turning)),
+        )
+        for turning, sliding in link.subspace
+    ]
 
 
 def _carried(g: Graph, link: Link, which: int, wrench: Wrench) -> Wrench:
     """How the wrench on a link changes, seen from its parent, as the link moves along a unit of its coordinate."""
     force, moment = wrench
-    e = identity(g)[which if link.kind == SPHERICAL else 2]
-    if link.kind == PRISMATIC:
-        return zeros(g), cross(g, e, force)
-    return cross(g, e, force), cross(g, e, moment)
+    turning, sliding = link.subspace[which]
+    return cross(g, turning, force), plus(g, cross(g, turning, moment), cross(g, sliding, force))
 
 
 def _wrench(g: Graph, body: Stirred, p: Perturbation) -> Wrench:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from ...errors import ModelError
 from ...model.description import Body, Description, Joint
-from ...model.directions import cross_product, perpendicular
+from ...model.directions import Z
+from ...model.joint_types import TYPES
 from ..graph.kinds import MOTION
 from ..graph.quaternions import rotation_matrix
 from ..graph.vectors import (
@@ -18,6 +20,7 @@ from ..graph.vectors import (
     minus,
     plus,
     product,
+    scaled,
     times,
     transposed,
     transposed_times,
@@ -25,23 +28,36 @@ from ..graph.vectors import (
 )
 from ..load import Loader
 from .link_frames import JointLine, LinkFrame, choose_frames, snap, split_turn
-from .links import BASE, PRISMATIC, REVOLUTE, SPHERICAL, Link, Links, Place, carry_inertia
+from .links import Link, Links, Place, Subspace, carry_inertia
 
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 NEGLIGIBLE = 1e-14  # of the lengths that an offset is made of: what cancellation leaves
 
 
 @dataclass
 class _Stage:
-    """An elementary joint as the description gives it, before frames are chosen."""
+    """An elementary joint as the description gives it, before frames are chosen.
 
-    kind: str
+    `motion` is one of those in `joint_types.Element`, or "base"; `advance` is what a screw slides by a radian [m].
+    """
+
+    motion: str
     parent: int
     rotation: Matrix
     origin: Vector
     axis: tuple[float, float, float] = Z
     coordinates: list[int] = field(default_factory=list)
     rates: list[int] = field(default_factory=list)
+    advance: int | None = None
+
+    @property
+    def turns(self) -> bool:
+        """Whether it turns about its axis."""
+        return self.motion in ("turn", "screw")
+
+    @property
+    def slides(self) -> bool:
+        """Whether it slides along its axis."""
+        return self.motion in ("slide", "screw")
 
 
 def joints_by_base(description: Description) -> dict[str, list[Joint]]:
@@ -89,7 +105,7 @@ class _Gatherer:
         self.bodies = {b.name: b for b in description.bodies}
         self.coordinate = {c.name: k for k, c in enumerate(description.coordinates)}
         self.rate = {r.name: k for k, r in enumerate(description.rates)}
-        self.stages = [_Stage(BASE, -1, identity(self.g), zeros(self.g))]
+        self.stages = [_Stage("base", -1, identity(self.g), zeros(self.g))]
         self.given: dict[str, Place] = {base: Place(0, zeros(self.g), identity(self.g))}
 
     def add(self, joint: Joint) -> None:
@@ -102,9 +118,18 @@ class _Gatherer:
         rotation = self._snapped(product(g, parent.rotation, _roll_pitch_yaw(g, rpy)))
         q = [self.coordinate[name] for name in joint.coordinates]
         v = [self.rate[name] for name in joint.rates]
-        for kind, axis, k, n in _elements(joint):
-            coordinates, rates = (q[k:], v[k:]) if n == 3 else ([q[k]], [v[k]])
-            self.stages.append(_Stage(kind, link, rotation, origin, axis, coordinates, rates))
+        advance = None
+        if joint.pitch is not None:
+            pitch = self._constant(joint.pitch, f"joints.{joint.name}", "pitch")
+            advance = g.div(pitch, g.const(2.0 * math.pi))
+        for element in TYPES[joint.type].elements:
+            k, ball = element.coordinate, element.motion == "ball"
+            axis, coordinates, rates = (
+                (Z, q[k:], v[k:]) if ball else (element.direction(joint), [q[k]], [v[k]])
+            )
+            self.stages.append(
+                _Stage(element.motion, link, rotation, origin, axis, coordinates, rates, advance)
+            )
             link, rotation, origin = len(self.stages) - 1, identity(g), zeros(g)
         self.given[joint.child] = Place(link, origin, rotation)
 
@@ -122,7 +147,7 @@ class _Gatherer:
         return Links(links, places)
 
     def _line(self, stage: _Stage) -> JointLine | None:
-        if stage.kind == BASE:
+        if stage.parent < 0:
             return None
         rows = [self._numbers(row) for row in stage.rotation]
         return JointLine(
@@ -130,14 +155,14 @@ class _Gatherer:
             rotation=tuple(rows) if None not in rows else None,
             origin=self._numbers(stage.origin),
             axis=stage.axis,
-            turns=stage.kind == REVOLUTE,
-            slides=stage.kind == PRISMATIC,
+            turns=stage.turns,
+            slides=stage.slides,
         )
 
     def _link(self, k: int, frames: list[LinkFrame], q: list[int]) -> Link:
         g, stage, frame = self.g, self.stages[k], frames[k]
-        if stage.kind == BASE:
-            return Link(BASE, -1, Turn(g, identity(g)), zeros(g), g.zero, [], Inertia.nothing(g))
+        if stage.parent < 0:
+            return Link(-1, Turn(g, identity(g)), zeros(g), g.zero, [], [], Inertia.nothing(g))
         outer = frames[stage.parent]
         outer_rotation = self._matrix(outer.rotation)
         rotation = product(g, stage.rotation, self._matrix(frame.rotation))
@@ -148,16 +173,27 @@ class _Gatherer:
         offset = minus(g, offset, self._vector(outer.origin))
         offset = [self._cleared(x, max(lengths)) for x in transposed_times(g, outer_rotation, offset)]
         coordinates = [q[i] for i in stage.coordinates]
-        slide = coordinates[0] if stage.kind == PRISMATIC else g.zero
-        if stage.kind == SPHERICAL:
-            turn = Turn(g, product(g, rotation, rotation_matrix(g, coordinates)))
-        elif stage.kind == PRISMATIC:
+        slide = g.zero
+        if stage.slides:
+            slide = g.mul(stage.advance, coordinates[0]) if stage.turns else coordinates[0]
+        if stage.turns:
+            turn = self._turn_about_axis(rotation, frame, coordinates[0])
+        elif stage.slides:
             turn = Turn(g, rotation)
         else:
-            turn = self._revolute_turn(rotation, frame, coordinates[0])
-        return Link(stage.kind, stage.parent, turn, offset, slide, stage.rates, Inertia.nothing(g))
+            turn = Turn(g, product(g, rotation, rotation_matrix(g, coordinates)))
+        subspace = self._subspace(stage)
+        return Link(stage.parent, turn, offset, slide, subspace, stage.rates, Inertia.nothing(g))
 
-    def _revolute_turn(self, rotation: Matrix, frame: LinkFrame, angle: int) -> Turn:
+    def _subspace(self, stage: _Stage) -> Subspace:
+        g, unit = self.g, identity(self.g)
+        if not (stage.turns or stage.slides):
+            return [(axis, zeros(g)) for axis in unit]
+        turning = unit[2] if stage.turns else zeros(g)
+        sliding = scaled(g, stage.advance if stage.turns else g.one, unit[2]) if stage.slides else zeros(g)
+        return [(turning, sliding)]
+
+    def _turn_about_axis(self, rotation: Matrix, frame: LinkFrame, angle: int) -> Turn:
         g = self.g
         rows = [self._numbers(row) for row in rotation]
         if frame.angle != 0.0 and None not in rows:
@@ -213,31 +249,6 @@ class _Gatherer:
     def _cleared(self, node: int, length: float) -> int:
         value = self.g.value(node)
         return self.g.zero if value is not None and abs(value) <= NEGLIGIBLE * length else node
-
-
-def _elements(joint: Joint) -> list[tuple[str, tuple[float, float, float], int, int]]:
-    """Elementary joints of a joint: kind, axis, index of its first coordinate in the joint, number of rates."""
-    axis = joint.axis
-    match joint.type:
-        case "revolute" | "continuous":
-            return [(REVOLUTE, axis, 0, 1)]
-        case "prismatic":
-            return [(PRISMATIC, axis, 0, 1)]
-        case "universal":
-            return [(REVOLUTE, axis, 0, 1), (REVOLUTE, joint.axis2, 1, 1)]
-        case "cylindrical":
-            return [(PRISMATIC, axis, 1, 1), (REVOLUTE, axis, 0, 1)]
-        case "planar":
-            second = perpendicular(axis)
-            first = tuple(x + 0.0 for x in cross_product(second, axis))
-            return [(PRISMATIC, first, 0, 1), (PRISMATIC, second, 1, 1), (REVOLUTE, axis, 2, 1)]
-        case "spherical":
-            return [(SPHERICAL, Z, 0, 3)]
-        case "free":
-            return [*((PRISMATIC, e, k, 1) for k, e in enumerate((X, Y, Z))), (SPHERICAL, Z, 3, 3)]
-        case "fixed":
-            return []
-    raise ModelError(f"joint '{joint.name}' is of an unknown type: {joint.type}")
 
 
 def _roll_pitch_yaw(g, rpy: Vector) -> Matrix:

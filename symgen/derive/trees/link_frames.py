@@ -24,7 +24,8 @@ class JointLine:
     """A joint in the given frame of its parent link: numbers, or None where they depend on parameters.
 
     `rotation` and `origin` place the link's given frame at zero coordinates; `axis` is in that frame. `turns` tells
-    whether the joint rotates about its axis, `slides` whether it moves along it; neither: a spherical joint.
+    whether the joint rotates about its axis, `slides` whether it moves along it; both: a screw;
+    neither: a spherical joint.
     """
 
     parent: int
@@ -107,7 +108,7 @@ def _origin(joints: Sequence[JointLine | None], frames: list[LinkFrame], i: int,
     if after.origin is None or after.rotation is None or not (joint.turns or joint.slides):
         return ORIGIN
     target = _add(after.origin, apply(after.rotation, frames[child].origin))
-    if joint.slides:
+    if joint.slides and not joint.turns:
         return target
     along = _dot(joint.axis, target)
     if after.turns:

@@ -5,25 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..graph.graph import Graph
-from ..graph.vectors import Inertia, Matrix, Turn, Vector, zeros
+from ..graph.vectors import Inertia, Matrix, Turn, Vector, plus, scaled, zeros
 
-BASE, REVOLUTE, PRISMATIC, SPHERICAL = "base", "revolute", "prismatic", "spherical"
+Subspace = list[tuple[Vector, Vector]]
 
 
 @dataclass
 class Link:
     """A moving frame and what is fixed in it.
 
-    A revolute link turns about its third axis, a prismatic one moves along it. Its origin is at `offset` in the
-    parent's axes, and further by `slide` along its own third axis; `turn` rotates from the parent's axes to its own.
-    `rates` are indices in v. `inertia` is what the recursive algorithms use, see `carry_inertia`.
+    Its origin is at `offset` in the parent's axes, and further by `slide` along its own third axis; `turn` rotates from
+    the parent's axes to its own. `subspace` is the motion subspace S of its joint (Featherstone 2008, section 3.5): for
+    each rate what a unit of it adds to the link's angular velocity and to the velocity of its origin. In the link's own
+    axes these are constant, and translations are along the third. `rates` are indices in v. `inertia` is what the
+    recursive algorithms use, see `carry_inertia`. A base has no parent (-1).
     """
 
-    kind: str
     parent: int
     turn: Turn
     offset: Vector
     slide: int
+    subspace: Subspace
     rates: list[int]
     inertia: Inertia
 
@@ -45,6 +47,15 @@ class Links:
     places: dict[str, Place]
 
 
+def along(g: Graph, subspace: Subspace, values: list[int]) -> tuple[Vector, Vector]:
+    """S times values of its rates: an angular and a linear vector."""
+    angular, linear = zeros(g), zeros(g)
+    for (turning, sliding), value in zip(subspace, values, strict=True):
+        angular = plus(g, angular, scaled(g, value, turning))
+        linear = plus(g, linear, scaled(g, value, sliding))
+    return angular, linear
+
+
 def carry_inertia(g: Graph, links: list[Link]) -> None:
     """Move to the parents what a joint's motion does not move, and so leave the links fewer parameters.
 
@@ -54,24 +65,26 @@ def carry_inertia(g: Graph, links: list[Link]) -> None:
     resists turning only. Motion, energies and joint forces stay the same; so do composite bodies as CRBA uses them.
     """
     for link in reversed(links):
-        if link.kind == BASE:
+        if link.parent < 0:
             continue
-        carried, link.inertia = _split_inertia(g, link)
-        constant = link.turn if link.kind == PRISMATIC else link.turn.constant
+        carried = _unmoved(g, link)
+        link.inertia = link.inertia.minus(g, carried)
         links[link.parent].inertia = links[link.parent].inertia.plus(
-            g, carried.turned(constant).shifted(g, link.offset)
+            g, carried.turned(link.turn.constant).shifted(g, link.offset)
         )
 
 
-def _split_inertia(g: Graph, link: Link) -> tuple[Inertia, Inertia]:
-    """What a link can hand to its parent, and what it keeps."""
-    own, nothing = link.inertia, Inertia.nothing(g)
-    if link.kind == SPHERICAL:
-        return Inertia(own.mass, zeros(g), nothing.tensor), Inertia(g.zero, own.first, own.tensor)
-    if link.kind == PRISMATIC:
-        return Inertia(g.zero, zeros(g), own.tensor), Inertia(own.mass, own.first, nothing.tensor)
-    x, y, z = own.first
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = own.tensor
-    rod = Inertia(own.mass, [g.zero, g.zero, z], [[yy, g.zero, g.zero], [g.zero, yy, g.zero], zeros(g)])
-    kept = [[g.sub(xx, yy), xy, xz], [xy, g.zero, yz], [xz, yz, zz]]
-    return rod, Inertia(g.zero, [x, y, g.zero], kept)
+def _unmoved(g: Graph, link: Link) -> Inertia:
+    """The part of a link's inertia that its joint's motion leaves as it is, seen from the parent."""
+    own, nothing = link.inertia, zeros(g)
+    yy = own.tensor[1][1]
+    n_turns = sum(any(x != g.zero for x in turning) for turning, _ in link.subspace)
+    slides = any(x != g.zero for _, sliding in link.subspace for x in sliding)
+    if n_turns == 0:  # all that has no mass stays when it slides
+        return Inertia(g.zero, nothing, own.tensor)
+    if n_turns > 1:
+        return Inertia(own.mass, nothing, Inertia.nothing(g).tensor)
+    rod = [[yy, g.zero, g.zero], [g.zero, yy, g.zero], nothing]
+    if slides:
+        return Inertia(g.zero, nothing, rod)
+    return Inertia(own.mass, [g.zero, g.zero, own.first[2]], rod)

@@ -19,6 +19,7 @@ from ..graph.vectors import (
     column,
     cross,
     cross_z,
+    dot,
     field_gradient,
     identity,
     minus,
@@ -29,7 +30,7 @@ from ..graph.vectors import (
     zeros,
 )
 from ..variables import Variables
-from .links import PRISMATIC, REVOLUTE, SPHERICAL, Link, Links
+from .links import Link, Links, along
 
 Wrench = tuple[Vector, Vector]  # force, and moment about the origin
 
@@ -85,20 +86,16 @@ class Tree:
         """Indices of all links but the base, parents first."""
         return list(range(1, len(self.links)))
 
-    def speed(self, link: Link) -> int:
-        """The one rate of a revolute or prismatic link."""
-        return self.x.v[link.rates[0]]
+    def relative(self, link: Link) -> tuple[Vector, Vector]:
+        """What the rates of a link's joint add to its angular velocity and to the velocity of its origin."""
+        return along(self.g, link.subspace, [self.x.v[i] for i in link.rates])
 
     def _spins(self) -> tuple[list[Vector], list[Vector]]:
         carried, spin = [self.base.omega], [self.base.omega]
         for link in self.links[1:]:
             before = link.turn.down(spin[link.parent])
             carried.append(before)
-            if link.kind == REVOLUTE:
-                before = [before[0], before[1], self.g.add(before[2], self.speed(link))]
-            elif link.kind == SPHERICAL:
-                before = plus(self.g, before, [self.x.v[k] for k in link.rates])
-            spin.append(before)
+            spin.append(plus(self.g, before, self.relative(link)[0]))
         return carried, spin
 
     @cached_property
@@ -109,11 +106,16 @@ class Tree:
         for k, link in enumerate(self.links[1:], 1):
             swept = cross(g, self.spin[link.parent], link.offset)
             velocity = link.turn.down(plus(g, result[link.parent], swept))
-            if link.kind == PRISMATIC:
-                swept = scaled(g, link.slide, cross_z(g, self.spin[k]))
-                velocity = plus(g, velocity, [swept[0], swept[1], self.speed(link)])
-            result.append(velocity)
+            result.append(plus(g, velocity, self.slide_velocity(k)))
         return result
+
+    def slide_velocity(self, k: int) -> Vector:
+        """Velocity of a link's origin, relative to where it would be without its slide and with the same spin."""
+        g, link = self.g, self.links[k]
+        _, velocity = self.relative(link)
+        if link.slide == g.zero:
+            return velocity
+        return plus(g, scaled(g, link.slide, cross_z(g, self.spin[k])), velocity)
 
     @cached_property
     def poses(self) -> tuple[list[Matrix], list[Vector]]:
@@ -124,8 +126,7 @@ class Tree:
             before = rotations[link.parent]
             rotation = link.turn.after(before)
             position = plus(g, positions[link.parent], times(g, before, link.offset))
-            if link.kind == PRISMATIC:
-                position = plus(g, position, scaled(g, link.slide, column(rotation, 2)))
+            position = plus(g, position, scaled(g, link.slide, column(rotation, 2)))
             rotations.append(rotation)
             positions.append(position)
         return rotations, positions
@@ -147,17 +148,13 @@ class Tree:
             acc = link.turn.down(plus(g, m.acceleration[p], times(g, m.gradient[p], link.offset)))
             m.carried_alpha.append(alpha)
             m.carried_acceleration.append(acc)
-            if link.kind == REVOLUTE:
-                alpha = plus(g, alpha, scaled(g, self.speed(link), cross_z(g, carried)))
-                alpha[2] = g.add(alpha[2], dv[link.rates[0]])
-            elif link.kind == SPHERICAL:
-                alpha = plus(g, alpha, cross(g, carried, [self.x.v[i] for i in link.rates]))
-                alpha = plus(g, alpha, [dv[i] for i in link.rates])
+            spin, velocity = self.relative(link)
+            turning, sliding = along(g, link.subspace, [dv[i] for i in link.rates])
+            alpha = plus(g, plus(g, alpha, cross(g, carried, spin)), turning)
             gradient = field_gradient(g, alpha, self.spin[k])
-            if link.kind == PRISMATIC:
-                coriolis = scaled(g, g.mul(g.const(2.0), self.speed(link)), cross_z(g, self.spin[k]))
-                acc = plus(g, plus(g, acc, scaled(g, link.slide, column(gradient, 2))), coriolis)
-                acc[2] = g.add(acc[2], dv[link.rates[0]])
+            coriolis = cross(g, self.spin[k], scaled(g, g.const(2.0), velocity))
+            acc = plus(g, plus(g, acc, scaled(g, link.slide, column(gradient, 2))), coriolis)
+            acc = plus(g, acc, sliding)
             m.alpha.append(alpha)
             m.acceleration.append(acc)
             m.gradient.append(gradient)
@@ -189,9 +186,8 @@ class Tree:
         """A wrench on link k in the axes and about the origin of its parent."""
         g, link = self.g, self.links[k]
         force, moment = wrench
-        if link.kind == PRISMATIC:
-            arm = scaled(g, link.slide, cross_z(g, force))
-            moment = minus(g, moment, arm)
+        if link.slide != g.zero:
+            moment = minus(g, moment, scaled(g, link.slide, cross_z(g, force)))
         force = link.turn.up(force)
         return force, plus(g, link.turn.up(moment), cross(g, link.offset, force))
 
@@ -200,9 +196,11 @@ class Tree:
 
     def along_joint(self, k: int, wrench: Wrench) -> list[int]:
         """The components of a wrench on link k that its joint's rates do work against."""
-        force, moment = wrench
-        kind = self.links[k].kind
-        return moment if kind == SPHERICAL else [moment[2] if kind == REVOLUTE else force[2]]
+        g, (force, moment) = self.g, wrench
+        return [
+            g.add(dot(g, turning, moment), dot(g, sliding, force))
+            for turning, sliding in self.links[k].subspace
+        ]
 
     def joint_forces(self, dv: Vector) -> dict[int, int]:
         """Inverse dynamics: generalised forces by index of the rate."""
@@ -229,7 +227,7 @@ class Tree:
         result = [link.inertia for link in self.links]
         for k in reversed(self.moving()):
             link, carried = self.links[k], result[k]
-            if link.kind == PRISMATIC:
+            if link.slide != g.zero:
                 carried = carried.shifted(g, [g.zero, g.zero, link.slide])
             carried = carried.turned(link.turn).shifted(g, link.offset)
             result[link.parent] = result[link.parent].plus(g, carried)
@@ -237,14 +235,10 @@ class Tree:
 
     def unit_wrenches(self, k: int) -> list[Wrench]:
         """What each rate of link k needs per unit of acceleration, for all that hangs on the link."""
-        g, composite, link = self.g, self.composites[k], self.links[k]
-        if link.kind == PRISMATIC:
-            force = [g.zero, g.zero, composite.mass]
-            x, y, _ = composite.first
-            return [(force, [y, g.neg(x), g.zero])]
-        axes = range(3) if link.kind == SPHERICAL else (2,)
-        unit = identity(g)
-        return [(cross(g, unit[i], composite.first), composite.tensor[i]) for i in axes]
+        return [
+            self.composites[k].momentum_of(self.g, turning, sliding)
+            for turning, sliding in self.links[k].subspace
+        ]
 
     def mass_entries(self) -> dict[tuple[int, int], int]:
         """Upper and lower elements of M by indices of rates, for a tree on the world."""
