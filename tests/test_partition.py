@@ -140,3 +140,63 @@ def test_methods_without_the_form_are_refused():
         RuntimeModelError, match="does not have this form, which is that of: rk4, dopri5, dop853"
     ):
         bundled("pendulum_dae").run(t_end=0.1, method="gauss8", constraints="partition")
+
+
+TABLE, RADIUS = 2.0, 0.1
+
+
+@functools.cache
+def ball_on_a_turntable():
+    """A solid ball that rolls on a turntable: a free body with a quaternion, one position and two rates held."""
+    model = Model("turntable")
+    model.body("ball", mass=1.0, com=(0, 0, 0), inertia=[0.4 * RADIUS**2] * 3)
+    spin = [TABLE / RADIUS - 5.0, 0.0, 0.3]
+    model.joint("j", "free", "ball", start=[1, 0, RADIUS, 1, 0, 0, 0], rate_guess=[0, 0.5, 0, *spin])
+    for k, axis in enumerate("xyz"):
+        model.axis(f"e{axis}", "ball", [float(i == k) for i in range(3)])
+    turn = {c: " + ".join(f"e{a}_{c}*j_w{a}" for a in "xyz") for c in "xyz"}
+    model.constraint("height", f"j_z - {RADIUS}")
+    model.velocity_constraint("slip_x", f"j_vx - {RADIUS}*({turn['y']}) + {TABLE}*j_y")
+    model.velocity_constraint("slip_y", f"j_vy + {RADIUS}*({turn['x']}) - {TABLE}*j_x")
+    model.output("upright_spin", turn["z"])
+    return derive(model)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("name", ["dopri5", "dop853"])
+def test_ball_on_a_turntable_goes_round_at_two_sevenths_of_its_rate(name, rtol):
+    """Its spin about the vertical stays; in body axes, which turn with it, the choice wore out twice a turn."""
+    run = ball_on_a_turntable().run(
+        t_end=20.0, method=name, constraints="partition", rtol=rtol, atol=0.1 * rtol
+    )
+    assert run.ok, run.objections
+    turns, first = 2.0 / 7.0 * TABLE, complex(run.v[0, 0], run.v[0, 1])
+    speed = first * np.exp(1j * turns * run.t)
+    place = complex(run.q[0, 0], run.q[0, 1]) + (speed - first) / (1j * turns)
+    assert np.abs(run.q[:, 0] + 1j * run.q[:, 1] - place).max() < 30.0 * rtol + 1e-11
+    assert np.abs(run.v[:, 0] + 1j * run.v[:, 1] - speed).max() < 30.0 * rtol + 1e-11
+    spin = run["upright_spin"]
+    assert np.abs(spin - spin[0]).max() < (30.0 * rtol + 1e-11) * np.abs(run.v[:, 3:]).max()
+    assert run.energy.unscaled_error < 30.0 * rtol + 1e-12
+
+
+def test_rk4_rolls_with_its_order():
+    errors = []
+    for step in (0.02, 0.01):
+        run = ball_on_a_turntable().run(t_end=5.0, method="rk4", constraints="partition", step=step)
+        errors.append(np.abs(run["upright_spin"] - run["upright_spin"][0]).max())
+    assert 3.7 < np.log2(errors[0] / errors[1]) < 5.5
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e6])
+def test_accuracy_does_not_depend_on_the_unit_of_length(size):
+    """What Newton's iterations leave, and where they stop, goes by the size of the mechanism."""
+    model = Model("pendulum", gravity=(0, -9.81 * size))
+    for name, place in (("x", 0.6), ("y", 0.8)):
+        model.coordinate(name, start=place * size, rate=0.0)
+    model.body("bob", mass=1.0, com=("x", "y"))
+    model.constraint("rod", f"(x^2 + y^2)/{size!r} - {size!r}")
+    given = {"t_end": 5.0, "method": "dop853", "rtol": 1e-9, "atol": 1e-10 * size}
+    system = derive(model)
+    run, other = (system.run(constraints=form, **given) for form in ("partition", "projection"))
+    assert run.ok and np.abs(run.q - other.q).max() < 1e-6 * size

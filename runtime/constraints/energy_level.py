@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from runtime.system import System
 
 METHODS_THAT_SCALE = ("dopri5", "dop853", "taylor")
+FORMS_THAT_SCALE = ("projection", "partition")
 _EQUAL = 1e-12  # relative round-off
 
 
@@ -53,8 +54,8 @@ def _objection(system: System, method: Method, form: str, p: np.ndarray, t: floa
     name = f"model {system.name!r}"
     if not system.m:
         return f"{name} has no constraints, and the methods keep its energy as well as its motion"
-    if method.name not in METHODS_THAT_SCALE or form != "projection":
-        return f"only {', '.join(METHODS_THAT_SCALE)} have it, with constraints 'projection'"
+    if method.name not in METHODS_THAT_SCALE or form not in FORMS_THAT_SCALE:
+        return f"only {', '.join(METHODS_THAT_SCALE)} have it, with constraints 'projection' or 'partition'"
     if system.structure["time_dependent"] or system.m > system.nh:
         return f"{name} depends on time, or has velocity constraints"
     if system.nw and not _constant_forces(system, p, t, state):

@@ -191,14 +191,7 @@ def estimate_error(method, sizes, control, h, y, k, states):
     if method.estimate == TWO_ESTIMATES:
         third = states[3]
         dop853_error(method.error, k, n, error, third)
-        sum_5, sum_3 = 0.0, 0.0
-        for i in range(n):
-            scale = error_scale(control, y[i], y_new[i])
-            sum_5 += (error[i] / scale) ** 2
-            sum_3 += (third[i] / scale) ** 2
-        # dop853.f: both vanish together, at rest or on a polynomial.
-        below = sum_5 + 0.01 * sum_3
-        return h * sum_5 / math.sqrt(n * below) if below != 0.0 else 0.0
+        return h * norm_of_two(control, n, y, y_new, error, third)
     for i in range(n):
         error[i] = 0.0
     for j in range(method.n_stages):
@@ -206,6 +199,19 @@ def estimate_error(method, sizes, control, h, y, k, states):
         for i in range(n):
             error[i] += weight * k[j, i]
     return error_norm(control, n, y, y_new, error)
+
+
+@jitted
+def norm_of_two(control, n, y0, y1, fifth, third):
+    """Return dop853's error norm of its two estimates, the error of one being in doubt where the other's is large."""
+    sum_5, sum_3 = 0.0, 0.0
+    for i in range(n):
+        scale = error_scale(control, y0[i], y1[i])
+        sum_5 += (fifth[i] / scale) ** 2
+        sum_3 += (third[i] / scale) ** 2
+    # dop853.f: both vanish together, at rest or on a polynomial.
+    below = sum_5 + 0.01 * sum_3
+    return sum_5 / math.sqrt(n * below) if below != 0.0 else 0.0
 
 
 @jitted
@@ -258,10 +264,16 @@ def commit_step(
 @jitted
 def erk_dense(method, addresses, sizes, p, counters, t, h, y, k, states, dense):
     """Fill the dense output of the step; further stages are taken here, so only for steps that need them."""
-    ny = sizes[NY]
     first_extra = method.n_stages + 1 - method.fsal
     erk_stages(method.a, method.c, first_extra, method.n_rows, addresses[RHS], t, h, y, p, k, states[0])
     counters[RHS_CALLS] += method.n_rows - first_extra
+    combine_dense(method, sizes, h, y, k, states, dense)
+
+
+@jitted
+def combine_dense(method, sizes, h, y, k, states, dense):
+    """Fill the dense output from all stages, those that it takes for itself among them."""
+    ny = sizes[NY]
     hermite_dense(y, states[1], k[0], k[method.n_stages - method.fsal], h, ny, dense)
     for r in range(method.n_dense - 4):
         for i in range(ny):

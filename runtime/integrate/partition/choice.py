@@ -8,24 +8,34 @@ import math
 
 from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
-from runtime.integrate.layout import CONSTRAINT_JACOBIAN, MASS_MATRIX, NH, NM, NV, PARTITION_LOST, RUNNING
+from runtime.integrate.layout import MASS_MATRIX, NH, NM, NV, PARTITION_LOST, RUNNING
+from runtime.integrate.linear import lu_solve
+from runtime.integrate.partition.dependents import evaluate_jacobian, factor_dependents
 from runtime.integrate.partition.work import (
     FIRST_QUALITY,
     FIRST_RANK,
+    FOLLOWED,
+    FOLLOWED_FIRST,
     HAVE_PARTITION,
     LATEST,
     N_POSITIONS,
     N_RATES,
-    QUALITY,
+    PIVOT,
     SWITCHES,
 )
-from runtime.integrate.row_rank import independent_rows
+from runtime.integrate.quaternions import n_quaternions, quaternion_at
+from runtime.integrate.row_rank import eliminate, independent_rows
 
-# Another partition is taken where the smallest pivot has fallen to this part of what it was.
-WORN = 0.2
+# No rate of the dependent ones changes more than this many times as fast as an independent one that is changed alone,
+# both in units of equal kinetic energy: errors of the independent ones grow by no more. Another partition is taken
+# where that has become worse by as much again.
+_MOST_FOLLOWED = 1.5
+# A step is too long in which the smallest pivot falls to this part of what it was.
+LEAST = 0.1
 # All are lost where the smallest pivot of the best has fallen to this part of the first one's: rounding of the
 # dependent coordinates grows by its reciprocal, and which branch of a mechanism they follow is then left to chance.
 LOST = 1e-3
+_EXCHANGES = 8
 
 
 @jitted
@@ -34,18 +44,100 @@ def choose_partition(addresses, sizes, p, counters, t, y, w):
 
     PARTITION_LOST where fewer constraints are independent than at the first choice, or nearly so: no coordinates serve.
     """
+    n_before = counters[N_RATES]
+    for k in range(n_before):
+        w.pivots[k] = w.columns[k]
     scale_jacobian(not counters[HAVE_PARTITION], addresses, sizes, p, t, y, w)
-    n_positions, n_rates, w.numbers[QUALITY] = independent_rows(sizes[NH], w.scaled, w.rows, w.columns)
+    n_positions, n_rates, quality = independent_rows(sizes[NH], w.scaled, w.rows, w.columns)
+    exchange(0, n_positions, w.scaled, w.columns)
+    if n_rates > n_positions:
+        n_rates, _ = eliminate(n_positions, n_rates, w.scaled, w.rows, w.columns)
+        exchange(n_positions, n_rates, w.scaled, w.columns)
     if counters[HAVE_PARTITION]:
-        counters[SWITCHES] += 1
+        counters[SWITCHES] += differ(w.pivots, n_before, w.columns, n_rates)
     else:
         counters[FIRST_RANK] = n_rates
-        w.numbers[FIRST_QUALITY] = w.numbers[QUALITY]
+        w.numbers[FIRST_QUALITY] = quality
     counters[HAVE_PARTITION] = 1
     counters[N_POSITIONS], counters[N_RATES] = n_positions, n_rates
-    w.numbers[LATEST] = w.numbers[QUALITY]
-    kept = n_rates >= counters[FIRST_RANK] and w.numbers[QUALITY] >= LOST * w.numbers[FIRST_QUALITY]
-    return RUNNING if kept else PARTITION_LOST
+    kept = n_rates >= counters[FIRST_RANK] and quality >= LOST * w.numbers[FIRST_QUALITY]
+    if not (kept and factor_dependents(n_rates, addresses, sizes, p, t, y, w)):
+        return PARTITION_LOST
+    w.numbers[FOLLOWED_FIRST] = w.numbers[FOLLOWED] = most_followed(sizes, counters, w)
+    w.numbers[PIVOT] = w.numbers[LATEST]
+    return RUNNING
+
+
+@jitted
+def exchange(first, end, scaled, columns):
+    """Put independent columns in the place of dependent ones `first` to `end` - 1 until none follows others too fast.
+
+    Complete pivoting alone may leave columns that are nearly dependent on each other. Those of largest volume would
+    follow at most once as fast: Goreinov, Tyrtyshnikov, Zamarashkin, Linear Algebra Appl. 261 (1997) 1.
+
+    Parameters
+    ----------
+    scaled, columns : ndarray
+        As `independent_rows` leaves them; the rows `first` to `end` - 1 become those that give dependent columns by
+        the others.
+    """
+    m, nv = scaled.shape
+    for k in range(end - 1, first - 1, -1):
+        solve_row(k, first, end, scaled)
+    for _ in range(_EXCHANGES * (end - first)):
+        largest, row, column = _MOST_FOLLOWED, first, end
+        for i in range(first, end):
+            for j in range(end, nv):
+                if abs(scaled[i, j]) > largest:
+                    largest, row, column = abs(scaled[i, j]), i, j
+        if largest == _MOST_FOLLOWED:
+            return
+        columns[row], columns[column] = columns[column], columns[row]
+        for i in range(m):
+            scaled[i, row], scaled[i, column] = scaled[i, column], scaled[i, row]
+        solve_row(row, first, m, scaled)
+
+
+@jitted
+def solve_row(k, first, end, scaled):
+    """Solve row `k` for its column `k`, and take that out of the other rows from `first` to `end` - 1."""
+    nv = scaled.shape[1]
+    inverse = 1.0 / scaled[k, k]
+    for j in range(nv):
+        scaled[k, j] *= inverse
+    for i in range(first, end):
+        factor = scaled[i, k]
+        if i != k and factor != 0.0:
+            for j in range(nv):
+                scaled[i, j] -= factor * scaled[k, j]
+
+
+@jitted
+def most_followed(sizes, counters, w):
+    """Return how fast a dependent rate changes at most where an independent one does, with the factors of rates."""
+    n, nv = counters[N_RATES], sizes[NV]
+    most = 0.0
+    for j in range(n, nv):
+        column = w.columns[j]
+        for k in range(n):
+            row = w.rows[k]
+            w.right[k] = w.jacobian[row * nv + column] * w.row_scale[row] * w.column_scale[column]
+        lu_solve(w.square[: n * n].reshape((n, n)), w.pivots, w.right[:n])
+        for k in range(n):
+            most = max(most, abs(w.right[k]))
+    return most
+
+
+@jitted
+def differ(some, n, others, n_others):
+    """Whether the first `n` entries of one array are others than the first `n_others` of another, in any order."""
+    for i in range(n):
+        found = False
+        for j in range(n_others):
+            found = found or some[i] == others[j]
+        if not found:
+            return True
+    return n != n_others
 
 
 @jitted
@@ -56,13 +148,15 @@ def scale_jacobian(first, addresses, sizes, p, t, y, w):
     """
     nv, m = sizes[NV], sizes[NM]
     call_kernel(addresses[MASS_MATRIX], t, y, p, w.mass)
-    call_kernel(addresses[CONSTRAINT_JACOBIAN], t, y, p, w.jacobian)
+    evaluate_jacobian(addresses, sizes, p, t, y, w)
     heaviest = 0.0
     for j in range(nv):
-        heaviest = max(heaviest, w.mass[j * nv + j])
+        w.column_scale[j] = w.mass[j * nv + j]
+        heaviest = max(heaviest, w.column_scale[j])
+    turn_inertias(sizes, w)
     for j in range(nv):
         # What has no mass of its own is best left to the constraints.
-        inertia = max(w.mass[j * nv + j], 1e-6 * heaviest)
+        inertia = max(w.column_scale[j], 1e-6 * heaviest)
         w.column_scale[j] = 1.0 / math.sqrt(inertia) if inertia > 0.0 else 1.0
     for k in range(m):
         largest = 0.0
@@ -76,6 +170,20 @@ def scale_jacobian(first, addresses, sizes, p, t, y, w):
 
 
 @jitted
+def turn_inertias(sizes, w):
+    """Put the inertias about the axes `w.axes` in place of those about axes of bodies in `w.column_scale`."""
+    nv = sizes[NV]
+    for k in range(n_quaternions(sizes)):
+        first = quaternion_at(sizes, k) - k
+        for c in range(3):
+            inertia = 0.0
+            for a in range(3):
+                for b in range(3):
+                    inertia += w.axes[k, c, a] * w.mass[(first + a) * nv + first + b] * w.axes[k, c, b]
+            w.column_scale[first + c] = inertia
+
+
+@jitted
 def is_worn(w):
-    """Whether the partition has become worse than another may be."""
-    return not w.numbers[LATEST] >= WORN * w.numbers[QUALITY]
+    """Whether dependent rates follow others so much faster than at the choice that another may serve better."""
+    return not w.numbers[FOLLOWED] <= _MOST_FOLLOWED * max(_MOST_FOLLOWED, w.numbers[FOLLOWED_FIRST])

@@ -9,6 +9,7 @@ from runtime.integrate.layout import (
     CONSTRAINT_RESIDUAL,
     NEWTON_ITERATIONS,
     NH,
+    NM,
     NQ,
     NV,
     PROJECTION_FAILED,
@@ -19,88 +20,189 @@ from runtime.integrate.partition.work import LATEST, N_POSITIONS, N_RATES
 from runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate, scale_to_unit
 
 MAX_ITERATIONS = 10
-# Newton's corrections converge quadratically: after one of this size, of 1 + |q|, what is left is round-off.
-LAST_CORRECTION = 1e-8
+# Newton's corrections converge quadratically: after one of this part of all coordinates, what is left is round-off.
+LAST_CORRECTION = 1e-9
 
 
 @jitted
 def solve_dependents(addresses, sizes, p, control, counters, t, y, w):
     """Move the dependent coordinates and rates of `y` onto the constraints; the independent ones stay.
 
-    Quaternions are scaled to unit length first; then body axes about which they turn depend on others, or do not.
+    Quaternions are scaled to unit length first; then turns about axes of their joint's frame depend on others, or do
+    not: axes of the body turn with it, and what depends on what would change as fast.
 
     Returns
     -------
     int
         RUNNING, or PROJECTION_FAILED where there is no solution near.
     """
-    nq, nh = sizes[NQ], sizes[NH]
     scale_to_unit(sizes, y)
-    size = math.inf if counters[N_POSITIONS] > 0 else 0.0
+    n = counters[N_POSITIONS]
+    size = math.inf if n > 0 else 0.0
     iteration = 0
-    while size > LAST_CORRECTION:
+    while size > LAST_CORRECTION * extent(sizes, y, w):
         if iteration == MAX_ITERATIONS:
             return PROJECTION_FAILED
         iteration += 1
-        n = counters[N_POSITIONS]
         call_kernel(addresses[CONSTRAINT_RESIDUAL], t, y, p, w.residual)
         if not factor_dependents(n, addresses, sizes, p, t, y, w):
             return PROJECTION_FAILED
-        for k in range(n):
-            w.right[k] = w.residual[w.rows[k]] * w.row_scale[w.rows[k]]
-        lu_solve(w.square[: n * n].reshape((n, n)), w.pivots, w.right[:n])
+        solve_factored(n, 0, w)
         counters[NEWTON_ITERATIONS] += 1
-        size = 0.0
-        for k in range(n):
-            j = w.columns[k]
-            change = w.column_scale[j] * w.right[k]
-            size = max(size, abs(change) / (1.0 + move_one(sizes, j, -change, y)))
-            if not math.isfinite(change):
-                return PROJECTION_FAILED
-    return solve_rates(iteration > 0, addresses, sizes, p, t, nq, nh, counters, y, w)
+        size = largest_of(n, w)
+        if not math.isfinite(size):
+            return PROJECTION_FAILED
+        move_positions(n, sizes, y, w)
+    return solve_rates(n > 0 and n == counters[N_RATES], addresses, sizes, p, t, counters, y, w)
 
 
 @jitted
-def move_one(sizes, j, change, y):
-    """Move what rate `j` moves by `change`; returns how large that is now, 0 for the angle of a turn."""
-    k = 0
-    while k < n_quaternions(sizes) and j >= quaternion_at(sizes, k) - k + 3:
-        k += 1
-    i = quaternion_at(sizes, k)
-    if j < i - k:
-        y[j + k] += change
-        return abs(y[j + k])
-    axis = j - (i - k)
-    rotate(y, i, change if axis == 0 else 0.0, change if axis == 1 else 0.0, change if axis == 2 else 0.0, y)
-    return 0.0
-
-
-@jitted
-def solve_rates(factored, addresses, sizes, p, t, nq, nh, counters, y, w):
+def solve_rates(factored, addresses, sizes, p, t, counters, y, w):
     """Move the dependent rates, with the factors for positions where these serve; returns a status."""
     n = counters[N_RATES]
     if n == 0:
         return RUNNING
-    if not (factored and n == counters[N_POSITIONS]):
-        if not factor_dependents(n, addresses, sizes, p, t, y, w):
+    if not factored and not factor_dependents(n, addresses, sizes, p, t, y, w):
+        return PROJECTION_FAILED
+    size, iteration = math.inf, 0
+    # Factors of the last place but one leave a small part of the first correction, and nothing of the second.
+    while size > LAST_CORRECTION * speed(sizes, y, w) and iteration < MAX_ITERATIONS:
+        iteration += 1
+        call_kernel(addresses[CONSTRAINT_RESIDUAL], t, y, p, w.residual)
+        solve_factored(n, sizes[NH], w)
+        size = largest_of(n, w)
+        if not math.isfinite(size):
             return PROJECTION_FAILED
-    call_kernel(addresses[CONSTRAINT_RESIDUAL], t, y, p, w.residual)
+        move_rates(n, sizes, y, w)
+    return RUNNING
+
+
+@jitted
+def solve_factored(n, first, w):
+    """Write what `n` dependents have to change by to `w.right`, from the residuals from `first` on."""
     for k in range(n):
-        w.right[k] = w.residual[nh + w.rows[k]] * w.row_scale[w.rows[k]]
+        w.right[k] = w.residual[first + w.rows[k]] * w.row_scale[w.rows[k]]
     lu_solve(w.square[: n * n].reshape((n, n)), w.pivots, w.right[:n])
-    finite = 0.0
+
+
+@jitted
+def largest_of(n, w):
+    """Return the largest change of a dependent coordinate or rate, in units of equal kinetic energy; inf for nan."""
+    largest = 0.0
     for k in range(n):
-        j = w.columns[k]
-        y[nq + j] -= w.column_scale[j] * w.right[k]
-        finite += 0.0 * y[nq + j]
-    return RUNNING if finite == 0.0 else PROJECTION_FAILED
+        if not math.isfinite(w.right[k]):
+            return math.inf
+        largest = max(largest, abs(w.right[k]))
+    return largest
+
+
+@jitted
+def extent(sizes, y, w):
+    """Return the size of the positions in the units of `largest_of`; one radian for turns."""
+    largest, start = 0.0, 0
+    for k in range(n_quaternions(sizes) + 1):
+        end = quaternion_at(sizes, k)
+        for i in range(start, end):
+            largest = max(largest, abs(y[i]) / w.column_scale[i - k])
+        if end < sizes[NQ]:
+            largest = max(largest, 1.0 / w.column_scale[end - k])
+        start = end + 4
+    return largest
+
+
+@jitted
+def speed(sizes, y, w):
+    """Return the size of the rates in the units of `largest_of`."""
+    largest = 0.0
+    for j in range(sizes[NV]):
+        largest = max(largest, abs(y[sizes[NQ] + j]) / w.column_scale[j])
+    return largest
+
+
+@jitted
+def move_positions(n, sizes, y, w):
+    """Take `w.right` off what the dependent rates move."""
+    for i in range(n):
+        j = w.columns[i]
+        change = -w.column_scale[j] * w.right[i]
+        k = quaternion_of(sizes, j)
+        place = quaternion_at(sizes, k)
+        if j < place - k:
+            y[j + k] += change
+        else:
+            axis = w.axes[k, j - (place - k)]
+            rotate(y, place, change * axis[0], change * axis[1], change * axis[2], y)
+
+
+@jitted
+def move_rates(n, sizes, y, w):
+    """Take `w.right` off the dependent rates."""
+    nq = sizes[NQ]
+    for i in range(n):
+        j = w.columns[i]
+        change = -w.column_scale[j] * w.right[i]
+        k = quaternion_of(sizes, j)
+        first = quaternion_at(sizes, k) - k
+        if j < first:
+            y[nq + j] += change
+        else:
+            for b in range(3):
+                y[nq + first + b] += change * w.axes[k, j - first, b]
+
+
+@jitted
+def quaternion_of(sizes, j):
+    """Return which quaternion rate `j` turns, or the next one where it turns none."""
+    k = 0
+    while k < n_quaternions(sizes) and j >= quaternion_at(sizes, k) - k + 3:
+        k += 1
+    return k
+
+
+@jitted
+def evaluate_jacobian(addresses, sizes, p, t, y, w):
+    """Write G to `w.jacobian`, by angular velocities in the axes of the joint's frame, and these axes to `w.axes`."""
+    nv, m = sizes[NV], sizes[NM]
+    if n_quaternions(sizes) > 0:
+        # The kernel leaves zeros alone that are always there, but turned columns are full.
+        for i in range(m * nv):
+            w.jacobian[i] = 0.0
+    call_kernel(addresses[CONSTRAINT_JACOBIAN], t, y, p, w.jacobian)
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        set_axes(y[i], y[i + 1], y[i + 2], y[i + 3], w.axes[k])
+        for row in range(m):
+            j = row * nv + i - k
+            x, y_, z = w.jacobian[j], w.jacobian[j + 1], w.jacobian[j + 2]
+            for c in range(3):
+                w.jacobian[j + c] = x * w.axes[k, c, 0] + y_ * w.axes[k, c, 1] + z * w.axes[k, c, 2]
+
+
+@jitted
+def set_axes(w, x, y, z, axes):
+    """Write the axes of the frame that a unit quaternion turns a body in, in the body's axes, to the rows of `axes`."""
+    axes[0, 0], axes[0, 1], axes[0, 2] = (
+        1.0 - 2.0 * (y * y + z * z),
+        2.0 * (x * y - w * z),
+        2.0 * (x * z + w * y),
+    )
+    axes[1, 0], axes[1, 1], axes[1, 2] = (
+        2.0 * (x * y + w * z),
+        1.0 - 2.0 * (x * x + z * z),
+        2.0 * (y * z - w * x),
+    )
+    axes[2, 0], axes[2, 1], axes[2, 2] = (
+        2.0 * (x * z - w * y),
+        2.0 * (y * z + w * x),
+        1.0 - 2.0 * (x * x + y * y),
+    )
 
 
 @jitted
 def factor_dependents(n, addresses, sizes, p, t, y, w):
     """Factor the first `n` rows and columns of the scaled G in the order of the partition; whether that succeeds."""
     nv = sizes[NV]
-    call_kernel(addresses[CONSTRAINT_JACOBIAN], t, y, p, w.jacobian)
+    evaluate_jacobian(addresses, sizes, p, t, y, w)
     matrix = w.square[: n * n].reshape((n, n))
     for k in range(n):
         row = w.rows[k]
@@ -110,8 +212,10 @@ def factor_dependents(n, addresses, sizes, p, t, y, w):
     if lu_factor(matrix, w.pivots) != RUNNING:
         return False
     # The diagonal holds reciprocals of the pivots.
-    largest = 0.0
+    largest, sign = 0.0, 1.0
     for k in range(n):
         largest = max(largest, abs(matrix[k, k]))
-    w.numbers[LATEST] = 1.0 / largest
+        if (matrix[k, k] < 0.0) != (w.pivots[k] != k):
+            sign = -sign
+    w.numbers[LATEST] = sign / largest
     return True

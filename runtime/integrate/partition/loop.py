@@ -6,9 +6,10 @@ from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_step, needs_dense
 from runtime.integrate.copying import copy
+from runtime.integrate.energy_scaling import count_energy, scale_energy
 from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.explicit.loop import erk_dense, erk_sum, estimate_error
-from runtime.integrate.explicit.tableaus import NO_ESTIMATE
+from runtime.integrate.explicit.loop import combine_dense, erk_sum, norm_of_two
+from runtime.integrate.explicit.tableaus import NO_ESTIMATE, TWO_ESTIMATES
 from runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,
@@ -17,6 +18,8 @@ from runtime.integrate.layout import (
     N_LOGGED_STEPS,
     N_ROW,
     NOT_FINITE,
+    NQ,
+    NV,
     NY,
     PARTITION_LOST,
     PROJECTION_FAILED,
@@ -28,13 +31,22 @@ from runtime.integrate.layout import (
     H,
     T,
 )
-from runtime.integrate.partition.choice import choose_partition, is_worn
+from runtime.integrate.partition.choice import LEAST, choose_partition, is_worn, most_followed
 from runtime.integrate.partition.dependents import solve_dependents
-from runtime.integrate.partition.work import LATEST, partition_work
-from runtime.integrate.step_control import accept_step, first_step, grid_end, reject_step, step_end, too_small
+from runtime.integrate.partition.work import FOLLOWED, FOLLOWED_END, LATEST, PIVOT, PIVOT_END, partition_work
+from runtime.integrate.step_control import (
+    accept_step,
+    error_norm,
+    first_step,
+    grid_end,
+    reject_step,
+    step_end,
+    too_small,
+)
 
 # Where steps shrink to nothing while a pivot is below this, it is the constraints that stop them.
 _NEARLY_LOST = 1e-2
+_APART = 1e-6
 
 
 @jitted
@@ -62,13 +74,15 @@ def advance_partition(
                 return status
         if method.estimate == NO_ESTIMATE:
             t1 = grid_end(control, counters)
-            status = take_step(method, addresses, sizes, p, control, counters, t0, t1, y, f, w)
+            status = fixed_step(method, addresses, sizes, p, control, counters, t0, t1, y, f, w)
         else:
             status, t1 = adaptive_step(method, addresses, sizes, p, control, counters, y, f, w)
         if status != RUNNING:
             return status
         if needs_dense(sizes, counters, frame_times, t1):
-            erk_dense(method, addresses, sizes, p, counters, t0, t1 - t0, y, w.stages, w.states, dense)
+            take_dense(method, addresses, sizes, p, control, counters, t0, t1 - t0, y, w, dense)
+        count_energy(addresses, control)
+        w.numbers[PIVOT], w.numbers[FOLLOWED] = w.numbers[PIVOT_END], w.numbers[FOLLOWED_END]
         copy(w.states[1], y)
         copy(w.stages[method.n_stages - method.fsal], f)
         status = finish_step(
@@ -107,12 +121,12 @@ def adaptive_step(method, addresses, sizes, p, control, counters, y, f, w):
         t, t1 = control[T], step_end(control)
         h = t1 - t
         if too_small(control):
-            lost = cause == PROJECTION_FAILED or w.numbers[LATEST] < _NEARLY_LOST
+            lost = cause == PROJECTION_FAILED or abs(w.numbers[LATEST]) < _NEARLY_LOST
             return (PARTITION_LOST if lost else cause), t
         cause = take_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w)
         error = math.inf
         if cause == RUNNING:
-            error = estimate_error(method, sizes, control, h, y, w.stages, w.states)
+            error = step_error(method, addresses, sizes, p, control, counters, t1, h, y, w)
             if error <= 1.0:
                 accept_step(
                     method.exponent, method.beta, method.shrink, method.grow, method.safety, error, h, control,
@@ -125,20 +139,109 @@ def adaptive_step(method, addresses, sizes, p, control, counters, y, f, w):
 
 
 @jitted
+def fixed_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w):
+    """Take a step of the grid; where it leaves what the partition can describe, with another; returns a status."""
+    status = take_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w)
+    if status == PROJECTION_FAILED:
+        status = choose_partition(addresses, sizes, p, counters, t, y, w)
+        if status == RUNNING:
+            status = take_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w)
+    return status
+
+
+@jitted
 def take_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w):
     """Fill the stages of a step from `t` to `t1`, the new state and its derivative; returns a status."""
     h, last = t1 - t, method.n_stages - method.fsal
+    least = LEAST if method.estimate != NO_ESTIMATE else 0.0
     copy(f, w.stages[0])
     for s in range(1, last + 1):
         argument = w.states[1] if s == last else w.states[0]
         place = t1 if s == last else t + method.c[s] * h
         erk_sum(method.a[s], s, h, y, w.stages, argument)
         status = solve_dependents(addresses, sizes, p, control, counters, place, argument, w)
+        if status == RUNNING and not w.numbers[LATEST] / w.numbers[PIVOT] > least:
+            status = PROJECTION_FAILED
         if status != RUNNING:
             return status
+        if s == last:
+            scale_energy(addresses, sizes, p, t1, argument, control, w.scratch)
         call_kernel(addresses[RHS], place, argument, p, w.stages[s])
         counters[RHS_CALLS] += 1
         control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.stages[s, sizes[N_ROW] - 1])
+    w.numbers[PIVOT_END], w.numbers[FOLLOWED_END] = w.numbers[LATEST], most_followed(sizes, counters, w)
     if all_finite(w.states[1], sizes[NY]) and all_finite(w.stages[last], sizes[NY]):
         return RUNNING
     return NOT_FINITE
+
+
+@jitted
+def step_error(method, addresses, sizes, p, control, counters, t1, h, y, w):
+    """Return the error of a step in units of the tolerance, in the dependent coordinates and rates as well.
+
+    Their error is what that of the others makes of them, so they are solved for in the solutions of lower order too.
+    That alone would not see errors across the constraints, which say that a step is too long.
+    """
+    y_new = w.states[1]
+    for e in range(method.estimate):
+        sum_errors(method, e, sizes, h, w.stages, w.states[2 + e])
+    error = estimates_norm(method, sizes, control, y, w)
+    if not error <= 1.0:
+        return error
+    for e in range(method.estimate):
+        difference = w.states[2 + e]
+        # The difference of two solutions that are very near each other would be the rounding of both.
+        apart = part_of_motion(sizes, y_new, difference)
+        scale = max(1.0, _APART / apart) if apart > 0.0 else 1.0
+        for i in range(sizes[NY]):
+            difference[i] = y_new[i] - scale * difference[i]
+        if solve_dependents(addresses, sizes, p, control, counters, t1, difference, w) != RUNNING:
+            return math.inf
+        for i in range(sizes[NY]):
+            difference[i] = (y_new[i] - difference[i]) / scale
+    return max(error, estimates_norm(method, sizes, control, y, w))
+
+
+@jitted
+def sum_errors(method, e, sizes, h, k, out):
+    """Write estimate `e` of the error of (q, v) to `out`; work is left out, it follows the motion."""
+    for i in range(sizes[NY]):
+        out[i] = 0.0
+    for j in range(method.n_stages):
+        weight = h * method.error[e, j]
+        if weight != 0.0:
+            for i in range(sizes[NQ] + sizes[NV]):
+                out[i] += weight * k[j, i]
+
+
+@jitted
+def estimates_norm(method, sizes, control, y, w):
+    """Return the size of the estimates in `w.states` in units of the tolerance."""
+    n = sizes[NQ] + sizes[NV]
+    if method.estimate == TWO_ESTIMATES:
+        return norm_of_two(control, n, y, w.states[1], w.states[2], w.states[3])
+    return error_norm(control, n, y, w.states[1], w.states[2])
+
+
+@jitted
+def part_of_motion(sizes, y, change):
+    """Return the largest change of a coordinate in parts of the largest coordinate, or of a rate likewise."""
+    largest = 0.0
+    for first, end in ((0, sizes[NQ]), (sizes[NQ], sizes[NQ] + sizes[NV])):
+        moved, size = 0.0, 0.0
+        for i in range(first, end):
+            moved, size = max(moved, abs(change[i])), max(size, abs(y[i]))
+        if size > 0.0:
+            largest = max(largest, moved / size)
+    return largest
+
+
+@jitted
+def take_dense(method, addresses, sizes, p, control, counters, t, h, y, w, dense):
+    """Fill the dense output of the step, whose further stages lie on the constraints as all others do."""
+    for s in range(method.n_stages + 1 - method.fsal, method.n_rows):
+        erk_sum(method.a[s], s, h, y, w.stages, w.states[0])
+        solve_dependents(addresses, sizes, p, control, counters, t + method.c[s] * h, w.states[0], w)
+        call_kernel(addresses[RHS], t + method.c[s] * h, w.states[0], p, w.stages[s])
+        counters[RHS_CALLS] += 1
+    combine_dense(method, sizes, h, y, w.stages, w.states, dense)

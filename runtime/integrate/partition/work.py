@@ -7,15 +7,17 @@ import numpy as np
 from runtime.code.jitted import jitted
 from runtime.integrate.after_step import finish_scratch_size
 from runtime.integrate.explicit.loop import N_STATES
-from runtime.integrate.layout import N_ROW, NH, NM, NV, NY
+from runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
 
 # Counters of this family: whether a partition has been chosen; how many coordinates and how many rates depend on the
 # others; how many did at the first choice; how often another partition was taken since.
 HAVE_PARTITION, N_POSITIONS, N_RATES, FIRST_RANK, SWITCHES = range(16, 21)
 
-# `numbers` of the work arrays: quality of the partition when it was chosen, and lately; that of the first one.
-QUALITY, LATEST, FIRST_QUALITY = range(3)
-N_NUMBERS = 3
+# `numbers` of the work arrays: the smallest pivot at the latest factorisation, with the sign of the determinant, at the
+# start and at the end of the step; that of the first partition; how fast dependent rates follow others where the
+# partition was chosen, at the start of the step and at its end.
+LATEST, PIVOT, PIVOT_END, FIRST_QUALITY, FOLLOWED_FIRST, FOLLOWED, FOLLOWED_END = range(7)
+N_NUMBERS = 7
 
 
 class PartitionWork(NamedTuple):
@@ -33,6 +35,8 @@ class PartitionWork(NamedTuple):
         G as the kernel writes it.
     scaled : ndarray, shape (m, nv)
         G with its rows and columns scaled, being eliminated.
+    axes : ndarray, shape (nq - nv, 3, 3)
+        Of each quaternion, the axes of the joint's frame in those of the body, as rows.
     residual : ndarray, shape (nh + m,)
     row_scale, column_scale : ndarray, shapes (m,), (nv,)
     rows, columns : ndarray of int64, shapes (m,), (nv,)
@@ -52,6 +56,7 @@ class PartitionWork(NamedTuple):
     mass: np.ndarray
     jacobian: np.ndarray
     scaled: np.ndarray
+    axes: np.ndarray
     residual: np.ndarray
     row_scale: np.ndarray
     column_scale: np.ndarray
@@ -68,7 +73,7 @@ def partition_work_size(n_rows, sizes):
     """Length of `work` for a tableau of `n_rows` rows."""
     nv, nh, m = sizes[NV], sizes[NH], sizes[NM]
     own = N_NUMBERS + n_rows * sizes[N_ROW] + N_STATES * sizes[NY] + nv * nv + 2 * m * nv + nh + m
-    return own + 2 * m + 2 * nv + m * m + 2 * m + finish_scratch_size(sizes)
+    return own + 9 * (sizes[NQ] - nv) + 2 * m + 2 * nv + m * m + 2 * m + finish_scratch_size(sizes)
 
 
 @jitted
@@ -81,6 +86,8 @@ def partition_work(n_rows, sizes, work):
     mass, rest = rest[: nv * nv], rest[nv * nv :]
     jacobian, rest = rest[: m * nv], rest[m * nv :]
     scaled, rest = rest[: m * nv].reshape((m, nv)), rest[m * nv :]
+    n = sizes[NQ] - nv
+    axes, rest = rest[: 9 * n].reshape((n, 3, 3)), rest[9 * n :]
     residual, rest = rest[: sizes[NH] + m], rest[sizes[NH] + m :]
     row_scale, rest = rest[:m], rest[m:]
     column_scale, rest = rest[:nv], rest[nv:]
@@ -90,6 +97,6 @@ def partition_work(n_rows, sizes, work):
     pivots, rest = rest[:m].view(np.int64), rest[m:]
     right, rest = rest[:m], rest[m:]
     return PartitionWork(
-        numbers, stages, states, mass, jacobian, scaled, residual, row_scale, column_scale, rows, columns, square,
+        numbers, stages, states, mass, jacobian, scaled, axes, residual, row_scale, column_scale, rows, columns, square,
         pivots, right, rest,
     )  # fmt: skip
