@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.accuracy import LARGEST_ERROR
+from runtime.checks.error_estimate import LARGEST_ERROR
 
 if TYPE_CHECKING:
     from runtime.checks.comparison import Comparison
@@ -58,7 +58,7 @@ def verdict(
             f"not to be trusted: finer steps do not bring the runs together ({before:.2g}, then {last:.2g})",
         )
     worst = max(errors, key=lambda entry: entry.relative)
-    if worst.relative > LARGEST_ERROR["adaptive" if order is None else "fixed step"]:
+    if worst.relative > LARGEST_ERROR:
         return False, (
             f"not to be trusted: finer runs settle, to {last:.2g}, but in that asked for {worst.name} is off by "
             f"{worst.relative:.2g} of its size; take {'smaller tolerances' if order is None else 'a smaller step'}"

@@ -41,7 +41,7 @@ def growth_rate(t: np.ndarray, relative: np.ndarray) -> float | None:
     begin = first + int(np.flatnonzero(usable <= _NEAR_LEAST * usable.min())[-1])
     if end - begin < _LEAST_FRAMES:
         return None
-    x, y = t[begin:end], np.log(upper[begin:end])
+    x, y = t[begin:end], np.log(np.maximum(upper[begin:end], _ROUND_OFF))
     if y[-1] - y[0] < np.log(_LEAST_GROWTH):
         return None
     return float(np.polyfit(x - x[0], y, 1)[0])

@@ -34,9 +34,7 @@ _TINY_STEP = 64 * np.finfo(float).eps
 _MOST_TINY = 0.05  # part of the steps; events and stop times cut some steps short
 _STATES_FOR_TIME_SCALES = 5
 _LARGEST_FOR_TIME_SCALES = 400  # states; eigenvalues cost their cube
-ACCURATE_RTOL = 1e-6  # tighter tolerances need no estimate of the error at the end, unless errors grow
 _NEAR_DEPENDENCE = 1e-3  # ratio of pivots
-_SYMPTOMS = ("energy",)  # of what an estimate of the error may explain
 _OF_STEPS = ("resolution", "stability")
 _REGULAR_ENDS = ("success", "terminated")
 
@@ -63,8 +61,8 @@ def check(solution: Solution) -> list[HealthCheck]:
     * rank: constraints that come to depend on each other on the way are reported, with when and which; steps across a
       gap between branches of the positions fail.
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
-    * missed events, poles (fixed steps), and notes on the Jacobian, stiffness (explicit methods, many steps), negative
-      damping and stiffness: each in its own file.
+    * missed events, poles (fixed steps), accuracy (the estimated error, of regular ends), and notes on the Jacobian,
+      stiffness (explicit methods, many steps), negative damping and stiffness: each in its own file.
     """
     method = find_method(solution.method)
     found = [_status(solution), _finite(solution)]
@@ -110,13 +108,10 @@ def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> It
     from runtime.checks.wrong_signs import wrong_signs
 
     yield from wrong_signs(solution)
-    # What has failed, or is known to be unstable or unresolved, needs no estimate of its error.
-    sound, chaos = all(entry.ok or entry.check in _SYMPTOMS for entry in found), _may_be_chaotic(solution)
-    if sound and (not method.adaptive or solution.rtol > ACCURATE_RTOL or chaos):
+    if solution.status in _REGULAR_ENDS:
         from runtime.checks.accuracy import accuracy
 
-        resolution = next((entry.value for entry in found if entry.check == "resolution"), 0.0)
-        yield from accuracy(solution, method, resolution, chaos)
+        yield from accuracy(solution)
 
 
 def _with_evidence(found: list[HealthCheck]) -> list[HealthCheck]:
@@ -127,12 +122,6 @@ def _with_evidence(found: list[HealthCheck]) -> list[HealthCheck]:
         replace(entry, ok=False, note=False) if entry.note and entry.check in _OF_STEPS else entry
         for entry in found
     ]
-
-
-def _may_be_chaotic(solution: Solution) -> bool:
-    """Whether there are the three dimensions that chaos needs (Poincaré and Bendixson)."""
-    system = solution.system
-    return 2 * (system.nv - system.m) + system.structure["time_dependent"] >= 3
 
 
 def _status(solution: Solution) -> HealthCheck:

@@ -1,0 +1,182 @@
+"""The motion of a run integrated again beside it, more accurately: what the two differ by is the run's error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.driver import Run
+from runtime.errors import ContactError, RuntimeModelError
+from runtime.integrate import layout as at
+from runtime.integrate.methods import METHODS, Method
+from runtime.loop_arrays import LoopArrays
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from runtime.solution import Solution
+
+_EXPLICIT = "dop853"
+_TIGHTER = 0.01
+_LOOSEST, _TIGHTEST = 1e-9, 2e-14  # rtol of companions
+_OF_FIXED_STEPS = 1e-10
+# From this rtol and order on no other method is more accurate than the run's own.
+_ALIKE, _HIGH_ORDER = 1e-12, 8
+_BESIDE, _OF_BESIDE = 4.0, 0.5  # times the run's rtol, and of the difference, where nothing is more accurate
+_ATOL_OF_RANGE = 1e-6  # of the smallest range of a coordinate or rate
+# Events that a companion may meet; each takes as long as thousands of steps.
+_MOST_EVENTS, _MOST_SWITCHINGS, _SHARE_OF_EVENTS = 60, 20, 0.05
+_HOPELESS = (
+    4.0  # times the steps allowed: on the way to so many, held back by stability, a companion is given up
+)
+
+
+@dataclass(frozen=True)
+class Companion:
+    """How to integrate the motion again.
+
+    Attributes
+    ----------
+    method : Method
+    rtol, atol : float
+    step : float [s]
+        Of a method of fixed step, else 0.
+    remains : float
+        What the difference from the run has to be multiplied by to give the run's error.
+    """
+
+    method: Method
+    rtol: float
+    atol: float
+    step: float = 0.0
+    remains: float = 1.0
+
+
+def independent(solution: Solution, own: Method, least_range: float) -> tuple[Companion, ...]:
+    """Return companions of another method: the second, as accurate as can be, for where the first finds the run wrong.
+
+    An explicit method of high order is cheap and shares none of the run's assumptions: not its form of the constraints,
+    nor its iterations. A run of high order with the tightest tolerances is more accurate than any; its companion is
+    another one like it.
+
+    Parameters
+    ----------
+    own : Method
+        That of the run, in the run's form of constraints.
+    least_range : float
+        Of what moves, the range of the coordinate or rate that moves least.
+    """
+    if own.adaptive and solution.rtol < _ALIKE and own.order >= _HIGH_ORDER:
+        rtol, atol = _BESIDE * solution.rtol, _BESIDE * solution.atol
+        if atol <= rtol:
+            return (Companion(own, rtol, atol, remains=_OF_BESIDE),)
+        return (Companion(own, rtol, min(_TIGHTER * rtol, _ATOL_OF_RANGE * least_range)),)
+    rtol = min(_TIGHTER * solution.rtol, _LOOSEST) if own.adaptive else _OF_FIXED_STEPS
+    return tuple(
+        Companion(METHODS[_EXPLICIT], tol, min(_TIGHTER * tol, _ATOL_OF_RANGE * least_range))
+        for tol in sorted({max(rtol, _TIGHTEST), _TIGHTEST}, reverse=True)
+    )
+
+
+def finer(solution: Solution, own: Method, least_range: float) -> Companion:
+    """Return the run's own method, with tighter tolerances or half the step: where stability holds others back."""
+    if own.adaptive:
+        rtol = max(_TIGHTER * solution.rtol, _TIGHTEST)
+        return Companion(own, rtol, min(solution.atol * rtol / solution.rtol, _ATOL_OF_RANGE * least_range))
+    factor = 2.0**own.order
+    return Companion(own, solution.rtol, solution.atol, 0.5 * solution.step, factor / (factor - 1.0))
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What became of a companion.
+
+    Attributes
+    ----------
+    states : ndarray, shape (n, nq + nv)
+        At the first n of the times asked for.
+    steps : int
+    t : float [s]
+        Where it ended.
+    ended : bool
+        Whether an event ended it.
+    """
+
+    states: np.ndarray
+    steps: int
+    t: float
+    ended: bool
+
+
+def follow(
+    solution: Solution,
+    companion: Companion,
+    times: np.ndarray,
+    state: np.ndarray,
+    most_steps: int,
+    is_lost: Callable[[np.ndarray], bool],
+) -> Followed:
+    """Integrate the motion again from a state of a run, with its events and inputs.
+
+    Parameters
+    ----------
+    times : ndarray [s]
+        Where states are wanted; the first is that of `state`.
+    state : ndarray, shape (nq + nv,)
+    most_steps : int
+    is_lost : callable
+        Called with the states so far now and then; the companion is given up where it returns True.
+    """
+    system, p = solution.system, solution.p.copy()
+    p[system.n_settable :] = 0.0  # stops and frictions are found to be held, or not, at the start
+    t, end = float(times[0]), float(times[-1])
+    arrays = LoopArrays(
+        system, companion.method, p, t, state, frame_times=times, rtol=companion.rtol, atol=companion.atol,
+        step=companion.step, span=end - t,
+    )  # fmt: skip
+    inputs = None
+    if system.input_words:
+        from runtime.inputs.schedule import InputSchedule
+
+        inputs = InputSchedule(system, arrays, companion.method, t, end)
+    run = _Beside(solution, companion.method, arrays, most_steps, is_lost, inputs)
+    n = system.nq + system.nv
+    try:
+        run.go()
+    except (ContactError, RuntimeModelError):
+        return Followed(state[None], 0, t, ended=False)
+    reached = int(arrays.counters[at.NEXT_FRAME])
+    return Followed(
+        arrays.frames[:reached, :n], int(arrays.counters[at.STEPS]), arrays.t, run.status == "terminated"
+    )
+
+
+class _Beside(Run):
+    """A run that gives up where it has lost the run beside it, or would take too long."""
+
+    def __init__(self, solution, method, arrays, most_steps, is_lost, inputs):
+        shown = np.zeros(len(arrays.frame_times), dtype=bool)
+        super().__init__(
+            solution.system, method, arrays, shown, arrays.frame_times[-1:].tolist(), max_steps=most_steps,
+            inputs=inputs,
+        )  # fmt: skip
+        self._n, self._most, self._is_lost, self._seen = solution.states.shape[1], most_steps, is_lost, 0
+        least = _MOST_SWITCHINGS if solution.system.switches else _MOST_EVENTS
+        self._most_events = max(_SHARE_OF_EVENTS * len(solution.events), least)
+
+    def pauses(self) -> bool:
+        """Whether to go no further."""
+        arrays = self.arrays
+        steps, reached = int(arrays.counters[at.STEPS]), int(arrays.counters[at.NEXT_FRAME])
+        if len(self.actions.log) > self._most_events:
+            return True
+        if self.stiff_noted:
+            share = (arrays.t - self.t_start) / (self.t_end - self.t_start)
+            if steps > _HOPELESS * self._most * share:
+                return True
+        if reached <= self._seen:
+            return False
+        self._seen = reached
+        return self._is_lost(arrays.frames[:reached, : self._n])

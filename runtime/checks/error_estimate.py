@@ -1,0 +1,231 @@
+"""The estimated error of a run over time: what companions beside it differ by, and how that goes on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.checks.companion import Companion, finer, follow, independent
+from runtime.checks.growth import growth_rate, is_exponential, running_maximum
+from runtime.checks.work import operations_per_step
+from runtime.spread import spread_rows
+
+if TYPE_CHECKING:
+    from runtime.integrate.methods import Method
+    from runtime.solution import Solution
+    from runtime.system import System
+
+LARGEST_ERROR = 0.05  # of what a coordinate or rate does
+LEAST_FRAMES = 8
+_MOST_FRAMES, _MOST_NUMBERS = 4000, 400_000  # that are compared
+_LOST = 0.5  # of a range: from there on a companion tells nothing more
+_LOST_FRAMES = 3  # in a row
+_AT_REST = 1e-9  # of the largest range: what moves less does not move
+_LEAST_RIPPLE = 1e-3  # of a rate's magnitude: variations that count
+_ROUND_OFF = 1e4 * np.finfo(float).eps  # of a variable's magnitude
+_OF_ATOL, _LEAST = 10.0, 1e-14  # ranges below so many atol are no motion, and below this with fixed steps
+_MORE_FOR_ACCURATE = 3.0  # times the operations
+_MIDDLE = 0.5  # of a long run, where another companion begins
+_FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
+_LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
+_MOST_EXPONENT = 60.0
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """The estimated error of a run over time.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,) [s]
+    relative : ndarray, shape (n, nq + nv)
+        In parts of what each variable does, see `sizes`.
+    known : bool
+        Whether a companion came to the end of the run, or showed that the run is lost.
+    rate : float or None
+        The rate of exponential growth [1/s]; None where errors do not grow so.
+    """
+
+    t: np.ndarray
+    relative: np.ndarray
+    known: bool
+    rate: float | None
+
+    @property
+    def worst(self) -> np.ndarray:
+        """The largest error of all variables, over time."""
+        return self.relative.max(axis=1)
+
+    @property
+    def largest(self) -> float:
+        """The largest error of all."""
+        return float(self.relative.max())
+
+    def until(self, error: float) -> float:
+        """Return the time up to which the error is at most so large [s]."""
+        beyond = np.flatnonzero(~(running_maximum(self.worst) <= error))
+        return float(self.t[max(beyond[0] - 1, 0)] if beyond.size else self.t[-1])
+
+
+def estimate(solution: Solution, operations: float) -> ErrorEstimate:
+    """Return the estimated error of a run.
+
+    Parameters
+    ----------
+    operations : float
+        About how many a companion may take.
+    """
+    beside = _Beside(solution)
+    least = beside.least_range
+    accurate = independent(solution, beside.own, least)
+    companion = accurate[0]
+    found = beside.follow(companion, operations)
+    if found.known:
+        # What is off may be the companion.
+        for better in accurate[1:] if found.largest > LARGEST_ERROR else ():
+            again = beside.follow(better, _MORE_FOR_ACCURATE * operations)
+            if again.known and again.largest < found.largest:
+                found = again
+        return found
+    if companion.method is not beside.own:
+        other = finer(solution, beside.own, least)
+        again = beside.follow(other, operations)
+        if again.t[-1] > found.t[-1]:
+            found, companion = again, other
+    if found.known:
+        return found
+    return _extrapolated(solution, found, beside.follow(companion, operations, _MIDDLE))
+
+
+class _Beside:
+    """A run, against which companions are held.
+
+    Attributes
+    ----------
+    own : Method
+        Its method, in its form of constraints.
+    least_range : float
+        Of what moves, the range of the coordinate or rate that moves least.
+    """
+
+    def __init__(self, solution: Solution):
+        rows = _rows(solution)
+        self._solution, self._t, self._states = solution, solution.t[rows], solution.states[rows]
+        self.own = method_of(solution)
+        self._least = _OF_ATOL * solution.atol if self.own.adaptive else _LEAST
+        self._size = self._sizes(self._states)
+        with np.errstate(over="ignore"):
+            ranges = np.ptp(self._states, axis=0)
+        self.least_range = float(ranges[ranges >= _AT_REST * ranges.max()].min(initial=1.0))
+        # A jump of the rates may come before a frame in one run, and after it in the other.
+        self._jumps = any(event.action not in ("record", "terminate") for event in solution.events)
+
+    def follow(self, companion: Companion, operations: float, place: float = 0.0) -> ErrorEstimate:
+        """Return what a companion says that begins at some part of the run."""
+        first = int(place * (len(self._t) - 1))
+        t, states = self._t[first:], self._states[first:]
+        most = int(operations / operations_per_step(self._solution, companion.method))
+        found = follow(
+            self._solution, companion, t, states[0], most, lambda seen: self._is_lost(seen, states)
+        )
+        n = len(found.states)
+        known = n == len(t) or self._is_lost(found.states, states)
+        size = self._sizes(found.states) if n == len(t) else self._size
+        relative = companion.remains * self._off(found.states, states, size)
+        if found.ended and n < len(t):
+            # By an event that the run met later, or not at all.
+            relative[-1] = np.maximum(relative[-1], (t[-1] - found.t) / (self._t[-1] - self._t[0]))
+            known = True
+        worst = relative.max(axis=1)
+        rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
+        return ErrorEstimate(t[:n], relative, known, rate)
+
+    def _sizes(self, states: np.ndarray) -> np.ndarray:
+        return np.maximum(sizes(self._solution.system, states), self._least)
+
+    def _off(self, found: np.ndarray, states: np.ndarray, size: np.ndarray) -> np.ndarray:
+        with np.errstate(over="ignore", invalid="ignore"):
+            off = np.abs(found - states[: len(found)]) / size
+        off = np.where(np.isfinite(off), off, np.inf)
+        return np.minimum(off, np.vstack([off[1:], off[-1:]])) if self._jumps else off
+
+    def _is_lost(self, found: np.ndarray, states: np.ndarray) -> bool:
+        if len(found) < _LOST_FRAMES:
+            return False
+        last = slice(len(found) - _LOST_FRAMES, len(found))
+        off = self._off(found[last], states[last], self._size)
+        return bool((off.max(axis=1) > _LOST).all())
+
+
+def sizes(system: System, states: np.ndarray) -> np.ndarray:
+    """Return what errors are measured by: what each coordinate and rate does.
+
+    That is its range; of a rate at least a part of its magnitude; of a quaternion the largest of its four. What moves
+    by less than a billionth of the largest, as what symmetry keeps in its place, is measured by that.
+
+    Parameters
+    ----------
+    states : ndarray, shape (n, nq + nv)
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        size, magnitude = np.ptp(states, axis=0), np.abs(states).max(axis=0)
+    rates = slice(system.nq, None)
+    size[rates] = np.maximum(size[rates], _LEAST_RIPPLE * magnitude[rates])
+    for first in system.quaternions:
+        size[first : first + 4] = size[first : first + 4].max()
+    for part in (slice(0, system.nq), rates):
+        largest = size[part].max(initial=0.0)
+        size[part] = np.where(size[part] > _AT_REST * largest, size[part], largest)
+    return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, np.finfo(float).tiny))
+
+
+def method_of(solution: Solution) -> Method:
+    """Return the method of a run, in the run's form of constraints."""
+    from runtime.integrate.forms import FORMS
+    from runtime.integrate.methods import find_method
+
+    return FORMS.get(solution.constraints, {}).get(solution.method) or find_method(solution.method)
+
+
+def _rows(solution: Solution) -> np.ndarray:
+    """Return the frames at which states are compared; no two of them have one time."""
+    different = np.flatnonzero(np.append(True, np.diff(solution.t) > 0.0))
+    most = max(min(_MOST_FRAMES, _MOST_NUMBERS // solution.states.shape[1]), LEAST_FRAMES)
+    return different[spread_rows(len(different), most)]
+
+
+def _extrapolated(solution: Solution, found: ErrorEstimate, later: ErrorEstimate) -> ErrorEstimate:
+    """Return the error at the end of a long run, as two parts of it tell: by the rate or power of time seen there."""
+    end, parts = float(solution.t[-1]), (found, later)
+    span = end - float(solution.t[0])
+    # Motion that passes a saddle once is not chaotic.
+    rate = min(part.rate or 0.0 for part in parts)
+    factors = [_factor(part, span, rate, solution) for part in parts]
+    worst = int(np.argmax([part.largest * factor for part, factor in zip(parts, factors, strict=True)]))
+    last = parts[worst].relative.max(axis=0) * factors[worst]
+    return ErrorEstimate(
+        np.append(found.t, end), np.vstack([found.relative, last]), known=False, rate=rate or None
+    )
+
+
+def _factor(part: ErrorEstimate, span: float, rate: float, solution: Solution) -> float:
+    """Return by how much the largest error of a part grows until the end of the run."""
+    length = float(part.t[-1] - part.t[0])
+    if length <= 0.0:
+        return 1.0
+    if rate > 0.0:
+        return float(np.exp(min(rate * (span - length), _MOST_EXPONENT)))
+    # Of motion that is damped errors die out as well; where energy is kept, they add up.
+    least = 1.0 if solution.system.structure["conservative"] else 0.0
+    return float((span / length) ** np.clip(_power(part), least, _FASTEST_POWER))
+
+
+def _power(part: ErrorEstimate) -> float:
+    """Return the power of time with which errors grow in a part."""
+    passed, peak = part.t - part.t[0], running_maximum(part.worst)
+    chosen = (passed > _LATE * passed[-1]) & (peak > 0.0)
+    if np.count_nonzero(chosen) < LEAST_FRAMES:
+        return 1.0
+    return float(np.polyfit(np.log(passed[chosen]), np.log(peak[chosen]), 1)[0])

@@ -1,0 +1,40 @@
+"""About how many operations steps take: what checks that integrate again may cost."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from runtime.integrate.methods import find_method
+
+if TYPE_CHECKING:
+    from runtime.integrate.methods import Method
+    from runtime.solution import Solution
+
+_SERIES = 20.0  # operations of a step of `taylor` for one of rhs
+_OF_CALL, _OF_NEWTON = 100.0, 800.0  # operations that evaluations and iterations cost besides
+_STAGES = {"dop853": 12.0}
+
+
+def operations_of_run(solution: Solution) -> float:
+    """Return about how many operations a run took."""
+    return solution.stats["steps"] * operations_per_step(solution, find_method(solution.method))
+
+
+def operations_per_step(solution: Solution, method: Method) -> float:
+    """Return about how many operations a step takes.
+
+    Parameters
+    ----------
+    method : Method
+        That of the run, whose statistics tell, or an explicit one.
+    """
+    stats, operations = solution.stats, solution.system.operations
+    steps = max(stats["steps"], 1)
+    if method.name != solution.method:
+        calls, solved, derived, iterations = _STAGES[method.name], 0.0, 0.0, 0.0
+    else:
+        calls = _SERIES if method.name == "taylor" else stats["rhs"] / steps
+        solved = stats["factorisations"] / steps * (solution.system.nv + solution.system.m) ** 3
+        derived = stats["jacobians"] / steps * operations.get("residual_jacobian", 0)
+        iterations = stats["newton"] / steps * _OF_NEWTON
+    return calls * operations.get("rhs", 0) + max(calls, 1.0) * _OF_CALL + derived + solved + iterations

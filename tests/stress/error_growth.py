@@ -1,0 +1,380 @@
+"""Random runs, right and wrong, against independent references: does the health report tell them apart?
+
+`python -m tests.stress.error_growth --cases 300 --seed 1` draws models, starts, methods, forms of the constraints,
+tolerances or steps, and times up to far beyond the horizon of chaotic ones. The reference is `taylor` at 1e-15, as
+far as `dop853` at 1e-14 agrees with it (of stiff models `radau13`); beyond that no run can be right.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import json
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from runtime.integrate.forms import FORMS
+from runtime.integrate.methods import METHODS
+from runtime.solve import solve
+from runtime.system import System
+from symgen import Model, cos, dot, sin, sqrt, t
+
+from .judging import attempt
+from .models import bundled, made
+from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario
+
+N_CASES = 600
+_RTOLS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+_STEPS = (0.5, 1.0, 2.0, 4.0)  # of the default
+_WRONG, _RIGHT = 0.1, 0.01  # largest error of a coordinate or rate, in parts of its range
+_AGREE = 3e-3  # up to there two references know the motion
+_MOST_STEPS = 150_000
+_LEAST_RANGE = 1e-8  # of the largest coordinate: what moves less is at rest
+FALSE = "right but flagged"
+
+
+@dataclass(frozen=True)
+class Draw:
+    """A model with a start, times to run to, and what knows its motion."""
+
+    system: System
+    times: tuple[float, float, float]
+    given: dict[str, Any] = field(default_factory=dict)
+    references: tuple[tuple[str, float], tuple[str, float]] = (("taylor", 1e-15), ("dop853", 1e-14))
+
+
+@functools.cache
+def saddle() -> System:
+    model = Model("saddle")
+    x = model.coordinate("x", start=1e-6)
+    model.kinetic(dot(x) ** 2 / 2)
+    model.potential(cos(x))
+    return made(model)
+
+
+@functools.cache
+def kepler() -> System:
+    model = Model("kepler")
+    x, y = model.coordinate("x", start=1.0), model.coordinate("y", rate=1.0)
+    model.kinetic((dot(x) ** 2 + dot(y) ** 2) / 2)
+    model.potential(-1 / sqrt(x**2 + y**2))
+    return made(model)
+
+
+@functools.cache
+def henon_heiles() -> System:
+    model = Model("henon_heiles")
+    x, y = model.coordinate("x"), model.coordinate("y")
+    model.kinetic((dot(x) ** 2 + dot(y) ** 2) / 2)
+    model.potential((x**2 + y**2) / 2 + x**2 * y - y**3 / 3)
+    return made(model)
+
+
+@functools.cache
+def tiny_beside_large() -> System:
+    """A light oscillation driven by a large one, scaled by a parameter."""
+    model = Model("tiny_beside_large")
+    s = model.parameters(s=1e-7)
+    x, y = model.coordinate("x", start=1.0), model.coordinate("y")
+    model.kinetic((dot(x) ** 2 + dot(y) ** 2) / 2)
+    model.potential(x**2 / 2 + 9 * y**2 / 2)
+    model.force(y, s * x**2)
+    return made(model)
+
+
+@functools.cache
+def duffing() -> System:
+    model = Model("duffing")
+    a = model.parameters(a=0.5)
+    x = model.coordinate("x", start=0.5)
+    model.kinetic(dot(x) ** 2 / 2)
+    model.potential(x**4 / 4 - x**2 / 2)
+    model.force(x, -dot(x) / 4 + a * cos(1.2 * t))
+    return made(model)
+
+
+@functools.cache
+def cartesian_double_pendulum() -> System:
+    model = Model("cartesian_double_pendulum", gravity=(0, -9.81))
+    places = [model.coordinate(name) for name in ("x1", "y1", "x2", "y2")]
+    x1, y1, x2, y2 = places
+    model.body("one", mass=1, com=(x1, y1))
+    model.body("two", mass=1, com=(x2, y2))
+    model.constraint("rod1", (x1**2 + y1**2 - 1) / 2)
+    model.constraint("rod2", ((x2 - x1) ** 2 + (y2 - y1) ** 2 - 1) / 2)
+    return made(model)
+
+
+@functools.cache
+def damped_chain() -> System:
+    """Three masses with springs and dampers, stiff in one of them."""
+    model = Model("damped_chain")
+    k, c = model.parameters(k=1e4, c=50.0)
+    xs = [model.coordinate(f"x{i}") for i in range(3)]
+    model.kinetic(sum(dot(x) ** 2 for x in xs) / 2)
+    model.potential(xs[0] ** 2 / 2 + (xs[1] - xs[0]) ** 2 + k * (xs[2] - xs[1]) ** 2 / 2)
+    model.dissipation(0.02 * dot(xs[0]) ** 2 + c * (dot(xs[2]) - dot(xs[1])) ** 2 / 2)
+    return made(model)
+
+
+@functools.cache
+def two_scenes() -> System:
+    """A chaotic and a regular pendulum that have nothing to do with each other."""
+    model = Model("two_scenes", gravity=(0, -9.81))
+    a, b, c = (model.coordinate(name) for name in "abc")
+    model.body("one", mass=1, com=(sin(a), -cos(a)))
+    model.body("two", mass=1, com=(sin(a) + sin(b), -cos(a) - cos(b)))
+    model.body("alone", mass=1, com=(3 + sin(c) / 2, -cos(c) / 2))
+    return made(model)
+
+
+def _pendulum(rng):
+    angle = rng.uniform(0.3, 3.0)
+    return Draw(bundled("pendulum"), (10.0, 100.0, 1000.0), {"start": {"theta": angle}})
+
+
+def _double_pendulum(rng):
+    start = {"theta1": rng.uniform(0.2, 2.5), "theta2": rng.uniform(0.2, 2.5)}
+    return Draw(bundled("double_pendulum"), (5.0, 20.0, 80.0), {"start": start})
+
+
+def _saddle(rng):
+    return Draw(saddle(), (20.0, 100.0, 300.0), {"start": {"x": 10.0 ** rng.uniform(-8, -1)}})
+
+
+def _kepler(rng):
+    e = rng.uniform(0.1, 0.93)
+    given = {"start": {"x": 1.0 + e, "y": 0.0}, "rate": {"x": 0.0, "y": float(np.sqrt((1 - e) / (1 + e)))}}
+    return Draw(kepler(), (20.0, 150.0, 1000.0), given)
+
+
+def _henon_heiles(rng):
+    energy, y = rng.uniform(0.05, 1 / 6), rng.uniform(-0.3, 0.3)
+    rate = float(np.sqrt(max(2 * energy - y**2 + 2 * y**3 / 3, 0.0)))
+    return Draw(
+        henon_heiles(), (20.0, 150.0, 800.0), {"start": {"x": 0.0, "y": y}, "rate": {"x": rate, "y": 0.0}}
+    )
+
+
+def _tiny(rng):
+    given = {"parameters": {"s": 10.0 ** rng.uniform(-8, 0)}, "start": {"x": 1.0, "y": 0.0}}
+    return Draw(tiny_beside_large(), (10.0, 50.0, 200.0), given)
+
+
+def _duffing(rng):
+    return Draw(duffing(), (20.0, 100.0, 400.0), {"parameters": {"a": rng.uniform(0.1, 0.8)}})
+
+
+def _free_body(rng):
+    rates = {f"turn_w{axis}": rng.normal(0.0, 1.0) for axis in "xyz"}
+    if rng.random() < 0.5:
+        rates |= {"turn_wx": 10.0 ** rng.uniform(-8, -1), "turn_wz": 0.0}
+    return Draw(bundled("free_rigid_body"), (10.0, 40.0, 300.0), {"rate": rates})
+
+
+def _slider_crank(rng):
+    return Draw(bundled("slider_crank"), (1.0, 5.0, 20.0), {"rate": {"theta": rng.uniform(-20.0, 20.0)}})
+
+
+def _four_bar(rng):
+    return Draw(bundled("four_bar"), (1.0, 5.0, 20.0), {"rate": {"crank": rng.uniform(-15.0, 15.0)}})
+
+
+def _pendulum_dae(rng):
+    a = rng.uniform(0.3, 3.0)
+    start = {"x": float(np.sin(a)), "y": float(-np.cos(a))}
+    return Draw(bundled("pendulum_dae"), (10.0, 100.0, 500.0), {"start": start})
+
+
+def _cartesian(rng):
+    a, b = rng.uniform(0.2, 2.5, 2)
+    start = {"x1": np.sin(a), "y1": -np.cos(a), "x2": np.sin(a) + np.sin(b), "y2": -np.cos(a) - np.cos(b)}
+    given = {"start": {name: float(value) for name, value in start.items()}}
+    return Draw(cartesian_double_pendulum(), (5.0, 20.0, 80.0), given)
+
+
+def _top(rng):
+    return Draw(bundled("heavy_top_absolute"), (0.2, 1.0, 4.0), {})
+
+
+def _spring_pendulum(rng):
+    start = {"r": rng.uniform(0.9, 1.5), "theta": rng.uniform(0.05, 1.5)}
+    return Draw(bundled("spring_pendulum"), (10.0, 60.0, 300.0), {"start": start})
+
+
+def _rolling_disc(rng):
+    return Draw(
+        bundled("rolling_disc"),
+        (2.0, 10.0, 60.0),
+        {"rate": {"yaw": rng.uniform(-1, 1), "spin": rng.uniform(-6, 6)}},
+    )
+
+
+def _chain(rng):
+    return Draw(
+        damped_chain(), (2.0, 20.0, 100.0), {"start": {"x0": rng.normal(), "x1": rng.normal()}},
+        (("radau13", 1e-13), ("dop853", 1e-13)),
+    )  # fmt: skip
+
+
+def _bounces(rng):
+    given = {"start": {"y": rng.uniform(0.3, 2.0)}, "parameters": {"e": 1.0}}
+    return Draw(bundled("bouncing_ball"), (2.0, 10.0, 60.0), given, (("radau13", 1e-13), ("dop853", 1e-13)))
+
+
+def _stick_slip(rng):
+    given = {"rate": {"x": rng.uniform(-0.5, 0.3)}}
+    return Draw(bundled("stick_slip"), (3.0, 10.0, 40.0), given, (("radau13", 1e-13), ("dop853", 1e-13)))
+
+
+def _two_scenes(rng):
+    return Draw(two_scenes(), (5.0, 20.0, 80.0), {"start": {name: rng.uniform(0.2, 2.0) for name in "abc"}})
+
+
+FAMILY: tuple[Callable[[np.random.Generator], Draw], ...] = (
+    _pendulum, _double_pendulum, _saddle, _kepler, _henon_heiles, _tiny, _duffing, _free_body, _slider_crank,
+    _four_bar, _pendulum_dae, _cartesian, _top, _spring_pendulum, _rolling_disc, _chain, _bounces, _stick_slip,
+    _two_scenes,
+)  # fmt: skip
+
+
+def ways(system: System) -> list[tuple[str, str]]:
+    """Return all methods with all forms that they have for a model."""
+    found = [(name, "auto") for name in ("auto", *METHODS)]
+    if system.m:
+        found += [(name, form) for form, methods in FORMS.items() for name in methods]
+    return found
+
+
+def reference(draw: Draw, t_end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """Return times, states, what the states are measured by, and whether they are known up to the end."""
+    options = {"t_end": t_end, **draw.given, "split": False}
+    runs = [
+        solve(draw.system, method=name, rtol=rtol, atol=1e-3 * rtol, max_steps=10 * _MOST_STEPS, **options)
+        for name, rtol in draw.references
+    ]
+    n = min(len(run.t) for run in runs)
+    one, other = (run.states[:n] for run in runs)
+    size = sizes(one)
+    off = (np.abs(one - other) / size).max(axis=1)
+    if draw.system.switches or any(event["action"] == "reset" for event in draw.system.events):
+        off = np.minimum(off, np.append(off[1:], off[-1]))  # a frame between two times of one reset
+    bad = np.flatnonzero(~(off < _AGREE))
+    known = int(bad[0]) if bad.size else n
+    return runs[0].t[:known], one[:known], sizes(one[:known]), known == n
+
+
+def sizes(states: np.ndarray) -> np.ndarray:
+    """Return the ranges of coordinates and rates; of what is at rest the largest of all."""
+    size = np.ptp(states, axis=0)
+    return np.where(size > _LEAST_RANGE * size.max(), size, max(size.max(), 1e-300))
+
+
+def draw_case(seed: int, index: int) -> tuple[Draw, dict[str, Any], dict[str, Any]]:
+    """Return a model with its start, the arguments of a run, and a factor of its default step."""
+    rng = np.random.default_rng([seed, index])
+    drawn = FAMILY[index % len(FAMILY)](rng)
+    possible = ways(drawn.system)
+    method, form = possible[int(rng.integers(len(possible)))]
+    t_end = drawn.times[int(rng.integers(3))] * rng.uniform(0.6, 1.0)
+    how: dict[str, Any] = {"method": method, "constraints": form, "t_end": float(t_end)}
+    factor = float(rng.choice(_STEPS))
+    if method == "auto" or METHODS[method].adaptive:
+        rtol = float(rng.choice(_RTOLS))
+        how |= {"rtol": rtol, "atol": 0.01 * rtol}
+        factor = 1.0
+    return drawn, how, {"factor": factor}
+
+
+def run_case(seed: int, index: int) -> dict[str, Any]:
+    """Run a case; returns what became of it, in numbers."""
+    drawn, how, more = draw_case(seed, index)
+    row: dict[str, Any] = {"index": index, "model": drawn.system.name, **how}
+    run = attempt(drawn.system, max_steps=_MOST_STEPS, **how, **drawn.given)
+    if not isinstance(run, Outcome) and run.step and more["factor"] != 1.0:
+        how["step"] = more["factor"] * run.step
+        run = attempt(drawn.system, max_steps=_MOST_STEPS, **how, **drawn.given)
+    if isinstance(run, Outcome):
+        return row | {"verdict": REFUSED, "says": run.says}
+    row |= {"step": run.step, "steps": run.stats["steps"], "used": run.method, "ms": 1e3 * run.seconds["run"]}
+    if run.status not in ("success", "terminated"):
+        return row | {"verdict": "failed", "says": run.message}
+    began = time.thread_time()
+    objections = {entry.check: entry.says for entry in run.objections}
+    row["health_ms"] = 1e3 * (time.thread_time() - began)
+    t, states, size, complete = reference(drawn, how["t_end"])
+    n = min(len(t), len(run.t))
+    off = np.abs(run.states[:n] - states[:n]) / size
+    if drawn.system.switches or drawn.system.events:
+        off = np.minimum(off, np.vstack([off[1:], off[-1:]]))
+    error = float(off.max()) if n else 0.0
+    row |= {"error": error, "known": complete, "end": float(off[-1].max()), "flags": objections}
+    row["wrong"] = error > _WRONG or not complete
+    row["right"] = error < _RIGHT and complete
+    estimate = next((entry.value for entry in run.health if entry.check == "accuracy"), None)
+    return row | {"estimate": estimate, "verdict": _verdict(row)}
+
+
+def _verdict(row: dict[str, Any]) -> str:
+    if row["flags"]:
+        return FALSE if row["right"] else FLAGGED
+    return WRONG if row["wrong"] else RIGHT
+
+
+def case(seed: int, index: int) -> Outcome:
+    """Judge a case for the stress suite: wrong are silent errors, and right runs that the estimate flags."""
+    row = run_case(seed, index)
+    says = ", ".join(
+        f"{key} {row[key]}" for key in ("model", "used", "t_end", "error", "estimate") if key in row
+    )
+    verdict = row["verdict"]
+    if verdict == FALSE and "accuracy" not in row["flags"]:
+        verdict = FLAGGED
+    known = (RIGHT, REFUSED, WRONG)
+    return Outcome(WRONG if verdict == FALSE else verdict if verdict in known else FLAGGED, says)
+
+
+def scenarios() -> Iterator[Scenario]:
+    """Yield all."""
+    for index in range(N_CASES):
+        yield Scenario(
+            "error growth", f"error growth {index}", functools.partial(case, 0, index), short=index < 20
+        )
+
+
+def main() -> int:
+    """Run cases and count."""
+    parser = argparse.ArgumentParser(prog="python -m tests.stress.error_growth", description=__doc__)
+    parser.add_argument("--cases", type=int, default=300)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", type=int, nargs="*", help="indices of cases")
+    parser.add_argument("--json", type=Path, metavar="FILE")
+    chosen = parser.parse_args()
+    counts: Counter[str] = Counter()
+    lines = chosen.json.open("w", encoding="utf-8") if chosen.json else None
+    n_right = by_estimate = 0
+    for index in chosen.only or range(chosen.first, chosen.first + chosen.cases):
+        row = run_case(chosen.seed, index)
+        counts[row["verdict"]] += 1
+        n_right += bool(row.get("right"))
+        by_estimate += row["verdict"] == FALSE and "accuracy" in row["flags"]
+        if lines:
+            print(json.dumps(row), file=lines, flush=True)
+        if row["verdict"] in (WRONG, FALSE) or chosen.only:
+            print({key: value for key, value in row.items()}, flush=True)
+    print(
+        f"{sum(counts.values())} tried, {n_right} right ones, {by_estimate} of them flagged by accuracy: {dict(counts)}"
+    )
+    return int(counts[WRONG] > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
