@@ -1,0 +1,97 @@
+"""docs/reference.md against the reader's own tables: no key, function, unit or kind is missing; every example runs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from runtime.graph.functions import IN_MODELS
+from symgen.link import derive
+from symgen.model import toml_reader
+from symgen.model.bodies import SHAPES
+from symgen.model.declarations import NUMBER_KEYS
+from symgen.model.events import ACTIONS, DIRECTIONS
+from symgen.model.input_courses import KINDS
+from symgen.model.items import DRAWINGS
+from symgen.model.joint_types import TYPES
+from symgen.model.run_defaults import FORMULATIONS, KEYS
+from symgen.model.toml_reader import READERS, TOP_KEYS, read_text
+from symgen.model.units import ATOMS
+
+PAGE = (Path(__file__).parents[1] / "docs" / "reference.md").read_text(encoding="utf-8")
+SECTIONS = dict(re.findall(r"^## `?(.+?)`?\n(.*?)(?=^## |\Z)", PAGE, re.DOTALL | re.MULTILINE))
+KEYS_OF = {
+    "parameters": NUMBER_KEYS,
+    "coordinates": toml_reader.COORDINATE_KEYS,
+    "inputs": toml_reader.INPUT_KEYS,
+    "bodies": toml_reader.BODY_KEYS,
+    "joints": toml_reader.JOINT_KEYS,
+    "points": ("body", "at"),
+    "axes": ("body", "direction"),
+    "gravity": ("x", "y", "z"),
+    "energy": toml_reader.ENERGY_KEYS,
+    "loads": toml_reader.LOAD_KEYS,
+    "constraints": ("coincident", *toml_reader.READY_MADE),
+    "stops": toml_reader.STOP_KEYS,
+    "friction": toml_reader.FRICTION_KEYS,
+    "contacts": toml_reader.CONTACT_KEYS,
+    "events": toml_reader.EVENT_KEYS,
+    "draw": DRAWINGS,
+    "run": KEYS,
+}
+EXAMPLES = [
+    (table, k, text)
+    for table, section in SECTIONS.items()
+    for k, text in enumerate(re.findall(r"```toml\n(.*?)```", section, re.DOTALL))
+]
+
+
+def rows(section: str) -> set[str]:
+    """What stands in code style in the first column of a section's tables."""
+    lines = [line for line in SECTIONS[section].split("\n") if line.startswith("|")]
+    return {name for line in lines for name in re.findall(r"`([^`]+)`", line.split("|")[1])}
+
+
+def test_every_table_has_a_section_and_a_link():
+    assert set(READERS) <= set(SECTIONS)
+    assert all(f"](#{table})" in PAGE for table in READERS)
+    assert all(f"`{key}`" in PAGE.split("## ")[0] for key in TOP_KEYS)
+
+
+def test_every_table_with_keys_is_tested():
+    without = {"constants", "definitions", "outputs", "forces", "velocity_constraints"}
+    assert set(READERS) == set(KEYS_OF) | without
+
+
+@pytest.mark.parametrize("table", KEYS_OF)
+def test_every_key_has_a_row_and_no_row_is_of_another(table):
+    more = {"parameters": {"NAME"}, "bodies": set(SHAPES)}.get(table, set())
+    assert rows(table) == {*KEYS_OF[table]} | more
+
+
+@pytest.mark.parametrize(
+    "table, words",
+    [("joints", TYPES), ("inputs", KINDS), ("run", FORMULATIONS), ("events", (*DIRECTIONS, *ACTIONS))],
+)
+def test_words_that_a_key_takes_are_named(table, words):
+    assert [word for word in words if not re.search(rf'["`]{word}["`]|{word} =', SECTIONS[table])] == []
+
+
+def test_every_function_and_unit_is_named():
+    values = SECTIONS["What values are"]
+    assert rows("What values are") == {*IN_MODELS, "dot"}
+    units = re.search(r"powers of `([^`]*)`, the prefixes `([^`]*)`, and `([^`]*)`", values)
+    plain, prefixes, more = (set(part.split()) for part in units.groups())
+    made = plain | more | {prefix + unit for prefix in prefixes for unit in plain}
+    assert set(ATOMS) <= made
+    assert plain | more <= set(ATOMS)
+
+
+@pytest.mark.parametrize("table, k, text", EXAMPLES, ids=[f"{table}-{k}" for table, k, _ in EXAMPLES])
+def test_every_example_derives_and_uses_its_table(table, k, text):
+    assert re.search(rf"^\[{table}\b", text, re.MULTILINE)
+    system = derive(read_text(text, name=f"{table}_example"))
+    solution = system.run(t_end=0.01, method="dop853")
+    assert solution.status == "success"
