@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.checks.steps import step_for_phases
 from runtime.checks.time_scales import TimeScales, change_rate, time_scales
 from runtime.constraints.large import is_large
 from runtime.errors import RuntimeModelError, nearest
@@ -211,10 +212,10 @@ def choose_step(
     span, notes = t_end - t, []
     if step is None:
         scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
-        step = min(scales.fastest_period, span) / method.steps_per_period
+        step = default_step(method, scales, span)
+        part = min(scales.fastest_period, span) / step
         notes = [
-            f"step: {step:.3g} s, 1/{method.steps_per_period} of the fastest period at the start; "
-            "set --step to change it"
+            f"step: {step:.3g} s, 1/{part:.3g} of the fastest period at the start; set --step to change it"
         ]
     if not (np.isfinite(step) and step > 0.0):
         raise RuntimeModelError(f"step is {step}: give a positive number of seconds")
@@ -225,6 +226,12 @@ def choose_step(
             "apart; give a longer --step, or a shorter run"
         )
     return min(float(step), span), notes
+
+
+def default_step(method: Method, scales: TimeScales, span: float) -> float:
+    """Return the step [s] with which the fastest motion is followed to the end of a run of length `span` [s]."""
+    step = min(scales.fastest_period, span) / method.steps_per_period
+    return min(step, step_for_phases(method, scales.eigenvalues, span))
 
 
 def time_resolution(*times: float) -> float:

@@ -12,6 +12,7 @@ from runtime.checks.advice_text import advice_lines
 from runtime.checks.cost import Cost, fixed_step_cost, run_cost, seconds_per_evaluation
 from runtime.checks.mode_origin import Origin, fastest_origin
 from runtime.checks.stability import EXPLICIT_METHODS, damping_ratio, stable_radius, stable_step
+from runtime.checks.steps import step_for_phases
 from runtime.checks.time_scales import TimeScales, time_scales
 from runtime.choose import refuse_unsuitable
 from runtime.constraints.large import is_large
@@ -168,7 +169,7 @@ def advise(
     chosen : tuple of str and float or None, optional
         Method and step [s] of the user's choice, to be checked.
     """
-    run = _short_run(system, arguments)
+    run, undriven = _short_run(system, arguments), system
     system = run.system  # with its inputs over time
     rows = np.unique(np.linspace(0, len(run.t) - 1, _STATES).astype(int))
     scales = [time_scales(system, run.p, run.t[i], run.q[i], run.v[i]) for i in rows]
@@ -210,7 +211,9 @@ def advise(
         return advice
     from runtime.checks.choice import judge_choice
 
-    return replace(advice, choice=judge_choice(system, advice, scales, *chosen, run, steps_per_period))
+    return replace(
+        advice, choice=judge_choice(undriven, advice, scales, arguments, *chosen, steps_per_period)
+    )
 
 
 def _short_run(system: System, arguments: Mapping[str, Any]) -> Solution:
@@ -275,8 +278,10 @@ def _fixed_steps(
         ):
             continue
         stable = min(stable_step(method, scale.eigenvalues) for scale in scales)
-        per_period = n or min(STEPS_PER_PERIOD, method.steps_per_period)  # high orders need fewer
-        step, reason = _step(motion if method.stiff else rate, stable, span, per_period)
+        step, reason = _step(motion if method.stiff else rate, stable, span, n or method.steps_per_period)
+        phases = min(step_for_phases(method, scale.eigenvalues, span) for scale in scales)
+        if n is None and phases < step:
+            step, reason = phases, "what errors of phase and size may add up to over the run"
         yield FixedStep(method.name, step, stable, reason, fixed_step_cost(method, span / step, evaluation))
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,8 +20,7 @@ if TYPE_CHECKING:
     from runtime.solution import Solution
     from runtime.system import System
 
-_LOOSEST = 1e-3  # rtol
-LEAST_PER_PERIOD = 20.0
+_MOST_STEPS = 200_000  # of the run that tells; it is judged as far as it comes
 
 
 @dataclass(frozen=True)
@@ -33,77 +33,73 @@ class Choice:
     reasons: tuple[str, ...]
 
 
-def least_steps_per_period(method: Method) -> float:
-    """Return the steps in the fastest period below which a run with a fixed step is not trusted."""
-    return min(LEAST_PER_PERIOD, 0.7 * method.steps_per_period)
-
-
 def judge_choice(
     system: System,
     advice: Advice,
     scales: list[TimeScales],
+    arguments: Mapping[str, Any],
     name: str,
     step: float | None,
-    run: Solution,
     steps_per_period: int | None,
 ) -> Choice:
-    """Return what is to be said about a method and step.
+    """Return what is to be said about a method and step: that which the health report of such a run says.
 
     Parameters
     ----------
+    arguments : mapping
+        As `runtime.solve.solve` takes them.
+    step : float or None [s]
     steps_per_period : int, optional
-        Asked for by the user; otherwise fewer than the rule's 50 will do, but not fewer than health checks ask for.
+        What the user asks for besides.
     """
     method = find_method(name)
     try:
         refuse_unsuitable(method, system)
     except RuntimeModelError as error:
         return Choice(name, step, False, (str(error),))
+    if not method.adaptive and step is None and steps_per_period is None:
+        step = next((entry.step for entry in advice.fixed_steps if entry.method == name), None)
+    run = _run(system, {**arguments, "method": name, "step": None if method.adaptive else step})
+    objections = [entry.says for entry in run.objections if entry.check != "status" or not _cut_short(run)]
+    notes = [entry.says for entry in run.advice]
     if method.adaptive:
-        return _adaptive(method, run)
-    if step is None:
-        return Choice(
-            name, None, True, (f"its step will be {advice.rule_step:.3g} s, from the fastest period",)
-        )
-    bad, good = [], []
+        said = [f"it keeps its steps stable and accurate itself, to rtol {run.rtol:g}", *notes]
+        return Choice(name, None, not objections, tuple([*objections, *notes] if objections else said))
+    coarse = _too_few(method, advice, run.step, steps_per_period)
+    if objections or coarse:
+        return Choice(name, step, False, tuple([*objections, *coarse, *notes]))
+    return Choice(name, step, True, (*_about_step(method, advice, scales, run.step), *notes))
+
+
+def _run(system: System, arguments: Mapping[str, Any]) -> Solution:
+    from runtime.solve import solve
+
+    return solve(system, max_steps=_MOST_STEPS, **{**arguments, "at": (), "fps": None})
+
+
+def _cut_short(run: Solution) -> bool:
+    return run.status == "failed" and run.stats["steps"] >= _MOST_STEPS
+
+
+def _too_few(method: Method, advice: Advice, step: float, steps_per_period: int | None) -> list[str]:
+    rate = advice.motion if method.stiff else advice.rate
+    if steps_per_period is None or rate <= 0.0:
+        return []
+    period = 2.0 * np.pi / rate
+    if period / step >= steps_per_period * (1.0 - 1e-6):
+        return []
+    return [
+        f"only {period / step:.3g} steps in the fastest period, {period:.3g} s: at least {steps_per_period:g} are "
+        f"asked for, a step of {period / steps_per_period:.3g} s"
+    ]
+
+
+def _about_step(method: Method, advice: Advice, scales: list[TimeScales], step: float) -> Iterator[str]:
+    """Yield what is known of a step that nothing is said against."""
     stable = min((stable_step(method, scale.eigenvalues) for scale in scales), default=np.inf)
-    if stable <= 0.0:
-        bad.append(
-            f"{name} is unstable on undamped motion at every step: take semi_implicit_euler, verlet or rk4"
-        )
-    elif step > stable:
-        what = f": {advice.origin.spring} makes the motion fast" if advice.origin else ""
-        bad.append(
-            f"the step is above the stability limit, {stable:.3g} s{what}; take a shorter step or a stiff method"
-        )
-    elif np.isfinite(stable):
-        good.append(f"the step is {step / stable:.0%} of the stability limit, {stable:.3g} s")
+    if np.isfinite(stable) and step <= stable:
+        yield f"the step is {step / stable:.0%} of the stability limit, {stable:.3g} s"
     rate = advice.motion if method.stiff else advice.rate
     if rate > 0.0:
-        per_period = 2.0 * np.pi / rate / step
-        needed = steps_per_period or least_steps_per_period(method)
-        found = f"{per_period:.3g} steps in the fastest period, {2.0 * np.pi / rate:.3g} s"
-        if per_period < needed * (1.0 - 1e-6):
-            bad.append(
-                f"only {found}: at least {needed:g} are needed, a step of {2.0 * np.pi / rate / needed:.3g} s"
-            )
-        else:
-            good.append(found)
-    good.append(f"{round((advice.t_end - advice.t_first) / step)} steps in all")
-    return Choice(name, step, not bad, tuple(bad or good))
-
-
-def _adaptive(method: Method, run: Solution) -> Choice:
-    recommended = find_method(run.method)
-    if recommended.stiff and not method.stiff:
-        why = next(
-            (note.partition("because ")[2] for note in run.notes if note.startswith("method auto")), ""
-        )
-        return Choice(method.name, None, False, (f"the motion is stiff: {why}; take {recommended.name}",))
-    if run.rtol > _LOOSEST:
-        return Choice(
-            method.name, None, False, (f"rtol {run.rtol:g} is too loose to be trusted: take 1e-6 or less",)
-        )
-    return Choice(
-        method.name, None, True, (f"it keeps its steps stable and accurate itself, to rtol {run.rtol:g}",)
-    )
+        yield f"{2.0 * np.pi / rate / step:.3g} steps in the fastest period, {2.0 * np.pi / rate:.3g} s"
+    yield f"{round((advice.t_end - advice.t_first) / step)} steps in all"

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.choice import least_steps_per_period
 from runtime.checks.entry import HealthCheck, advised, limited, noted
 from runtime.checks.stability import stable_radius, stable_step, unstable_rate
+from runtime.checks.steps import least_steps_in_a_period
 from runtime.constraints.drift import constraint_drift
 from runtime.constraints.levels import Constraints
 from runtime.failures import state_names
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from runtime.solution import Solution
 
 _ENERGY_PER_RTOL, _LEAST_ENERGY, _LARGEST_ENERGY = 1e4, 1e-6, 1e-2
-_FIXED_STEP_ENERGY = {1: 5e-2, 2: 1e-2}  # by order; of order 1 it is half that of amplitudes
-_ENERGY_OF_HIGH_ORDER = 1e-3
+_FIXED_STEP_ENERGY, _ENERGY_OF_ORDER_1 = 1e-2, 2e-2  # twice the error of an amplitude
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
 _FIXED_STEP_DRIFT = 1e-6
 _QUATERNION_LENGTH = 1e-12
@@ -48,8 +47,8 @@ def check(solution: Solution) -> list[HealthCheck]:
 
     Limits:
 
-    * energy: adaptive methods 1e4 rtol, at least 1e-6 and at most 1e-2; methods of fixed step 5e-2 at order 1, 1e-2 at
-      order 2, 1e-3 above. The error is that of T + V - work, in parts of what the motion exchanges.
+    * energy: adaptive methods 1e4 rtol, at least 1e-6 and at most 1e-2; methods of fixed step 1e-2, at
+      order 1 2e-2. The error is that of T + V - work, in parts of what the motion exchanges.
     * constraints: adaptive methods 100 rtol, at least 1e-8 and at most 1e-4; of fixed step 1e-6; in parts of
       the constraint's change over the coordinates' characteristic sizes, or of its largest velocity term.
     * quaternions: their lengths 1e-12 from 1, as every state is scaled to that.
@@ -57,7 +56,7 @@ def check(solution: Solution) -> list[HealthCheck]:
       that do not resolve its fastest motion, or are not stable on it, are evidence.
     * stability (fixed step): what is unstable must not grow from round-off to the size of the motion.
     * notes on steps: at most 80 % rejected, at most 5 % at the limit of floating-point time; at fixed step enough of
-      them in the fastest period (`choice.least_steps_per_period`).
+      them in the fastest period (`steps.py`).
     * rank: constraints that come to depend on each other on the way are reported, with when and which; steps across a
       gap between branches of the positions fail.
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
@@ -145,7 +144,7 @@ def energy_limit(method: Method, rtol: float) -> float:
     """Return the largest energy error that a run may have, in parts of what the motion exchanges."""
     if method.adaptive:
         return min(_LARGEST_ENERGY, max(_LEAST_ENERGY, _ENERGY_PER_RTOL * rtol))
-    return _FIXED_STEP_ENERGY.get(method.order, _ENERGY_OF_HIGH_ORDER)
+    return _ENERGY_OF_ORDER_1 if method.order == 1 else _FIXED_STEP_ENERGY
 
 
 def _energy(solution: Solution, method: Method) -> HealthCheck:
@@ -236,7 +235,7 @@ def _resolution(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         return
     period = 2.0 * np.pi / fastest
     found = f"{period / h:.3g} steps in the fastest period, which is {period:.3g} s"
-    needed = least_steps_per_period(method)
+    needed = least_steps_in_a_period(method)
     if period / h >= needed:
         yield HealthCheck("resolution", True, float(period / h), needed, found)
     else:
