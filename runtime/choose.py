@@ -212,7 +212,7 @@ def choose_step(
     span, notes = t_end - t, []
     if step is None:
         scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
-        step = default_step(method, scales, span)
+        step = default_step(method, system, scales, span)
         part = min(scales.fastest_period, span) / step
         notes = [
             f"step: {step:.3g} s, 1/{part:.3g} of the fastest period at the start; set --step to change it"
@@ -228,10 +228,10 @@ def choose_step(
     return min(float(step), span), notes
 
 
-def default_step(method: Method, scales: TimeScales, span: float) -> float:
+def default_step(method: Method, system: System, scales: TimeScales, span: float) -> float:
     """Return the step [s] with which the fastest motion is followed to the end of a run of length `span` [s]."""
     step = min(scales.fastest_period, span) / method.steps_per_period
-    return min(step, step_for_phases(method, scales.eigenvalues, span))
+    return min(step, step_for_phases(method, system, scales.eigenvalues, span))
 
 
 def time_resolution(*times: float) -> float:

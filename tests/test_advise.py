@@ -167,9 +167,7 @@ def test_at_a_time_of_a_recording():
     assert other.exit_code == 1 and "coordinates" in other.output
 
 
-@pytest.mark.parametrize(
-    "name", ["pendulum_linear", "pendulum", "spring_pendulum", "quarter_car", "slider_crank"]
-)
+@pytest.mark.parametrize("name", ["pendulum_linear", "pendulum", "spring_pendulum", "quarter_car"])
 def test_recommended_steps_are_those_of_runs_that_nothing_is_said_against(name):
     system = bundled(name)
     arguments = {**ARGUMENTS, "t_end": system.run_defaults["t_end"]}

@@ -279,7 +279,7 @@ def _fixed_steps(
             continue
         stable = min(stable_step(method, scale.eigenvalues) for scale in scales)
         step, reason = _step(motion if method.stiff else rate, stable, span, n or method.steps_per_period)
-        phases = min(step_for_phases(method, scale.eigenvalues, span) for scale in scales)
+        phases = min(step_for_phases(method, system, scale.eigenvalues, span) for scale in scales)
         if n is None and phases < step:
             step, reason = phases, "what errors of phase and size may add up to over the run"
         yield FixedStep(method.name, step, stable, reason, fixed_step_cost(method, span / step, evaluation))

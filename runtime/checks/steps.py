@@ -11,23 +11,31 @@ import numpy as np
 
 if TYPE_CHECKING:
     from runtime.integrate.methods import Method
+    from runtime.system import System
 
 _FEWEST, _PART = 20.0, 0.7  # of what is recommended for short runs
 # What an oscillation may be off by at the end of a run: half of what the checks of accuracy and, at order 1, where the
 # energy changes twice as much as the amplitude, of energy allow.
 _OFF, _OFF_AT_ORDER_1 = 0.025, 0.005
+_OF_ORDER_1 = 0.5  # error per radian and step w
 _DIES_OUT = 3.0  # decay times
 
 
-def steps_in_a_period(method: Method, periods: float) -> float:
+def steps_in_a_period(method: Method, system: System, periods: float) -> float:
     """Return the steps in a period with which an oscillation is right at the end of so many periods."""
     radians = 2.0 * np.pi * max(periods, 1.0)
     off = _OFF_AT_ORDER_1 if method.order == 1 else _OFF
-    needed = 2.0 * np.pi * (method.oscillation_error * radians / off) ** (1.0 / method.order)
+    needed = 2.0 * np.pi * (_error_per_radian(method, system) * radians / off) ** (1.0 / method.order)
     return max(float(method.steps_per_period), needed)
 
 
-def step_for_phases(method: Method, eigenvalues: np.ndarray, span: float) -> float:
+def _error_per_radian(method: Method, system: System) -> float:
+    symplectic = system.structure["separable"] and not system.m
+    # What adds up to nothing on a plain oscillator does so where T depends on rates and V on positions alone.
+    return method.oscillation_error or (0.0 if symplectic else _OF_ORDER_1)
+
+
+def step_for_phases(method: Method, system: System, eigenvalues: np.ndarray, span: float) -> float:
     """Return the step [s] with which motions of these eigenvalues [1/s] are right at the end of a run; infinite if any.
 
     Errors of phase and size add up over the run, or until a motion has died out.
@@ -38,7 +46,9 @@ def step_for_phases(method: Method, eigenvalues: np.ndarray, span: float) -> flo
         if rate * span < 1.0:
             continue
         lasts = min(span, _DIES_OUT / -value.real) if value.real < 0.0 else span
-        shortest = min(shortest, 2.0 * np.pi / rate / steps_in_a_period(method, rate * lasts / (2.0 * np.pi)))
+        shortest = min(
+            shortest, 2.0 * np.pi / rate / steps_in_a_period(method, system, rate * lasts / (2.0 * np.pi))
+        )
     return float(shortest)
 
 
