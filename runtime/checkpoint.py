@@ -61,6 +61,7 @@ def take(run: Run) -> Checkpoint:
     held = {name: getattr(arrays, name).copy() for name in LOOP_ARRAYS}
     held["guard"] = arrays.guard_memory()
     held["settings"] = np.array(run.forms)
+    held["lowest_gaps"] = actions.lowest_gaps
     for name, per_frame in (("resets", run.reset_energy_at_frames), ("forms", run.form_at_frames)):
         held[f"{name}_from"], held[name] = _pieces(per_frame[:n][shown])
     times, states, energies, forms = zip(*run.samples) if run.samples else ((), (), (), ())
@@ -127,6 +128,7 @@ def put_back(checkpoint: Checkpoint, run: Run, past: np.ndarray) -> None:
         for (name, action, t, change), event_states in zip(facts["events"], states, strict=True)
     ]
     actions.energy_of_resets = facts["energy_of_resets"]
+    actions.lowest_gaps = held["lowest_gaps"]
     actions.zeno.memory = facts["zeno"]
     if actions.switching is not None:
         actions.switching.settings = run.forms[-1]

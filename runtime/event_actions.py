@@ -8,6 +8,7 @@ import numpy as np
 
 from runtime.integrate import layout as at
 from runtime.loop_arrays import DIRECTIONS
+from runtime.positions import Positions
 from runtime.solution import EventRecord
 
 if TYPE_CHECKING:
@@ -21,25 +22,70 @@ _ZENO_SHRINKAGE = 1e-7
 _CLEAR = 8.0  # times round-off: a flight that high is surely seen
 _ZENO_EVENTS = 5
 _PART_OF_FLIGHT = 1e-2  # over which an event function is nearly straight
+_AHEAD = 1e-6  # of the time in which the coordinates travel their own size
 
 
-def arm_events(system: System, arrays: LoopArrays, fired: np.ndarray | None = None) -> None:
-    """Set on which side of zero the event functions are, from the current state alone.
+def arm_events(
+    system: System,
+    arrays: LoopArrays,
+    fired: np.ndarray | None = None,
+    *,
+    before: np.ndarray | None = None,
+    bands: np.ndarray | None = None,
+) -> None:
+    """Set on which side of zero the event functions are where the state has changed: see `integrate/events.py`.
 
-    A function that is at zero, but for round-off, has no side until it has moved away: at the start, and
-    after it fired.
+    A function that is at zero, but for round-off, has no side until it has moved away at the start of a run. After an
+    event, one that did not fire keeps the side that it had: its own crossing may be the next. One that fired leans
+    to where the rates carry it.
 
     Parameters
     ----------
     fired : ndarray of int, optional
         Events that have just fired.
+    before : ndarray, optional
+        The event functions before the state was changed: the side of one that jumped to zero says nothing.
+    bands : ndarray, optional
+        Of those that are never below zero, as gaps are not, how far below they count as zero; nan for others.
     """
+    side = arrays.event_block(at.SIDE)
+    lean = np.sign(side)
     g, floor = event_values_and_floor(system, arrays)
-    if fired is not None:
+    if before is not None:
+        lean[np.abs(before) > _CLEAR * floor] = 0.0
+    band = floor.copy()
+    if fired is not None and len(fired):
         # The state is past the event by less than the last digit of time; that is no side either.
-        floor[fired] = np.maximum(floor[fired], 4.0 * np.abs(g[fired]))
-    arrays.event_block(at.FLOOR)[:] = floor
-    arrays.event_block(at.SIDE)[:] = np.where(np.abs(g) > floor, np.sign(g), 0.0)
+        band[fired] += np.abs(g[fired])
+        lean[fired] = _heading(system, arrays, g, floor)[fired]
+    if bands is not None:
+        one_sided = ~np.isnan(bands)
+        lean[one_sided] = 1.0
+        band[one_sided] = np.maximum(floor, bands)[one_sided] + np.maximum(0.0, -g)[one_sided]
+    arrays.event_block(at.FLOOR)[:], arrays.event_block(at.BAND)[:] = floor, band
+    side[:] = np.where(np.abs(g) > band, np.sign(g), at.LEANING * lean)
+
+
+def renew_bands(system: System, arrays: LoopArrays, fired: np.ndarray) -> None:
+    """Find anew what of the event functions is as good as zero, after events that changed nothing."""
+    g, floor = event_values_and_floor(system, arrays)
+    band = floor.copy()
+    band[fired] += np.abs(g[fired])
+    kept = np.isinf(arrays.event_block(at.BAND))
+    arrays.event_block(at.FLOOR)[:], arrays.event_block(at.BAND)[:] = floor, np.where(kept, np.inf, band)
+
+
+def _heading(system: System, arrays: LoopArrays, g: np.ndarray, floor: np.ndarray) -> np.ndarray:
+    """Return the sign of the rates of event functions by the motion of the coordinates; 0 where it is not clear."""
+    nq, n = system.nq, system.nq + system.nv
+    q, v, t = arrays.y[:nq], arrays.y[nq:n], arrays.t
+    speed, size = np.abs(v).max(initial=0.0), max(1.0, np.abs(q).max(initial=0.0))
+    if not np.isfinite(speed) or speed == 0.0:
+        return np.zeros(len(g))
+    dt = _AHEAD * size / speed
+    y = np.concatenate([Positions(system).move(q, dt * v), v])
+    rise = system.kernel("events")(t + dt, y, arrays.p) - g
+    return np.where(np.abs(rise) > _CLEAR * floor, np.sign(rise), 0.0)
 
 
 def event_values_and_floor(system: System, arrays: LoopArrays) -> tuple[np.ndarray, np.ndarray]:
@@ -69,6 +115,8 @@ class EventActions:
     energy_of_resets : float [J]
         T + V that resets have added so far.
     zeno : ZenoDetector
+    lowest_gaps : ndarray, shape (number of stops,)
+        The least gap of each stop at the ends of steps, while it was open.
     """
 
     def __init__(self, system: System, arrays: LoopArrays):
@@ -77,6 +125,7 @@ class EventActions:
         self.energy_of_resets = 0.0
         self.zeno = ZenoDetector()
         self.switching: Switching | None = None
+        self.lowest_gaps = np.full([switch["kind"] for switch in system.switches].count("stop"), np.inf)
         if system.switches and arrays.n_events:
             from runtime.contact.switching import Switching
 
@@ -94,8 +143,10 @@ class EventActions:
             Where events pile up, if they do.
         """
         system, arrays = self.system, self.arrays
+        self.note_gaps()
         fired = np.flatnonzero(arrays.event_block(at.FIRED) == 1.0)
         n_own = len(system.events) - len(system.switches)
+        values = self.form.kernel("events")(arrays.t, arrays.y[: system.nq + system.nv], arrays.p)
         resolved = not self._against_direction(fired[fired < n_own])
         records, terminate, reset = [], False, False
         for index in fired[fired < n_own]:
@@ -112,8 +163,9 @@ class EventActions:
         self.log.extend(records)
         arrays.restart(state_changed=reset or len(switched) > 0)
         if reset or len(switched):
-            self._arm(fired)
-            arrays.event_block(at.SIDE)[fired] = 0.0
+            self._arm(fired, values)
+        else:
+            renew_bands(self.form, arrays, fired)
         accumulation = self.zeno.look(arrays.t, resolved and self._gets_away(fired)) if reset else None
         return records, terminate, accumulation
 
@@ -122,6 +174,26 @@ class EventActions:
         """The model in the form that applies now: with its stops and frictions as constraints where one is held."""
         held = self.switching is not None and self.switching.any_held
         return self.system.closed if held else self.system
+
+    def note_gaps(self) -> None:
+        """Take note of how low gaps have been since the last time, in the form that applied up to here."""
+        if self.switching is None:
+            return
+        n_own, n = len(self.system.events) - len(self.system.switches), len(self.lowest_gaps)
+        lowest = self.arrays.event_block(at.LOWEST)
+        open_ones = np.where(self.switching.closed, np.inf, lowest[n_own : n_own + n])
+        self.lowest_gaps = np.minimum(self.lowest_gaps, open_ones)
+        lowest[:] = np.inf
+
+    def passed_by(self) -> list[tuple[str, int, float]]:
+        """Return the names of events that steps passed by, as looks at random places tell: how often, when last [s]."""
+        arrays = self.arrays
+        if not arrays.n_events:
+            return []
+        counts, times = arrays.event_block(at.PASSED), arrays.event_block(at.T_PASSED)
+        return [
+            (self.system.events[e]["name"], int(counts[e]), float(times[e])) for e in np.flatnonzero(counts)
+        ]
 
     def begin(self) -> None:
         """Find which stops are closed at the start, and arm the events."""
@@ -133,15 +205,20 @@ class EventActions:
         if self.arrays.n_events:
             self._arm()
 
-    def _arm(self, fired: np.ndarray | None = None) -> None:
+    def _arm(self, fired: np.ndarray | None = None, before: np.ndarray | None = None) -> None:
         """Arm the events; those of frictions that others hold stay out of it."""
-        resting = None if self.switching is None else self.switching.resting
-        arm_events(self.form, self.arrays, fired)
-        if resting is not None:
-            self.switching.resting = resting
+        if self.switching is None:
+            arm_events(self.form, self.arrays, fired, before=before)
+            return
+        resting = self.switching.resting
+        own = np.full(len(self.system.events) - len(self.system.switches), np.nan)
+        bands = np.concatenate([own, self.switching.bands()])
+        arm_events(self.form, self.arrays, fired, before=before, bands=bands)
+        self.switching.resting = resting
 
     def settle_jump(self) -> list[EventRecord]:
         """Settle stops and frictions where forces have jumped with an input; returns what changed."""
+        self.note_gaps()
         before = self.switching.settings
         records = self._switch(np.zeros(0, dtype=int))
         self.log.extend(records)

@@ -102,6 +102,7 @@ class LoopArrays:
         c[at.PROJECTION_TOL] = PROJECTION_TOL
         c[at.MIN_PIVOT_RATIO] = np.inf
         c[at.ENERGY_LEVEL] = energy_level
+        self.event_block(at.LOWEST)[:] = np.inf
         self._prepare_guard(system)
 
     def advance(self, stop: float, max_steps: int, *, keep_log: bool = False) -> int:
@@ -141,7 +142,7 @@ class LoopArrays:
         return self.step_log[: self.counters[at.N_LOGGED_STEPS]]
 
     def event_block(self, block: int) -> np.ndarray:
-        """Return a view of the events' SIDE, FIRED or FLOOR."""
+        """Return a view of one of the events' blocks, as SIDE or FIRED."""
         first = at.N_CONTROL + block * self.n_events
         return self.control[first : first + self.n_events]
 

@@ -183,6 +183,10 @@ class Solution:
         Which stops were closed and which frictions stuck at each frame.
     parts : runtime.subsystems.report.Parts or None
         The subsystems, where each was integrated by itself.
+    lowest_gaps : ndarray, shape (number of stops,), or None
+        The least gap of each stop at the ends of steps while it was open; None where that is not known.
+    passed_by : list of (str, int, float)
+        Events that steps passed by, as looks at random places inside them tell: name, how often, when last [s].
     """
 
     system: System
@@ -213,6 +217,8 @@ class Solution:
     options: Mapping[str, Any] = field(default_factory=dict)
     forms: Forms | None = None
     parts: Parts | None = None
+    lowest_gaps: np.ndarray | None = None
+    passed_by: list[tuple[str, int, float]] = field(default_factory=list)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the values of a coordinate, rate, acceleration, multiplier or output at the frames."""

@@ -52,6 +52,7 @@ def summarise(
         Method, tolerances and the like, as `Solution` has them.
     """
     system, arrays = run.system, run.arrays
+    run.actions.note_gaps()
     times, rows, resets, shown = _collected(run)
     forms = _forms(run, len(times)) if run.forms else None
     energies = evaluate(system, "energy", arrays.p, times, rows)
@@ -92,6 +93,8 @@ def summarise(
         notes=notes,
         seconds=seconds,
         min_pivot_ratio=float(arrays.control[at.MIN_PIVOT_RATIO]),
+        lowest_gaps=run.actions.lowest_gaps,
+        passed_by=run.actions.passed_by(),
         **settings,
     )
 

@@ -30,7 +30,7 @@ _QUATERNION_LENGTH = 1e-12
 MOST_REJECTED = 0.8
 _FROM_ROUND_OFF = -np.log(np.finfo(float).eps)  # e-folds
 _TINY_STEP = 64 * np.finfo(float).eps
-_MOST_TINY = 0.05  # part of the steps; events and stop times cut some steps short
+_MOST_TINY = 0.05  # part of the steps
 _STATES_FOR_TIME_SCALES = 5
 _LARGEST_FOR_TIME_SCALES = 400  # states; eigenvalues cost their cube
 _NEAR_DEPENDENCE = 1e-3  # ratio of pivots
@@ -60,6 +60,7 @@ def check(solution: Solution) -> list[HealthCheck]:
     * rank: constraints that come to depend on each other on the way are reported, with when and which; steps across a
       gap between branches of the positions fail.
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
+    * stops: no gap below zero by more than 10 times what the tolerances leave of the coordinates it depends on.
     * missed events, poles (fixed steps), accuracy (the estimated error, of regular ends), and notes on the Jacobian,
       stiffness (explicit methods, many steps), negative damping and stiffness: each in its own file.
     """
@@ -88,6 +89,10 @@ def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> It
         from runtime.checks.missed_events import missed_events
 
         yield from missed_events(solution)
+    if any(switch["kind"] == "stop" for switch in solution.system.switches):
+        from runtime.checks.stops import stops
+
+        yield stops(solution)
     if "residual_jacobian" in method.kernels:
         from runtime.checks.jacobian import jacobian
 
@@ -217,7 +222,14 @@ def _steps(solution: Solution) -> Iterator[HealthCheck]:
     if not len(solution.step_log):
         return
     t, h = solution.step_log[:, 0], solution.step_log[:, 1]
-    tiny = float(np.mean(h <= _TINY_STEP * np.maximum(np.abs(t), solution.t_end - solution.t_start)))
+    cut = [
+        *(event.t for event in solution.events),
+        *(sample.t for sample in solution.samples),
+        solution.t_end,
+    ]
+    chosen = ~np.isin(t, cut)  # the others end where an event or a stop time is, which may be at once
+    least = _TINY_STEP * np.maximum(np.abs(t), solution.t_end - solution.t_start)
+    tiny = float(np.count_nonzero(chosen & (h <= least))) / len(h)
     found = f"steps from {h.min():.3g} to {h.max():.3g} s"
     advice = (
         f"{found}: {tiny:.0%} of them can be told from zero only just; rtol may be too small for this model"

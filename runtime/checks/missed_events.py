@@ -1,4 +1,7 @@
-"""Events that a run passed by: their functions at the frames and between them, against the events that fired."""
+"""Events that a run passed by: their functions at the frames and between them, against the events that fired.
+
+What happens between frames is seen by the looks that each step takes at a random place of its own, too.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers, evaluate
+from runtime.batches import evaluate
 from runtime.checks.entry import HealthCheck
 from runtime.loop_arrays import DIRECTIONS
 
@@ -23,7 +26,7 @@ def missed_events(solution: Solution) -> Iterator[HealthCheck]:
     """Yield one entry: crossings in an event's direction at which the event did not fire."""
     system = solution.system
     # Without a log of steps it is a recording, whose events are kept elsewhere.
-    if solution.forms is not None or len(solution.t) < 3 or not len(solution.step_log):
+    if len(solution.t) < 3 or not len(solution.step_log):
         return
     t, states = _between_frames(solution)
     values = evaluate(system, "events", solution.p, t, states)
@@ -39,15 +42,17 @@ def missed_events(solution: Solution) -> Iterator[HealthCheck]:
             if quiet[k]:
                 missed.append((float(t[k]), event["name"]))
     found = f"{len(solution.events)} events fired, none was passed by"
+    count = max(len(missed), sum(n for _, n, _ in solution.passed_by))
+    missed += [(when, name) for name, _, when in solution.passed_by]
     if not missed:
         yield HealthCheck("missed events", True, 0.0, 0.0, found)
         return
     when, name = min(missed)
     says = (
-        f"event {name!r} was passed by at about t = {when:.6g} s, {len(missed)} crossings in all: its function changes "
+        f"event {name!r} was passed by at about t = {when:.6g} s, {count} crossings at least: its function changes "
         f"faster than the steps of {solution.method} look; take a smaller step or rtol, or a method of lower order"
     )
-    yield HealthCheck("missed events", False, float(len(missed)), 0.0, says)
+    yield HealthCheck("missed events", False, float(count), 0.0, says)
 
 
 def _crossings(g: np.ndarray, floor: float, direction: int) -> Iterator[int]:
@@ -73,7 +78,7 @@ def _between_frames(solution: Solution) -> tuple[np.ndarray, np.ndarray]:
     system, t, q, v = solution.system, solution.t, solution.q, solution.v
     if solution.states.size * _BETWEEN > _MOST_NUMBERS or system.quaternions:
         return t, solution.states
-    a, _ = accelerations_and_multipliers(system, solution.p, t, solution.states)
+    a = solution.accelerations
     h = np.diff(t)[:, None]
     times, states = [t[:-1]], [solution.states[:-1]]
     for part in np.arange(1, _BETWEEN) / _BETWEEN:

@@ -18,9 +18,10 @@ _AHEAD = 1e-7  # of the time that the motion takes to change
 class Holding(Instant):
     """Finds what is held at the present state."""
 
-    def _settle(self, touching: np.ndarray, still: np.ndarray) -> np.ndarray:
+    def _settle(self, touching: np.ndarray, struck: np.ndarray, still: np.ndarray) -> np.ndarray:
         """Find what is held by forces that are allowed, of `still` frictions those that stick.
 
+        Gaps that are zero but for round-off (`struck`) stay closed without being pressed, too.
         What begins to slide takes its sliding force, and the rest is looked at again. Sets `senses` and `resting`.
         """
         waiting = still
@@ -36,7 +37,7 @@ class Holding(Instant):
             self.senses = np.where(slipping, onset, self.senses)
             still = sticks
         held = np.concatenate([touching & (forces[: self.n_stops] > 0.0), sticks])
-        weak = self._weak(here, touching, forces, accelerations)
+        weak = self._weak(here, touching & struck, forces, accelerations)
         pressing = weak & (self._later(here, forces).free <= here.free) if weak.any() else weak
         kept = _independent(here.compliance, [held & ~weak, pressing])
         self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]

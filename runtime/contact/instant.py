@@ -68,14 +68,14 @@ class Instant:
         """Which frictions others hold: they are not `stuck`, as constraints would depend on each other.
 
         `senses` then says which part of their sliding force they take. Their events are round-off: in `control`, the
-        floor that these have to leave is infinite.
+        band about zero that these have to leave is infinite.
         """
-        return np.isinf(self._events_of_frictions(at.FLOOR))
+        return np.isinf(self._events_of_frictions(at.BAND))
 
     @resting.setter
     def resting(self, which: np.ndarray) -> None:
-        floors, sides = self._events_of_frictions(at.FLOOR), self._events_of_frictions(at.SIDE)
-        floors[which], floors[np.isinf(floors) & ~which] = np.inf, 0.0
+        bands, sides = self._events_of_frictions(at.BAND), self._events_of_frictions(at.SIDE)
+        bands[which], bands[np.isinf(bands) & ~which] = np.inf, 0.0
         sides[which] = 0.0
 
     def _events_of_frictions(self, block: int) -> np.ndarray:
@@ -100,6 +100,18 @@ class Instant:
     @property
     def _at_rest(self) -> np.ndarray:
         return np.concatenate([self.closed, self.stuck | self.resting])
+
+    def bands(self) -> np.ndarray:
+        """How far below zero each open gap and sliding speed counts as zero, nan for what is held.
+
+        One that begins to move from rest is not known better than to the tolerances of the run; what moves clearly
+        is known to round-off.
+        """
+        here = self._here()
+        widths = np.concatenate([self._gap_tolerances(here), self._speed_tolerances(here)[self.n_stops :]])
+        moving = np.abs(here.speeds) > self._speed_tolerances(here)
+        free = ~self._at_rest & ~np.concatenate([np.zeros(self.n_stops, dtype=bool), self._smooth])
+        return np.where(free, np.where(moving, 0.0, widths), np.nan)
 
     def write(self) -> None:
         """Write the settings into `p`."""
@@ -184,9 +196,12 @@ class Instant:
     def _gap_tolerances(self, here: LocalDynamics) -> np.ndarray:
         """How much of each gap the tolerances of the run leave open."""
         c, rows = self.arrays.control, np.abs(here.rows[: self.n_stops]).sum(axis=1)
-        own = rows * (c[at.ATOL] + c[at.RTOL] * self._size())
-        round_off = np.finfo(float).eps * rows * self._size()
-        return np.maximum(own, _SURELY_SEEN * round_off)
+        return np.maximum(rows * (c[at.ATOL] + c[at.RTOL] * self._size()), self._round_off(here))
+
+    def _round_off(self, here: LocalDynamics) -> np.ndarray:
+        """How large a gap may be and still be zero but for round-off."""
+        rows = np.abs(here.rows[: self.n_stops]).sum(axis=1)
+        return _SURELY_SEEN * np.finfo(float).eps * rows * self._size()
 
     def _speed_tolerances(self, here: LocalDynamics) -> np.ndarray:
         c, v = self.arrays.control, self.arrays.y[self.system.nq : self.system.nq + self.system.nv]

@@ -32,7 +32,8 @@ class Switching(Holding):
                 f"stop {self.names[i]!r} is violated at the start: its gap is {gaps[i]:.6g}; give a start at which it "
                 "is zero or more"
             )
-        self._decide(gaps <= self._gap_tolerances(self._here()), self.stuck)
+        here = self._here()
+        self._decide(gaps <= self._gap_tolerances(here), gaps <= self._round_off(here), self.stuck)
 
     def act(self, fired: np.ndarray) -> list[tuple[int, str]]:
         """Act on the stops and frictions whose events fired, and on all that they touch.
@@ -55,8 +56,9 @@ class Switching(Holding):
         were_held = self._at_rest
         gaps = self._watched()[0]
         here = self._here()
-        touching = self.closed | is_fired[: self.n_stops] | (gaps <= self._gap_tolerances(here))
-        self._decide(touching, self.stuck | (is_fired[self.n_stops :] & self._came_to_rest(here)))
+        struck = self.closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
+        near = struck | (gaps <= self._gap_tolerances(here))
+        self._decide(near, struck, self.stuck | (is_fired[self.n_stops :] & self._came_to_rest(here)))
         told = fired if len(fired) else np.flatnonzero(were_held != self._at_rest)
         return [(int(i), self._became(i, were_held[i])) for i in told]
 
@@ -105,10 +107,22 @@ class Switching(Holding):
         small = np.maximum(self._speed_tolerances(here)[self.n_stops :], _AT_REST * last)
         return ~self._coupled | (speeds <= small)
 
-    def _decide(self, touching: np.ndarray, slow: np.ndarray) -> None:
-        """Settle impacts, then what stays closed or sticks, and in which direction the rest slides."""
-        impacted = self._impact(touching)
+    def _decide(self, near: np.ndarray, struck: np.ndarray, slow: np.ndarray) -> None:
+        """Settle impacts, then what stays closed or sticks, and in which direction the rest slides.
+
+        Parameters
+        ----------
+        near : ndarray of bool
+            Stops whose gaps are zero within the tolerances of the run: they may stay closed.
+        struck : ndarray of bool
+            Those whose gaps are zero but for round-off. Others have impacts of their own, however soon.
+        slow : ndarray of bool
+            Frictions that may stick.
+        """
+        impacted = self._impact(struck)
         here = self._here()
+        closing = here.speeds[: self.n_stops] < -self._speed_tolerances(here)[: self.n_stops]
+        touching = near & (struck | ~closing)
         speeds = here.speeds[self.n_stops :]
         still = np.abs(speeds) <= self._speed_tolerances(here)[self.n_stops :]
         if not impacted:  # else rates have jumped, and what stuck may slide
@@ -117,7 +131,7 @@ class Switching(Holding):
         onward = np.where(led & still, self._led_onward(here), np.sign(speeds))
         still = still & ~self._smooth & ~led
         self.stuck, self.senses = np.zeros_like(self.stuck), np.where(still | self._smooth, 0.0, onward)
-        held = self._settle(touching, still & self._pressed(touching))
+        held = self._settle(touching, struck, still & self._pressed(touching))
         self.closed, self.stuck = held[: self.n_stops], held[self.n_stops :]
         nq, n = self.system.nq, self.system.nq + self.system.nv
         self.arrays.y[nq:n] += here.holding(held, here.speeds)

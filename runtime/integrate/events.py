@@ -1,4 +1,15 @@
-"""Find the first event in an accepted step and locate it to the last bit."""
+"""Find the first event in an accepted step and locate it to the last bit.
+
+The side of zero that an event function is on follows the motion *inside* the steps (`follow`): a function that leaves
+zero and comes back to it within a step was on that side, wherever the step ends. What is as good as zero (within BAND)
+has no side of its own. It keeps the one that it had, so that no crossing gets lost between the end of a step, an
+event of another function, and the start of the next step:
+
+* 1, -1: it is, or was last, clearly on this side.
+* 0.5, -0.5 (`layout.LEANING`): at zero, and known to leave it, or to have come to it, on this side. Coming clear on
+  the other one is a crossing at the start.
+* 0: at zero, and whichever side it comes clear on is no crossing.
+"""
 
 import math
 
@@ -7,7 +18,22 @@ import numpy as np
 from runtime.code.bridge import call_kernel
 from runtime.code.jitted import jitted
 from runtime.integrate.dense import evaluate_dense
-from runtime.integrate.layout import EVENT_INDEX, EVENTS, FIRED, FLOOR, N_CONTROL, N_SIZES, NE, NY, SIDE
+from runtime.integrate.layout import (
+    BAND,
+    EVENT_INDEX,
+    EVENTS,
+    FIRED,
+    FLOOR,
+    LOWEST,
+    N_CONTROL,
+    N_SIZES,
+    NE,
+    NY,
+    PASSED,
+    SIDE,
+    STEPS,
+    T_PASSED,
+)
 from runtime.integrate.projection import project_state
 
 # A step is looked at in Chebyshev points, dense at its ends, where a dip is not flanked by other points.
@@ -17,6 +43,8 @@ N_UNIFORM = 12
 N_EARLY = 12
 N_POINTS = N_EARLY + N_UNIFORM + 1
 REFINEMENTS = 24
+# From a step's ends, in parts of the interval next to it, to where the slope there is looked at.
+INWARDS = 1e-3
 CHEBYSHEV = tuple(0.5 * (1.0 - math.cos(math.pi * k / N_UNIFORM)) for k in range(N_UNIFORM + 1))
 GOLDEN = (3.0 - math.sqrt(5.0)) / 2.0
 EPS = float(np.finfo(float).eps)
@@ -78,10 +106,32 @@ def find_event(model, step, y1, buffer, scratch):
         roots[e] = first_root(e, n_points, thetas, table, model, step, y, buffer, g)
         first = min(first, roots[e])
     if first > 1.0:
-        last = table[(n_points - 1) * ne : n_points * ne]
-        update_sides(model, last)
+        look_again(n_points, thetas, table, model, step, y, buffer, g)
+        follow_sides(model, n_points, thetas, table, 2.0)
         return -1.0
-    return gather(first, roots, model, step, y, buffer, g)
+    return gather(first, roots, n_points, thetas, table, model, step, y, buffer, g)
+
+
+@jitted
+def look_again(n_points, thetas, table, model, step, y, buffer, g):
+    """Look at one more place, another in every step: count where a function has crossed zero between two samples."""
+    _, sizes, _, control, counters = model
+    ne = sizes[NE]
+    theta = (GOLDEN * (counters[STEPS] + 1.0)) % 1.0
+    k = 1
+    while thetas[k] < theta:
+        k += 1
+    event_values(theta, False, model, step, y, buffer, g)
+    for e in range(ne):
+        before, after = table[(k - 1) * ne + e], table[k * ne + e]
+        if g[e] * before < 0.0 and g[e] * after < 0.0:
+            band = control[N_CONTROL + BAND * ne + e]
+            if min(abs(g[e]), abs(before), abs(after)) > band:
+                control[N_CONTROL + PASSED * ne + e] += 1.0
+                control[N_CONTROL + T_PASSED * ne + e] = step[0] + theta * step[1]
+        # The end of a step.
+        lowest = N_CONTROL + LOWEST * ne + e
+        control[lowest] = min(control[lowest], table[(n_points - 1) * ne + e])
 
 
 @jitted
@@ -90,7 +140,7 @@ def scan_points(model, thetas):
     _, sizes, _, control, _ = model
     early = False
     for e in range(sizes[NE]):
-        early = early or control[N_CONTROL + SIDE * sizes[NE] + e] == 0.0
+        early = early or abs(control[N_CONTROL + SIDE * sizes[NE] + e]) < 1.0
     thetas[0] = 0.0
     n = 1
     if early:
@@ -111,26 +161,103 @@ def first_root(e, n_points, thetas, table, model, step, y, buffer, g):
     _, sizes, _, control, _ = model
     ne = sizes[NE]
     side = control[N_CONTROL + SIDE * ne + e]
-    floor = control[N_CONTROL + FLOOR * ne + e]
+    band = control[N_CONTROL + BAND * ne + e]
+    if abs(side) == 1.0:
+        root = first_dip(e, side, n_points, thetas, table, model, step, y, buffer, g)
+        if root <= 1.0:
+            return root
     for k in range(1, n_points):
         here = table[k * ne + e]
-        if side == 0.0:
-            if abs(here) > floor:
-                side = math.copysign(1.0, here)
-            continue
-        if side * here <= 0.0:
-            if wanted(sizes, e, side):
-                return locate(e, side, thetas[k - 1], thetas[k], model, step, y, buffer, g)
-            if here != 0.0:
-                side = -side
-        elif k + 1 < n_points and dips(side, table[(k - 1) * ne + e], here, table[(k + 1) * ne + e]):
-            low = dip(
-                e, side, thetas[k - 1], thetas[k], thetas[k + 1], side * here, model, step, y, buffer, g
-            )
-            if low >= 0.0 and wanted(sizes, e, side):
-                return locate(e, side, thetas[k - 1], low, model, step, y, buffer, g)
-            if low >= 0.0 and wanted(sizes, e, -side):
-                return locate(e, -side, low, thetas[k + 1], model, step, y, buffer, g)
+        if abs(side) == 1.0:
+            if side * here <= 0.0 and wanted(sizes, e, side):
+                root = locate(e, side, 0.0, thetas[k - 1], thetas[k], model, step, y, buffer, g)
+                if root <= 1.0 or side * table[(n_points - 1) * ne + e] <= 0.0:
+                    return min(root, 1.0)
+                return 2.0  # states on the constraints stay on its side up to the end
+            if side * here > 0.0 and k + 1 < n_points:
+                root = dip_at(e, k, side, thetas, table, model, step, y, buffer, g)
+                if root <= 1.0:
+                    return root
+        elif abs(here) > band and side * here < 0.0 and wanted(sizes, e, side):
+            was = math.copysign(1.0, side)
+            # At zero it may come and go within round-off: what counts is where it leaves that for good.
+            level = 0.0 if was * table[(k - 1) * ne + e] > 0.0 else -band
+            root = locate(e, was, level, thetas[k - 1], thetas[k], model, step, y, buffer, g)
+            if root <= 1.0 or was * table[(n_points - 1) * ne + e] <= band:
+                return min(root, 1.0)
+            return 2.0
+        side = follow(side, here, band)
+    if abs(side) == 1.0:
+        return last_dip(e, side, n_points, thetas, table, model, step, y, buffer, g)
+    return 2.0
+
+
+@jitted
+def follow(side, here, band):
+    """Return the side of a function that is at `here` now and was on `side` before, if it was not an event."""
+    if abs(side) == 1.0:
+        return -side if side * here < 0.0 else side
+    return math.copysign(1.0, here) if abs(here) > band else side
+
+
+@jitted
+def dip_at(e, k, side, thetas, table, model, step, y, buffer, g):
+    """Return the place just past a crossing that is hidden by a minimum of |g| near sample `k`, 2 if there is none."""
+    _, sizes, _, _, _ = model
+    ne = sizes[NE]
+    here = table[k * ne + e]
+    if not dips(side, table[(k - 1) * ne + e], here, table[(k + 1) * ne + e]):
+        return 2.0
+    left, middle, right = thetas[k - 1], thetas[k], thetas[k + 1]
+    low = dip(e, side, left, middle, right, side * here, model, step, y, buffer, g)
+    return dip_root(e, side, left, low, right, model, step, y, buffer, g)
+
+
+@jitted
+def first_dip(e, side, n_points, thetas, table, model, step, y, buffer, g):
+    """Return the same for a minimum between the start of a step and its first sample."""
+    _, sizes, _, _, _ = model
+    here, after = side * table[e], side * table[sizes[NE] + e]
+    if not (0.0 < here <= after and here <= 0.5 * max(after, side * table[2 * sizes[NE] + e])):
+        return 2.0
+    theta = INWARDS * thetas[1]
+    return dip_inwards(e, side, 0.0, theta, thetas[1], here, model, step, y, buffer, g)
+
+
+@jitted
+def last_dip(e, side, n_points, thetas, table, model, step, y, buffer, g):
+    """Return the same for a minimum between the last sample of a step and its end."""
+    _, sizes, _, _, _ = model
+    ne = sizes[NE]
+    before, here = side * table[(n_points - 2) * ne + e], side * table[(n_points - 1) * ne + e]
+    if not (0.0 < here <= before and here <= 0.5 * max(before, side * table[(n_points - 3) * ne + e])):
+        return 2.0
+    left = thetas[n_points - 2]
+    theta = 1.0 - INWARDS * (1.0 - left)
+    return dip_inwards(e, side, left, theta, 1.0, here, model, step, y, buffer, g)
+
+
+@jitted
+def dip_inwards(e, side, left, middle, right, end, model, step, y, buffer, g):
+    """Return the same between `left` and `right`, if |g| at `middle` is below its value at the `end` nearby."""
+    event_values(middle, False, model, step, y, buffer, g)
+    lowest = side * g[e]
+    if not lowest < end:
+        return 2.0
+    low = middle if lowest < 0.0 else dip(e, side, left, middle, right, lowest, model, step, y, buffer, g)
+    return dip_root(e, side, left, low, right, model, step, y, buffer, g)
+
+
+@jitted
+def dip_root(e, side, left, low, right, model, step, y, buffer, g):
+    """Return the place just past the crossing that event `e` waits for, next to a place `low` beyond zero; 2: none."""
+    _, sizes, _, _, _ = model
+    if low < 0.0:
+        return 2.0
+    if wanted(sizes, e, side):
+        return locate(e, side, 0.0, left, low, model, step, y, buffer, g)
+    if wanted(sizes, e, -side):
+        return locate(e, -side, 0.0, low, right, model, step, y, buffer, g)
     return 2.0
 
 
@@ -173,12 +300,17 @@ def dip(e, side, left, middle, right, lowest, model, step, y, buffer, g):
 
 
 @jitted
-def locate(e, side, before, past, model, step, y, buffer, g):
-    """Bisect a crossing of event `e` until its time has no more digits; returns the place just past it."""
+def locate(e, side, level, before, past, model, step, y, buffer, g):
+    """Bisect where side * g of event `e` falls to `level`; returns the place just past it, 2 if there is none.
+
+    The state is left on the constraints.
+    """
     t0, h = step[0], step[1]
     # States on the constraints may cross a little sooner or later than their interpolant.
     event_values(past, True, model, step, y, buffer, g)
-    while side * g[e] > 0.0 and past < 1.0:
+    while side * g[e] > level:
+        if past >= 1.0:
+            return 2.0
         before, past = past, min(1.0, past + 1e-3)
         event_values(past, True, model, step, y, buffer, g)
     while True:
@@ -186,14 +318,14 @@ def locate(e, side, before, past, model, step, y, buffer, g):
         if t0 + middle * h in (t0 + before * h, t0 + past * h) or middle in (before, past):
             return past
         event_values(middle, True, model, step, y, buffer, g)
-        if side * g[e] > 0.0:
+        if side * g[e] > level:
             before = middle
         else:
             past = middle
 
 
 @jitted
-def gather(first, roots, model, step, y, buffer, g):
+def gather(first, roots, n_points, thetas, table, model, step, y, buffer, g):
     """Mark all events of the instant `first`; leave the state just past them in `y`, and return their place."""
     _, sizes, _, control, counters = model
     ne = sizes[NE]
@@ -209,23 +341,26 @@ def gather(first, roots, model, step, y, buffer, g):
         control[N_CONTROL + FIRED * ne + e] = 1.0 if fired else 0.0
         if fired:
             last = max(last, roots[e])
+    follow_sides(model, n_points, thetas, table, last)
     event_values(last, True, model, step, y, buffer, g)
-    update_sides(model, g)
     for e in range(ne - 1, -1, -1):
+        side = N_CONTROL + SIDE * ne + e
         if control[N_CONTROL + FIRED * ne + e] == 1.0:
             counters[EVENT_INDEX] = e
-            control[N_CONTROL + SIDE * ne + e] = 0.0
+            control[side] = 0.0
+        elif roots[e] > 1.0:  # else it is on the side that it is about to leave
+            control[side] = follow(control[side], g[e], control[N_CONTROL + BAND * ne + e])
     return last
 
 
 @jitted
-def update_sides(model, g):
-    """Note on which side of zero every event function is; one that has not left zero stays undecided."""
+def follow_sides(model, n_points, thetas, table, end):
+    """Take the sides of all event functions along, over the samples before place `end`."""
     _, sizes, _, control, _ = model
     ne = sizes[NE]
     for e in range(ne):
-        side = N_CONTROL + SIDE * ne + e
-        if control[side] != 0.0 and g[e] != 0.0:
-            control[side] = math.copysign(1.0, g[e])
-        elif abs(g[e]) > control[N_CONTROL + FLOOR * ne + e]:
-            control[side] = math.copysign(1.0, g[e])
+        side, band = control[N_CONTROL + SIDE * ne + e], control[N_CONTROL + BAND * ne + e]
+        for k in range(1, n_points):
+            if thetas[k] < end:
+                side = follow(side, table[k * ne + e], band)
+        control[N_CONTROL + SIDE * ne + e] = side

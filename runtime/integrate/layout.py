@@ -21,11 +21,16 @@ MAX_RESIDUAL, MIN_PIVOT_RATIO, T_EVENT, H_LAST, T_GRID = range(10, 15)
 ENERGY_LEVEL, ENERGY_STEP, ENERGY_TAKEN, MOST_ENERGY_TAKEN = range(15, 19)
 # Energy scaling: the energy kept, what the last step took of it, the sum of that, the largest magnitude of the sum.
 N_CONTROL = 20
-# control[N_CONTROL + SIDE * NE + e]: sign of event function e before the step, 0 while it has not left zero yet;
+# control[N_CONTROL + SIDE * NE + e]: side of zero of event function e before the step, 0 while it has not left
+# zero yet, ±LEANING while it is at zero but belongs to a side (see `events.py`);
 # ... FIRED: 1 where event e fired in the step that returned EVENT (several may, at one instant);
-# ... FLOOR: |g| of event e at or below this is round-off.
-SIDE, FIRED, FLOOR = range(3)
-N_EVENT_BLOCKS = 3
+# ... FLOOR: |g| of event e at or below this is round-off;
+# ... BAND: |g| beyond which a function that is at zero has left it;
+# ... LOWEST: the least g at the ends of steps;
+# ... PASSED, T_PASSED: how many steps crossed zero and came back unseen, as a look at a random place shows, and where.
+SIDE, FIRED, FLOOR, BAND, LOWEST, PASSED, T_PASSED = range(7)
+LEANING = 0.5
+N_EVENT_BLOCKS = 7
 
 # Counters (int64).
 STEPS, REJECTED, RHS_CALLS, JACOBIANS, FACTORISATIONS, NEWTON_ITERATIONS, PROJECTIONS = range(7)

@@ -169,11 +169,11 @@ def _model_checks(system: System, recording: Recording, intervals: int, seed: in
 
 
 def _health(solution: Solution) -> list[Check]:
-    """Return the run's own checks of energy, constraints and quaternions, made again with what was computed again."""
+    """Return the run's own checks of energy, stops, constraints and quaternions, with what was computed again."""
     again = [
         check
         for check in solution.health
-        if check.check in ("energy", "quaternions") or check.check.startswith("constraint ")
+        if check.check in ("energy", "stops", "quaternions") or check.check.startswith("constraint ")
     ]
     return [Check(check.check, bool(check.ok), check.value, check.limit, check.says) for check in again]
 

@@ -52,7 +52,10 @@ class Joined:
         self.form_at_frames = np.zeros(n, dtype=int)
         self.samples: list[tuple[float, np.ndarray, float, int]] = []
         self.last: tuple[float, np.ndarray] | None = None
-        self.actions = SimpleNamespace(log=[], energy_of_resets=0.0)
+        self.actions = SimpleNamespace(
+            log=[], energy_of_resets=0.0, note_gaps=lambda: None, lowest_gaps=np.zeros(0),
+            passed_by=lambda: [entry for x in found for entry in x.run.actions.passed_by()],
+        )  # fmt: skip
         self.step_log: Any = None
         self.status, self.message = "success", ""
         self.n_frames = 0
