@@ -110,8 +110,8 @@ class Case:
         Of the events, in order.
     end : tuple of float
         x and v at the end.
-    sharp : bool
-        Whether a tolerance of `slack` in x cannot change what happens.
+    margin : float
+        How far x would have to be off for something else to happen.
     """
 
     kind: str
@@ -124,7 +124,7 @@ class Case:
     at: tuple[float, ...] = ()
     times: list[float] = field(default_factory=list)
     end: tuple[float, float] | None = None
-    sharp: bool = True
+    margin: float = math.inf
     slowest: float = math.inf  # impact
 
 
@@ -187,7 +187,7 @@ def note(case: Case) -> None:
         else case.x + case.v**2 / (2 * path.a)
     )
     extremes = (top, -top) if case.motion == "sine" else (top,)
-    case.sharp = min(abs(level - place) for place in (*extremes, case.x)) > 1e-5 * max(1.0, top)
+    case.margin = min(abs(level - place) for place in (*extremes, case.x)) / max(1.0, top)
     if case.kind == "terminate" and case.times:
         case.times = case.times[:1]
         case.end = path.at(case.times[0])
@@ -216,7 +216,7 @@ def strike(case: Case) -> None:
         case.times.append(t)
         path = Motion(case.motion, p["a"], wall, -p["e"] * v)
         if abs(path.v) < 1e-3:  # as good as at rest, or about to fall through a reset
-            case.sharp = case.sharp and case.kind != "reset"
+            case.margin = 0.0 if case.kind == "reset" else case.margin
             stays = case.kind == "stop" and (case.motion == "parabola" or wall > 0.0)
             case.end = (wall, 0.0) if stays and p["e"] == 0.0 else None
             case.t_end = case.t_end if stays and p["e"] == 0.0 else t + 1e-3 * path.turns()
@@ -228,7 +228,7 @@ def strike(case: Case) -> None:
     case.end = path.at(case.t_end - t)
     if case.motion == "sine":
         size = math.hypot(path.x, path.v / math.sqrt(path.a))
-        case.sharp = case.sharp and all(abs(size - abs(wall)) > 1e-5 for wall in walls)
+        case.margin = min([case.margin, *(abs(size - abs(wall)) for wall in walls)])
 
 
 def into(path: Motion, s: float, wall: float, p: dict[str, float]) -> bool:
@@ -262,7 +262,7 @@ def rub(case: Case) -> None:
         x, v = path.at(s)[0], 0.0
         case.times.append(t)
         still = abs(abs(a if case.motion == "parabola" else a * x) - level)
-        case.sharp = case.sharp and still > 1e-4 * level
+        case.margin = min(case.margin, 0.1 * still / level)
     case.t_end, case.end = t + 1e-3, None
 
 
@@ -305,12 +305,12 @@ def differs(case: Case, method: str, run) -> str:
         depth = p["level"] - float(run.q.min())
         if case.kind == "reset" and run.status == "zeno":
             return "" if depth <= 1e-6 else f"is {depth:.3g} below the level"
-        falls = case.kind == "reset" and (p["e"] == 0.0 or not case.sharp)
+        falls = case.kind == "reset" and (p["e"] == 0.0 or case.margin == 0.0)
         if depth > 1e-6 and not falls:
             return f"is {depth:.3g} below the level"
         if case.kind == "limit" and float(run.q.max()) - p["upper"] > 1e-6:
             return "is above the upper limit"
-    if METHODS[method].order < 2 or not case.sharp:
+    if METHODS[method].order < 2 or case.margin < off:
         return ""
     names = ("impact",) if case.kind in ("stop", "limit") else ()
     times = [event.t for event in run.events if not names or event.action in names]

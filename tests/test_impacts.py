@@ -1,0 +1,85 @@
+"""Events between restarts and ends of steps, gaps above zero, blows passed on: see tests/stress/impacts.py."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from runtime.checks.stops import stops
+from symgen import Model
+from tests.stress.impacts import KINDS, try_many
+from tests.stress.scenario import FLAGGED, RIGHT
+
+G = 9.81
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau5", "bdf", "rk4", "gauss6"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_events_fire_where_formulas_say(kind, method):
+    counts = try_many(kind, method, 8, seed=3)
+    assert counts[RIGHT] >= 7 and counts[RIGHT] + counts[FLAGGED] == 8
+
+
+@pytest.fixture(scope="module")
+def ball():
+    m = Model("bouncer", gravity=(0, "-9.81 m/s^2"))
+    y = m.coordinate("y", unit="m", start=1.0)
+    m.body("ball", mass=1.0, com=(0, y))
+    m.stop("floor", y, m.parameter("e", 1.0))
+    return m.derive()
+
+
+def test_a_ball_is_caught_at_every_height(ball):
+    """The step after an impact doubles the flight's length, to within round-off of the next impact."""
+    for height in np.random.default_rng(5).uniform(0.1, 3.0, size=40):
+        flight = np.sqrt(8.0 * height / G)
+        run = ball.run(t_end=10.2 * flight, start={"y": height}, method="taylor")
+        assert run.ok
+        np.testing.assert_allclose(
+            [event.t for event in run.events], flight * (np.arange(10) + 0.5), rtol=1e-9
+        )
+
+
+def test_a_gap_below_zero_is_an_objection(ball):
+    run = ball.run(t_end=1.0, method="dop853")
+    assert stops(run).ok
+    q = run.q.copy()
+    q[10, 0] = -1e-3
+    found = stops(dataclasses.replace(run, q=q))
+    assert not found.ok and "'floor'" in found.says and found.value == pytest.approx(1e-3)
+    found = stops(dataclasses.replace(run, lowest_gaps=np.array([-0.5])))
+    assert not found.ok and found.value == 0.5
+
+
+def balls(gap: float, n: int = 5) -> Model:
+    m = Model("row")
+    x = [m.coordinate(f"x{k}", start=k * (1.0 + gap), rate=1.0 if k == 0 else 0.0) for k in range(n)]
+    for k in range(n):
+        m.body(f"b{k}", mass=1.0, com=(x[k], 0))
+    for k in range(n - 1):
+        m.stop(f"s{k}", x[k + 1] - x[k] - 1.0, 1.0)
+    return m
+
+
+@pytest.mark.parametrize("gap", [1e-3, 1e-9, 1e-12])
+def test_balls_pass_a_blow_on_however_near_they_are(gap):
+    run = balls(gap).derive().run(t_end=1.0, method="dop853")
+    assert run.ok and [event.name for event in run.events] == ["s0", "s1", "s2", "s3"]
+    np.testing.assert_allclose(run.v[-1], [0, 0, 0, 0, 1], atol=1e-9)
+
+
+def test_a_stack_that_falls_with_gaps_of_a_nanometre_knocks_ball_by_ball():
+    m = Model("stack", gravity=(0, -G))
+    y = [m.coordinate(f"y{k}", start=1.0 + k * 1e-9) for k in range(2)]
+    for k, mass in enumerate((3.0, 1.0)):
+        m.body(f"b{k}", mass=mass, com=(0, y[k]))
+    m.stop("floor", y[0], 1.0)
+    m.stop("between", y[1] - y[0], 1.0)
+    run = m.derive().run(t_end=0.46, method="dop853")
+    assert run.ok and [event.name for event in run.events][:2] == ["floor", "between"]
+    # The heavy one meets the light one head on, and gives it twice its speed.
+    speed = np.sqrt(2.0 * G) * np.array([0.0, 2.0])
+    late = G * (run.t[-1] - np.sqrt(2.0 / G))
+    np.testing.assert_allclose(run.v[-1], speed - late, atol=1e-6)
