@@ -42,17 +42,22 @@ def evaluate(
     return _rows(kernel.prepared_address, kernel.out_size, system.prepared(p), times, states)
 
 
-def accelerations_and_multipliers(
-    system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return accelerations, shape (n, nv), and multipliers, shape (n, m), also where constraints are redundant."""
+def right_hand_sides(system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Return rows of `rhs`, shape (n, n_row), also where constraints are redundant."""
     if system.m:
         from runtime.constraints.kkt import robust_rhs_address
 
         address, _keep = robust_rhs_address(system)
     else:
         address = system.kernel("rhs").prepared_address
-    rows = _rows(address, system.n_row, system.prepared(p), times, states)
+    return _rows(address, system.n_row, system.prepared(p), times, states)
+
+
+def accelerations_and_multipliers(
+    system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return accelerations, shape (n, nv), and multipliers, shape (n, m), also where constraints are redundant."""
+    rows = right_hand_sides(system, p, times, states)
     return rows[:, system.nq : system.nq + system.nv], rows[:, system.ny : system.ny + system.m]
 
 

@@ -51,6 +51,18 @@ class Positions:
             moved[i : i + 4] = _turned(q[i : i + 4], step[j : j + 3])
         return moved
 
+    def derivatives(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return dq/dt = N v, shape (..., nq): v itself, and of quaternions half of their product with (0, ω)."""
+        if not self.turns:
+            return v
+        result = np.zeros_like(q)
+        result[..., self.plain_q] = v[..., self.plain_v]
+        for i, j in self.turns:
+            scalar, vector, omega = q[..., i : i + 1], q[..., i + 1 : i + 4], v[..., j : j + 3]
+            result[..., i] = -0.5 * (vector * omega).sum(axis=-1)
+            result[..., i + 1 : i + 4] = 0.5 * (scalar * omega + np.cross(vector, omega))
+        return result
+
     def lengths(self, q: np.ndarray) -> np.ndarray:
         """Return the lengths of the quaternions, shape (..., number of them), of coordinates of shape (..., nq)."""
         parts = [np.linalg.norm(q[..., i : i + 4], axis=-1) for i, _ in self.turns]

@@ -49,6 +49,8 @@ def check(solution: Solution) -> list[HealthCheck]:
 
     * energy: adaptive methods 1e4 rtol, at least 1e-6 and at most 1e-2; methods of fixed step 1e-2, at
       order 1 2e-2. The error is that of T + V - work, in parts of what the motion exchanges.
+    * equations: what `rhs` leaves of M a - f - Gᵀλ, G a - γ (as `residual` has them) and dq/dt - N v at five
+      states, 1e-8 of their terms; other functions that the run used likewise.
     * constraints: adaptive methods 100 rtol, at least 1e-8 and at most 1e-4; of fixed step 1e-6; in parts of
       the constraint's change over the coordinates' characteristic sizes, or of its largest velocity term.
     * quaternions: their lengths 1e-12 from 1, as every state is scaled to that.
@@ -79,6 +81,9 @@ def check(solution: Solution) -> list[HealthCheck]:
         found += [*_constraints(solution, method), *_rank(solution), *branches(solution)]
     if solution.system.quaternions:
         found.append(_quaternions(solution))
+    from runtime.checks.equations import equations
+
+    found += equations(solution)
     found += _steps(solution) if method.adaptive else _resolution(solution, method)
     return _with_evidence(found + list(_further(solution, method, found)))
 
