@@ -28,8 +28,11 @@ def accuracy(solution: Solution) -> Iterator[HealthCheck]:
     solution : Solution
         With a regular end.
     """
-    if _applies(solution):
-        yield _entry(solution, estimate(solution, max(_SHARE * operations_of_run(solution), _CHEAP)))
+    if not _applies(solution):
+        return
+    found = estimate(solution, max(_SHARE * operations_of_run(solution), _CHEAP))
+    if found is not None:
+        yield _entry(solution, found)
 
 
 def _applies(solution: Solution) -> bool:

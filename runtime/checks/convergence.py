@@ -152,6 +152,9 @@ def study(system: System, arguments: Mapping[str, Any]) -> Convergence:
     errors = coordinate_errors(system, compared, _TIGHTENING if method.adaptive else 2.0)
     growth = horizon(compared)
     ok, says = verdict(compared, growth, errors, first.rtol, None if method.adaptive else method.order)
+    if ok and (objections := runs[asked].objections):
+        # What is wrong with all of them alike does not show in their differences.
+        ok, says = False, f"not to be trusted: {objections[0].check}: {objections[0].says}"
     return Convergence(
         *head, levels, asked, errors, momenta(runs, compared), compared, growth, ok=ok, says=says
     )

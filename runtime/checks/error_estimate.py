@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 LARGEST_ERROR = 0.05  # of what a coordinate or rate does
 LEAST_FRAMES = 8
+_LEAST_FOLLOWED, _FINER_STEPS = 3, 2.0  # frames, and how many steps of a companion for one of the run
 _MOST_FRAMES, _MOST_NUMBERS = 4000, 400_000  # that are compared
 _LOST = 0.5  # of a range: from there on a companion tells nothing more
 _LOST_FRAMES = 3  # in a row
@@ -69,8 +70,8 @@ class ErrorEstimate:
         return float(self.t[max(beyond[0] - 1, 0)] if beyond.size else self.t[-1])
 
 
-def estimate(solution: Solution, operations: float) -> ErrorEstimate:
-    """Return the estimated error of a run.
+def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
+    """Return the estimated error of a run; None where no companion gets anywhere.
 
     Parameters
     ----------
@@ -96,6 +97,8 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate:
             found, companion = again, other
     if found.known:
         return found
+    if len(found.t) < _LEAST_FOLLOWED:
+        return None
     return _extrapolated(solution, found, beside.follow(companion, operations, _MIDDLE))
 
 
@@ -126,7 +129,8 @@ class _Beside:
         """Return what a companion says that begins at some part of the run."""
         first = int(place * (len(self._t) - 1))
         t, states = self._t[first:], self._states[first:]
-        most = int(operations / operations_per_step(self._solution, companion.method))
+        least = _LEAST_FOLLOWED * _FINER_STEPS * self._solution.stats["steps"] / len(self._t)
+        most = int(max(operations / operations_per_step(self._solution, companion.method), least))
         found = follow(
             self._solution, companion, t, states[0], most, lambda seen: self._is_lost(seen, states)
         )

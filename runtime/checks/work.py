@@ -17,7 +17,11 @@ _STAGES = {"dop853": 12.0}
 
 def operations_of_run(solution: Solution) -> float:
     """Return about how many operations a run took."""
-    return solution.stats["steps"] * operations_per_step(solution, find_method(solution.method))
+    in_all = solution.stats["steps"] * operations_per_step(solution, find_method(solution.method))
+    if solution.parts is None:
+        return in_all
+    # The steps are those of all subsystems, each of a part of the equations.
+    return in_all / sum(len(kind["coordinates"]) for kind in solution.system.subsystems)
 
 
 def operations_per_step(solution: Solution, method: Method) -> float:

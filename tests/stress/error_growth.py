@@ -38,6 +38,9 @@ _AGREE = 3e-3  # up to there two references know the motion
 _MOST_STEPS = 150_000
 _LEAST_RANGE = 1e-8  # of the largest coordinate: what moves less is at rest
 FALSE = "right but flagged"
+_STIFF = (("radau13", 1e-13), ("taylor", 1e-14))
+_WITH_EVENTS = (("radau13", 1e-13), ("dop853", 1e-13))
+_PLAIN = (("radau13", 1e-13), ("dop853", 1e-14))
 
 
 @dataclass(frozen=True)
@@ -226,22 +229,47 @@ def _chain(rng):
 
 def _bounces(rng):
     given = {"start": {"y": rng.uniform(0.3, 2.0)}, "parameters": {"e": 1.0}}
-    return Draw(bundled("bouncing_ball"), (2.0, 10.0, 60.0), given, (("radau13", 1e-13), ("dop853", 1e-13)))
+    return Draw(bundled("bouncing_ball"), (2.0, 10.0, 60.0), given, _WITH_EVENTS)
 
 
 def _stick_slip(rng):
     given = {"rate": {"x": rng.uniform(-0.5, 0.3)}}
-    return Draw(bundled("stick_slip"), (3.0, 10.0, 40.0), given, (("radau13", 1e-13), ("dop853", 1e-13)))
+    return Draw(bundled("stick_slip"), (3.0, 10.0, 40.0), given, _WITH_EVENTS)
 
 
 def _two_scenes(rng):
     return Draw(two_scenes(), (5.0, 20.0, 80.0), {"start": {name: rng.uniform(0.2, 2.0) for name in "abc"}})
 
 
+def _default(name: str, references=Draw.references, spread: float = 0.1) -> Callable[..., Draw]:
+    """Return draws of a bundled model: its own times, half and three times as long; starts nearby."""
+
+    def draw(rng):
+        system = bundled(name)
+        t_end = system.run_defaults["t_end"]
+        free = [c for c in system.coordinates if c["enforced"] and not system.quaternions and not system.m]
+        start = {
+            c["name"]: c["value"] + float(rng.normal(0.0, spread * (abs(c["value"]) + 0.1))) for c in free
+        }
+        return Draw(system, (0.5 * t_end, t_end, 3.0 * t_end), {"start": start}, references)
+
+    draw.__name__ = name
+    return draw
+
+
+def _solar_system(rng):
+    return Draw(bundled("outer_solar_system"), (1e4, 1e5, 3e5))
+
+
 FAMILY: tuple[Callable[[np.random.Generator], Draw], ...] = (
     _pendulum, _double_pendulum, _saddle, _kepler, _henon_heiles, _tiny, _duffing, _free_body, _slider_crank,
     _four_bar, _pendulum_dae, _cartesian, _top, _spring_pendulum, _rolling_disc, _chain, _bounces, _stick_slip,
-    _two_scenes,
+    _two_scenes, _solar_system,
+    *(_default(name) for name in ("spinning_top", "andrews_squeezer", "bricard", "stiff_spring_pendulum", "cart_pole")),
+    *(_default(name) for name in ("pendulum_linear", "stewart_platform", "bicycle")),
+    *(_default(name, _STIFF) for name in ("car_axis", "quarter_car", "damped_spring_pendulum", "rough_road")),
+    _default("stiff_bushing_pendulum", _STIFF), _default("door_stop", _WITH_EVENTS),
+    *(_default(name, _PLAIN) for name in ("seven_dof_arm", "n_pendulum", "spring_chain")),
 )  # fmt: skip
 
 

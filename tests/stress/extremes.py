@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from runtime.checks.error_estimate import LARGEST_ERROR
 from runtime.integrate.methods import METHODS
 
 from .judging import attempt, demand, end_error, flag, judge
@@ -88,7 +89,7 @@ def scaled(length: float, seconds: float, method: str) -> Outcome:
 def step_of(step: float, method: str) -> Outcome:
     """A given step far below or above what the run can use: refused, flagged, or cut to the length of the run."""
     run = attempt(point("steps", "-x"), 1.0, method=method, step=step, max_steps=1000)
-    outcome = judge(run, lambda s: abs(s.q[-1, 0] - math.cos(1.0)), 1e-3)
+    outcome = judge(run, lambda s: abs(s.q[-1, 0] - math.cos(1.0)), LARGEST_ERROR)
     return demand(outcome, (RIGHT, REFUSED, FLAGGED), "step|energy|converge|infinite")
 
 
