@@ -28,7 +28,7 @@ from symgen import Model, cos, dot, sin, sqrt, t
 
 from .judging import attempt
 from .models import bundled, made
-from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario
+from .scenario import DOUBTED, FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario
 
 N_CASES = 600
 _RTOLS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -363,10 +363,9 @@ def case(seed: int, index: int) -> Outcome:
         f"{key} {row[key]}" for key in ("model", "used", "t_end", "error", "estimate") if key in row
     )
     verdict = row["verdict"]
-    if verdict == FALSE and "accuracy" not in row["flags"]:
-        verdict = FLAGGED
-    known = (RIGHT, REFUSED, WRONG)
-    return Outcome(WRONG if verdict == FALSE else verdict if verdict in known else FLAGGED, says)
+    if verdict == FALSE:
+        return Outcome(WRONG if "accuracy" in row["flags"] else DOUBTED, says)
+    return Outcome(FLAGGED if verdict == "failed" else verdict, says)
 
 
 def scenarios() -> Iterator[Scenario]:
