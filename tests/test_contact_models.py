@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import itertools
 import json
+from fractions import Fraction
 from types import SimpleNamespace
 
 import numpy as np
@@ -184,33 +185,49 @@ def test_an_open_stop_is_no_singular_configuration(mixed):
     np.testing.assert_allclose(out[:2], [0.1, 0.0], atol=1e-15)
 
 
+def _solved(matrix, right):
+    """The solution of a regular system of fractions, by elimination."""
+    rows = [[*row, b] for row, b in zip(matrix, right, strict=True)]
+    for k in range(len(rows)):
+        pivot = next(i for i in range(k, len(rows)) if rows[i][k])
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        for i in range(len(rows)):
+            if i != k:
+                rows[i] = [x - rows[i][k] * y for x, y in zip(rows[i], rows[k], strict=True)]
+    return [row[-1] for row in rows]
+
+
 def _by_enumeration(matrix, q):
-    """All solutions with a regular basis."""
+    """All solutions, in fractions: exact whatever the condition, with any library for linear algebra."""
+    matrix, q = [[Fraction(x) for x in row] for row in matrix], [Fraction(x) for x in q]
     n, found = len(q), []
     for active in itertools.product((False, True), repeat=n):
-        active = np.array(active)
-        z = np.zeros(n)
-        if active.any():
-            block = matrix[np.ix_(active, active)]
-            if abs(np.linalg.det(block)) < 1e-12:
-                continue
-            z[active] = np.linalg.solve(block, -q[active])
-        if (z >= -1e-12).all() and (matrix @ z + q >= -1e-12).all():
-            found.append(z)
+        on = [k for k in range(n) if active[k]]
+        z = [Fraction(0)] * n
+        for k, x in zip(
+            on, _solved([[matrix[i][j] for j in on] for i in on], [-q[i] for i in on]), strict=True
+        ):
+            z[k] = x
+        w = [sum(a * b for a, b in zip(row, z, strict=True)) + c for row, c in zip(matrix, q, strict=True)]
+        if min(z) >= 0 and min(w) >= 0:
+            found.append(np.array(z, dtype=float))
     return found
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_complementarity_agrees_with_enumeration(seed):
+    """To the digits that the condition of the scaled matrix leaves; at seed 12 it is 1e10 before scaling."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 6))
     rows = random.normal(size=(n, n)) * 10.0 ** random.uniform(-3, 3, size=(n, 1))
     matrix, q = rows @ rows.T, random.normal(size=n) * np.sqrt(np.diag(rows @ rows.T))
-    z = lemke(matrix, q)
-    assert len(_by_enumeration(matrix, q)) == 1
-    np.testing.assert_allclose(
-        z, _by_enumeration(matrix, q)[0], rtol=1e-6, atol=1e-9 * np.abs(z).max(initial=0.0)
-    )
+    (exact,) = _by_enumeration(matrix, q)
+    scale = np.sqrt(np.diag(matrix))
+    condition = np.linalg.cond(matrix / np.outer(scale, scale))
+    tolerance = 100.0 * np.finfo(float).eps * condition * np.abs(exact * scale).max()
+    assert condition < 1e7
+    np.testing.assert_allclose(lemke(matrix, q) * scale, exact * scale, rtol=0.0, atol=tolerance)
 
 
 def test_dependent_rows_and_bounds():
