@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import runtime
 from runtime.code.dataflow import follow
 from runtime.code.grammar import FunctionText, Lengths
 from runtime.errors import ModuleError
 from runtime.module import read_module
-from symgen import link
+from symgen import Model, cos, dot, link, sin
 from symgen.derive.rolling import clusters
 from symgen.derive.scenes.subsystems import derive
 from symgen.emit import function as function_text
@@ -171,3 +172,20 @@ def test_long_chains_move():
     M = system.kernel("mass_matrix")(0.0, y, p).reshape(80, 80)
     expected = np.linalg.solve(M, system.kernel("forces")(0.0, y, p))
     assert system.kernel("rhs")(0.0, y, p)[80:] == pytest.approx(expected, rel=1e-9)
+
+
+def test_sums_of_hundreds_are_written_flat():
+    """Python reads no more than 200 parentheses in each other; `derive` writes nothing that it cannot read."""
+    model = Model("heap")
+    masses = model.parameters(**{f"m{k}": 1.0 + k for k in range(600)})
+    x = model.coordinate("x", start=0.1)
+    model.kinetic(sum(masses) * dot(x) ** 2 / 2)
+    model.potential(sum(sin(k * x + m) * m for k, m in enumerate(masses)) - sum(cos(m) for m in masses) * x)
+    text = link.derive_text(model).text
+    compile(text, "heap.py", "exec")
+    system = read_module(text)
+    assert system.header["hoisted"]["mass_matrix"] < 20
+    out = runtime.load(text).kernel("mass_matrix")(0.0, [0.1, 0.0], np.arange(1.0, 601.0))
+    assert out[0] == pytest.approx(600 * 601 / 2, rel=1e-14)
+    with pytest.raises(ModuleError, match="more than 150 parentheses"):
+        body(f"out[0] = {'(1.0 + ' * 160}y[0]{')' * 160}", n=1)

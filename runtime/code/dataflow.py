@@ -17,6 +17,8 @@ from runtime.code.grammar import ARGUMENTS, MATH_FUNCTIONS, FunctionText
 from runtime.module import SOLVERS
 
 LARGEST = 1 << 28  # values of a local array, passes of a loop
+DEEPEST = 150  # parentheses in each other; Python reads 200
+_LONG = 2 * DEEPEST  # characters, of an expression that may have as many
 _STATEMENT = re.compile(r"( {4}| {8})([A-Za-z_]\w*)(?:\[([\w +*]+(?:\[k\])?)\])? = ([\w .+\-*/()<=,\[\]]+)")
 _LOOP = re.compile(r" {4}for k in range\((\d{1,15})\):")
 _CALL = re.compile(r"( {4}| {8})(\w+)\(([\w, ]*)\)")
@@ -165,6 +167,8 @@ class _Pass:
         if not self.known.issuperset(_NAME.findall(value)):
             unknown = [name for name in _NAME.findall(value) if name not in self.known]
             self.refuse(f"{unknown[0]!r} is read before it is computed")
+        if len(value) > _LONG and _depth(value) > DEEPEST:
+            self.refuse(f"an expression has more than {DEEPEST} parentheses in each other")
         if "[" not in value:
             return []
         return [found for found in _ELEMENT.findall(value) if found[0] not in ("y", "p")]
@@ -300,3 +304,9 @@ class _Pass:
         if found is not None and found[2] in before and found[3] is not None:
             self.refuse(f"{found[2]!r} is written in a loop that has arrays of its own")
         self._statement(line)
+
+
+def _depth(text: str) -> int:
+    """How many parentheses are open at once."""
+    steps = np.array([(c == "(") - (c == ")") for c in text if c in "()"])
+    return int(np.cumsum(steps).max(initial=0))

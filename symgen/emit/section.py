@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from .function import FunctionText
 
 LONGEST_INLINE = 60  # characters of an expression that is written where it is used instead of getting a name
+# The same of one that follows from parameters: sums of hundreds would nest deeper than Python reads.
+LONGEST_HOISTED = 400
 SHORTEST_COPY_LOOP = 8  # entries of the state that a reset leaves as they are
 VECTORS = {Q: "q", V: "v", A: "v", LAM: "c", PARAM: "parameters", INPUT: "inputs"}
 
@@ -156,7 +158,7 @@ class Section:
         text, strength = self._expression(op, args)
         level = self.levels[node]
         if level < hoist.MOTION:
-            if self.uses[node] > 1 or node in self.needed:
+            if self.uses[node] > 1 or node in self.needed or len(text) > LONGEST_HOISTED:
                 text, strength = self._hoist(text, level), _ATOM
         elif self.uses[node] > 1 or len(text) > LONGEST_INLINE or self._is_compared(node):
             name = self.whole.new_name("x")
