@@ -76,6 +76,7 @@ MODEL = {
         "poses": 17,
         "shapes": 0,
         "marks": 7,
+        "time_terms": 29,
     },
     "hoisted": {
         "rhs": 10,
@@ -90,6 +91,7 @@ MODEL = {
         "project": 6,
         "poses": 1,
         "marks": 1,
+        "time_terms": 5,
     },
     "run": {
         "t_end": 3.0,
@@ -101,6 +103,7 @@ MODEL = {
         {"kind": "spring", "name": "right_spring", "body": "", "numbers": 6, "moves": True},
         {"kind": "ground", "name": "road", "body": "", "numbers": 3},
     ],
+    "time_terms": 7,
 }
 
 @njit(error_model="numpy")
@@ -709,3 +712,33 @@ def marks(t, y, p, out):
     out[7] = x0
     out[9] = q_xr
     out[10] = q_yr
+
+
+@njit(error_model="numpy")
+def time_terms(t, y, p, out):
+    """What the equations have of time alone, beyond polynomials. 29 operations."""
+    p_L = p[2]
+    p_r = p[4]
+    p_w = p[5]
+    c0 = p_L*p_L
+    c1 = p_r*p_w
+    c2 = 2.0*p_r
+    c3 = 2.0*c1
+    c4 = p_r*(p_w*p_w)
+    x0 = t*p_w
+    x1 = sin(x0)
+    x2 = p_r*x1
+    x3 = sqrt(c0 - x2*x2)
+    x4 = cos(x0)
+    x5 = 0.5/x3
+    x6 = x4*c1
+    x7 = x1*c2
+    x8 = x6*x7
+    x9 = x5*x8
+    out[0] = x1
+    out[1] = x3
+    out[2] = x4
+    out[3] = x9
+    out[4] = x5*(c3*(x4*x6) - x7*(x1*c4))
+    out[5] = x8*(x5*x9/x3)
+    out[6] = x5*(x1*x6)

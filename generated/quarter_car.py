@@ -83,6 +83,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 26,
         "marks": 3,
+        "time_terms": 10,
     },
     "hoisted": {
         "rhs": 7,
@@ -92,6 +93,7 @@ MODEL = {
         "residual_jacobian": 8,
         "poses": 1,
         "outputs": 3,
+        "time_terms": 1,
     },
     "run": {
         "t_end": 5.0,
@@ -102,6 +104,7 @@ MODEL = {
         {"kind": "spring", "name": "spring", "body": "", "numbers": 6, "moves": True},
         {"kind": "damper", "name": "damper", "body": "", "numbers": 6, "moves": True},
     ],
+    "time_terms": 4,
 }
 
 @njit(error_model="numpy")
@@ -441,3 +444,20 @@ def marks(t, y, p, out):
     out[7] = x0
     out[9] = 0.06
     out[10] = q_z_mount + 0.82
+
+
+@njit(error_model="numpy")
+def time_terms(t, y, p, out):
+    """What the equations have of time alone, beyond polynomials. 10 operations."""
+    p_t_bump = p[10]
+    p_t_width = p[11]
+    p_wave_rate = p[13]
+    c0 = 1.0/p_t_width
+    x0 = t*p_wave_rate
+    x1 = t - p_t_bump
+    x2 = c0*x1
+    x3 = exp(-(x2*x2))
+    out[0] = sin(x0)
+    out[1] = cos(x0)
+    out[2] = x3
+    out[3] = x1*x3

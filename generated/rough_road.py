@@ -74,6 +74,7 @@ MODEL = {
         "shapes": 0,
         "outputs": 82,
         "marks": 2,
+        "time_terms": 39,
     },
     "hoisted": {
         "rhs": 17,
@@ -83,6 +84,7 @@ MODEL = {
         "residual_jacobian": 4,
         "poses": 8,
         "outputs": 14,
+        "time_terms": 8,
     },
     "run": {
         "t_end": 10.0,
@@ -93,6 +95,7 @@ MODEL = {
         {"kind": "spring", "name": "spring", "body": "", "numbers": 6, "moves": True},
         {"kind": "damper", "name": "damper", "body": "", "numbers": 6, "moves": True},
     ],
+    "time_terms": 16,
 }
 
 @njit(error_model="numpy")
@@ -436,3 +439,42 @@ def marks(t, y, p, out):
     out[7] = x0
     out[9] = 0.08
     out[10] = x1
+
+
+@njit(error_model="numpy")
+def time_terms(t, y, p, out):
+    """What the equations have of time alone, beyond polynomials. 39 operations."""
+    p_speed = p[6]
+    p_wave = p[7]
+    c0 = p_speed*p_wave
+    c1 = 2.1*c0
+    c2 = 3.04*c0
+    c3 = 1.45*c0
+    c4 = 10.0*c0
+    c5 = 6.37*c0
+    c6 = 9.24*c0
+    c7 = 4.39*c0
+    x0 = 4.1 + t*c1
+    x1 = 2.2 + t*c2
+    x2 = 1.3 + t*c3
+    x3 = t*c0
+    x4 = 2.9 + t*c4
+    x5 = 0.7 + t*c5
+    x6 = 3.4 + t*c6
+    x7 = 5.6 + t*c7
+    out[0] = sin(x0)
+    out[1] = sin(x1)
+    out[2] = sin(x2)
+    out[3] = sin(x3)
+    out[4] = sin(x4)
+    out[5] = sin(x5)
+    out[6] = sin(x6)
+    out[7] = sin(x7)
+    out[8] = cos(x0)
+    out[9] = cos(x1)
+    out[10] = cos(x2)
+    out[11] = cos(x3)
+    out[12] = cos(x4)
+    out[13] = cos(x5)
+    out[14] = cos(x6)
+    out[15] = cos(x7)

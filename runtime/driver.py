@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from runtime.loop_arrays import LoopArrays
     from runtime.solution import EventRecord
     from runtime.system import System
+    from runtime.timing.timetable import Timetable
 
 _FRAMES_AT_ONCE = 1000
 _FIRST_STEPS = 200
@@ -53,6 +54,8 @@ class Run:
         Takes over where `method` cannot go on.
     inputs : runtime.inputs.schedule.InputSchedule, optional
         Keeps inputs over time.
+    timetable : runtime.timing.timetable.Timetable, optional
+        Other times to land on, and limits of the step.
     """
 
     def __init__(
@@ -68,8 +71,9 @@ class Run:
         max_steps: int | None = None,
         fallback: Method | None = None,
         inputs: InputSchedule | None = None,
+        timetable: Timetable | None = None,
     ):
-        self.fallback, self.inputs = fallback, inputs
+        self.fallback, self.inputs, self.timetable = fallback, inputs, timetable
         self.system, self.method, self.arrays, self.shown = system, method, arrays, shown
         self.stops = list(stops)
         self.t_start, self.t_end = arrays.t, self.stops[-1]
@@ -86,7 +90,9 @@ class Run:
         self.seconds = 0.0
         self.handed = 0  # frames that were handed on
         self.stiff_noted = False
-        self._resumed = self._input_jumped = False
+        self._resumed = self._forces_jumped = False
+        if timetable is not None:
+            self.set_step_limits()
 
     def go(self) -> None:
         """Run to the end, to a terminating event, to a failure, or until Ctrl-C."""
@@ -118,6 +124,8 @@ class Run:
         arrays.frames[0] = arrays.y
         if self.recorder is not None:
             self.recorder.start(arrays.t, arrays.y.copy())
+        if self.timetable is not None:
+            self.timetable.follow(arrays, self.method, self.stops[0], self._longest_step())
 
     def _loop(self) -> None:
         arrays, n_steps, running = self.arrays, _FIRST_STEPS, True
@@ -128,7 +136,7 @@ class Run:
             before = time.perf_counter()
             # Ctrl-C before the status is acted on would leave a state that nobody can go on from.
             with uninterrupted():
-                if self.inputs is None:
+                if self.inputs is None and self.timetable is None:
                     status = arrays.advance(self.stops[0], self._allowed(n_steps))
                 else:
                     status = self._advance_over_breaks(n_steps)
@@ -171,7 +179,7 @@ class Run:
     def _after_call(self, status: int) -> bool:
         """Collect what a call of the step loop has left, act on its status; returns whether to go on."""
         self._collect()
-        if self._input_jumped:
+        if self._forces_jumped:
             self._settle_jump()
         if status < 0 and self.fallback is not None:
             self._fall_back()
@@ -187,19 +195,36 @@ class Run:
         return not (status == at.RUNNING and self._steps_used_up())
 
     def _advance_over_breaks(self, n_steps: int) -> int:
-        """Advance by `n_steps` at most, over times at which inputs change; collecting at each would take longest."""
+        """Advance by `n_steps` at most, over times that steps land on; collecting at each would take longest."""
         arrays, status, keep_log = self.arrays, at.REACHED_STOP, False
         last = int(arrays.counters[at.STEPS]) + self._allowed(n_steps)
         while status == at.REACHED_STOP and arrays.t < self.stops[0]:
             allowed = last - int(arrays.counters[at.STEPS])
             if allowed < 1 or (keep_log and arrays.counters[at.N_LOGGED_STEPS] >= len(arrays.step_log)):
                 return at.RUNNING
-            status = arrays.advance(self.inputs.next_stop(self.stops[0]), allowed, keep_log=keep_log)
+            status = arrays.advance(self._next_stop(), allowed, keep_log=keep_log)
             keep_log = True
-            self._follow_inputs()
-            if self._input_jumped:
+            self._follow_time()
+            if self._forces_jumped:
                 return at.RUNNING if status == at.REACHED_STOP else status
         return status
+
+    def _next_stop(self) -> float:
+        """Return where the next call of the step loop ends [s]."""
+        stop = self.stops[0] if self.inputs is None else self.inputs.next_stop(self.stops[0])
+        return stop if self.timetable is None else self.timetable.next_stop(self.arrays.t, stop)
+
+    def _follow_time(self) -> None:
+        """Let what time alone changes go on from here."""
+        if self.inputs is not None:
+            self._follow_inputs()
+        if self.timetable is not None:
+            t, until = self.arrays.t, self.stops[0]
+            if (
+                self.timetable.follow(self.arrays, self.method, until, self._longest_step())
+                and t < self.t_end
+            ):
+                self._forces_jumped |= self.actions.switching is not None
 
     def _follow_inputs(self) -> None:
         """Let inputs over time go on from here; accelerations may jump with them."""
@@ -209,11 +234,11 @@ class Run:
         arrays.restart(state_changed=False)
         if self.method.multistep:
             arrays.choose_step_anew()  # its history is of the motion before the jump
-        self._input_jumped = self.actions.switching is not None
+        self._forces_jumped = self.actions.switching is not None
 
     def _settle_jump(self) -> None:
         """Let go of what jumping forces no longer hold, which no event function shows."""
-        self._input_jumped = False
+        self._forces_jumped = False
         records = self.actions.settle_jump()
         self._take_form()
         self._report_events(records)
@@ -329,7 +354,8 @@ class Run:
     def _longest_step(self) -> float:
         # A state at rest does not tell how fast the forces on it change.
         held = self.actions.switching is not None and self.actions.switching.any_held
-        return (self.t_end - self.t_start) * (_LONGEST_HELD if held else 1.0)
+        longest = (self.t_end - self.t_start) * (_LONGEST_HELD if held else 1.0)
+        return longest if self.timetable is None else min(longest, self.timetable.longest(self.arrays.t))
 
     def set_step_limits(self) -> None:
         """Limit steps by the length of the run."""

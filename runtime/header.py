@@ -69,6 +69,8 @@ def check_header(header: Any) -> None:
     for name in _get(header, "hoisted", dict, "") if "hoisted" in header else ():
         if _get(header["hoisted"], name, int, "hoisted") < 1:
             raise HeaderFault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
+    if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
+        raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
     _check_marks(header)
     _check_sizes(header)
     _check_subsystems(header)

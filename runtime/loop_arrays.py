@@ -210,6 +210,19 @@ class LoopArrays:
         """Set the limits of the step for a run of length `span` [s], whose steps are at most `longest` [s]."""
         self.control[at.H_MAX], self.control[at.H_MIN] = longest, 1e-15 * span
 
+    def limit_longest(self, longest: float) -> None:
+        """Set the longest step [s] from here on."""
+        self.control[at.H_MAX] = longest
+
+    def move_time(self, t: float) -> None:
+        """Go on from a time [s] that differs in the last digits only: where what comes after a jump holds."""
+        self.control[at.T] = t
+        k = int(self.counters[at.NEXT_FRAME])
+        while k < len(self.frame_times) and self.frame_times[k] <= t:
+            self.frames[k] = self.y
+            k += 1
+        self.counters[at.NEXT_FRAME] = k
+
     def guard_memory(self) -> np.ndarray:
         """What the guard of a constrained model has taken note of; without one, an empty array."""
         return self._keep[0].memory if hasattr(self._keep[0], "memory") else np.zeros(0)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from runtime.exchange import Exchange
     from runtime.subsystems.report import Parts
     from runtime.system import System
+    from runtime.timing.timetable import Timetable
 
 
 @dataclass(frozen=True)
@@ -187,6 +188,8 @@ class Solution:
         The least gap of each stop at the ends of steps while it was open; None where that is not known.
     passed_by : list of (str, int, float)
         Events that steps passed by, as looks at random places inside them tell: name, how often, when last [s].
+    timetable : runtime.timing.timetable.Timetable or None
+        What the steps had to keep to; None where they were free.
     """
 
     system: System
@@ -219,6 +222,7 @@ class Solution:
     parts: Parts | None = None
     lowest_gaps: np.ndarray | None = None
     passed_by: list[tuple[str, int, float]] = field(default_factory=list)
+    timetable: Timetable | None = None
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the values of a coordinate, rate, acceleration, multiplier or output at the frames."""

@@ -17,6 +17,7 @@ from runtime.errors import RuntimeModelError
 from runtime.integrate.methods import METHODS
 from runtime.loop_arrays import LoopArrays
 from runtime.summary import summarise
+from runtime.timing.timetable import course_of, make_timetable
 
 if TYPE_CHECKING:
     from runtime.integrate.methods import Method
@@ -52,6 +53,8 @@ def solve(
     max_steps: int | None = None,
     energy_scaling: bool | None = None,
     split: bool | None = None,
+    max_step: float | None = None,
+    breaks: Sequence[float] = (),
 ) -> Solution:
     """Integrate `system` from `t_start` to `t_end`.
 
@@ -89,6 +92,11 @@ def solve(
     energy_scaling : bool, optional
         Whether rates are scaled after each step so that a conservative model with constraints keeps its energy; by
         default where that suits model and method. Health checks count the errors that it takes away.
+    max_step : float, optional [s]
+        The longest step of an adaptive method.
+    breaks : sequence of float [s]
+        Times that steps land on, and behind which the step is chosen anew: where something changes that no error
+        estimate can see before. What the model does at times of its own is found without being named.
 
     Returns
     -------
@@ -135,6 +143,7 @@ def solve(
             settings = Settings(
                 method, constraints, treatment, assembly.redundant, rtol, atol, step, t_start, t_end, times, shown,
                 stop_times(at, t_start, t_end), at, recorder, progress, max_steps, energy_scaling, fps, split,
+                max_step, breaks, course_of(system, p, t_start, t_end),
             )  # fmt: skip
             solution = solve_apart(system, kinds, p, state, settings, notes, began)
             if not isinstance(solution, str):
@@ -147,6 +156,8 @@ def solve(
     notes += more
     chosen_step, more = choose_step(chosen, step, system, p, t_start, state, t_end)
     notes += more
+    timetable = make_timetable(system, p, chosen, t_start, t_end, max_step, breaks)
+    notes += timetable.notes if timetable is not None else []
     times, shown = frame_times(t_start, t_end, fps)
     arrays = LoopArrays(
         system, chosen, p, t_start, state, frame_times=times, rtol=rtol, atol=atol, step=chosen_step,
@@ -158,6 +169,7 @@ def solve(
             system=system, p=p, method=chosen.name, constraints=treatment, rtol=rtol, atol=atol,
             options={
                 **({"step": chosen_step} if chosen_step else {}),
+                **(timetable.settings if timetable is not None else {}),
                 "t_start": t_start, "t_end": t_end, "fps": fps, "at": [float(t) for t in at],
                 "redundant": assembly.redundant, "notes": notes,
             },
@@ -167,6 +179,7 @@ def solve(
         recorder=recorder, progress=progress, max_steps=max_steps,
         fallback=METHODS[EXPLICIT] if method == "auto" and chosen.name == SERIES else None,
         inputs=_schedule(system, arrays, chosen, t_start, t_end) if moving else None,
+        timetable=timetable,
     )  # fmt: skip
     prepared = time.perf_counter()
     # No steps: the loop is compiled, or read from the cache, before the run is timed.

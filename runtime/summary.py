@@ -95,6 +95,7 @@ def summarise(
         min_pivot_ratio=float(arrays.control[at.MIN_PIVOT_RATIO]),
         lowest_gaps=run.actions.lowest_gaps,
         passed_by=run.actions.passed_by(),
+        timetable=run.timetable,
         **settings,
     )
 

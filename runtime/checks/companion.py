@@ -12,11 +12,13 @@ from runtime.errors import ContactError, RuntimeModelError
 from runtime.integrate import layout as at
 from runtime.integrate.methods import METHODS, Method
 from runtime.loop_arrays import LoopArrays
+from runtime.timing.timetable import timetable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from runtime.solution import Solution
+    from runtime.timing.timetable import Timetable
 
 _EXPLICIT = "dop853"
 _TIGHTER = 0.01
@@ -28,6 +30,9 @@ _BESIDE, _OF_BESIDE = 4.0, 0.5  # times the run's rtol, and of the difference, w
 _ATOL_OF_RANGE = 1e-6  # of the smallest range of a coordinate or rate
 # Events that a companion may meet; each takes as long as thousands of steps.
 _MOST_EVENTS, _MOST_SWITCHINGS, _SHARE_OF_EVENTS = 60, 20, 0.05
+# A companion looks at many places even where steps could be long: what those of the run went over, it meets. Its steps
+# are at most this part of the time, as far as they are allowed, times a number that no step of the run is made of.
+_LOOKS, _OF_ALLOWED, _UNLIKE = 1000.0, 0.25, 0.9270509831248424
 _HOPELESS = (
     4.0  # times the steps allowed: on the way to so many, held back by stability, a companion is given up
 )
@@ -141,7 +146,8 @@ def follow(
         from runtime.inputs.schedule import InputSchedule
 
         inputs = InputSchedule(system, arrays, companion.method, t, end)
-    run = _Beside(solution, companion.method, arrays, most_steps, is_lost, inputs)
+    kept = _timetable(solution, companion.method, t, end, most_steps)
+    run = _Beside(solution, companion.method, arrays, most_steps, is_lost, inputs, kept)
     n = system.nq + system.nv
     try:
         run.go()
@@ -153,14 +159,23 @@ def follow(
     )
 
 
+def _timetable(solution: Solution, method: Method, t: float, end: float, most_steps: int) -> Timetable | None:
+    """Return what the steps of a companion keep to: what those of the run do, and a limit of their own."""
+    own = solution.timetable
+    course, breaks = (own.course, own.breaks) if own is not None else (None, ())
+    looks = min(_LOOKS, _OF_ALLOWED * most_steps)
+    longest = _UNLIKE * (end - t) / looks if method.adaptive and looks >= 1.0 else None
+    return timetable(course, method, t, end, longest, breaks)
+
+
 class _Beside(Run):
     """A run that gives up where it has lost the run beside it, or would take too long."""
 
-    def __init__(self, solution, method, arrays, most_steps, is_lost, inputs):
+    def __init__(self, solution, method, arrays, most_steps, is_lost, inputs, kept):
         shown = np.zeros(len(arrays.frame_times), dtype=bool)
         super().__init__(
             solution.system, method, arrays, shown, arrays.frame_times[-1:].tolist(), max_steps=most_steps,
-            inputs=inputs,
+            inputs=inputs, timetable=kept,
         )  # fmt: skip
         self._n, self._most, self._is_lost, self._seen = solution.states.shape[1], most_steps, is_lost, 0
         least = _MOST_SWITCHINGS if solution.system.switches else _MOST_EVENTS

@@ -63,6 +63,7 @@ def check(solution: Solution) -> list[HealthCheck]:
       gap between branches of the positions fail.
     * subsystems integrated by themselves: the limits of energy and rejected steps hold for the worst of them.
     * stops: no gap below zero by more than 10 times what the tolerances leave of the coordinates it depends on.
+    * time terms: what time alone does is resolved by a fixed step, and not too much for any.
     * missed events, poles (fixed steps), accuracy (the estimated error, of regular ends), and notes on the Jacobian,
       stiffness (explicit methods, many steps), negative damping and stiffness: each in its own file.
     """
@@ -106,6 +107,10 @@ def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> It
         from runtime.checks.stiffness import stiffness
 
         yield from stiffness(solution, method)
+    if solution.timetable is not None:
+        from runtime.checks.time_resolution import time_resolution
+
+        yield from time_resolution(solution)
     if solution.parts is not None:
         from runtime.checks.subsystems import subsystems
 

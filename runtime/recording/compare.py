@@ -20,7 +20,7 @@ from .reader import Recording, read_recording
 _SAME_TIME = 1e-12  # of the time that both runs cover
 _SMALL = 1e-3  # of the largest quantity of its unit: what stays below has no scale of its own
 _SETTINGS = ("method", "constraints", "rtol", "atol")
-_OPTIONS = ("step", "t_start", "t_end")
+_OPTIONS = ("step", "t_start", "t_end", "max_step", "breaks")
 
 
 @dataclass(frozen=True)

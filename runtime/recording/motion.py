@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from runtime.code.bridge import call_kernel
 from runtime.constraints.kkt import robust_rhs_address
+from runtime.timing.timetable import course_of
 
 from .quantities import Quantities
 from .reader import Recording
+
+if TYPE_CHECKING:
+    from runtime.timing.course import Course
 
 _MOST_EVALUATIONS = 20_000  # of the right-hand side for one interval and method
 _LIMIT = 1e3  # differences in units of the run's tolerance: several steps, and interpolation between them
@@ -71,11 +76,12 @@ def reintegrate(of: Quantities, recording: Recording, intervals: int, seed: int)
     random = np.random.default_rng(seed)
     chosen = np.sort(random.choice(free, min(intervals, len(free)), replace=False))
     nudge = _NUDGE * random.choice([-1.0, 1.0], y.shape[1])
+    course = course_of(of.system, of.p, float(t[0]), float(t[-1]))
     differences, times, methods, skipped = [], [], [], []
     for i in chosen.astype(int):
         form = of.in_form(recording.settings[i])
-        end, method = _integrate(form, t[i], t[i + 1], y[i], 1e-2 * tolerance)
-        nudged, _ = _integrate(form, t[i], t[i + 1], y[i] + nudge * tolerance, 1e-2 * tolerance)
+        end, method = _integrate(form, course, t[i], t[i + 1], y[i], 1e-2 * tolerance)
+        nudged, _ = _integrate(form, course, t[i], t[i + 1], y[i] + nudge * tolerance, 1e-2 * tolerance)
         if end is None or nudged is None:
             skipped.append(f"{t[i]:.9g} s")
             continue
@@ -116,13 +122,14 @@ def _scales(of: Quantities, y: np.ndarray) -> np.ndarray:
 
 
 def _integrate(
-    of: Quantities, t0: float, t1: float, y0: np.ndarray, atol: np.ndarray
+    of: Quantities, course: Course | None, t0: float, t1: float, y0: np.ndarray, atol: np.ndarray
 ) -> tuple[np.ndarray | None, str]:
     for method in ("DOP853", "Radau"):
         y, times = y0, [t0, *of.system.input_breaks(t0, t1), t1]
         try:
             for start, end in pairwise(times):
-                y = _integrate_smooth(of, start, end, y, method, atol)
+                for piece in [(start, end, np.inf)] if course is None else course.pieces(start, end):
+                    y = _integrate_smooth(of, *piece, y, method, atol)
         except _TooManyEvaluations:
             continue
         if y is not None:
@@ -131,9 +138,9 @@ def _integrate(
 
 
 def _integrate_smooth(
-    of: Quantities, t0: float, t1: float, y0: np.ndarray | None, method: str, atol: np.ndarray
+    of: Quantities, t0: float, t1: float, longest: float, y0: np.ndarray | None, method: str, atol: np.ndarray
 ) -> np.ndarray | None:
-    """Integrate between breaks of the inputs; None where that fails, or has failed before."""
+    """Integrate by steps of at most `longest` [s] between breaks; None where that fails, or has failed before."""
     if y0 is None:
         return None
     solution = solve_ivp(
@@ -143,6 +150,7 @@ def _integrate_smooth(
         method=method,
         rtol=1e-13 if method == "DOP853" else 1e-11,
         atol=atol,
+        max_step=longest,
     )
     return solution.y[:, -1] if solution.success else None
 

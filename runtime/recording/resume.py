@@ -21,6 +21,7 @@ from runtime.solve import frame_times, run_interval, stop_times
 from runtime.subsystems.again import ASKED, run_again
 from runtime.summary import summarise
 from runtime.system import System, load
+from runtime.timing.timetable import make_timetable
 
 from .errors import RecordingError
 from .reader import Recording, read_checkpoint, read_recording
@@ -220,10 +221,13 @@ class Resumed:
             from runtime.inputs.schedule import InputSchedule
 
             inputs = InputSchedule(self.system, arrays, method, t_start, t_end)
+        wanted = recording.options.get("max_step"), recording.options.get("breaks", ())
+        timetable = make_timetable(self.system, p, method, t_start, t_end, *wanted)
         run = Run(
             self.system, method, arrays, np.append(np.ones(n, dtype=bool), shown[later]),
             stop_times([t for t in times if t >= t_start], t_start, t_end),
             fallback=METHODS[facts["fallback"]] if facts["fallback"] else None, inputs=inputs,
+            timetable=timetable,
         )  # fmt: skip
         try:
             run.resume(self._checkpoint, recording.states[:n])

@@ -9,6 +9,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from runtime.integrate.methods import METHODS
 from runtime.subsystems.course import find_course
 from runtime.subsystems.gain import pays
 from runtime.subsystems.groups import in_groups
@@ -96,6 +97,7 @@ def solve_apart(
         run.arrays.advance(settings.t_end, 0)  # no steps: loops are compiled before the run is timed
     compiled = time.perf_counter()
     joined = Joined(system, p, found, course, settings)
+    joined.timetable = settings.timetable_of(system, METHODS[method])
     _go(found, joined, course, settings)
     joined.finish()
     seconds = {
@@ -107,7 +109,9 @@ def solve_apart(
         "method": method, "constraints": settings.treatment, "rtol": settings.rtol, "atol": settings.atol,
         "t_start": settings.t_start, "t_end": settings.t_end, "step": step or None, "redundant": settings.redundant,
     }  # fmt: skip
-    solution = summarise(joined, settings.at, [*notes, *say(found, len(system.subsystems))], seconds, said)
+    kept = joined.timetable.notes if joined.timetable is not None else []
+    said_of_them = [*notes, *say(found, len(system.subsystems)), *kept]
+    solution = summarise(joined, settings.at, said_of_them, seconds, said)
     solution.parts = Parts(found)
     return solution
 
@@ -118,13 +122,16 @@ def _with_recorder(
     """The settings with a recorder in the place of what makes one."""
     if settings.recorder is None or hasattr(settings.recorder, "frames"):
         return settings
-    asked = ("method", "constraints", "rtol", "atol", "step", "energy_scaling", "split")
+    asked = ("method", "constraints", "rtol", "atol", "step", "energy_scaling", "split", "max_step")
     options = {
         **({"step": step} if step else {}),
         **{key: getattr(settings, key) for key in ("t_start", "t_end", "fps", "redundant")},
         "at": [float(t) for t in settings.at],
         "notes": notes,
-        ASKED: {key: getattr(settings, key) for key in asked},
+        ASKED: {
+            **{key: getattr(settings, key) for key in asked},
+            "breaks": [float(t) for t in settings.breaks],
+        },
     }
     recorder = settings.recorder(
         system=system, p=p, method=method, constraints=settings.treatment, rtol=settings.rtol, atol=settings.atol,

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from runtime.subsystems.settings import Settings
     from runtime.subsystems.subsystem import Subsystem
     from runtime.system import System
+    from runtime.timing.timetable import Timetable
 
 _FRAMES_AT_ONCE = 1000
 _STATISTICS = slice(0, at.NEXT_FRAME)
@@ -57,6 +58,7 @@ class Joined:
             passed_by=lambda: [entry for x in found for entry in x.run.actions.passed_by()],
         )  # fmt: skip
         self.step_log: Any = None
+        self.timetable: Timetable | None = None
         self.status, self.message = "success", ""
         self.n_frames = 0
         self._told = 0  # events that were handed on

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from runtime.integrate.methods import Method
+    from runtime.system import System
+    from runtime.timing.course import Course
+    from runtime.timing.timetable import Timetable
 
 
 @dataclass(frozen=True)
@@ -27,6 +33,8 @@ class Settings:
         Times to land on; the last is the end of the run.
     at : sequence of float [s]
         Those of them that were asked for.
+    course : runtime.timing.course.Course or None
+        What time alone does to the whole model.
     """
 
     method: str
@@ -48,3 +56,15 @@ class Settings:
     energy_scaling: bool | None
     fps: float | None
     split: bool | None
+    max_step: float | None = None
+    breaks: Sequence[float] = ()
+    course: Course | None = None
+
+    def timetable_of(self, system: System, method: Method) -> Timetable | None:
+        """Return what the steps of a subsystem keep to: what time does to the whole, if it depends on time."""
+        course = self.course if system.structure["time_dependent"] else None
+        if course is None and self.max_step is None and not len(self.breaks):
+            return None
+        from runtime.timing.timetable import timetable
+
+        return timetable(course, method, self.t_start, self.t_end, self.max_step, self.breaks)

@@ -81,6 +81,7 @@ class Subsystem:
         self.run = MemberRun(
             system, method, arrays, shown, stops,
             fallback=METHODS[EXPLICIT] if settings.method == "auto" and method.name == SERIES else None,
+            timetable=settings.timetable_of(system, method),
         )  # fmt: skip
         self.run.begin()
 

@@ -171,10 +171,40 @@ class Algebra(Nodes):
         return self._node("div", (a, b)) if found is None else found
 
     def select(self, comparison: str, left: int, right: int, chosen: int, other: int) -> int:
-        args = (left, right, chosen, other)
-        if not all(self.constant[a] for a in args):
+        """A choice that is made at the start of a step: steps end where time alone decides anew."""
+        sides = self.at_start(left), self.at_start(right)
+        if None in sides:
             raise Refusal("a choice (minimum, maximum, a switch) has no Taylor series where it switches")
-        return self._node("select", args, (comparison,))
+        if self.constant[chosen] and self.constant[other]:
+            return self._node("select", (*sides, chosen, other), (comparison,))
+        one, none = self.number(1.0), self.number(0.0)
+        taken = self._node("select", (*sides, one, none), (comparison,))
+        left_out = self._node("select", (*sides, none, one), (comparison,))
+        return self.add(self.mul(taken, chosen), self.mul(left_out, other))
+
+    def at_start(self, a: int) -> int | None:
+        """What time alone decides, as the constant that it is at the start of a step; None for all else."""
+        if self.constant[a]:
+            return a
+        if not self.stops_at_choices:
+            return None
+        kind = self.kinds[a]
+        if kind == "time":
+            return self.now()
+        if kind == "integral":
+            name, *below = self.data[a]
+        else:
+            name, below = kind, list(self.args[a])
+        if name in ("state", "acceleration", "multiplier", "shift"):
+            return None
+        args = [self.at_start(x) for x in below]
+        if None in args:
+            return None
+        if kind == "integral" or kind == "sqrt":
+            return self._node("call", tuple(args), (name,))
+        if kind == "power":
+            return self._node("call", (args[0], self.number(self.data[a][0])), ("pow",))
+        return getattr(self, "mul" if kind == "scale" else kind)(*args)
 
     def shift(self, a: int) -> int:
         """The derivative with respect to time, carried down through linear operations."""

@@ -20,6 +20,8 @@ class SeriesGraph(Algebra):
         """A mathematical function of constants, or of series where it is smooth."""
         if all(self.constant[a] for a in args):
             return self._node("call", args, (name,))
+        if name == "fabs" and self.at_start(args[0]) is not None:
+            return self.select("olt", args[0], self.number(0.0), self.neg(args[0]), args[0])
         if not IN_CODE[name].smooth:
             raise Refusal(f"{name} has no Taylor series where its argument changes sign")
         if name == "sqrt":
@@ -34,8 +36,8 @@ class SeriesGraph(Algebra):
         return self._cycles[key]
 
     def sign(self, a: int) -> int:
-        """No series has it: `fabs`, whose derivative it is, is not smooth."""
-        raise Refusal("sign has no Taylor series where its argument changes sign")
+        """-1 or 1: the derivative of `fabs`."""
+        return self.select("olt", a, self.number(0.0), self.number(-1.0), self.number(1.0))
 
     def _derivative(self, name: str, args: tuple[int, ...], value: int) -> int:
         """The derivative of a function with respect to time."""

@@ -128,7 +128,7 @@ def _states(graph: SeriesGraph, system: System) -> tuple[list[int], list[int], C
 
 
 def _from_rhs(system: System) -> Motion:
-    graph = SeriesGraph()
+    graph = SeriesGraph(stops_at_choices=bool(system.source.header.get("time_terms")))
     q, v, state = _states(graph, system)
     rows = _outputs(system, graph, "rhs", state, set(range(system.ny)))
     for i, node in enumerate(q + v):
@@ -138,7 +138,7 @@ def _from_rhs(system: System) -> Motion:
 
 def _from_residual(system: System, positions: bool) -> Motion:
     """`positions`: look for derivatives among positions of bodies and constraints as well."""
-    graph = SeriesGraph()
+    graph = SeriesGraph(stops_at_choices=bool(system.source.header.get("time_terms")))
     q, v, state = _states(graph, system)
     a = [graph.unknown("acceleration", i) for i in range(system.nv)]
     kept = [k for k in range(system.m) if k not in system.dependent]

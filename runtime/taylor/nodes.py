@@ -10,15 +10,18 @@ CONVOLUTIONS = ("mul", "div", "sqrt", "power")
 class Nodes:
     """Nodes by number: `kinds`, `args` and `data`, in an order in which values come after what they are made of.
 
-    Kinds of constants (of motion): number, parameter, and operations on these: fadd, fsub, fmul, fdiv, neg, call,
-    select. Kinds of series: time, acceleration, multiplier, add, sub, neg, scale (constant times series), mul, div,
-    sqrt, power (`data`: the exponent, and for halves the root), integral, shift (derivative). `data` of an integral
-    says how it begins: ("state", index of y) or (function, *nodes).
+    Kinds of constants (of a step): number, parameter, now (the time at its start), and operations on these: fadd,
+    fsub, fmul, fdiv, neg, call, select. Kinds of series: time, acceleration, multiplier, add, sub, neg, scale (constant
+    times series), mul, div, sqrt, power (`data`: the exponent, and for halves the root), integral, shift (derivative).
+    `data` of an integral says how it begins: ("state", index of y) or (function, *nodes).
+
+    `stops_at_choices` says whether steps end where time alone chooses anew; only then have such choices a series.
 
     `products` has sums whose terms cancel: at the start of a step, they are the product of two other nodes, exactly.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, stops_at_choices: bool = False) -> None:
+        self.stops_at_choices = stops_at_choices
         self.kinds: list[str] = []
         self.args: list[tuple[int, ...]] = []
         self.data: list[tuple] = []
@@ -53,6 +56,10 @@ class Nodes:
 
     def time(self) -> int:
         return self._node("time", (), (), constant=False)
+
+    def now(self) -> int:
+        """The time at the start of the step."""
+        return self._node("now", (), (), constant=True)
 
     def unknown(self, kind: str, index: int) -> int:
         """An acceleration or a multiplier."""

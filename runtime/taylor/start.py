@@ -62,7 +62,7 @@ class Start:
             return code.load("p", data[0])
         if kind == "integral" and data[0] == "state":
             return code.load("y", data[1])
-        if kind == "time":
+        if kind in ("time", "now"):
             return "%t"
         if kind == "shift":
             return self.values[args[0], 1]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from runtime.solution import Solution
     from runtime.system import System
 
-_OPTIONS = ("step", "t_start", "t_end", "fps")
+_OPTIONS = ("step", "t_start", "t_end", "fps", "max_step", "breaks")
 
 
 def repeatable(path: Path, given: dict[str, Any]) -> tuple[System, dict[str, Any], Recording]:

@@ -79,6 +79,11 @@ def _refuse_other_settings(resumed: Resumed, given: dict[str, Any]) -> None:
     if given["step"] not in (None, step):
         had = f"a step of {step:g} s" if step else "no fixed step"
         raise click.UsageError(f"--step {given['step']:g}: the run to resume has {had}; leave --step out")
+    for key in ("max_step", "breaks"):
+        had = recording.options.get(key)
+        if given[key] is not None and (list(given[key]) if key == "breaks" else given[key]) != had:
+            option = f"--{key.replace('_', '-')}"
+            raise click.UsageError(f"{option}: the run to resume has {had or 'none'}; leave {option} out")
     recorded = {**recording.parameters, **recording.inputs}
     for name, value in parameter_values(resumed.system, given["set_values"]).items():
         if value != recorded[name]:

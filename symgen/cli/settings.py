@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen.cli.arguments import Positive, value_options
+from symgen.cli.arguments import Positive, Times, value_options
 from symgen.cli.inputs import KINDS, input_tables
 
 if TYPE_CHECKING:
@@ -33,6 +33,8 @@ def run_options(command: Callable) -> Callable:
         click.option("--rtol", type=Positive(), help="Relative tolerance (default 1e-8)."),
         click.option("--atol", type=Positive(or_zero=True), help="Absolute tolerance (default 1e-10)."),
         click.option("--step", type=Positive(), help="Step of a fixed-step method [s]."),
+        click.option("--max-step", type=Positive(), help="Longest step of an adaptive method [s]."),
+        click.option("--breaks", type=Times(), help="Times that steps land on [s]."),
         click.option(
             "--input",
             "input_values",
@@ -82,8 +84,9 @@ def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:
     ----------
     system : System
     given : dict
-        t_end, method, constraints, rtol, atol, step, and if there are such: fps, at; None where the user said
-        nothing. set_values, start_values, rate_values: pairs of texts; input_values, input_kind_values: of `--input`.
+        t_end, method, constraints, rtol, atol, step, max_step, breaks, and if there are such: fps, at; None where the
+        user said nothing. set_values, start_values, rate_values: pairs of texts; input_values, input_kind_values: of
+        `--input`.
     """
     from symgen.cli.quantities import parameter_values, start_values
 
@@ -96,7 +99,13 @@ def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:
             f"--step: method {settings['method']} chooses its own steps; leave --step out and set --rtol, "
             "or name a fixed-step method such as rk4"
         )
-    if not _takes_steps(settings["method"]):
+    if "max_step" in said and _takes_steps(settings["method"]):
+        raise click.UsageError(
+            f"--max-step: the steps of method {settings['method']} are all alike; set --step, or leave --max-step out"
+        )
+    if _takes_steps(settings["method"]):
+        settings.pop("max_step", None)  # of the model: it is for methods that choose their steps
+    else:
         # The model's own step is for the method that its [run] table names.
         settings.pop("step", None)
     if settings.get("t_end") is None:

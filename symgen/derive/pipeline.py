@@ -19,6 +19,7 @@ from .marks import mark_function, mark_records, marks
 from .program import Function, Program
 from .solve import factorise as ldl
 from .structure import structure
+from .time_terms import own_terms, term_count, time_function
 from .trees.derivatives import add_tree_derivatives
 from .virtual_power import residual_by_state
 
@@ -50,8 +51,11 @@ def derive(
         return derive_switched(description, source)
     d = Derivation(description, articulated=articulated)
     found = marks(d.description)
-    program = Program(d.g, (*functions(d, gathered), *mark_function(d.loader, found)), {})
+    own = tuple(functions(d, gathered))
+    own += (*mark_function(d.loader, found), *time_function(own_terms(d.g, own)))
+    program = Program(d.g, own, {})
     head = header(description, d, source, program.operations()) | {"subsystems": []} | mark_records(found)
+    head |= term_count(own)
     return replace(program, header=head, findings=tuple(structure(d).findings))
 
 
@@ -66,13 +70,16 @@ def derive_switched(description: Description, source: str) -> Program:
     watched = Function("switches", *switches.watched(d.loader))
     second = Program(closed.g, tuple(f for f in functions(closed) if f.name in SWITCHED), {})
     found = marks(description)
-    program = Program(d.g, (*functions(d), *mark_function(d.loader, found), watched), {}, closed=second)
+    own = tuple(functions(d))
+    own += (*mark_function(d.loader, found), watched, *time_function(own_terms(d.g, own)))
+    program = Program(d.g, own, {}, closed=second)
     head = header(d.description, d, source, program.operations())
     head |= {
         "inputs": head["inputs"][: len(description.inputs)],
         "switches": switches.records(),
         "subsystems": [],
         **mark_records(found),
+        **term_count(own),
     }
     second = replace(second, header=switches.closed_header(head))
     return replace(program, header=head, findings=tuple(structure(d).findings), closed=second)

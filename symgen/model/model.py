@@ -208,7 +208,7 @@ class Model(Contacts):
         self._events[name] = make_event(self._sources, name, when, direction, then)
 
     def run(self, **defaults: Any) -> None:
-        """Set defaults for runs: t_end, method, constraints, rtol, atol, step, fps, at."""
+        """Set defaults for runs: t_end, method, constraints, rtol, atol, step, max_step, fps, at, breaks."""
         for key, value in defaults.items():
             self._run[key] = run_defaults.checked(self._sources, key, value)
 

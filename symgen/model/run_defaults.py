@@ -8,10 +8,11 @@ from ..errors import ModelError, nearest
 from .sources import Sources, read_number
 from .units import TIME
 
-POSITIVE = ("t_end", "rtol", "atol", "step", "fps")
-TIMES = ("t_end", "step")
+POSITIVE = ("t_end", "rtol", "atol", "step", "max_step", "fps")
+TIMES = ("t_end", "step", "max_step")
+LISTS = ("at", "breaks")
 FORMULATIONS = ("auto", "projection", "baumgarte", "ggl", "index3", "partition")
-KEYS = ("t_end", "method", "constraints", "rtol", "atol", "step", "fps", "at")
+KEYS = ("t_end", "method", "constraints", "rtol", "atol", "step", "max_step", "fps", *LISTS)
 
 
 def checked(sources: Sources, key: str, value: Any) -> Any:
@@ -20,10 +21,10 @@ def checked(sources: Sources, key: str, value: Any) -> Any:
         raise sources.error("run", key, f"unknown key '{key:.60}'", hint=nearest(key[:60], KEYS, "keys"))
     if key in POSITIVE:
         return _positive(sources, key, value)
-    if key == "at":
+    if key in LISTS:
         if isinstance(value, str) or not hasattr(value, "__iter__"):
-            raise sources.error("run", key, "'at' is a list of times [s]")
-        return tuple(_number(sources, "at", x) for x in value)
+            raise sources.error("run", key, f"'{key}' is a list of times [s]")
+        return tuple(_number(sources, key, x) for x in value)
     if not isinstance(value, str):
         raise sources.error("run", key, f"'{key}' is text, not {value!r:.60}")
     if key == "constraints" and value not in FORMULATIONS:
@@ -48,6 +49,6 @@ def _number(sources: Sources, key: str, value: Any) -> float:
         number, unit = read_number(value)
     except ModelError as error:
         raise sources.locate(error, "run", key) from None
-    if unit is not None and (key not in (*TIMES, "at") or unit.dimension != TIME):
+    if unit is not None and (key not in (*TIMES, *LISTS) or unit.dimension != TIME):
         raise sources.error("run", key, f"'{value:.60}' has a unit that does not fit '{key}'")
     return number

@@ -17,8 +17,9 @@ from ..places import MIN, SUM, Sizes
 from ..program import Function, Part, Program
 from ..savings import savings
 from ..structure import structure
+from ..time_terms import own_terms, term_count, time_function
 from .components import Component, split
-from .watching import watchers
+from .watching import copied_nodes, watchers
 
 LONGEST_LIST = 4  # names in a comment
 MOST_KINDS = 10  # in the findings
@@ -48,13 +49,14 @@ def derive(description: Description, source: str = "") -> Program:
         sizes[key] = max(p.sizes[key] for p in parts)
     drawn = marks(description)
     g, watching = watchers(description, kinds, derivations, drawn)
+    watching += time_function([*_time_terms(g, kinds, derivations, parts), *own_terms(g, watching)])
     program = Program(g, tuple(watching), {}, parts=parts, sizes=sizes)
     head = header(description, derivations[0], source, program.operations())
     head |= {"nw": sizes[SUM], "quaternions": _quaternions(kinds, derivations)}
     head.pop("dependent", None)
     head |= dependence(_dependent(kinds, derivations))
     head |= {"structure": _flags(derivations), "subsystems": _records(parts)}
-    head |= mark_records(drawn)
+    head |= mark_records(drawn) | term_count(watching)
     return _with_savings(replace(program, header=head, findings=(*_findings(parts, derivations),)))
 
 
@@ -69,6 +71,16 @@ def _parts(kinds: list[list[Component]], derivations: list[Derivation]) -> tuple
         members = tuple(component.places for component in kind)
         result.append(Part(d.g, tuple(own), members, sizes, _title(kind)))
     return tuple(result)
+
+
+def _time_terms(
+    g: Graph, kinds: list[list[Component]], derivations: list[Derivation], parts: tuple[Part, ...]
+) -> Iterator[int]:
+    """What time alone does in each subsystem, on the graph of what looks at all."""
+    for kind, d, part in zip(kinds, derivations, parts, strict=True):
+        terms = own_terms(d.g, part.functions)
+        for component in kind if terms else ():
+            yield from copied_nodes(g, d.g, component, terms)
 
 
 def _trivial(d: Derivation, missing: set[str], sizes: Sizes) -> Iterator[Function]:

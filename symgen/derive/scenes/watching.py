@@ -95,9 +95,13 @@ def _copied(
     g: Graph, first: Component, derivation: Derivation, member: Component, names: list[str]
 ) -> list[int]:
     """Components of a member's points and axes, then its dq/dt, made from those of the first of its kind."""
-    own = derivation.g
     twins = dict(zip(_components(member.description), _components(first.description), strict=True))
     wanted = [derivation.loader.symbols[twins[name]] for name in names] + list(derivation.x.qdot)
+    return copied_nodes(g, derivation.g, member, wanted)
+
+
+def copied_nodes(g: Graph, own: Graph, member: Component, wanted: list[int]) -> list[int]:
+    """Nodes of the first of a kind on another graph, with the variables of a member in the place of its own."""
     new: dict[int, int] = {}
     for node in own.reachable(wanted):
         op, args = own.op[node], own.args[node]

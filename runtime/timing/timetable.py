@@ -1,0 +1,206 @@
+"""Times that a run's steps land on, and how long they may be in between."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.errors import RuntimeModelError
+from runtime.timing.course import Course
+
+if TYPE_CHECKING:
+    from runtime.integrate.methods import Method
+    from runtime.loop_arrays import LoopArrays
+    from runtime.system import System
+
+_FEW = 3  # breaks in a note
+_NEAR = 8.0  # units of the last digit of a time: it is reached
+
+_FREE = Course(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
+
+
+class Timetable:
+    """Breaks that users name, and what the terms of time alone show, for one run.
+
+    Steps end where something jumps, bends or begins to change fast, and begin again where what comes holds: at a jump
+    that is the next number. Nothing here is carried from step to step, so that a run can be taken up anywhere.
+
+    Parameters
+    ----------
+    course : Course
+        What time alone does.
+    breaks : sequence of float [s]
+        Times that users want steps to land on.
+    max_step : float [s]
+        The longest step wanted; infinite for none.
+    adaptive : bool
+        Methods of fixed step land on breaks, and leave the rest to their step.
+    """
+
+    def __init__(self, course: Course, breaks: Sequence[float], max_step: float, *, adaptive: bool):
+        self.course, self.breaks, self.max_step, self.adaptive = course, tuple(breaks), max_step, adaptive
+        entries = [(a, b, True) for a, b in zip(course.before.tolist(), course.after.tolist(), strict=True)]
+        entries += [(t, t, True) for t in breaks]
+        self._begins = course.begin.tolist() if adaptive else []
+        self._longest = course.longest.tolist() if adaptive else []
+        entries += [(t, t, False) for t in self._begins[1:]]
+        joined: list[tuple[float, float, bool]] = []
+        for before, after, anew in sorted(entries):
+            if joined and before <= joined[-1][1] + _NEAR * math.ulp(before):
+                last = joined.pop()
+                before, after, anew = last[0], max(last[1], after), last[2] or anew
+            joined.append((before, after, anew))
+        self._before = [entry[0] for entry in joined]
+        self._after = [entry[1] for entry in joined]
+        self._anew = [entry[2] for entry in joined]
+
+    @property
+    def notes(self) -> list[str]:
+        """What the model's time makes of the steps, in words."""
+        course, found = self.course, []
+        if len(course.before):
+            where = _times(course.before)
+            found.append(f"time: steps land on {where}, where forces or constraints jump or bend with time")
+        finite = np.isfinite(course.longest)
+        if self.adaptive and finite.any():
+            least = int(np.argmin(course.longest))
+            found.append(
+                f"time: steps are at most {course.longest[least]:.2g} s from t = {max(course.begin[least], 0.0):.9g} s "
+                "on, as long as what time alone does there demands"
+            )
+        if self.breaks and not self.adaptive:
+            found.append("breaks: steps of fixed length are cut short there")
+        return found
+
+    @property
+    def settings(self) -> dict[str, object]:
+        """What the user asked for."""
+        return {
+            "max_step": self.max_step if math.isfinite(self.max_step) else None,
+            "breaks": list(self.breaks),
+        }
+
+    def next_stop(self, t: float, wanted: float) -> float:
+        """Return where the next call of the step loop is to end [s]: at `wanted`, or at what comes before."""
+        k = bisect_right(self._before, t + _NEAR * math.ulp(t))
+        return min(wanted, self._before[k]) if k < len(self._before) else wanted
+
+    def longest(self, t: float) -> float:
+        """Return the longest step from a time on [s]."""
+        k = bisect_right(self._begins, t + _NEAR * math.ulp(t)) - 1
+        return min(self.max_step, self._longest[k]) if k >= 0 else self.max_step
+
+    def follow(self, arrays: LoopArrays, method: Method, until: float, longest: float) -> bool:
+        """Go on behind what was landed on; returns whether the forces may jump there.
+
+        Parameters
+        ----------
+        until : float [s]
+            The next time at which the run stops for another reason: it is not passed over.
+        longest : float [s]
+            The longest step that the run allows from there on, `longest(t)` included.
+        """
+        t = arrays.t
+        near = _NEAR * math.ulp(t)
+        k = bisect_right(self._before, t + near) - 1
+        if k < 0 or t > self._after[k] + near:
+            return False
+        arrays.limit_longest(longest)
+        if not self._anew[k]:
+            return False
+        if t < self._after[k]:
+            arrays.move_time(min(self._after[k], until))
+        arrays.restart(state_changed=False)
+        if method.adaptive:
+            arrays.choose_step_anew()
+        return True
+
+    def stops_between(self, t0: float, t1: float) -> list[float]:
+        """Return the times [s] between two times, exclusive, on which steps land."""
+        first, last = bisect_right(self._before, t0), bisect_right(self._before, t1)
+        return [t for t in self._before[first:last] if t < t1]
+
+
+def _times(times: np.ndarray) -> str:
+    few = ", ".join(f"{t:.9g}" for t in times[:_FEW])
+    return f"t = {few} s" if len(times) <= _FEW else f"{len(times)} times from t = {times[0]:.9g} s on"
+
+
+def make_timetable(
+    system: System,
+    p: np.ndarray,
+    method: Method,
+    t_start: float,
+    t_end: float,
+    max_step: float | None,
+    breaks: Sequence[float],
+) -> Timetable | None:
+    """Return what the steps of a run have to keep to; None where that is nothing.
+
+    Raises
+    ------
+    RuntimeModelError
+        A limit of the step or a break makes no sense, or the method cannot integrate what time alone does.
+    """
+    if max_step is None and not len(breaks) and not system.has("time_terms"):
+        return None
+    return timetable(course_of(system, p, t_start, t_end), method, t_start, t_end, max_step, breaks)
+
+
+def course_of(system: System, p: np.ndarray, t_start: float, t_end: float) -> Course | None:
+    """Return what time alone does to a model; None where it does nothing beyond polynomials."""
+    if not system.has("time_terms"):
+        return None
+    from runtime.timing.search import known_course
+
+    return known_course(system, p, t_start, t_end)
+
+
+def timetable(
+    course: Course | None,
+    method: Method,
+    t_start: float,
+    t_end: float,
+    max_step: float | None,
+    breaks: Sequence[float],
+) -> Timetable | None:
+    """Return the timetable of a course; None where nothing is to be kept to."""
+    course = course or _FREE
+    times = checked_breaks(breaks, t_start, t_end)
+    longest = checked_max_step(max_step, method, t_start, t_end)
+    if course.is_empty and not times and longest == math.inf:
+        return None
+    return Timetable(course, times, longest, adaptive=method.adaptive)
+
+
+def checked_breaks(breaks: Sequence[float], t_start: float, t_end: float) -> list[float]:
+    """Return the breaks of a run in order."""
+    times = sorted({float(t) for t in breaks})
+    for t in times:
+        if not math.isfinite(t):
+            raise RuntimeModelError(f"breaks: {t} is no time: give finite numbers of seconds")
+    return [t for t in times if t_start < t <= t_end]
+
+
+def checked_max_step(max_step: float | None, method: Method | None, t_start: float, t_end: float) -> float:
+    """Return the longest step of a run [s]; infinite where none is given."""
+    if max_step is None:
+        return math.inf
+    longest = float(max_step)
+    if not longest > 0.0:
+        raise RuntimeModelError(f"max_step is {max_step}: give a positive number of seconds")
+    if method is not None and not method.adaptive:
+        raise RuntimeModelError(
+            f"max_step is {longest:g} s, but the steps of method {method.name!r} are all alike: give its --step instead"
+        )
+    least = 1e3 * math.ulp(max(abs(t_start), abs(t_end)))
+    if longest < least:
+        raise RuntimeModelError(
+            f"max_step is {longest:.3g} s: times up to {t_end:g} s are numbers that cannot tell steps below "
+            f"{least:.1g} s apart; give a longer one, or end the run earlier"
+        )
+    return longest
