@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.steps import step_for_phases
+from runtime.checks.steps import MOST_IN_A_PERIOD, step_for_phases
 from runtime.checks.time_scales import TimeScales, change_rate, time_scales
 from runtime.constraints.large import is_large
 from runtime.errors import RuntimeModelError, nearest
@@ -229,9 +229,9 @@ def choose_step(
 
 
 def default_step(method: Method, system: System, scales: TimeScales, span: float) -> float:
-    """Return the step [s] with which the fastest motion is followed to the end of a run of length `span` [s]."""
+    """Return the step [s] with which motions are followed to the end of a run of length `span` [s], if not too long."""
     step = min(scales.fastest_period, span) / method.steps_per_period
-    return min(step, step_for_phases(method, system, scales.eigenvalues, span))
+    return min(step, step_for_phases(method, system, scales.eigenvalues, span, MOST_IN_A_PERIOD))
 
 
 def time_resolution(*times: float) -> float:

@@ -14,12 +14,13 @@ from runtime.checks.convergence import study
 from runtime.checks.convergence_text import lines
 from runtime.checks.health import check, energy_limit
 from runtime.exchange import Exchange
-from runtime.integrate.methods import find_method
+from runtime.integrate.methods import METHODS, find_method
+from runtime.recording.verify import verify
 from runtime.result_json import result, to_json
 from runtime.solution import Solution
 from runtime.solve import solve
 from runtime.system import System, load
-from symgen import Model, cos, dot
+from symgen import Model, cos, dot, sin, t
 from symgen.link import derive_text
 
 FIXTURES = Path(__file__).parent / "fixtures"
@@ -105,15 +106,15 @@ def test_euler_gains_energy(pendulum):
 
 
 @pytest.mark.parametrize(
-    ("rtol", "limit"), [(1e-3, 1e-2), (1e-8, 1e-4), (1e-12, 1e-6)], ids=["loose", "default", "tight"]
+    ("rtol", "limit"), [(1e-3, 2e-2), (1e-8, 1e-3), (1e-12, 1e-6)], ids=["loose", "default", "tight"]
 )
 def test_energy_limit_follows_the_tolerance(rtol, limit):
     assert energy_limit(find_method("dop853"), rtol) == pytest.approx(limit)
 
 
 def test_energy_limit_of_fixed_steps():
-    assert energy_limit(find_method("implicit_euler"), 1e-8) == 2e-2
-    assert energy_limit(find_method("verlet"), 1e-8) == energy_limit(find_method("rk4"), 1e-8) == 1e-2
+    assert energy_limit(find_method("implicit_euler"), 1e-8) == 5e-2
+    assert energy_limit(find_method("verlet"), 1e-8) == energy_limit(find_method("rk4"), 1e-8) == 2e-2
 
 
 def _lifted(height: float) -> System:
@@ -149,6 +150,36 @@ def test_rest_exchanges_nothing_and_is_right(method):
         t_end=5.0, method=method, start={"a": 1e-6}, **({} if run.step is None else {"step": 0.005})
     )
     assert "energy" not in objections(run)
+
+
+def _driven_crank(drag: float = 0.0) -> System:
+    """A bob on a crank that turns at constant speed: even motion, while the power of the drive goes up and down."""
+    model = Model("driven_crank", gravity=(0, "-9.81"))
+    a = model.coordinate("a", start=0.0, rate=3.0)
+    model.body("bob", mass=1, com=(sin(a), -cos(a)))
+    model.force(a, -drag * dot(a))
+    model.constraint("driven", a - 3 * t)
+    return load(derive_text(model).text)
+
+
+@pytest.mark.parametrize("method", [name for name, method in METHODS.items() if method.adaptive])
+def test_steps_longer_than_the_power_changes_are_no_imbalance(method, tmp_path):
+    run = _driven_crank(0.5).run(t_end=20.0, method=method)
+    assert run.ok and run.energy.max_error < 1e-6
+    assert run.energy.work[-1] == pytest.approx(
+        9.81 * (1.0 - np.cos(60.0)), rel=1e-9
+    )  # the drag's is made good
+    assert run.energy.exchange.size == pytest.approx(2 * 9.81, rel=1e-3)
+    run.save(tmp_path / "crank.rrd")
+    assert {check.name: check.ok for check in verify(tmp_path / "crank.rrd").checks}["energy"]
+
+
+def test_work_along_the_frames_hides_no_loss():
+    """Equations with a drag that does no work in the module, on a crank that is driven by a torque."""
+    from tests.trust.models import edited
+
+    run = edited("damped_spring_pendulum", "rhs", 2, "{} - 0.05*y[2]").run(t_end=5.0, method="dop853")
+    assert "energy" in objections(run) and not any("work:" in note for note in run.notes)
 
 
 def test_exchange_takes_the_largest_t_or_the_range_of_v():

@@ -12,7 +12,7 @@ from runtime.checks.advice_text import advice_lines
 from runtime.checks.cost import Cost, fixed_step_cost, run_cost, seconds_per_evaluation
 from runtime.checks.mode_origin import Origin, fastest_origin
 from runtime.checks.stability import EXPLICIT_METHODS, damping_ratio, stable_radius, stable_step
-from runtime.checks.steps import step_for_phases
+from runtime.checks.steps import MOST_RECOMMENDED, step_for_phases
 from runtime.checks.time_scales import TimeScales, time_scales
 from runtime.choose import refuse_unsuitable
 from runtime.constraints.large import is_large
@@ -279,7 +279,12 @@ def _fixed_steps(
             continue
         stable = min(stable_step(method, scale.eigenvalues) for scale in scales)
         step, reason = _step(motion if method.stiff else rate, stable, span, n or method.steps_per_period)
-        phases = min(step_for_phases(method, system, scale.eigenvalues, span) for scale in scales)
+        phases, practical = (
+            min(step_for_phases(method, system, scale.eigenvalues, span, most) for scale in scales)
+            for most in (np.inf, MOST_RECOMMENDED)
+        )
+        if n is None and phases < practical:
+            continue
         if n is None and phases < step:
             step, reason = phases, "what errors of phase and size may add up to over the run"
         yield FixedStep(method.name, step, stable, reason, fixed_step_cost(method, span / step, evaluation))

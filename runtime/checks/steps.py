@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from runtime.integrate.methods import Method
     from runtime.system import System
 
+# Steps of runs whose step is left open: a run that needs more is not slow without being asked to be.
+MOST_IN_A_PERIOD = 250.0
+MOST_RECOMMENDED = 1000.0  # steps: with a method that needs more, nobody follows a motion so long
 _FEWEST, _PART = 20.0, 0.7  # of what is recommended for short runs
 # What an oscillation may be off by at the end of a run: half of what the checks of accuracy and, at order 1, where the
 # energy changes twice as much as the amplitude, of energy allow.
@@ -35,10 +38,12 @@ def _error_per_radian(method: Method, system: System) -> float:
     return method.oscillation_error or (0.0 if symplectic else _OF_ORDER_1)
 
 
-def step_for_phases(method: Method, system: System, eigenvalues: np.ndarray, span: float) -> float:
+def step_for_phases(
+    method: Method, system: System, eigenvalues: np.ndarray, span: float, most: float = np.inf
+) -> float:
     """Return the step [s] with which motions of these eigenvalues [1/s] are right at the end of a run; infinite if any.
 
-    Errors of phase and size add up over the run, or until a motion has died out.
+    Errors of phase and size add up over the run, or until a motion has died out. A period takes `most` steps at most.
     """
     shortest = np.inf
     for value in np.atleast_1d(np.asarray(eigenvalues, dtype=complex)):
@@ -46,9 +51,8 @@ def step_for_phases(method: Method, system: System, eigenvalues: np.ndarray, spa
         if rate * span < 1.0:
             continue
         lasts = min(span, _DIES_OUT / -value.real) if value.real < 0.0 else span
-        shortest = min(
-            shortest, 2.0 * np.pi / rate / steps_in_a_period(method, system, rate * lasts / (2.0 * np.pi))
-        )
+        needed = steps_in_a_period(method, system, rate * lasts / (2.0 * np.pi))
+        shortest = min(shortest, 2.0 * np.pi / rate / min(needed, most))
     return float(shortest)
 
 

@@ -8,6 +8,7 @@ from runtime.batches import constraint_residuals
 from runtime.exchange import Exchange
 from runtime.solution import ConstraintResidual, Energy, Solution
 from runtime.system import System
+from runtime.work_along import work_that_balances
 
 from .reader import Recording
 
@@ -30,6 +31,9 @@ def replay(system: System, recording: Recording, energies: np.ndarray) -> Soluti
     work = recording.w[:, 0].copy() if system.nw else np.zeros(len(t))
     for event in recording.events:
         work[event.frame :] += event.energy_change
+    if system.nw and recording.settings.shape[1] == 0 and not any(e.energy_change for e in recording.events):
+        along = work_that_balances(system, p, t, states[:, : system.nq + system.nv], energies, work)
+        work = work if along is None else along
     balance = energies.sum(axis=1) - work
     exchange = Exchange(energies, work)
     error = float(exchange.relative(np.abs(balance - balance[0]).max()))
