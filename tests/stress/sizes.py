@@ -170,7 +170,7 @@ def series_error(system: runtime.System, t_end: float) -> float | None:
     """Return how far `taylor` is from `dop853` after a short time, in parts of the motion; None without a series."""
     if taylor_refusal(system):
         return None
-    runs = [system.run(t_end=t_end, method=m, rtol=1e-10, atol=1e-12, fps=0) for m in ("taylor", "dop853")]
+    runs = [system.run(t_end=t_end, method=m, rtol=1e-10, atol=1e-12) for m in ("taylor", "dop853")]
     states = [np.concatenate([run.q[-1], run.v[-1]]) for run in runs]
     travelled = np.abs(states[1] - np.concatenate([runs[1].q[0], runs[1].v[0]])).max()
     return float(np.abs(states[0] - states[1]).max() / max(travelled, 1e-6))
