@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.checks.jumped_over import jumped_over
 from runtime.driver import Run
 from runtime.errors import ContactError, RuntimeModelError
 from runtime.integrate import layout as at
@@ -165,6 +166,9 @@ def _timetable(solution: Solution, method: Method, t: float, end: float, most_st
     course, breaks = (own.course, own.breaks) if own is not None else (None, ())
     looks = min(_LOOKS, _OF_ALLOWED * most_steps)
     longest = _UNLIKE * (end - t) / looks if method.adaptive and looks >= 1.0 else None
+    closely = jumped_over(solution, _OF_ALLOWED * most_steps) if method.adaptive else None
+    if closely is not None:
+        course = closely if course is None else course.within(closely)
     return timetable(course, method, t, end, longest, breaks)
 
 

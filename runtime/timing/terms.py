@@ -1,4 +1,4 @@
-"""The text of `time_terms`, worked out on numbers of another kind: ranges over cells, or many times at once."""
+"""The text of a function worked out on numbers of another kind: ranges over cells of time, or many times at once."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from runtime.graph.functions import IN_CODE
 from runtime.timing.intervals import Intervals, Range
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from runtime.code.grammar import FunctionText
     from runtime.system import System
@@ -37,24 +37,26 @@ class Operations(Protocol):
 
 
 class TimeTerms:
-    """What a model's equations have of time alone, for one `p`.
+    """What a function of a model makes of time, for one `p`.
 
     Parameters
     ----------
     system : System
-        It has the function `time_terms`.
     p : ndarray
-        Parameters and inputs; terms with a number that is not finite are taken for constant.
+        Parameters and inputs.
+    name : str
+        The function: what the equations have of time alone, if it is not given.
     """
 
-    def __init__(self, system: System, p: np.ndarray):
-        self._code: FunctionText = system.function_text(NAME)
+    def __init__(self, system: System, p: np.ndarray, name: str = NAME):
+        self._code: FunctionText = system.function_text(name)
         self._p = [float(x) for x in p]
         self._statements = list(self._straight(self._code.statements()))
 
-    def values(self, operations: Operations) -> list[Any]:
-        """Return all terms; those that are numbers do not change."""
+    def values(self, operations: Operations, y: Sequence[Any] = ()) -> list[Any]:
+        """Return all that the function writes for some `y`; what are numbers does not change."""
         names: dict[str, Any] = {"t": operations.time()}
+        self._y = y
         found: list[Any] = []
         for target, expression, k in self._statements:
             value = self._value(expression, names, operations, k)
@@ -88,7 +90,9 @@ class TimeTerms:
         if kind is ast.Name and node.id in names:
             return names[node.id]
         if kind is ast.Subscript and type(node.value) is ast.Name and node.value.id == "p":
-            return self._p[self._place(node, k)]
+            return self._p[self._index(node, k, len(self._p))]
+        if kind is ast.Subscript and type(node.value) is ast.Name and node.value.id == "y":
+            return self._y[self._index(node, k, len(self._y))]
         if kind is ast.UnaryOp and type(node.op) is ast.USub:
             return do.neg(self._value(node.operand, names, do, k))
         if kind is ast.BinOp and type(node.op) in _BINARY:
@@ -118,7 +122,7 @@ class TimeTerms:
             value = getattr(do, _BINARY[type(part.op)])(value, right)
         return value
 
-    def _place(self, node: ast.Subscript, k: int) -> int:
+    def _index(self, node: ast.Subscript, k: int, length: int) -> int:
         name = table_name(node.slice)
         if name is not None:
             place = self._code.tables[name][k]
@@ -127,8 +131,8 @@ class TimeTerms:
             if index is None:
                 self._code.refuse(node, "an index is a number, or one that a loop counts")
             place = index.first + index.step * k
-        if not 0 <= place < len(self._p):
-            self._code.refuse(node, f"p[{place}] is outside of p, which has {len(self._p)} numbers")
+        if not 0 <= place < length:
+            self._code.refuse(node, f"the index {place} is outside of an array of {length} numbers")
         return place
 
 

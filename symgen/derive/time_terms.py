@@ -48,12 +48,26 @@ def time_terms(g: Graph, outputs: Iterable[int]) -> list[int]:
             chooser = g.mask[a] | g.mask[b]
             if chooser & T and not chooser & ~_KNOWN:
                 found.add(g.select(a, b, g.one, g.zero))
-            stack += operands
+            stack += _factors(g, node) if op == "mul" else operands
         elif op in _LINEAR or (op == "mul" and len(operands) == 1) or (op == "div" and _over_number(g, node)):
             stack += operands
         elif not _is_polynomial(g, node, polynomial):
             found.add(node)
     return sorted(found)
+
+
+def _factors(g: Graph, node: int) -> list[int]:
+    """The factors of a product that depend on time; those of time alone as one: a window hides what it multiplies."""
+    alone, others, pending = g.one, [], [node]
+    while pending:
+        factor = pending.pop()
+        if not g.mask[factor] & ~_KNOWN:
+            alone = g.mul(alone, factor)
+        elif g.op[factor] in ("mul", "neg"):
+            pending += g.operands(factor)
+        elif g.mask[factor] & T:
+            others.append(factor)
+    return [alone, *others] if g.mask[alone] & T else others
 
 
 def _over_number(g: Graph, node: int) -> bool:

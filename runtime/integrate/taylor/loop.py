@@ -204,9 +204,11 @@ def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair,
     current = counters[CURRENT]
     old = pair[current][: (order + 1) * ny].reshape((order + 1, ny))
     sums = states[NEW:CARRY].reshape(CARRY * ny)
-    control[H] = min((1.0 - cell[SHORTER]) * series_step(order, sizes, control, old, cell), control[H_MAX])
+    reach = (1.0 - cell[SHORTER]) * series_step(order, sizes, control, old, cell)
+    control[H] = min(reach, control[H_MAX])
     if sizes[NM] > 0:
-        if control[H] < CREEPS * cell[REACH]:
+        # A limit of the step announces what is short by itself: a pulse in time.
+        if reach < CREEPS * min(cell[REACH], control[H_MAX]):
             return STEP_TOO_SMALL, t
         cell[REACH] = max(control[H], FORGET_REACH * cell[REACH])
     if control[RTOL] <= ROUND_OFF_RTOL:

@@ -1,0 +1,161 @@
+"""What a run's steps may have gone over: where its path passes something far shorter than a step.
+
+Along the recorded path the state is a function of time, so the equations are, too. Worked out on ranges over cells of
+it (`runtime.timing`), they show every barrier, well and edge that the path passes, however thin; and the log of steps
+shows how long the steps were there. Whether it mattered is not judged here: a companion of the run is held to short
+steps there.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.checks.work import operations_of_run
+from runtime.errors import ModuleError
+from runtime.spread import spread_rows
+from runtime.timing.course import Course
+from runtime.timing.intervals import Intervals, Range
+from runtime.timing.terms import TimeTerms
+
+if TYPE_CHECKING:
+    from runtime.solution import Solution
+
+# What can be sharp in the state. Sines of coordinates are not, as long as steps follow the motion.
+_SHARP = re.compile(r"\b(?:exp|tanh|erf|atan|sinh|cosh|log|sqrt|pow|tan|asin|acos|atan2)\(|/(?:x\d|\()")
+_SMALL, _COST, _SHARE = (
+    150,
+    6e4,
+    0.02,
+)  # operations of a residual that is quick to look at; of a look; of the run
+_CELLS, _MOST_CELLS, _PARTS = 200, 4000, 8
+_OF_CELL = 0.125  # a cell is small enough when nothing in it changes in less than this part of it
+_MUCH_LONGER = 8.0  # a step than the time in which something changes
+_LOOK = 0.5  # of that time: how long the steps of a companion are there
+_AROUND = 50.0  # of these steps before and after: the path between frames is interpolated
+_FINEST = 2.0**-36  # of the run
+
+
+def jumped_over(solution: Solution, most_steps: float) -> Course | None:
+    """Return where a companion of a run has to look closely, with steps how long; None where nothing calls for it.
+
+    Parameters
+    ----------
+    solution : Solution
+    most_steps : float
+        How many steps it may take for this.
+    """
+    system = solution.system
+    text = system.source.functions["residual"]
+    operations = system.operations.get("residual", 0)
+    if operations > max(_SMALL, _SHARE / _COST * operations_of_run(solution)):
+        return None
+    if len(solution.t) < 3 or not _SHARP.search(text):
+        return None
+    try:
+        with np.errstate(all="ignore"):
+            begin, end, scale = _Path(solution).sharp_places()
+    except ModuleError:  # loops with arrays, of large models
+        return None
+    return _course(begin, end, _LOOK * scale, most_steps)
+
+
+class _Path:
+    """The recorded path of a run, as functions of time over cells."""
+
+    def __init__(self, solution: Solution):
+        self._equations = TimeTerms(solution.system, solution.p, "residual")
+        rows = np.unique(spread_rows(len(solution.t), len(solution.t)))
+        keep = np.append(True, np.diff(solution.t[rows]) > 0.0)
+        self._t, self._y = solution.t[rows][keep], solution.states[rows][keep]
+        nq = solution.system.nq
+        slopes = np.gradient(self._y, self._t, axis=0)
+        if nq == solution.system.nv:
+            slopes[:, :nq] = self._y[:, nq:]
+        self._slopes = slopes
+        self._ends, self._lengths = solution.step_log[:, 0], solution.step_log[:, 1]
+        self._n_more = solution.system.nv + solution.system.m
+        self._widths = self._all_widths()
+
+    def _all_widths(self) -> list[float]:
+        one = np.ones(1)
+        everywhere = Intervals(np.full(1, self._t[0]), np.full(1, np.inf), [], finding=True)
+        never, none = np.full(1, np.inf), np.zeros(1, dtype=np.int8)
+        free = Range(-np.inf * one, np.inf * one, -np.inf * one, np.inf * one, 0.0 * one, never, never, none)
+        self._equations.values(everywhere, [*[free] * self._y.shape[1], *[0.0] * self._n_more])
+        return everywhere.widths
+
+    def sharp_places(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return begins and ends of cells in which something changes much faster than steps were, and how fast [s]."""
+        marks = self._t[spread_rows(len(self._t), _CELLS + 1)]
+        begin, end = marks[:-1], marks[1:]
+        found: list[tuple[np.ndarray, ...]] = []
+        looked = 0
+        while len(begin) and looked < _MOST_CELLS:
+            scale = self._scales(begin, end)
+            looked += len(begin)
+            far = scale * _MUCH_LONGER < self._steps(begin, end)
+            small = (scale >= _OF_CELL * (end - begin)) | (
+                end - begin <= _FINEST * (self._t[-1] - self._t[0])
+            )
+            there = far & small
+            found.append((begin[there], end[there], scale[there]))
+            begin, end = begin[far & ~small], end[far & ~small]
+            cuts = begin + (end - begin) * np.arange(_PARTS + 1)[:, None] / _PARTS
+            begin, end = cuts[:-1].ravel(), cuts[1:].ravel()
+        return tuple(np.concatenate(parts) for parts in zip(*found, strict=True))
+
+    def _scales(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """The shortest time in which the equations change in each cell [s]."""
+        (at_begin, slope), (at_end, later) = self._at(begin), self._at(end)
+        middle = self._at(begin + 0.5 * (end - begin))[0]
+        never, none = np.full(len(begin), np.inf), np.zeros(len(begin), dtype=np.int8)
+        y = [
+            Range(
+                np.minimum(at_begin[:, i], at_end[:, i]), np.maximum(at_begin[:, i], at_end[:, i]),
+                np.minimum(slope[:, i], later[:, i]), np.maximum(slope[:, i], later[:, i]),
+                middle[:, i], never, never, none,
+            )
+            for i in range(self._y.shape[1])
+        ]  # fmt: skip
+        results = self._equations.values(Intervals(begin, end, self._widths), [*y, *[0.0] * self._n_more])
+        scales = [x.scale for x in results if isinstance(x, Range)]
+        return np.minimum.reduce(scales) if scales else never
+
+    def _at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The state and its slope between frames, by Hermite's cubic."""
+        k = np.clip(np.searchsorted(self._t, t, side="right") - 1, 0, len(self._t) - 2)
+        h = (self._t[k + 1] - self._t[k])[:, None]
+        s = (t - self._t[k])[:, None] / h
+        first, last, a, b = self._y[k], self._y[k + 1], self._slopes[k], self._slopes[k + 1]
+        change = last - first
+        cubic = s * (s - 1.0) * ((s - 1.0) * (h * a - change) + s * (h * b - change))
+        return first + s * change + cubic, a + s * (b - a)
+
+    def _steps(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """The longest step that touches each cell [s]."""
+        last = len(self._ends) - 1
+        first = np.clip(np.searchsorted(self._ends, begin, side="right"), 0, last)
+        final = np.clip(np.searchsorted(self._ends, end, side="left"), 0, last)
+        pairs = np.column_stack([first, final + 1]).ravel()
+        longest = np.maximum.reduceat(np.append(self._lengths, 0.0), pairs)[::2]
+        return np.maximum(longest, self._lengths[first])
+
+
+def _course(begin: np.ndarray, end: np.ndarray, longest: np.ndarray, most_steps: float) -> Course | None:
+    """Return limits of the step around some cells, those that cost least first, as far as the steps go."""
+    before, after = begin - _AROUND * longest, end + _AROUND * longest
+    cost = (after - before) / longest
+    order = np.argsort(cost, kind="stable")
+    chosen = order[np.cumsum(cost[order]) <= most_steps]
+    if not len(chosen):
+        return None
+    edges = np.unique(np.concatenate([before[chosen], after[chosen]]))
+    limits = np.full(len(edges), np.inf)
+    for k in chosen:
+        inside = slice(*np.searchsorted(edges, [before[k], after[k]]))
+        limits[inside] = np.minimum(limits[inside], longest[k])
+    changes = np.append(True, limits[1:] != limits[:-1])
+    return Course(np.zeros(0), np.zeros(0), edges[changes], limits[changes])
