@@ -179,6 +179,8 @@ class Run:
     def _after_call(self, status: int) -> bool:
         """Collect what a call of the step loop has left, act on its status; returns whether to go on."""
         self._collect()
+        if self.system.has_feedback:
+            self.system.refuse_faults()
         if self._forces_jumped:
             self._settle_jump()
         if status < 0 and self.fallback is not None:

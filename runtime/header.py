@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 from runtime.abi import ABI, MARKS, SETTINGS
 
+_LARGEST = 1 << 26  # values that one function hoists, sizes of a body
 _COUNTS = ("nq", "nv", "nh", "nn", "nw")
+_NAME = re.compile(
+    r"[A-Za-z][A-Za-z0-9_]{0,199}", re.ASCII
+)  # the rules of model files, for names made of two as well
 _TEXTS = ("generator", "source", "name", "description")
 _FLAGS = (
     "conservative",
@@ -57,6 +62,10 @@ def check_header(header: Any) -> None:
     for key in _COUNTS:
         if _get(header, key, int, "") < 0:
             raise HeaderFault(f"{key!r} is {header[key]}, expected a count")
+    if not _NAME.fullmatch(header["name"]):
+        raise HeaderFault(
+            f"'name' is {header['name']!r:.60}, which is no name: letters, digits and underscores"
+        )
     for key, fields in _RECORDS.items():
         _check_records(key, _get(header, key, list, ""), fields)
     for index, record in enumerate(header["inputs"]):
@@ -67,7 +76,7 @@ def check_header(header: Any) -> None:
         _get(header["operations"], name, int, "operations")
     _get(header, "run", dict, "")
     for name in _get(header, "hoisted", dict, "") if "hoisted" in header else ():
-        if _get(header["hoisted"], name, int, "hoisted") < 1:
+        if not 1 <= _get(header["hoisted"], name, int, "hoisted") <= _LARGEST:
             raise HeaderFault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
     if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
         raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
@@ -128,6 +137,8 @@ def _check_records(key: str, records: list[Any], fields: dict[str, type]) -> Non
     names = [record["name"] for record in records]
     seen: set[str] = set()
     for name in names:
+        if not _NAME.fullmatch(name):
+            raise HeaderFault(f"{key} has the name {name!r:.60}: names are letters, digits and underscores")
         if name in seen:
             raise HeaderFault(f"{key} has the name {name!r} twice")
         seen.add(name)
@@ -169,8 +180,8 @@ def _check_sizes(header: dict[str, Any]) -> None:
         raise HeaderFault(
             f"nw is {header['nw']}, but structure['conservative'] is {header['structure']['conservative']}"
         )
-    if any(body["sizes"] < 0 for body in header["bodies"]):
-        raise HeaderFault("a body has a negative count of sizes")
+    if any(not 0 <= body["sizes"] <= _LARGEST for body in header["bodies"]):
+        raise HeaderFault("a body has a negative count of sizes, or more than there can be")
 
 
 def _check_subsystems(header: dict[str, Any]) -> None:

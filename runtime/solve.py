@@ -117,7 +117,7 @@ def solve(
     if moving:
         from runtime.inputs.drive import drive
 
-        system = drive(system, moving, p, t_start)
+        system = drive(system, moving, p, t_start, t_end)
     treatment, formed, form_notes = choose_constraints(constraints, system, method)
     began = time.perf_counter()
     assembly = assemble(system, p, start, rate, t_start)

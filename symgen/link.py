@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import gc
 import hashlib
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from .derive.program import Program
     from .model.model import Model
 
-LARGEST_MODEL_FILE = 4 << 20  # bytes
 _GENERATOR = ("model", "derive", "emit")  # folders whose sources decide what a generated module says
 _KEPT_GENERATORS = 20
 
@@ -205,11 +205,16 @@ def module_for(
 
     options = options or {}
     key = hashlib.sha256()
-    for part in (path.name.encode(), _source_hash(_read(path), options).encode(), generator_hash().encode()):
+    for part in (
+        os.fsencode(path.name),
+        _source_hash(_read(path), options).encode(),
+        generator_hash().encode(),
+    ):
         key.update(part + b"\0")
     for table in _tables_beside(path):
         key.update(hashlib.sha256(table).digest())
-    cached = cache_folder("modules") / f"{path.stem}-{key.hexdigest()[:32]}"
+    stem = "".join(x if x.isascii() and x.isalnum() else "_" for x in path.stem)[:60]
+    cached = cache_folder("modules") / f"{stem}-{key.hexdigest()[:32]}"
     content = fetch(cached)
     if content is not None:
         return ModuleText(content.decode(), False, 0.0, cached)
@@ -263,25 +268,24 @@ def _tables_beside(path: Path) -> Iterator[bytes]:
     """The contents of the files that a TOML model's inputs name; what is wrong with them is found when it is read."""
     if path.suffix != ".toml" or b"table" not in _read(path):
         return
-    import tomllib
+    from .model.files import LARGEST_TABLE, read_plain
+    from .model.toml_text import parse
 
     try:
-        inputs = tomllib.loads(_read(path).decode("utf-8-sig")).get("inputs", {})
+        inputs = parse(_read(path).decode("utf-8-sig"), str(path)).get("inputs", {})
         files = [entry["table"] for entry in inputs.values() if type(entry) is dict and "table" in entry]
-    except (ValueError, AttributeError):
+    except (ModelError, ValueError, AttributeError):
         return
     for file in files:
-        if type(file) is str and ".." not in Path(file).parts and (path.parent / file).is_file():
-            yield (path.parent / file).read_bytes()
+        if type(file) is str and ".." not in Path(file).parts:
+            with contextlib.suppress(ModelError):
+                yield read_plain(path.parent / file, LARGEST_TABLE)
 
 
 def _read(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > LARGEST_MODEL_FILE:
-            raise ModelError(f"the file is larger than {LARGEST_MODEL_FILE >> 20} MiB", file=str(path))
-        return path.read_bytes()
-    except OSError as error:
-        raise ModelError(f"the file cannot be read: {error.strerror or error}", file=str(path)) from error
+    from .model.files import read_plain
+
+    return read_plain(path)
 
 
 def _source_hash(content: bytes, options: dict[str, str]) -> str:

@@ -102,7 +102,7 @@ def test_a_continuous_controller_is_as_good_as_one_in_the_equations(method):
 
 def test_the_jacobian_knows_what_controllers_do():
     law = Controller(lambda t, x: math.sin(3.0 * x[1]) - x[0] * x[3] + t)
-    system = drive(closed_crane(), {"u": law}, closed_crane().parameter_values(), 0.0)
+    system = drive(closed_crane(), {"u": law}, closed_crane().parameter_values(), 0.0, 10.0)
     p, random = closed_crane().parameter_values(), np.random.default_rng(2)
     rows, width = system.nv + system.m, 3 * system.nv + system.m
     for _ in range(5):
@@ -215,3 +215,34 @@ def test_what_numba_cannot_compile_is_refused():
 def test_series_are_refused_to_continuous_controllers():
     with pytest.raises(RuntimeModelError, match="acts at every instant"):
         oscillator().run(inputs={"u": Controller(lambda t, x: -x[0])}, t_end=1.0, method="taylor")
+
+
+def _late(t, x):
+    if t > 0.3:
+        raise ValueError("too late")
+    return 0.0
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5", "bdf", "rk4"])
+@pytest.mark.parametrize(
+    ("law", "cause"),
+    [
+        (Controller(lambda t, x: -2.0 * x[2]), r"'u' raised IndexError .*; its x holds 2 values: x, dot\(x\)"),
+        (Controller(lambda t, x: x[10**7]), "raised IndexError"),
+        (Controller(lambda t, x: x[-9]), "raised IndexError"),
+        (Controller(_late), r"raised ValueError \(too late\) at t = 0\.3"),
+        (Controller(_late, period=0.05), r"raised ValueError \(too late\) at t = 0\.3"),
+    ],
+)  # fmt: skip
+def test_what_a_controller_raises_ends_the_run(method, law, cause, capfd):
+    step = {"step": 0.01} if method == "rk4" else {}
+    with pytest.raises(RuntimeModelError, match=cause):
+        oscillator().run(inputs={"u": law}, t_end=1.0, method=method, **step)
+    assert "Exception ignored" not in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("period", [1e-12, 1e-300, 5e-324])
+def test_tiny_periods_are_refused_as_tiny_steps_are(period):
+    law = Controller(lambda t, x: 0.0, period=period)
+    with pytest.raises(RuntimeModelError, match="the period of the controller is"):
+        oscillator().run(inputs={"u": law}, t_end=1.0)

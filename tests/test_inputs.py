@@ -26,7 +26,7 @@ def options(name, step=0.02):
 
 
 def driven(system, **inputs):
-    return drive(system, inputs, system.parameter_values(), 0.0)
+    return drive(system, inputs, system.parameter_values(), 0.0, 10.0)
 
 
 @pytest.mark.parametrize("name", METHODS)

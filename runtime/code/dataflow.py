@@ -13,10 +13,9 @@ from typing import NoReturn
 
 import numpy as np
 
-from runtime.code.grammar import ARGUMENTS, MATH_FUNCTIONS, FunctionText
+from runtime.code.grammar import ARGUMENTS, LARGEST, MATH_FUNCTIONS, FunctionText
 from runtime.module import SOLVERS
 
-LARGEST = 1 << 28  # values of a local array, passes of a loop
 DEEPEST = 150  # parentheses in each other; Python reads 200
 _LONG = 2 * DEEPEST  # characters, of an expression that may have as many
 _STATEMENT = re.compile(r"( {4}| {8})([A-Za-z_]\w*)(?:\[([\w +*]+(?:\[k\])?)\])? = ([\w .+\-*/()<=,\[\]]+)")

@@ -15,6 +15,9 @@ from runtime.graph.functions import IN_CODE
 
 MATH_FUNCTIONS = frozenset(IN_CODE)
 ARGUMENTS = ("t", "y", "p", "out")
+# A module may come from anybody: what it asks for must end, and have room.
+LARGEST = 1 << 26  # values of a local array, passes of a loop
+MOST_STATEMENTS = 1 << 30  # that a call of a function carries out
 
 _HOISTED = re.compile(r"c[0-9]+")
 _SETUP_LINE = re.compile(r"(?:    ){1,2}(?:\w+ = p\[.*\]|c[0-9]+ = .*|for .*:)")

@@ -13,7 +13,9 @@ from runtime.code import dense_ldl, front_ldl
 from runtime.code.expressions import ExpressionLowering
 from runtime.code.grammar import (
     ARGUMENTS,
+    LARGEST,
     MATH_FUNCTIONS,
+    MOST_STATEMENTS,
     FunctionText,
     array_length,
     hoisted_name,
@@ -47,7 +49,7 @@ class Lowering(ExpressionLowering):
         super().__init__(function, part)
         self._extra: dict[str, str] = {} if part == "whole" else {"h": "ptr"}
         self._step = 0  # hoisted values for each k of the loop that is being lowered
-        self._n_loops = 0
+        self._n_loops = self._n_statements = 0
         self.work_size = 0  # values in all local arrays
         self.n_hoisted = 0
         self.has_loops = False
@@ -124,6 +126,8 @@ class Lowering(ExpressionLowering):
         if known != length:
             self._refuse(statement, f"{name!r} is an array of {known} values already")
         self.work_size = max(self.work_size, first + length)
+        if self.work_size > LARGEST:
+            self._refuse(statement, f"its arrays have {self.work_size} values, more than {LARGEST}")
         self.code.clear("work", first, length)
 
     def _solve(self, statement: ast.Expr) -> None:
@@ -207,6 +211,9 @@ class Lowering(ExpressionLowering):
             self._refuse(statement, "the only loop is 'for k in range(N):' with a number N")
         if count < 1:
             self._refuse(statement, f"a loop runs at least once, not {count} times")
+        self._n_statements += count * len(statement.body)
+        if count > LARGEST or self._n_statements > MOST_STATEMENTS:
+            self._refuse(statement, f"a loop runs {count} times: that is more than a function may do")
         return count
 
 

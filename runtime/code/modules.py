@@ -49,11 +49,11 @@ class _Module:
         more = {} if part == "whole" else {"h": "ptr"}
         passed = _PASSED + "".join(f", ptr %{name}" for name in more)
         passed += "".join(f", ptr %{name}" for name in lowering.spaces)
-        begin, end = self._make_spaces(lowering.spaces)
+        begin, end = self.make_spaces(lowering.spaces)
         self.define(symbol, [*begin, f"call void @{inner}({passed})", *end], linkage, more)
         return lowering
 
-    def _make_spaces(self, spaces: dict[str, int]) -> tuple[list[str], list[str]]:
+    def make_spaces(self, spaces: dict[str, int]) -> tuple[list[str], list[str]]:
         """Lines that make arrays, on the stack unless they are large, and lines that give them back."""
         begin, end = [], []
         for name, length in spaces.items():
@@ -61,7 +61,17 @@ class _Module:
                 begin.append(f"%{name} = alloca double, i64 {length}, align 64")
                 continue
             self._solvers["malloc"] = "declare noalias ptr @malloc(i64)\ndeclare void @free(ptr)\n"
-            begin.append(f"%{name} = call ptr @malloc(i64 {8 * length})")
+            begin += [
+                f"%{name} = call ptr @malloc(i64 {8 * length})",
+                f"%{name}.none = icmp eq ptr %{name}, null",
+                f"br i1 %{name}.none, label %{name}.missing, label %{name}.there",
+                # Without room for it the result is nan, which is told to the user.
+                f"{name}.missing:",
+                "store double 0x7FF8000000000000, ptr %out",
+                *end,
+                "ret void",
+                f"{name}.there:",
+            ]
             end.append(f"call void @free(ptr %{name})")
         return begin, end
 
@@ -116,11 +126,8 @@ def lower_kernel(source: FunctionText, symbol: str, n_hoisted: int, offset: int)
     if not met == body == n_hoisted:
         source.refuse(None, f"it has {max(met, body)} hoisted values, but the header says {n_hoisted}")
     call = f"call void @{symbol}.body({_PASSED}, ptr %h)"
-    alone = [
-        f"%h = alloca double, i64 {n_hoisted}, align 64",
-        f"call void @{symbol}.setup({_PASSED}, ptr %h)",
-    ]
-    module.define(symbol, [*alone, call])
+    begin, end = module.make_spaces({"h": n_hoisted})
+    module.define(symbol, [*begin, f"call void @{symbol}.setup({_PASSED}, ptr %h)", call, *end])
     there = f"%h = getelementptr inbounds double, ptr %p, i64 {offset}"
     module.define(symbol + PREPARED, [there, f"tail {call}"])
     return module.lowered()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+import sys
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -118,8 +121,14 @@ def deviations(controller: Controller, signals: Signals) -> np.ndarray | None:
     return values
 
 
+_compiled: weakref.WeakSet[CompiledFeedback] = weakref.WeakSet()
+
+
 class CompiledFeedback:
     """A continuous controller as machine code `void f(double t, const double *x, const double *p, double *u)`.
+
+    Where the function raises, or reads beyond `x`, the code keeps that call, and writes nan to `u` from then on. So one
+    object serves one run at a time.
 
     Attributes
     ----------
@@ -130,32 +139,89 @@ class CompiledFeedback:
     def __init__(self, controller: Controller, n_signals: int, n_inputs: int):
         from runtime.code import numba_setup
 
+        self._faulty = np.zeros(2 + n_signals)  # whether there was such a call; its t and x
         make = _python_callback if numba_setup.DISABLE_JIT else _compile
-        self._code = make(controller.function, n_signals, n_inputs)
+        self._code, self._function = make(controller.function, n_inputs, self._faulty)
+        _compiled.add(self)
+        _keep_quiet()
         plain = isinstance(self._code, ctypes._CFuncPtr)
         self.address = ctypes.cast(self._code, ctypes.c_void_p).value if plain else self._code.address
 
+    @property
+    def is_faulty(self) -> bool:
+        """Whether a call has not come to its end."""
+        return bool(self._faulty[0])
 
-def _compile(function: Callable[..., Any], n_signals: int, n_inputs: int) -> Any:
+    def refuse_faults(self, inputs: Sequence[str], signals: Signals) -> None:
+        """Raise the error of the first call that failed since the last time, if there was one.
+
+        Raises
+        ------
+        InputFault
+        """
+        if not self.is_faulty:
+            return
+        t, x = float(self._faulty[1]), self._faulty[2:].copy()
+        self._faulty[0] = 0.0
+        try:
+            result = self._function(t, x)
+            if np.size(result) == len(inputs):
+                return
+            why = f"returned {result!r:.60}"
+        except Exception as error:
+            why = said_by(error)
+        raise InputFault(
+            f"the controller of {', '.join(map(repr, inputs))} {why} at t = {t:.9g} s; its x holds {len(x)} "
+            f"value{'s' * (len(x) != 1)}{': ' * bool(len(x))}{', '.join(signals.names)}"
+        )
+
+
+def said_by(error: Exception) -> str:
+    """Say that a user's function raised `error`, in one line."""
+    text = " ".join(str(error).split())
+    return f"raised {type(error).__name__}" + (f" ({text[:200]})" if text else "")
+
+
+def _compile(function: Callable[..., Any], n_inputs: int, faulty: np.ndarray) -> tuple[Any, Callable]:
     import numba
-    from numba import carray, cfunc, njit, types
+    from numba import carray, cfunc, types
     from numba.core.errors import NumbaError
 
-    dispatcher = isinstance(function, numba.core.dispatcher.Dispatcher)
-    act = function if dispatcher else njit(error_model="numpy")(function)
-    several = n_inputs > 1
+    from runtime.inputs.memory import pointer_to
+
+    options = {"nopython": True, "error_model": "numpy"}
+    if isinstance(function, numba.core.dispatcher.Dispatcher):
+        options, function = dict(function.targetoptions), function.py_func
+    act = numba.jit(**{**options, "boundscheck": True})(function)
+    several, n_signals, place = n_inputs > 1, len(faulty) - 2, faulty.ctypes.data
 
     def call(t, x, p, out):
-        u = act(t, carray(x, (n_signals,)))
+        # A call that raises does not come to its end, and so leaves its mark: no other is made then. (Handling
+        # exceptions here would take Numba three times as long to compile.)
+        noted, signals = carray(pointer_to(place), (n_signals + 2,), np.float64), carray(x, (n_signals,))
+        for k in range(n_inputs):
+            out[k] = np.nan
+        if noted[0] != 0.0:
+            return
+        noted[0], noted[1] = 1.0, t
+        for k in range(n_signals):
+            noted[2 + k] = signals[k]
+        u = act(t, signals)
         if several:
+            if len(u) != n_inputs:
+                raise ValueError("another number of inputs")
             for k in range(n_inputs):
                 out[k] = u[k]
         else:
             out[0] = u
+        noted[0] = 0.0
 
     doubles = types.CPointer(types.float64)
     try:
-        return cfunc(types.void(types.float64, doubles, doubles, doubles), error_model="numpy")(call)
+        # What the function calls is checked as well.
+        with _bounds_checked():
+            code = cfunc(types.void(types.float64, doubles, doubles, doubles), error_model="numpy")(call)
+        return code, act
     except NumbaError as error:
         name = getattr(function, "__name__", "function")
         reason = _reason(str(error))
@@ -164,6 +230,31 @@ def _compile(function: Callable[..., Any], n_signals: int, n_inputs: int) -> Any
             "of math only, and returns a number (or as many as it has inputs); or give it a period, then it is called "
             "as plain Python"
         ) from None
+
+
+def _keep_quiet() -> None:
+    """Let Python print nothing about what is raised in a controller's machine code: it is raised again, as an error."""
+    before = sys.unraisablehook
+    if getattr(before, "knows_controllers", False):
+        return
+
+    def hook(unraisable: Any) -> None:
+        if not (isinstance(unraisable.object, str) and any(code.is_faulty for code in _compiled)):
+            before(unraisable)
+
+    hook.knows_controllers = True
+    sys.unraisablehook = hook
+
+
+@contextlib.contextmanager
+def _bounds_checked() -> Iterator[None]:
+    from numba import config
+
+    before, config.BOUNDSCHECK = config.BOUNDSCHECK, 1
+    try:
+        yield
+    finally:
+        config.BOUNDSCHECK = before
 
 
 def _reason(text: str) -> str:
@@ -175,14 +266,21 @@ def _reason(text: str) -> str:
     return (telling or lines or ["no reason given"])[0][:200]
 
 
-def _python_callback(function: Callable[..., Any], n_signals: int, n_inputs: int) -> Any:
+def _python_callback(function: Callable[..., Any], n_inputs: int, faulty: np.ndarray) -> tuple[Any, Callable]:
     """The same without a compiler, for runs with NUMBA_DISABLE_JIT."""
     function = getattr(function, "py_func", function)
+    n_signals = len(faulty) - 2
 
     def call(t, x, p, out):
         signals = (
             np.ctypeslib.as_array((ctypes.c_double * n_signals).from_address(x)) if n_signals else np.zeros(0)
         )
-        np.ctypeslib.as_array((ctypes.c_double * n_inputs).from_address(out))[:] = function(t, signals.copy())
+        inputs = np.ctypeslib.as_array((ctypes.c_double * n_inputs).from_address(out))
+        try:
+            inputs[:] = function(t, signals.copy())
+        except Exception:
+            inputs[:] = np.nan
+            if not faulty[0]:
+                faulty[0], faulty[1], faulty[2:] = 1.0, t, signals
 
-    return KERNEL_PROTOTYPE(call)
+    return KERNEL_PROTOTYPE(call), function

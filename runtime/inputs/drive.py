@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from runtime.choose import time_resolution
 from runtime.errors import RuntimeModelError, nearest
 from runtime.inputs.controller import CompiledFeedback, Controller, find_signals
 from runtime.inputs.driven import DrivenSystem, Feedback, reads_inputs
@@ -16,11 +17,15 @@ from runtime.inputs.samples import Sampler
 if TYPE_CHECKING:
     from runtime.system import System
 
+_LEAST_TICKS = 16  # of floating-point time in a period, as in a step
+_MOST_SAMPLES = 1e8  # all of them are kept
 # What inputs may not stand in: their rates of change are not known there.
 _FIXED = ("energy", "mass_matrix", "constraint_residual", "gamma")
 
 
-def drive(system: System, moving: Mapping[Any, Any], p: np.ndarray, t_start: float) -> DrivenSystem:
+def drive(
+    system: System, moving: Mapping[Any, Any], p: np.ndarray, t_start: float, t_end: float
+) -> DrivenSystem:
     """Return the system with inputs over time.
 
     Parameters
@@ -30,7 +35,7 @@ def drive(system: System, moving: Mapping[Any, Any], p: np.ndarray, t_start: flo
         Name of an input, or a tuple of names -> Table, Polynomial, Controller or a pair (times, values).
     p : ndarray
         Parameters, then inputs: what sampled controllers' inputs are before their first call.
-    t_start : float [s]
+    t_start, t_end : float [s]
 
     Raises
     ------
@@ -59,6 +64,7 @@ def drive(system: System, moving: Mapping[Any, Any], p: np.ndarray, t_start: flo
                         Feedback(places, signals, CompiledFeedback(value, len(signals.names), len(places)))
                     )
                 else:
+                    _refuse_short_period(value.period, t_start, t_end)
                     before = p[[first + k for k in places]]
                     samplers.append(Sampler(value, signals, places, names, t_start, before))
             elif len(names) > 1:
@@ -96,6 +102,15 @@ def _refuse_loop(system: System, signals: Any, places: tuple[int, ...]) -> None:
             raise InputFault(
                 f"the controller reads {names}, which reads this input: give the controller a period"
             )
+
+
+def _refuse_short_period(period: float, t_start: float, t_end: float) -> None:
+    least = max(_LEAST_TICKS * time_resolution(t_start, t_end), (t_end - t_start) / _MOST_SAMPLES)
+    if period < least:
+        raise InputFault(
+            f"the period of the controller is {period:.3g} s: in a run from {t_start:g} to {t_end:g} s give at least "
+            f"{least:.1g} s; or leave the period out, then it acts at every instant"
+        )
 
 
 def _refuse_rates(system: System, places: list[int]) -> None:

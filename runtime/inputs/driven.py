@@ -64,6 +64,7 @@ class DrivenKernel:
             KERNEL_PROTOTYPE(self.prepared_address)(
                 float(t), y.ctypes.data, prepared.ctypes.data, out.ctypes.data
             )
+            self._system.refuse_faults()
         return out
 
 
@@ -136,6 +137,12 @@ class DrivenSystem(System):
     def has_feedback(self) -> bool:
         """Whether controllers act at every instant."""
         return bool(self.feedback)
+
+    def refuse_faults(self) -> None:
+        """Raise `InputFault` if a continuous controller has raised an error since the last time."""
+        for controller in self.feedback:
+            names = [self.inputs[k]["name"] for k in controller.inputs]
+            controller.code.refuse_faults(names, controller.signals)
 
     @property
     def input_words(self) -> dict[str, str]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from runtime.inputs.controller import Controller, Signals, deviations
+from runtime.inputs.controller import Controller, Signals, deviations, said_by
 from runtime.inputs.given import InputFault
 from runtime.inputs.pieces import Pieces
 
@@ -55,7 +55,11 @@ class Sampler:
         if self._deviations is not None:
             x = x + self._deviations * self._random.standard_normal(len(x))
         arguments = (t, x) if self._memory is None else (t, x, self._memory)
-        values = self._checked(self._controller.function(*arguments), t)
+        try:
+            result = self._controller.function(*arguments)
+        except Exception as error:
+            raise InputFault(f"the controller of {self._what()} {said_by(error)} at t = {t:.9g} s") from error
+        values = self._checked(result, t)
         self._n_calls += 1
         if self._n_calls == 1:
             self.values[0] = values

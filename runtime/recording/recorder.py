@@ -238,12 +238,20 @@ class RunRecorder:
                     self._beside.start(self._write, make, batches)
                 if wait:
                     self._beside.wait()
+            except RuntimeError as error:  # of Rerun, which writes the file
+                self._give_up()
+                raise RuntimeModelError(
+                    f"{self.path}: the recording cannot be written ({error}); make room there, or name another place"
+                ) from error
             except BaseException:
-                # What cannot be written now is not tried again when the run is wound up.
-                self._closed = True
-                if self._writer is not None:
-                    self._writer.discard()
+                self._give_up()
                 raise
+
+    def _give_up(self) -> None:
+        """What cannot be written now is not tried again when the run is wound up."""
+        self._closed = True
+        if self._writer is not None:
+            self._writer.discard()
 
     def _write(self, make: Callable[..., RunWriter], batches: list[Batch]) -> None:
         """Write batches; this is what is done beside the run, and all that it shares with it."""
@@ -277,6 +285,11 @@ class RunRecorder:
 
 def _writable(path: Path) -> Path:
     folder = path.parent
+    if path.suffix not in ("", ".rrd"):
+        raise RuntimeModelError(
+            f"{path}: a recording is an .rrd file: call it {path.with_suffix('.rrd').name}, or "
+            "write tables of numbers with numpy.savetxt"
+        )
     if path.is_dir():
         raise RuntimeModelError(f"{path}: is a folder; name a file in it, such as {path / 'run.rrd'}")
     if not folder.is_dir():

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from runtime.plain_text import plain
+
 _MOST_ROWS = 60
 
 
@@ -60,7 +62,7 @@ def section(title: str, *parts: str) -> Markup:
 def page(title: str, body: Iterable[str]) -> str:
     """Return a whole page; it names nothing outside itself."""
     parts = "\n".join(map(markup, body))
-    return (
+    return plain(
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{markup(title)}</title><style>{_STYLE}</style></head>\n"

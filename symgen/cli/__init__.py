@@ -59,6 +59,8 @@ def main() -> None:
     """
     # NumPy's BLAS would start a thread for each processor, which takes longer than the products of small matrices.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # What Rerun has to say comes out as an error, or not at all.
+    os.environ.setdefault("RUST_LOG", "off")
     gc.set_threshold(_COLLECT_EVERY)
     # The process ends without looking once more through all that modules made.
     atexit.register(gc.freeze)

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen.cli.arguments import NameValue, OutputFile, as_dict, find_model
+from symgen.cli.arguments import NameValue, as_dict, find_model
 from symgen.cli.control import add_control
 from symgen.cli.failures import NOT_TRUSTED
+from symgen.cli.files import CarefulCommand, OutputFile, write_text
 from symgen.cli.settings import load_system, run_options, solve_arguments
+from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -32,7 +34,7 @@ class PlaceInRun(click.ParamType):
         return place
 
 
-@click.command("advise")
+@click.command("advise", cls=CarefulCommand)
 @click.argument("model", required=False)
 @click.option(
     "--option",
@@ -53,7 +55,7 @@ class PlaceInRun(click.ParamType):
     type=click.IntRange(min=2),
     help="N of the rule that a step is a period / N (default 50).",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write the advice to a file.")
+@click.option("--json", "json_file", type=OutputFile(".json"), help="Write the advice to a file.")
 @click.pass_context
 def command(
     context: click.Context,
@@ -91,13 +93,11 @@ def command(
     if json_file is not None:
         from runtime.result_json import to_json
 
-        json_file.write_text(to_json(advice.to_dict()) + "\n", encoding="utf-8")
+        write_text(json_file, to_json(advice.to_dict()) + "\n")
     times = f"from t = {advice.t_first:.4g} s " if advice.t_first else ""
-    click.echo(
-        f"{system.name}: time scales at {advice.n_states} states {times}up to t = {advice.t_seen:.4g} s"
-    )
+    say(f"{system.name}: time scales at {advice.n_states} states {times}up to t = {advice.t_seen:.4g} s")
     for line in advice.lines():
-        click.echo(f"  {line}")
+        say(f"  {line}")
     context.exit(0 if advice.ok else NOT_TRUSTED)
 
 

@@ -26,20 +26,6 @@ class NameValue(click.ParamType):
         return name.strip(), text.strip()
 
 
-class OutputFile(click.ParamType):
-    """A file to write, in a folder that exists."""
-
-    name = "FILE"
-
-    def convert(self, value: Any, param: Any, context: click.Context | None) -> Path:
-        path = Path(value)
-        if path.is_dir():
-            self.fail(f"{value!r} is a folder", param, context)
-        if not path.absolute().parent.is_dir():
-            self.fail(f"{value!r}: the folder {str(path.parent)!r} does not exist", param, context)
-        return path
-
-
 class Times(click.ParamType):
     """`T1,T2,…`, converted to a tuple of numbers [s]."""
 

@@ -9,23 +9,28 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen.cli.arguments import OutputFile
 from symgen.cli.failures import FAILED
+from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.interrupts import interrupted_status
+from symgen.cli.terminal import complain, say
 
 if TYPE_CHECKING:
     from runtime.bench.case import Effort
     from runtime.bench.scene_run import SceneRun
 
 
-@click.command("bench")
+@click.command("bench", cls=CarefulCommand)
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
 @click.option("--methods", help="Names of methods, separated by commas (default: all).")
 @click.option("--quick", is_flag=True, help="Fewer settings, shorter runs.")
 @click.option("--peers", is_flag=True, help="Also measure other integrators that are installed.")
 @click.option("--peer-seconds", type=click.FloatRange(0, min_open=True), help="Longest run of a peer [s].")
-@click.option("--json", "json_file", type=OutputFile(), help="Everything measured (default: bench.json).")
-@click.option("--png", "png_file", type=OutputFile(), help="The work-precision diagram (default: bench.png).")
+@click.option(
+    "--json", "json_file", type=OutputFile(".json"), help="Everything measured (default: bench.json)."
+)
+@click.option(
+    "--png", "png_file", type=OutputFile(".png"), help="The work-precision diagram (default: bench.png)."
+)
 @click.option("--list", "only_list", is_flag=True, help="List the scenes and stop.")
 @click.pass_context
 def command(
@@ -49,9 +54,11 @@ def command(
 
     if only_list:
         for scene in SCENES.values():
-            click.echo(f"{scene.name:24}{scene.says}, {scene.t_end:g} s of {scene.model}")
+            say(f"{scene.name:24}{scene.says}, {scene.t_end:g} s of {scene.model}")
         return
     _check_figure(png_file)
+    json_file = json_file or claim("the figures", Path("bench.json"))
+    png_file = png_file or claim("the diagram", Path("bench.png"))
     chosen = [find_scene(name) for name in dict.fromkeys(scenes)] or list(SCENES.values())
     names = _method_names(methods)
     bench = _Bench(QUICK if quick else FULL, names, peers, peer_seconds)
@@ -61,9 +68,9 @@ def command(
             bench.measure(scene)
     except KeyboardInterrupt:
         interrupted = True
-    bench.write(json_file or Path("bench.json"), png_file or Path("bench.png"))
+    bench.write(json_file, png_file)
     if interrupted:
-        click.echo("interrupted; what was measured is kept", err=True)
+        complain("interrupted; what was measured is kept")
     context.exit(interrupted_status() if interrupted else FAILED if bench.failed else 0)
 
 
@@ -109,7 +116,7 @@ class _Bench:
 
             self.results.append(run.to_dict())
             for line in [*scene_table(self.results[-1]), ""]:
-                click.echo(line)
+                say(line)
 
     def _prepared(self, scene: Any) -> SceneRun | None:
         from runtime.bench.scene_run import SceneRun
@@ -122,7 +129,7 @@ class _Bench:
             system, module = load_system(Path(find(scene.model)), dict(scene.options))
             return SceneRun(scene, system, module.text, bundled_folder() / "references", self.effort)
         except (RuntimeModelError, SymgenError) as error:
-            click.echo(f"{scene.name}: left out: {error}", err=True)
+            complain(f"{scene.name}: left out: {error}")
             self.failed = True
             return None
 
@@ -141,13 +148,13 @@ class _Bench:
         from runtime.result_json import to_json
 
         data = {"machine": machine(), "scenes": self.results}
-        json_file.write_text(to_json(data) + "\n", encoding="utf-8")
-        click.echo(f"figures: {json_file}")
+        write_text(json_file, to_json(data) + "\n")
+        say(f"figures: {json_file}")
         if importlib.util.find_spec("matplotlib") is not None:
             from runtime.bench.figure import write_figure
 
             write_figure(self.results, png_file)
-            click.echo(f"diagram: {png_file}")
+            say(f"diagram: {png_file}")
 
 
 def _peers_folder() -> Path:

@@ -8,25 +8,29 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen.cli.arguments import OutputFile, as_dict, find_model, model_argument
+from symgen.cli.arguments import as_dict, find_model, model_argument
 from symgen.cli.control import add_control
 from symgen.cli.failures import FAILED, NOT_TRUSTED
+from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.settings import load_system, run_options, solve_arguments
+from symgen.cli.terminal import complain, say
 
 if TYPE_CHECKING:
     from runtime.checks.convergence import Convergence
 
 
-@click.command("check")
+@click.command("check", cls=CarefulCommand)
 @model_argument
 @run_options
 @click.option(
     "--plot",
     "plot_file",
-    type=OutputFile(),
+    type=OutputFile(".png"),
     help="The plot (default: <name>_check.png).",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write the tables to a file, all coordinates.")
+@click.option(
+    "--json", "json_file", type=OutputFile(".json"), help="Write the tables to a file, all coordinates."
+)
 @click.pass_context
 def command(
     context: click.Context,
@@ -54,14 +58,16 @@ def command(
     if json_file is not None:
         from runtime.result_json import to_json
 
-        json_file.write_text(to_json(result.to_dict()) + "\n", encoding="utf-8")
+        write_text(json_file, to_json(result.to_dict()) + "\n")
     if result.failed:
-        click.echo(f"Error: {result.says}", err=True)
+        complain(f"Error: {result.says}")
         context.exit(FAILED)
     for line in lines(result):
-        click.echo(line)
-    _plot(result, plot_file or Path(f"{system.name}_check.png"), asked=plot_file is not None)
-    click.echo(result.says)
+        say(line)
+    _plot(
+        result, plot_file or claim("the plot", Path(f"{system.name}_check.png")), asked=plot_file is not None
+    )
+    say(result.says)
     context.exit(0 if result.ok else NOT_TRUSTED)
 
 
@@ -73,4 +79,4 @@ def _plot(result: Convergence, path: Path, asked: bool) -> None:
     from symgen.cli.check_plot import write_plot
 
     write_plot(result, path)
-    click.echo(f"plot: {path}")
+    say(f"plot: {path}")

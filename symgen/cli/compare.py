@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen.cli.arguments import OutputFile, Positive
+from symgen.cli.arguments import Positive
 from symgen.cli.failures import FAILED
+from symgen.cli.files import CarefulCommand, OutputFile, write_text
+from symgen.cli.terminal import complain, say
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 _MOST_LINES = 40
 
 
-@click.command("compare")
+@click.command("compare", cls=CarefulCommand)
 @click.argument("first", metavar="A.rrd", type=click.Path(path_type=Path))
 @click.argument("second", metavar="B.rrd", type=click.Path(path_type=Path))
 @click.option(
@@ -28,7 +30,7 @@ _MOST_LINES = 40
     default=1e-6,
     help="Largest difference, in parts of a quantity's largest value (default 1e-6).",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write the comparison to a file.")
+@click.option("--json", "json_file", type=OutputFile(".json"), help="Write the comparison to a file.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @click.pass_context
 def command(
@@ -42,12 +44,12 @@ def command(
 
     comparison = compare(first, second, tolerance=tolerance)
     if json_file is not None:
-        json_file.write_text(json.dumps(comparison.to_dict(), indent=1) + "\n", encoding="utf-8")
+        write_text(json_file, json.dumps(comparison.to_dict(), indent=1) + "\n")
     if not quiet:
         for line in _report(comparison):
-            click.echo(line)
+            say(line)
     if not comparison.equal:
-        click.echo(f"Error: {first} and {second}: {comparison.summary}", err=True)
+        complain(f"Error: {first} and {second}: {comparison.summary}")
         context.exit(FAILED)
 
 

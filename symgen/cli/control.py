@@ -53,7 +53,9 @@ def add_control(path: Path, system: System, arguments: dict[str, Any]) -> None:
 
 
 def _defines_control(path: Path) -> bool:
-    text = path.read_text(encoding="utf-8")
+    from symgen.model.files import read_plain
+
+    text = read_plain(path).decode("utf-8")
     if "def control(" not in text:
         return False
     return any(isinstance(node, ast.FunctionDef) and node.name == "control" for node in ast.parse(text).body)

@@ -8,13 +8,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli.arguments import OutputFile, as_dict, find_model, model_argument
+from symgen.cli.arguments import as_dict, find_model, model_argument
+from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
+from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
     from symgen.link import DerivedModel
 
 
-@click.command("derive")
+_READ = 1 << 20  # bytes in which a module's header begins
+
+
+@click.command("derive", cls=CarefulCommand)
 @model_argument
 @click.option(
     "-o",
@@ -27,7 +32,7 @@ if TYPE_CHECKING:
 @click.option(
     "--json",
     "json_file",
-    type=OutputFile(),
+    type=OutputFile(".json"),
     help="Write the figures to a file.",
 )
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
@@ -39,8 +44,9 @@ def command(
 
     derived = derive_file(find_model(model), as_dict(options, "--option"))
     output.mkdir(parents=True, exist_ok=True)
-    path = output / f"{derived.name}.py"
-    path.write_text(derived.text, encoding="utf-8", newline="\n")
+    path = claim("the module", output / f"{derived.name}.py")
+    _refuse_other_python(path)
+    write_text(path, derived.text)
     if json_file is not None:
         figures = {
             "operations": derived.operations,
@@ -49,10 +55,22 @@ def command(
             "seconds": derived.seconds,
             "structure": derived.structure,
         }
-        json_file.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+        write_text(json_file, json.dumps(figures, indent=1) + "\n")
     if not quiet:
         for line in _report(derived, path):
-            click.echo(line)
+            say(line)
+
+
+def _refuse_other_python(path: Path) -> None:
+    """A module may take the place of a module, not of a file that somebody wrote."""
+    if not path.is_file():
+        return
+    with path.open("rb") as file:
+        begin = file.read(_READ)
+    if begin.strip() and b"\nMODEL = {" not in begin:
+        raise click.UsageError(
+            f"{path} is there and is no generated module: give another folder with -o, or another name to the model"
+        )
 
 
 def _report(derived: DerivedModel, path: Path) -> list[str]:

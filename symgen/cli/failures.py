@@ -7,11 +7,13 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from symgen.cli.interrupts import answered_interrupts, interrupted_status
+from symgen.cli.terminal import accept_all_letters, complain, message
 
 if TYPE_CHECKING:
     from runtime.solution import Solution
@@ -27,16 +29,20 @@ class FailuresAsSentences(click.Group):
     def invoke(self, context: click.Context) -> Any:
         with _short_warnings(), answered_interrupts():
             try:
+                accept_all_letters()
                 return super().invoke(context)
-            except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
+            except click.ClickException as error:
+                error.message = message(error.message)
+                raise
+            except (click.exceptions.Exit, click.Abort, BrokenPipeError):
                 raise
             except KeyboardInterrupt:
-                click.echo("\ninterrupted", err=True)
+                complain("\ninterrupted")
                 context.exit(interrupted_status())
             except Exception as error:
                 if os.environ.get(_TRACEBACK):
                     raise
-                click.echo(f"Error: {_sentence(error)}", err=True)
+                complain(f"Error: {_sentence(error)}")
                 context.exit(FAILED)
 
 
@@ -44,12 +50,19 @@ def _sentence(error: Exception) -> str:
     from runtime.errors import RuntimeModelError
     from symgen.errors import SymgenError
 
+    subject = getattr(error, "symgen_subject", "")
     if isinstance(error, SymgenError | RuntimeModelError):
-        return str(error)
+        text = str(error)
+        named = not subject or Path(subject).name in text or Path(text.partition(":")[0]).suffix
+        return text if named else f"{subject}: {text}"
+    if isinstance(error, MemoryError):
+        return f"{subject or 'symgen'}: there is not enough memory for it ({error or 'no more is given'})"
+    if isinstance(error, RecursionError):
+        return f"{subject or 'symgen'}: it is nested too deeply"
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror or error}"
     if isinstance(error, OSError):
-        return error.strerror or str(error)
+        return f"{subject}: {error.strerror or error}" if subject else error.strerror or str(error)
     return (
         f"internal error: {type(error).__name__}: {error}; please report it, "
         f"with what `{_TRACEBACK}=1 {_command_line()}` prints"
@@ -66,8 +79,10 @@ def _command_line() -> str:
 def _short_warnings() -> Iterator[None]:
     """Show warnings as one line each, without file, line and code."""
 
-    def show(message, category, filename, lineno, file=None, line=None) -> None:
-        click.echo(f"Warning: {message}", err=True)
+    def show(text, category, filename, lineno, file=None, line=None) -> None:
+        # What NumPy says of single operations is no news for the user: results that are not finite are told as such.
+        if not issubclass(category, RuntimeWarning):
+            complain(f"Warning: {text}")
 
     before = warnings.showwarning
     warnings.showwarning = show
@@ -80,14 +95,14 @@ def _short_warnings() -> Iterator[None]:
 def exit_status(solution: Solution) -> int:
     """Say on standard error what is wrong, and return the exit status."""
     if solution.status == "interrupted":
-        click.echo(solution.message, err=True)
+        complain(solution.message)
         return interrupted_status()
     if solution.status not in ("success", "terminated"):
-        click.echo(f"Error: {solution.message}", err=True)
+        complain(f"Error: {solution.message}")
         return FAILED
     for entry in solution.objections:
-        click.echo(f"Not to be trusted: {entry.check}: {entry.says}", err=True)
+        complain(f"Not to be trusted: {entry.check}: {entry.says}")
     if solution.objections:
         for entry in solution.advice:
-            click.echo(f"It may be because of: {entry.check}: {entry.says}", err=True)
+            complain(f"It may be because of: {entry.check}: {entry.says}")
     return NOT_TRUSTED if solution.objections else 0

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from symgen.cli.terminal import say
+
 
 @click.command("list")
 def command() -> None:
@@ -13,4 +15,4 @@ def command() -> None:
     models = list(list_models())
     width = max((len(name) for name, _, _ in models), default=0)
     for name, description, _ in models:
-        click.echo(f"{name:<{width}}  {description}".rstrip())
+        say(f"{name:<{width}}  {description}".rstrip())

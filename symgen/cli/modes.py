@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen.cli.arguments import OutputFile, Positive, as_dict, find_model, model_argument, value_options
+from symgen.cli.arguments import Positive, as_dict, find_model, model_argument, value_options
+from symgen.cli.files import CarefulCommand, OutputFile, write_text
 from symgen.cli.settings import load_system
+from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
     from runtime.linear.frequency import FrequencyResponse
@@ -36,7 +38,7 @@ class Frequencies(click.ParamType):
         return numbers
 
 
-@click.command("modes")
+@click.command("modes", cls=CarefulCommand)
 @model_argument
 @value_options
 @click.option(
@@ -54,8 +56,8 @@ class Frequencies(click.ParamType):
     type=Frequencies(),
     help="First and last frequency [Hz], or a list; around the modes otherwise.",
 )
-@click.option("--png", "png_file", type=OutputFile(), help="Write the frequency response as a figure.")
-@click.option("--log", "log_file", type=OutputFile(), help="Write a mode as a recording that repeats.")
+@click.option("--png", "png_file", type=OutputFile(".png"), help="Write the frequency response as a figure.")
+@click.option("--log", "log_file", type=OutputFile(".rrd"), help="Write a mode as a recording that repeats.")
 @click.option(
     "--mode", "number", type=click.IntRange(min=1), default=1, help="Which mode --log shows (default 1)."
 )
@@ -63,7 +65,7 @@ class Frequencies(click.ParamType):
     "--amplitude", type=Positive(), help="Of the largest component in the recording, in its SI unit."
 )
 @click.option(
-    "--json", "json_file", type=OutputFile(), help="Write A, B, C, D with their names, and the modes."
+    "--json", "json_file", type=OutputFile(".json"), help="Write A, B, C, D with their names, and the modes."
 )
 def command(
     model: str,
@@ -93,14 +95,14 @@ def command(
     modes = linear.modes()
     response = _response(linear, source, target, frequencies) if source is not None else None
     for line in _report(linear, modes, response):
-        click.echo(line)
+        say(line)
     if json_file is not None:
         from runtime.result_json import to_json
 
         record = {**linear.to_dict(), **modes.to_dict()}
         if response is not None:
             record["frequency_response"] = response.to_dict()
-        json_file.write_text(to_json(record) + "\n", encoding="utf-8")
+        write_text(json_file, to_json(record) + "\n")
     if png_file is not None:
         _plot(system.name, response, png_file)
     if log_file is not None:
@@ -183,7 +185,7 @@ def _plot(name: str, response: FrequencyResponse | None, path: Path) -> None:
     from symgen.cli.modes_plot import write_plot
 
     write_plot(name, response, path)
-    click.echo(f"figure: {path}")
+    say(f"figure: {path}")
 
 
 def _record(
@@ -204,4 +206,4 @@ def _record(
         amplitude=amplitude,
     )
     stretched = f", {mode.frequency * SECONDS:.4g} times as slow as it is" if mode.frequency else ""
-    click.echo(f"recorded mode {number}: one swing in {SECONDS:g} s{stretched}: {log}")
+    say(f"recorded mode {number}: one swing in {SECONDS:g} s{stretched}: {log}")

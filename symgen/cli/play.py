@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from symgen.cli.failures import FAILED
+from symgen.cli.terminal import complain
 
 
 @click.command("play")
@@ -19,5 +20,5 @@ def command(context: click.Context, recording: Path, web: bool) -> None:
 
     status = play(recording, web=web)
     if status:
-        click.echo(f"Error: the Rerun viewer ended with status {status}", err=True)
+        complain(f"Error: the Rerun viewer ended with status {status}")
         context.exit(FAILED)

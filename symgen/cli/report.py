@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from symgen.cli.arguments import OutputFile, as_dict, find_model, model_argument
+from symgen.cli.arguments import as_dict, find_model, model_argument
 from symgen.cli.control import add_control
 from symgen.cli.failures import exit_status
+from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.report_recorded import likeness, repeatable
 from symgen.cli.settings import load_system, run_options, solve_arguments
+from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
     from runtime.checks.convergence import Convergence
@@ -21,10 +23,12 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 
-@click.command("report")
+@click.command("report", cls=CarefulCommand)
 @model_argument
 @run_options
-@click.option("--html", "html_file", type=OutputFile(), help="The report (default: <name>_report.html).")
+@click.option(
+    "--html", "html_file", type=OutputFile(".html"), help="The report (default: <name>_report.html)."
+)
 @click.option("--quick", is_flag=True, help="Leave out the convergence study, which takes five more runs.")
 @click.pass_context
 def command(
@@ -69,11 +73,11 @@ def command(
         None if quick or not regular else _timed(seconds, "convergence", lambda: _study(system, arguments))
     )
     equations = _timed(seconds, "equations", lambda: report_equations(system))
-    target = html_file or Path(f"{system.name}_report.html")
+    target = html_file or claim("the report", Path(f"{system.name}_report.html"))
     origin = likeness(recording, solution) if recording is not None else ""
     page = report_page(solution, equations, advice, study, seconds, origin)
-    target.write_text(page, encoding="utf-8")
-    click.echo(f"report: {target}")
+    write_text(target, page)
+    say(f"report: {target}")
     context.exit(exit_status(solution))
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli.arguments import find_model
+from symgen.cli.files import claim
 from symgen.cli.recorded import Progress, Recorded, run_recorded
 
 if TYPE_CHECKING:
@@ -51,10 +52,10 @@ def resume_run(
     if recording.options.get("t_end") is None and given["t_end"] is None:
         raise click.UsageError("the recording does not say how long the run was to be: give --t-end")
     t_end = recording.options["t_end"] if given["t_end"] is None else given["t_end"]
-    target = log_file or file
+    target = claim("the recording", log_file or file, instead_of=file)
     written = None
     if not no_log:
-        partial = target.with_name(f"{target.stem}.resumed{target.suffix}")
+        partial = _unused(target.with_name(f"{target.stem}.resumed{target.suffix}"))
         written = Recorded(partial, path, recording.module_text, recording.model_text)
     progress = Progress(t_end) if show_progress else None
     go_on = functools.partial(resumed.run, given["t_end"], at=given["at"], fps=given["fps"])
@@ -63,6 +64,15 @@ def resume_run(
         os.replace(written.path, target)
         written.path = target
     return solution, written, seconds
+
+
+def _unused(path: Path) -> Path:
+    """A name like this one that no file has."""
+    number, found = 1, path
+    while found.exists() or found.is_symlink():
+        number += 1
+        found = path.with_name(f"{path.stem}-{number}{path.suffix}")
+    return found
 
 
 def _refuse_other_settings(resumed: Resumed, given: dict[str, Any]) -> None:

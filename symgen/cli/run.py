@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli.arguments import (
-    OutputFile,
     Positive,
     Times,
     as_dict,
@@ -19,15 +18,17 @@ from symgen.cli.arguments import (
 )
 from symgen.cli.control import add_control
 from symgen.cli.failures import exit_status
+from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.recorded import Progress, Recorded, run_recorded
 from symgen.cli.settings import load_system, run_options, solve_arguments
+from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
     from runtime.solution import Solution
     from runtime.system import System
 
 
-@click.command("run")
+@click.command("run", cls=CarefulCommand)
 @functools.partial(model_argument, required=False)
 @run_options
 @click.option("--fps", type=Positive(), help="Frames per second of simulated time in the recording.")
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 @click.option(
     "--log",
     "log_file",
-    type=OutputFile(),
+    type=OutputFile(".rrd"),
     help="The recording (default: <name>.rrd).",
 )
 @click.option(
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="Go on with a recorded run as if it had never stopped; MODEL may be left out.",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write the result to a file.")
+@click.option("--json", "json_file", type=OutputFile(".json"), help="Write the result to a file.")
 @click.option("--explain", is_flag=True, help="Say what the run skipped, and why.")
 @click.option("--play", is_flag=True, help="Show the recording when the run is over.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
@@ -97,22 +98,23 @@ def command(
             arguments["energy_scaling"] = False
         if no_split:
             arguments["split"] = False
-        recording = None if no_log else Recorded(log_file or Path(f"{system.name}.rrd"), path, module.text)
+        target = None if no_log else log_file or claim("the recording", Path(f"{system.name}.rrd"))
+        recording = target and Recorded(target, path, module.text)
         progress = Progress(arguments["t_end"]) if show_progress else None
         solution = run_recorded(functools.partial(_solve, system, arguments), recording, progress)
     seconds = _seconds(solution, derived, recording)
     if json_file is not None:
-        from runtime.result_json import write_result
+        from runtime.result_json import result, to_json
 
-        write_result(solution, json_file, seconds)
+        write_text(json_file, to_json(result(solution, seconds)) + "\n")
     if not quiet:
         for line in _report(solution, seconds, recording):
-            click.echo(line)
+            say(line)
     if explain:
         from symgen.cli.explain import explanation
 
         for line in explanation(solution, recording is not None):
-            click.echo(line)
+            say(line)
     status = exit_status(solution)
     if play and recording is not None:
         from runtime.recording.play import play as show

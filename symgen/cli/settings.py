@@ -9,6 +9,7 @@ import click
 
 from symgen.cli.arguments import Positive, Times, value_options
 from symgen.cli.inputs import KINDS, input_tables
+from symgen.cli.terminal import complain
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,12 +70,12 @@ def load_system(path: Path, build_options: dict[str, str], quiet: bool = False) 
 
 
 def _announce(text: str) -> None:
-    click.echo(text, err=True)
+    complain(text)
 
 
 def _announce_compilation(name: str, operations: int, seconds: float) -> None:
     size = f"{operations} operations, " if operations else ""
-    click.echo(f"compiling {name}: {size}about {seconds:.0f} s …", err=True)
+    complain(f"compiling {name}: {size}about {seconds:.0f} s …")
 
 
 def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:

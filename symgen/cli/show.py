@@ -8,6 +8,7 @@ import click
 
 from symgen.cli.arguments import as_dict, find_model, model_argument
 from symgen.cli.mechanism import mechanism, section
+from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,7 +39,7 @@ def command(model: str, options: tuple[tuple[str, str], ...], latex: bool) -> No
     lines += _tables(description) + _bodies(description, printer) + mechanism(description, printer)
     lines += _terms(description, printer)
     lines += _equations(system, printer)
-    click.echo("\n".join(lines))
+    say("\n".join(lines))
 
 
 def _text(expression: sympy.Expr) -> str:

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import click
 
-from symgen.cli.arguments import OutputFile
 from symgen.cli.failures import NOT_TRUSTED
+from symgen.cli.files import CarefulCommand, OutputFile, write_text
+from symgen.cli.terminal import complain, say
 
 
-@click.command("verify")
+@click.command("verify", cls=CarefulCommand)
 @click.argument("recording", metavar="RUN.rrd", type=click.Path(path_type=Path))
-@click.option("--json", "json_file", type=OutputFile(), help="Write the report to a file.")
+@click.option("--json", "json_file", type=OutputFile(".json"), help="Write the report to a file.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @click.pass_context
 def command(context: click.Context, recording: Path, json_file: Path | None, quiet: bool) -> None:
@@ -25,13 +26,13 @@ def command(context: click.Context, recording: Path, json_file: Path | None, qui
 
     report = verify(recording)
     if json_file is not None:
-        json_file.write_text(json.dumps(report.to_dict(), indent=1) + "\n", encoding="utf-8")
+        write_text(json_file, json.dumps(report.to_dict(), indent=1) + "\n")
     if not quiet:
-        click.echo(f"{recording}: {report.summary}")
+        say(f"{recording}: {report.summary}")
         for check in report.checks:
             state = {True: "ok  ", False: "FAIL", None: "  - "}[check.ok]
-            click.echo(f"  {state} {check.name}: {check.says} ({check.value:.3g}, limit {check.limit:.3g})")
+            say(f"  {state} {check.name}: {check.says} ({check.value:.3g}, limit {check.limit:.3g})")
     if not report.ok:
         if quiet:
-            click.echo(f"Error: {recording}: {report.summary}", err=True)
+            complain(f"Error: {recording}: {report.summary}")
         context.exit(NOT_TRUSTED)

@@ -89,6 +89,9 @@ class LoopChecker:
         points += arguments.get("points", ())
         bodies = [body for _, body, _ in directions] + [self.body_of[p] for p in points]
         if not all(b == WORLD or self.planar[b] for b in bodies):
+            for key, body, _ in directions:
+                if body != WORLD and not self.planar[body]:
+                    self.sources.refuse_two_components(f"constraints.{loop.name}", f"{loop.kind}.{key}", body)
             return
         for key, _, direction in directions:
             if direction[2] != 0:

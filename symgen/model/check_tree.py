@@ -36,6 +36,9 @@ def check_tree(d: Description, sources: Sources) -> None:
         _check_child(j, bodies[j.child], sources)
         if bodies[j.child].planar:
             _check_plane(with_axes(j, bodies[j.child]), bodies, sources)
+        else:
+            for key in ("axis", "axis2"):
+                sources.refuse_two_components(f"joints.{j.name}", key, j.child)
     for body in d.bodies:
         if body.name not in above:
             _check_placed(body, sources)

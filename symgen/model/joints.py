@@ -145,6 +145,8 @@ def direction(model: Assembly, table: str, key: str, values: Any) -> Direction:
             message = "the components of a direction are numbers, or made of the constants declared so far"
             raise sources.error(table, f"{key}[{k}]", message)
         numbers.append(value)
+    if len(numbers) == 2:
+        sources.note_two_components(table, key)
     unit = normalised([*numbers, 0.0][:3])
     if unit is None:
         raise sources.error(table, key, "a direction cannot be of zero length")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError, SymgenError, nearest
+from .files import read_plain
 
 if TYPE_CHECKING:
     from .model import Model
@@ -71,13 +72,13 @@ def list_models() -> list[tuple[str, str, Path]]:
 
 def _description(path: Path) -> str:
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_plain(path).decode("utf-8")
         if path.suffix == ".toml":
             import tomllib  # compiles regular expressions, which a run does not need
 
             return str(tomllib.loads(text).get("description", ""))
         return (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]
-    except (OSError, ValueError, SyntaxError, RecursionError):
+    except (ModelError, ValueError, SyntaxError, RecursionError):
         return "(cannot be read)"
 
 
@@ -157,9 +158,7 @@ def _execute(path: Path) -> types.ModuleType:
     module = types.ModuleType(f"_symgen_model_{path.stem}")
     module.__file__ = str(path)
     try:
-        code = compile(path.read_bytes(), str(path), "exec", dont_inherit=True)
-    except OSError as error:
-        raise ModelError(f"the file cannot be read: {error.strerror or error}", file=str(path)) from error
+        code = compile(read_plain(path), str(path), "exec", dont_inherit=True)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = getattr(error, "lineno", None)
         raise ModelError(

@@ -65,10 +65,21 @@ class Sources:
         self.name = name
         self.is_file = is_file
         self._sources: dict[Address, list[Source]] = {}
+        self._in_plane: set[Address] = set()
 
     def of(self, table: str, key: str) -> list[Source]:
         """What was given at an address: one source, or several that add up."""
         return self._sources.get((table, key), [])
+
+    def note_two_components(self, table: str, key: str) -> None:
+        """Note that a direction was given with two components, as in the plane."""
+        self._in_plane.add((table, key))
+
+    def refuse_two_components(self, table: str, key: str, body: str) -> None:
+        """Raise the error of a direction with two components on a body in space, if there is one at the address."""
+        if (table, key) in self._in_plane:
+            message = f"a direction has three components here, as the body '{body}' is 3-D"
+            raise self.error(table, key, message, hint="for example [0, 1, 0]")
 
     def error(self, table: str, key: str, message: str, **fields: Any) -> ModelError:
         """An error at an address."""

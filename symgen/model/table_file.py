@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import ModelError
+from .files import LARGEST_TABLE, read_plain
 
-LARGEST_FILE = 32 << 20  # bytes
 _SEPARATORS = (",", ";", "\t")
 
 
@@ -61,11 +61,7 @@ def read_table_file(path: Path) -> TableFile:
 
 def _text(path: Path) -> str:
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise ModelError(f"the table is larger than {LARGEST_FILE >> 20} MiB", file=str(path))
-        return path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise ModelError(f"the table cannot be read: {error.strerror or error}", file=str(path)) from error
+        return read_plain(path, LARGEST_TABLE, "table").decode("utf-8-sig")
     except UnicodeDecodeError as error:
         message = f"the table is not UTF-8 text: byte {error.start} does not fit"
         raise ModelError(message, file=str(path)) from None

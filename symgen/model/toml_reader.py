@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import keyword
 import re
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError, nearest
+from .files import LARGEST_FILE, read_plain
 from .items import DRAWINGS
 from .model import Model
 from .names import LONGEST_NAME
+from .toml_text import parse
 
-LARGEST_FILE = 4 << 20  # bytes
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
 INPUT_KEYS = ("unit", "default", "table", "kind", "polynomial")
 BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape")
@@ -39,17 +39,12 @@ CONTACT_KEYS = ("gap", "stiffness", "exponent", "damping", "friction", "slip", "
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
 TOP_KEYS = ("name", "description")
-POSITION = re.compile(r"\s*\(at line (\d+), column (\d+)\)\Z")
 
 
 def read_file(path: Path) -> Model:
     """Read a model file; meshes are looked for below its folder."""
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise ModelError(f"the file is larger than {LARGEST_FILE >> 20} MiB", file=str(path))
-        text = path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
-    except OSError as error:
-        raise ModelError(f"the file cannot be read: {error.strerror or error}", file=str(path)) from error
+        text = read_plain(path).decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         raise ModelError(
             f"the file is not UTF-8 text: byte {error.start} does not fit",
@@ -79,7 +74,7 @@ def read_text(text: str, file: str = "TOML text", folder: Path | None = None, na
     """
     if len(text) > LARGEST_FILE:
         raise ModelError(f"the text is longer than {LARGEST_FILE >> 20} MiB", file=file)
-    document = _parse(text, file)
+    document = parse(text, file)
     for key in document:
         if key not in READERS and key not in TOP_KEYS:
             raise ModelError(
@@ -96,23 +91,6 @@ def read_text(text: str, file: str = "TOML text", folder: Path | None = None, na
         if table in document:
             reader(model, content)
     return model
-
-
-def _parse(text: str, file: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        message = str(error)
-        where = POSITION.search(message)
-        if where is None:  # at the end of the document
-            raise ModelError(f"TOML syntax: {message}", file=file, line=text.count("\n") + 1) from None
-        raise ModelError(
-            f"TOML syntax: {message[: where.start()]}", file=file, line=int(where[1]), column=int(where[2])
-        ) from None
-    except (RecursionError, ValueError):  # nested too deeply; a number of thousands of digits
-        raise ModelError(
-            "TOML syntax: a value is nested too deeply, or a number is too long", file=file
-        ) from None
 
 
 def _name_of(stem: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -34,6 +35,14 @@ def strict() -> Iterator[None]:
         rr.set_strict_mode(before)
 
 
+def _as_utf8(path: Path) -> str:
+    """The path as Rerun takes it; in an ASCII locale Python keeps other letters as halves of surrogate pairs."""
+    try:
+        return os.fsencode(path).decode()
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{path}: a recording's path must be UTF-8; name another one") from error
+
+
 class RrdWriter:
     """One file being written; nothing of it is global.
 
@@ -56,7 +65,7 @@ class RrdWriter:
         self._stream = rr.RecordingStream(schema.APPLICATION_ID)
         self._index: list[rr.TimeColumn] = []
         with strict():
-            self._stream.save(path)
+            self._stream.save(_as_utf8(path))
             self._stream.send_recording_name(title)
             up = rr.ViewCoordinates.RIGHT_HAND_Y_UP if planar else rr.ViewCoordinates.RIGHT_HAND_Z_UP
             self.static(schema.WORLD, up)

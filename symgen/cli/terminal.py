@@ -1,0 +1,35 @@
+"""The one way to the terminal: what names, descriptions and arguments say is shown as plain text."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+
+import click
+
+from runtime.plain_text import plain, shortened
+
+_LONGEST_MESSAGE = 4000
+
+
+def say(text: str, *, err: bool = False) -> None:
+    """Print a line, or several."""
+    click.echo(plain(text), err=err)
+
+
+def complain(text: str) -> None:
+    """Print on standard error what is wrong; long arguments in it are cut."""
+    click.echo(message(text), err=True)
+
+
+def message(text: str) -> str:
+    """Return a message as it is shown."""
+    cut = shortened(plain(text))
+    return cut if len(cut) <= _LONGEST_MESSAGE else f"{cut[:_LONGEST_MESSAGE]} …"
+
+
+def accept_all_letters() -> None:
+    """Let the standard streams write out letters that they cannot encode, instead of failing."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(AttributeError, ValueError):
+            stream.reconfigure(errors="backslashreplace")
