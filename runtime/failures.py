@@ -16,6 +16,17 @@ if TYPE_CHECKING:
 
 _ROUND_OFF_RTOL = 1e-12
 _NO_GRADIENT = 1e-12
+# Where a run may stop for constraints that come to depend on each other; the latter have reasons of other kinds too.
+_MAY_BE_DEPENDENT = (
+    at.PROJECTION_FAILED,
+    at.NEWTON_FAILED,
+    at.STEP_TOO_SMALL,
+    at.SINGULAR_MATRIX,
+    at.NOT_FINITE,
+)
+_BY_ITSELF = (at.STEP_TOO_SMALL, at.SINGULAR_MATRIX, at.NOT_FINITE)
+# With constraints projected these stop at such a configuration only if no motion leads on.
+_PASS_CHANGE_POINTS = ("dop853", "dopri5")
 
 
 def failure_message(status: int, system: System, method: Method, arrays: LoopArrays) -> str:
@@ -27,10 +38,15 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
         See `runtime.integrate.layout`.
     """
     when = f"t = {arrays.t:.9g} s"
-    if status in (at.STEP_TOO_SMALL, at.PROJECTION_FAILED, at.NEWTON_FAILED):
-        locked = _locked(system, arrays, when)
-        if locked:
-            return locked
+    if status == at.SINGULAR_MATRIX and method.name == "taylor" and system.m:
+        return (
+            f"Constraints depend on each other at {when}, where series of the accelerations cannot be solved for: "
+            "use --method dop853, which lets go of what is redundant."
+        )
+    if status in _MAY_BE_DEPENDENT:
+        dependent = _dependent(status, system, method, arrays, when)
+        if dependent:
+            return dependent
     if status == at.STEP_TOO_SMALL:
         return _step_too_small(system, method, arrays, when)
     if status == at.NOT_FINITE:
@@ -51,11 +67,6 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
             f"Newton's iteration of {method.name} does not converge at {when}: {fastest(system, arrays)} "
             f"changes fastest; {remedy}."
         )
-    if status == at.SINGULAR_MATRIX and method.name == "taylor" and system.m:
-        return (
-            f"Constraints depend on each other at {when}, where series of the accelerations cannot be solved for: "
-            "use --method dop853, which lets go of what is redundant."
-        )
     if status == at.PARTITION_LOST:
         return (
             f"Every choice of independent coordinates fails at {when}: constraints come to depend on each other there, "
@@ -69,21 +80,28 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
     return f"{method.name} stopped at {when} with status {status}."
 
 
-def _locked(system: System, arrays: LoopArrays, when: str) -> str:
+def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, when: str) -> str:
     """Return the sentence for constraints that depend on each other where the run stopped, "" where none do."""
     if not system.m:
         return ""
-    from runtime.constraints.dependence import dependent_constraints
+    from runtime.constraints.dependence import dependent_constraints, rank_is_lost
 
-    names = dependent_constraints(system, arrays.p, arrays.t, arrays.y[: system.nq])
-    if not names:
+    place = system, arrays.p, arrays.t, arrays.y[: system.nq]
+    names = dependent_constraints(*place)
+    # Those that depend on each other everywhere are no reason to stop, unless they ask for different motions.
+    if not names or (status in _BY_ITSELF and not rank_is_lost(*place)):
         return ""
     subject = ", ".join(repr(name) for name in names)
     verdict = "restricts nothing" if len(names) == 1 else "depend on each other"
+    what = f"Constraint{'s' if len(names) > 1 else ''} {subject} {verdict} at {when}"
+    if method.name not in _PASS_CHANGE_POINTS or method.form != "projection":
+        return (
+            f"{what}, and {method.name} with constraints = {method.form} does not get past that. Use --method dop853 "
+            "with --constraints projection, which passes such configurations where a motion leads on from them."
+        )
     return (
-        f"Constraint{'s' if len(names) > 1 else ''} {subject} {verdict} at {when}, and no motion leads on from there: "
-        "the mechanism is locked or out of reach, or what these constraints ask for later contradicts; check its "
-        "geometry and what is prescribed over time."
+        f"{what}, and no motion leads on from there: the mechanism is locked or out of reach, or what these "
+        "constraints ask for later contradicts; check its geometry and what is prescribed over time."
     )
 
 

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.constraints.large import is_large
 from runtime.constraints.levels import Constraints
 from runtime.constraints.row_weights import row_weights
+from runtime.constraints.usual_rank import usual_rank
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -31,6 +33,28 @@ def dependent_constraints(system: System, p: np.ndarray, t: float, q: np.ndarray
     list of str
         Empty where all are independent.
     """
+    held, left, small = _dependence(system, p, t, q)
+    if not held:
+        return []
+    shares = np.abs(left[:, small]).max(axis=1, initial=0.0)
+    names = Constraints(system, p, t).names
+    return [names[held[i]] for i in np.flatnonzero(shares > _TAKES_PART * max(shares.max(), _TAKES_PART))]
+
+
+def rank_is_lost(system: System, p: np.ndarray, t: float, q: np.ndarray) -> bool:
+    """Whether fewer constraints are independent at a configuration than near it; parameters are those above."""
+    held, _, small = _dependence(system, p, t, q)
+    if not held or not small.any():
+        return False
+    if system.switches or is_large(system):
+        return True
+    return len(held) - small.sum() < usual_rank(system, p, t, q)
+
+
+def _dependence(
+    system: System, p: np.ndarray, t: float, q: np.ndarray
+) -> tuple[list[int], np.ndarray, np.ndarray]:
+    """Return the constraints that are held, combinations of them, and which of these restrict (nearly) nothing."""
     constraints = Constraints(system, p, t)
     jacobian = constraints.jacobian(q) * constraints.characteristic_sizes(q)
     norms = np.linalg.norm(jacobian, axis=1)
@@ -41,11 +65,7 @@ def dependent_constraints(system: System, p: np.ndarray, t: float, q: np.ndarray
     held = [row for row in range(system.m) if row not in system.switched or p[system.switched[row]] != 0.0]
     scaled = scaled[held]
     if not held or not np.isfinite(scaled).all():
-        return []
+        return [], np.zeros((0, 0)), np.zeros(0, dtype=bool)
     left, values, _ = np.linalg.svd(scaled, full_matrices=True)
     small = np.append(values, np.zeros(len(held) - len(values))) <= _DEPENDENT * values[0]
-    shares = np.abs(left[:, small]).max(axis=1, initial=0.0)
-    return [
-        constraints.names[held[i]]
-        for i in np.flatnonzero(shares > _TAKES_PART * max(shares.max(), _TAKES_PART))
-    ]
+    return held, left, small

@@ -101,8 +101,7 @@ def _partition(name: str) -> Method:
     )  # fmt: skip
 
 
-# form -> name of a method -> its record. "projection" is what the methods of METHODS do by themselves.
-FORMS: dict[str, dict[str, Method]] = {
+_RECORDS: dict[str, dict[str, Method]] = {
     "baumgarte": {name: _baumgarte(name, gains) for name, gains in _GAINS.items()},
     "ggl": {
         **{f"radau{order}": _radau_ggl(order) for order in (5, 9, 13)},
@@ -114,6 +113,12 @@ FORMS: dict[str, dict[str, Method]] = {
         **{name: METHODS[name] for name in ("rattle", "rattle4", "rattle6")},
     },
     "partition": {name: _partition(name) for name in ("rk4", "dopri5", "dop853")},
+}
+
+# form -> name of a method -> its record. "projection" is what the methods of METHODS do by themselves.
+FORMS = {
+    form: {name: replace(method, form=form) for name, method in methods.items()}
+    for form, methods in _RECORDS.items()
 }
 
 # What `auto` takes where only the form was asked for.

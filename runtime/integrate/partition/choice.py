@@ -18,9 +18,12 @@ from runtime.integrate.partition.work import (
     FOLLOWED_FIRST,
     HAVE_PARTITION,
     LATEST,
+    LATEST_POSITIONS,
     N_POSITIONS,
     N_RATES,
-    PIVOT,
+    POSITIONS_PIVOT,
+    RATES_PIVOT,
+    START,
     SWITCHES,
 )
 from runtime.integrate.quaternions import n_quaternions, quaternion_at
@@ -29,9 +32,9 @@ from runtime.integrate.row_rank import eliminate, independent_rows
 # No rate of the dependent ones changes more than this many times as fast as an independent one that is changed alone,
 # both in units of equal kinetic energy: errors of the independent ones grow by no more. Another partition is taken
 # where that has become worse by as much again.
-_MOST_FOLLOWED = 1.5
+_MOST_FOLLOWED = 1.3
 # A step is too long in which the smallest pivot falls to this part of what it was.
-LEAST = 0.1
+LEAST = 0.25
 # All are lost where the smallest pivot of the best has fallen to this part of the first one's: rounding of the
 # dependent coordinates grows by its reciprocal, and which branch of a mechanism they follow is then left to chance.
 LOST = 1e-3
@@ -61,10 +64,9 @@ def choose_partition(addresses, sizes, p, counters, t, y, w):
     counters[HAVE_PARTITION] = 1
     counters[N_POSITIONS], counters[N_RATES] = n_positions, n_rates
     kept = n_rates >= counters[FIRST_RANK] and quality >= LOST * w.numbers[FIRST_QUALITY]
-    if not (kept and factor_dependents(n_rates, addresses, sizes, p, t, y, w)):
+    if not (kept and measure(START, addresses, sizes, p, counters, t, y, w)):
         return PARTITION_LOST
-    w.numbers[FOLLOWED_FIRST] = w.numbers[FOLLOWED] = most_followed(sizes, counters, w)
-    w.numbers[PIVOT] = w.numbers[LATEST]
+    w.numbers[FOLLOWED_FIRST] = w.numbers[START + FOLLOWED]
     return RUNNING
 
 
@@ -113,9 +115,28 @@ def solve_row(k, first, end, scaled):
 
 
 @jitted
-def most_followed(sizes, counters, w):
-    """Return how fast a dependent rate changes at most where an independent one does, with the factors of rates."""
-    n, nv = counters[N_RATES], sizes[NV]
+def measure(first, addresses, sizes, p, counters, t, y, w):
+    """Write how well the partition serves at a state to `w.numbers`, from `first` on; whether it does at all."""
+    n_positions, n_rates = counters[N_POSITIONS], counters[N_RATES]
+    followed = 0.0
+    if 0 < n_positions < n_rates:
+        if not factor_dependents(n_positions, addresses, sizes, p, t, y, w):
+            return False
+        followed = most_followed(n_positions, sizes, w)
+        w.numbers[first + POSITIONS_PIVOT] = w.numbers[LATEST]
+    if n_rates > 0 and not factor_dependents(n_rates, addresses, sizes, p, t, y, w):
+        return False
+    w.numbers[first + RATES_PIVOT] = w.numbers[LATEST]
+    if n_positions == n_rates:
+        w.numbers[first + POSITIONS_PIVOT] = w.numbers[LATEST]
+    w.numbers[first + FOLLOWED] = max(followed, most_followed(n_rates, sizes, w))
+    return True
+
+
+@jitted
+def most_followed(n, sizes, w):
+    """Return how fast one of `n` dependent rates changes at most where an independent one does, with their factors."""
+    nv = sizes[NV]
     most = 0.0
     for j in range(n, nv):
         column = w.columns[j]
@@ -184,6 +205,15 @@ def turn_inertias(sizes, w):
 
 
 @jitted
+def serves(least, counters, w):
+    """Whether at the latest factorisations pivots are more than `least` of those at the start of the step."""
+    positions, rates = w.numbers[START + POSITIONS_PIVOT], w.numbers[START + RATES_PIVOT]
+    if counters[N_POSITIONS] > 0 and not w.numbers[LATEST_POSITIONS] / positions > least:
+        return False
+    return counters[N_RATES] == 0 or w.numbers[LATEST] / rates > least
+
+
+@jitted
 def is_worn(w):
     """Whether dependent rates follow others so much faster than at the choice that another may serve better."""
-    return not w.numbers[FOLLOWED] <= _MOST_FOLLOWED * max(_MOST_FOLLOWED, w.numbers[FOLLOWED_FIRST])
+    return not w.numbers[START + FOLLOWED] <= _MOST_FOLLOWED * max(_MOST_FOLLOWED, w.numbers[FOLLOWED_FIRST])

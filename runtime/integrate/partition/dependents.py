@@ -16,7 +16,7 @@ from runtime.integrate.layout import (
     RUNNING,
 )
 from runtime.integrate.linear import lu_factor, lu_solve
-from runtime.integrate.partition.work import LATEST, N_POSITIONS, N_RATES
+from runtime.integrate.partition.work import LATEST, LATEST_POSITIONS, N_POSITIONS, N_RATES
 from runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate, scale_to_unit
 
 MAX_ITERATIONS = 10
@@ -53,6 +53,7 @@ def solve_dependents(addresses, sizes, p, control, counters, t, y, w):
         if not math.isfinite(size):
             return PROJECTION_FAILED
         move_positions(n, sizes, y, w)
+        w.numbers[LATEST_POSITIONS] = w.numbers[LATEST]
     return solve_rates(n > 0 and n == counters[N_RATES], addresses, sizes, p, t, counters, y, w)
 
 

@@ -31,9 +31,9 @@ from runtime.integrate.layout import (
     H,
     T,
 )
-from runtime.integrate.partition.choice import LEAST, choose_partition, is_worn, most_followed
+from runtime.integrate.partition.choice import LEAST, choose_partition, is_worn, measure, serves
 from runtime.integrate.partition.dependents import solve_dependents
-from runtime.integrate.partition.work import FOLLOWED, FOLLOWED_END, LATEST, PIVOT, PIVOT_END, partition_work
+from runtime.integrate.partition.work import END, LATEST, N_NUMBERS, START, partition_work
 from runtime.integrate.step_control import (
     accept_step,
     error_norm,
@@ -82,7 +82,7 @@ def advance_partition(
         if needs_dense(sizes, counters, frame_times, t1):
             take_dense(method, addresses, sizes, p, control, counters, t0, t1 - t0, y, w, dense)
         count_energy(addresses, control)
-        w.numbers[PIVOT], w.numbers[FOLLOWED] = w.numbers[PIVOT_END], w.numbers[FOLLOWED_END]
+        copy(w.numbers[END:N_NUMBERS], w.numbers[START:END])
         copy(w.states[1], y)
         copy(w.stages[method.n_stages - method.fsal], f)
         status = finish_step(
@@ -160,7 +160,7 @@ def take_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w):
         place = t1 if s == last else t + method.c[s] * h
         erk_sum(method.a[s], s, h, y, w.stages, argument)
         status = solve_dependents(addresses, sizes, p, control, counters, place, argument, w)
-        if status == RUNNING and not w.numbers[LATEST] / w.numbers[PIVOT] > least:
+        if status == RUNNING and not serves(least, counters, w):
             status = PROJECTION_FAILED
         if status != RUNNING:
             return status
@@ -169,7 +169,8 @@ def take_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w):
         call_kernel(addresses[RHS], place, argument, p, w.stages[s])
         counters[RHS_CALLS] += 1
         control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.stages[s, sizes[N_ROW] - 1])
-    w.numbers[PIVOT_END], w.numbers[FOLLOWED_END] = w.numbers[LATEST], most_followed(sizes, counters, w)
+    if not measure(END, addresses, sizes, p, counters, t1, w.states[1], w):
+        return PROJECTION_FAILED
     if all_finite(w.states[1], sizes[NY]) and all_finite(w.stages[last], sizes[NY]):
         return RUNNING
     return NOT_FINITE

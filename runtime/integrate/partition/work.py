@@ -13,11 +13,11 @@ from runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
 # others; how many did at the first choice; how often another partition was taken since.
 HAVE_PARTITION, N_POSITIONS, N_RATES, FIRST_RANK, SWITCHES = range(16, 21)
 
-# `numbers` of the work arrays: the smallest pivot at the latest factorisation, with the sign of the determinant, at the
-# start and at the end of the step; that of the first partition; how fast dependent rates follow others where the
-# partition was chosen, at the start of the step and at its end.
-LATEST, PIVOT, PIVOT_END, FIRST_QUALITY, FOLLOWED_FIRST, FOLLOWED, FOLLOWED_END = range(7)
-N_NUMBERS = 7
+# `numbers` of the work arrays: the smallest pivot, with the sign of the determinant, at the latest factorisation for
+# rates and for positions; quality of the first partition; how fast dependent rates followed others at the last choice;
+# then at the start and the end of a step the smallest pivots for positions and rates, and how fast dependents follow.
+LATEST, LATEST_POSITIONS, FIRST_QUALITY, FOLLOWED_FIRST, START, END, N_NUMBERS = 0, 1, 2, 3, 4, 7, 10
+POSITIONS_PIVOT, RATES_PIVOT, FOLLOWED = range(3)
 
 
 class PartitionWork(NamedTuple):

@@ -55,6 +55,7 @@ from runtime.integrate.radau.work import (
 
 # Corrections below this many times the round-off of positions, that no longer shrink, are taken for it.
 ROUND_OFF = 4.0
+_FADING = 0.5
 
 
 @jitted
@@ -171,8 +172,8 @@ def finish_newton(verdict, iteration, size, rate, method, h, sizes, y, w):
         verdict = CONVERGED
         w.numbers[RATE] = rate
     w.numbers[ITERATIONS] = iteration
-    if iteration > 1:
-        w.numbers[LAST_RATE] = w.numbers[RATE]
+    # One iteration tells nothing of the rate: what was known of it fades, or steps would never grow again.
+    w.numbers[LAST_RATE] = w.numbers[RATE] if iteration > 1 else _FADING * w.numbers[LAST_RATE]
     return RUNNING if verdict == CONVERGED else NEWTON_FAILED
 
 
