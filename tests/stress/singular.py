@@ -14,7 +14,7 @@ from symgen.errors import ModelError
 
 from .judging import attempt, demand, end_error, judge, refusal
 from .models import bundled, described
-from .scenario import FLAGGED, REFUSED, RIGHT, Outcome, Scenario
+from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario
 
 _PENDULUM = """
 name = "pendulum_xy"
@@ -54,6 +54,15 @@ PENDULA = {
         f'{_ROD}\nsum = "z + u - x"', "z = { guess = 0.5 }\nu = { guess = 0.5 }", (RIGHT, REFUSED, FLAGGED), "mass|z|u",
     ),
 }  # fmt: skip
+
+# What a run that does not pass a change point has to say, and how many steps one that does may take.
+_LOST_RANK = "depend|restrict|independent coordinates|energy|branch|resol|accura|residual|horizon"
+_MANY_STEPS = 3000
+_FORMS_THAT_STOP = (
+    *((method, form) for method in ("radau5", "radau9", "radau13", "bdf") for form in ("projection", "ggl")),
+    ("rodas5p", "projection"), ("dop853", "partition"), ("dopri5", "partition"), ("dop853", "baumgarte"),
+    *(("generalized_alpha", form) for form in ("projection", "index3", "ggl")), ("rattle", "index3"),
+)  # fmt: skip
 
 _TOP = """
 name = "euler_angles"
@@ -97,18 +106,30 @@ def pendulum(name: str, method: str) -> Outcome:
     return demand(judge(run, error, 1e-5), verdicts, reason)
 
 
-def change_points(n: int, rate: float, method: str, rtol: float, t_end: float = 3.0) -> Outcome:
+def change_points(
+    n: int,
+    rate: float,
+    method: str,
+    rtol: float,
+    form: str = "auto",
+    angle: float = math.pi / 2,
+    t_end: float = 3.0,
+) -> Outcome:
     """n windows turn through the change points of their parallelograms, where every loop loses a rank."""
-    system = bundled("n_four_bar", N=str(n), rate=str(rate))
+    system = bundled("n_four_bar", N=str(n), rate=str(rate), angle=str(angle))
     inertia, weight = (n + 1) / 3 + n, 9.81 * ((n + 1) / 2 + n)
     exact = solve_ivp(
-        lambda t, y: [y[1], -weight * math.cos(y[0]) / inertia], (0, t_end), [math.pi / 2, rate], method="DOP853",
+        lambda t, y: [y[1], -weight * math.cos(y[0]) / inertia], (0, t_end), [angle, rate], method="DOP853",
         rtol=1e-13, atol=1e-13,
     ).y[:, -1]  # fmt: skip
-    given = {"rtol": rtol, "atol": 1e-2 * rtol} if method == "auto" or METHODS[method].adaptive else {}
-    run = attempt(system, t_end, method=method, **given)
+    adaptive = method == "auto" or METHODS[method].adaptive
+    given = {"rtol": rtol, "atol": 1e-2 * rtol} if adaptive else {}
+    run = attempt(system, t_end, method=method, constraints=form, **given)
     q, v = (np.array([x, *[x, 0.0] * n]) for x in exact)
-    return judge(run, end_error(q, v), 1e-2)
+    outcome = demand(judge(run, end_error(q, v), 1e-2), (RIGHT, REFUSED, FLAGGED), _LOST_RANK)
+    if outcome.verdict != RIGHT or not adaptive or run.stats["steps"] <= _MANY_STEPS:
+        return outcome
+    return Outcome(WRONG, f"{run.stats['steps']} steps for {t_end:g} s; {outcome.says}")
 
 
 def gimbal(theta: float, rate: float, psi: float, method: str) -> Outcome:
@@ -157,6 +178,18 @@ def scenarios() -> Iterator[Scenario]:
                     run = functools.partial(change_points, n, rate, method, rtol)
                     short = n <= 2 and rate == -1.0 and rtol in (1e-6, 1e-9) and method == "auto"
                     yield Scenario("change point", name, run, method, short)
+    for method, form in _FORMS_THAT_STOP:
+        for n, rate, angle in (
+            (1, -1.0, math.pi / 2),
+            (1, 3.0, 0.0),
+            (2, -8.0, 1.0),
+            (2, -3.0, 0.0),
+            (5, -1.0, math.pi / 2),
+        ):
+            for rtol in (1e-5, 1e-8, 1e-11):
+                name = f"{n} windows from {angle:.3g} at {rate} rad/s, {rtol:.0e}: {method}, {form}"
+                run = functools.partial(change_points, n, rate, method, rtol, form, angle)
+                yield Scenario("change point", name, run, f"{method}, {form}", short=False)
     for method in ("auto", *METHODS):
         for theta, rate, psi in ((0.0, 0.0, 1.0), (0.5, -0.25, 0.0), (1e-3, 0.0, 1.0), (1e-9, 0.0, 0.0)):
             name = f"gimbal from {theta} at {rate}, {psi} rad/s: {method}"
