@@ -45,8 +45,11 @@ def flag(run: Solution | Outcome) -> Outcome | None:
         return run
     if run.status not in ("success", "terminated"):
         return Outcome(FLAGGED if len(run.message) > 10 else WRONG, f"{run.status}: {run.message}")
-    bad = [check for check in run.health if not check.ok]
-    return Outcome(FLAGGED, "; ".join(f"{check.check}: {check.says}" for check in bad)) if bad else None
+    if not run.objections:
+        return None
+    # Notes stand beside objections, and may name their cause.
+    said = [*run.objections, *run.advice]
+    return Outcome(FLAGGED, "; ".join(f"{check.check}: {check.says}" for check in said))
 
 
 def judge(run: Solution | Outcome, error: Callable[[Solution], float], allowed: float) -> Outcome:
