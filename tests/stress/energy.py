@@ -139,6 +139,60 @@ def _draw_well(rng: np.random.Generator) -> Drawn:
 
 
 @functools.cache
+def _plain() -> System:
+    """Without forces that depend on rates, for the methods that take nothing else."""
+    model = Model("plain")
+    x, y = model.coordinate("q0", start=0.0), model.coordinate("q1", start=0.0)
+    a, b, c, v0 = model.parameters(a=1.0, b=1.0, c=1.0, v0=0.0)
+    model.kinetic((dot(x) ** 2 + dot(y) ** 2) / 2)
+    model.potential(v0 + a * x**2 / 2 + b * y**2 / 2 + c * (x - y) ** 4 / 4)
+    return made(model)
+
+
+def _draw_plain(rng: np.random.Generator) -> Drawn:
+    a, b, c = (float(x) for x in 10.0 ** rng.uniform([0.0, 0.0, -1.0], [1.0, rng.choice([1.0, 4.0]), 1.0]))
+    start = np.array([rng.uniform(-1, 1), rng.uniform(-1, 1) / np.sqrt(b), rng.normal(), rng.normal()])
+    parameters = {"a": a, "b": b, "c": c, "v0": _offset(rng, a + 1.0)}
+
+    def equations(time: float, y: np.ndarray) -> np.ndarray:
+        pull = c * (y[0] - y[1]) ** 3
+        return np.array([y[2], y[3], -a * y[0] - pull, -b * y[1] + pull])
+
+    fastest = float(np.sqrt(max(a, b) + 3.0 * c))
+    span = min(rng.uniform(2, 15) * 2 * np.pi / np.sqrt(a), 300.0 * 2 * np.pi / fastest)
+    return Drawn(_plain(), parameters, start, float(span), fastest, equations)
+
+
+@functools.cache
+def _crank() -> System:
+    """A bob on a crank that is driven as a function of time: even motion, uneven power."""
+    model = Model("crank", gravity=(0, "-9.81"))
+    a = model.coordinate("q0", start=0.0)
+    w, b, c, k = model.parameters(w=1.0, b=0.0, c=0.0, k=0.0)
+    model.body("bob", mass=1.0, com=(sin(a), -cos(a)))
+    model.potential(k * ((sin(a) - 2) ** 2 + cos(a) ** 2) / 2)
+    model.force(a, -c * dot(a))
+    model.constraint("driven", a - w * t - b * t**2 / 2)
+    return made(model)
+
+
+def _draw_crank(rng: np.random.Generator) -> Drawn:
+    w, b = float(10.0 ** rng.uniform(-0.5, 1.0)), float(rng.choice([0.0, 0.0, 0.5]))
+    parameters = {
+        "w": w,
+        "b": b,
+        "c": float(rng.choice([0.0, 1.0, -0.5])),
+        "k": float(rng.choice([0.0, 20.0])),
+    }
+
+    def equations(time: float, y: np.ndarray) -> np.ndarray:
+        return np.array([y[1], b])
+
+    span = rng.uniform(1.0, 20.0) * 2.0 * np.pi / w
+    return Drawn(_crank(), parameters, np.array([0.0, w]), float(span), w + b * float(span), equations)
+
+
+@functools.cache
 def _cart() -> System:
     model = Model("cart")
     x, a = model.coordinate("q0", start=0.0), model.coordinate("q1", start=0.0)
@@ -179,6 +233,8 @@ _KINDS = (
     _draw_swing,
     _draw_well,
     _draw_cart,
+    _draw_plain,
+    _draw_crank,
 )
 
 
@@ -238,7 +294,8 @@ def _error(times: np.ndarray, states: np.ndarray, motion: Callable[[np.ndarray],
         off = np.nan_to_num(np.abs(states - right).max(axis=0), nan=np.inf)
     ranges, nv = np.ptp(right, axis=0), right.shape[1] // 2
     for part in (slice(0, nv), slice(nv, None)):
-        ranges[part] = np.maximum(ranges[part], 1e-3 * ranges[part].max())
+        least = 1e-3 * max(ranges[part].max(), np.abs(right[:, part]).max())
+        ranges[part] = np.maximum(ranges[part], least)
     return float((off / ranges).max())
 
 
