@@ -11,6 +11,7 @@ _ALWAYS = ("rhs", "mass_matrix", "forces", "energy", "residual", "residual_jacob
 _WITH_CONSTRAINTS = ("constraint_residual", "constraint_jacobian", "gamma")
 _RESET = "reset_"
 CLOSED = "closed_"
+JUMP = "jump"  # the action of an event at which a force goes over to another branch
 ENTRIES = "_entries"  # behind the name of a function: the same, with structural zeros left out
 # Functions that leave structural zeros out.
 SPARSE = frozenset(("mass_matrix", "residual_jacobian", "constraint_jacobian", "kinematics", "marks"))
@@ -56,12 +57,16 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
 
 
 def setting_names(header: Mapping[str, Any]) -> list[str]:
-    """Return the names of the numbers behind the inputs in `p`: which stops are closed, which frictions stick."""
-    return [
+    """Return the names of the numbers behind the inputs in `p`.
+
+    Which stops are closed and which frictions stick, then the branches of forces that jump (1, -1, or 0: none).
+    """
+    held = [
         f"{key}({switch['name']})"
         for switch in header.get("switches", ())
         for key in SETTINGS[switch["kind"]]
     ]
+    return held + [f"branch({event['name']})" for event in header["events"] if event["action"] == JUMP]
 
 
 def closed_header(header: Mapping[str, Any]) -> dict[str, Any]:

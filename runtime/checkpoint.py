@@ -112,6 +112,7 @@ def put_back(checkpoint: Checkpoint, run: Run, past: np.ndarray) -> None:
         arrays.recall_guard(held["guard"])
     else:
         _take_motion(held, run)
+    arrays.take_branches()
     n = len(past)
     arrays.frames[:n] = past
     arrays.counters[at.NEXT_FRAME] = run.handed = n

@@ -13,6 +13,7 @@ from runtime.event_actions import EventActions, ResetError
 from runtime.exchange import energy_error_so_far
 from runtime.failures import failure_message
 from runtime.integrate import layout as at
+from runtime.stall import StallWatch
 from runtime.uninterrupted import uninterrupted
 
 if TYPE_CHECKING:
@@ -129,6 +130,7 @@ class Run:
 
     def _loop(self) -> None:
         arrays, n_steps, running = self.arrays, _FIRST_STEPS, True
+        watch = StallWatch(self)
         while running and self.stops and not self.pauses():
             if self.stops[0] <= arrays.t:
                 self._take_sample()
@@ -143,6 +145,9 @@ class Run:
                 took = time.perf_counter() - before
                 running = self._after_call(status)
                 self._keep_checkpoint()
+            if running and self.method.adaptive and (objection := watch.objection()):
+                self._end("failed", objection)
+                return
             if took < 0.5 * _SECONDS_PER_CALL:
                 n_steps = min(2 * n_steps, len(arrays.step_log))
             elif took > 2.0 * _SECONDS_PER_CALL:
@@ -305,7 +310,10 @@ class Run:
 
     def _on_event(self) -> bool:
         arrays = self.arrays
+        n_jumps = self.actions.n_jumps
         records, terminate, accumulation = self.actions.act()
+        if self.actions.n_jumps > n_jumps and self.method.multistep:
+            arrays.choose_step_anew()  # its history is of the motion before the jump
         changed = any(record.action not in ("record", "terminate") for record in records)
         self._take_form()
         if changed and np.isfinite(arrays.control[at.ENERGY_LEVEL]):
@@ -348,7 +356,7 @@ class Run:
         self.forms.append(settings)
         if hasattr(self.recorder, "settings"):
             self.recorder.settings(settings)
-        self.arrays.p[self.system.n_settable :] = settings
+        self.arrays.p[self.system.settings_of_switches] = settings
         self.arrays.change_form(self.actions.form, self.method, self._longest_step())
         if self.inputs is not None:
             self.inputs.take_new_arrays(self.actions.form, self.arrays.t)

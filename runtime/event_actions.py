@@ -22,6 +22,7 @@ _ZENO_SHRINKAGE = 1e-7
 _CLEAR = 8.0  # times round-off: a flight that high is surely seen
 _ZENO_EVENTS = 5
 _PART_OF_FLIGHT = 1e-2  # over which an event function is nearly straight
+_BACK = 1e-6  # of the rate on the other side of a jump: a rate back to it that counts
 _AHEAD = 1e-6  # of the time in which the coordinates travel their own size
 
 
@@ -122,6 +123,7 @@ class EventActions:
     def __init__(self, system: System, arrays: LoopArrays):
         self.system, self.arrays = system, arrays
         self.log: list[EventRecord] = []
+        self.n_jumps = 0
         self.energy_of_resets = 0.0
         self.zeno = ZenoDetector()
         self.switching: Switching | None = None
@@ -145,6 +147,13 @@ class EventActions:
         system, arrays = self.system, self.arrays
         self.note_gaps()
         fired = np.flatnonzero(arrays.event_block(at.FIRED) == 1.0)
+        if arrays.jumps:
+            jumped = np.isin(fired, arrays.jumps)
+            self._change_branches(fired[jumped])
+            fired = fired[~jumped]
+            if not len(fired):
+                arrays.restart(state_changed=False)
+                return [], False, None
         n_own = len(system.events) - len(system.switches)
         values = self.form.kernel("events")(arrays.t, arrays.y[: system.nq + system.nv], arrays.p)
         resolved = not self._against_direction(fired[fired < n_own])
@@ -209,12 +218,76 @@ class EventActions:
         """Arm the events; those of frictions that others hold stay out of it."""
         if self.switching is None:
             arm_events(self.form, self.arrays, fired, before=before)
+            self._choose_branches()
             return
         resting = self.switching.resting
         own = np.full(len(self.system.events) - len(self.system.switches), np.nan)
         bands = np.concatenate([own, self.switching.bands()])
         arm_events(self.form, self.arrays, fired, before=before, bands=bands)
         self.switching.resting = resting
+        self._choose_branches()
+
+    def _rises(self, branches: np.ndarray) -> np.ndarray:
+        """Return by how much the arguments of jumps rise in a short time on given branches, shape (n_events,)."""
+        form, arrays, n = self.form, self.arrays, self.system.nq + self.system.nv
+        p, y = arrays.with_branches(branches), arrays.y[:n].copy()
+        slope = form.kernel("rhs")(arrays.t, y, p)[:n]
+        size, speed = max(1e-3, np.abs(y).max()), np.abs(slope).max()
+        dt = _AHEAD * (size / speed if 0.0 < speed < np.inf else 1.0)
+        ahead = y + dt * slope
+        if form.nq == form.nv:  # from rest, accelerations tell
+            ahead[: form.nq] += 0.5 * dt * dt * slope[form.nq :]
+        events = form.kernel("events")
+        return events(arrays.t + dt, ahead, arrays.p) - events(arrays.t, y, arrays.p)
+
+    def _choose_branches(self) -> None:
+        """Choose the branch of each force whose argument is at zero: the one that the motion leads to."""
+        arrays = self.arrays
+        if not arrays.jumps:
+            return
+        side = arrays.event_block(at.SIDE)
+        undecided = np.array([k for k in arrays.jumps if side[k] == 0.0], dtype=int)
+        if len(undecided):
+            rises = self._rises(np.sign(side[arrays.jumps]))
+            floor = _CLEAR * arrays.event_block(at.FLOOR)
+            side[undecided] = np.where(np.abs(rises) > floor, at.LEANING * np.sign(rises), 0.0)[undecided]
+            self._refuse_sliding(undecided[side[undecided] != 0.0])
+        arrays.take_branches()
+
+    def _change_branches(self, which: np.ndarray) -> None:
+        """Let forces go over to the other side of their jumps."""
+        arrays = self.arrays
+        before = arrays.prepared[arrays.branches].copy()
+        chosen = np.isin(arrays.jumps, which)
+        values = self.form.kernel("events")(arrays.t, arrays.y[: self.system.nq + self.system.nv], arrays.p)
+        after = np.where(chosen, np.where(before != 0.0, -before, np.sign(values[arrays.jumps])), before)
+        arrays.event_block(at.SIDE)[which] = at.LEANING * after[chosen]
+        arrays.event_block(at.BAND)[which] = arrays.event_block(at.FLOOR)[which] + np.abs(values[which])
+        arrays.take_branches()
+        self.n_jumps += len(which)
+        self._refuse_sliding(which)
+
+    def _refuse_sliding(self, which: np.ndarray) -> None:
+        """Refuse to go on along a jump to which the force pushes from both sides.
+
+        Raises
+        ------
+        SlidingError
+        """
+        arrays = self.arrays
+        now = np.sign(arrays.event_block(at.SIDE)[arrays.jumps])
+        for event in which:
+            other = np.where(np.array(arrays.jumps) == event, -now, now)
+            here, there = self._rises(now)[event], self._rises(other)[event]
+            side = np.sign(arrays.event_block(at.SIDE)[event])
+            clear = max(_CLEAR * arrays.event_block(at.FLOOR)[event], _BACK * abs(there))
+            if side * here < -clear and side * there > clear:
+                name = self.system.events[event]["name"]
+                raise SlidingError(
+                    f"{name} pushes to where it jumps from both sides at t = {arrays.t:.9g} s: the motion would "
+                    "chatter there without end. Where this is friction that brings the motion to rest, write it as dry "
+                    "friction, [friction], which sticks; else make the jump steep and smooth, such as tanh(u/width)."
+                )
 
     def settle_jump(self) -> list[EventRecord]:
         """Settle stops and frictions where forces have jumped with an input; returns what changed."""
@@ -339,6 +412,10 @@ class EventActions:
 
 class ResetError(Exception):
     """A reset led to a state that the constraints do not allow."""
+
+
+class SlidingError(ResetError):
+    """A force pushes to where it jumps from both sides."""
 
 
 class ZenoDetector:

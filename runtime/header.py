@@ -37,7 +37,7 @@ _RECORDS: dict[str, dict[str, type]] = {
 _CHOICES = {
     ("constraints", "kind"): ("holonomic", "velocity"),
     ("events", "direction"): ("rising", "falling", "both"),
-    ("events", "action"): ("terminate", "record", "reset", "stop", "friction"),
+    ("events", "action"): ("terminate", "record", "reset", "jump", "stop", "friction"),
     ("switches", "kind"): tuple(SETTINGS),
 }
 

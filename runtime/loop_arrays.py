@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from runtime.system import System
 
 DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
+NO_DIRECTION = 2  # of an event that is not looked for
 PROJECTION_TOL = 1e-12
 _KERNELS = {
     "events": at.EVENTS,
@@ -76,13 +77,16 @@ class LoopArrays:
     ):
         method = suited_to_size(method, system)
         self.coefficients = method.coefficients(system)
+        # Fixed steps run over jumps of forces, as they do over everything.
+        self.jumps = system.jumps if with_events and method.adaptive else []
+        with_events = with_events and (method.adaptive or len(system.jumps) < len(system.events))
         self.n_events = len(system.events) if with_events else 0
         self._with_energy = bool(np.isfinite(energy_level))
         self._take_kernels(system, method)
-        self.sizes = loop_sizes(system, with_events=with_events)
+        self.sizes = self._loop_sizes(system)
         self.p = np.array(p, dtype=float)
-        self._prepare(system, method)
         self.control = np.zeros(at.N_CONTROL + at.N_EVENT_BLOCKS * self.n_events)
+        self._prepare(system, method)
         self.counters = np.zeros(at.N_COUNTERS, dtype=np.int64)
         self.y = np.concatenate([state, np.zeros(system.nw)])
         self.f = np.zeros(system.n_row)
@@ -175,7 +179,7 @@ class LoopArrays:
         """
         self.control[at.H_MAX] = longest_step
         least, step = self.control[at.MIN_PIVOT_RATIO], self.control[at.H]
-        self.sizes = loop_sizes(system, with_events=self.n_events > 0)
+        self.sizes = self._loop_sizes(system)
         self.f = np.zeros(system.n_row)
         self._prepare(system, method)
         self._bound = None
@@ -184,8 +188,32 @@ class LoopArrays:
         if not method.adaptive:
             self.control[at.H] = step
 
+    def _loop_sizes(self, system: System) -> np.ndarray:
+        sizes = loop_sizes(system, with_events=self.n_events > 0)
+        if self.n_events and not self.jumps:
+            sizes[at.N_SIZES + np.array(system.jumps, dtype=int)] = NO_DIRECTION
+        return sizes
+
+    def take_branches(self) -> None:
+        """Let forces that jump go on along the branches that their events are on the side of."""
+        if not self.n_events:
+            return
+        self.event_block(at.BRANCH)[:] = 0.0
+        self.event_block(at.BRANCH)[self.jumps] = np.arange(self.branches.start, self.branches.stop)
+        self.prepared[self.branches] = np.sign(self.event_block(at.SIDE)[self.jumps])
+
+    def with_branches(self, branches: np.ndarray) -> np.ndarray:
+        """Return `p` with other branches of forces that jump."""
+        p = self.p.copy()
+        p[self.branches] = branches
+        return p
+
     def _prepare(self, system: System, method: Method) -> None:
+        self.branches = slice(system.n_p - len(self.jumps), system.n_p)
         self.prepared, tail = system.prepared(self.p), np.zeros(0)
+        if self.jumps:
+            self.prepared = np.array(self.prepared)  # `p` itself, where nothing is prepared
+            self.take_branches()
         if method.tail is not None:
             tail = method.tail(system)
             self.prepared = np.concatenate([self.prepared, tail])

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.abi import CLOSED, SWITCHED, closed_header, setting_names
+from runtime.abi import CLOSED, JUMP, SWITCHED, closed_header, setting_names
 from runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from runtime.functions import ModelFunctions
 from runtime.module import ModuleSource, read_module
@@ -186,6 +186,16 @@ class System(ModelFunctions):
     def n_settable(self) -> int:
         """The number of parameters and inputs: where in `p` the settings of stops and frictions begin."""
         return len(self._p_index)
+
+    @property
+    def settings_of_switches(self) -> slice:
+        """Where in `p` the settings of stops and frictions are."""
+        return slice(self.n_settable, len(self._p) - len(self.jumps))
+
+    @property
+    def jumps(self) -> list[int]:
+        """Which of the events are places at which a force goes over to another branch; see `symgen/derive/jumps.py`."""
+        return [k for k, event in enumerate(self.events) if event["action"] == JUMP]
 
     def with_settings(self, p: np.ndarray) -> np.ndarray:
         """Return `p` of parameters and inputs alone with all stops open and no friction behind them."""

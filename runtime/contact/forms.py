@@ -62,7 +62,7 @@ class Forms:
         normals, smooth = normals_of(system), smooth_frictions(system)
         for k in np.unique(self.index):
             rows, here = np.flatnonzero(self.index == k), p.copy()
-            here[system.n_settable :] = self.settings[k]
+            here[system.settings_of_switches] = self.settings[k]
             stuck, senses = self.settings[k][n_stops:].reshape(-1, 2).T
             held = self.settings[k][:n_stops].any() or stuck.any()
             a, lam = accelerations_and_multipliers(

@@ -115,7 +115,7 @@ class Instant:
 
     def write(self) -> None:
         """Write the settings into `p`."""
-        self.arrays.p[self.system.n_settable :] = self.settings
+        self.arrays.p[self.system.settings_of_switches] = self.settings
 
     def _here(self) -> LocalDynamics:
         """The equations at the present state and settings; they are asked for several times."""

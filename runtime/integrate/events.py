@@ -20,6 +20,7 @@ from runtime.code.jitted import jitted
 from runtime.integrate.dense import evaluate_dense
 from runtime.integrate.layout import (
     BAND,
+    BRANCH,
     EVENT_INDEX,
     EVENTS,
     FIRED,
@@ -265,7 +266,7 @@ def dip_root(e, side, left, low, right, model, step, y, buffer, g):
 def wanted(sizes, e, side):
     """Whether leaving `side` of zero is the crossing that event `e` waits for."""
     direction = sizes[N_SIZES + e]
-    return direction == 0 or direction * side < 0.0
+    return direction == 0 or (abs(direction) == 1 and direction * side < 0.0)
 
 
 @jitted
@@ -355,8 +356,8 @@ def gather(first, roots, n_points, thetas, table, model, step, y, buffer, g):
 
 @jitted
 def follow_sides(model, n_points, thetas, table, end):
-    """Take the sides of all event functions along, over the samples before place `end`."""
-    _, sizes, _, control, _ = model
+    """Take the sides of all event functions along, over the samples before place `end`; branches without one get it."""
+    _, sizes, p, control, _ = model
     ne = sizes[NE]
     for e in range(ne):
         side, band = control[N_CONTROL + SIDE * ne + e], control[N_CONTROL + BAND * ne + e]
@@ -364,3 +365,6 @@ def follow_sides(model, n_points, thetas, table, end):
             if thetas[k] < end:
                 side = follow(side, table[k * ne + e], band)
         control[N_CONTROL + SIDE * ne + e] = side
+        branch = int(control[N_CONTROL + BRANCH * ne + e])
+        if branch > 0 and p[branch] == 0.0 and abs(side) == 1.0:
+            p[branch] = side

@@ -28,9 +28,10 @@ N_CONTROL = 20
 # ... BAND: |g| beyond which a function that is at zero has left it;
 # ... LOWEST: the least g at the ends of steps;
 # ... PASSED, T_PASSED: how many steps crossed zero and came back unseen, as a look at a random place shows, and where.
-SIDE, FIRED, FLOOR, BAND, LOWEST, PASSED, T_PASSED = range(7)
+# ... BRANCH: where in p the branch of a force is that event e switches, 0 if it switches none.
+SIDE, FIRED, FLOOR, BAND, LOWEST, PASSED, T_PASSED, BRANCH = range(8)
 LEANING = 0.5
-N_EVENT_BLOCKS = 7
+N_EVENT_BLOCKS = 8
 
 # Counters (int64).
 STEPS, REJECTED, RHS_CALLS, JACOBIANS, FACTORISATIONS, NEWTON_ITERATIONS, PROJECTIONS = range(7)

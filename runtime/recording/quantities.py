@@ -66,7 +66,7 @@ class Quantities:
         from runtime.contact.forms import form_of
 
         p = self.p.copy()
-        p[self.system.n_settable :] = settings
+        p[self.system.settings_of_switches] = settings
         return Quantities(form_of(self.system, settings), p)
 
     def accelerations_and_multipliers(self, t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

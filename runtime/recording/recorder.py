@@ -108,7 +108,7 @@ class RunRecorder:
         self._first: tuple[float, np.ndarray] | None = None
         self._batches = [Batch()]
         self._begun = False
-        self._settings_now = self._of.p[system.n_settable :].copy()
+        self._settings_now = self._of.p[system.settings_of_switches].copy()
         self._next_checkpoint = -np.inf  # wall time; the first one comes with the first chunk
         self._checkpoint_bytes = self._last_checkpoint = 0
         self._energy_of_resets = 0.0

@@ -200,7 +200,7 @@ class Resumed:
         if len(settings):
             from runtime.contact.forms import form_of
 
-            p[self.system.n_settable :] = settings[-1]
+            p[self.system.settings_of_switches] = settings[-1]
             form = form_of(self.system, settings[-1])
         start = recording.states[0, : self.system.nq + self.system.nv]
         # The step of a fixed-step method is that of the run before, however much shorter what is left may be.

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 _PROGRESS_AFTER = 1.0  # seconds of wall time
 _PROGRESS_EVERY = 0.2
+_PLAIN_PROGRESS_EVERY = 5.0
 _BAR = 20
 
 
@@ -100,10 +101,18 @@ class Recorded:
 
 
 class Progress:
-    """One line on the terminal: how far the run is, how fast, and how well it keeps its energy; not for short runs."""
+    """One line: how far the run is, how fast, and how well it keeps its energy; not for short runs.
 
-    def __init__(self, t_end: float):
-        self._t_end = t_end
+    Parameters
+    ----------
+    t_end : float [s]
+    in_place : bool
+        Whether to write over the line, as terminals can; else a line now and then, ever more rarely.
+    """
+
+    def __init__(self, t_end: float, in_place: bool = True):
+        self._t_end, self._in_place = t_end, in_place
+        self._every = _PROGRESS_EVERY if in_place else _PLAIN_PROGRESS_EVERY
         self._began = self._shown = time.monotonic()
         self._any = False
         self._run: Any = None
@@ -115,14 +124,18 @@ class Progress:
 
     def __call__(self, t: float, steps: int) -> None:
         now = time.monotonic()
-        if now - self._began < _PROGRESS_AFTER or now - self._shown < _PROGRESS_EVERY:
+        if now - self._began < _PROGRESS_AFTER or now - self._shown < self._every:
             return
-        self._shown, self._any = now, True
+        self._shown, self._any = now, self._in_place
         begin = float(self._run.arrays.frame_times[0]) if self._run is not None else 0.0
         text = progress_line(
             t, begin, self._t_end, steps, now - self._began, self._run and self._run.energy_error()
         )
-        click.echo(f"\r{text}\x1b[K", err=True, nl=False)
+        if self._in_place:
+            click.echo(f"\r{text}\x1b[K", err=True, nl=False)
+            return
+        click.echo(text, err=True)
+        self._every *= 2.0
 
     def clear(self) -> None:
         if self._any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +58,7 @@ def resume_run(
     if not no_log:
         partial = _unused(target.with_name(f"{target.stem}.resumed{target.suffix}"))
         written = Recorded(partial, path, recording.module_text, recording.model_text)
-    progress = Progress(t_end) if show_progress else None
+    progress = Progress(t_end, sys.stderr.isatty()) if show_progress else None
     go_on = functools.partial(resumed.run, given["t_end"], at=given["at"], fps=given["fps"])
     solution = run_recorded(go_on, written, progress)
     if written is not None:

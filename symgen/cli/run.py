@@ -81,7 +81,7 @@ def command(
         raise click.UsageError(f"--no-log and {'--log' if log_file else '--play'} contradict each other")
     if resume_file is None and model is None:
         raise click.UsageError("Missing argument 'MODEL'.")
-    show_progress, build_options = not quiet and sys.stderr.isatty(), as_dict(options, "--option")
+    show_progress, build_options = not quiet, as_dict(options, "--option")
     if resume_file is not None:
         from symgen.cli.resume import resume_run
 
@@ -100,7 +100,7 @@ def command(
             arguments["split"] = False
         target = None if no_log else log_file or claim("the recording", Path(f"{system.name}.rrd"))
         recording = target and Recorded(target, path, module.text)
-        progress = Progress(arguments["t_end"]) if show_progress else None
+        progress = Progress(arguments["t_end"], sys.stderr.isatty()) if show_progress else None
         solution = run_recorded(functools.partial(_solve, system, arguments), recording, progress)
     seconds = _seconds(solution, derived, recording)
     if json_file is not None:

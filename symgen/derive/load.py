@@ -9,7 +9,7 @@ import sympy
 from sympy.core.function import AppliedUndef
 
 from ..errors import ModelError
-from ..model.functions import OF_CLASS, dot
+from ..model.functions import OF_CLASS, branch, dot
 from .graph.differentiate import forward
 from .graph.graph import Graph
 from .graph.nodes import FoldingError
@@ -100,6 +100,8 @@ class Loader:
             return g.call("exp", memo[e.exp]) if e.base is sympy.E else g.pow(memo[e.base], memo[e.exp])
         if isinstance(e, dot):
             return self._total_derivative(memo[e.args[0]])
+        if isinstance(e, branch):
+            return g.select(memo[e.args[0]], g.zero, memo[e.args[1]], memo[e.args[2]])
         function = OF_CLASS.get(e.func)
         if function is not None:
             args = [memo[x] for x in e.args]

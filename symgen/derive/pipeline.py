@@ -15,6 +15,7 @@ from .graph.gather import gather
 from .graph.nodes import SparseRows
 from .graph.quaternions import normalised
 from .header import header
+from .jumps import with_branches
 from .marks import mark_function, mark_records, marks
 from .program import Function, Program
 from .solve import factorise as ldl
@@ -49,21 +50,22 @@ def derive(
     """
     if has_switches(description):
         return derive_switched(description, source)
-    d = Derivation(description, articulated=articulated)
+    d = Derivation(with_branches(description, description), articulated=articulated)
     found = marks(d.description)
     own = tuple(functions(d, gathered))
     own += (*mark_function(d.loader, found), *time_function(own_terms(d.g, own)))
     program = Program(d.g, own, {})
-    head = header(description, d, source, program.operations()) | {"subsystems": []} | mark_records(found)
+    head = header(d.description, d, source, program.operations()) | {"subsystems": []} | mark_records(found)
     head |= term_count(own)
+    head["inputs"] = head["inputs"][: len(description.inputs)]
     return replace(program, header=head, findings=tuple(structure(d).findings))
 
 
 def derive_switched(description: Description, source: str) -> Program:
     """Derive a model with stops or dry friction twice: with all of them open and sliding, and with each on a switch."""
     switches = Switches.of(description)
-    d = Derivation(switches.form(), switches)
-    closed = Derivation(switches.closed.form(), switches.closed)
+    d = Derivation(with_branches(switches.form(), description), switches)
+    closed = Derivation(with_branches(switches.closed.form(), description), switches.closed)
     for form, own in ((d, switches), (closed, switches.closed)):
         own.name_forces(form.loader, form.description, form.multipliers, form.margins)
     d.does_work = closed.does_work = not (d.conservative and closed.conservative)

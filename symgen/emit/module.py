@@ -6,6 +6,7 @@ import functools
 
 from ..derive.contacts import SETTINGS
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
+from ..derive.jumps import ACTION as JUMP
 from ..derive.program import CLOSED_PREFIX, Program
 from ..derive.solve import dense_solve, fronts
 from .function import FunctionText
@@ -126,5 +127,6 @@ def _variable_names(program: Program) -> dict[tuple[int, int], str]:
     for kind, (prefix, entries) in groups.items():
         names |= {(kind, k): f"{prefix}_{entry['name']}" for k, entry in enumerate(entries)}
     settings = [f"s_{s['name']}_{key}" for s in head.get("switches", ()) for key in SETTINGS[s["kind"]]]
+    settings += [f"b_{k}" for k in range(sum(event["action"] == JUMP for event in head["events"]))]
     names |= {(INPUT, len(head["inputs"]) + k): name for k, name in enumerate(settings)}
     return names

@@ -9,7 +9,7 @@ import sympy
 
 from ..errors import nearest
 from .description import Contact, Description, Stop
-from .functions import dot, maximum, minimum
+from .functions import dot, maximum, smooth_minimum
 from .ready_made import HALF
 from .sources import Sources
 from .unevaluated import difference, inverted, negated, product, squared, total
@@ -92,7 +92,7 @@ def _contact_losses(c: Contact) -> Iterator[sympy.Expr]:
     elastic = _elastic_force(c)
     if c.damping is not None and c.damping != 0:
         beta, rate = product([sympy.Rational(3, 2), c.damping]), dot(c.gap)
-        y = minimum(rate, inverted(beta))
+        y = smooth_minimum(rate, inverted(beta))
         yield product([elastic, beta, y, difference(rate, product([HALF, y]))])
     if c.friction is not None:
         yield smooth_friction(product([c.friction, elastic]), c.slip, c.smooth)

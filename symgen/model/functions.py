@@ -28,6 +28,16 @@ class maximum(sympy.Function):
     nargs = 2
 
 
+class branch(sympy.Function):
+    """The second argument where the first is below zero, else the third."""
+
+    nargs = 3
+
+
+class smooth_minimum(minimum):
+    """Smaller of two values where it stands in a sum or product that has no kink."""
+
+
 t = sympy.Symbol("t")  # the time
 
 _OWN = {"min": minimum, "max": maximum}
@@ -37,4 +47,4 @@ CLASSES: dict[str, type] = {
     for name, function in IN_MODELS.items()
     if name in _OWN or function.sympy
 }
-OF_CLASS = {kind: IN_MODELS[name] for name, kind in CLASSES.items()}
+OF_CLASS = {kind: IN_MODELS[name] for name, kind in CLASSES.items()} | {smooth_minimum: IN_MODELS["min"]}

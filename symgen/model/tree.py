@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import sympy
 
-from .functions import CLASSES, dot
+from .functions import CLASSES, dot, smooth_minimum
 
 # SymPy makes the last three of others: tan(x + pi/2), |exp(x)|.
 FUNCTIONS: dict[type, str] = {kind: name for name, kind in CLASSES.items()} | {
     dot: "dot",
+    smooth_minimum: "min",
     sympy.cot: "cot",
     sympy.re: "real",
     sympy.conjugate: "real",

@@ -11,6 +11,7 @@ from ..contacts import has_switches
 from ..derivation import Derivation
 from ..graph.graph import Graph
 from ..header import dependence, header
+from ..jumps import has_jumps
 from ..marks import mark_records, marks
 from ..pipeline import functions
 from ..places import MIN, SUM, Sizes
@@ -39,7 +40,7 @@ def derive(description: Description, source: str = "") -> Program:
     -------
     Program
     """
-    kinds = [] if has_switches(description) else split(description)
+    kinds = [] if has_switches(description) or has_jumps(description) else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
         return _with_savings(pipeline.derive(description, source))
     derivations = [Derivation(kind[0].description) for kind in kinds]

@@ -1,0 +1,75 @@
+"""Runs that go on without getting on: the pace of some seconds, held against what is left of the run."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from runtime.failures import state_names
+from runtime.integrate import layout as at
+
+if TYPE_CHECKING:
+    from runtime.driver import Run
+
+_WINDOW = 1.0  # [s] of wall time
+_WINDOWS = 3
+_STEPS, _EVENTS = (
+    1000,
+    100,
+)  # that a window has at least: few steps may be slow ones of a large model, and grow
+_TOO_LONG = 1e6  # [s] of wall time for the rest of the run
+_DAY = 86400.0
+
+
+class StallWatch:
+    """Notices that a run would take weeks at the pace that it has had for some seconds.
+
+    Parameters
+    ----------
+    run : runtime.driver.Run
+    """
+
+    def __init__(self, run: Run):
+        self._run, self._slow = run, 0
+        self._began = self._mark()
+
+    def _mark(self) -> tuple[float, float, int, int]:
+        actions = self._run.actions
+        n_events = len(actions.log) + actions.n_jumps
+        return time.perf_counter(), self._run.arrays.t, int(self._run.arrays.counters[at.STEPS]), n_events
+
+    def objection(self) -> str:
+        """Return why to end the run, '' while it gets on."""
+        now = self._mark()
+        wall, t, steps, events = (b - a for a, b in zip(self._began, now, strict=True))
+        if wall < _WINDOW or (steps < _STEPS and events < _EVENTS):
+            return ""
+        self._began = now
+        left = (self._run.t_end - now[1]) * wall
+        self._slow = self._slow + 1 if left > _TOO_LONG * t else 0
+        if self._slow < _WINDOWS:
+            return ""
+        return self._sentence(left / t if t > 0.0 else np.inf, t / max(steps, 1))
+
+    def _sentence(self, seconds: float, step: float) -> str:
+        when, days = f"t = {self._run.arrays.t:.9g} s", seconds / _DAY
+        rest = "for ever" if days > 1e6 else f"{days:.0f} days"
+        return (
+            f"The run does not get on at {when}: with steps of {step:.1e} s, as now, the rest would take {rest}. What "
+            f"changes most from step to step is the acceleration behind {self._restless()}. Where a force jumps to and "
+            "fro, the motion chatters: write friction that comes to rest as dry friction, [friction], hard contacts as "
+            "[stops]. Where none does, loosen --rtol, or take a method for stiff systems, such as radau5."
+        )
+
+    def _restless(self) -> str:
+        """The rate whose acceleration differs most, for its size, between here and a step ahead, quoted."""
+        run = self._run
+        system, arrays = run.actions.form, run.arrays
+        n, nq = system.nq + system.nv, system.nq
+        y = arrays.y[:n].copy()
+        slope = system.kernel("rhs")(arrays.t, y, arrays.p)[:n]
+        ahead = system.kernel("rhs")(arrays.t, y + 4.0 * arrays.h_last * slope, arrays.p)[:n]
+        change = np.nan_to_num(np.abs(ahead - slope)[nq:], nan=np.inf)
+        return repr(state_names(system)[nq + int(np.argmax(change))])

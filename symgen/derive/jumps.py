@@ -1,0 +1,193 @@
+"""Forces that jump or have a kink on the way: each branch is smooth, and `p` says which of them holds.
+
+The argument u of a sign, an absolute value, a smaller or a larger one is an event function of its own. A setting b
+behind the inputs in `p` holds its side: 1, -1, or 0, where the expression looks at u as it is. Every function but event
+functions reads u + 1e300 b in its place, so steps go on along one branch to where u crosses zero. There the
+run time turns b around. So no step runs over a jump, and methods meet smooth functions only.
+
+What depends on time alone is known before a run, and has no branch here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import sympy
+
+from ..model.description import Description, Event, Input, Load
+from ..model.functions import branch, maximum, minimum
+
+ACTION = "jump"
+_BEYOND = sympy.Float(1e300)  # any argument
+_KINDS = (sympy.sign, sympy.Abs, minimum, maximum)
+_LONGEST_NAME = 80
+# Kinks to powers above this one make no kink of the forces that follow from the energy.
+_ENERGIES = (
+    ("kinetic", "the kinetic energy", 2),
+    ("potential", "the potential", 2),
+    ("dissipation", "the dissipation", 1),
+)
+
+
+def has_jumps(d: Description) -> bool:
+    """Whether forces of a description have branches."""
+    return bool(_Branches(d).events)
+
+
+def with_branches(d: Description, own: Description) -> Description:
+    """The description with a branch for each argument, and its events before those of stops and frictions.
+
+    Parameters
+    ----------
+    d : Description
+        In the form that is derived.
+    own : Description
+        As the user has it: what comes behind its events belongs to stops and frictions.
+    """
+    found = _Branches(d)
+    if not found.events:
+        return d
+    n = len(own.events)
+    settings = tuple(Input(name) for name in found.settings)
+    return replace(
+        found.description,
+        inputs=(*d.inputs, *settings),
+        events=(*d.events[:n], *found.events, *d.events[n:]),
+    )
+
+
+class _Branches:
+    """Walks through all that makes forces, and gives each argument that moves a setting."""
+
+    def __init__(self, d: Description):
+        self.events: list[Event] = []
+        self.settings: list[str] = []
+        self._known: dict[sympy.Expr, sympy.Symbol] = {}
+        self._memo: dict[tuple[sympy.Expr, bool], sympy.Expr] = {}
+        self._names: set[str] = set()
+        self._definitions = dict(d.definitions)
+        self._done: dict[str, sympy.Expr] = {}
+        self._still = {x.name for x in (*d.parameters, *d.constants)} | {"t"}
+        self._where = ""
+        self.description = d
+        if any(_has(x) for x in _expressions(d)):
+            self.description = self._replaced(d)
+
+    def _replaced(self, d: Description) -> Description:
+        energies = {}
+        for key, where, smooth_from in _ENERGIES:
+            energies[key] = self._inside(getattr(d, key), where, smooth_from)
+        forces = tuple((name, self._inside(x, f"the force on {name}", 1)) for name, x in d.forces)
+        loads = tuple(self._load(load) for load in d.loads)
+        definitions = tuple((name, self._done.get(name, x)) for name, x in d.definitions)
+        return replace(d, forces=forces, loads=loads, definitions=definitions, **energies)
+
+    def _load(self, load: Load) -> Load:
+        where = f"the load {load.name}"
+        force, torque = (
+            tuple(self._inside(x, where, 1) for x in vector) for vector in (load.force, load.torque)
+        )
+        return replace(load, force=force, torque=torque)
+
+    def _inside(self, expression: sympy.Expr | None, where: str, smooth_from: float) -> sympy.Expr | None:
+        """The expression with branches; kinks to a power above `smooth_from` leave forces smooth."""
+        if expression is None:
+            return None
+        self._where = where
+        return self._rewritten(expression, 1.0 / smooth_from)
+
+    def _rewritten(self, e: sympy.Expr, power: float) -> sympy.Expr:
+        key = (e, power > 1.0)
+        if key not in self._memo:
+            self._memo[key] = self._built(e, power)
+        return self._memo[key]
+
+    def _built(self, e: sympy.Expr, power: float) -> sympy.Expr:
+        if isinstance(e, sympy.Symbol):
+            self._define(e.name, power)
+            return e
+        if not e.args:
+            return e
+        if isinstance(e, sympy.Pow) and e.exp.is_Number:
+            base = self._rewritten(e.base, power * max(1.0, float(e.exp)))
+            return e if base is e.base else sympy.Pow(base, e.exp, evaluate=False)
+        args = [self._rewritten(x, power) for x in e.args]
+        same = all(a is b for a, b in zip(args, e.args, strict=True))
+        kink = e.func is not sympy.sign
+        if e.func not in _KINDS or (kink and power > 1.0):
+            return e if same else e.func(*args)
+        argument = e.args[0] if len(e.args) == 1 else e.args[0] - e.args[1]
+        if not self._moves(argument):
+            return e if same else e.func(*args)
+        return self._branch(e, args, argument)
+
+    def _branch(self, e: sympy.Expr, args: list[sympy.Expr], argument: sympy.Expr) -> sympy.Expr:
+        flipped = argument.could_extract_minus_sign()
+        side = self._side(-argument if flipped else argument, e)
+        inner = args[0] if len(args) == 1 else args[0] - args[1]
+        chosen = inner + (-_BEYOND if flipped else _BEYOND) * side
+        if e.func is sympy.sign:
+            return sympy.sign(chosen, evaluate=False)
+        below, above = {
+            sympy.Abs: lambda: (-args[0], args[0]),
+            minimum: lambda: (args[0], args[1]),
+            maximum: lambda: (args[1], args[0]),
+        }[e.func]()
+        return branch(chosen, below, above)
+
+    def _side(self, argument: sympy.Expr, e: sympy.Expr) -> sympy.Symbol:
+        """The setting of an argument; its event is called by where it stands."""
+        if argument not in self._known:
+            name = f"{_shown(e)} in {self._where}"
+            while name in self._names:
+                name += "'"
+            self._names.add(name)
+            self._known[argument] = sympy.Symbol(f"branch {len(self.settings)}")
+            self.settings.append(self._known[argument].name)
+            self.events.append(Event(name, argument, "both", ACTION))
+        return self._known[argument]
+
+    def _define(self, name: str, power: float) -> None:
+        """Take along a definition that forces use."""
+        if name in self._definitions and name not in self._done:
+            self._done[name] = self._definitions[name]  # definitions use those before them only
+            self._done[name] = self._rewritten(self._definitions[name], min(power, 1.0))
+
+    def _moves(self, expression: sympy.Expr) -> bool:
+        """Whether an expression depends on the state or on inputs."""
+        for symbol in expression.free_symbols:
+            if symbol.name in self._definitions:
+                if self._moves(self._definitions[symbol.name]):
+                    return True
+            elif symbol.name not in self._still:
+                return True
+        return False
+
+
+def _expressions(d: Description) -> Iterator[sympy.Expr]:
+    yield from (x for x in (d.kinetic, d.potential, d.dissipation) if x is not None)
+    yield from (x for _, x in (*d.forces, *d.definitions))
+    for load in d.loads:
+        yield from (*load.force, *load.torque)
+
+
+def _has(expression: sympy.Expr) -> bool:
+    """Whether a choice stands anywhere in an expression; quick, since nearly all have none."""
+    seen, stack = set(), [expression]
+    while stack:
+        e = stack.pop()
+        if e.func in _KINDS:
+            return True
+        if e.args and id(e) not in seen:
+            seen.add(id(e))
+            stack.extend(e.args)
+    return False
+
+
+def _shown(e: sympy.Expr) -> str:
+    """An expression as model files write it, cut."""
+    words = {sympy.sign: "sign", sympy.Abs: "abs", minimum: "min", maximum: "max"}
+    inside = ", ".join(str(x) for x in e.args) if len(e.args[0].args) < 12 else "…"
+    text = f"{words[e.func]}({inside})".replace("**", "^").replace("imum(", "(")
+    return text if len(text) <= _LONGEST_NAME else text[: _LONGEST_NAME - 1] + "…"

@@ -1,0 +1,234 @@
+"""Forces that jump or have a kink in the state, against closed forms: `python -m tests.stress.jumping_forces`.
+
+A unit mass on a line; its force is a - k x between places at which it jumps or bends. In each region the motion is a
+parabola or a sine; where it leaves the region follows by bisection on the closed form.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import math
+import sys
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+import runtime
+from runtime.errors import RuntimeModelError
+from runtime.integrate.methods import METHODS
+from runtime.solve import solve
+from symgen import Model
+from symgen.link import derive_text
+
+from .impacts import row
+from .scenario import FLAGGED, REFUSED, RIGHT, WRONG
+
+ADAPTIVE = tuple(name for name, method in METHODS.items() if method.adaptive)
+RTOLS = (1e-3, 1e-5, 1e-8)
+_WRONG = 0.05  # of the motion
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A force as text, and as (places, [(a, k) of each region]) for its parameters."""
+
+    force: str
+    regions: Callable[[dict[str, float]], tuple[list[float], list[tuple[float, float]]]]
+    in_energy: bool = False
+
+
+KINDS = {
+    "sign": Kind("-c*sign(x - b)", lambda p: ([p["b"]], [(p["c"], 0.0), (-p["c"], 0.0)])),
+    "sign and spring": Kind("-k*x - c*sign(x - b)", lambda p: ([p["b"]], [(p["c"], p["k"]), (-p["c"], p["k"])])),
+    "box": Kind(
+        "-k*x + c*(sign(x - b) - sign(x - b - w))",
+        lambda p: ([p["b"], p["b"] + p["w"]], [(0.0, p["k"]), (2.0 * p["c"], p["k"]), (0.0, p["k"])]),
+    ),
+    "max": Kind(
+        "c*max(0, 10*(b - x)) - k",
+        lambda p: ([p["b"]], [(10.0 * p["c"] * p["b"] - p["k"], 10.0 * p["c"]), (-p["k"], 0.0)]),
+    ),
+    "abs": Kind(
+        "-k*x - c*abs(x - b)",
+        lambda p: ([p["b"]], [(-p["c"] * p["b"], p["k"] - p["c"]), (p["c"] * p["b"], p["k"] + p["c"])]),
+    ),
+    "min of a potential": Kind(
+        "k*x^2/2 + min(c*x, c*b)", lambda p: ([p["b"]], [(-p["c"], p["k"]), (0.0, p["k"])]), in_energy=True
+    ),
+    "abs in a potential": Kind(
+        "k*x^2/2 + c*abs(x - b)", lambda p: ([p["b"]], [(p["c"], p["k"]), (-p["c"], p["k"])]), in_energy=True
+    ),
+}  # fmt: skip
+
+
+@functools.cache
+def model(name: str) -> runtime.System:
+    """Return the mass under a kind of force."""
+    m = Model("jumping")
+    x = m.coordinate("x", start=1.0)
+    for key, value in (("b", 0.0), ("c", 1.0), ("k", 1.0), ("w", 0.1)):
+        m.parameter(key, value)
+    m.body("bob", mass=1.0, com=(x, 0))
+    if KINDS[name].in_energy:
+        m.potential(KINDS[name].force)
+    else:
+        m.force(x, KINDS[name].force)
+    return runtime.load(derive_text(m).text)
+
+
+def draw(name: str, random: np.random.Generator) -> tuple[dict[str, float], float, float, float]:
+    """Return parameters, start, rate and the end of a run."""
+    p = {
+        "b": float(random.choice([0.0, random.uniform(-0.5, 0.5)])),
+        "c": float(10.0 ** random.uniform(-1.0, 0.5)),
+        "k": float(10.0 ** random.uniform(-0.5, 1.0)),
+        "w": float(10.0 ** random.uniform(-3.0, -0.3)),
+    }
+    if name == "abs":
+        p["c"] = 0.8 * p["k"] * float(random.uniform(0.1, 1.0))
+    return (
+        p,
+        float(random.uniform(0.6, 2.0)),
+        float(random.choice([0.0, random.normal()])),
+        float(random.uniform(5.0, 60.0)),
+    )
+
+
+def position(a: float, k: float, x: float, v: float, t: float) -> tuple[float, float]:
+    """Return x and v after t under the force a - k x."""
+    if k == 0.0:
+        return x + v * t + 0.5 * a * t * t, v + a * t
+    w, centre = math.sqrt(k), a / k
+    c, s = math.cos(w * t), math.sin(w * t)
+    return centre + (x - centre) * c + v / w * s, v * c - (x - centre) * w * s
+
+
+def exact(kind: Kind, p: dict[str, float], x: float, v: float, times: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return x at some times, and how far any turn was from a place: what touches one may go either way."""
+    places, regions = kind.regions(p)
+    result, t, margin = np.zeros(len(times)), 0.0, math.inf
+    here = sum(x > place for place in places)
+    done = 0
+    while done < len(times):
+        a, k = regions[here]
+        left = places[here - 1] if here else -math.inf
+        right = places[here] if here < len(places) else math.inf
+        leave, side, near = exit_time(a, k, x, v, left, right, times[-1] - t)
+        margin = min(margin, near)
+        while done < len(times) and times[done] <= t + leave:
+            result[done] = position(a, k, x, v, times[done] - t)[0]
+            done += 1
+        if math.isinf(leave):
+            break
+        x, v = position(a, k, x, v, leave)
+        x = right if side > 0 else left
+        t, here = t + leave, here + side
+    return result, margin
+
+
+def exit_time(
+    a: float, k: float, x: float, v: float, left: float, right: float, until: float
+) -> tuple[float, int, float]:
+    """Return when and on which side (1: right) the motion leaves a region, and how near it turned to a border."""
+    turns = turning_times(a, k, x, v, until)
+    before, near = 0.0, math.inf
+    for turn in [*turns, until]:
+        y = position(a, k, x, v, turn)[0]
+        near = min(near, abs(y - left), abs(y - right)) if turn < until else near
+        for border, side in ((left, -1), (right, 1)):
+            if side * (y - border) > 0.0:
+                beyond = functools.partial(past_border, a, k, x, v, border, side)
+                return bisect(beyond, before, turn), side, near
+        before = turn
+    return math.inf, 0, near
+
+
+def past_border(a: float, k: float, x: float, v: float, border: float, side: int, t: float) -> float:
+    """Return how far beyond a border the motion is after t."""
+    return side * (position(a, k, x, v, t)[0] - border)
+
+
+def turning_times(a: float, k: float, x: float, v: float, until: float) -> list[float]:
+    """Return the times after 0 at which the motion turns."""
+    if k == 0.0:
+        return [-v / a] if a * v < 0.0 and -v / a < until else []
+    w = math.sqrt(k)
+    first = math.atan2(v / w, x - a / k) % math.pi
+    n = int(until * w / math.pi) + 1
+    return [s for s in ((first + j * math.pi) / w for j in range(n)) if 1e-12 < s < until]
+
+
+def bisect(f: Callable[[float], float], before: float, past: float) -> float:
+    """Return the root of a rising function."""
+    for _ in range(100):
+        middle = 0.5 * (before + past)
+        before, past = (middle, past) if f(middle) < 0.0 else (before, middle)
+    return past
+
+
+def judge(name: str, method: str, rtol: float, random: np.random.Generator) -> tuple[str, str]:
+    """Run a random case and return verdict and reason."""
+    p, x, v, t_end = draw(name, random)
+    if name in ("abs", "max"):
+        t_end = min(t_end, 20.0)
+    try:
+        run = solve(
+            model(name), t_end, method=method, rtol=rtol, atol=rtol * 1e-2, parameters=p, start={"x": x}, rate={"x": v},
+            max_steps=200_000,
+        )  # fmt: skip
+    except RuntimeModelError as error:
+        return REFUSED, str(error)
+    expected, margin = exact(KINDS[name], p, x, v, run.t)
+    error = float(np.abs(run.q[:, 0] - expected).max() / np.ptp(expected))
+    if not run.ok:
+        return FLAGGED, run.message or "; ".join(check.check for check in run.objections)
+    if error > _WRONG and margin > 1e-3:
+        return WRONG, f"off by {error:.2g}: {p}, x = {x}, v = {v}, to {t_end}"
+    return RIGHT, f"{error:.1e}"
+
+
+def main() -> int:
+    """Run as a command."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.stress.jumping_forces", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument(
+        "--count", type=int, default=100, help="cases of each force, for each method and tolerance (100)"
+    )
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--methods", nargs="*", default=list(ADAPTIVE))
+    chosen = parser.parse_args()
+    print("| method | tried | right | refused | flagged | wrong |\n|---|---|---|---|---|---|")
+    total: Counter[str] = Counter()
+    for method in chosen.methods:
+        counts: Counter[str] = Counter()
+        for name in KINDS:
+            counts += try_many(name, method, chosen.count, chosen.seed)
+        total += counts
+        print(row(method, counts), flush=True)
+    print(row("all", total))
+    return int(total[WRONG] > 0)
+
+
+def try_many(name: str, method: str, count: int, seed: int) -> Counter[str]:
+    """Try cases of one force at all tolerances; returns how many had each verdict."""
+    counts: Counter[str] = Counter()
+    if METHODS[method].refusal(model(name)):
+        counts[REFUSED] = count * len(RTOLS)
+        return counts
+    for rtol in RTOLS:
+        for number in range(count):
+            verdict, why = judge(
+                name, method, rtol, np.random.default_rng([seed, list(KINDS).index(name), number])
+            )
+            counts[verdict] += 1
+            if verdict in (WRONG, FLAGGED):
+                print(f"{verdict} {name} {method} {rtol} number {number}: {why}", file=sys.stderr)
+    return counts
+
+
+if __name__ == "__main__":
+    sys.exit(main())

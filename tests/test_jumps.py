@@ -1,0 +1,134 @@
+"""Forces that jump: branches in modules, steps that end at jumps, motion that a jump holds."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import runtime
+from symgen import Model
+from symgen.link import derive_text
+from tests.stress.jumping_forces import KINDS, try_many
+from tests.stress.scenario import FLAGGED, RIGHT
+
+
+def mass(force: str, start: float = 1.0, rate: float = 0.0) -> Model:
+    m = Model("mass")
+    x = m.coordinate("x", start=start, rate=rate)
+    m.input("u")
+    m.body("b", mass=1.0, com=(x, 0))
+    m.force(x, force)
+    return m
+
+
+def swing(t: np.ndarray) -> np.ndarray:
+    """x'' = -sign(x) from 1 at rest."""
+    quarter = np.sqrt(2.0)
+    s = np.mod(t, 4 * quarter)
+    return np.where(
+        np.abs(s - 2 * quarter) < quarter,
+        -1 + (s - 2 * quarter) ** 2 / 2,
+        1 - np.minimum(s, 4 * quarter - s) ** 2 / 2,
+    )
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_a_loose_tolerance_does_not_blur_a_jump(method):
+    run = mass("-sign(x)").derive().run(t_end=50.0, method=method, rtol=1e-3)
+    assert run.ok and not run.events
+    np.testing.assert_allclose(run.q[:, 0], swing(run.t), atol=1e-9)
+
+
+def test_bdf_restarts_at_jumps():
+    run = mass("-sign(x)").derive().run(t_end=20.0, method="bdf", rtol=1e-7)
+    np.testing.assert_allclose(run.q[:, 0], swing(run.t), atol=1e-4)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_forces_with_branches_against_closed_forms(name):
+    counts = try_many(name, "dop853", 3, seed=7)
+    assert counts[RIGHT] >= 7 and counts[RIGHT] + counts[FLAGGED] == 9
+
+
+def test_models_without_choices_have_no_branches():
+    text = derive_text(mass("-x")).text
+    assert '"jump"' not in text and "b_0" not in text
+
+
+def test_what_depends_on_time_or_parameters_alone_has_no_branch():
+    m = mass("sign(t - 1) + abs(c)*x")
+    m.parameter("c", -2.0)
+    assert '"jump"' not in derive_text(m).text
+
+
+def test_a_branch_is_free_outside_of_runs():
+    system = runtime.load(derive_text(mass("-2*sign(x) + min(x, u)")).text)
+    assert system.settings[-2:] == tuple(f"branch({event['name']})" for event in system.events)
+    for x in (-0.5, 0.0, 0.5):
+        out = system.kernel("forces")(0.0, np.array([x, 0.0]), system.parameter_values({"u": 0.1}))
+        assert out[0] == -2.0 * np.sign(x) + min(x, 0.1)
+
+
+def test_a_jump_on_a_constrained_mass():
+    """A pendulum in two coordinates against one in its angle."""
+    m = Model("rod", gravity=(0, -9.81))
+    x, y = m.coordinate("x", start=0.6), m.coordinate("y", start=-0.8)
+    m.body("b", mass=1.0, com=(x, y))
+    m.constraint("length", x**2 + y**2 - 1)
+    m.force(x, "-2*sign(x - 0.1)")
+    one = Model("angle", gravity=(0, -9.81))
+    a = one.coordinate("a", start=float(np.arctan2(0.6, 0.8)))
+    one.body("b", mass=1.0, com=("sin(a)", "-cos(a)"))
+    one.load("wind", point=("sin(a)", "-cos(a)"), force=("-2*sign(sin(a) - 0.1)", 0))
+    assert a is not None
+    many, few = (model.derive().run(t_end=3.0, method="dop853", rtol=1e-9) for model in (m, one))
+    assert many.ok and few.ok
+    np.testing.assert_allclose(many["x"], np.sin(few["a"]), atol=1e-6)
+
+
+def test_friction_that_comes_to_rest_ends_with_the_reason():
+    began = time.perf_counter()
+    run = mass("-x - 0.1*sign(dot(x))").derive().run(t_end=50.0, method="dop853")
+    assert run.status == "failed" and run.t[-1] == pytest.approx(5 * np.pi, abs=1e-6)
+    assert "sign(dot(x)) in the force on x" in run.message and "[friction]" in run.message
+    assert time.perf_counter() - began < 60.0
+
+
+def test_rest_at_a_jump():
+    system = mass("u - sign(dot(x))", start=0.0).derive()
+    assert system.run(t_end=1.0, method="dop853").ok
+    held = system.run(t_end=1.0, method="dop853", parameters={"u": 0.5})
+    assert held.status == "failed" and "from both sides" in held.message
+    drawn = system.run(t_end=1.0, method="dop853", parameters={"u": 3.0})
+    assert drawn.ok and drawn.v[-1, 0] == pytest.approx(2.0)
+
+
+def test_fixed_steps_run_over_jumps():
+    run = mass("-sign(x)").derive().run(t_end=5.0, method="rk4", step=1e-3)
+    np.testing.assert_allclose(run.q[:, 0], swing(run.t), atol=1e-2)
+
+
+def test_a_run_that_does_not_get_on_ends_with_the_reason(monkeypatch):
+    """A spring of 1e16 N/m makes an explicit method crawl."""
+    monkeypatch.setattr("runtime.stall._WINDOW", 0.1)
+    monkeypatch.setattr("runtime.stall._TOO_LONG", 1e3)
+    run = mass("-1e16*x").derive().run(t_end=1e3, method="dop853")
+    assert run.status == "failed" and "does not get on" in run.message and "dot(x)" in run.message
+
+
+def test_progress_is_shown_where_there_is_no_terminal(tmp_path):
+    (tmp_path / "slow.toml").write_text(
+        'name = "slow"\n[coordinates]\nx = { start = 1.0 }\n[bodies.b]\nmass = 1\ncom = ["x", 0]\n'
+        '[forces]\nx = "-1e14*x"\n'
+    )
+    code = (
+        "import sys, symgen.cli.recorded as r; r._PROGRESS_AFTER = r._PLAIN_PROGRESS_EVERY = 0.05\n"
+        f"from symgen.cli import main; sys.argv = ['symgen', 'run', {str(tmp_path / 'slow.toml')!r}, '--no-log', "
+        "'--t-end', '0.1', '--method', 'dop853']; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert " of 0.1 s" in done.stderr, done.stderr
