@@ -282,7 +282,7 @@ class EventActions:
             side = np.sign(arrays.event_block(at.SIDE)[event])
             clear = max(_CLEAR * arrays.event_block(at.FLOOR)[event], _BACK * abs(there))
             if side * here < -clear and side * there > clear:
-                name = self.system.events[event]["name"]
+                name = self.system.events[event]["says"]
                 raise SlidingError(
                     f"{name} pushes to where it jumps from both sides at t = {arrays.t:.9g} s: the motion would "
                     "chatter there without end. Where this is friction that brings the motion to rest, write it as dry "

@@ -6,7 +6,7 @@ import math
 import re
 from typing import Any
 
-from runtime.abi import ABI, MARKS, SETTINGS
+from runtime.abi import ABI, JUMP, MARKS, SETTINGS
 
 _LARGEST = 1 << 26  # values that one function hoists, sizes of a body
 _COUNTS = ("nq", "nv", "nh", "nn", "nw")
@@ -84,6 +84,12 @@ def check_header(header: Any) -> None:
     _check_sizes(header)
     _check_subsystems(header)
     _check_switches(header)
+    for index, event in enumerate(header["events"]):
+        if event["action"] != JUMP:
+            continue
+        says = _get(event, "says", str, f"events[{index}]")
+        if not (says.isascii() and says.isprintable()):
+            raise HeaderFault(f"events[{index}]['says'] is {event['says']!r:.60}, expected plain text")
 
 
 def _check_marks(header: dict[str, Any]) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..model.description import Body, Description, Input
+from ..model.description import Body, Description, Event, Input
 from .movement import Movement
 from .structure import structure
 from .variables import with_rates
@@ -42,7 +42,7 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         "constants": [{"name": c.name, "unit": c.unit or "", "value": float(c.value)} for c in d.constants],
         "constraints": [{"name": c.name, "kind": c.kind} for c in (*d.constraints, *d.velocity_constraints)],
         "outputs": [{"name": name, "unit": ""} for name, _ in d.outputs],
-        "events": [{"name": e.name, "direction": e.direction, "action": e.action} for e in d.events],
+        "events": [_event(e) for e in d.events],
         "bodies": [_body(b, movement) for b in d.bodies],
         "structure": structure(derivation).flags,
         "operations": operations,
@@ -67,6 +67,11 @@ def _body(b: Body, movement: Movement) -> dict[str, Any]:
         "mesh": shape.mesh if shape else "",
     }
     return record | {"stretches": True} if shape and movement.of(shape.sizes) else record
+
+
+def _event(e: Event) -> dict[str, Any]:
+    record = {"name": e.name, "direction": e.direction, "action": e.action}
+    return record | {"says": e.says} if e.says else record
 
 
 def _input(u: Input) -> dict[str, Any]:

@@ -65,7 +65,7 @@ class _Branches:
         self.settings: list[str] = []
         self._known: dict[sympy.Expr, sympy.Symbol] = {}
         self._memo: dict[tuple[sympy.Expr, bool], sympy.Expr] = {}
-        self._names: set[str] = set()
+        self._names = {x.name for x in (*d.events, *d.stops, *d.frictions)}
         self._definitions = dict(d.definitions)
         self._done: dict[str, sympy.Expr] = {}
         self._still = {x.name for x in (*d.parameters, *d.constants)} | {"t"}
@@ -137,15 +137,14 @@ class _Branches:
         return branch(chosen, below, above)
 
     def _side(self, argument: sympy.Expr, e: sympy.Expr) -> sympy.Symbol:
-        """The setting of an argument; its event is called by where it stands."""
+        """The setting of an argument; its event says where it stands."""
         if argument not in self._known:
-            name = f"{_shown(e)} in {self._where}"
+            name = f"jump_{len(self.settings)}"
             while name in self._names:
-                name += "'"
-            self._names.add(name)
+                name += "_"
             self._known[argument] = sympy.Symbol(f"branch {len(self.settings)}")
             self.settings.append(self._known[argument].name)
-            self.events.append(Event(name, argument, "both", ACTION))
+            self.events.append(Event(name, argument, "both", ACTION, says=f"{_shown(e)} in {self._where}"))
         return self._known[argument]
 
     def _define(self, name: str, power: float) -> None:
@@ -188,6 +187,6 @@ def _has(expression: sympy.Expr) -> bool:
 def _shown(e: sympy.Expr) -> str:
     """An expression as model files write it, cut."""
     words = {sympy.sign: "sign", sympy.Abs: "abs", minimum: "min", maximum: "max"}
-    inside = ", ".join(str(x) for x in e.args) if len(e.args[0].args) < 12 else "…"
+    inside = ", ".join(str(x) for x in e.args) if len(e.args[0].args) < 12 else "..."
     text = f"{words[e.func]}({inside})".replace("**", "^").replace("imum(", "(")
-    return text if len(text) <= _LONGEST_NAME else text[: _LONGEST_NAME - 1] + "…"
+    return text if len(text) <= _LONGEST_NAME else text[: _LONGEST_NAME - 3] + "..."

@@ -249,13 +249,17 @@ class Reset:
 
 @dataclass(frozen=True)
 class Event:
-    """A zero crossing of `when`; `action` is terminate, record, reset; `direction` rising, falling, both."""
+    """A zero crossing of `when`; `action` is terminate, record, reset; `direction` rising, falling, both.
+
+    Those that the derivation adds have the actions stop, friction, and jump, which `says` what jumps.
+    """
 
     name: str
     when: Expr
     direction: str = "both"
     action: str = "record"
     resets: tuple[Reset, ...] = ()
+    says: str = ""
 
 
 @dataclass(frozen=True)
