@@ -84,6 +84,9 @@ COLLISIONS = [
     ("modes", "m.toml", "--json", "hard"),
     ("modes", "m.toml", "--log", "soft"),
     ("advise", "m.toml", "--json", "hard"),
+    ("run", "pendulum", "--no-log", "--json", "hard"),
+    ("run", "pendulum", "--no-log", "--json", "soft"),
+    ("run", "pendulum", "--log", "table"),
 ]
 
 

@@ -16,6 +16,7 @@ from runtime.system import System, load
 
 from .errors import RecordingError
 from .reader import Recording, read_recording
+from .trusted import blamed_on, check_fits
 
 _SAME_TIME = 1e-12  # of the time that both runs cover
 _SMALL = 1e-3  # of the largest quantity of its unit: what stays below has no scale of its own
@@ -142,8 +143,15 @@ def compare(first: str | Path, second: str | Path, *, tolerance: float = 1e-6) -
     RecordingError
         One of them cannot be read, or they have no coordinates or times in common.
     """
+    with blamed_on(f"{first}, {second}"):
+        return _comparison(first, second, tolerance)
+
+
+def _comparison(first: str | Path, second: str | Path, tolerance: float) -> Comparison:
     a, b = read_recording(first), read_recording(second)
     systems = _system(a), _system(b)
+    for recording, system in ((a, systems[0]), (b, systems[1])):
+        check_fits(recording, system)
     rows = _common_frames(a, b)
     t = a.t[rows[0]]
     named_a, named_b = _quantities(a, systems[0], rows[0]), _quantities(b, systems[1], rows[1])

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import schema
 from .errors import RecordingError
+from .trusted import check_settings
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -141,8 +142,10 @@ def read_recording(path: str | Path) -> Recording:
 
     path = Path(path)
     try:
-        return _recording(path, *read_rrd(path, [schema.STATE, schema.EVENTS, schema.ENERGY]))
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        recording = _recording(path, *read_rrd(path, [schema.STATE, schema.EVENTS, schema.ENERGY]))
+        check_settings(recording)
+        return recording
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, RecursionError) as error:
         raise RecordingError(f"{path}: damaged: {error!r}; run the model again") from error
 
 

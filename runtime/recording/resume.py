@@ -25,6 +25,7 @@ from runtime.timing.timetable import make_timetable
 
 from .errors import RecordingError
 from .reader import Recording, read_checkpoint, read_recording
+from .trusted import blamed_on, check_fits
 
 if TYPE_CHECKING:
     from runtime.checkpoint import Checkpoint
@@ -61,6 +62,10 @@ class Resumed:
     """
 
     def __init__(self, path: str | Path):
+        with blamed_on(path):
+            self._read(path)
+
+    def _read(self, path: str | Path) -> None:
         self.recording = read_recording(path)
         try:
             checkpoint, self._step_log = read_checkpoint(path)
@@ -71,8 +76,10 @@ class Resumed:
         if self.recording.status in _NO_FURTHER:
             raise RecordingError(f"{path}: {_NO_FURTHER[self.recording.status]}; there is nothing to resume")
         self._checkpoint: Checkpoint | None = checkpoint
+        module = load(self.recording.module_text + "\n")
+        check_fits(self.recording, module)
         if checkpoint is None and ASKED in self.recording.options:
-            self.system = load(self.recording.module_text + "\n")
+            self.system = module
             self.t, self.n_frames = float(self.recording.t[0]), 1
             return
         if checkpoint is None:
@@ -90,7 +97,7 @@ class Resumed:
             raise RecordingError(
                 f"{path}: its checkpoint is of {self.n_frames} frames, but it holds {len(self.recording.t)}"
             )
-        self.system = _driven(load(self.recording.module_text + "\n"), self.recording)
+        self.system = _driven(module, self.recording)
 
     def run(
         self,
@@ -127,6 +134,18 @@ class Resumed:
         RuntimeModelError
             A time lies before that at which the run goes on.
         """
+        with blamed_on(self.recording.path):
+            return self._run(t_end, at, fps, recorder, progress, max_steps)
+
+    def _run(
+        self,
+        t_end: float | None,
+        at: Sequence[float] | None,
+        fps: float | None,
+        recorder: Callable[..., Any] | None,
+        progress: Callable[[float, int], None] | None,
+        max_steps: int | None,
+    ) -> Solution:
         if self._checkpoint is None:
             return run_again(self.recording, self.system, t_end, at, fps, recorder, progress, max_steps)
         began = time.perf_counter()

@@ -17,6 +17,7 @@ from .quantities import Quantities
 from .reader import Recording, read_recording
 from .replay import replay
 from .report import Check, Report
+from .trusted import blamed_on
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,6 +52,11 @@ def verify(path: str | Path, *, intervals: int = 5, seed: int = 0) -> Report:
         raise RecordingError(
             f"{path}: shows a mode, a linear motion that `symgen modes` wrote: there is no run to check"
         )
+    with blamed_on(path):
+        return _checked(recording, intervals, seed)
+
+
+def _checked(recording: Recording, intervals: int, seed: int) -> Report:
     checks = [_torn(recording), _bytes(recording), _checksum(recording), _frame_count(recording)]
     system, check = _system(recording)
     checks.append(check)

@@ -23,8 +23,13 @@ _KINDS = {
     ".stl": "a mesh",
     ".urdf": "a robot",
     ".xml": "an XML file",
-    ".md": "a text",
-    ".txt": "a text",
+}
+# How files of a kind begin: what begins otherwise is something else, whatever it is called.
+_BEGINNINGS = {
+    ".json": (b"{", b"["),
+    ".rrd": (b"RRF2",),
+    ".html": (b"<!DOCTYPE html",),
+    ".png": (b"\x89PNG",),
 }
 _TEXT_IN_TOML = re.compile(r"""["']([^"'\n]{1,1000})["']""")
 _LARGEST_MODEL = 4 << 20
@@ -87,25 +92,27 @@ class FilesInUse:
         self._reads: list[Path] = []
         self._writes: list[tuple[str, Path]] = []
         resumed = context.params.get("resume_file")
-        outputs = []
+        outputs: list[tuple[str, Path, str]] = []
         for parameter in context.command.params:
             value = context.params.get(parameter.name)
             if isinstance(parameter.type, OutputFile):
-                outputs += [(parameter.opts[0], value)] if value is not None else []
+                outputs += [(parameter.opts[0], value, parameter.type.suffix)] if value is not None else []
             elif parameter.name == "model" and value is not None:
                 self._reads += _model_files(value)
             else:
                 self._reads += [path for text in _texts(value) for path in _named(text)]
-        for label, path in outputs:
-            self.claim(label, path, instead_of=resumed if label == "--log" else None)
+        for label, path, suffix in outputs:
+            self.claim(label, path, suffix=suffix, instead_of=resumed if label == "--log" else None)
 
-    def claim(self, label: str, path: Path, *, instead_of: Path | None = None) -> Path:
+    def claim(self, label: str, path: Path, *, suffix: str = "", instead_of: Path | None = None) -> Path:
         """Return `path`, a file that is going to be written, unless something is lost by that.
 
         Parameters
         ----------
         label : str
             What writes it, for messages.
+        suffix : str
+            Of files of its kind, by default that of its name.
         instead_of : Path, optional
             A file that was read and is meant to be replaced.
 
@@ -124,8 +131,23 @@ class FilesInUse:
         for other, written in self._writes:
             if same_file(path, written) and {label, other} != {"--log", "the recording"}:
                 raise click.UsageError(f"{label} {path} and {other} {written} are the same file")
+        _refuse_other_kind(label, path, suffix or path.suffix)
         self._writes.append((label, path))
         return path
+
+
+def _refuse_other_kind(label: str, path: Path, suffix: str) -> None:
+    """A file takes the place of one of its kind only: what is there may be somebody's, under another name, too."""
+    beginnings = _BEGINNINGS.get(suffix)
+    of_other_form = suffix == ".png" and path.suffix not in ("", ".png")  # a figure may be a .pdf, too
+    if beginnings is None or of_other_form or not path.is_file():
+        return
+    with path.open("rb") as file:
+        begin = file.read(64).lstrip()
+    if begin and not begin.startswith(beginnings):
+        raise click.UsageError(
+            f"{label} {path}: what is there is not {_KINDS[suffix]}, so it is not written over"
+        )
 
 
 def claim(label: str, path: Path, *, instead_of: Path | None = None) -> Path:

@@ -32,6 +32,7 @@ def repeatable(path: Path, given: dict[str, Any]) -> tuple[System, dict[str, Any
     """
     import runtime
     from runtime.recording.reader import read_recording
+    from runtime.recording.trusted import check_fits
 
     said = sorted(
         key.removesuffix("_values") for key, value in given.items() if value and key != "input_kind_values"
@@ -51,6 +52,7 @@ def repeatable(path: Path, given: dict[str, Any]) -> tuple[System, dict[str, Any
             f"{path}: the run began with closed stops or sticking friction; give the MODEL"
         )
     system = runtime.load(recording.module_text)
+    check_fits(recording, system)
     arguments: dict[str, Any] = {
         key: recording.options[key] for key in _OPTIONS if recording.options.get(key) is not None
     }
