@@ -159,6 +159,8 @@ def solve(
     timetable = make_timetable(system, p, chosen, t_start, t_end, max_step, breaks)
     notes += timetable.notes if timetable is not None else []
     times, shown = frame_times(t_start, t_end, fps)
+    if timetable is not None:
+        times, shown = timetable.with_frames(times, shown)
     arrays = LoopArrays(
         system, chosen, p, t_start, state, frame_times=times, rtol=rtol, atol=atol, step=chosen_step,
         span=t_end - t_start,

@@ -63,7 +63,7 @@ class Intervals:
         Of each cell [s].
     widths : list of float
         The width of the range of each result over all times, in the order in which they are made; empty while these
-        are found (the cell is then all of time), and filled by it.
+        are found (the cell is then all of time), and filled by it. Without them all that changes counts.
     finding : bool
         Whether `widths` are being found.
     """
@@ -369,7 +369,7 @@ class Intervals:
         reach += 4.0 * np.spacing(np.abs(middle))
         low = np.where(smooth, np.maximum(low, middle - reach), low)
         high = np.where(smooth, np.minimum(high, middle + reach), high)
-        width = self.widths[place]
+        width = self.widths[place] if self.widths else INFINITE
         if 0.0 < width < INFINITE:
             still = high - low <= NEGLIGIBLE * width
             scale, period = np.where(still, INFINITE, scale), np.where(still, INFINITE, period)

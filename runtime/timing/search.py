@@ -1,6 +1,6 @@
 """Where the terms of time alone jump, bend, and change fast: found by cutting time into cells until each shows it.
 
-Cells are halves of halves of powers of two seconds, whatever the end of a run, so that a run that is cut short and
+Cells are eighths of eighths of powers of eight seconds, whatever the end of a run, so that a run that is cut short and
 resumed finds what the whole one does.
 """
 
@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 # A step may take so many times as long as a pulse takes to change by about its height, or radians of an oscillation.
 _STEPS_OF_PULSE, _RADIANS = 2.0, 2.0 * math.pi
 _OF_CELL = 0.125  # a cell is small enough when nothing in it changes in less than this part of it
-_FINEST = 2.0**-48  # of the time: a pulse that is no jump and shorter than this is not resolved
-_FINEST_BREAK = 2.0**-60  # of the run
-_PARTS = 8  # that a cell is cut into
+_FINEST = 2.0**-49  # of the time: a pulse that is no jump and shorter than this is not resolved
+_FINEST_BREAK, _OF_ROOT = 2.0**-60, 2.0**-6  # of the first cells
+_LEVEL = 3
+_PARTS = 2**_LEVEL  # that a cell is cut into
 _MOST_CELLS = 100_000
 _MOST_STEPS = 10_000_000  # that steps held to pulses and oscillations may add up to
 _LIKE = 4.0  # neighbouring cells whose limits differ by less share one
@@ -42,23 +43,48 @@ def find_course(system: System, p: np.ndarray, t_start: float, t_end: float) -> 
     """
     terms = TimeTerms(system, p)
     with np.errstate(all="ignore"):
+        found = _steady(terms, t_start, t_end)
+        if found is not None:
+            return found
         widths = all_times(terms, t_start)
         begin, end, limit, breaks, uncut = _cells(terms, widths, t_start, t_end)
         finest = max(
             _FINEST_BREAK * (t_end - t_start), _ULPS * float(np.spacing(max(abs(t_start), abs(t_end))))
         )
         before, after = _located(terms, begin[breaks], end[breaks], 2.0 * finest)
-    inside = (after > t_start) & (before < t_end)
-    return _joined(before[inside], after[inside], begin, limit, t_end - t_start, uncut)
+        inside = (after > t_start) & (before < t_end)
+        return _joined(before[inside], after[inside], begin, limit, t_end - t_start, uncut)
 
 
 def known_course(system: System, p: np.ndarray, t_start: float, t_end: float) -> Course:
-    """Return `find_course`, kept for the next run with the same numbers."""
-    key = (p[: system.n_settable].tobytes(), t_start, t_end)
+    """Return `find_course`, kept for the next run with the same numbers where time alone acts."""
+    read = system.__dict__.get("_read_with_time")
+    if read is None:
+        read = system.__dict__["_read_with_time"] = list(TimeTerms(system, p).numbers_read())
+    key = (p[read].tobytes(), t_start, t_end)
     last = system.__dict__.get("_course")
     if last is None or last[0] != key:
         last = system.__dict__["_course"] = (key, find_course(system, p, t_start, t_end))
     return last[1]
+
+
+def _steady(terms: TimeTerms, t_start: float, t_end: float) -> Course | None:
+    """Return the course of terms that oscillate steadily, as most do; None where there may be more."""
+    begin, end, _ = _roots(t_start, t_end)
+    found = ranges(terms, begin, end, [])
+    if any((x.breaks > 0).any() or (x.scale < _OF_CELL * (end - begin)).any() for x in found):
+        return None
+    if not found:
+        return Course(*[np.zeros(0)] * 4)
+    limit = np.minimum.reduce([np.minimum(_STEPS_OF_PULSE * x.scale, _RADIANS * x.period) for x in found])
+    return _joined(np.zeros(0), np.zeros(0), begin, limit, t_end - t_start, 0.0)
+
+
+def _roots(t_start: float, t_end: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return begins and ends of the cells that a run begins with, and their length [s]."""
+    size = 2.0 ** (_LEVEL * math.ceil(math.log2(t_end - t_start) / _LEVEL))
+    first = np.arange(math.floor(t_start / size), math.ceil(t_end / size)) * size
+    return first, first + size, size
 
 
 def _cells(
@@ -68,9 +94,7 @@ def _cells(
 
     The last number is the length of the longest cell [s] that may have more than one break; 0 if there is none.
     """
-    size = 2.0 ** math.ceil(math.log2(t_end - t_start))
-    first = np.arange(math.floor(t_start / size), math.ceil(t_end / size)) * size
-    begin, end = first, first + size
+    begin, end, size = _roots(t_start, t_end)
     done: list[tuple[np.ndarray, ...]] = []
     evaluated, uncut = 0, 0.0
     while len(begin):
@@ -85,7 +109,7 @@ def _cells(
         width = end - begin
         size_of_t = np.maximum(np.abs(begin), np.abs(end))
         as_fine = width <= np.maximum(_ULPS * np.spacing(size_of_t), _FINEST_BREAK * size)
-        finest = _FINEST * np.maximum(size_of_t, size)
+        finest = _FINEST * np.maximum(size_of_t, _OF_ROOT * size)
         shown = (scale >= _OF_CELL * width) | (width <= finest)
         ready = ((breaks < 2) & shown) | as_fine
         if evaluated > _MOST_CELLS and not ready.all():

@@ -51,7 +51,10 @@ class TimeTerms:
     def __init__(self, system: System, p: np.ndarray, name: str = NAME):
         self._code: FunctionText = system.function_text(name)
         self._p = [float(x) for x in p]
-        self._statements = list(self._straight(self._code.statements()))
+        known = system.__dict__.setdefault("_statements", {})  # parsed once for all runs
+        if name not in known:
+            known[name] = list(self._straight(self._code.statements()))
+        self._statements: list[tuple[ast.expr, ast.expr, int]] = known[name]
 
     def values(self, operations: Operations, y: Sequence[Any] = ()) -> list[Any]:
         """Return all that the function writes for some `y`; what are numbers does not change."""
@@ -65,6 +68,19 @@ class TimeTerms:
             else:
                 found.append(value)
         return found
+
+    def numbers_read(self) -> tuple[int, ...]:
+        """Return the places in `p` of the numbers that the function reads."""
+        return tuple(
+            sorted(
+                {
+                    self._index(node, k, len(self._p))
+                    for _, expression, k in self._statements
+                    for node in ast.walk(expression)
+                    if type(node) is ast.Subscript and node.value.id == "p"
+                }
+            )
+        )
 
     def _straight(self, body: list[ast.stmt]) -> Iterator[tuple[ast.expr, ast.expr, int]]:
         """The assignments, those in loops once for each pass."""

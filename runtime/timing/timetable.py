@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from runtime.loop_arrays import LoopArrays
     from runtime.system import System
 
+_IN_PULSE, _LONG_PULSE, _MOST_PULSES = 24, 8.0, 200  # frames in pulses; intervals between frames; pulses
 _FEW = 3  # breaks in a note
 _NEAR = 8.0  # units of the last digit of a time: it is reached
 
@@ -119,10 +120,22 @@ class Timetable:
             arrays.choose_step_anew()
         return True
 
-    def stops_between(self, t0: float, t1: float) -> list[float]:
-        """Return the times [s] between two times, exclusive, on which steps land."""
-        first, last = bisect_right(self._before, t0), bisect_right(self._before, t1)
-        return [t for t in self._before[first:last] if t < t1]
+    def with_frames(self, times: np.ndarray, shown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return frames with some more, not to be shown, in pulses that fall between them.
+
+        What a pulse gives and takes is part of what the motion exchanges: the energy balance is judged by that.
+        """
+        spacing = (times[-1] - times[0]) / (len(times) - 1)
+        begin, longest = self.course.begin, self.course.longest
+        end = np.append(begin[1:], times[-1])
+        short = np.isfinite(longest) & (end - begin < _LONG_PULSE * spacing)
+        pulses = np.flatnonzero(short)[:_MOST_PULSES]
+        if not len(pulses):
+            return times, shown
+        inside = begin[pulses] + (end - begin)[pulses] * np.arange(1, _IN_PULSE)[:, None] / _IN_PULSE
+        inside = inside[(inside > times[0]) & (inside < times[-1])]
+        joined = np.union1d(times, inside)
+        return joined, np.isin(joined, times[shown])
 
 
 def _times(times: np.ndarray) -> str:

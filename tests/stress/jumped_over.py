@@ -33,6 +33,7 @@ N_SHORT = 8
 _RIGHT, _WRONG = 0.01, 0.05  # of what a coordinate or rate goes through
 _RTOLS = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
 _ADAPTIVE = sorted(name for name, method in METHODS.items() if method.adaptive)
+_LOOKS = 20.0  # times the longest step of the reference: a step that sees something of what is narrow
 _AROUND = 12.0  # widths: what a smooth pulse is made of
 
 # In the model's words, in Python's, and where it is not smooth, in widths.
@@ -312,7 +313,7 @@ def _went_over(drawn: Drawn, run: Solution) -> bool:
     """Whether no step looked into what is narrow; the end may be right all the same, as behind a wall."""
     first, last = drawn.breaks[1], drawn.breaks[-2]
     ends, lengths = run.step_log.T
-    return not np.any((ends > first) & (ends - lengths < last) & (lengths < last - first))
+    return not np.any((ends > first) & (ends - lengths < last) & (lengths < _LOOKS * drawn.longest))
 
 
 def scenarios() -> Iterator[Scenario]:

@@ -207,8 +207,8 @@ def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair,
     reach = (1.0 - cell[SHORTER]) * series_step(order, sizes, control, old, cell)
     control[H] = min(reach, control[H_MAX])
     if sizes[NM] > 0:
-        # A limit of the step announces what is short by itself: a pulse in time.
-        if reach < CREEPS * min(cell[REACH], control[H_MAX]):
+        # A limit of the step, or a stop, announces what is short by itself: a pulse in time.
+        if reach < CREEPS * min(cell[REACH], control[H_MAX], control[T_STOP] - t):
             return STEP_TOO_SMALL, t
         cell[REACH] = max(control[H], FORGET_REACH * cell[REACH])
     if control[RTOL] <= ROUND_OFF_RTOL:
