@@ -193,7 +193,8 @@ class Intervals:
     def _atan(self, u: Range) -> Range:
         square = _square(u.low, u.high)
         slopes = _times((1.0 / (1.0 + square[1]), 1.0 / (1.0 + square[0])), (u.slow, u.fast))
-        own = _over(1.0, _largest(u.slow, u.fast))
+        # Far from its step, whose ends fade as powers do, distances are the scale.
+        own = _over(np.maximum(1.0, _least(u.low, u.high)), _largest(u.slow, u.fast))
         return self._done((np.arctan(u.low), np.arctan(u.high)), slopes, np.arctan(u.middle), (u,), scale=own)
 
     def _atan2(self, y: Number, x: Number) -> Range:
