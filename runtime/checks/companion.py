@@ -135,29 +135,16 @@ def follow(
     is_lost : callable
         Called with the states so far now and then; the companion is given up where it returns True.
     """
-    system, p = solution.system, solution.p.copy()
-    p[system.n_settable :] = 0.0  # stops and frictions are found to be held, or not, at the start
-    t, end = float(times[0]), float(times[-1])
-    arrays = LoopArrays(
-        system, companion.method, p, t, state, frame_times=times, rtol=companion.rtol, atol=companion.atol,
-        step=companion.step, span=end - t,
-    )  # fmt: skip
-    inputs = None
-    if system.input_words:
-        from runtime.inputs.schedule import InputSchedule
-
-        inputs = InputSchedule(system, arrays, companion.method, t, end)
-    kept = _timetable(solution, companion.method, t, end, most_steps)
-    run = _Beside(solution, companion.method, arrays, most_steps, is_lost, inputs, kept)
-    n = system.nq + system.nv
     try:
+        run = _Beside(solution, companion, times, state, most_steps, is_lost)
         run.go()
     except (ContactError, RuntimeModelError):
-        return Followed(state[None], 0, t, ended=False)
-    reached = int(arrays.counters[at.NEXT_FRAME])
-    return Followed(
-        arrays.frames[:reached, :n], int(arrays.counters[at.STEPS]), arrays.t, run.status == "terminated"
-    )
+        return Followed(state[None], 0, float(times[0]), ended=False)
+    if run.status == "interrupted":
+        raise KeyboardInterrupt
+    arrays = run.arrays
+    states = arrays.frames[: arrays.counters[at.NEXT_FRAME], : len(state)]
+    return Followed(states, int(arrays.counters[at.STEPS]), arrays.t, run.status == "terminated")
 
 
 def _timetable(solution: Solution, method: Method, t: float, end: float, most_steps: int) -> Timetable | None:
@@ -175,11 +162,30 @@ def _timetable(solution: Solution, method: Method, t: float, end: float, most_st
 class _Beside(Run):
     """A run that gives up where it has lost the run beside it, or would take too long."""
 
-    def __init__(self, solution, method, arrays, most_steps, is_lost, inputs, kept):
-        shown = np.zeros(len(arrays.frame_times), dtype=bool)
+    def __init__(
+        self,
+        solution: Solution,
+        companion: Companion,
+        times: np.ndarray,
+        state: np.ndarray,
+        most_steps: int,
+        is_lost: Callable[[np.ndarray], bool],
+    ):
+        system, method, p = solution.system, companion.method, solution.p.copy()
+        p[system.n_settable :] = 0.0  # stops and frictions are found to be held, or not, at the start
+        t, end = float(times[0]), float(times[-1])
+        arrays = LoopArrays(
+            system, method, p, t, state, frame_times=times, rtol=companion.rtol, atol=companion.atol,
+            step=companion.step, span=end - t,
+        )  # fmt: skip
+        inputs = None
+        if system.input_words:
+            from runtime.inputs.schedule import InputSchedule
+
+            inputs = InputSchedule(system, arrays, method, t, end)
         super().__init__(
-            solution.system, method, arrays, shown, arrays.frame_times[-1:].tolist(), max_steps=most_steps,
-            inputs=inputs, timetable=kept,
+            system, method, arrays, np.zeros(len(times), dtype=bool), [end], max_steps=most_steps, inputs=inputs,
+            timetable=_timetable(solution, method, t, end, most_steps),
         )  # fmt: skip
         self._n, self._most, self._is_lost, self._seen = solution.states.shape[1], most_steps, is_lost, 0
         least = _MOST_SWITCHINGS if solution.system.switches else _MOST_EVENTS
