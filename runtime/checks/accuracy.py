@@ -15,7 +15,9 @@ from runtime.failures import state_names
 if TYPE_CHECKING:
     from runtime.solution import Solution
 
-_SHARE = 0.02  # of the run's operations, for a companion; of a long run there are two
+_SHARE = (
+    0.02  # of the run's operations, for a companion; those of a long run take two and a half times as much
+)
 _CHEAP = 2e7  # operations that nobody waits for: some milliseconds
 _HARDLY_RESOLVED = 1e3  # times atol: ranges below this
 

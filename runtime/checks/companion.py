@@ -25,6 +25,7 @@ _EXPLICIT = "dop853"
 _TIGHTER = 0.01
 _LOOSEST, _TIGHTEST = 1e-9, 2e-14  # rtol of companions
 _OF_FIXED_STEPS = 1e-10
+_LOOSE = 1e-5
 # From this rtol and order on no other method is more accurate than the run's own.
 _ALIKE, _HIGH_ORDER = 1e-12, 8
 _BESIDE, _OF_BESIDE = 4.0, 0.5  # times the run's rtol, and of the difference, where nothing is more accurate
@@ -84,6 +85,11 @@ def independent(solution: Solution, own: Method, least_range: float) -> tuple[Co
         Companion(METHODS[_EXPLICIT], tol, min(_TIGHTER * tol, _ATOL_OF_RANGE * least_range))
         for tol in sorted({max(rtol, _TIGHTEST), _TIGHTEST}, reverse=True)
     )
+
+
+def loose(least_range: float) -> Companion:
+    """Return a companion whose own errors are those whose growth is looked at: it takes the longest steps."""
+    return Companion(METHODS[_EXPLICIT], _LOOSE, min(_TIGHTER * _LOOSE, _LOOSE * least_range))
 
 
 def finer(solution: Solution, own: Method, least_range: float) -> Companion:
@@ -147,16 +153,20 @@ def follow(
     return Followed(states, int(arrays.counters[at.STEPS]), arrays.t, run.status == "terminated")
 
 
-def _timetable(solution: Solution, method: Method, t: float, end: float, most_steps: int) -> Timetable | None:
+def _timetable(
+    solution: Solution, companion: Companion, t: float, end: float, most_steps: int
+) -> Timetable | None:
     """Return what the steps of a companion keep to: what those of the run do, and a limit of their own."""
     own = solution.timetable
     course, breaks = (own.course, own.breaks) if own is not None else (None, ())
     looks = min(_LOOKS, _OF_ALLOWED * most_steps)
-    longest = _UNLIKE * (end - t) / looks if method.adaptive and looks >= 1.0 else None
-    closely = jumped_over(solution, _OF_ALLOWED * most_steps) if method.adaptive else None
+    adaptive = companion.method.adaptive
+    limited = adaptive and companion.rtol < _LOOSE and looks >= 1.0
+    longest = _UNLIKE * (end - t) / looks if limited else None
+    closely = jumped_over(solution, _OF_ALLOWED * most_steps) if adaptive else None
     if closely is not None:
         course = closely if course is None else course.within(closely)
-    return timetable(course, method, t, end, longest, breaks)
+    return timetable(course, companion.method, t, end, longest, breaks)
 
 
 class _Beside(Run):
@@ -174,10 +184,13 @@ class _Beside(Run):
         system, method, p = solution.system, companion.method, solution.p.copy()
         p[system.n_settable :] = 0.0  # stops and frictions are found to be held, or not, at the start
         t, end = float(times[0]), float(times[-1])
+        # What is usual of the constraints is found where the run began: angles that have turned far count as large.
         arrays = LoopArrays(
-            system, method, p, t, state, frame_times=times, rtol=companion.rtol, atol=companion.atol,
-            step=companion.step, span=end - t,
+            system, method, p, float(solution.t[0]), solution.states[0], frame_times=times, rtol=companion.rtol,
+            atol=companion.atol, step=companion.step, span=end - t,
         )  # fmt: skip
+        arrays.y[: len(state)] = state
+        arrays.control[[at.T, at.T_GRID, at.T_EVENT]] = t
         inputs = None
         if system.input_words:
             from runtime.inputs.schedule import InputSchedule
@@ -185,7 +198,7 @@ class _Beside(Run):
             inputs = InputSchedule(system, arrays, method, t, end)
         super().__init__(
             system, method, arrays, np.zeros(len(times), dtype=bool), [end], max_steps=most_steps, inputs=inputs,
-            timetable=_timetable(solution, method, t, end, most_steps),
+            timetable=_timetable(solution, companion, t, end, most_steps),
         )  # fmt: skip
         self._n, self._most, self._is_lost, self._seen = solution.states.shape[1], most_steps, is_lost, 0
         least = _MOST_SWITCHINGS if solution.system.switches else _MOST_EVENTS

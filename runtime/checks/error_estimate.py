@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.companion import Companion, finer, follow, independent
+from runtime.checks.companion import Companion, finer, follow, independent, loose
 from runtime.checks.growth import growth_rate, is_exponential, running_maximum
 from runtime.checks.work import operations_per_step
 from runtime.spread import spread_rows
@@ -28,7 +28,7 @@ _LEAST_RIPPLE = 1e-3  # of a rate's magnitude: variations that count
 _ROUND_OFF = 1e4 * np.finfo(float).eps  # of a variable's magnitude
 _OF_ATOL, _LEAST = 10.0, 1e-14  # ranges below so many atol are no motion, and below this with fixed steps
 _MORE_FOR_ACCURATE = 3.0  # times the operations
-_MIDDLE = 0.5  # of a long run, where another companion begins
+_MIDDLE = 0.5  # of a long run, where other companions begin
 _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
 _MOST_EXPONENT = 60.0
@@ -99,7 +99,13 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         return found
     if len(found.t) < _LEAST_FOLLOWED:
         return None
-    return _extrapolated(solution, found, beside.follow(companion, operations, _MIDDLE))
+    parts, half = [found], 0.5 * operations
+    if beside.own.adaptive:
+        # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
+        parts.append(beside.follow(companion, half, _MIDDLE))
+    neighbour = companion if companion.method is beside.own else loose(least)
+    beginnings = [beside.follow(neighbour, half, place) for place in (0.0, _MIDDLE)]
+    return _extrapolated(solution, parts, beginnings)
 
 
 class _Beside:
@@ -200,18 +206,33 @@ def _rows(solution: Solution) -> np.ndarray:
     return different[spread_rows(len(different), most)]
 
 
-def _extrapolated(solution: Solution, found: ErrorEstimate, later: ErrorEstimate) -> ErrorEstimate:
-    """Return the error at the end of a long run, as two parts of it tell: by the rate or power of time seen there."""
-    end, parts = float(solution.t[-1]), (found, later)
+def _extrapolated(
+    solution: Solution, parts: list[ErrorEstimate], neighbours: list[ErrorEstimate]
+) -> ErrorEstimate:
+    """Return the error at the end of a long run, as parts of it tell: by the rate or power of time seen there.
+
+    Parameters
+    ----------
+    parts : list of ErrorEstimate
+        Of the run; the first from the start.
+    neighbours : list of ErrorEstimate
+        What companions differ by whose own errors are larger: they show growth sooner.
+    """
+    found, end = parts[0], float(solution.t[-1])
     span = end - float(solution.t[0])
     # Motion that passes a saddle once is not chaotic.
-    rate = min(part.rate or 0.0 for part in parts)
+    rate = min(neighbour.rate or 0.0 for neighbour in neighbours) if _may_be_chaotic(solution.system) else 0.0
     factors = [_factor(part, span, rate, solution) for part in parts]
     worst = int(np.argmax([part.largest * factor for part, factor in zip(parts, factors, strict=True)]))
     last = parts[worst].relative.max(axis=0) * factors[worst]
     return ErrorEstimate(
         np.append(found.t, end), np.vstack([found.relative, last]), known=False, rate=rate or None
     )
+
+
+def _may_be_chaotic(system: System) -> bool:
+    """Whether there are the three dimensions that chaos needs (Poincaré and Bendixson)."""
+    return 2 * (system.nv - system.m) + system.structure["time_dependent"] >= 3
 
 
 def _factor(part: ErrorEstimate, span: float, rate: float, solution: Solution) -> float:
