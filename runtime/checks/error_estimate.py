@@ -31,7 +31,7 @@ _MORE_FOR_ACCURATE = 3.0  # times the operations
 _MIDDLE = 0.5  # of a long run, where other companions begin
 _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
-_MOST_EXPONENT = 60.0
+_MOST_EXPONENT, _WHOLE = 60.0, 1.0  # errors grow no further than to the range
 
 
 @dataclass(frozen=True)
@@ -99,13 +99,18 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         return found
     if len(found.t) < _LEAST_FOLLOWED:
         return None
+    if beside.jumps:
+        return _extrapolated(solution, [found], found.rate or 0.0)  # events take longest
     parts, half = [found], 0.5 * operations
     if beside.own.adaptive:
         # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
         parts.append(beside.follow(companion, half, _MIDDLE))
     neighbour = companion if companion.method is beside.own else loose(least)
-    beginnings = [beside.follow(neighbour, half, place) for place in (0.0, _MIDDLE)]
-    return _extrapolated(solution, parts, beginnings)
+    seen = [beside.follow(neighbour, half, place).rate or 0.0 for place in (0.0, _MIDDLE)]
+    for k, part in enumerate(parts):
+        seen[k] = max(seen[k], part.rate or 0.0)
+    # Motion that passes a saddle once is not chaotic.
+    return _extrapolated(solution, parts, min(seen))
 
 
 class _Beside:
@@ -117,6 +122,8 @@ class _Beside:
         Its method, in its form of constraints.
     least_range : float
         Of what moves, the range of the coordinate or rate that moves least.
+    jumps : bool
+        Whether rates jump at events.
     """
 
     def __init__(self, solution: Solution):
@@ -129,7 +136,7 @@ class _Beside:
             ranges = np.ptp(self._states, axis=0)
         self.least_range = float(ranges[ranges >= _AT_REST * ranges.max()].min(initial=1.0))
         # A jump of the rates may come before a frame in one run, and after it in the other.
-        self._jumps = any(event.action not in ("record", "terminate") for event in solution.events)
+        self.jumps = any(event.action not in ("record", "terminate") for event in solution.events)
 
     def follow(self, companion: Companion, operations: float, place: float = 0.0) -> ErrorEstimate:
         """Return what a companion says that begins at some part of the run."""
@@ -159,7 +166,7 @@ class _Beside:
         with np.errstate(over="ignore", invalid="ignore"):
             off = np.abs(found - states[: len(found)]) / size
         off = np.where(np.isfinite(off), off, np.inf)
-        return np.minimum(off, np.vstack([off[1:], off[-1:]])) if self._jumps else off
+        return np.minimum(off, np.vstack([off[1:], off[-1:]])) if self.jumps else off
 
     def _is_lost(self, found: np.ndarray, states: np.ndarray) -> bool:
         if len(found) < _LOST_FRAMES:
@@ -206,25 +213,22 @@ def _rows(solution: Solution) -> np.ndarray:
     return different[spread_rows(len(different), most)]
 
 
-def _extrapolated(
-    solution: Solution, parts: list[ErrorEstimate], neighbours: list[ErrorEstimate]
-) -> ErrorEstimate:
-    """Return the error at the end of a long run, as parts of it tell: by the rate or power of time seen there.
+def _extrapolated(solution: Solution, parts: list[ErrorEstimate], rate: float) -> ErrorEstimate:
+    """Return the error at the end of a long run, as parts of it tell.
 
     Parameters
     ----------
     parts : list of ErrorEstimate
-        Of the run; the first from the start.
-    neighbours : list of ErrorEstimate
-        What companions differ by whose own errors are larger: they show growth sooner.
+        The first from the start.
+    rate : float [1/s]
+        Of exponential growth seen in the run; 0: errors go on by the power of time that they have grown with.
     """
     found, end = parts[0], float(solution.t[-1])
     span = end - float(solution.t[0])
-    # Motion that passes a saddle once is not chaotic.
-    rate = min(neighbour.rate or 0.0 for neighbour in neighbours) if _may_be_chaotic(solution.system) else 0.0
+    rate = rate if _may_be_chaotic(solution.system) else 0.0
     factors = [_factor(part, span, rate, solution) for part in parts]
     worst = int(np.argmax([part.largest * factor for part, factor in zip(parts, factors, strict=True)]))
-    last = parts[worst].relative.max(axis=0) * factors[worst]
+    last = np.minimum(parts[worst].relative.max(axis=0) * factors[worst], _WHOLE)
     return ErrorEstimate(
         np.append(found.t, end), np.vstack([found.relative, last]), known=False, rate=rate or None
     )
