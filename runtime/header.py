@@ -84,6 +84,8 @@ def check_header(header: Any) -> None:
     _check_sizes(header)
     _check_subsystems(header)
     _check_switches(header)
+    if header.get("impacts", "sequential") != "sequential":
+        raise HeaderFault(f"'impacts' is {header['impacts']!r:.60}, expected 'sequential'")
     for index, event in enumerate(header["events"]):
         if event["action"] != JUMP:
             continue

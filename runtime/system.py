@@ -64,6 +64,8 @@ class System(ModelFunctions):
         The header's records, see docs/architecture.md.
     subsystems : tuple of dict
         For each kind of independent subsystem: indices of each one's coordinates, rates and constraints.
+    sequential_impacts : bool
+        Whether stops that touch are struck one after another.
     switches : tuple of dict
         Its stops, then its frictions that stick and slip.
     settings : tuple of str
@@ -101,6 +103,7 @@ class System(ModelFunctions):
         set_("ny", self.nq + self.nv + self.nw)
         set_("n_row", self.ny + m + (m > 0))
         set_("switches", tuple(header.get("switches", ())))
+        set_("sequential_impacts", header.get("impacts") == "sequential")
         values = [float(record["value"]) for record in (*self.parameters, *self.inputs)]
         set_("settings", tuple(setting_names(header)))
         switched = header.get("switched", {})

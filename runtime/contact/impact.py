@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,6 +12,8 @@ from runtime.contact.local_dynamics import LocalDynamics
 from runtime.contact.normals import Normal
 
 _HALVINGS = 40
+_BLOWS_PER_STOP = 200
+_SETTLED = 1e-12  # of the largest closing speed: what closes as slowly is at rest
 _NO_GAIN = 1e-12  # of what the impulses do
 
 
@@ -61,6 +64,36 @@ def impulses(
         else:
             least, result = part, tried
     return result
+
+
+def sequential_impulses(
+    here: LocalDynamics,
+    touching: np.ndarray,
+    rubbing: np.ndarray,
+    restitutions: np.ndarray,
+    coefficients: np.ndarray,
+    normals: Sequence[Normal],
+) -> np.ndarray:
+    """Return the impulses of stops and frictions, shape (n,), where stops are struck one after another.
+
+    Each blow is that of the stop that closes fastest, by itself, until none closes: what balls do that are not quite in
+    touch (Newton's cradle). Where blows become ever smaller without an end, as they do with little restitution, what is
+    left is one blow of all at once. Parameters are those of `impulses`.
+    """
+    n_stops, total = len(touching), np.zeros(len(here.rows))
+    now = copy.copy(here)
+    slow = _SETTLED * np.abs(here.speeds[:n_stops]).max(initial=0.0)
+    for _ in range(_BLOWS_PER_STOP * n_stops):
+        closing = np.where(touching, -now.speeds[:n_stops], 0.0)
+        struck = int(np.argmax(closing))
+        if closing[struck] <= slow:
+            return total
+        alone = np.arange(n_stops) == struck
+        on_it = np.array([stop is None or stop == struck for stop, _ in normals], dtype=bool)
+        blow = impulses(now, alone, rubbing & on_it, restitutions, coefficients, normals)
+        total = total + blow
+        now.speeds = here.speeds + here.compliance @ total
+    return total + impulses(now, touching, rubbing, restitutions, coefficients, normals)
 
 
 def _adds_energy(here: LocalDynamics, x: np.ndarray) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from runtime.contact.holding import Holding
-from runtime.contact.impact import impulses
+from runtime.contact.impact import impulses, sequential_impulses
 from runtime.contact.local_dynamics import LocalDynamics
 from runtime.errors import ContactError, RuntimeModelError
 from runtime.integrate import layout as at
@@ -143,9 +143,8 @@ class Switching(Holding):
             return False
         _, restitutions, coefficients, _ = self._watched()
         rubbing = self._coupled & self._pressed(touching)
-        found = self._solved(
-            lambda: impulses(here, touching, rubbing, restitutions, coefficients, self.normals)
-        )
+        law = sequential_impulses if self.system.sequential_impacts else impulses
+        found = self._solved(lambda: law(here, touching, rubbing, restitutions, coefficients, self.normals))
         nq, n = self.system.nq, self.system.nq + self.system.nv
         self.arrays.y[nq:n] += here.change(found)
         return True

@@ -79,6 +79,7 @@ def derive_switched(description: Description, source: str) -> Program:
     head |= {
         "inputs": head["inputs"][: len(description.inputs)],
         "switches": switches.records(),
+        **({} if description.impacts == "simultaneous" else {"impacts": description.impacts}),
         "subsystems": [],
         **mark_records(found),
         **term_count(own),

@@ -318,6 +318,7 @@ class Description:
     frictions: tuple[Friction, ...] = ()
     contacts: tuple[Contact, ...] = ()
     drawings: tuple[Drawing, ...] = ()
+    impacts: str = "simultaneous"
 
     def __post_init__(self) -> None:
         if not self.rates:

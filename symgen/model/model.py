@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from ..errors import nearest
 from . import bodies, drawings, run_defaults
 from .contacts import Contacts
 from .description import Body, Description, Drawing, Event, Load
@@ -18,6 +19,8 @@ from .sources import Sources
 
 if TYPE_CHECKING:
     from runtime import System
+
+IMPACTS = ("simultaneous", "sequential")
 
 
 class Model(Contacts):
@@ -36,6 +39,8 @@ class Model(Contacts):
         Acceleration of gravity (x, y, z) [m/s^2].
     folder : path, optional
         Where the model's meshes are.
+    impacts : str
+        What happens where several stops touch: "simultaneous", all at once, or "sequential", one after another.
 
     Examples
     --------
@@ -52,6 +57,7 @@ class Model(Contacts):
         gravity: Sequence[Any] | None = None,
         *,
         folder: str | Path | None = None,
+        impacts: str = "simultaneous",
         _file: str | None = None,
     ) -> None:
         super().__init__(Sources(_file or str(name)[:60], _file is not None))
@@ -60,8 +66,12 @@ class Model(Contacts):
             raise self._sources.error("", "name", fault)
         if not isinstance(description, str):
             raise self._sources.error("", "description", f"a description is text, not {description!r:.60}")
+        if impacts not in IMPACTS:
+            hint = nearest(str(impacts)[:60], IMPACTS)
+            raise self._sources.error("", "impacts", f"impacts are not {impacts!r:.60}", hint=hint)
         self.name = name
         self.description = description
+        self.impacts = impacts
         self.folder = None if folder is None else Path(folder)
         self._gravity: tuple[sympy.Expr, ...] | None = None
         self._bodies: dict[str, Body] = {}
@@ -281,6 +291,7 @@ class Model(Contacts):
             axes=tuple(self._axes.values()),
             loops=tuple(self._loops.values()),
             drawings=tuple(self._drawings.values()),
+            impacts=self.impacts,
             **self._touching(),
         )
 

@@ -38,7 +38,7 @@ FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static", "
 CONTACT_KEYS = ("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth")
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
-TOP_KEYS = ("name", "description")
+TOP_KEYS = ("name", "description", "impacts")
 
 
 def read_file(path: Path) -> Model:
@@ -83,7 +83,10 @@ def read_text(text: str, file: str = "TOML text", folder: Path | None = None, na
                 key=key[:60],
                 hint=nearest(key[:60], [*READERS, *TOP_KEYS], "tables"),
             )
-    model = Model(document.get("name", name), document.get("description", ""), folder=folder, _file=file)
+    impacts = document.get("impacts", "simultaneous")
+    model = Model(
+        document.get("name", name), document.get("description", ""), folder=folder, impacts=impacts, _file=file
+    )  # fmt: skip
     for table, reader in READERS.items():
         content = document.get(table, {})
         if not isinstance(content, dict):

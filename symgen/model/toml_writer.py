@@ -32,6 +32,8 @@ class _Writer:
         yield f"name = {_quoted(d.name)}"
         if d.description:
             yield f"description = {_quoted(d.description)}"
+        if d.impacts != "simultaneous":
+            yield f"impacts = {_quoted(d.impacts)}"
 
     def blocks(self, d: Description) -> Iterator[list[str]]:
         yield ["[parameters]", *(f"{p.name} = {_number(p.value, p.unit, p.doc)}" for p in d.parameters)]
