@@ -19,9 +19,10 @@ from runtime.bench.case import QUICK, Case, Row, measure
 from runtime.bench.levels import LEVELS, all_levels, best_at, label, lost_again, seconds_at
 from runtime.bench.peers import find_peers, run_peer
 from runtime.bench.reference import read_reference
-from runtime.bench.report import scene_table
+from runtime.bench.report import _preempted, scene_table
 from runtime.bench.scenes import SCENES, find_scene
 from runtime.bench.sweep import Curve, sweep, tolerances
+from runtime.bench.timing import was_preempted
 from runtime.errors import RuntimeModelError
 from runtime.integrate.methods import METHODS
 from symgen.cli import main
@@ -302,3 +303,20 @@ def test_peers_are_scripts_that_parse():
     for script in peers.values():
         compile(script.read_text(encoding="utf-8"), str(script), "exec")
     assert sys.version_info >= (3, 11)
+
+
+def test_says_where_runs_waited_for_a_processor():
+    """Wall time and the thread's processor time stand beside each other; a busy machine is told from a slow method."""
+    alone = {"seconds": 1.0, "processor_seconds": 1.0, "preempted": 0, "runs": 3}
+    once, always = {**alone, "preempted": 1}, {**alone, "seconds": 1.5, "preempted": 3}
+    assert list(_preempted({"dop853": {"rows": [alone]}})) == []
+    (says,) = _preempted({"dop853": {"rows": [alone, once]}})
+    assert "1 of 6 runs" in says and "fastest" not in says
+    (says,) = _preempted({"dop853": {"rows": [once, always]}})
+    assert "4 of 6 runs" in says and "at 1 of 2 settings" in says and "1.5" in says
+
+
+def test_measures_processor_time_beside_wall_time():
+    row = measure(case("double_pendulum"), METHODS["dop853"], 1e-9, replace(QUICK, repeat=0.0))
+    assert 0.0 < row.processor_seconds < 1.2 * row.seconds + 1e-5 and 0 <= row.preempted <= row.runs == 3
+    assert was_preempted(1.2, 1.0) and not was_preempted(1.02, 1.0) and not was_preempted(3e-6, 1e-6)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from runtime.batches import accelerations_and_multipliers
-from runtime.bench.timing import OVER_TIME, TimedLoop, no_garbage_collection
+from runtime.bench.timing import OVER_TIME, TimedLoop, no_garbage_collection, was_preempted
 from runtime.failures import failure_message
 from runtime.integrate import layout as at
 
@@ -72,6 +72,10 @@ class Row:
         Why it failed.
     multiplier_error : float or None
         Against the reference; None where there are no constraints, and for peers.
+    processor_seconds : float or None
+        What the thread had of the processor in the fastest run; None for peers.
+    preempted : int
+        Runs that took longer than that, as something else ran meanwhile.
     """
 
     setting: float
@@ -84,6 +88,8 @@ class Row:
     jacobians: int = 0
     says: str = ""
     multiplier_error: float | None = None
+    processor_seconds: float | None = None
+    preempted: int = 0
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row for JSON."""
@@ -109,15 +115,19 @@ def measure(case: Case, method: Method, setting: float, effort: Effort) -> Row:
         if status != at.REACHED_STOP:
             return Row(setting, None, best, 1, says=_why(status, case, method, loop, effort))
         error = reference.error(loop.arrays.y)
-        runs, total = 1, best
-        while runs < _LEAST_RUNS or (total < effort.repeat and runs < effort.most_runs):
-            seconds = loop.run(np.inf)[1]
-            best, total, runs = min(best, seconds), total + seconds, runs + 1
+        took = [(best, loop.processor_seconds)]
+        while len(took) < _LEAST_RUNS or (
+            sum(seconds for seconds, _ in took) < effort.repeat and len(took) < effort.most_runs
+        ):
+            took.append((loop.run(np.inf)[1], loop.processor_seconds))
+    best, processor = min(took)
+    preempted = sum(was_preempted(*pair) for pair in took)
     counted, y = loop.arrays.counters, loop.arrays.y[None]
     _, multipliers = accelerations_and_multipliers(system, reference.p, np.array([scene.t_end]), y)
     return Row(
-        setting, error, best, runs, int(counted[at.STEPS]), int(counted[at.REJECTED]), int(counted[at.RHS_CALLS]),
+        setting, error, best, len(took), int(counted[at.STEPS]), int(counted[at.REJECTED]), int(counted[at.RHS_CALLS]),
         int(counted[at.JACOBIANS]), multiplier_error=reference.multiplier_error(multipliers[0]),
+        processor_seconds=processor, preempted=preempted,
     )  # fmt: skip
 
 
