@@ -31,7 +31,7 @@ EPS = np.finfo(float).eps
 
 def joint_chain(n: int, kind: str = "revolute") -> Model:
     """A tree of joints, whose functions are recursive: links that hang from each other."""
-    model = Model(f"{kind}_chain", gravity=(0, 0, "-9.81"))
+    model = Model(f"{kind}_chain", gravity=("4.0", "2.0", "-9.81"))  # it hangs down at the start, and swings
     parent = "world"
     for k in range(n):
         model.body(f"link{k}", mass=1.0 + 0.1 * k, com=(0, 0, -0.2), inertia=(0.02, 0.03, 0.004))
