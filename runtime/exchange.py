@@ -40,13 +40,14 @@ class Exchange:
     def take(self, energies: np.ndarray, work: np.ndarray | None = None) -> Exchange:
         """Take more states; returns itself."""
         if len(energies):
-            sizes = np.abs(energies).max(axis=0)
-            self._kinetic = max(self._kinetic, float(sizes[0]))
-            self._least = min(self._least, float(energies[:, 1].min()))
-            self._most = max(self._most, float(energies[:, 1].max()))
-            self._largest = max(self._largest, float(sizes.max()))
-        if work is not None:
-            self._largest = max(self._largest, float(np.abs(work).max(initial=0.0)))
+            kinetic, potential = _ends(energies[:, 0]), _ends(energies[:, 1])
+            self._kinetic = max(self._kinetic, -kinetic[0], kinetic[1])
+            self._least = min(self._least, potential[0])
+            self._most = max(self._most, potential[1])
+            self._largest = max(self._largest, self._kinetic, -self._least, self._most)
+        if work is not None and len(work):
+            least, most = _ends(work)
+            self._largest = max(self._largest, -least, most)
         return self
 
     @property
@@ -65,6 +66,10 @@ class Exchange:
         rounded = np.minimum(off, _ROUND_OFF * self._largest)
         parts = rounded / max(size, self._largest)
         return parts + ((off - rounded) / size if size > 0.0 else off - rounded)
+
+
+def _ends(values: np.ndarray) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
 
 
 def energy_error_so_far(run: Run | Joined, n_frames: int, t: float, y: np.ndarray, resets: float) -> float:
