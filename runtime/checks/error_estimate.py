@@ -200,10 +200,14 @@ def sizes(system: System, states: np.ndarray) -> np.ndarray:
 
 def method_of(solution: Solution) -> Method:
     """Return the method of a run, in the run's form of constraints."""
-    from runtime.integrate.forms import FORMS
     from runtime.integrate.methods import find_method
 
-    return FORMS.get(solution.constraints, {}).get(solution.method) or find_method(solution.method)
+    method = find_method(solution.method)
+    if solution.constraints in ("none", method.form):
+        return method
+    from runtime.integrate.forms import FORMS  # of other forms, which most runs do without
+
+    return FORMS.get(solution.constraints, {}).get(solution.method) or method
 
 
 def _rows(solution: Solution) -> np.ndarray:
