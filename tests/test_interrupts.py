@@ -1,0 +1,79 @@
+"""Ctrl-C, SIGTERM and SIGHUP: a run ends with its recording whole; machine code that does not return is left."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from runtime.recording.reader import read_recording
+from runtime.uninterrupted import uninterrupted
+
+ROOT = Path(__file__).parents[1]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+
+# A C function that goes on for minutes and looks at no signal.
+STUCK = """
+import hashlib
+from symgen.cli.interrupts import answered_interrupts
+with answered_interrupts():
+    print("ready", flush=True)
+    hashlib.pbkdf2_hmac("sha256", b"x", b"y", 2_000_000_000)
+"""
+
+
+def started(*command):
+    # A shell starts its background jobs with Ctrl-C ignored, and a process inherits that.
+    return subprocess.Popen(
+        [sys.executable, *map(str, command)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_machine_code_that_does_not_return_is_left(name, status):
+    process = started("-c", STUCK)
+    assert process.stdout.readline() == "ready\n"
+    sent = time.monotonic()
+    process.send_signal(getattr(signal, name))
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == status
+    assert time.monotonic() - sent < 10.0  # 0.6 s on a machine that has nothing else to do
+    assert "what was recorded so far is kept" in said
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_run_ends_with_its_recording_whole(tmp_path, name, status):
+    log = tmp_path / "run.rrd"
+    code = "import sys; from symgen.cli import main; main(sys.argv[1:])"
+    command = ["run", "pendulum", "--t-end", "2000000", "--method", "dopri5", "--rtol", "1e-12", "--fps", "2"]
+    process = started("-c", code, *command, "--log", log, "--quiet")
+    end = time.monotonic() + 100.0
+    while time.monotonic() < end and not (log.exists() and log.stat().st_size > 500_000):
+        time.sleep(0.02)
+    process.send_signal(getattr(signal, name))
+    _, said = process.communicate(timeout=100)
+    assert process.returncode == status, said
+    assert "Interrupted at t = " in said
+    recording = read_recording(log)
+    assert recording.complete and recording.status == "interrupted" and not recording.lost
+
+
+def test_signals_are_held_back_and_handed_on():
+    seen = []
+    before = signal.signal(signal.SIGTERM, lambda number, frame: seen.append(number))
+    try:
+        with uninterrupted(), uninterrupted():
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(0.01)
+            assert seen == []
+        assert seen == [signal.SIGTERM]
+    finally:
+        signal.signal(signal.SIGTERM, before)
