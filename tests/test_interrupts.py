@@ -41,6 +41,7 @@ def started(*command):
 def test_machine_code_that_does_not_return_is_left(name, status):
     process = started("-c", STUCK)
     assert process.stdout.readline() == "ready\n"
+    time.sleep(2.0)  # until it is in the C function
     sent = time.monotonic()
     process.send_signal(getattr(signal, name))
     _, said = process.communicate(timeout=60)
