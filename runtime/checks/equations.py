@@ -99,11 +99,14 @@ class _Held:
         nq, nv = system.nq, system.nv
         self.rhs = right_hand_sides(system, p, t, states)
         self.a, self.lam = self.rhs[:, nq : nq + nv], self.rhs[:, system.ny : system.ny + system.m]
-        self.zero = self._residual(0.0 * self.a, 0.0 * self.lam)
-        self.left = self._residual(self.a, self.lam)
         # Terms that cancel do so no more with other weights.
         self.probes = [self.a, *self._weighted(self.a)]
-        self.inertia = [self._residual(a, 0.0 * self.lam) - self.zero for a in self.probes]
+        reactions = [self.lam, *self._weighted(self.lam)] if system.m else []
+        no_a, no_lam = 0.0 * self.a, 0.0 * self.lam
+        pairs = [(no_a, no_lam), (self.a, self.lam), *((a, no_lam) for a in self.probes)]
+        self.zero, self.left, *found = self._residuals([*pairs, *((no_a, lam) for lam in reactions)])
+        found = [one - self.zero for one in found]
+        self.inertia, self.reactions = found[: len(self.probes)], found[len(self.probes) :]
         self.scale = self._scale()
 
     def _weighted(self, values: np.ndarray) -> Iterator[np.ndarray]:
@@ -112,8 +115,12 @@ class _Held:
         for weights in spread_numbers(_PROBES * n).reshape(_PROBES, n):
             yield weights * values
 
-    def _residual(self, a: np.ndarray, lam: np.ndarray) -> np.ndarray:
-        return evaluate(self.system, "residual", self.p, self.t, np.hstack([self.states, a, lam]))
+    def _residuals(self, pairs: list[tuple[np.ndarray, np.ndarray]]) -> list[np.ndarray]:
+        """What `residual` makes of several accelerations and multipliers in the same states, in one go."""
+        y = np.vstack([np.hstack([self.states, a, lam]) for a, lam in pairs])
+        rows = evaluate(self.system, "residual", self.p, np.concatenate([self.t] * len(pairs)), y)
+        n = len(self.t)
+        return [rows[k * n : (k + 1) * n] for k in range(len(pairs))]
 
     def _scale(self) -> np.ndarray:
         """The size of each equation's terms.
@@ -121,9 +128,7 @@ class _Held:
         That is what stands in it, and what small relative changes of all that enters would change: forces in
         balance are sums of terms that are larger, and solutions of nearly singular equations have more round-off.
         """
-        scale = np.abs(self.zero) + sum(map(np.abs, self.inertia))
-        for lam in [self.lam, *self._weighted(self.lam)] if self.system.m else ():
-            scale += np.abs(self._residual(0.0 * self.a, lam) - self.zero)
+        scale = np.abs(self.zero) + sum(map(np.abs, [*self.inertia, *self.reactions]))
         for k in (1, 2):
             states, p = self._changed(k)
             moved = _Moved(self, states, p)
@@ -132,8 +137,8 @@ class _Held:
             scale += np.where(np.isfinite(terms), terms, 0.0) / _CHANGE
         nv = self.system.nv
         if self.system.m:
-            for a in self._weighted(self._free(scale[:, :nv])):
-                scale[:, nv:] += np.abs(self._residual(a, 0.0 * self.lam) - self.zero)[:, nv:]
+            free = [(a, 0.0 * self.lam) for a in self._weighted(self._free(scale[:, :nv]))]
+            scale[:, nv:] += sum(np.abs(one - self.zero)[:, nv:] for one in self._residuals(free))
         for block in (scale[:, :nv], scale[:, nv:]):
             if block.shape[1]:
                 np.maximum(block, _SMALLEST * block.max(axis=1, keepdims=True), out=block)
@@ -142,8 +147,8 @@ class _Held:
     def _free(self, forces: np.ndarray) -> np.ndarray:
         """About how fast forces would make each rate change alone: what constraints hold is what is left of that."""
         weights = next(self._weighted(np.ones_like(self.a)))
-        masses = np.abs(self._residual(weights, 0.0 * self.lam) - self.zero)[:, : self.system.nv]
-        masses /= np.abs(weights)
+        (made,) = self._residuals([(weights, 0.0 * self.lam)])
+        masses = np.abs(made - self.zero)[:, : self.system.nv] / np.abs(weights)
         return np.where(masses > 0.0, forces / np.where(masses > 0.0, masses, 1.0), 0.0)
 
     def _changed(self, k: int) -> tuple[np.ndarray, np.ndarray]:
@@ -217,5 +222,5 @@ class _Moved:
         system = held.system
         rhs = right_hand_sides(system, p, held.t, states)
         a, lam = rhs[:, system.nq : system.nq + system.nv], rhs[:, system.ny : system.ny + system.m]
-        self.left = held._residual(a, lam)
+        (self.left,) = held._residuals([(a, lam)])
         self.zero = evaluate(system, "residual", p, held.t, np.hstack([states, 0.0 * a, 0.0 * lam]))
