@@ -58,7 +58,8 @@ def arm_events(
     if fired is not None and len(fired):
         # The state is past the event by less than the last digit of time; that is no side either.
         band[fired] += np.abs(g[fired])
-        lean[fired] = _heading(system, arrays, g, floor)[fired]
+        if bands is None or np.isnan(bands[fired]).any():
+            lean[fired] = _heading(system, arrays, g, floor)[fired]
     if bands is not None:
         one_sided = ~np.isnan(bands)
         lean[one_sided] = 1.0

@@ -126,6 +126,7 @@ class Case:
     end: tuple[float, float] | None = None
     margin: float = math.inf
     slowest: float = math.inf  # impact
+    slant: float = 1.0  # at crossings, in parts of the fastest motion: how well places tell times
 
 
 def draw(kind: str, random: np.random.Generator) -> Case:
@@ -181,6 +182,9 @@ def note(case: Case) -> None:
     """Find what is recorded, or what ends the run."""
     path, level = Motion(case.motion, case.parameters["a"], case.x, case.v), case.parameters["level"]
     case.times = path.crossings(level, case.t_end)
+    case.slant = min(
+        [1.0, *(abs(path.at(t)[1]) / (math.sqrt(path.a) * max(1.0, case.x)) for t in case.times)]
+    )
     top = (
         math.hypot(case.x, case.v / math.sqrt(path.a))
         if case.motion == "sine"
@@ -321,10 +325,10 @@ def differs(case: Case, method: str, run) -> str:
             break
         if k >= len(times):
             return f"{len(times)} events, the one at {t:.9g} is missing"
-        if abs(times[k] - t) > off * max(1.0, t):
+        if abs(times[k] - t) > off * max(1.0, t) / max(case.slant, 1e-3):
             return f"event {k} at {times[k]:.9g}, not at {t:.9g}"
     last = max([case.t_end * (1.0 - 1e-9), *case.times])
-    surplus = [t for t in times[len(case.times) :] if t < last - off]
+    surplus = [t for t in times[len(case.times) :] if t < last - off / max(case.slant, 1e-3)]
     if surplus and case.end is not None and not (case.kind in ("stop", "limit") and p["e"] < 1.0):
         return f"an event too many at {surplus[0]:.9g}"
     if case.end is not None and case.kind != "terminate":
