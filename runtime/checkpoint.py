@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from runtime.checkpoint_bytes import CheckpointError, pack, unpack
-from runtime.checkpoint_check import LOOP_ARRAYS, STATES_OF_EVENTS, check
+from runtime.checkpoint_check import ARRAYS_OF_CONTROLLERS, LOOP_ARRAYS, STATES_OF_EVENTS, check
 from runtime.integrate import layout as at
 from runtime.solution import EventRecord
 
@@ -28,7 +28,7 @@ class Checkpoint:
         Those of the step loop by their names in `LoopArrays`, and what Python keeps beside them.
     facts : dict
         As JSON can say them: t, t_start, t_end [s]; method, fallback; n_frames, the frames that were shown up to here;
-        controllers, inputs whose course the arrays do not hold; events, zeno, notes, redundant.
+        controllers, the inputs of each, and what sampled ones carry on; events, zeno, notes, redundant.
     own : bool
         Whether a run of this user on this machine has written it, as its seal says. Machine code goes on with the
         arrays as they are then; of a stranger's, only what can be checked is used.
@@ -68,7 +68,11 @@ def take(run: Run) -> Checkpoint:
     held["sample_states"] = np.array(states).reshape(len(times), len(arrays.y))
     for key in STATES_OF_EVENTS:
         held[key] = np.array([getattr(event, key) for event in actions.log])
-    controllers = [] if run.inputs is None else [*run.system.samplers, *run.system.feedback]
+    controllers = []
+    for number, controller in enumerate([] if run.inputs is None else run.system.controllers):
+        facts, own = controller.memory if hasattr(controller, "memory") else ({}, {})
+        controllers.append({"inputs": [run.system.inputs[k]["name"] for k in controller.inputs], **facts})
+        held |= {f"controller_{number}_{name}": array for name, array in own.items()}
     facts = {
         "t": arrays.t,
         "t_start": run.t_start,
@@ -77,7 +81,7 @@ def take(run: Run) -> Checkpoint:
         "fallback": run.fallback.name if run.fallback is not None else "",
         "module": run.system.source.functions_hash,
         "n_frames": int(shown.sum()),
-        "controllers": [run.system.inputs[k]["name"] for x in controllers for k in x.inputs],
+        "controllers": controllers,
         "samples": [[float(t), float(energy), int(form)] for t, energy, form in zip(times, energies, forms)],
         "events": [[e.name, e.action, e.t, e.energy_change] for e in actions.log],
         "energy_of_resets": float(actions.energy_of_resets),
@@ -134,9 +138,11 @@ def put_back(checkpoint: Checkpoint, run: Run, past: np.ndarray) -> None:
     if actions.switching is not None:
         actions.switching.settings = run.forms[-1]
     run.stiff_noted, run.notes = facts["stiff_noted"], [*facts["notes"], *run.notes]
-    if (run.t_start, run.t_end) != (facts["t_start"], facts["t_end"]):
-        run.set_step_limits()
     if run.inputs is not None:
+        for number, controller in enumerate(run.system.controllers):
+            if hasattr(controller, "memory"):
+                own = {name: held[f"controller_{number}_{name}"] for name in ARRAYS_OF_CONTROLLERS}
+                controller.memory = facts["controllers"][number], own
         run.inputs.take_new_arrays(actions.form, arrays.t)
 
 
@@ -150,6 +156,9 @@ def _take_motion(held: dict[str, np.ndarray], run: Run) -> None:
     arrays.control[at.ERROR_OLD :] = _with_own_limits(held["control"], arrays.control)[at.ERROR_OLD :]
     arrays.control[at.T], arrays.control[at.H] = held["control"][[at.T, at.H]]
     arrays.counters[: at.NEXT_FRAME] = held["counters"][: at.NEXT_FRAME]
+    if run.actions.switching is not None:
+        run.actions.switching.settings = held["settings"][-1]
+        arrays.limit_steps(run.method, held=run.actions.switching.any_held)
     arrays.counters[at.LAST_REJECTED] = held["counters"][at.LAST_REJECTED]
     if not run.method.adaptive:
         arrays.counters[at.GRID_STEP] = held["counters"][at.GRID_STEP]
@@ -161,7 +170,7 @@ def _take_motion(held: dict[str, np.ndarray], run: Run) -> None:
 
 def _with_own_limits(stored: np.ndarray, mine: np.ndarray) -> np.ndarray:
     control = stored.copy()
-    for index in (at.PROJECTION_TOL, at.NEWTON_TOL):
+    for index in (at.PROJECTION_TOL, at.NEWTON_TOL, at.T_WATCH, at.T_START, at.H_BASE, at.H_SHARE, at.ASIDE):
         control[index] = mine[index]
     return control
 

@@ -15,7 +15,7 @@ import numpy as np
 from runtime.errors import RuntimeModelError
 from runtime.origin import SEAL_SIZE, is_own, seal
 
-FORMAT = 2
+FORMAT = 3
 _DIGEST = hashlib.sha256().digest_size
 _LARGEST_OWN = 1 << 32  # bytes of a checkpoint, unpacked
 _LARGEST = 1 << 28  # of one from somebody else

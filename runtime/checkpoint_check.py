@@ -15,11 +15,12 @@ from runtime.integrate.methods import METHODS
 if TYPE_CHECKING:
     from runtime.checkpoint import Checkpoint
     from runtime.driver import Run
+    from runtime.inputs.samples import Sampler
     from runtime.system import System
 
 LOOP_ARRAYS = ("control", "counters", "y", "f", "work", "dense", "tail")
+ARRAYS_OF_CONTROLLERS = ("times", "values", "kept")
 STATES_OF_EVENTS = ("q_before", "v_before", "q_after", "v_after")
-_LONGEST_STEP = 10.0  # of the run
 _MOST_COUNTED = 2.0**53
 
 
@@ -87,6 +88,13 @@ def _is_list(fits: Callable[[Any], bool]) -> Callable[[Any], bool]:
     return lambda x: type(x) is list and all(map(fits, x))
 
 
+def _is_controller(x: Any) -> bool:
+    """What `runtime.checkpoint.take` says of a controller; what is sampled counts its calls."""
+    if type(x) is not dict or not _is_list(_is_text)(x.get("inputs")):
+        return False
+    return len(x) == 1 or (_is_count(x.get("n_calls")) and type(x.get("random")) is dict)
+
+
 def _is_row(*fits: Callable[[Any], bool]) -> Callable[[Any], bool]:
     return lambda x: type(x) is list and len(x) == len(fits) and all(fit(item) for fit, item in zip(fits, x))
 
@@ -99,7 +107,7 @@ _FACTS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "fallback": (lambda x: _is_text(x) and (not x or x in METHODS), "a method of this version"),
     "module": (_is_text, "text"),
     "n_frames": (_is_count, "a count"),
-    "controllers": (_is_list(_is_text), "a list of names"),
+    "controllers": (_is_list(_is_controller), "a list of controllers"),
     "samples": (
         _is_list(_is_row(_is_number, _is_number, lambda x: type(x) is int)),
         "a list of times with energies",
@@ -152,10 +160,30 @@ def _check_history(checkpoint: Checkpoint, run: Run, n_frames: int) -> None:
     form_numbers = np.append(held["forms"], [form for _, _, form in facts["samples"]])
     if ((form_numbers < -1) | (form_numbers >= n_forms)).any():
         raise CheckpointError("the checkpoint numbers forms of the model that it does not hold")
+    for number, controller in enumerate(getattr(run.system, "controllers", ())):
+        if hasattr(controller, "next_time"):
+            _check_samples(checkpoint, number, controller)
     known = {event["name"] for event in run.system.events}
     for name, *_ in facts["events"]:
         if name not in known:
             raise CheckpointError(f"the checkpoint has an event {name!r:.60}, which its model does not have")
+
+
+def _check_samples(checkpoint: Checkpoint, number: int, sampler: Sampler) -> None:
+    """Check what a sampled controller has said: as often as there was time for it, and in order."""
+    facts = checkpoint.facts
+    names = [f"controller_{number}_{name}" for name in ARRAYS_OF_CONTROLLERS]
+    for name, shape in zip(names, ((None,), (None, len(sampler.inputs)), (None,))):
+        _check_array(checkpoint, name, shape, "<f8")
+    times, values, _ = (checkpoint.arrays[name] for name in names)
+    in_order = len(times) > 0 and times[0] == facts["t_start"] and (np.diff(times) > 0.0).all()
+    if len(times) != len(values) or not in_order or times[-1] > facts["t"] or not np.isfinite(values).all():
+        raise CheckpointError("the checkpoint's samples of a controller are not in order, or not finite")
+    n_calls = facts["controllers"][number].get("n_calls", -1)
+    if not sampler.fits(n_calls, facts["t"]):
+        raise CheckpointError(
+            f"the checkpoint counts {n_calls} calls of a controller: its period is another one"
+        )
 
 
 def _check_motion(checkpoint: Checkpoint, run: Run) -> None:
@@ -174,7 +202,8 @@ def _check_motion(checkpoint: Checkpoint, run: Run) -> None:
         raise CheckpointError(f"the checkpoint is of t = {facts['t']:g} s, but its step loop is at {t:g} s")
     if not all(facts["t_start"] <= control[k] <= t for k in (at.T_EVENT, at.T_GRID)):
         raise CheckpointError("the checkpoint's step loop has times outside the run")
-    if not 0.0 <= h <= _LONGEST_STEP * (facts["t_end"] - facts["t_start"]):
+    longest = mine.control[at.H_BASE] + mine.control[at.H_SHARE] * (t - facts["t_start"])
+    if not 0.0 <= h <= 2.0 * longest:
         raise CheckpointError(f"the checkpoint's step is {h:g} s")
     if control[at.ERROR_OLD] <= 0.0:
         raise CheckpointError("the checkpoint's last error is not above zero")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from runtime.batches import accelerations_and_multipliers
 from runtime.checks.steps import MOST_IN_A_PERIOD, step_for_phases
 from runtime.checks.time_scales import TimeScales, change_rate, time_scales
 from runtime.constraints.large import is_large
@@ -14,6 +15,7 @@ from runtime.integrate import layout as at
 from runtime.integrate.large_models import has_sparse_form, suited_to_size
 from runtime.integrate.methods import METHODS, Method, find_method
 from runtime.loop_arrays import LoopArrays
+from runtime.positions import Positions
 
 if TYPE_CHECKING:
     from runtime.system import System
@@ -153,7 +155,7 @@ def scout(
 ) -> str:
     """Take a few hundred explicit steps; returns why the motion is stiff, an empty string where it is not."""
     arrays = LoopArrays(
-        system, METHODS[EXPLICIT], p, t, state, frame_times=np.zeros(0), rtol=rtol, atol=atol, span=t_end - t,
+        system, METHODS[EXPLICIT], p, t, state, frame_times=np.zeros(0), rtol=rtol, atol=atol,
         with_events=False, log_length=_SCOUT_STEPS,
     )  # fmt: skip
     status = arrays.advance(t_end, _SCOUT_STEPS)
@@ -176,7 +178,7 @@ def scout(
     stiff = METHODS[stiff_method(rtol)]
     longer = LoopArrays(
         system, stiff, p, arrays.t, arrays.y[: system.nq + system.nv], frame_times=np.zeros(0), rtol=rtol, atol=atol,
-        span=rest, with_events=False, log_length=_COMPARED_STEPS,
+        with_events=False, log_length=_COMPARED_STEPS,
     )  # fmt: skip
     longer.advance(t_end, _COMPARED_STEPS)
     if longer.h_last < _WORTH_IMPLICIT * h:
@@ -209,14 +211,18 @@ def choose_step(
                 "or use a fixed-step method such as rk4"
             )
         return 0.0, []
-    span, notes = t_end - t, []
+    notes = []
     if step is None:
         scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
-        step = default_step(method, system, scales, span)
-        part = min(scales.fastest_period, span) / step
-        notes = [
-            f"step: {step:.3g} s, 1/{part:.3g} of the fastest period at the start; set --step to change it"
-        ]
+        if np.isfinite(scales.fastest_period):
+            step = default_step(method, system, scales, t_end - t)
+            what = "the fastest period at the start"
+            part = scales.fastest_period / step
+        else:
+            period, what = _period_at_start(system, p, t, state, scales.motion, t_end)
+            part = method.steps_per_period
+            step = period / part
+        notes = [f"step: {step:.3g} s, 1/{part:.3g} of {what}; set --step to change it"]
     if not (np.isfinite(step) and step > 0.0):
         raise RuntimeModelError(f"step is {step}: give a positive number of seconds")
     least = _LEAST_TICKS * time_resolution(t, t_end)
@@ -225,12 +231,28 @@ def choose_step(
             f"step is {step:.3g} s: times up to {t_end:g} s are numbers that cannot tell steps below {least:.1g} s "
             "apart; give a longer --step, or a shorter run"
         )
-    return min(float(step), span), notes
+    return float(step), notes
+
+
+def _period_at_start(
+    system: System, p: np.ndarray, t: float, state: np.ndarray, motion: float, t_end: float
+) -> tuple[float, str]:
+    """Return a time [s] that tells how long steps may be where nothing swings, and what it is in words.
+
+    `motion` is how fast the state changes [1/s]. The length of the run has a part in it only where nothing moves.
+    """
+    a, _ = accelerations_and_multipliers(system, p, np.array([t]), state[None])
+    sizes = Positions(system).per_rate(np.maximum(1.0, np.abs(state[: system.nq])), 1.0)
+    rate = max(motion, float(np.sqrt(np.max(np.abs(a[0]) / sizes, initial=0.0))))
+    if np.isfinite(rate) and rate > 0.0:
+        # The fastest of the modes that such a motion meets may be twice as fast as the motion begins.
+        return np.pi / rate, "half the time in which the motion at the start goes around"
+    return t_end - t, "the run, as nothing moves at the start"
 
 
 def default_step(method: Method, system: System, scales: TimeScales, span: float) -> float:
     """Return the step [s] with which motions are followed to the end of a run of length `span` [s], if not too long."""
-    step = min(scales.fastest_period, span) / method.steps_per_period
+    step = scales.fastest_period / method.steps_per_period
     return min(step, step_for_phases(method, system, scales.eigenvalues, span, MOST_IN_A_PERIOD))
 
 

@@ -1,13 +1,20 @@
-"""One run: calls the step loop from stop to stop, acts on events, and hands frames on while it goes."""
+"""One run: calls the step loop, acts on events, hands frames on, and takes states at times that are wanted.
+
+The steps are those of a run without an end that nobody watches. A state that is wanted between two of them is reached
+by a step beside the run, of the method's own order, from the last one before; and so is the end. A checkpoint at the
+end is of that last one, and a run that goes on from it takes the steps of a run that was never cut.
+"""
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from runtime.choose import time_resolution
 from runtime.errors import ContactError
 from runtime.event_actions import EventActions, ResetError
 from runtime.exchange import energy_error_so_far
@@ -30,7 +37,8 @@ _FIRST_STEPS = 200
 _SECONDS_PER_CALL = 0.1
 _LONGEST_STEP_LOG = 200_000
 _STIFF_SIGNS = 15
-_LONGEST_HELD = 0.01  # of the run: steps while a stop is closed or a friction sticks
+_SAME_TICKS = 4  # of floating-point time: times that are nearer to each other are one
+_STEPS_ASIDE = 256
 
 
 class Run:
@@ -44,7 +52,7 @@ class Run:
         Their frames include the start and the end; `shown` marks those that the user asked for.
     shown : ndarray of bool
     stops : sequence of float [s]
-        Times to land on; the last is the end of the run.
+        Times at which states are wanted; the last is the end of the run.
     recorder : object, optional
         Has `start(t, y)`, `frames(times, states)`, `steps(log)` and `event(name, t, energy_change=...)`; and
         `checkpoint(make, final=...)` if it keeps checkpoints, `settings(values)` if it records stops and frictions.
@@ -92,8 +100,9 @@ class Run:
         self.handed = 0  # frames that were handed on
         self.stiff_noted = False
         self._resumed = self._forces_jumped = False
+        self._at_last_step: Checkpoint | None = None  # before the step that passed the end
         if timetable is not None:
-            self.set_step_limits()
+            arrays.limit_longest(timetable.longest(arrays.t))
 
     def go(self) -> None:
         """Run to the end, to a terminating event, to a failure, or until Ctrl-C."""
@@ -126,20 +135,20 @@ class Run:
         if self.recorder is not None:
             self.recorder.start(arrays.t, arrays.y.copy())
         if self.timetable is not None:
-            self.timetable.follow(arrays, self.method, self.stops[0], self._longest_step())
+            self.timetable.follow(arrays, self.method)
 
     def _loop(self) -> None:
         arrays, n_steps, running = self.arrays, _FIRST_STEPS, True
         watch = StallWatch(self)
         while running and self.stops and not self.pauses():
-            if self.stops[0] <= arrays.t:
+            if self._is_there(self.stops[0]):
                 self._take_sample()
                 continue
             before = time.perf_counter()
             # Ctrl-C before the status is acted on would leave a state that nobody can go on from.
             with uninterrupted():
                 if self.inputs is None and self.timetable is None:
-                    status = arrays.advance(self.stops[0], self._allowed(n_steps))
+                    status = self._advance(np.inf, self._allowed(n_steps))
                 else:
                     status = self._advance_over_breaks(n_steps)
                 took = time.perf_counter() - before
@@ -175,7 +184,7 @@ class Run:
         if keep is not None:
             from runtime.checkpoint import take
 
-            keep(lambda: take(self).to_bytes(sealed=True), final=final)
+            keep(lambda: (self._at_last_step or take(self)).to_bytes(sealed=True), final=final)
 
     def pauses(self) -> bool:
         """Whether to leave the rest of the run to a later call."""
@@ -205,11 +214,11 @@ class Run:
         """Advance by `n_steps` at most, over times that steps land on; collecting at each would take longest."""
         arrays, status, keep_log = self.arrays, at.REACHED_STOP, False
         last = int(arrays.counters[at.STEPS]) + self._allowed(n_steps)
-        while status == at.REACHED_STOP and arrays.t < self.stops[0]:
+        while status == at.REACHED_STOP and self.stops and not self._is_there(self.stops[0]):
             allowed = last - int(arrays.counters[at.STEPS])
             if allowed < 1 or (keep_log and arrays.counters[at.N_LOGGED_STEPS] >= len(arrays.step_log)):
                 return at.RUNNING
-            status = arrays.advance(self._next_stop(), allowed, keep_log=keep_log)
+            status = self._advance(self._next_stop(), allowed, keep_log=keep_log)
             keep_log = True
             self._follow_time()
             if self._forces_jumped:
@@ -218,20 +227,15 @@ class Run:
 
     def _next_stop(self) -> float:
         """Return where the next call of the step loop ends [s]."""
-        stop = self.stops[0] if self.inputs is None else self.inputs.next_stop(self.stops[0])
-        return stop if self.timetable is None else self.timetable.next_stop(self.arrays.t, stop)
+        stop = np.inf if self.inputs is None else self.inputs.next_stop
+        return stop if self.timetable is None else min(stop, self.timetable.next_stop(self.arrays.t))
 
     def _follow_time(self) -> None:
         """Let what time alone changes go on from here."""
         if self.inputs is not None:
             self._follow_inputs()
-        if self.timetable is not None:
-            t, until = self.arrays.t, self.stops[0]
-            if (
-                self.timetable.follow(self.arrays, self.method, until, self._longest_step())
-                and t < self.t_end
-            ):
-                self._forces_jumped |= self.actions.switching is not None
+        if self.timetable is not None and self.timetable.follow(self.arrays, self.method):
+            self._forces_jumped |= self.actions.switching is not None
 
     def _follow_inputs(self) -> None:
         """Let inputs over time go on from here; accelerations may jump with them."""
@@ -272,19 +276,102 @@ class Run:
         )
         return True
 
-    def _take_sample(self) -> None:
+    def _is_there(self, wanted: float) -> bool:
+        return self.arrays.t >= wanted or self._same(self.arrays.t, wanted)
+
+    def _same(self, t: float, wanted: float) -> bool:
+        return abs(t - wanted) <= _SAME_TICKS * time_resolution(self.t_start, wanted)
+
+    def _advance(self, stop: float, n_steps: int, *, keep_log: bool = False) -> int:
+        """Advance to `stop` [s], by `n_steps` at most; returns the status of the loop."""
+        wanted = self.stops[0]
+        watch = wanted if wanted < stop else np.inf
+        status = self.arrays.advance(stop, n_steps, watch=watch, keep_log=keep_log)
+        return status if status != at.NEAR_WATCH else self._step_past(stop)
+
+    def _step_past(self, stop: float) -> int:
+        """Take one step, and the states that it passes: by steps beside it, since those of the run must not change."""
+        arrays = self.arrays
+        self._collect_steps()
+        before, checkpoint = arrays.state(), self._before_the_end()
+        status = arrays.advance(stop, 1)
+        if status < 0 and self.fallback is None:
+            # What the run would meet behind the time that is wanted, or behind its end, is none of its business.
+            arrays.restore(before)
+            return arrays.advance(min(stop, self.stops[0]), _STEPS_ASIDE)
+        t = arrays.t
+        passed = list(
+            itertools.takewhile(lambda x: t > x and (status == at.EVENT or not self._same(t, x)), self.stops)
+        )
+        if passed:
+            after, logged = arrays.state(), arrays.step_log[0].copy()
+            for wanted in passed:
+                arrays.reach_aside(wanted, before, stop)
+                if len(self.stops) == 1:
+                    self._end_at(wanted, checkpoint)
+                    return at.REACHED_STOP
+                self._keep_sample(wanted)
+            arrays.restore(after)
+            arrays.step_log[0] = logged
+        if status != at.EVENT and self._same(t, self.stops[0]):
+            self._take_sample(checkpoint)
+        return status if self.stops else at.REACHED_STOP
+
+    def _before_the_end(self) -> Checkpoint | None:
+        """Return a checkpoint where the next step may pass the end."""
+        arrays = self.arrays
+        return self._checkpoint() if arrays.t + 1.01 * arrays.control[at.H] >= self.stops[-1] else None
+
+    def _checkpoint(self) -> Checkpoint | None:
+        """Return a checkpoint where somebody keeps it."""
+        if not hasattr(self.recorder, "checkpoint"):
+            return None
+        from runtime.checkpoint import take
+
+        return take(self)
+
+    def _take_sample(self, checkpoint: Checkpoint | None = None) -> None:
+        """Take the present state as the one that is wanted next; but for ticks of floating-point time, it is there.
+
+        Steps of adaptive methods that nobody watches are projected in passing, and go on like that.
+        """
         arrays = self.arrays
         with uninterrupted():
-            self.samples.append(
-                (arrays.t, arrays.y.copy(), self.actions.energy_of_resets, len(self.forms) - 1)
-            )
-            self.stops.pop(0)
+            state = arrays.y.copy()
+            checkpoint = checkpoint or (self._checkpoint() if len(self.stops) == 1 else None)
+            if self.method.adaptive:
+                arrays.project()
+            if len(self.stops) == 1:
+                self._end_at(self.stops[0], checkpoint)
+            else:
+                self._keep_sample(self.stops[0])
+                arrays.y[:] = state
 
-    def _collect(self) -> None:
+    def _end_at(self, t: float, checkpoint: Checkpoint | None) -> None:
+        """End at `t` [s] with the present state, and the frame there; those before it are written."""
+        arrays = self.arrays
+        self._at_last_step = checkpoint
+        arrays.control[at.T] = t
+        n = int(np.searchsorted(arrays.frame_times, t, side="right"))
+        if n and arrays.frame_times[n - 1] == t:
+            arrays.frames[n - 1] = arrays.y
+        arrays.counters[at.NEXT_FRAME] = n
+        self._keep_sample(t)
+
+    def _keep_sample(self, t: float) -> None:
+        self.samples.append((t, self.arrays.y.copy(), self.actions.energy_of_resets, len(self.forms) - 1))
+        self.stops.pop(0)
+
+    def _collect_steps(self) -> None:
         arrays = self.arrays
         self.step_log.add(arrays.new_steps)
         if self.recorder is not None:
             self.recorder.steps(arrays.new_steps)
+        arrays.counters[at.N_LOGGED_STEPS] = 0
+
+    def _collect(self) -> None:
+        arrays = self.arrays
+        self._collect_steps()
         self._hand_on_frames()
         if arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS and not self.stiff_noted:
             self.stiff_noted = True
@@ -357,19 +444,9 @@ class Run:
         if hasattr(self.recorder, "settings"):
             self.recorder.settings(settings)
         self.arrays.p[self.system.settings_of_switches] = settings
-        self.arrays.change_form(self.actions.form, self.method, self._longest_step())
+        self.arrays.change_form(self.actions.form, self.method, held=switching.any_held)
         if self.inputs is not None:
             self.inputs.take_new_arrays(self.actions.form, self.arrays.t)
-
-    def _longest_step(self) -> float:
-        # A state at rest does not tell how fast the forces on it change.
-        held = self.actions.switching is not None and self.actions.switching.any_held
-        longest = (self.t_end - self.t_start) * (_LONGEST_HELD if held else 1.0)
-        return longest if self.timetable is None else min(longest, self.timetable.longest(self.arrays.t))
-
-    def set_step_limits(self) -> None:
-        """Limit steps by the length of the run."""
-        self.arrays.limit_steps(self.t_end - self.t_start, self._longest_step())
 
     def _report_events(self, records: list[EventRecord]) -> None:
         if self.recorder is not None:

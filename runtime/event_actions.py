@@ -378,19 +378,7 @@ class EventActions:
         system, arrays = self.system, self.arrays
         if not (system.m or system.quaternions):
             return
-        from runtime.integrate.projection import project_state, projection_size
-
-        buffer = np.zeros(projection_size(arrays.sizes))
-        status = project_state(
-            arrays.addresses,
-            arrays.sizes,
-            arrays.prepared,
-            arrays.t,
-            arrays.y,
-            arrays.control,
-            arrays.counters,
-            buffer,
-        )
+        status = arrays.project()
         if status != at.RUNNING:
             raise ResetError(
                 f"The reset of event {name!r} at t = {arrays.t:.9g} s leaves a state from which the constraints cannot "

@@ -15,9 +15,19 @@ if TYPE_CHECKING:
     from runtime.integrate.methods import Method
     from runtime.system import System
 
+_CARRIED = ("control", "counters", "y", "f", "work", "dense", "tail")  # from step to step
+_STEPS_ASIDE = 256
 DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
 NO_DIRECTION = 2  # of an event that is not looked for
 PROJECTION_TOL = 1e-12
+_SHORTEST_STEP = 1e-150  # [s]: squares of the steps must not underflow
+# How long steps of adaptive methods may be: a time [s], and a share of what the run has covered. Nothing that depends
+# on the end of the run limits them, so that steps are the same for all ends.
+_LONGEST = 1e3, 10.0
+# A series follows a polynomial over any time, but events are looked for at a limited number of places in a step.
+_LONGEST_WITH_EVENTS = 1e-6, 4.0
+# While a stop is closed or a friction sticks: a state at rest does not tell how fast the forces on it change.
+_LONGEST_HELD = 1e-3, 1.0 / 32.0
 _KERNELS = {
     "events": at.EVENTS,
     "residual": at.RESIDUAL,
@@ -48,8 +58,6 @@ class LoopArrays:
     rtol, atol : float
     step : float [s]
         Of a fixed-step method; 0 lets an adaptive one choose.
-    span : float [s]
-        Length of the run, for the limits of the step size.
     with_events : bool
         Whether events are looked for.
     energy_level : float [J]
@@ -70,7 +78,6 @@ class LoopArrays:
         rtol: float,
         atol: float,
         step: float = 0.0,
-        span: float,
         with_events: bool = True,
         energy_level: float = np.nan,
         log_length: int = 4096,
@@ -100,8 +107,10 @@ class LoopArrays:
         c = self.control
         c[at.RTOL], c[at.ATOL] = rtol, atol
         c[at.H] = step
-        self.limit_steps(span, span)
-        c[at.T] = c[at.T_GRID] = c[at.T_EVENT] = t
+        c[at.H_MAX] = c[at.T_STOP] = c[at.T_WATCH] = np.inf
+        c[at.H_MIN] = _SHORTEST_STEP
+        c[at.T] = c[at.T_START] = c[at.T_GRID] = c[at.T_EVENT] = t
+        self.limit_steps(method)
         c[at.ERROR_OLD] = 1e-4
         c[at.PROJECTION_TOL] = PROJECTION_TOL
         c[at.MIN_PIVOT_RATIO] = np.inf
@@ -109,12 +118,19 @@ class LoopArrays:
         self.event_block(at.LOWEST)[:] = np.inf
         self._prepare_guard(system)
 
-    def advance(self, stop: float, max_steps: int, *, keep_log: bool = False) -> int:
-        """Run the loop until `stop` [s], an event, a failure, or for `max_steps` steps; returns its status.
+    def advance(self, stop: float, max_steps: int, *, watch: float = np.inf, keep_log: bool = False) -> int:
+        """Run the loop until an event, a failure, or for `max_steps` steps; returns its status.
 
-        With `keep_log`, steps are logged behind those of the last call.
+        Parameters
+        ----------
+        stop : float [s]
+            Where a step has to end, and the loop returns.
+        watch : float [s]
+            Before a step that may pass this time the loop returns NEAR_WATCH.
+        keep_log : bool
+            Log steps behind those of the last call.
         """
-        self.control[at.T_STOP] = stop
+        self.control[at.T_STOP], self.control[at.T_WATCH] = stop, watch
         self.counters[at.MAX_STEPS_PER_CALL] = max_steps
         if not keep_log:
             self.counters[at.N_LOGGED_STEPS] = 0
@@ -145,10 +161,60 @@ class LoopArrays:
         """Steps that the last call logged, shape (n, 2)."""
         return self.step_log[: self.counters[at.N_LOGGED_STEPS]]
 
+    def state(self) -> tuple[np.ndarray, ...]:
+        """Return a copy of all that the loop carries from step to step."""
+        return (*(getattr(self, name).copy() for name in _CARRIED), self.guard_memory())
+
+    def restore(self, state: tuple[np.ndarray, ...]) -> None:
+        """Go on from a `state`."""
+        for name, values in zip(_CARRIED, state):
+            getattr(self, name)[...] = values
+        self.recall_guard(state[-1])
+
+    def reach_aside(self, t: float, state: tuple[np.ndarray, ...], stop: float) -> None:
+        """Reach a time [s] from a state by steps beside the run: without events, and without frames.
+
+        Parameters
+        ----------
+        stop : float [s]
+            What the step that passes `t` must not pass. Where steps up to `t` fail, its dense output is taken.
+        """
+        self.restore(state)
+        self.control[at.ASIDE] = 1.0
+        next_frame, self.counters[at.NEXT_FRAME] = self.counters[at.NEXT_FRAME], len(self.frame_times)
+        if self.advance(t, _STEPS_ASIDE) != at.REACHED_STOP:
+            self.restore(state)
+            self._interpolate(t, stop)
+        self.control[at.ASIDE] = 0.0
+        self.counters[at.NEXT_FRAME] = next_frame
+
+    def _interpolate(self, t: float, stop: float) -> None:
+        """Take one step, and make its dense output at `t` [s] the state."""
+        t0, times, frames = self.t, self.frame_times, self.frames
+        self.control[at.ASIDE], self.counters[at.NEXT_FRAME] = 1.0, 0
+        self.frame_times, self.frames, self._bound = np.array([t]), np.zeros((1, len(self.y))), None
+        self.advance(stop, 1)
+        self.y[:] = self.frames[0]
+        self.frame_times, self.frames, self._bound = times, frames, None
+        self.step_log[0] = t, t - t0
+        self.control[at.T], self.control[at.H_LAST] = t, t - t0
+        self.counters[at.F_VALID] = 0
+
     def event_block(self, block: int) -> np.ndarray:
         """Return a view of one of the events' blocks, as SIDE or FIRED."""
         first = at.N_CONTROL + block * self.n_events
         return self.control[first : first + self.n_events]
+
+    def project(self) -> int:
+        """Project the state onto the constraints, with quaternions of unit length; returns a status."""
+        if self.addresses[at.PROJECT] == 0:
+            return at.RUNNING
+        from runtime.integrate.projection import project_state, projection_size
+
+        buffer = np.zeros(projection_size(self.sizes))
+        return project_state(
+            self.addresses, self.sizes, self.prepared, self.t, self.y, self.control, self.counters, buffer
+        )
 
     def restart(self, *, state_changed: bool) -> None:
         """Forget what no longer holds after the state was changed from outside."""
@@ -168,16 +234,17 @@ class LoopArrays:
         self.counters[at.FAMILY_COUNTERS :] = 0
         self.restart(state_changed=True)
         self.choose_step_anew()
+        self.limit_steps(method)
         self._prepare_guard(system)
 
-    def change_form(self, system: System, method: Method, longest_step: float) -> None:
+    def change_form(self, system: System, method: Method, *, held: bool) -> None:
         """Go on with another form of the same model, with more constraints or fewer; `p` may have changed too.
 
         Parameters
         ----------
-        longest_step : float [s]
+        held : bool
+            A stop is closed, or a friction sticks.
         """
-        self.control[at.H_MAX] = longest_step
         least, step = self.control[at.MIN_PIVOT_RATIO], self.control[at.H]
         self.sizes = self._loop_sizes(system)
         self.f = np.zeros(system.n_row)
@@ -185,6 +252,7 @@ class LoopArrays:
         self._bound = None
         self.change_method(system, method)
         self.control[at.MIN_PIVOT_RATIO] = least
+        self.limit_steps(method, held=held)
         if not method.adaptive:
             self.control[at.H] = step
 
@@ -234,9 +302,17 @@ class LoopArrays:
         if system.m:
             self._keep[0].expect(self.p, self.t, self.y[: system.nq])
 
-    def limit_steps(self, span: float, longest: float) -> None:
-        """Set the limits of the step for a run of length `span` [s], whose steps are at most `longest` [s]."""
-        self.control[at.H_MAX], self.control[at.H_MIN] = longest, 1e-15 * span
+    def limit_steps(self, method: Method, *, held: bool = False) -> None:
+        """Set how long steps may be; `held`: while a stop is closed, or a friction sticks."""
+        base, share = np.inf, 0.0
+        if method.adaptive and held:
+            base, share = _LONGEST_HELD
+        elif method.far_reaching and self.n_events:
+            base, share = _LONGEST_WITH_EVENTS
+        elif method.adaptive:
+            base, share = _LONGEST
+        least = 1e3 * np.spacing(abs(self.control[at.T_START]))
+        self.control[at.H_BASE], self.control[at.H_SHARE] = max(base, least), share
 
     def limit_longest(self, longest: float) -> None:
         """Set the longest step [s] from here on."""

@@ -79,7 +79,7 @@ def solve(
     start, rate : mapping of str to float, optional
         Initial values of coordinates and rates, enforced.
     at : sequence of float [s]
-        Times that are landed on exactly and kept as samples.
+        Times at which states are kept as samples; they change no step.
     fps : float, optional
         Frames per second of simulated time; by default 60, but at least 200 and at most 20 000 frames in all.
     progress : callable, optional
@@ -163,7 +163,6 @@ def solve(
         times, shown = timetable.with_frames(times, shown)
     arrays = LoopArrays(
         system, chosen, p, t_start, state, frame_times=times, rtol=rtol, atol=atol, step=chosen_step,
-        span=t_end - t_start,
         energy_level=choose_energy_level(energy_scaling, system, chosen, treatment, p, t_start, state),
     )  # fmt: skip
     if recorder is not None and not hasattr(recorder, "frames"):
@@ -180,7 +179,7 @@ def solve(
         system, chosen, arrays, shown, stop_times(at, t_start, t_end),
         recorder=recorder, progress=progress, max_steps=max_steps,
         fallback=METHODS[EXPLICIT] if method == "auto" and chosen.name == SERIES else None,
-        inputs=_schedule(system, arrays, chosen, t_start, t_end) if moving else None,
+        inputs=_schedule(system, arrays, chosen, t_start) if moving else None,
         timetable=timetable,
     )  # fmt: skip
     prepared = time.perf_counter()
@@ -256,7 +255,7 @@ def _usable_rtol(rtol: float) -> tuple[float, list[str]]:
 
 
 def stop_times(times: Sequence[float], t_start: float, t_end: float) -> list[float]:
-    """Return the times to land on, in order: those wanted, and the end of the run."""
+    """Return the times at which states are wanted, in order, the end of the run last."""
     wanted = sorted({float(t) for t in times})
     for t in wanted:
         if not t_start <= t <= t_end:
@@ -279,10 +278,10 @@ def _split_inputs(
     return moving, {key: float(value) for key, value in inputs.items() if is_constant(value)}
 
 
-def _schedule(system: System, arrays: LoopArrays, method: Method, t_start: float, t_end: float) -> Any:
+def _schedule(system: System, arrays: LoopArrays, method: Method, t_start: float) -> Any:
     from runtime.inputs.schedule import InputSchedule
 
-    return InputSchedule(system, arrays, method, t_start, t_end)
+    return InputSchedule(system, arrays, method, t_start)
 
 
 def _moved_notes(moved: Sequence[tuple[str, float, float]]) -> list[str]:

@@ -40,7 +40,7 @@ def loop(system, *, t_end, rtol=1e-8, atol=1e-10, p=None, state=None, frame_time
     return LoopArrays(
         system, METHODS["bdf"], system.parameter_values(p), 0.0,
         np.concatenate([q, v]) if state is None else state, frame_times=np.asarray(frame_times, dtype=float),
-        rtol=rtol, atol=atol, span=t_end, with_events=with_events, log_length=50_000,
+        rtol=rtol, atol=atol, with_events=with_events, log_length=50_000,
     )  # fmt: skip
 
 

@@ -104,11 +104,11 @@ def test_a_force_that_jumps_is_followed():
 def test_run_goes_on_where_the_choice_cannot(monkeypatch):
     advance = LoopArrays.advance
 
-    def stuck(arrays, stop, max_steps):
+    def stuck(arrays, stop, max_steps, **more):
         """The loop, one step at a time; series fail after 0.3 s."""
         if type(arrays.coefficients).__name__ == "TaylorSeries" and arrays.t > 0.3:
             return at.SINGULAR_MATRIX
-        return advance(arrays, stop, min(max_steps, 1))
+        return advance(arrays, stop, min(max_steps, 1), **more)
 
     monkeypatch.setattr(LoopArrays, "advance", stuck)
     system = derived("slider_crank")
@@ -123,7 +123,7 @@ def test_run_goes_on_where_the_choice_cannot(monkeypatch):
 
 
 def test_a_method_that_was_named_stays(monkeypatch):
-    monkeypatch.setattr(LoopArrays, "advance", lambda arrays, stop, max_steps: at.SINGULAR_MATRIX)
+    monkeypatch.setattr(LoopArrays, "advance", lambda arrays, stop, max_steps, **more: at.SINGULAR_MATRIX)
     solution = derived("pendulum").run(t_end=1.0, method="taylor")
     assert (solution.status, solution.method) == ("failed", "taylor")
 

@@ -32,7 +32,7 @@ def fixed_steps(model, order, h, t_end=T_END, frame_times=(), parameters=None):
     q, v, _, _ = system.initial_state()
     arrays = LoopArrays(
         system, METHODS[f"verlet{order}"], system.parameter_values(parameters), 0.0, np.concatenate([q, v]),
-        frame_times=np.asarray(frame_times, dtype=float), rtol=1e-8, atol=1e-8, step=h, span=t_end,
+        frame_times=np.asarray(frame_times, dtype=float), rtol=1e-8, atol=1e-8, step=h,
         with_events=False, log_length=1 << 20,
     )  # fmt: skip
     assert arrays.advance(t_end, 1 << 20) == at.REACHED_STOP

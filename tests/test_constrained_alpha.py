@@ -40,7 +40,7 @@ def loop(system, form, name, h, t_end, rtol=1e-8):
     assembly = assemble(system, system.parameter_values(), {}, {}, 0.0)
     return LoopArrays(
         system, FORMS[form][name], system.parameter_values(), 0.0, np.concatenate([assembly.q, assembly.v]),
-        frame_times=np.zeros(0), rtol=rtol, atol=1e-2 * rtol, step=h, span=t_end, with_events=False,
+        frame_times=np.zeros(0), rtol=rtol, atol=1e-2 * rtol, step=h, with_events=False,
         log_length=1 << 16,
     )  # fmt: skip
 

@@ -138,7 +138,7 @@ def test_index_2_radau_has_order_5(references):
     for n in (80, 160):
         arrays = LoopArrays(
             system, FORMS["ggl"]["radau5"], system.parameter_values(), 0.0, np.concatenate([q, v]),
-            frame_times=np.zeros(0), rtol=1e-3, atol=1e-3, span=t_end, with_events=False,
+            frame_times=np.zeros(0), rtol=1e-3, atol=1e-3, with_events=False,
         )  # fmt: skip
         arrays.control[at.H] = arrays.control[at.H_MAX] = t_end / n
         arrays.control[at.NEWTON_TOL] = 1e-9

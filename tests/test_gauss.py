@@ -37,7 +37,7 @@ def loop(system, order, h, *, t_end=T_END, state=None, p=None, frame_times=(), r
     return LoopArrays(
         system, METHODS[f"gauss{order}"], system.parameter_values() if p is None else p, 0.0,
         np.concatenate([q, v]) if state is None else np.asarray(state, dtype=float),
-        frame_times=np.asarray(frame_times, dtype=float), rtol=rtol, atol=atol, step=h, span=t_end,
+        frame_times=np.asarray(frame_times, dtype=float), rtol=rtol, atol=atol, step=h,
         with_events=False, log_length=1 << 17,
     )  # fmt: skip
 

@@ -32,7 +32,7 @@ def loop(system, name, h, *, t_end=T_END, p=None, frame_times=(), rtol=1e-8, ato
     return LoopArrays(
         system, METHODS[name], system.parameter_values(p), 0.0,
         np.concatenate([q, v]) if state is None else np.asarray(state, dtype=float),
-        frame_times=np.asarray(frame_times, dtype=float), rtol=rtol, atol=atol, step=h, span=t_end,
+        frame_times=np.asarray(frame_times, dtype=float), rtol=rtol, atol=atol, step=h,
         with_events=False, log_length=50_000,
     )  # fmt: skip
 

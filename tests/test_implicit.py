@@ -34,7 +34,7 @@ def loop(
     arrays = LoopArrays(
         system, METHODS[name], system.parameter_values() if p is None else p, 0.0,
         np.concatenate([q, v]) if state is None else np.asarray(state, dtype=float),
-        frame_times=np.asarray(frame_times, dtype=float), rtol=rtol, atol=atol, step=step, span=t_end,
+        frame_times=np.asarray(frame_times, dtype=float), rtol=rtol, atol=atol, step=step,
         with_events=False, log_length=50_000,
     )  # fmt: skip
     arrays.control[at.NEWTON_TOL] = newton

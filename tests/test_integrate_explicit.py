@@ -63,7 +63,7 @@ def fixed_steps(system, name, h, frame_times):
     q, v, _, _ = system.initial_state()
     arrays = LoopArrays(
         system, method, system.parameter_values(), 0.0, np.concatenate([q, v]), frame_times=frame_times,
-        rtol=1e6, atol=1e6, step=h, span=T_END, with_events=False, log_length=20_000,
+        rtol=1e6, atol=1e6, step=h, with_events=False, log_length=20_000,
     )  # fmt: skip
     arrays.control[at.H_MAX] = h
     assert arrays.advance(T_END, 20_000) == at.REACHED_STOP
@@ -107,7 +107,7 @@ def test_tolerance_is_met(systems, name, model, rtol):
     times = np.linspace(0.0, T_END, 31)[1:-1]
     arrays = LoopArrays(
         system, METHODS[name], system.parameter_values(), 0.0, np.concatenate([q, v]), frame_times=times,
-        rtol=rtol, atol=rtol, span=T_END, with_events=False,
+        rtol=rtol, atol=rtol, with_events=False,
     )  # fmt: skip
     assert arrays.advance(T_END, 4000) == at.REACHED_STOP
     assert np.abs(arrays.y - reference(model, np.array([T_END]))[0]).max() < 30 * rtol
@@ -126,7 +126,7 @@ def test_fixed_steps_land_on_stops_without_drift(systems):
     system = systems["pendulum"]
     arrays = LoopArrays(
         system, METHODS["rk4"], system.parameter_values(), 0.0, np.array([1.5, 0.0]), frame_times=np.zeros(0),
-        rtol=1e-8, atol=1e-8, step=0.1, span=3.0, log_length=1000,
+        rtol=1e-8, atol=1e-8, step=0.1, log_length=1000,
     )  # fmt: skip
     assert arrays.advance(0.25, 1000) == at.REACHED_STOP
     assert arrays.t == 0.25
@@ -181,7 +181,6 @@ def test_non_finite_and_step_too_small_are_told_apart(systems):
     p = system.parameter_values({"l": 0.0})
     arrays = LoopArrays(
         system, METHODS["dop853"], p, 0.0, np.array([1.5, 0.0]), frame_times=np.zeros(0), rtol=1e-8, atol=1e-8,
-        span=1.0,
     )  # fmt: skip
     assert arrays.advance(1.0, 100) == at.NOT_FINITE
 
@@ -194,7 +193,7 @@ def test_first_step_from_rest_is_of_the_size_of_those_after_it(systems, name, rt
     p = system.parameter_values()
     start = np.array([1.5, 0.0])
     arrays = LoopArrays(
-        system, METHODS[name], p, 0.0, start, frame_times=np.zeros(0), rtol=rtol, atol=1e-3 * rtol, span=1.0,
+        system, METHODS[name], p, 0.0, start, frame_times=np.zeros(0), rtol=rtol, atol=1e-3 * rtol,
         with_events=False, log_length=1000,
     )  # fmt: skip
     assert arrays.advance(1.0, 1000) == at.REACHED_STOP

@@ -33,7 +33,7 @@ def loop(system, name, t_end, *, step=0.0, rtol=1e-11, frame_times=()):
     assembly = assemble(system, system.parameter_values(), {}, {}, 0.0)
     return LoopArrays(
         system, METHODS_HERE[name], system.parameter_values(), 0.0, np.concatenate([assembly.q, assembly.v]),
-        frame_times=np.asarray(frame_times, dtype=float), rtol=rtol, atol=1e-2 * rtol, step=step, span=t_end,
+        frame_times=np.asarray(frame_times, dtype=float), rtol=rtol, atol=1e-2 * rtol, step=step,
         with_events=False, log_length=1 << 16,
     )  # fmt: skip
 

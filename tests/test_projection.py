@@ -33,7 +33,7 @@ def start(name: str) -> tuple[np.ndarray, np.ndarray]:
 def advanced(name: str, method: str, rtol: float, frame_times: np.ndarray) -> LoopArrays:
     p, state = start(name)
     arrays = LoopArrays(
-        system(name), METHODS[method], p, 0.0, state, frame_times=frame_times, rtol=rtol, atol=1e-2 * rtol, span=SPAN,
+        system(name), METHODS[method], p, 0.0, state, frame_times=frame_times, rtol=rtol, atol=1e-2 * rtol,
         with_events=False,
     )  # fmt: skip
     assert arrays.advance(SPAN, 10_000) == at.REACHED_STOP

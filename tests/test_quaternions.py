@@ -67,7 +67,7 @@ def fixed_steps(system, name, h, t_end, state, frame_times=()):
         method = taylor(method.order)
     arrays = LoopArrays(
         system, method, system.parameter_values(), 0.0, state,
-        frame_times=np.asarray(frame_times, dtype=float), rtol=1e6, atol=1e6, step=h, span=t_end, with_events=False,
+        frame_times=np.asarray(frame_times, dtype=float), rtol=1e6, atol=1e6, step=h, with_events=False,
         log_length=50_000,
     )  # fmt: skip
     arrays.control[at.NEWTON_TOL] = 1e-15

@@ -44,7 +44,7 @@ def start(system):
 def loop(system, name, h, t_end, *, state=None, frame_times=()):
     return LoopArrays(
         system, METHODS[name], system.parameter_values(), 0.0, start(system) if state is None else state,
-        frame_times=np.asarray(frame_times, dtype=float), rtol=1e-8, atol=1e-10, step=h, span=t_end,
+        frame_times=np.asarray(frame_times, dtype=float), rtol=1e-8, atol=1e-10, step=h,
         with_events=False, log_length=1 << 16,
     )  # fmt: skip
 

@@ -31,7 +31,7 @@ def loop(system, *, t_end, rtol=1e-8, atol=1e-10, step=0.0, p=None, frame_times=
     q, v, _, _ = system.initial_state()
     return LoopArrays(
         system, METHODS["rodas5p"], system.parameter_values(p), 0.0, np.concatenate([q, v]),
-        frame_times=np.asarray(frame_times, dtype=float), rtol=rtol, atol=atol, step=step, span=t_end,
+        frame_times=np.asarray(frame_times, dtype=float), rtol=rtol, atol=atol, step=step,
         with_events=False, log_length=50_000,
     )  # fmt: skip
 

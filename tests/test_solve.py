@@ -277,7 +277,7 @@ def test_nothing_is_allocated_per_step(pendulum, method):
     def steps_and_peak(t_end):
         arrays = LoopArrays(
             pendulum, METHODS[method], pendulum.parameter_values(), 0.0, np.array([1.5, 0.0]),
-            frame_times=np.linspace(0.01, 19.9, 100), rtol=1e-13, atol=1e-15, span=500.0,
+            frame_times=np.linspace(0.01, 19.9, 100), rtol=1e-13, atol=1e-15,
             log_length=1 << 17, step=0.0 if METHODS[method].adaptive else 0.005,
         )  # fmt: skip
         arrays.advance(0.1, 10)

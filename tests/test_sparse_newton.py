@@ -238,9 +238,9 @@ def steps_of(text, n_steps, smallest, monkeypatch):
     start = assemble(system, system.parameter_values(), rate=spin)
     run = LoopArrays(
         system, METHODS["radau5"], system.parameter_values(), 0.0, np.concatenate([start.q, start.v]),
-        frame_times=np.array([0.00037]), rtol=1e-4, atol=1e-6, step=1e-4, span=1.0,
+        frame_times=np.array([0.00037]), rtol=1e-4, atol=1e-6, step=1e-4,
     )  # fmt: skip
-    run.limit_steps(1.0, 1e-4)
+    run.control[at.H_MAX] = 1e-4
     assert run.advance(1.0, n_steps) == RUNNING
     return run.y, run.new_steps[:, 1], run.frames[0], type(run.coefficients).__name__
 

@@ -60,7 +60,7 @@ def oracle(name, t_end):
 def fixed_steps(system, method, h, t_end, rtol=1e-8, newton=0.0, state=None):
     arrays = LoopArrays(
         system, method, system.parameter_values(), 0.0, start_of(system) if state is None else state,
-        frame_times=np.zeros(0), rtol=rtol, atol=rtol, step=h, span=t_end, with_events=False, log_length=50_000,
+        frame_times=np.zeros(0), rtol=rtol, atol=rtol, step=h, with_events=False, log_length=50_000,
     )  # fmt: skip
     arrays.control[at.NEWTON_TOL] = newton
     return arrays

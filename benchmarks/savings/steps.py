@@ -28,7 +28,7 @@ def jacobians() -> Iterator[Row]:
             q, v, _, _ = system.initial_state()
             arrays = LoopArrays(
                 system, METHODS["radau5"], system.parameter_values(), 0.0, np.concatenate([q, v]),
-                frame_times=np.array([0.0]), rtol=1e-6, atol=1e-9, span=t_end,
+                frame_times=np.array([0.0]), rtol=1e-6, atol=1e-9,
             )  # fmt: skip
             while arrays.t < t_end:
                 arrays.advance(t_end, 1)

@@ -42,7 +42,7 @@ class TimedLoop:
     ):  # fmt: skip
         self.t_end, self.processor_seconds = t_end, 0.0
         self.arrays = LoopArrays(
-            system, method, p, 0.0, state, frame_times=np.zeros(0), rtol=rtol, atol=atol, step=step, span=t_end,
+            system, method, p, 0.0, state, frame_times=np.zeros(0), rtol=rtol, atol=atol, step=step,
             with_events=False, log_length=STEPS_PER_CALL,
             energy_level=choose_energy_level(None, system, method, "projection", p, 0.0, state),
         )  # fmt: skip

@@ -187,7 +187,7 @@ class _Beside(Run):
         # What is usual of the constraints is found where the run began: angles that have turned far count as large.
         arrays = LoopArrays(
             system, method, p, float(solution.t[0]), solution.states[0], frame_times=times, rtol=companion.rtol,
-            atol=companion.atol, step=companion.step, span=end - t,
+            atol=companion.atol, step=companion.step,
         )  # fmt: skip
         arrays.y[: len(state)] = state
         arrays.control[[at.T, at.T_GRID, at.T_EVENT]] = t
@@ -195,7 +195,7 @@ class _Beside(Run):
         if system.input_words:
             from runtime.inputs.schedule import InputSchedule
 
-            inputs = InputSchedule(system, arrays, method, t, end)
+            inputs = InputSchedule(system, arrays, method, t)
         super().__init__(
             system, method, arrays, np.zeros(len(times), dtype=bool), [end], max_steps=most_steps, inputs=inputs,
             timetable=_timetable(solution, companion, t, end, most_steps),

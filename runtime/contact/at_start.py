@@ -37,7 +37,7 @@ def form_at_start(
         After impacts.
     """
     arrays = LoopArrays(
-        system, method, p, t, state, frame_times=np.zeros(0), rtol=rtol, atol=atol, span=1.0, log_length=1
+        system, method, p, t, state, frame_times=np.zeros(0), rtol=rtol, atol=atol, log_length=1
     )
     actions = EventActions(system, arrays)
     try:

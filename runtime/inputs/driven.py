@@ -134,6 +134,11 @@ class DrivenSystem(System):
         return self._polynomials
 
     @property
+    def controllers(self) -> list[Sampler | Feedback]:
+        """All of them, sampled ones first."""
+        return [*self.samplers, *self.feedback]
+
+    @property
     def has_feedback(self) -> bool:
         """Whether controllers act at every instant."""
         return bool(self.feedback)

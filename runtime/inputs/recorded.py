@@ -52,7 +52,9 @@ def _pieces_record(pieces: Pieces) -> dict[str, Any]:
     return {"knots": pieces.knots.tolist(), "coefficients": pieces.coefficients.tolist()}
 
 
-def drive_again(system: System, recorded: Mapping[str, Any]) -> tuple[System, list[str]]:
+def drive_again(
+    system: System, recorded: Mapping[str, Any], controlled: DrivenSystem | None = None
+) -> tuple[System, list[str]]:
     """Return the system as it was driven, and the names of inputs of which nothing is known.
 
     Parameters
@@ -60,6 +62,8 @@ def drive_again(system: System, recorded: Mapping[str, Any]) -> tuple[System, li
     system : System
     recorded : mapping
         What `recorded_inputs` wrote, read from JSON.
+    controlled : DrivenSystem, optional
+        The same model with the controllers of the run, which go on; what is recorded of their inputs is not read.
 
     Raises
     ------
@@ -68,14 +72,18 @@ def drive_again(system: System, recorded: Mapping[str, Any]) -> tuple[System, li
     """
     numbers = {record["name"]: k for k, record in enumerate(system.inputs)}
     pieces, unknown = {}, []
+    samplers, feedback = (controlled.samplers, controlled.feedback) if controlled is not None else ((), ())
+    own = {number for controller in (*samplers, *feedback) for number in controller.inputs}
     for name, record in recorded.items():
         if name not in numbers:
             raise InputFault(f"the recording has an input {name!r} over time, which its model does not have")
+        if numbers[name] in own:
+            continue
         if record == UNKNOWN:
             unknown.append(name)
             continue
         pieces[numbers[name]] = _read(name, record)
-    return DrivenSystem(system, pieces), unknown
+    return DrivenSystem(system, pieces, samplers, feedback), unknown
 
 
 def _read(name: str, record: Any) -> Pieces:

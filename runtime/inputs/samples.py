@@ -50,6 +50,34 @@ class Sampler:
         """When the controller is to be called next [s]."""
         return self._t_start + self._n_calls * self._controller.period
 
+    @property
+    def memory(self) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+        """What it carries from call to call, as JSON can say it, and arrays; set it to go on from there."""
+        kept = np.zeros(0) if self._memory is None else self._memory
+        facts = {"n_calls": self._n_calls, "random": self._random.bit_generator.state}
+        return facts, {"times": np.array(self.times), "values": np.array(self.values), "kept": kept.copy()}
+
+    @memory.setter
+    def memory(self, stored: tuple[dict[str, Any], dict[str, np.ndarray]]) -> None:
+        facts, arrays = stored
+        kept = np.zeros(0) if self._memory is None else self._memory
+        times, values = arrays["times"], arrays["values"]
+        if arrays["kept"].shape != kept.shape:
+            raise InputFault(f"the controller of {self._what()} keeps other numbers than in the run before")
+        try:
+            self._random.bit_generator.state = facts["random"]
+        except (TypeError, ValueError, KeyError, OverflowError):
+            raise InputFault(f"the noise of the controller of {self._what()} cannot go on: damaged") from None
+        self._n_calls = facts["n_calls"]
+        self.times, self.values = times.tolist(), list(values.copy())
+        if self._memory is not None:
+            self._memory[...] = arrays["kept"]
+
+    def fits(self, n_calls: int, t: float) -> bool:
+        """Whether so many calls belong to the time `t` [s]."""
+        period = self._controller.period
+        return abs(t - self._t_start - (n_calls - 0.5) * period) <= (0.5 + 1e-6) * period
+
     def call(self, t: float, x: np.ndarray) -> None:
         """Let the controller see the signals `x` at `t`; its result holds from now on."""
         if self._deviations is not None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from runtime.integrate.methods import Method
     from runtime.loop_arrays import LoopArrays
 
-_SAME_TIME = 1e-12  # of the run: stops that are nearer to each other are one
+_SAME_TIME = 64.0 * float(np.finfo(float).eps)  # relative: stops that are nearer to each other are one
 _ORDER_OF_SPLINES = 4  # methods of fixed step up to it keep their order where the third derivative jumps
 
 
@@ -38,14 +38,12 @@ class InputSchedule:
     arrays : LoopArrays
         Of the run: the pieces in use are fixed in their `prepared`.
     method : Method
-    t_start, t_end : float [s]
+    t_start : float [s]
     """
 
-    def __init__(
-        self, system: DrivenSystem, arrays: LoopArrays, method: Method, t_start: float, t_end: float
-    ):
+    def __init__(self, system: DrivenSystem, arrays: LoopArrays, method: Method, t_start: float):
         self._system, self._arrays = system, arrays
-        self._near = _SAME_TIME * (t_end - t_start)
+        self._t_start = abs(t_start)
         n = len(system.places.pieces) - sum(len(sampler.inputs) for sampler in system.samplers)
         places, everywhere = system.places.pieces, needs_all_breaks(method)
         self._courses = [_Course(place, x, everywhere) for place, x in zip(places, system.all_pieces[:n])]
@@ -53,9 +51,10 @@ class InputSchedule:
         self._until = -math.inf
         self._fix(t_start)
 
-    def next_stop(self, wanted: float) -> float:
-        """Return where the next call of the step loop is to end [s]: at `wanted`, or where inputs change before."""
-        return wanted if wanted <= self._until + self._near else self._until
+    @property
+    def next_stop(self) -> float:
+        """Where the next call of the step loop is to end [s], since inputs change there; inf where they do not."""
+        return self._until
 
     def follow(self, t: float, state: np.ndarray) -> bool:
         """Bring the inputs up to time `t`; returns whether one of them jumped.
@@ -65,16 +64,20 @@ class InputSchedule:
         state : ndarray, shape (nq + nv,)
             What sampled controllers see.
         """
-        if t < self._until - self._near:
+        if t < self._until - self._near(t):
             return False
         jumped = False
         for sampler in self._system.samplers:
-            if sampler.next_time <= t + self._near:
+            if sampler.next_time <= t + self._near(t):
                 before = sampler.values[-1]
                 seen = read_signals(self._system, sampler.signals.places, t, state, self._arrays.prepared)
                 sampler.call(t, seen)
                 jumped = jumped or not np.array_equal(before, sampler.values[-1])
         return self._fix(t) or jumped
+
+    def _near(self, t: float) -> float:
+        """Return up to what distance from `t` [s] another time is the same; the end of the run has no part in it."""
+        return _SAME_TIME * max(self._t_start, abs(t)) if t < math.inf else 0.0
 
     def take_new_arrays(self, system: DrivenSystem, t: float) -> None:
         """Go on with another form of the model, and with a `prepared` that was made anew."""
@@ -89,7 +92,7 @@ class InputSchedule:
         """Fix the pieces that hold after `t`, and find out until when; returns whether a value jumps there."""
         prepared, jumped, until = self._arrays.prepared, False, math.inf
         for course in self._courses:
-            jumped = course.enter(t + self._near, prepared) or jumped
+            jumped = course.enter(t + self._near(t), prepared) or jumped
             until = min(until, course.until)
         k = 0
         for sampler in self._system.samplers:

@@ -5,6 +5,7 @@ from runtime.integrate.copying import copy
 from runtime.integrate.events import event_scratch_size, find_event
 from runtime.integrate.frames import frame_is_due, write_frames
 from runtime.integrate.layout import (
+    ASIDE,
     EVENT,
     F_VALID,
     H_LAST,
@@ -61,7 +62,7 @@ def finish_step(
     buffer = scratch[: projection_size(sizes)]
     status = RUNNING
     end = t1
-    if sizes[NE] > 0:
+    if sizes[NE] > 0 and control[ASIDE] == 0.0:
         rest = scratch[projection_size(sizes) :]
         model = (addresses, sizes, p, control, counters)
         theta = find_event(model, (t0, h, dense, n_terms), y, buffer, rest)

@@ -3,7 +3,7 @@
 from runtime.code.jitted import jitted
 from runtime.integrate.copying import copy
 from runtime.integrate.dense import evaluate_dense
-from runtime.integrate.layout import NEXT_FRAME, NY, T_STOP
+from runtime.integrate.layout import NEXT_FRAME, NY
 from runtime.integrate.projection import project_state
 
 
@@ -11,15 +11,6 @@ from runtime.integrate.projection import project_state
 def frame_is_due(counters, frame_times, t1):
     """Whether the next frame lies at or before `t1` [s]."""
     return counters[NEXT_FRAME] < frame_times.shape[0] and frame_times[counters[NEXT_FRAME]] <= t1
-
-
-@jitted
-def is_shown(control, counters, frame_times, t1):
-    """Whether the state at the end `t1` [s] of a step is one to be seen: of a frame, or where the loop stops."""
-    row = counters[NEXT_FRAME]
-    while row < frame_times.shape[0] and frame_times[row] < t1:
-        row += 1
-    return t1 >= control[T_STOP] or (row < frame_times.shape[0] and frame_times[row] == t1)
 
 
 @jitted

@@ -13,14 +13,18 @@ N_SIZES = 8
 
 # Control (float64): settings first, then what the step loop carries from call to call, then the events' state.
 RTOL, ATOL, H_MAX, H_MIN, T_STOP, T, H, ERROR_OLD, PROJECTION_TOL, NEWTON_TOL = range(10)
-# T_STOP: the loop returns exactly there (REACHED_STOP). H: the next step to try (<= 0: choose one), or the
-# step itself of a fixed-step method. Time only runs forward. NEWTON_TOL: what implicit methods leave of Newton's
+# T_STOP: a step ends exactly there, and the loop returns (REACHED_STOP). H: the next step to try (<= 0: choose one),
+# or the step itself of a fixed-step method. Time only runs forward. NEWTON_TOL: what implicit methods leave of Newton's
 # error, in units of the error tolerance; 0: the method's own choice.
 MAX_RESIDUAL, MIN_PIVOT_RATIO, T_EVENT, H_LAST, T_GRID = range(10, 15)
 # T_GRID: fixed-step methods step to T_GRID + k H, k = counters[GRID_STEP] + 1, so that time does not drift.
 ENERGY_LEVEL, ENERGY_STEP, ENERGY_TAKEN, MOST_ENERGY_TAKEN = range(15, 19)
 # Energy scaling: the energy kept, what the last step took of it, the sum of that, the largest magnitude of the sum.
-N_CONTROL = 20
+T_WATCH, T_START, H_BASE, H_SHARE, ASIDE = range(19, 24)
+# T_WATCH: before a step that may pass this time the loop returns (NEAR_WATCH), having changed nothing of the motion.
+# A step is at most H_BASE + H_SHARE (T - T_START) long. ASIDE: 1 where steps are taken beside the run, for a state that
+# somebody wants to see: no events are looked for.
+N_CONTROL = 26
 # control[N_CONTROL + SIDE * NE + e]: side of zero of event function e before the step, 0 while it has not left
 # zero yet, ±LEANING while it is at zero but belongs to a side (see `events.py`);
 # ... FIRED: 1 where event e fired in the step that returned EVENT (several may, at one instant);
@@ -46,6 +50,7 @@ N_COUNTERS = 24
 # Status of a call of an `advance_*` loop.
 RUNNING = 0  # MAX_STEPS_PER_CALL steps done or the step log is full; call again
 REACHED_STOP = 1  # control[T] == control[T_STOP]
+NEAR_WATCH = 3  # the next step may pass control[T_WATCH]; it is taken with T_WATCH = inf
 EVENT = 2  # state is at control[T_EVENT] == control[T], just past the event counters[EVENT_INDEX]
 STEP_TOO_SMALL = -1
 NOT_FINITE = -2  # the state or its derivative became inf or nan

@@ -56,6 +56,8 @@ class Method:
         System -> what the loop carries behind the prepared `p`.
     multistep : bool
         Its steps are made of the motion before them as well, which a jump of the accelerations makes worthless.
+    far_reaching : bool
+        A single step may be as long as the motion is a polynomial, whatever the steps before it were.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Method:
     versions: Callable[[System], dict[int, tuple[int, Any]]] | None = None
     tail: Callable[[System], np.ndarray] | None = None
     multistep: bool = False
+    far_reaching: bool = False
 
     def advance(self) -> Callable:
         """Return the step loop."""
@@ -295,14 +298,15 @@ def taylor(order: int = 0) -> Method:
 
     family = "runtime.integrate.taylor.loop:advance_taylor"
     return Method(
-        "taylor", order or 16, (order or 16) - 1, True, family, coefficients, work_size, refusal=refusal
-    )
+        "taylor", order or 16, (order or 16) - 1, True, family, coefficients, work_size, refusal=refusal,
+        far_reaching=True,
+    )  # fmt: skip
 
 
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
-        _explicit("euler", 1, 3, adaptive=False, oscillation_error=1 / 2),
+        _explicit("euler", 1, 1, adaptive=False, oscillation_error=1 / 2),
         _symplectic("semi_implicit_euler", 1, verlet=False),
         _symplectic("verlet", 2, verlet=True),
         _composition(4),

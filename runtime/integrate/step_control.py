@@ -10,8 +10,10 @@ from runtime.integrate.layout import (
     ATOL,
     ERROR_OLD,
     GRID_STEP,
+    H_BASE,
     H_MAX,
     H_MIN,
+    H_SHARE,
     LAST_REJECTED,
     NQ,
     NV,
@@ -19,7 +21,9 @@ from runtime.integrate.layout import (
     RHS_CALLS,
     RTOL,
     T_GRID,
+    T_START,
     T_STOP,
+    T_WATCH,
     H,
     T,
 )
@@ -74,7 +78,7 @@ def first_step(order, addresses, sizes, p, control, counters, y, f, row, y_trial
     # Infinite where a component starts at zero and nothing but rtol is given: that says nothing about the step.
     if size_f > 1e-10 and size_y > 1e-10 and math.isfinite(size_f):
         h = 0.01 * math.sqrt(size_y / size_f)
-    longest = min(control[H_MAX], control[T_STOP] - control[T])
+    longest = min(longest_step(control), control[T_STOP] - control[T])
     h = min(h, longest)
     for trial in range(_FIRST_STEP_TRIALS):
         steepest = steepest_change(addresses, sizes, p, control, counters, h, y, f, row, y_trial)
@@ -82,7 +86,7 @@ def first_step(order, addresses, sizes, p, control, counters, y, f, row, y_trial
             return h if trial == 0 else h / _FARTHEST
         h_order = max(1e-6, 1e-3 * h) if steepest <= 1e-15 else (0.01 / steepest) ** (1.0 / order)
         if h_order <= _FARTHEST * h or h >= longest:
-            return max(min(h_order, control[H_MAX]), control[H_MIN])
+            return max(min(h_order, longest_step(control)), control[H_MIN])
         h = min(_FARTHEST * h, longest)
     return max(h, control[H_MIN])
 
@@ -103,10 +107,27 @@ def steepest_change(addresses, sizes, p, control, counters, h, y, f, row, y_tria
 
 
 @jitted
+def longest_step(control):
+    """Return how long a step of an adaptive method may be [s].
+
+    Nothing here may depend on where the run ends: it is the time that the run has covered so far which says how far it
+    may be safe to look ahead.
+    """
+    covered = control[T] - control[T_START]
+    return min(control[H_MAX], control[H_BASE] + control[H_SHARE] * covered)
+
+
+@jitted
+def watch_is_near(control):
+    """Whether the next step may pass the time that is watched."""
+    return control[T] + 1.01 * min(control[H], longest_step(control)) >= control[T_WATCH]
+
+
+@jitted
 def step_end(control):
     """Return where the next step of an adaptive method ends: after `control[H]`, or exactly at the stop time."""
     t, stop = control[T], control[T_STOP]
-    h = min(control[H], control[H_MAX])
+    h = min(control[H], longest_step(control))
     # A step stretched by 1 % spares a tiny one after it (dopri5.f).
     return stop if t + 1.01 * h >= stop else t + h
 
@@ -154,7 +175,7 @@ def accept_step(exponent, beta, shrink, grow, safety, error, h, control, counter
         h_new = max(h_new, wanted)
     if counters[LAST_REJECTED]:
         h_new = min(h_new, h)
-    control[H] = min(h_new, control[H_MAX])
+    control[H] = min(h_new, longest_step(control))
     control[ERROR_OLD] = max(error, 1e-4)
     counters[LAST_REJECTED] = 0
 

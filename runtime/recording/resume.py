@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +29,7 @@ from .trusted import blamed_on, check_fits
 
 if TYPE_CHECKING:
     from runtime.checkpoint import Checkpoint
+    from runtime.inputs.driven import DrivenSystem
     from runtime.integrate.methods import Method
     from runtime.solution import Solution
 
@@ -44,6 +45,9 @@ class Resumed:
     Parameters
     ----------
     path : path-like
+    inputs : mapping or callable, optional
+        The controllers of the run, as `runtime.solve.solve` takes them: their code is not in the recording. A callable
+        gets the system and the parameters, and returns them; it is called only if they are needed.
 
     Attributes
     ----------
@@ -61,11 +65,11 @@ class Resumed:
         If the run cannot go on; the text says why.
     """
 
-    def __init__(self, path: str | Path):
+    def __init__(self, path: str | Path, inputs: Mapping[Any, Any] | Callable[..., Any] | None = None):
         with blamed_on(path):
-            self._read(path)
+            self._read(path, inputs)
 
-    def _read(self, path: str | Path) -> None:
+    def _read(self, path: str | Path, inputs: Mapping[Any, Any] | Callable[..., Any] | None) -> None:
         self.recording = read_recording(path)
         try:
             checkpoint, self._step_log = read_checkpoint(path)
@@ -87,17 +91,12 @@ class Resumed:
                 f"{path}: holds no checkpoint to go on from (the run ended too early, its subsystems were "
                 "integrated apart, or its solution was saved afterwards); run the model again"
             )
-        if checkpoint.facts["controllers"]:
-            raise RecordingError(
-                f"{path}: the controllers of {', '.join(checkpoint.facts['controllers'])} are not in the recording; "
-                "run the model again"
-            )
         self.t, self.n_frames = float(checkpoint.facts["t"]), int(checkpoint.facts["n_frames"])
         if not 0 < self.n_frames <= len(self.recording.t):
             raise RecordingError(
                 f"{path}: its checkpoint is of {self.n_frames} frames, but it holds {len(self.recording.t)}"
             )
-        self.system = _driven(module, self.recording)
+        self.system = _driven(module, self.recording, checkpoint.facts["controllers"], inputs)
 
     def run(
         self,
@@ -153,9 +152,10 @@ class Resumed:
         t_start, t_end = run_interval(
             self.system, facts["t_start"], options["t_end"] if t_end is None else t_end
         )
-        if t_end <= self.t:
+        reached = max(self.t, facts["t_end"] if self.recording.status == "success" else self.t)
+        if t_end <= reached:
             raise RuntimeModelError(
-                f"the run has come to t = {self.t:.9g} s already: give a later t_end than {t_end:.9g} s"
+                f"the run has come to t = {reached:.9g} s already: give a later t_end than {t_end:.9g} s"
             )
         known = {sample[0] for sample in facts["samples"]}
         times = [t for t in options["at"] if t <= t_end] if at is None else [float(t) for t in at]
@@ -201,7 +201,9 @@ class Resumed:
             recorder.frames(past.t[first:end], states[first:end])
         if switches:
             recorder.settings(self._checkpoint.arrays["settings"][-1])
-        recorder.steps(self._step_log[self._step_log[:, 0] < self.t])
+        recorder.steps(
+            self._step_log[self._step_log[:, 0] <= self.t + 0.5e-9]
+        )  # times of plots have nanoseconds
 
     def _prepare(self, t_start: float, t_end: float, times: list[float], fps: float | None) -> Run:
         """Return the run in the state of the checkpoint."""
@@ -232,14 +234,14 @@ class Resumed:
             choose_step(method, step, self.system, p, t_start, start, t_end)
         arrays = LoopArrays(
             form, method, p, t_start, start, frame_times=frames,
-            rtol=recording.rtol, atol=recording.atol, step=step or 0.0, span=t_end - t_start,
+            rtol=recording.rtol, atol=recording.atol, step=step or 0.0,
             energy_level=float(self._checkpoint.arrays["control"][at_index.ENERGY_LEVEL]),
         )  # fmt: skip
         inputs = None
         if recording.inputs_over_time:
             from runtime.inputs.schedule import InputSchedule
 
-            inputs = InputSchedule(self.system, arrays, method, t_start, t_end)
+            inputs = InputSchedule(self.system, arrays, method, t_start)
         wanted = recording.options.get("max_step"), recording.options.get("breaks", ())
         timetable = make_timetable(self.system, p, method, t_start, t_end, *wanted)
         run = Run(
@@ -265,15 +267,41 @@ def _method(name: str, recording: Recording, system: System) -> Method:
     return method or METHODS[name]
 
 
-def _driven(system: System, recording: Recording) -> System:
+def _driven(
+    system: System,
+    recording: Recording,
+    controllers: list[dict[str, Any]],
+    given: Mapping[Any, Any] | Callable[..., Any] | None,
+) -> System:
+    """Return the system with its inputs over time; controllers are those given for the same inputs."""
     if not recording.inputs_over_time:
         return system
     from runtime.inputs.recorded import drive_again
 
-    driven, unknown = drive_again(system, recording.inputs_over_time)
+    controlled = None
+    if controllers:
+        given = given(system, recording.parameters) if callable(given) else given
+        controlled = _controlled(system, recording, [tuple(x["inputs"]) for x in controllers], given or {})
+    driven, unknown = drive_again(system, recording.inputs_over_time, controlled)
     if unknown:
         raise RecordingError(f"{recording.path}: the values of {', '.join(unknown)} are not in the recording")
     return driven
+
+
+def _controlled(
+    system: System, recording: Recording, wanted: list[tuple[str, ...]], given: Mapping[Any, Any]
+) -> DrivenSystem:
+    from runtime.inputs.controller import Controller
+    from runtime.inputs.drive import drive
+
+    found = {key if isinstance(key, tuple) else (key,): value for key, value in given.items()}
+    missing = [name for names in wanted if not isinstance(found.get(names), Controller) for name in names]
+    if missing:
+        raise RecordingError(
+            f"{recording.path}: the controllers of {', '.join(missing)} are not in the recording: give them again "
+            "(MODEL on the command line, `inputs` in Python), or run the model again"
+        )
+    return drive(system, {names: found[names] for names in wanted}, recording.p, float(recording.t[0]))
 
 
 def _changes(rows: np.ndarray) -> list[int]:

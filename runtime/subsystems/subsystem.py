@@ -75,7 +75,7 @@ class Subsystem:
             level = choose_energy_level(wanted, system, method, self.choice.treatment, self.p, t, self.state)
         arrays = LoopArrays(
             system, method, self.p, t, self.state, frame_times=times, rtol=self.tolerance * settings.rtol,
-            atol=self.tolerance * settings.atol, step=self.choice.step, span=settings.t_end - t, energy_level=level,
+            atol=self.tolerance * settings.atol, step=self.choice.step, energy_level=level,
             log_length=_STEPS_LOGGED,
         )  # fmt: skip
         self.run = MemberRun(

@@ -40,9 +40,14 @@ class Timetable:
         The longest step wanted; infinite for none.
     adaptive : bool
         Methods of fixed step land on breaks, and leave the rest to their step.
+    t_end : float [s]
+        The end of the run, up to which notes go; all else is the same for any end.
     """
 
-    def __init__(self, course: Course, breaks: Sequence[float], max_step: float, *, adaptive: bool):
+    def __init__(
+        self, course: Course, breaks: Sequence[float], max_step: float, *, adaptive: bool, t_end: float
+    ):
+        self._t_end = t_end
         self.course, self.breaks, self.max_step, self.adaptive = course, tuple(breaks), max_step, adaptive
         entries = [(a, b, True) for a, b in zip(course.before.tolist(), course.after.tolist(), strict=True)]
         entries += [(t, t, True) for t in breaks]
@@ -63,12 +68,13 @@ class Timetable:
     def notes(self) -> list[str]:
         """What the model's time makes of the steps, in words."""
         course, found = self.course, []
-        if len(course.before):
-            where = _times(course.before)
+        landed = course.before[course.before < self._t_end]
+        if len(landed):
+            where = _times(landed)
             found.append(f"time: steps land on {where}, where forces or constraints jump or bend with time")
-        finite = np.isfinite(course.longest)
-        if self.adaptive and finite.any():
-            least = int(np.argmin(course.longest))
+        longest = course.longest[course.begin < self._t_end]
+        if self.adaptive and np.isfinite(longest).any():
+            least = int(np.argmin(longest))
             found.append(
                 f"time: steps are at most {course.longest[least]:.2g} s from t = {max(course.begin[least], 0.0):.9g} s "
                 "on, as long as what time alone does there demands"
@@ -85,36 +91,28 @@ class Timetable:
             "breaks": list(self.breaks),
         }
 
-    def next_stop(self, t: float, wanted: float) -> float:
-        """Return where the next call of the step loop is to end [s]: at `wanted`, or at what comes before."""
+    def next_stop(self, t: float) -> float:
+        """Return where the next call of the step loop is to end [s]; infinite where nothing comes any more."""
         k = bisect_right(self._before, t + _NEAR * math.ulp(t))
-        return min(wanted, self._before[k]) if k < len(self._before) else wanted
+        return self._before[k] if k < len(self._before) else math.inf
 
     def longest(self, t: float) -> float:
         """Return the longest step from a time on [s]."""
         k = bisect_right(self._begins, t + _NEAR * math.ulp(t)) - 1
         return min(self.max_step, self._longest[k]) if k >= 0 else self.max_step
 
-    def follow(self, arrays: LoopArrays, method: Method, until: float, longest: float) -> bool:
-        """Go on behind what was landed on; returns whether the forces may jump there.
-
-        Parameters
-        ----------
-        until : float [s]
-            The next time at which the run stops for another reason: it is not passed over.
-        longest : float [s]
-            The longest step that the run allows from there on, `longest(t)` included.
-        """
+    def follow(self, arrays: LoopArrays, method: Method) -> bool:
+        """Go on behind what was landed on; returns whether the forces may jump there."""
         t = arrays.t
         near = _NEAR * math.ulp(t)
         k = bisect_right(self._before, t + near) - 1
         if k < 0 or t > self._after[k] + near:
             return False
-        arrays.limit_longest(longest)
+        arrays.limit_longest(self.longest(t))
         if not self._anew[k]:
             return False
         if t < self._after[k]:
-            arrays.move_time(min(self._after[k], until))
+            arrays.move_time(self._after[k])
         arrays.restart(state_changed=False)
         if method.adaptive:
             arrays.choose_step_anew()
@@ -183,20 +181,21 @@ def timetable(
 ) -> Timetable | None:
     """Return the timetable of a course; None where nothing is to be kept to."""
     course = course or _FREE
-    times = checked_breaks(breaks, t_start, t_end)
+    times = checked_breaks(breaks, t_start)
     longest = checked_max_step(max_step, method, t_start, t_end)
     if course.is_empty and not times and longest == math.inf:
         return None
-    return Timetable(course, times, longest, adaptive=method.adaptive)
+    return Timetable(course, times, longest, adaptive=method.adaptive, t_end=t_end)
 
 
-def checked_breaks(breaks: Sequence[float], t_start: float, t_end: float) -> list[float]:
+def checked_breaks(breaks: Sequence[float], t_start: float) -> list[float]:
     """Return the breaks of a run in order."""
     times = sorted({float(t) for t in breaks})
     for t in times:
         if not math.isfinite(t):
             raise RuntimeModelError(f"breaks: {t} is no time: give finite numbers of seconds")
-    return [t for t in times if t_start < t <= t_end]
+    # Those behind the end are kept to as well: a run does not depend on where it ends.
+    return [t for t in times if t > t_start]
 
 
 def checked_max_step(max_step: float | None, method: Method | None, t_start: float, t_end: float) -> float:

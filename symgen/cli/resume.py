@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from runtime.recording.reader import Recording
     from runtime.recording.resume import Resumed
     from runtime.solution import Solution
+    from runtime.system import System
 
 _RECORDED = ("method", "constraints", "rtol", "atol")
 
@@ -42,11 +43,11 @@ def resume_run(
     """
     from runtime.recording.resume import Resumed
 
-    resumed = Resumed(file)
-    recording, path, seconds = resumed.recording, None, 0.0
+    path, seconds = None if model is None else find_model(model), 0.0
+    resumed = Resumed(file, None if path is None else functools.partial(_controllers, path))
+    recording = resumed.recording
     _refuse_other_settings(resumed, given)
-    if model is not None:
-        path = find_model(model)
+    if path is not None:
         seconds = _refuse_other_model(recording, path, build_options)
     elif build_options:
         raise click.UsageError("--option is for a MODEL; the recording has its model already")
@@ -74,6 +75,14 @@ def _unused(path: Path) -> Path:
         number += 1
         found = path.with_name(f"{path.stem}-{number}{path.suffix}")
     return found
+
+
+def _controllers(path: Path, system: System, parameters: dict[str, float]) -> dict[Any, Any]:
+    from symgen.cli.control import add_control
+
+    arguments: dict[str, Any] = {"parameters": parameters}
+    add_control(path, system, arguments)
+    return arguments.get("inputs", {})
 
 
 def _refuse_other_settings(resumed: Resumed, given: dict[str, Any]) -> None:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @functools.partial(model_argument, required=False)
 @run_options
 @click.option("--fps", type=Positive(), help="Frames per second of simulated time in the recording.")
-@click.option("--at", type=Times(), help="Times of extra states in the JSON [s].")
+@click.option("--at", type=Times(), help="Times of extra states in the JSON [s]; they change no step.")
 @click.option(
     "--log",
     "log_file",

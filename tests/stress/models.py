@@ -30,15 +30,27 @@ t_end = 1.0
 
 
 @functools.cache
+def bundled_text(name: str, **options: str) -> str:
+    """Return the module of a bundled model."""
+    return module_for(Path(find(name)), options).text
+
+
+@functools.cache
+def described_text(text: str) -> str:
+    """Return the module of a TOML text."""
+    return derive_text(read_text(text, file="stress.toml")).text
+
+
+@functools.cache
 def bundled(name: str, **options: str) -> runtime.System:
     """Return a bundled model."""
-    return runtime.load(module_for(Path(find(name)), options).text)
+    return runtime.load(bundled_text(name, **options))
 
 
 @functools.cache
 def described(text: str) -> runtime.System:
     """Return the model of a TOML text."""
-    return made(read_text(text, file="stress.toml"))
+    return runtime.load(described_text(text))
 
 
 def made(model: Model) -> runtime.System:

@@ -11,7 +11,7 @@ WRONG, HANG, CRASH = "WRONG", "HANG", "CRASH"
 BAD = (WRONG, HANG, CRASH)
 MODULES = (
     "every_method", "stability_limit", "stiffness", "extremes", "tolerances", "singular", "near_singular",
-    "broken_forces", "spans", "events", "random_models", "long_runs", "energy", "partition",
+    "broken_forces", "spans", "events", "cuts", "random_models", "long_runs", "energy", "partition",
     "error_growth", "sizes", "jumped_over", "hostile",
 )  # fmt: skip
 

@@ -18,6 +18,7 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NOT_FINITE,
     NQ,
     NV,
@@ -27,7 +28,7 @@ from runtime.integrate.layout import (
     T,
 )
 from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.step_control import grid_end, grid_length
+from runtime.integrate.step_control import grid_end, grid_length, watch_is_near
 
 N_DENSE_TERMS = 4
 
@@ -49,6 +50,8 @@ def advance_constrained_alpha(
         counters[F_VALID], counters[HAVE_START] = 1, 0
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         t1 = grid_end(control, counters)
         h = grid_length(control, t0, t1)

@@ -25,6 +25,7 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NEWTON_FAILED,
     NEWTON_ITERATIONS,
     NEWTON_TOL,
@@ -48,7 +49,7 @@ from runtime.integrate.newton import (
 )
 from runtime.integrate.projection import project_state, projection_size
 from runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate
-from runtime.integrate.step_control import error_scale, grid_end
+from runtime.integrate.step_control import error_scale, grid_end, watch_is_near
 
 # Of the tolerance; an error that Newton leaves is not seen by anything else here, and adds up over the steps.
 DEFAULT_NEWTON_TOL = 1e-3
@@ -77,6 +78,8 @@ def advance_generalized_alpha(
             w.vectors[AVERAGE, i] = f[sizes[NQ] + i]
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         t1 = grid_end(control, counters)
         status = solve_step(method, t1 - t0, addresses, sizes, p, control, counters, t1, y, f, w)

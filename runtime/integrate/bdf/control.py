@@ -13,9 +13,9 @@ from runtime.integrate.bdf.work import (
     SCALE,
     SPACING,
 )
-from runtime.integrate.layout import H_MAX, LAST_REJECTED, NQ, NV, REJECTED, H
+from runtime.integrate.layout import LAST_REJECTED, NQ, NV, REJECTED, H
 from runtime.integrate.newton import MAX_ITERATIONS, RATE
-from runtime.integrate.step_control import SAFETY
+from runtime.integrate.step_control import SAFETY, longest_step
 
 SHRINK, GROW = 0.2, 10.0
 # A step that would grow by less than this is kept, and with it the factors.
@@ -59,7 +59,7 @@ def choose_step_and_order(method, error, sizes, control, counters, w):
         higher = growth(method, order + 1, sizes, w)
         if higher > factor:
             best, factor = order + 1, higher
-    factor = min(GROW, safety(w) * factor, control[H_MAX] / h)
+    factor = min(GROW, safety(w) * factor, longest_step(control) / h)
     if factor < KEEP_STEP and best >= order:
         return
     counters[ORDER], counters[N_EQUAL] = best, 0

@@ -34,12 +34,13 @@ from runtime.integrate.layout import (
     F_VALID,
     MAX_STEPS_PER_CALL,
     N_LOGGED_STEPS,
+    NEAR_WATCH,
     NOT_FINITE,
     RUNNING,
     STEP_TOO_SMALL,
     T,
 )
-from runtime.integrate.step_control import EPS, too_small
+from runtime.integrate.step_control import EPS, too_small, watch_is_near
 
 
 @jitted
@@ -61,6 +62,8 @@ def advance_bdf_ggl(
         counters[F_VALID] = 1
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         status, t1, error = index2_step(method, addresses, sizes, p, control, counters, y, f, w)
         if status != RUNNING:

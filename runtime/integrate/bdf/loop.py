@@ -33,12 +33,12 @@ from runtime.integrate.evaluation import all_finite, evaluate
 from runtime.integrate.layout import (
     EVENT,
     F_VALID,
-    H_MAX,
     LAST_REJECTED,
     MAX_STEPS_PER_CALL,
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NEWTON_TOL,
     NM,
     NOT_FINITE,
@@ -55,7 +55,14 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.projection import project_state, projection_size
 from runtime.integrate.quaternions import n_quaternions, quaternion_at
-from runtime.integrate.step_control import EPS, error_scale, first_step, too_small
+from runtime.integrate.step_control import (
+    EPS,
+    error_scale,
+    first_step,
+    longest_step,
+    too_small,
+    watch_is_near,
+)
 
 N_DENSE = 6
 # So many failures in a row say that the past is no guide to the future.
@@ -86,6 +93,8 @@ def advance_bdf(
         counters[F_VALID] = 1
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         status, t1, error = bdf_step(method, addresses, sizes, p, control, counters, y, f, w)
         if status != RUNNING:
@@ -134,7 +143,7 @@ def restart(addresses, sizes, p, control, counters, y, f, w):
         return False
     h = first_step(2, addresses, sizes, p, control, counters, y, f, w.row, w.states[Y_NEW])
     control[H] = min(h, control[H]) if control[H] > 0.0 else h
-    h = min(control[H], control[H_MAX])
+    h = min(control[H], longest_step(control))
     for i in range(sizes[NY]):
         for j in range(2, w.differences.shape[0]):
             w.differences[j, i] = 0.0
@@ -150,7 +159,7 @@ def restart(addresses, sizes, p, control, counters, y, f, w):
 def step_end(control):
     """Return where the next step ends: after `control[H]`, at the stop time, or halfway to it."""
     t, stop = control[T], control[T_STOP]
-    h = min(control[H], control[H_MAX])
+    h = min(control[H], longest_step(control))
     if t + 1.01 * h >= stop:
         return stop
     # Of two steps up to the stop time none may be tiny: the next ones could grow from there only slowly.

@@ -13,7 +13,6 @@ from runtime.integrate.evaluation import all_finite, evaluate
 from runtime.integrate.explicit.dop853 import dop853_error, dop853_new_state, dop853_stages
 from runtime.integrate.explicit.stiffness import watch_stiffness
 from runtime.integrate.explicit.tableaus import NO_ESTIMATE, TWO_ESTIMATES
-from runtime.integrate.frames import is_shown
 from runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,
@@ -21,6 +20,8 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
+    NEXT_FRAME,
     NM,
     NOT_FINITE,
     NQ,
@@ -32,6 +33,7 @@ from runtime.integrate.layout import (
     RHS_CALLS,
     RUNNING,
     STEP_TOO_SMALL,
+    T_STOP,
     H,
     T,
 )
@@ -45,6 +47,7 @@ from runtime.integrate.step_control import (
     reject_step,
     step_end,
     too_small,
+    watch_is_near,
 )
 
 N_STATES = 4  # stage argument, new state, two error estimates
@@ -77,14 +80,14 @@ def advance_erk(
         control[ERROR_OLD] = 1e-4
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         if method.estimate == NO_ESTIMATE:
-            status, t1 = fixed_step(
-                method, addresses, sizes, p, control, counters, y, f, k, states, scratch, frame_times
-            )
+            status, t1 = fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch)
         else:
             status, t1 = adaptive_step(
-                method, addresses, sizes, p, control, counters, y, f, k, states, scratch, frame_times
+                method, addresses, sizes, p, control, counters, y, f, k, states, scratch
             )
         if status != RUNNING:
             return status
@@ -99,7 +102,7 @@ def advance_erk(
 
 
 @jitted
-def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch, frame_times):
+def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch):
     """Try steps until one is accepted: `states[1]` is then the new state, row `n_stages - fsal` its derivative.
 
     Returns
@@ -119,9 +122,7 @@ def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, state
         error = estimate_error(method, sizes, control, h, y, k, states)
         cause = STEP_TOO_SMALL
         if error <= 1.0:
-            cause = reach_end(
-                method, addresses, sizes, p, control, counters, t1, k, states, scratch, frame_times
-            )
+            cause = reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch)
             if cause == RUNNING:
                 accept_step(
                     method.exponent, method.beta, method.shrink, method.grow, method.safety, error, h, control,
@@ -136,13 +137,13 @@ def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, state
 
 
 @jitted
-def fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch, frame_times):
+def fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch):
     """Take one step of the fixed grid; returns status and the time of the new state [s]."""
     copy(f, k[0])
     t, t1 = control[T], grid_end(control, counters)
     hold_stabilisation(addresses, sizes, p, t, t1 - t, y, k[0], scratch[: projection_size(sizes)])
     take_stages(method, addresses, p, counters, t, t1 - t, y, k, states)
-    return reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch, frame_times), t1
+    return reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch), t1
 
 
 @jitted
@@ -215,12 +216,12 @@ def norm_of_two(control, n, y0, y1, fifth, third):
 
 
 @jitted
-def reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch, frame_times):
+def reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch):
     """Project the new state and evaluate its derivative; returns why that failed, or RUNNING."""
     y_new, row = states[1], k[method.n_stages - method.fsal]
     if addresses[PROJECT] != 0:
         buffer = scratch[: projection_size(sizes)]
-        if method.estimate == NO_ESTIMATE or is_shown(control, counters, frame_times, t1):
+        if method.estimate == NO_ESTIMATE or t1 >= control[T_STOP]:
             status = project_state(addresses, sizes, p, t1, y_new, control, counters, buffer)
         else:
             status = project_in_passing(addresses, sizes, p, t1, y_new, control, counters, buffer)
@@ -255,10 +256,18 @@ def commit_step(
     count_energy(addresses, control)
     copy(states[1], y)
     copy(k[method.n_stages - method.fsal], f)
-    return finish_step(
+    status = finish_step(
         addresses, sizes, p, control, counters, t0, t1, y, dense, method.n_dense, scratch,
         frame_times, frames, step_log,
     )  # fmt: skip
+    row = counters[NEXT_FRAME] - 1
+    in_passing = status == RUNNING and method.estimate != NO_ESTIMATE and addresses[PROJECT] != 0
+    if in_passing and row >= 0 and frame_times[row] == t1:
+        # The state goes on as it is, watched or not; what is shown is on the constraints.
+        project_state(
+            addresses, sizes, p, t1, frames[row], control, counters, scratch[: projection_size(sizes)]
+        )
+    return status
 
 
 @jitted

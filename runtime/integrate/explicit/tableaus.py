@@ -118,7 +118,7 @@ def erk_tableau(
         dense=np.array(dense, dtype=float).reshape(len(dense), n_rows),
         n_stages=n,
         n_rows=n_rows,
-        n_dense=4 + len(dense),
+        n_dense=4 + len(dense) if order > 1 else 2,  # of order 1: the polygon
         order=order,
         estimate=len(error),
         fsal=fsal,

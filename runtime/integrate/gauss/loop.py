@@ -23,6 +23,7 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NEWTON_FAILED,
     NEXT_FRAME,
     NM,
@@ -36,7 +37,7 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.projection import project_state, projection_size
 from runtime.integrate.quaternions import keep_lengths, n_quaternions, quaternion_at
-from runtime.integrate.step_control import grid_end, grid_length
+from runtime.integrate.step_control import grid_end, grid_length, watch_is_near
 
 N_DENSE_TERMS = 8
 
@@ -63,6 +64,8 @@ def advance_gauss(
             rest[i] = 0.0
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         t1 = grid_end(control, counters)
         h = grid_length(control, t0, t1)

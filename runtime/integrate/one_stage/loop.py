@@ -15,6 +15,7 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NEWTON_FAILED,
     NEWTON_ITERATIONS,
     NEWTON_TOL,
@@ -52,7 +53,7 @@ from runtime.integrate.quaternions import (
     n_quaternions,
     quaternion_at,
 )
-from runtime.integrate.step_control import error_scale, grid_end
+from runtime.integrate.step_control import error_scale, grid_end, watch_is_near
 
 # Of the tolerance; an error that Newton leaves is not seen by anything else here, and adds up over the steps.
 DEFAULT_NEWTON_TOL = 1e-3
@@ -99,6 +100,8 @@ def advance_implicit(
     counters[F_VALID] = 0
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         t1 = grid_end(control, counters)
         status = solve_stage(method.theta * (t1 - t0), addresses, sizes, p, control, counters, t0, y, w)

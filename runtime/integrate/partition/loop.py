@@ -17,6 +17,7 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NOT_FINITE,
     NQ,
     NV,
@@ -42,6 +43,7 @@ from runtime.integrate.step_control import (
     reject_step,
     step_end,
     too_small,
+    watch_is_near,
 )
 
 # Where steps shrink to nothing while a pivot is below this, it is the constraints that stop them.
@@ -67,6 +69,8 @@ def advance_partition(
             return status
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         if is_worn(w):
             status = choose_partition(addresses, sizes, p, counters, t0, y, w)

@@ -12,6 +12,7 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NOT_FINITE,
     NQ,
     NV,
@@ -40,7 +41,7 @@ from runtime.integrate.radau.work import (
     STAGES,
     Y_NEW,
 )
-from runtime.integrate.step_control import step_end, too_small
+from runtime.integrate.step_control import step_end, too_small, watch_is_near
 
 
 @jitted
@@ -59,6 +60,8 @@ def advance_radau_ggl(
         return NOT_FINITE
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         status, t1 = index2_step(method, addresses, sizes, p, control, counters, y, f, w, dense)
         if status != RUNNING:

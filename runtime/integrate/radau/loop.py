@@ -11,12 +11,12 @@ from runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,
     H_LAST,
-    H_MAX,
     LAST_REJECTED,
     MAX_STEPS_PER_CALL,
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NM,
     NOT_FINITE,
     NY,
@@ -47,7 +47,14 @@ from runtime.integrate.radau.work import (
     Y_STAGE,
     radau_work,
 )
-from runtime.integrate.step_control import SAFETY, first_step, step_end, too_small
+from runtime.integrate.step_control import (
+    SAFETY,
+    first_step,
+    longest_step,
+    step_end,
+    too_small,
+    watch_is_near,
+)
 
 SHRINK, GROW = 0.2, 8.0
 # A step that would grow by less than this is kept, and with it the factors.
@@ -77,6 +84,8 @@ def advance_radau(
         return NOT_FINITE
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         status, t1 = radau_step(method, addresses, sizes, p, control, counters, y, f, w, dense)
         if status != RUNNING:
@@ -239,7 +248,7 @@ def accept_radau(method, error, h, control, counters, w):
         # As in Gustafsson, Söderlind, SIAM J. Sci. Comput. 18 (1997) 23; but the exponent was found by trial: with
         # stiff joints that turn, the error asks again and again for steps for which Newton then diverges.
         factor = max(factor, min(1.0, (w.numbers[LAST_RATE] / GROW_RATE) ** (1.0 / 3.0)))
-    h_new = min(h / factor, control[H_MAX])
+    h_new = min(h / factor, longest_step(control))
     if counters[LAST_REJECTED]:
         h_new = min(h_new, h)
     keep_jacobian = w.numbers[RATE] <= KEEP_JACOBIAN_RATE

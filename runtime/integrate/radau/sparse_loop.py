@@ -9,6 +9,7 @@ from runtime.code.jitted import jitted
 from runtime.integrate.layout import (
     MAX_STEPS_PER_CALL,
     N_LOGGED_STEPS,
+    NEAR_WATCH,
     NOT_FINITE,
     RUNNING,
     STEP_TOO_SMALL,
@@ -38,7 +39,7 @@ from runtime.integrate.radau.work import (
     JACOBIAN_IS_FRESH,
 )
 from runtime.integrate.sparse_newton import NewtonPattern, differentiate_sparse
-from runtime.integrate.step_control import step_end, too_small
+from runtime.integrate.step_control import step_end, too_small, watch_is_near
 
 
 class SparseRadauIIA(NamedTuple):
@@ -68,6 +69,8 @@ def advance_radau_sparse(
         return NOT_FINITE
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         status, t1 = sparse_radau_step(method, addresses, sizes, p, control, counters, y, f, w, dense)
         if status != RUNNING:

@@ -10,6 +10,7 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NEXT_FRAME,
     NM,
     NOT_FINITE,
@@ -33,7 +34,7 @@ from runtime.integrate.rattle.work import (
     rattle_work,
     restore_guess,
 )
-from runtime.integrate.step_control import grid_end, grid_length
+from runtime.integrate.step_control import grid_end, grid_length, watch_is_near
 
 N_DENSE_TERMS = 8
 
@@ -59,6 +60,8 @@ def advance_rattle(
             w.states[REST, i] = 0.0
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         t1 = grid_end(control, counters)
         h = grid_length(control, t0, t1)

@@ -16,6 +16,7 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NM,
     NOT_FINITE,
     NQ,
@@ -59,6 +60,7 @@ from runtime.integrate.step_control import (
     reject_step,
     step_end,
     too_small,
+    watch_is_near,
 )
 
 N_DENSE = 5
@@ -90,6 +92,8 @@ def advance_rodas5p(
         control[ERROR_OLD] = 1e-4
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         status, t1 = rodas_step(method, addresses, sizes, p, control, counters, y, f, w)
         if status != RUNNING:

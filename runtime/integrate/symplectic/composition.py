@@ -14,6 +14,7 @@ from runtime.integrate.layout import (
     MAX_STEPS_PER_CALL,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NOT_FINITE,
     NQ,
     NV,
@@ -22,7 +23,7 @@ from runtime.integrate.layout import (
     RUNNING,
     T,
 )
-from runtime.integrate.step_control import grid_end, grid_length
+from runtime.integrate.step_control import grid_end, grid_length, watch_is_near
 from runtime.integrate.symplectic.composition_coefficients import PLACES
 
 N_DENSE_TERMS = 8
@@ -87,6 +88,8 @@ def advance_composition(
             w.states[REST, i] = 0.0
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0 = control[T]
         t1 = grid_end(control, counters)
         h = grid_length(control, t0, t1)

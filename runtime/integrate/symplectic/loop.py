@@ -14,6 +14,7 @@ from runtime.integrate.layout import (
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
     N_ROW,
+    NEAR_WATCH,
     NM,
     NOT_FINITE,
     NQ,
@@ -27,7 +28,7 @@ from runtime.integrate.layout import (
 )
 from runtime.integrate.projection import project_state, projection_size
 from runtime.integrate.quaternions import move
-from runtime.integrate.step_control import grid_end
+from runtime.integrate.step_control import grid_end, watch_is_near
 
 N_DENSE_TERMS = 4
 
@@ -68,6 +69,8 @@ def advance_semi_implicit(
         counters[F_VALID] = 1
     done = 0
     while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
+        if watch_is_near(control):
+            return NEAR_WATCH
         t0, t1 = control[T], grid_end(control, counters)
         hold_stabilisation(addresses, sizes, p, t0, t1 - t0, y, f, scratch[: projection_size(sizes)])
         if method.verlet:

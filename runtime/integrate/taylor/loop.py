@@ -15,10 +15,11 @@ from runtime.integrate.layout import (
     ERROR_OLD,
     EVENT,
     F_VALID,
-    H_MAX,
+    H_MIN,
     MAX_STEPS_PER_CALL,
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
+    NEAR_WATCH,
     NM,
     NOT_FINITE,
     NY,
@@ -36,7 +37,7 @@ from runtime.integrate.layout import (
     T,
 )
 from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.step_control import step_end, too_small
+from runtime.integrate.step_control import longest_step, step_end, too_small, watch_is_near
 from runtime.integrate.taylor.step import DEFECT_LIMIT, ROUND_OFF_RTOL, defect, scale_series, series_step
 from runtime.integrate.taylor.tail import add_tail, append_tail, drop_tail, tail_factors
 
@@ -49,7 +50,8 @@ COST_OF_STEP = 700.0  # operations of a step besides its series
 # The least run time at a given error of the end state is that of the order which is best for steps with an error of
 # 0.01 rtol^0.8, not rtol: found on six scenes (pendulum, heavy top, Andrews' mechanism, a chain of ten, stiff springs).
 ERROR_FACTOR, ERROR_EXPONENT = 1e-2, 0.8
-CURRENT = 16  # counter: which of the two series is that of the current state
+# Counters: which of the two series is that of the current state; whether its step is chosen, but not taken yet.
+CURRENT, CHOSEN = 16, 17
 MIN_PIVOT = 1e-6  # below it the accelerations are in doubt
 # Halving a step divides a defect by 2^order, unless it is round-off: its size is kept in control[ERROR_OLD]. A jump of
 # the accelerations does not shrink either, but it is larger than round-off can be.
@@ -182,7 +184,8 @@ def advance_taylor(
             for i in range(ny):
                 states[CARRY, i] = 0.0
             cell[REACH] = 0.0
-            cell[LIMIT] = max(LONGER_THAN_BEFORE * (control[T_EVENT] - previous_event), EPS * control[H_MAX])
+            least = max(2.0 * control[H_MIN], 8.0 * EPS * abs(control[T]))
+            cell[LIMIT] = max(LONGER_THAN_BEFORE * (control[T_EVENT] - previous_event), least)
         if status != RUNNING:
             return status
         done += 1
@@ -204,19 +207,14 @@ def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair,
     current = counters[CURRENT]
     old = pair[current][: (order + 1) * ny].reshape((order + 1, ny))
     sums = states[NEW:CARRY].reshape(CARRY * ny)
-    reach = (1.0 - cell[SHORTER]) * series_step(order, sizes, control, old, cell)
-    control[H] = min(reach, control[H_MAX])
-    if sizes[NM] > 0:
-        # A limit of the step, or a stop, announces what is short by itself: a pulse in time.
-        if reach < CREEPS * min(cell[REACH], control[H_MAX], control[T_STOP] - t):
-            return STEP_TOO_SMALL, t
-        cell[REACH] = max(control[H], FORGET_REACH * cell[REACH])
-    if control[RTOL] <= ROUND_OFF_RTOL:
-        cell[VARIED] = (cell[VARIED] + GOLDEN_RATIO) % 1.0
-        control[H] *= 1.0 - MOST_VARIED * cell[VARIED]
-    if cell[LIMIT] > 0.0:
-        control[H] = min(control[H], cell[LIMIT])
-        cell[LIMIT] = 0.0
+    if not counters[CHOSEN]:
+        status = choose_step(order, sizes, control, old, cell)
+        if status != RUNNING:
+            return status, t
+    if watch_is_near(control):
+        counters[CHOSEN] = 1
+        return NEAR_WATCH, t
+    counters[CHOSEN] = 0
     cause, before = STEP_TOO_SMALL, math.inf
     while True:
         shorter = 0.5
@@ -251,6 +249,25 @@ def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair,
             cell[SHORTER] = min(0.5, 1.0 - (1.0 - cell[SHORTER]) * (1.0 - CAUTION))
         control[H] = shorter * h
         counters[REJECTED] += 1
+
+
+@jitted
+def choose_step(order, sizes, control, series, cell):
+    """Set `control[H]` to how far the series of the current state reaches; returns RUNNING, or why to give up."""
+    reach = (1.0 - cell[SHORTER]) * series_step(order, sizes, control, series, cell)
+    control[H] = min(reach, longest_step(control))
+    if sizes[NM] > 0:
+        # A limit of the step, or a stop, announces what is short by itself: a pulse in time.
+        if reach < CREEPS * min(cell[REACH], longest_step(control), control[T_STOP] - control[T]):
+            return STEP_TOO_SMALL
+        cell[REACH] = max(control[H], FORGET_REACH * cell[REACH])
+    if control[RTOL] <= ROUND_OFF_RTOL:
+        cell[VARIED] = (cell[VARIED] + GOLDEN_RATIO) % 1.0
+        control[H] *= 1.0 - MOST_VARIED * cell[VARIED]
+    if cell[LIMIT] > 0.0:
+        control[H] = min(control[H], cell[LIMIT])
+        cell[LIMIT] = 0.0
+    return RUNNING
 
 
 @jitted

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from runtime.code.jitted import jitted
-from runtime.integrate.layout import ATOL, H_MAX, NQ, NV, NY, RTOL, H
+from runtime.integrate.layout import ATOL, NQ, NV, NY, RTOL, H
+from runtime.integrate.step_control import longest_step
 from runtime.integrate.taylor.tail import has_tail
 
 LOG_2 = math.log(2.0)
@@ -46,7 +47,7 @@ def series_step(order, sizes, control, series, cell):
     last = order - 1
     h = control[H] if control[H] > 0.0 else first_guess(order, sizes, control, series)
     if not h < math.inf:
-        return control[H_MAX]
+        return longest_step(control)
     tolerance = max(control[RTOL], 1e-17)
     t0, t1, t2, t3 = 0.0, 0.0, 0.0, 0.0
     for i in range(sizes[NQ], sizes[NY]):
@@ -69,7 +70,7 @@ def series_step(order, sizes, control, series, cell):
     if highest == -math.inf:
         highest = first_term_below(last - WINDOW, last // 2, h, tolerance, sizes, control, series, cell)
         if highest == -math.inf:
-            return control[H_MAX]
+            return longest_step(control)
     # At the limit of round-off, what is left out must not add up over many steps where rounding does not.
     left_out = tolerance if tolerance > ROUND_OFF_RTOL else 1e-3 * tolerance
     left_out *= SHARE_WITH_TAIL if has_tail(sizes) else SHARE

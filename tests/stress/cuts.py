@@ -1,0 +1,286 @@
+"""Runs that are cut anywhere, taken up again, and watched at any time: bit for bit the run that nobody touched."""
+
+from __future__ import annotations
+
+import functools
+import math
+import tempfile
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from runtime.errors import RuntimeModelError
+from runtime.inputs import Controller, Polynomial, Table
+from runtime.integrate.forms import FORMS
+from runtime.integrate.methods import METHODS
+from runtime.recording.recorder import RunRecorder
+from runtime.recording.resume import Resumed
+from runtime.solve import solve
+from runtime.system import load
+
+from .judging import flag, refusal
+from .models import bundled_text, described_text
+from .scenario import RIGHT, WRONG, Outcome, Scenario
+
+if TYPE_CHECKING:
+    from runtime.solution import Solution
+    from runtime.system import System
+
+DRAWS, DRAWS_IN_SHORT = 5, 1
+_MOST_STEPS = 20_000
+_SHORT = {
+    "plain": ("auto", "euler", "dop853", "gauss8", "bdf"), "bounce": ("taylor", "dop853"), "friction": ("radau5",),
+    "sampled controller": ("dopri5",), "closed loop": ("dop853", "rattle"), "quaternions": ("rk4",),
+}  # fmt: skip
+_TROLLEY = """
+name = "trolley"
+[parameters]
+m = 1.5
+k = 12.0
+[coordinates]
+x = { start = 0.3, rate = -0.2 }
+y = { start = 0.0, rate = 0.4 }
+[energy]
+kinetic = "m*dot(x)^2/2 + m*dot(y)^2/2"
+potential = "k*x^2/2 + k*(x - y)^2/2 + 3*y^4"
+[inputs]
+u = { default = 0.0 }
+[forces]
+x = "u - 0.2*dot(x)"
+[events.passes]
+when = "y"
+then = "record"
+"""
+_PULSED = """
+name = "pulsed"
+[parameters]
+a = 30.0
+[coordinates]
+x = { start = 0.3, rate = -0.2 }
+[energy]
+kinetic = "dot(x)^2/2"
+potential = "2*x^2 + x^4"
+[forces]
+x = "a*exp(-((t - 0.7)/0.01)^2) + 5*(sign(t - 1.1) - sign(t - 1.203)) + 2*sin(40*t) + abs(t - 1.6)"
+"""
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What is integrated.
+
+    Attributes
+    ----------
+    text : callable
+        () -> the text of its module.
+    t_end : float [s]
+    inputs : callable
+        () -> the inputs over time; made anew for each run, as a process of its own would.
+    options : mapping
+        More of `solve`.
+    """
+
+    text: Callable[[], str]
+    t_end: float
+    inputs: Callable[[], dict[str, Any] | None] = lambda: None
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _feedback(t, x):
+    return 0.3 * math.cos(5.0 * t) - 2.0 * x[0] - 0.5 * x[2]
+
+
+def _sampled(t: float, x: np.ndarray, memory: np.ndarray) -> float:
+    memory[0] += 0.01 * x[0]
+    return -3.0 * x[0] - 4.0 * memory[0] + 0.5 * math.sin(3.0 * t)
+
+
+def _knots() -> np.ndarray:
+    return np.linspace(0.0, 1.7, 18)
+
+
+def _controller() -> dict[str, Any]:
+    return {"u": Controller(_sampled, period=0.07, noise={"x": 1e-2}, seed=3, memory=[0.0])}
+
+
+SITUATIONS: dict[str, Situation] = {
+    "plain": Situation(lambda: bundled_text("double_pendulum"), 1.5),
+    "separable": Situation(lambda: bundled_text("pendulum"), 3.0),
+    "bounce": Situation(lambda: bundled_text("bouncing_ball"), 2.0),
+    "stop": Situation(lambda: bundled_text("door_stop"), 2.0),
+    "friction": Situation(lambda: bundled_text("stick_slip"), 3.0),
+    "linear table": Situation(
+        lambda: described_text(_TROLLEY), 2.0, lambda: {"u": (_knots(), np.sin(7.0 * _knots()))}
+    ),
+    "held table": Situation(
+        lambda: described_text(_TROLLEY), 2.0, lambda: {"u": Table(_knots(), np.cos(5.0 * _knots()), "hold")}
+    ),
+    "smooth table": Situation(
+        lambda: described_text(_TROLLEY), 2.0, lambda: {"u": Table(_knots(), np.cos(5.0 * _knots()), "cubic")}
+    ),
+    "polynomial": Situation(
+        lambda: described_text(_TROLLEY), 2.0, lambda: {"u": Polynomial([0.1, -1.0, 2.0])}
+    ),
+    "sampled controller": Situation(lambda: described_text(_TROLLEY), 2.0, _controller),
+    "continuous controller": Situation(
+        lambda: described_text(_TROLLEY), 2.0, lambda: {"u": Controller(_feedback)}
+    ),
+    "quaternions": Situation(lambda: bundled_text("free_rigid_body"), 3.0),
+    "held body": Situation(lambda: bundled_text("heavy_top_absolute"), 0.1),
+    "closed loop": Situation(lambda: bundled_text("four_bar"), 0.4),
+    "rolling": Situation(lambda: bundled_text("rolling_disc"), 1.0),
+    "moved": Situation(lambda: bundled_text("car_axis"), 0.2),
+    "pulses": Situation(lambda: described_text(_PULSED), 2.0),
+    "breaks": Situation(lambda: described_text(_PULSED), 2.0, options={"breaks": [0.33, 0.9, 1.91, 2.4]}),
+    "split": Situation(lambda: bundled_text("pendulum_field"), 1.0, options={"split": True}),
+}
+_CONSTRAINED = ("held body", "closed loop", "rolling", "moved")
+
+
+@functools.cache
+def _system(text: str) -> System:
+    return load(text)
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Where a run is cut, and when it is looked at.
+
+    Attributes
+    ----------
+    t_end, cut : float [s]
+    at : list of float [s]
+        The cut among them.
+    fps : float
+    """
+
+    t_end: float
+    cut: float
+    at: list[float]
+    fps: float
+
+
+def draw(whole: Solution, random: np.random.Generator) -> Draw:
+    """Draw a cut: anywhere, at the end of a step or next to one, at an event, or at a round number."""
+    t_end = float(whole.t[-1])
+    kind, log = random.integers(6), whole.step_log
+    cut = float(random.uniform(0.02, 0.98)) * t_end
+    if kind == 1 and len(log) > 3:
+        cut = float(log[random.integers(1, len(log) - 1), 0])
+    elif kind == 2 and len(log) > 3:
+        cut = float(
+            np.nextafter(log[random.integers(1, len(log) - 1), 0], random.choice([-1.0, 1.0]) * np.inf)
+        )
+    elif kind == 3 and whole.events:
+        cut = whole.events[random.integers(len(whole.events))].t
+    elif kind == 4:
+        cut = round(cut, 1)
+    if not 1e-3 * t_end < cut < 0.999 * t_end:
+        cut = 0.5 * t_end
+    at = sorted({cut, *random.uniform(0.0, t_end, random.integers(0, 6)).tolist()})
+    return Draw(t_end, cut, at, float(random.choice([7.0, 50.0, float(random.uniform(5.0, 300.0))])))
+
+
+def _run(situation: Situation, t_end: float, options: dict[str, Any], **more: Any) -> Solution:
+    given = {**situation.options, **options, **more}
+    return solve(_system(situation.text()), t_end, inputs=situation.inputs(), max_steps=_MOST_STEPS, **given)
+
+
+def _recorded(path: Path, text: str, begin: Callable[..., Solution]) -> Solution:
+    made = []
+
+    def recorder(**settings: Any) -> RunRecorder:
+        made.append(RunRecorder(path, module_text=text, model_text="", **settings))
+        return made[0]
+
+    solution = begin(recorder=recorder)
+    made[0].finish(solution.status, [check.to_dict() for check in solution.health], solution.stats)
+    return solution
+
+
+def _bits(run: Solution) -> bytes:
+    return run.q[-1].tobytes() + run.v[-1].tobytes()
+
+
+def _events(run: Solution, until: float = math.inf) -> list[tuple]:
+    return [
+        (e.name, e.action, e.t, e.q_before.tobytes(), e.v_before.tobytes(), e.q_after.tobytes(), e.v_after.tobytes())
+        for e in run.events
+        if e.t <= until
+    ]  # fmt: skip
+
+
+def differences(
+    situation: Situation, options: dict[str, Any], whole: Solution, where: Draw, folder: Path
+) -> list[str]:
+    """Return what differs between a run, and the same one watched, cut, and taken up again."""
+    found = []
+    watched = _run(situation, where.t_end, options, at=where.at, fps=where.fps)
+    if _bits(watched) != _bits(whole):
+        found.append("the end of a run that is watched")
+    if watched.step_log.tobytes() != whole.step_log.tobytes():
+        found.append("the steps of a run that is watched")
+    if _events(watched) != _events(whole):
+        found.append("the events of a run that is watched")
+    first, rest = folder / "first.rrd", folder / "rest.rrd"
+    text = situation.text()
+    cut = _recorded(first, text, functools.partial(_run, situation, where.cut, options, fps=where.fps))
+    sample = next(s for s in watched.samples if s.t == where.cut)
+    if cut.q[-1].tobytes() + cut.v[-1].tobytes() != sample.q.tobytes() + sample.v.tobytes():
+        found.append("the state at the cut")
+    if _events(cut) != _events(whole, where.cut):
+        found.append("the events before the cut")
+    n = int(np.count_nonzero(watched.t < where.cut))
+    if cut.q[:n].tobytes() != watched.q[:n].tobytes() or cut.t[:n].tobytes() != watched.t[:n].tobytes():
+        found.append("the frames before the cut")
+    resumed = _recorded(rest, text, functools.partial(Resumed(first, situation.inputs()).run, where.t_end))
+    if _bits(resumed) != _bits(whole):
+        found.append("the end of a run that was taken up")
+    if _events(resumed) != _events(whole):
+        found.append("the events of a run that was taken up")
+    log = resumed.step_log
+    if log.tobytes() != whole.step_log[len(whole.step_log) - len(log) :].tobytes():
+        found.append("the steps of a run that was taken up")
+    return found
+
+
+def run_cuts(name: str, method: str, form: str, draws: int) -> Outcome:
+    """Cut and watch one run at random times."""
+    situation = SITUATIONS[name]
+    options = {"method": method} | ({"constraints": form} if form else {})
+    try:
+        whole = _run(situation, situation.t_end, options)
+    except RuntimeModelError as error:
+        return refusal(error)
+    if whole.status != "success":
+        return flag(whole)
+    if whole.step:  # what is left open is chosen for the length of a run
+        options["step"] = whole.step
+    random = np.random.default_rng(zlib.crc32(f"{name} {method} {form}".encode()))
+    with tempfile.TemporaryDirectory() as folder:
+        for number in range(draws):
+            where = draw(whole, random)
+            if found := differences(situation, options, whole, where, Path(folder)):
+                return Outcome(WRONG, f"draw {number}, {where}: differ: {'; '.join(found)}")
+    return Outcome(RIGHT, f"{draws} cuts, bit for bit")
+
+
+def scenarios() -> Iterator[Scenario]:
+    """Yield all: every method, with every form of constraints that it has."""
+    for name in SITUATIONS:
+        for method in ("auto", *METHODS):
+            short = method in _SHORT.get(name, ())
+            run = functools.partial(run_cuts, name, method, "", DRAWS_IN_SHORT if short else DRAWS)
+            yield Scenario("cuts", f"cuts, {name}: {method}", run, method, short=short)
+        for form, methods in FORMS.items():
+            if form == "projection" or name not in _CONSTRAINED:
+                continue
+            for method in methods:
+                run = functools.partial(run_cuts, name, method, form, DRAWS)
+                yield Scenario(
+                    "cuts", f"cuts, {name}: {method}, {form}", run, f"{method}, {form}", short=False
+                )
