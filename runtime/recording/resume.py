@@ -301,7 +301,9 @@ def _controlled(
             f"{recording.path}: the controllers of {', '.join(missing)} are not in the recording: give them again "
             "(MODEL on the command line, `inputs` in Python), or run the model again"
         )
-    return drive(system, {names: found[names] for names in wanted}, recording.p, float(recording.t[0]))
+    wanted_of = {names: found[names] for names in wanted}
+    t = recording.t
+    return drive(system, wanted_of, recording.p, float(t[0]), float(t[-1]))
 
 
 def _changes(rows: np.ndarray) -> list[int]:
