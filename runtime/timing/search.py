@@ -1,7 +1,7 @@
 """Where the terms of time alone jump, bend, and change fast: found by cutting time into cells until each shows it.
 
-Cells are eighths of eighths of powers of eight seconds, whatever the end of a run, so that a run that is cut short and
-resumed finds what the whole one does.
+Time is looked at in blocks, each as long as all before it, and whole even where the run ends inside: so a run that is
+cut short finds what a longer one does, and a step that passes its end keeps to the same.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.timing.course import Course
-from runtime.timing.intervals import INFINITE
+from runtime.timing.intervals import INFINITE, Range
 from runtime.timing.terms import Samples, TimeTerms, all_times, ranges
 
 if TYPE_CHECKING:
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 _STEPS_OF_PULSE, _RADIANS = 2.0, 2.0 * math.pi
 _OF_CELL = 0.125  # a cell is small enough when nothing in it changes in less than this part of it
 _FINEST = 2.0**-49  # of the time: a pulse that is no jump and shorter than this is not resolved
-_FINEST_BREAK, _OF_ROOT = 2.0**-60, 2.0**-6  # of the first cells
-_LEVEL = 3
-_PARTS = 2**_LEVEL  # that a cell is cut into
+_FINEST_BREAK, _OF_BLOCK = 2.0**-60, 2.0**-6  # of the time from the start to the end of a block
+_FIRST_BLOCK, _LEAST_BLOCK = 2.0**-30, 2.0**20  # [s], and in units of the last digit of the time
+_PARTS = 8  # that a cell is cut into
 _MOST_CELLS = 100_000
 _MOST_STEPS = 10_000_000  # that steps held to pulses and oscillations may add up to
 _LIKE = 4.0  # neighbouring cells whose limits differ by less share one
@@ -43,17 +43,23 @@ def find_course(system: System, p: np.ndarray, t_start: float, t_end: float) -> 
     """
     terms = TimeTerms(system, p)
     with np.errstate(all="ignore"):
-        found = _steady(terms, t_start, t_end)
-        if found is not None:
-            return found
-        widths = all_times(terms, t_start)
-        begin, end, limit, breaks, uncut = _cells(terms, widths, t_start, t_end)
-        finest = max(
-            _FINEST_BREAK * (t_end - t_start), _ULPS * float(np.spacing(max(abs(t_start), abs(t_end))))
-        )
+        begin, end, reach = _blocks(t_start, t_end)
+        found = ranges(terms, begin, end, [])
+        if not found:
+            return Course(*[np.zeros(0)] * 4)
+        steady, limit = _steady(found, end - begin)
+        cells = begin[steady], end[steady], reach[steady], limit[steady], np.zeros(steady.sum(), dtype=bool)
+        uncut = 0.0
+        if not steady.all():
+            widths, others = all_times(terms, t_start), ~steady
+            *more, uncut = _cells(terms, widths, begin[others], end[others], reach[others])
+            cells = [np.concatenate(parts) for parts in zip(cells, more, strict=True)]
+        order = np.argsort(cells[0], kind="stable")
+        begin, end, reach, limit, breaks = (part[order] for part in cells)
+        finest = np.maximum(_FINEST_BREAK * reach, _ULPS * np.spacing(np.abs(t_start) + reach))[breaks]
         before, after = _located(terms, begin[breaks], end[breaks], 2.0 * finest)
-        inside = (after > t_start) & (before < t_end)
-        return _joined(before[inside], after[inside], begin, limit, t_end - t_start, uncut)
+        inside = after > t_start
+        return _joined(before[inside], after[inside], begin, end - begin, reach, limit, uncut)
 
 
 def known_course(system: System, p: np.ndarray, t_start: float, t_end: float) -> Course:
@@ -68,33 +74,30 @@ def known_course(system: System, p: np.ndarray, t_start: float, t_end: float) ->
     return last[1]
 
 
-def _steady(terms: TimeTerms, t_start: float, t_end: float) -> Course | None:
-    """Return the course of terms that oscillate steadily, as most do; None where there may be more."""
-    begin, end, _ = _roots(t_start, t_end)
-    found = ranges(terms, begin, end, [])
-    if any((x.breaks > 0).any() or (x.scale < _OF_CELL * (end - begin)).any() for x in found):
-        return None
-    if not found:
-        return Course(*[np.zeros(0)] * 4)
-    limit = np.minimum.reduce([np.minimum(_STEPS_OF_PULSE * x.scale, _RADIANS * x.period) for x in found])
-    return _joined(np.zeros(0), np.zeros(0), begin, limit, t_end - t_start, 0.0)
+def _blocks(t_start: float, t_end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return begins and ends of blocks, and the time from the start to the end of each [s]."""
+    least = max(_FIRST_BLOCK, _LEAST_BLOCK * 2.0 ** math.ceil(math.log2(np.spacing(abs(t_start)))))
+    n_blocks = max(0, math.ceil(math.log2((t_end - t_start) / least))) + 1
+    reach = least * 2.0 ** np.arange(n_blocks)
+    return t_start + np.append(0.0, reach[:-1]), t_start + reach, reach
 
 
-def _roots(t_start: float, t_end: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return begins and ends of the cells that a run begins with, and their length [s]."""
-    size = 2.0 ** (_LEVEL * math.ceil(math.log2(t_end - t_start) / _LEVEL))
-    first = np.arange(math.floor(t_start / size), math.ceil(t_end / size)) * size
-    return first, first + size, size
+def _steady(found: list[Range], length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return in which blocks all terms oscillate steadily, as most do, and how long steps may be there."""
+    steady = np.logical_and.reduce([(x.breaks == 0) & (x.scale >= _OF_CELL * length) for x in found])
+    return steady, np.minimum.reduce(
+        [np.minimum(_STEPS_OF_PULSE * x.scale, _RADIANS * x.period) for x in found]
+    )
 
 
 def _cells(
-    terms: TimeTerms, widths: list[float], t_start: float, t_end: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
-    """Return begins and ends of cells, the longest step in each, where something breaks, and how long uncut ones are.
+    terms: TimeTerms, widths: list[float], begin: np.ndarray, end: np.ndarray, size: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
+    """Return what some blocks are made of: begins and ends of cells, how far their blocks reach, and what is in them.
 
-    The last number is the length of the longest cell [s] that may have more than one break; 0 if there is none.
+    That is the longest step in each, and where something breaks. The last number is the length of the longest cell [s]
+    that may have more than one break; 0 if there is none.
     """
-    begin, end, size = _roots(t_start, t_end)
     done: list[tuple[np.ndarray, ...]] = []
     evaluated, uncut = 0, 0.0
     while len(begin):
@@ -109,7 +112,7 @@ def _cells(
         width = end - begin
         size_of_t = np.maximum(np.abs(begin), np.abs(end))
         as_fine = width <= np.maximum(_ULPS * np.spacing(size_of_t), _FINEST_BREAK * size)
-        finest = _FINEST * np.maximum(size_of_t, _OF_ROOT * size)
+        finest = _FINEST * np.maximum(size_of_t, _OF_BLOCK * size)
         shown = (scale >= _OF_CELL * width) | (width <= finest)
         ready = ((breaks < 2) & shown) | as_fine
         if evaluated > _MOST_CELLS and not ready.all():
@@ -117,18 +120,16 @@ def _cells(
             ready[:] = True
         limit = np.minimum(_STEPS_OF_PULSE * scale, _RADIANS * period)
         limit = np.where(width <= finest, INFINITE, limit)
-        done.append((begin[ready], end[ready], limit[ready], breaks[ready] > 0))
+        done.append((begin[ready], end[ready], size[ready], limit[ready], breaks[ready] > 0))
         cuts = begin[~ready] + (end - begin)[~ready] * np.arange(_PARTS + 1)[:, None] / _PARTS
-        begin, end = cuts[:-1].ravel(), cuts[1:].ravel()
-        kept = (end > t_start) & (begin < t_end) & (begin < end)
-        begin, end = begin[kept], end[kept]
-    cells = [np.concatenate(parts) for parts in zip(*done, strict=True)]
-    order = np.argsort(cells[0], kind="stable")
-    return (*(part[order] for part in cells), uncut)
+        begin, end, size = cuts[:-1].ravel(), cuts[1:].ravel(), np.tile(size[~ready], _PARTS)
+        kept = begin < end
+        begin, end, size = begin[kept], end[kept], size[kept]
+    return (*(np.concatenate(parts) for parts in zip(*done, strict=True)), uncut)
 
 
 def _located(
-    terms: TimeTerms, begin: np.ndarray, end: np.ndarray, finest: float
+    terms: TimeTerms, begin: np.ndarray, end: np.ndarray, finest: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the breaks in some cells, each as the two neighbouring times between which something is decided anew.
 
@@ -150,7 +151,7 @@ def _located(
         low[open_[same]], high[open_[~same]] = middle[same], middle[~same]
     # Where a function only touches the place of its kink, the cell is all that is known, and as small as can be.
     touched = np.setdiff1d(np.arange(len(begin)), cell)
-    tiny = touched[(end - begin)[touched] <= finest]
+    tiny = touched[(end - begin)[touched] <= finest[touched]]
     before, after = np.append(low, begin[tiny]), np.append(high, end[tiny])
     order = np.argsort(before, kind="stable")
     before, after = before[order], after[order]
@@ -171,23 +172,34 @@ def _choices(terms: TimeTerms, t: np.ndarray) -> np.ndarray:
 
 
 def _joined(
-    before: np.ndarray, after: np.ndarray, begin: np.ndarray, limit: np.ndarray, span: float, uncut: float
+    before: np.ndarray,
+    after: np.ndarray,
+    begin: np.ndarray,
+    length: np.ndarray,
+    reach: np.ndarray,
+    limit: np.ndarray,
+    uncut: float,
 ) -> Course:
-    """Join neighbouring cells of like limits, and give up what would take more steps than any run."""
-    length = np.append(np.diff(begin), span)
-    hopeless = limit < span / _MOST_STEPS
-    if (length / limit).sum() <= _MOST_STEPS:
-        hopeless[:] = False
+    """Join neighbouring cells of like limits, and give up what would take more steps than any run.
+
+    What a block shows must not change what holds before it.
+    """
+    hopeless = limit < reach / _MOST_STEPS
+    for block in np.unique(reach[hopeless]):
+        mine = reach == block
+        if (length[mine] / limit[mine]).sum() <= _MOST_STEPS:
+            hopeless[mine] = False
     missed = float(limit[hopeless].min()) if hopeless.any() else uncut
     limit = np.where(hopeless, INFINITE, limit)
     starts: list[float] = []
     longest: list[float] = []
-    most = 0.0
-    for t, h, dt in zip(begin.tolist(), limit.tolist(), length.tolist(), strict=True):
-        if starts and (longest[-1] == h or max(most, h) <= _LIKE * min(longest[-1], h)):
+    most, block = 0.0, 0.0
+    for t, h, dt, own in zip(begin.tolist(), limit.tolist(), length.tolist(), reach.tolist(), strict=True):
+        is_like = starts and (longest[-1] == h or max(most, h) <= _LIKE * min(longest[-1], h))
+        if is_like and (own == block or h >= longest[-1]):
             longest[-1], most = min(longest[-1], h), max(most, h)
         elif not (starts and h > longest[-1] and dt <= _LIKE * longest[-1]):  # a short time of freedom
             starts.append(t)
             longest.append(h)
-            most = h
+            most, block = h, own
     return Course(before, after, np.array(starts), np.array(longest), missed)
