@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from runtime.timing.course import Course
-from runtime.timing.intervals import INFINITE, Range
+from runtime.timing.intervals import INFINITE
 from runtime.timing.terms import Samples, TimeTerms, all_times, ranges
 
 if TYPE_CHECKING:
@@ -43,17 +43,8 @@ def find_course(system: System, p: np.ndarray, t_start: float, t_end: float) -> 
     """
     terms = TimeTerms(system, p)
     with np.errstate(all="ignore"):
-        begin, end, reach = _blocks(t_start, t_end)
-        found = ranges(terms, begin, end, [])
-        if not found:
-            return Course(*[np.zeros(0)] * 4)
-        steady, limit = _steady(found, end - begin)
-        cells = begin[steady], end[steady], reach[steady], limit[steady], np.zeros(steady.sum(), dtype=bool)
-        uncut = 0.0
-        if not steady.all():
-            widths, others = all_times(terms, t_start), ~steady
-            *more, uncut = _cells(terms, widths, begin[others], end[others], reach[others])
-            cells = [np.concatenate(parts) for parts in zip(cells, more, strict=True)]
+        widths = all_times(terms, t_start)
+        *cells, uncut = _cells(terms, widths, *_blocks(t_start, t_end))
         order = np.argsort(cells[0], kind="stable")
         begin, end, reach, limit, breaks = (part[order] for part in cells)
         finest = np.maximum(_FINEST_BREAK * reach, _ULPS * np.spacing(np.abs(t_start) + reach))[breaks]
@@ -80,14 +71,6 @@ def _blocks(t_start: float, t_end: float) -> tuple[np.ndarray, np.ndarray, np.nd
     n_blocks = max(0, math.ceil(math.log2((t_end - t_start) / least))) + 1
     reach = least * 2.0 ** np.arange(n_blocks)
     return t_start + np.append(0.0, reach[:-1]), t_start + reach, reach
-
-
-def _steady(found: list[Range], length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return in which blocks all terms oscillate steadily, as most do, and how long steps may be there."""
-    steady = np.logical_and.reduce([(x.breaks == 0) & (x.scale >= _OF_CELL * length) for x in found])
-    return steady, np.minimum.reduce(
-        [np.minimum(_STEPS_OF_PULSE * x.scale, _RADIANS * x.period) for x in found]
-    )
 
 
 def _cells(
