@@ -24,7 +24,8 @@ _MAY_BE_DEPENDENT = (
     at.SINGULAR_MATRIX,
     at.NOT_FINITE,
 )
-_BY_ITSELF = (at.STEP_TOO_SMALL, at.SINGULAR_MATRIX, at.NOT_FINITE)
+_NEARLY_DEPENDENT = 1e-2  # methods that do not pass such a configuration may stop well before it
+_BY_ITSELF = (at.STEP_TOO_SMALL, at.SINGULAR_MATRIX, at.NOT_FINITE, at.NEWTON_FAILED)
 # With constraints projected these stop at such a configuration only if no motion leads on.
 _PASS_CHANGE_POINTS = ("dop853", "dopri5")
 
@@ -43,7 +44,8 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
             f"Constraints depend on each other at {when}, where series of the accelerations cannot be solved for: "
             "use --method dop853, which lets go of what is redundant."
         )
-    if status in _MAY_BE_DEPENDENT:
+    undefined = status == at.NOT_FINITE and not np.isfinite(_row(system, arrays)).all()
+    if status in _MAY_BE_DEPENDENT and not undefined:
         dependent = _dependent(status, system, method, arrays, when)
         if dependent:
             return dependent
@@ -84,17 +86,21 @@ def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, 
     """Return the sentence for constraints that depend on each other where the run stopped, "" where none do."""
     if not system.m:
         return ""
-    from runtime.constraints.dependence import dependent_constraints, rank_is_lost
+    from runtime.constraints.dependence import DEPENDENT, dependent_constraints, rank_is_lost
 
+    passes = method.name in _PASS_CHANGE_POINTS and method.form == "projection"
+    part = DEPENDENT if passes else _NEARLY_DEPENDENT
     place = system, arrays.p, arrays.t, arrays.y[: system.nq]
-    names = dependent_constraints(*place)
+    names = dependent_constraints(*place, part)
     # Those that depend on each other everywhere are no reason to stop, unless they ask for different motions.
-    if not names or (status in _BY_ITSELF and not rank_is_lost(*place)):
+    if not names or (status in _BY_ITSELF and not rank_is_lost(*place, part)):
         return ""
+    nearly = "" if dependent_constraints(*place) else "nearly "
     subject = ", ".join(repr(name) for name in names)
-    verdict = "restricts nothing" if len(names) == 1 else "depend on each other"
-    what = f"Constraint{'s' if len(names) > 1 else ''} {subject} {verdict} at {when}"
-    if method.name not in _PASS_CHANGE_POINTS or method.form != "projection":
+    one = len(names) == 1
+    verdict = f"restricts {nearly}nothing" if one else f"{nearly}depend on each other"
+    what = f"Constraint{'' if one else 's'} {subject} {verdict} at {when}"
+    if not passes:
         return (
             f"{what}, and {method.name} with constraints = {method.form} does not get past that. Use --method dop853 "
             "with --constraints projection, which passes such configurations where a motion leads on from them."

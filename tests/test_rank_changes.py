@@ -171,6 +171,30 @@ def test_start_flat_on_the_ground_line():
     np.testing.assert_allclose(run.q[-1], [5.0, 0.0, 5.0], rtol=0, atol=1e-8)
 
 
+def test_steps_grow_again_after_change_points():
+    """One iteration of Newton's says nothing of its rate: what was slow there must not hold steps short ever after."""
+    run = parallelogram().run(
+        t_end=3.0,
+        method="radau5",
+        rtol=1e-9,
+        atol=1e-9,
+        start={"a": 1.0, "b": 0.0, "c": 1.0},
+        rate={"a": -8.0},
+    )
+    assert run.status == "success" and run.stats["steps"] < 1000
+    np.testing.assert_allclose(run.q[-1], [-23.0, 0.0, -23.0], rtol=0, atol=1e-6)
+
+
+def test_forms_that_do_not_pass_say_so():
+    """The motion leads on, so the mechanism is neither locked nor without mass."""
+    start = {"a": 1.0, "b": 0.0, "c": 1.0}
+    run = parallelogram().run(
+        t_end=2.0, method="radau5", constraints="ggl", rtol=1e-9, atol=1e-9, start=start, rate={"a": -8.0}
+    )
+    if run.status == "failed":
+        assert "does not get past that" in run.message and "locked" not in run.message
+
+
 def bead(**constraints):
     m = Model("bead")
     x, y = m.coordinate("x"), m.coordinate("y", guess=1.0)

@@ -14,11 +14,13 @@ from runtime.constraints.usual_rank import usual_rank
 if TYPE_CHECKING:
     from runtime.system import System
 
-_DEPENDENT = 1e-3  # smallest singular value of G, in parts of the rows' sizes nearby
+DEPENDENT = 1e-3  # smallest singular value of G, in parts of the rows' sizes nearby
 _TAKES_PART = 0.1  # of the largest share
 
 
-def dependent_constraints(system: System, p: np.ndarray, t: float, q: np.ndarray) -> list[str]:
+def dependent_constraints(
+    system: System, p: np.ndarray, t: float, q: np.ndarray, part: float = DEPENDENT
+) -> list[str]:
     """Return the names of constraints that nearly depend on each other, or restrict nothing, at a configuration.
 
     Parameters
@@ -27,13 +29,15 @@ def dependent_constraints(system: System, p: np.ndarray, t: float, q: np.ndarray
         Parameters, then inputs, and what is held of stops and frictions: what is not is not looked at.
     t : float [s]
     q : ndarray, shape (nq,)
+    part : float
+        Of the largest singular value of G: what is below counts as nothing.
 
     Returns
     -------
     list of str
         Empty where all are independent.
     """
-    held, left, small = _dependence(system, p, t, q)
+    held, left, small = _dependence(system, p, t, q, part)
     if not held:
         return []
     shares = np.abs(left[:, small]).max(axis=1, initial=0.0)
@@ -41,9 +45,9 @@ def dependent_constraints(system: System, p: np.ndarray, t: float, q: np.ndarray
     return [names[held[i]] for i in np.flatnonzero(shares > _TAKES_PART * max(shares.max(), _TAKES_PART))]
 
 
-def rank_is_lost(system: System, p: np.ndarray, t: float, q: np.ndarray) -> bool:
+def rank_is_lost(system: System, p: np.ndarray, t: float, q: np.ndarray, part: float = DEPENDENT) -> bool:
     """Whether fewer constraints are independent at a configuration than near it; parameters are those above."""
-    held, _, small = _dependence(system, p, t, q)
+    held, _, small = _dependence(system, p, t, q, part)
     if not held or not small.any():
         return False
     if system.switches or is_large(system):
@@ -52,7 +56,7 @@ def rank_is_lost(system: System, p: np.ndarray, t: float, q: np.ndarray) -> bool
 
 
 def _dependence(
-    system: System, p: np.ndarray, t: float, q: np.ndarray
+    system: System, p: np.ndarray, t: float, q: np.ndarray, part: float
 ) -> tuple[list[int], np.ndarray, np.ndarray]:
     """Return the constraints that are held, combinations of them, and which of these restrict (nearly) nothing."""
     constraints = Constraints(system, p, t)
@@ -67,5 +71,5 @@ def _dependence(
     if not held or not np.isfinite(scaled).all():
         return [], np.zeros((0, 0)), np.zeros(0, dtype=bool)
     left, values, _ = np.linalg.svd(scaled, full_matrices=True)
-    small = np.append(values, np.zeros(len(held) - len(values))) <= _DEPENDENT * values[0]
+    small = np.append(values, np.zeros(len(held) - len(values))) <= part * values[0]
     return held, left, small

@@ -56,7 +56,9 @@ PENDULA = {
 }  # fmt: skip
 
 # What a run that does not pass a change point has to say, and how many steps one that does may take.
-_LOST_RANK = "depend|restrict|independent coordinates|energy|branch|resol|accura|residual|horizon"
+_LOST_RANK = (
+    "depend|restrict|independent coordinates|does not converge|energy|branch|resol|accura|residual|horizon"
+)
 _MANY_STEPS = 3000
 _FORMS_THAT_STOP = (
     *((method, form) for method in ("radau5", "radau9", "radau13", "bdf") for form in ("projection", "ggl")),

@@ -34,7 +34,7 @@ from runtime.integrate.row_rank import eliminate, independent_rows
 # where that has become worse by as much again.
 _MOST_FOLLOWED = 1.3
 # A step is too long in which the smallest pivot falls to this part of what it was.
-LEAST = 0.25
+LEAST = 0.4
 # All are lost where the smallest pivot of the best has fallen to this part of the first one's: rounding of the
 # dependent coordinates grows by its reciprocal, and which branch of a mechanism they follow is then left to chance.
 LOST = 1e-3
