@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,199}", re.ASCII)
 _LONGEST_WORD = 100
-_ASKED = ("method", "constraints", "rtol", "atol", "step", "energy_scaling", "split")
+_ASKED = ("method", "constraints", "rtol", "atol", "step", "energy_scaling", "split", "max_step", "breaks")
 
 
 @contextlib.contextmanager
