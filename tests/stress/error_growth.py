@@ -281,8 +281,8 @@ def ways(system: System) -> list[tuple[str, str]]:
     return found
 
 
-def reference(draw: Draw, t_end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
-    """Return times, states, what the states are measured by, and whether they are known up to the end."""
+def reference(draw: Draw, t_end: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool, bool]:
+    """Return times, states, what measures them, whether they are known to the end, and whether they are lost."""
     options = {"t_end": t_end, **draw.given, "split": False}
     runs = [
         solve(draw.system, method=name, rtol=rtol, atol=1e-3 * rtol, max_steps=10 * _MOST_STEPS, **options)
@@ -296,7 +296,7 @@ def reference(draw: Draw, t_end: float) -> tuple[np.ndarray, np.ndarray, np.ndar
         off = np.minimum(off, np.append(off[1:], off[-1]))  # a frame between two times of one reset
     bad = np.flatnonzero(~(off < _AGREE))
     known = int(bad[0]) if bad.size else n
-    return runs[0].t[:known], one[:known], sizes(one[:known]), known == n
+    return runs[0].t[:known], one[:known], sizes(one[:known]), known == n, bool(np.nanmax(off) > _WRONG)
 
 
 def sizes(states: np.ndarray) -> np.ndarray:
@@ -337,14 +337,14 @@ def run_case(seed: int, index: int) -> dict[str, Any]:
     began = time.thread_time()
     objections = {entry.check: entry.says for entry in run.objections}
     row["health_ms"] = 1e3 * (time.thread_time() - began)
-    t, states, size, complete = reference(drawn, how["t_end"])
+    t, states, size, complete, lost = reference(drawn, how["t_end"])
     n = min(len(t), len(run.t))
     off = np.abs(run.states[:n] - states[:n]) / size
     if drawn.system.switches or drawn.system.events:
         off = np.minimum(off, np.vstack([off[1:], off[-1:]]))
     error = float(off.max()) if n else 0.0
     row |= {"error": error, "known": complete, "end": float(off[-1].max()), "flags": objections}
-    row["wrong"] = error > _WRONG or not complete
+    row["wrong"] = error > _WRONG or lost
     row["right"] = error < _RIGHT and complete
     estimate = next((entry.value for entry in run.health if entry.check == "accuracy"), None)
     return row | {"estimate": estimate, "verdict": _verdict(row)}
