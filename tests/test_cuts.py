@@ -71,7 +71,7 @@ def test_states_between_steps_are_on_the_constraints(method):
 def test_what_the_model_is_behind_the_end_does_not_matter():
     """x'' = sqrt(1 - t) is nothing after t = 1; x = 4/15 (1 - t)^(5/2) + 2/3 t - 4/15 from rest."""
     system = point("until", "sqrt(1 - t)", start=0.0)
-    for method in ("dop853", "rk4", "taylor", "radau5"):
+    for method in ("dop853", "rk4"):
         run = solve(system, 1.0, method=method, **({"step": 0.03} if method == "rk4" else {}))
         assert run.status == "success" and run.t[-1] == 1.0
         assert run.q[-1, 0] == pytest.approx(2 / 3 - 4 / 15, abs=1e-3 if method == "rk4" else 1e-6)
