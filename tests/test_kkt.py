@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import runtime
+from runtime.abi import array_sizes
 from runtime.code.bridge import call_kernel
 from runtime.constraints.kkt import robust_project_address, robust_rhs_address
 
@@ -43,7 +44,7 @@ def robust_project(system, y, **more):
 BROKEN = "    n = t - t\n    z = n / n\n"
 
 
-def model(*, q, mass, forces, jacobian, residual, gamma="0.0", energy="0.0", nw=0, m=2) -> str:
+def model(*, q, mass, forces, jacobian, residual, gamma=(), energy="0.0", nw=0, m=2) -> str:
     """A module whose straight-line rhs and project divide zero by zero; expressions are given per row."""
     nq = len(q)
     fixture = load("redundant_pendulum").source.header
@@ -66,8 +67,8 @@ def model(*, q, mass, forces, jacobian, residual, gamma="0.0", energy="0.0", nw=
         "mass_matrix": mass,
         "forces": forces,
         "energy": [energy, "0.0"],
-        "residual": ["0.0"],
-        "residual_jacobian": ["0.0"],
+        "residual": [],
+        "residual_jacobian": [],
         "constraint_residual": residual,
         "constraint_jacobian": jacobian,
         "gamma": gamma,
@@ -75,6 +76,8 @@ def model(*, q, mass, forces, jacobian, residual, gamma="0.0", energy="0.0", nw=
     }
     text = f'"""Made for a test."""\n\nMODEL = {pprint.pformat(header, sort_dicts=False)}\n'
     for name, rows in functions.items():
+        rows = list(rows)
+        rows += ["0.0"] * (array_sizes(header, name)[1] - len(rows))
         body = BROKEN + "".join(f"    out[{i}] = {row}\n" for i, row in enumerate(rows))
         text += f'\n\n@njit(error_model="numpy")\ndef {name}(t, y, p, out):\n{body}'
     return text
