@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sympy
 
+from runtime.abi import SPARSE, array_sizes
 from runtime.constraints.assembly import AssemblyError, assemble
 from runtime.errors import UnknownNameError
 from runtime.system import System, load
@@ -52,10 +53,12 @@ def build(
     places = {symbol: sympy.Symbol(f"y[{i}]") for i, symbol in enumerate((*q, *v))}
 
     def function(name: str, values: list) -> str:
+        if name not in SPARSE:
+            values = [*values, *[0.0] * (array_sizes(header, name)[1] - len(values))]
         lines = [
             f"    out[{i}] = {_text(sympy.sympify(value).xreplace(places))}"
             for i, value in enumerate(values)
-            if value != 0
+            if value != 0 or name not in SPARSE
         ]
         body = "\n".join(lines or ["    out[0] = 0.0"])
         return f'@njit(error_model="numpy")\ndef {name}(t, y, p, out):\n{body}\n'
@@ -85,10 +88,16 @@ def build(
         ),
         "operations": {}, "run": {},
     }  # fmt: skip
-    unused = ("rhs", "forces", "energy", "residual", "residual_jacobian", "gamma", "project")
+    unused = ("rhs", "forces", "energy", "residual", "gamma", "project")
+    m = nh + nn
+    states, zeros = [0] * (2 * n), [0] * m
+    # M a - f - G^T lambda, and G a - gamma, by the state, a and lambda; the reader wants M's and G's entries there.
+    blocks = [[*states, *diagonal[i * n : i * n + n], *(-g for g in jacobian[i::n])] for i in range(n)]
+    blocks += [[*states, *jacobian[i * n : i * n + n], *zeros] for i in range(m)]
     functions = [
         *(function(name, []) for name in unused),
         function("mass_matrix", diagonal),
+        function("residual_jacobian", [value for row in blocks for value in row]),
         function("constraint_residual", [*phi, *moving]),
         function("constraint_jacobian", jacobian),
     ]
