@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -28,23 +29,35 @@ with answered_interrupts():
 """
 
 
+def usual_signals():
+    # A shell starts its background jobs with Ctrl-C ignored, nohup with SIGHUP, and a process inherits that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
+@contextlib.contextmanager
 def started(*command):
-    # A shell starts its background jobs with Ctrl-C ignored, and a process inherits that.
-    return subprocess.Popen(
+    """A process that is not left behind, whatever becomes of the test."""
+    process = subprocess.Popen(
         [sys.executable, *map(str, command)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT, preexec_fn=usual_signals,
     )  # fmt: skip
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
 
 
 @pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 def test_machine_code_that_does_not_return_is_left(name, status):
-    process = started("-c", STUCK)
-    assert process.stdout.readline() == "ready\n"
-    time.sleep(2.0)  # until it is in the C function
-    sent = time.monotonic()
-    process.send_signal(getattr(signal, name))
-    _, said = process.communicate(timeout=60)
+    with started("-c", STUCK) as process:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(2.0)  # until it is in the C function
+        sent = time.monotonic()
+        process.send_signal(getattr(signal, name))
+        _, said = process.communicate(timeout=60)
     assert process.returncode == status
     assert time.monotonic() - sent < 10.0  # 0.6 s on a machine that has nothing else to do
     assert "what was recorded so far is kept" in said
@@ -55,12 +68,12 @@ def test_a_run_ends_with_its_recording_whole(tmp_path, name, status):
     log = tmp_path / "run.rrd"
     code = "import sys; from symgen.cli import main; main(sys.argv[1:])"
     command = ["run", "pendulum", "--t-end", "2000000", "--method", "dopri5", "--rtol", "1e-12", "--fps", "2"]
-    process = started("-c", code, *command, "--log", log, "--quiet")
-    end = time.monotonic() + 100.0
-    while time.monotonic() < end and not (log.exists() and log.stat().st_size > 500_000):
-        time.sleep(0.02)
-    process.send_signal(getattr(signal, name))
-    _, said = process.communicate(timeout=100)
+    with started("-c", code, *command, "--log", log, "--quiet") as process:
+        end = time.monotonic() + 100.0
+        while time.monotonic() < end and not (log.exists() and log.stat().st_size > 500_000):
+            time.sleep(0.02)
+        process.send_signal(getattr(signal, name))
+        _, said = process.communicate(timeout=100)
     assert process.returncode == status, said
     assert "Interrupted at t = " in said
     recording = read_recording(log)

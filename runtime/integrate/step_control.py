@@ -157,8 +157,12 @@ def grid_length(control, t0, t1):
 
 @jitted
 def too_small(control):
-    """Whether the step size has reached its lower limit, or the round-off of time."""
-    return control[H] <= max(control[H_MIN], 4.0 * EPS * abs(control[T]))
+    """Whether the step size has reached its lower limit, or the round-off of time.
+
+    Some roundings more than the two that a step's length may be off by: a step that can no longer be told from the
+    one that failed would be tried for ever.
+    """
+    return control[H] <= max(control[H_MIN], 16.0 * EPS * abs(control[T]))
 
 
 @jitted

@@ -21,6 +21,7 @@ from runtime.uninterrupted import ENDING, is_writing
 _PATIENCE = 0.6  # seconds until a signal must have been acted on
 _PATIENCE_WRITING = 30.0
 _LOOK_EVERY = 0.02
+_UNANSWERED = b"\ninterrupted: the machine code did not answer; what was recorded so far is kept\n"
 _EXIT = 128  # a shell's exit status of a program that a signal ended, less the signal's number
 
 
@@ -40,9 +41,8 @@ class _Answers:
         while numbers := os.read(pipe, 64):
             last = numbers[-1]
             if last in ENDING and not self._acts_in_time():
-                os.write(
-                    2, b"\ninterrupted: the machine code did not answer; what was recorded so far is kept\n"
-                )
+                with contextlib.suppress(OSError):  # nobody may be there to read it
+                    os.write(2, _UNANSWERED)
                 os._exit(_EXIT + last)
         os.close(pipe)
 
