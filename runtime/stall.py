@@ -13,13 +13,13 @@ from runtime.integrate import layout as at
 if TYPE_CHECKING:
     from runtime.driver import Run
 
-_WINDOW = 1.0  # [s] of wall time
-_WINDOWS = 3
+_WINDOW = 1.0  # [s] of processor time
+_WINDOWS = 10  # near a change point some seconds of tiny steps are no stall
 _STEPS, _EVENTS = (
     1000,
     100,
 )  # that a window has at least: few steps may be slow ones of a large model, and grow
-_TOO_LONG = 1e6  # [s] of wall time for the rest of the run
+_TOO_LONG = 1e6  # [s] of processor time for the rest of the run
 _DAY = 86400.0
 
 
@@ -38,16 +38,16 @@ class StallWatch:
     def _mark(self) -> tuple[float, float, int, int]:
         actions = self._run.actions
         n_events = len(actions.log) + actions.n_jumps
-        return time.perf_counter(), self._run.arrays.t, int(self._run.arrays.counters[at.STEPS]), n_events
+        return time.thread_time(), self._run.arrays.t, int(self._run.arrays.counters[at.STEPS]), n_events
 
     def objection(self) -> str:
         """Return why to end the run, '' while it gets on."""
         now = self._mark()
-        wall, t, steps, events = (b - a for a, b in zip(self._began, now, strict=True))
-        if wall < _WINDOW or (steps < _STEPS and events < _EVENTS):
+        spent, t, steps, events = (b - a for a, b in zip(self._began, now, strict=True))
+        if spent < _WINDOW or (steps < _STEPS and events < _EVENTS):
             return ""
         self._began = now
-        left = (self._run.t_end - now[1]) * wall
+        left = (self._run.t_end - now[1]) * spent
         self._slow = self._slow + 1 if left > _TOO_LONG * t else 0
         if self._slow < _WINDOWS:
             return ""

@@ -110,7 +110,7 @@ def test_quiet_prints_nothing():
 
 
 def test_fixed_step_that_is_too_long_exits_with_3(folder):
-    result = symgen("run", "rod.toml", "--no-log", "--method", "rk4", "--step", "0.1", "--json", "out.json")
+    result = symgen("run", "rod.toml", "--no-log", "--method", "rk4", "--step", "0.3", "--json", "out.json")
     assert_fails(result, 3, "Not to be trusted: energy", "It may be because of: resolution")
     health = json.loads((folder / "out.json").read_text())["health"]
     assert [(entry["ok"], entry["note"]) for entry in health if entry["check"] == "resolution"] == [

@@ -109,7 +109,12 @@ def _growth(name: str, z: np.ndarray, damping: float) -> np.ndarray:
         value = -damping + 1j * np.sqrt(1.0 - damping**2)
         return np.abs(np.polynomial.polynomial.polyval(z * value, _polynomial(name)))
     step = _semi_implicit if name == "semi_implicit_euler" else functools.partial(_verlets, name)
-    return np.abs(np.linalg.eigvals(step(z, damping))).max(axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        matrices = step(z, damping)
+    growth = np.full(len(matrices), np.inf)  # of a step whose matrix has no finite value
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    growth[finite] = np.abs(np.linalg.eigvals(matrices[finite])).max(axis=1)
+    return growth
 
 
 @functools.cache

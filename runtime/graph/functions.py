@@ -67,6 +67,9 @@ class Function:
         pure number; "any": takes any, gives a pure number.
     domain : tuple of float
         Bounds of its arguments.
+    system : tuple of str
+        The functions, itself among them, that solve a system of differential equations with it: sine and cosine are
+        each other's derivatives. Empty where the derivative is made of other functions.
     """
 
     name: str
@@ -82,6 +85,7 @@ class Function:
     smooth: bool = True
     dimension: str = "pure"
     domain: tuple[float, float] = (-math.inf, math.inf)
+    system: tuple[str, ...] = ()
 
 
 def _one_minus_square(a: Arithmetic, x: Any) -> Any:
@@ -118,15 +122,15 @@ def sign(x: float) -> float:
 ENTRIES = (
     Function(
         "sin", math.sin, "sin", lambda a, x, y: ((a.call("cos", *x), None),),
-        sympy="sin", numpy="sin", llvm="intrinsic", parity="odd",
+        sympy="sin", numpy="sin", system=("sin", "cos"), llvm="intrinsic", parity="odd",
     ),
     Function(
         "cos", math.cos, "cos", lambda a, x, y: ((a.neg(a.call("sin", *x)), None),),
-        sympy="cos", numpy="cos", llvm="intrinsic", parity="even",
+        sympy="cos", numpy="cos", system=("sin", "cos"), llvm="intrinsic", parity="even",
     ),
     Function(
         "tan", math.tan, "tan", lambda a, x, y: ((_one_plus_square(a, y), None),),
-        sympy="tan", numpy="tan", llvm="library", parity="odd",
+        sympy="tan", numpy="tan", system=("tan",), llvm="library", parity="odd",
     ),
     Function(
         "asin", math.asin, "asin",
@@ -144,18 +148,19 @@ ENTRIES = (
     ),
     Function(
         "sinh", math.sinh, "sinh", lambda a, x, y: ((a.call("cosh", *x), None),),
-        sympy="sinh", numpy="sinh", llvm="library", parity="odd",
+        sympy="sinh", numpy="sinh", system=("sinh", "cosh"), llvm="library", parity="odd",
     ),
     Function(
         "cosh", math.cosh, "cosh", lambda a, x, y: ((a.call("sinh", *x), None),),
-        sympy="cosh", numpy="cosh", llvm="library", parity="even",
+        sympy="cosh", numpy="cosh", system=("sinh", "cosh"), llvm="library", parity="even",
     ),
     Function(
         "tanh", math.tanh, "tanh", lambda a, x, y: ((_one_minus_square(a, y), None),),
-        sympy="tanh", numpy="tanh", llvm="library", parity="odd",
+        sympy="tanh", numpy="tanh", system=("tanh",), llvm="library", parity="odd",
     ),
     Function(
-        "exp", math.exp, "exp", lambda a, x, y: ((y, None),), sympy="exp", numpy="exp", llvm="intrinsic",
+        "exp", math.exp, "exp", lambda a, x, y: ((y, None),),
+        sympy="exp", numpy="exp", system=("exp",), llvm="intrinsic",
     ),
     Function(
         "log", math.log, "log", lambda a, x, y: ((a.const(1.0), x[0]),),

@@ -28,12 +28,21 @@ class SeriesGraph(Algebra):
             return self._node("sqrt", args)
         if name == "pow":
             return self._power(*args)
-        key = (name, *args)
-        if key not in self._cycles:
-            # Its derivative may be made of the function itself, so the node comes first.
-            node = self._cycles[key] = self._append("integral", (), key, False)
-            self.args[node] = (self._derivative(name, args, node),)
-        return self._cycles[key]
+        if (name, *args) not in self._cycles:
+            self._integrate(name, args)
+        return self._cycles[name, *args]
+
+    def _integrate(self, name: str, args: tuple[int, ...]) -> None:
+        """Make the integral of a function's derivative, with those of the functions that this is made of."""
+        system = IN_CODE[name].system
+        if not system:
+            slope = self._derivative(name, args, -1)
+            self._cycles[name, *args] = self._append("integral", (slope,), (name, *args), False)
+            return
+        nodes = [self._append("integral", (), (member, *args), False) for member in system]
+        self._cycles |= {(member, *args): node for member, node in zip(system, nodes, strict=True)}
+        for member, node in zip(system, nodes, strict=True):
+            self.args[node] = (self._derivative(member, args, node),)
 
     def sign(self, a: int) -> int:
         """-1 or 1: the derivative of `fabs`."""

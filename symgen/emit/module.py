@@ -127,6 +127,6 @@ def _variable_names(program: Program) -> dict[tuple[int, int], str]:
     for kind, (prefix, entries) in groups.items():
         names |= {(kind, k): f"{prefix}_{entry['name']}" for k, entry in enumerate(entries)}
     settings = [f"s_{s['name']}_{key}" for s in head.get("switches", ()) for key in SETTINGS[s["kind"]]]
-    settings += [f"b_{k}" for k in range(sum(event["action"] == JUMP for event in head["events"]))]
+    settings += [f"b_{k}" for k in range(sum(event["action"] == JUMP for event in head.get("events", ())))]
     names |= {(INPUT, len(head["inputs"]) + k): name for k, name in enumerate(settings)}
     return names
