@@ -364,7 +364,7 @@ def test_tolerances_tighten(cartesian):
 
 
 def test_study_takes_the_steps_that_runs_take(pendulum):
-    """Levels must differ even where steps are long beside the times of comparison; the finest one has bounds on them."""
+    """Levels must differ even where steps are long beside the times of comparison; the finest has bounds on its own."""
     arguments = {**ARGUMENTS, "t_end": 1.0, "method": "dop853", "rtol": 1e-6, "atol": 1e-8}
     table = study(pendulum, arguments)
     steps = [
