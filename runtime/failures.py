@@ -24,7 +24,7 @@ _MAY_BE_DEPENDENT = (
     at.SINGULAR_MATRIX,
     at.NOT_FINITE,
 )
-_NEARLY_DEPENDENT = 1e-2  # methods that do not pass such a configuration may stop well before it
+NEARLY_DEPENDENT = 1e-2  # methods that do not pass such a configuration may stop well before it
 _BY_ITSELF = (at.STEP_TOO_SMALL, at.SINGULAR_MATRIX, at.NOT_FINITE, at.NEWTON_FAILED)
 # With constraints projected these stop at such a configuration only if no motion leads on.
 _PASS_CHANGE_POINTS = ("dop853", "dopri5")
@@ -89,7 +89,7 @@ def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, 
     from runtime.constraints.dependence import DEPENDENT, dependent_constraints, rank_is_lost
 
     passes = method.name in _PASS_CHANGE_POINTS and method.form == "projection"
-    part = DEPENDENT if passes else _NEARLY_DEPENDENT
+    part = DEPENDENT if passes else NEARLY_DEPENDENT
     place = system, arrays.p, arrays.t, arrays.y[: system.nq]
     names = dependent_constraints(*place, part)
     # Those that depend on each other everywhere are no reason to stop, unless they ask for different motions.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.failures import state_names
+from runtime.failures import NEARLY_DEPENDENT, failure_message, state_names
 from runtime.integrate import layout as at
 
 if TYPE_CHECKING:
@@ -51,7 +51,21 @@ class StallWatch:
         self._slow = self._slow + 1 if left > _TOO_LONG * t else 0
         if self._slow < _WINDOWS:
             return ""
+        if self._before_dependence():
+            return failure_message(
+                at.PARTITION_LOST, self._run.actions.form, self._run.method, self._run.arrays
+            )
         return self._sentence(left / t if t > 0.0 else np.inf, t / max(steps, 1))
+
+    def _before_dependence(self) -> bool:
+        """Whether independent coordinates are running out: constraints nearly depend on each other here."""
+        run = self._run
+        if run.method.form != "partition":
+            return False
+        from runtime.constraints.dependence import rank_is_lost
+
+        system, arrays = run.actions.form, run.arrays
+        return rank_is_lost(system, arrays.p, arrays.t, arrays.y[: system.nq], NEARLY_DEPENDENT)
 
     def _sentence(self, seconds: float, step: float) -> str:
         when, days = f"t = {self._run.arrays.t:.9g} s", seconds / _DAY
