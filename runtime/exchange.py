@@ -15,10 +15,13 @@ from runtime.spread import spread_rows
 
 if TYPE_CHECKING:
     from runtime.driver import Run
+    from runtime.integrate.methods import Method
     from runtime.subsystems.joined import Joined
 
 # Of the largest energy: the terms of V are rounded, and so are the states that it is evaluated at.
 _ROUND_OFF = 64.0 * np.finfo(float).eps
+_ERROR_PER_RTOL, _LEAST_ERROR, _LARGEST_ERROR = 1e5, 1e-6, 2e-2
+_ERROR_OF_FIXED_STEPS, _ERROR_OF_ORDER_1 = 2e-2, 5e-2  # about twice the error of an amplitude
 _LOOKED_AT = 200  # frames that tell the exchange of a run on its way
 
 
@@ -66,6 +69,13 @@ class Exchange:
         rounded = np.minimum(off, _ROUND_OFF * self._largest)
         parts = rounded / max(size, self._largest)
         return parts + ((off - rounded) / size if size > 0.0 else off - rounded)
+
+
+def energy_limit(method: Method, rtol: float) -> float:
+    """Return the largest energy error that a run may have, in parts of what the motion exchanges."""
+    if method.adaptive:
+        return min(_LARGEST_ERROR, max(_LEAST_ERROR, _ERROR_PER_RTOL * rtol))
+    return _ERROR_OF_ORDER_1 if method.order == 1 else _ERROR_OF_FIXED_STEPS
 
 
 def _ends(values: np.ndarray) -> tuple[float, float]:

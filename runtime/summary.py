@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
-from runtime.exchange import Exchange
+from runtime.exchange import Exchange, energy_limit
 from runtime.integrate import layout as at
 from runtime.integrate.methods import find_method
 from runtime.solution import ConstraintResidual, Energy, Sample, Solution
@@ -72,7 +72,12 @@ def summarise(
         exchange = Exchange(energies, work).take(extra["energies"], extra["work"])
         error = float(exchange.relative(np.abs(balance - initial).max()))
         taken = float(exchange.relative(arrays.control[at.MOST_ENERGY_TAKEN]))
-    if system.nw and not run.forms and error > _energy_limit(settings) and not _has_jumped(run):
+    if (
+        system.nw
+        and not run.forms
+        and error > energy_limit(find_method(settings["method"]), settings["rtol"])
+        and not _has_jumped(run)
+    ):
         from runtime.work_along import work_that_balances
 
         states = rows[:, : system.nq + system.nv]
@@ -113,12 +118,6 @@ def summarise(
         timetable=run.timetable,
         **settings,
     )
-
-
-def _energy_limit(settings: dict[str, Any]) -> float:
-    from runtime.checks.health import energy_limit
-
-    return energy_limit(find_method(settings["method"]), settings["rtol"])
 
 
 def _has_jumped(run: Run) -> bool:

@@ -169,7 +169,7 @@ def test_measured_run_is_that_of_solve():
     )
     end = np.concatenate([solution.q[-1], solution.v[-1]])
     # The state at the end is reached by a step beside the run's own.
-    assert row.error == pytest.approx(pendulum.reference.error(end), rel=1e-3)
+    assert row.error == pytest.approx(pendulum.reference.error(end), rel=1e-6)
     assert (row.steps, row.rejected) == (solution.stats["steps"], solution.stats["rejected"])
     assert 1e-13 < row.error < 1e-5
     assert row.rhs >= 12 * row.steps

@@ -12,8 +12,8 @@ import pytest
 from runtime.checks.advice import advise
 from runtime.checks.convergence import study
 from runtime.checks.convergence_text import lines
-from runtime.checks.health import check, energy_limit
-from runtime.exchange import Exchange
+from runtime.checks.health import check
+from runtime.exchange import Exchange, energy_limit
 from runtime.integrate.methods import METHODS, find_method
 from runtime.recording.verify import verify
 from runtime.result_json import result, to_json

@@ -13,6 +13,7 @@ from runtime.checks.stability import stable_radius, stable_step, unstable_rate
 from runtime.checks.steps import least_steps_in_a_period
 from runtime.constraints.drift import constraint_drift
 from runtime.constraints.levels import Constraints
+from runtime.exchange import energy_limit
 from runtime.failures import state_names
 from runtime.integrate.methods import Method, find_method
 from runtime.positions import Positions
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
     from runtime.checks.time_scales import TimeScales
     from runtime.solution import Solution
 
-_ENERGY_PER_RTOL, _LEAST_ENERGY, _LARGEST_ENERGY = 1e5, 1e-6, 2e-2
-_FIXED_STEP_ENERGY, _ENERGY_OF_ORDER_1 = 2e-2, 5e-2  # about twice the error of an amplitude
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
 _FIXED_STEP_DRIFT = 1e-6
 _QUATERNION_LENGTH = 1e-12
@@ -153,13 +152,6 @@ def _finite(solution: Solution) -> HealthCheck:
     name = state_names(solution.system)[column]
     says = f"{name} is not finite from t = {solution.t[bad[0]]:.9g} s on; take smaller steps"
     return HealthCheck("finite", False, float(bad.size), 0.0, says)
-
-
-def energy_limit(method: Method, rtol: float) -> float:
-    """Return the largest energy error that a run may have, in parts of what the motion exchanges."""
-    if method.adaptive:
-        return min(_LARGEST_ENERGY, max(_LEAST_ENERGY, _ENERGY_PER_RTOL * rtol))
-    return _ENERGY_OF_ORDER_1 if method.order == 1 else _FIXED_STEP_ENERGY
 
 
 def _energy(solution: Solution, method: Method) -> HealthCheck:

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from runtime.checks.entry import HealthCheck, advised, limited
-from runtime.checks.health import MOST_REJECTED, energy_limit
+from runtime.checks.health import MOST_REJECTED
+from runtime.exchange import energy_limit
 
 if TYPE_CHECKING:
     from runtime.integrate.methods import Method

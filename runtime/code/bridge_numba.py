@@ -11,10 +11,6 @@ from numba.np.arrayobj import make_array
 from runtime.code.bridge import call_kernel
 
 
-def init() -> None:
-    """Entry point `numba_extensions`: importing this module is all there is to do."""
-
-
 @type_callable(call_kernel)
 def _type_call_kernel(context):
     def typer(address, t, y, p, out):
