@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import functools
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -19,7 +21,13 @@ SYMGEN = [f for f in FILES if f.startswith("symgen/")]
 RECORDING_DOOR = "runtime/recording/rrd/"
 # Knows neither SymPy nor text; its own imports are tested below.
 SHARED = "runtime.graph"
-DECLARED = {"sympy", "numba", "llvmlite", "numpy", "scipy", "click", "rich", "rerun", "pyarrow", "matplotlib"}
+NEEDED = {
+    re.match(r"[\w-]+", requirement)[0].removesuffix("-sdk")
+    for requirement in tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
+        "dependencies"
+    ]
+}
+DECLARED = {*NEEDED, "matplotlib"}  # diagrams are an extra
 # A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
 EXECUTES = {"symgen/model/library.py", "runtime/code/grammar.py"}
 HEAVY = ("sympy", "numba", "rerun", "scipy", "matplotlib", "llvmlite")
@@ -91,6 +99,10 @@ def test_rerun_stands_in_one_folder(file):
 def test_only_declared_dependencies_are_imported(file):
     foreign = imports(file) - set(sys.stdlib_module_names) - {"symgen", "runtime"}
     assert foreign <= DECLARED
+
+
+def test_every_declared_dependency_is_imported():
+    assert set().union(*map(imports, FILES)) >= NEEDED
 
 
 @pytest.mark.parametrize("file", FILES)

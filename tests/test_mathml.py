@@ -26,7 +26,7 @@ def read_back(element: ET.Element) -> str:
         return "_".join(inside)
     if element.tag == "mrow":
         return "".join(inside)
-    return {"\u2062": "*", "\u2061": "", "θ": "theta", "−": "-"}.get(element.text, element.text)
+    return {"\u2009": "*", "θ": "theta", "−": "-"}.get(element.text, element.text)
 
 
 @pytest.mark.parametrize(

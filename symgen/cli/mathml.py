@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from html import escape
+from xml.dom import minidom
 
 import sympy
+from sympy.printing.mathml import MathMLPresentationPrinter
 
 _RATE = re.compile(r"dot\((\w+)\)\Z")
 _GREEK = (
@@ -14,19 +15,17 @@ _GREEK = (
     "Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
 ).split()
 _LETTERS = dict(zip(_GREEK, "αβγδεζηθικλμνξπρστφχψωΓΔΘΛΞΠΣΦΨΩ"))
-_SUM, _PRODUCT, _POWER, _ATOM = range(4)  # how tightly the outermost operation binds
-_ONE = "<mn>1</mn>"
-_MINUS = "<mo>−</mo>"
-_TIMES = '<mo lspace="0.12em" rspace="0.12em">&#x2062;</mo>'  # a gap, for names may have many letters
-_OPEN, _CLOSE = '<mo stretchy="false">(</mo>', '<mo stretchy="false">)</mo>'
 _LONG = 60  # letters of a sum that fit a line
 _TAG = re.compile(r"<[^>]*>")
+_ENTITIES = {"&amp;pi;": "π", "<mo>-</mo>": "<mo>−</mo>"}
 _RELATIONS = {"<": "&lt;", "<=": "≤", ">": "&gt;", ">=": "≥", "==": "=", "!=": "≠"}
 
 
 def to_mathml(expression: sympy.Expr) -> str:
     """Return an expression as the inside of a `math` element."""
-    return _print(expression)[0]
+    return _Printer().text(
+        expression.xreplace({sympy.Float(1.0): sympy.S.One})
+    )  # 1.0 is no factor to be read
 
 
 def name(text: str) -> str:
@@ -72,98 +71,57 @@ def equation_of(left: str, right: sympy.Expr) -> str:
     return f'<div class="wide"><math display="block"><mtable displaystyle="true">{rows}</mtable></math></div>'
 
 
-def _print(node: sympy.Basic) -> tuple[str, int]:
-    for kind, printer in _PRINTERS:
-        if isinstance(node, kind):
-            return printer(node)
-    if isinstance(node, sympy.Function):
-        return _call(node.func.__name__, node.args), _ATOM
-    return f"<mtext>{escape(str(node))}</mtext>", _SUM
-
-
-def _symbol(node: sympy.Symbol) -> tuple[str, int]:
-    return name(node.name), _ATOM
-
-
-def _number(node: sympy.Number) -> tuple[str, int]:
-    if node < 0:
-        return f"<mrow>{_MINUS}{_number(-node)[0]}</mrow>", _SUM
-    if isinstance(node, sympy.Rational) and node.q != 1:
-        return f"<mfrac><mn>{node.p}</mn><mn>{node.q}</mn></mfrac>", _POWER
-    return f"<mn>{node.p if isinstance(node, sympy.Rational) else format(float(node), '.12g')}</mn>", _ATOM
-
-
-def _sum(node: sympy.Add) -> tuple[str, int]:
-    return f"<mrow>{''.join(sign + term for sign, term in _signed_terms(node))}</mrow>", _SUM
-
-
 def _signed_terms(node: sympy.Add) -> list[tuple[str, str]]:
     """Return the signs and the terms of a sum; the first has none where it is positive."""
     found: list[tuple[str, str]] = []
     for term in node.as_ordered_terms():
         negative = term.could_extract_minus_sign()
-        sign = _MINUS if negative else "<mo>+</mo>" if found else ""
-        found.append((sign, _within(-term if negative else term, _PRODUCT)))
+        sign = "<mo>−</mo>" if negative else "<mo>+</mo>" if found else ""
+        found.append((sign, to_mathml(-term if negative else term)))
     return found
 
 
-def _product(node: sympy.Mul) -> tuple[str, int]:
-    if node.could_extract_minus_sign():
-        return f"<mrow>{_MINUS}{_within(-node, _PRODUCT)}</mrow>", _SUM
-    above, below = sympy.fraction(node)
-    if below != 1:
-        return f"<mfrac>{_print(above)[0]}{_print(below)[0]}</mfrac>", _PRODUCT
-    factors = [_within(factor, _PRODUCT) for factor in node.as_ordered_factors()]
-    factors = [factor for factor in factors if factor != _ONE] or [_ONE]  # 1.0 is no factor to be read
-    return f"<mrow>{_TIMES.join(factors)}</mrow>", _PRODUCT
+class _Printer(MathMLPresentationPrinter):
+    """SymPy's printer, with the names that models give, numbers as short as they are, and branches."""
 
+    def __init__(self) -> None:
+        # A gap between factors, for names may have many letters.
+        super().__init__({"mul_symbol": "\u2009", "root_notation": True})
+        self.dom = minidom.Document()  # SymPy's own writes texts as they stand, also "<"
 
-def _power(node: sympy.Pow) -> tuple[str, int]:
-    base, exponent = node.as_base_exp() if node.exp.is_Rational and node.exp > 0 else (node.base, node.exp)
-    if exponent == sympy.Rational(1, 2):
-        return f"<msqrt>{_print(base)[0]}</msqrt>", _ATOM
-    if exponent.is_Rational and exponent < 0:
-        return f"<mfrac><mn>1</mn>{_print(base**-exponent)[0]}</mfrac>", _PRODUCT
-    return f"<msup>{_within(base, _ATOM)}{_print(exponent)[0]}</msup>", _POWER
+    def text(self, expression: sympy.Basic) -> str:
+        text = self._print(expression).toxml()
+        for entity, letter in _ENTITIES.items():
+            text = text.replace(entity, letter)
+        return text
 
+    def _element(self, text: str) -> minidom.Element:
+        return minidom.parseString(text).documentElement
 
-def _absolute(node: sympy.Abs) -> tuple[str, int]:
-    return f"<mrow><mo>|</mo>{_print(node.args[0])[0]}<mo>|</mo></mrow>", _ATOM
+    def _print_Symbol(self, symbol: sympy.Symbol, style: str = "plain") -> minidom.Element:
+        return self._element(name(symbol.name))
 
+    def _print_Float(self, number: sympy.Float) -> minidom.Element:
+        return self._element(f"<mn>{float(number):.12g}</mn>")
 
-def _relation(node: sympy.core.relational.Relational) -> tuple[str, int]:
-    left, right = (_print(side)[0] for side in node.args)
-    return f"<mrow>{left}<mo>{_RELATIONS[node.rel_op]}</mo>{right}</mrow>", _SUM
+    def _print_Function(self, call: sympy.Function) -> minidom.Element:
+        inside = "<mo>,</mo>".join(map(self.text, call.args))
+        function = escape(call.func.__name__)
+        return self._element(f"<mrow><mi>{function}</mi><mo>(</mo>{inside}<mo>)</mo></mrow>")
 
+    _print_exp = _print_Function  # a model may have a parameter `e`
 
-def _piecewise(node: sympy.Piecewise) -> tuple[str, int]:
-    rows = []
-    for value, condition in node.args:
-        always = isinstance(condition, sympy.logic.boolalg.BooleanTrue)
-        when = "<mtext>otherwise</mtext>" if always else f"<mtext>if </mtext>{_print(condition)[0]}"
-        rows.append(f"<mtr><mtd>{_print(value)[0]}</mtd><mtd>{when}</mtd></mtr>")
-    return f"<mrow><mo>{{</mo><mtable>{''.join(rows)}</mtable></mrow>", _SUM
+    def _print_Relational(self, relation: sympy.core.relational.Relational) -> minidom.Element:
+        left, right = map(self.text, relation.args)
+        return self._element(f"<mrow>{left}<mo>{_RELATIONS[relation.rel_op]}</mo>{right}</mrow>")
 
-
-def _call(function: str, arguments: tuple[sympy.Basic, ...]) -> str:
-    inside = "<mo>,</mo>".join(_print(argument)[0] for argument in arguments)
-    return f"<mrow><mi>{escape(function)}</mi><mo>&#x2061;</mo>{_OPEN}{inside}{_CLOSE}</mrow>"
-
-
-def _within(node: sympy.Basic, least: int) -> str:
-    """Return a part of an expression, in parentheses where it binds less tightly than what it stands in."""
-    text, binds = _print(node)
-    return text if binds >= least else f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
-
-
-_PRINTERS: tuple[tuple[type, Callable[..., tuple[str, int]]], ...] = (
-    (sympy.Symbol, _symbol),
-    (sympy.Number, _number),
-    (sympy.Add, _sum),
-    (sympy.Mul, _product),
-    (sympy.Abs, _absolute),
-    (sympy.Piecewise, _piecewise),
-    (sympy.core.relational.Relational, _relation),
-    (sympy.Pow, _power),
-    (type(sympy.pi), lambda node: ("<mi>π</mi>", _ATOM)),
-)
+    def _print_Piecewise(self, branches: sympy.Piecewise) -> minidom.Element:
+        rows = []
+        for value, condition in branches.args:
+            when = (
+                f"<mtext>if </mtext>{self.text(condition)}"
+                if condition is not sympy.true
+                else "<mtext>otherwise</mtext>"
+            )
+            rows.append(f"<mtr><mtd>{self.text(value)}</mtd><mtd>{when}</mtd></mtr>")
+        return self._element(f"<mrow><mo>{{</mo><mtable>{''.join(rows)}</mtable></mrow>")
