@@ -40,10 +40,12 @@ class _KernelCall:
 
     @property
     def _numba_type_(self):
+        # Numba takes half a second to import, and most processes do without it.
         from numba.core.typing.templates import builtin_registry
 
-        import runtime.code.bridge_numba  # noqa: F401
+        from runtime.code.bridge_numba import teach
 
+        teach(self)
         return next(kind for value, kind in builtin_registry.globals if value is self)
 
 

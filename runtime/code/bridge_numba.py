@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
+
 from llvmlite import ir
 from numba import types
 from numba.core.errors import NumbaTypeError
 from numba.extending import lower_builtin, type_callable
 from numba.np.arrayobj import make_array
 
-from runtime.code.bridge import call_kernel
+
+@functools.cache
+def teach(call_kernel: Callable) -> None:
+    """Let Numba know `runtime.code.bridge.call_kernel`."""
+    type_callable(call_kernel)(_type_call_kernel)
+    arguments = types.uint64, types.float64, types.Array, types.Array, types.Array
+    lower_builtin(call_kernel, *arguments)(_lower_call_kernel)
 
 
-@type_callable(call_kernel)
 def _type_call_kernel(context):
     def typer(address, t, y, p, out):
         if not isinstance(address, types.Integer):
@@ -27,7 +35,6 @@ def _type_call_kernel(context):
     return typer
 
 
-@lower_builtin(call_kernel, types.uint64, types.float64, types.Array, types.Array, types.Array)
 def _lower_call_kernel(context, builder, signature, arguments):
     address, t = arguments[:2]
     double, pointer = ir.DoubleType(), ir.DoubleType().as_pointer()

@@ -7,8 +7,8 @@ only types and lowers; all functions of a step loop are linked once and optimise
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Protocol
 
 import llvmlite.binding as llvm
 import numba
@@ -16,9 +16,9 @@ from numba.core import config, types
 from numba.core.compiler import Compiler
 from numba.core.typing.typeof import typeof_impl
 
-import runtime.code.bridge_numba  # noqa: F401  (teaches Numba call_kernel)
 from runtime.code import compiler, native
-from runtime.code.jitted import Jitted
+from runtime.code.bridge import call_kernel
+from runtime.code.bridge_numba import teach
 
 if TYPE_CHECKING:
     from numba.core.dispatcher import Dispatcher
@@ -26,6 +26,14 @@ if TYPE_CHECKING:
 _SPEED_LEVEL = 2
 _LARGEST_INLINED = 3000  # lines of LLVM IR; inlining longer functions doubles compile time and gains nothing
 _dispatchers: dict[Jitted, Dispatcher] = {}
+teach(call_kernel)
+
+
+class Jitted(Protocol):
+    """A `runtime.code.jitted.Jitted`, as far as the compiler looks at it."""
+
+    py_func: Callable
+    distinct_arrays: bool
 
 
 class _LoweringOnly(Compiler):
@@ -76,7 +84,6 @@ def _dispatcher(function: Jitted) -> Dispatcher:
     return found
 
 
-@typeof_impl.register(Jitted)
 def _type_of_jitted(value: Jitted, context: Any) -> Any:
     """Let Numba see the dispatcher where jitted code names one of our functions."""
     return typeof_impl(_dispatcher(value), context)
@@ -90,6 +97,7 @@ def compile_jitted(function: Jitted, args: tuple) -> bytes:
     bytes
         For `native.NativeFunction`.
     """
+    typeof_impl.register(type(function), _type_of_jitted)
     kinds = tuple(numba.typeof(value) for value in args)
     dispatcher = _dispatcher(function)
     with _unoptimised():

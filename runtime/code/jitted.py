@@ -77,6 +77,7 @@ class Jitted:
             # Helpers of a few lines are not worth a word.
             seconds = _SECONDS_PER_FUNCTION * max(0, len(self._called()) - 4)
             engine.announce(self.title, 0, seconds)
+            # Numba takes half a second to import, and is done without from the second run on.
             from runtime.code.compile_jitted import compile_jitted
 
             content = compile_jitted(self, args)

@@ -16,10 +16,12 @@ import llvmlite
 import numba
 from numba import config
 
-import runtime.code.bridge_numba  # noqa: F401
+from runtime.code.bridge import call_kernel
+from runtime.code.bridge_numba import teach
 from runtime.code.cache import cache_folder, prune, trusted_folder
 from runtime.code.ownership import foreign_below
 
+teach(call_kernel)
 DISABLE_JIT = bool(config.DISABLE_JIT)
 _KEPT_CACHES = 3
 
