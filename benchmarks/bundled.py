@@ -19,13 +19,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-import runtime
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.kernel import KernelSource
-from runtime.solve import solve
+from symgen import runtime
 from symgen.link import derive_text
 from symgen.model import library
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.kernel import KernelSource
+from symgen.runtime.solve import solve
 
 COLUMNS = ("derive s", "operations", "M+f", "compile s", "ns/rhs", "ns/step", "ns/stage - rhs")
 
@@ -65,7 +65,7 @@ def measure(path: Path) -> dict[str, float]:
 
 def cold_compile(system: runtime.System) -> float:
     """Seconds from the text of `rhs` to its object code, nothing cached."""
-    from runtime.code import engine
+    from symgen.runtime.code import engine
 
     source: KernelSource = system.kernel("rhs").source
     with tempfile.TemporaryDirectory() as folder:

@@ -12,12 +12,12 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from runtime.bench.reference import read_reference
-from runtime.bench.scenes import SCENES, Scene
-from runtime.constraints.drift import constraint_drift
-from runtime.solution import Solution
 from symgen.link import derive
 from symgen.model.library import bundled, find, load
+from symgen.runtime.bench.reference import read_reference
+from symgen.runtime.bench.scenes import SCENES, Scene
+from symgen.runtime.constraints.drift import constraint_drift
+from symgen.runtime.solution import Solution
 
 TIGHT = (("taylor", 1e-15), ("dop853", 1e-14), ("radau13", 1e-14), ("gauss16", None))
 STEPS = 4000  # of the method of fixed step

@@ -17,13 +17,13 @@ import sys
 import tempfile
 import time
 
-from runtime.code import compiler
-from runtime.subsystems.division import divide
-from runtime.system import System, load
 from symgen.derive.scenes.subsystems import derive
 from symgen.emit.module import emit
 from symgen.model.library import find
 from symgen.model.library import load as load_model
+from symgen.runtime.code import compiler
+from symgen.runtime.subsystems.division import divide
+from symgen.runtime.system import System, load
 
 REPEATS = 5
 KERNELS = ("rhs", "energy", "mass_matrix", "residual", "residual_jacobian", "forces")

@@ -24,7 +24,7 @@ from bundled import cold_compile, nanoseconds_per_call  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 
-import runtime  # noqa: E402
+from symgen import runtime  # noqa: E402
 from symgen.link import derive_text  # noqa: E402
 
 CALLS, REPEATS = 2000, 20
@@ -77,7 +77,7 @@ def _random_state(system) -> np.ndarray:
 
 def _load_from_cache(system) -> float:
     """Seconds to load the object code of `rhs` when it is in the cache."""
-    from runtime.code import engine
+    from symgen.runtime.code import engine
 
     source = system.kernel("rhs").source
     with tempfile.TemporaryDirectory() as folder:

@@ -11,7 +11,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import runtime
+from symgen import runtime
 from symgen.link import module_for
 from symgen.model.library import find
 

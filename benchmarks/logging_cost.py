@@ -15,11 +15,11 @@ import tempfile
 import time
 from pathlib import Path
 
-import runtime
-from runtime.recording.recorder import RunRecorder
-from runtime.solve import solve
+from symgen import runtime
 from symgen.link import module_for
 from symgen.model.library import find
+from symgen.runtime.recording.recorder import RunRecorder
+from symgen.runtime.solve import solve
 
 MODELS = ("double_pendulum", "four_bar", "seven_dof_arm", "n_pendulum", "chain_absolute")
 FPS = 60.0
@@ -34,7 +34,7 @@ def main() -> None:
     parser.add_argument("--method", default="auto")
     options = parser.parse_args()
     began = time.perf_counter()
-    from runtime.recording.rrd import write  # noqa: F401  loaded before anything is timed
+    from symgen.runtime.recording.rrd import write  # noqa: F401  loaded before anything is timed
 
     print(f"Rerun is loaded in {time.perf_counter() - began:.2f} s, once")
     print(

@@ -17,9 +17,9 @@ import numpy as np
 from high_precision import REAL, TEXT, Motion
 from make_references import integrate
 
-from runtime.system import load
 from symgen.link import module_for
 from symgen.model.library import find
+from symgen.runtime.system import load
 
 DIGITS = 80
 RUNS = ((18, 1e-50), (20, 1e-53))  # columns of the tableau, tolerance of a step

@@ -26,11 +26,11 @@ from bundled import nanoseconds_per_call  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 
-import runtime  # noqa: E402
-from runtime.code import compiler  # noqa: E402
-from runtime.constraints.assembly import assemble  # noqa: E402
+from symgen import runtime  # noqa: E402
 from symgen.link import derive_text  # noqa: E402
 from symgen.model.library import find, load  # noqa: E402
+from symgen.runtime.code import compiler  # noqa: E402
+from symgen.runtime.constraints.assembly import assemble  # noqa: E402
 
 BODIES = (10, 50, 200, 500, 1000)
 COMPILED = ("rhs", "project", "energy", "constraint_residual", "poses")  # what a run needs

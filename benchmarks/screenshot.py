@@ -19,9 +19,9 @@ from pathlib import Path
 
 from rerun.experimental import ViewerClient
 
-from runtime.recording import schema
-from runtime.recording.play import viewer_command
-from runtime.recording.reader import read_recording
+from symgen.runtime.recording import schema
+from symgen.runtime.recording.play import viewer_command
+from symgen.runtime.recording.reader import read_recording
 
 SOFTWARE_DRIVER = Path("/usr/share/vulkan/icd.d/lvp_icd.x86_64.json")
 START_SECONDS = 30.0

@@ -14,10 +14,10 @@ import time
 
 import numpy as np
 
-import runtime
-from runtime.solve import solve
+from symgen import runtime
 from symgen.cli.arguments import find_model
 from symgen.link import module_for
+from symgen.runtime.solve import solve
 
 _REPEATS = 3
 PIECES = {"auto": 0.5, "dop853": 0.005}  # seconds simulated as one system, by method

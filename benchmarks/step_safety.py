@@ -17,15 +17,15 @@ from pathlib import Path
 
 import numpy as np
 
-from runtime.bench.case import FULL, Case, Row
-from runtime.bench.levels import seconds_at
-from runtime.bench.reference import read_reference
-from runtime.bench.scenes import find_scene
-from runtime.bench.timing import TimedLoop
-from runtime.integrate import layout as at
-from runtime.integrate.methods import METHODS
 from symgen.cli.settings import load_system
 from symgen.model.library import bundled_folder, find
+from symgen.runtime.bench.case import FULL, Case, Row
+from symgen.runtime.bench.levels import seconds_at
+from symgen.runtime.bench.reference import read_reference
+from symgen.runtime.bench.scenes import find_scene
+from symgen.runtime.bench.timing import TimedLoop
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import METHODS
 
 SCENES = (
     "slider_crank", "four_bar", "andrews", "car_axis", "heavy_top_absolute", "n_four_bar", "bricard",

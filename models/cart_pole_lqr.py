@@ -35,11 +35,11 @@ def control(system, parameters):
 
     Parameters
     ----------
-    system : runtime.System
+    system : symgen.runtime.System
     parameters : dict of str to float
         Those that are not as the model has them.
     """
-    from runtime.inputs import Controller
+    from symgen.runtime.inputs import Controller
 
     gains = regulator(system, parameters)
     return {"F": Controller(lambda t, state: -gains @ state, period=PERIOD)}

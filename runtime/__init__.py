@@ -1,16 +1,16 @@
 """Run time of symgen: load a generated module, integrate, check, record. Never imports SymPy or symgen."""
 
-from runtime.lazy import lazy_exports
+from symgen.runtime.lazy import lazy_exports
 
-# The function `solve` is not among them: `runtime.solve` is its module, whichever was imported first.
+# The function `solve` is not among them: `symgen.runtime.solve` is its module, whichever was imported first.
 _EXPORTS = {
-    "Kernel": "runtime.kernel",
-    "ModuleError": "runtime.errors",
-    "RuntimeModelError": "runtime.errors",
-    "Solution": "runtime.solution",
-    "System": "runtime.system",
-    "load": "runtime.system",
-    "read_module": "runtime.module",
+    "Kernel": "symgen.runtime.kernel",
+    "ModuleError": "symgen.runtime.errors",
+    "RuntimeModelError": "symgen.runtime.errors",
+    "Solution": "symgen.runtime.solution",
+    "System": "symgen.runtime.system",
+    "load": "symgen.runtime.system",
+    "read_module": "symgen.runtime.module",
 }
 
 __all__ = sorted(_EXPORTS)

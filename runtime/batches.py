@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 
 @jitted
@@ -45,7 +45,7 @@ def evaluate(
 def right_hand_sides(system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Return rows of `rhs`, shape (n, n_row), also where constraints are redundant."""
     if system.m:
-        from runtime.constraints.kkt import robust_rhs_address
+        from symgen.runtime.constraints.kkt import robust_rhs_address
 
         address, _keep = robust_rhs_address(system)
     else:

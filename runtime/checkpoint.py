@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.checkpoint_bytes import CheckpointError, pack, unpack
-from runtime.checkpoint_check import ARRAYS_OF_CONTROLLERS, LOOP_ARRAYS, STATES_OF_EVENTS, check
-from runtime.integrate import layout as at
-from runtime.solution import EventRecord
+from symgen.runtime.checkpoint_bytes import CheckpointError, pack, unpack
+from symgen.runtime.checkpoint_check import ARRAYS_OF_CONTROLLERS, LOOP_ARRAYS, STATES_OF_EVENTS, check
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.solution import EventRecord
 
 __all__ = ["Checkpoint", "CheckpointError", "put_back", "take"]
 
 if TYPE_CHECKING:
-    from runtime.driver import Run
+    from symgen.runtime.driver import Run
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
-from runtime.origin import SEAL_SIZE, is_own, seal
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.origin import SEAL_SIZE, is_own, seal
 
 FORMAT = 3
 _DIGEST = hashlib.sha256().digest_size

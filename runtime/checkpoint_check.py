@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.checkpoint_bytes import CheckpointError
-from runtime.integrate import layout as at
-from runtime.integrate.methods import METHODS
+from symgen.runtime.checkpoint_bytes import CheckpointError
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import METHODS
 
 if TYPE_CHECKING:
-    from runtime.checkpoint import Checkpoint
-    from runtime.driver import Run
-    from runtime.inputs.samples import Sampler
-    from runtime.system import System
+    from symgen.runtime.checkpoint import Checkpoint
+    from symgen.runtime.driver import Run
+    from symgen.runtime.inputs.samples import Sampler
+    from symgen.runtime.system import System
 
 LOOP_ARRAYS = ("control", "counters", "y", "f", "work", "dense", "tail")
 ARRAYS_OF_CONTROLLERS = ("times", "values", "kept")
@@ -89,7 +89,7 @@ def _is_list(fits: Callable[[Any], bool]) -> Callable[[Any], bool]:
 
 
 def _is_controller(x: Any) -> bool:
-    """What `runtime.checkpoint.take` says of a controller; what is sampled counts its calls."""
+    """What `symgen.runtime.checkpoint.take` says of a controller; what is sampled counts its calls."""
     if type(x) is not dict or not _is_list(_is_text)(x.get("inputs")):
         return False
     return len(x) == 1 or (_is_count(x.get("n_calls")) and type(x.get("random")) is dict)

@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers
-from runtime.checks.steps import MOST_IN_A_PERIOD, step_for_phases
-from runtime.checks.time_scales import TimeScales, change_rate, time_scales
-from runtime.constraints.large import is_large
-from runtime.errors import RuntimeModelError, nearest
-from runtime.integrate import layout as at
-from runtime.integrate.large_models import has_sparse_form, suited_to_size
-from runtime.integrate.methods import METHODS, Method, find_method
-from runtime.loop_arrays import LoopArrays
-from runtime.positions import Positions
+from symgen.runtime.batches import accelerations_and_multipliers
+from symgen.runtime.checks.steps import MOST_IN_A_PERIOD, step_for_phases
+from symgen.runtime.checks.time_scales import TimeScales, change_rate, time_scales
+from symgen.runtime.constraints.large import is_large
+from symgen.runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.large_models import has_sparse_form, suited_to_size
+from symgen.runtime.integrate.methods import METHODS, Method, find_method
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
 SERIES, EXPLICIT, STIFF, STIFF_TIGHT = "taylor", "dop853", "radau5", "radau9"
@@ -82,7 +82,7 @@ def choose_method(
         return METHODS[EXPLICIT], [f"method auto: {EXPLICIT}, because {why}"]
     begins = system, p, state
     if system.switches:
-        from runtime.contact.at_start import form_at_start
+        from symgen.runtime.contact.at_start import form_at_start
 
         begins = form_at_start(system, METHODS[EXPLICIT], p, t, state, rtol, atol)
     form, held, first = begins
@@ -123,7 +123,7 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
 
 def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     """Return why the equations that leave constraints out do not hold for this run; an empty string where they do."""
-    from runtime.constraints.usual_rank import has_dependence
+    from symgen.runtime.constraints.usual_rank import has_dependence
 
     if has_dependence(system, p, t, state[: system.nq]):
         return ""
@@ -134,7 +134,7 @@ def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str
 
 
 def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarray) -> bool:
-    from runtime.constraints.kkt import is_ill_conditioned
+    from symgen.runtime.constraints.kkt import is_ill_conditioned
 
     return is_ill_conditioned(system, p, t, state[: system.nq])
 
@@ -305,7 +305,7 @@ def choose_constraints(name: str, system: System, method_name: str) -> tuple[str
             f"constraints 'projection': method {method_name!r} solves constraints in the form {own!r} as it is; "
             "leave constraints to 'auto', or name another method, such as gauss8"
         )
-    from runtime.integrate.forms import SUITED, find_form
+    from symgen.runtime.integrate.forms import SUITED, find_form
 
     if method_name != "auto":
         find_method(method_name)

@@ -14,23 +14,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.choose import time_resolution
-from runtime.errors import ContactError
-from runtime.event_actions import EventActions, ResetError
-from runtime.exchange import energy_error_so_far
-from runtime.failures import failure_message
-from runtime.integrate import layout as at
-from runtime.stall import StallWatch
-from runtime.uninterrupted import uninterrupted
+from symgen.runtime.choose import time_resolution
+from symgen.runtime.errors import ContactError
+from symgen.runtime.event_actions import EventActions, ResetError
+from symgen.runtime.exchange import energy_error_so_far
+from symgen.runtime.failures import failure_message
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.stall import StallWatch
+from symgen.runtime.uninterrupted import uninterrupted
 
 if TYPE_CHECKING:
-    from runtime.checkpoint import Checkpoint
-    from runtime.inputs.schedule import InputSchedule
-    from runtime.integrate.methods import Method
-    from runtime.loop_arrays import LoopArrays
-    from runtime.solution import EventRecord
-    from runtime.system import System
-    from runtime.timing.timetable import Timetable
+    from symgen.runtime.checkpoint import Checkpoint
+    from symgen.runtime.inputs.schedule import InputSchedule
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.loop_arrays import LoopArrays
+    from symgen.runtime.solution import EventRecord
+    from symgen.runtime.system import System
+    from symgen.runtime.timing.timetable import Timetable
 
 _FRAMES_AT_ONCE = 1000
 _FIRST_STEPS = 200
@@ -61,9 +61,9 @@ class Run:
     max_steps : int, optional
     fallback : Method, optional
         Takes over where `method` cannot go on.
-    inputs : runtime.inputs.schedule.InputSchedule, optional
+    inputs : symgen.runtime.inputs.schedule.InputSchedule, optional
         Keeps inputs over time.
-    timetable : runtime.timing.timetable.Timetable, optional
+    timetable : symgen.runtime.timing.timetable.Timetable, optional
         Other times to land on, and limits of the step.
     """
 
@@ -167,11 +167,11 @@ class Run:
 
         Parameters
         ----------
-        checkpoint : runtime.checkpoint.Checkpoint
+        checkpoint : symgen.runtime.checkpoint.Checkpoint
         past : ndarray, shape (n, ny)
             The frames before it, the first ones of `arrays.frames`.
         """
-        from runtime.checkpoint import put_back
+        from symgen.runtime.checkpoint import put_back
 
         put_back(checkpoint, self, past)
         self._resumed = True
@@ -182,7 +182,7 @@ class Run:
         """Give a recorder that keeps checkpoints the chance to take one."""
         keep = getattr(self.recorder, "checkpoint", None)
         if keep is not None:
-            from runtime.checkpoint import take
+            from symgen.runtime.checkpoint import take
 
             keep(lambda: (self._at_last_step or take(self)).to_bytes(sealed=True), final=final)
 
@@ -326,7 +326,7 @@ class Run:
         """Return a checkpoint where somebody keeps it."""
         if not hasattr(self.recorder, "checkpoint"):
             return None
-        from runtime.checkpoint import take
+        from symgen.runtime.checkpoint import take
 
         return take(self)
 

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.integrate import layout as at
-from runtime.loop_arrays import DIRECTIONS
-from runtime.positions import Positions
-from runtime.solution import EventRecord
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.loop_arrays import DIRECTIONS
+from symgen.runtime.positions import Positions
+from symgen.runtime.solution import EventRecord
 
 if TYPE_CHECKING:
-    from runtime.contact.switching import Switching
-    from runtime.loop_arrays import LoopArrays
-    from runtime.system import System
+    from symgen.runtime.contact.switching import Switching
+    from symgen.runtime.loop_arrays import LoopArrays
+    from symgen.runtime.system import System
 
 _PERTURBATION = 4.0 * np.finfo(float).eps
 _PROJECTION_NOISE = 4.0  # states on constraints carry the round-off of the projection as well
@@ -130,7 +130,7 @@ class EventActions:
         self.switching: Switching | None = None
         self.lowest_gaps = np.full([switch["kind"] for switch in system.switches].count("stop"), np.inf)
         if system.switches and arrays.n_events:
-            from runtime.contact.switching import Switching
+            from symgen.runtime.contact.switching import Switching
 
             self.switching = Switching(system, arrays)
 
@@ -386,7 +386,7 @@ class EventActions:
             )
         given = after != before
         if system.m and given.any():
-            from runtime.constraints.after_reset import rates_after_reset
+            from symgen.runtime.constraints.after_reset import rates_after_reset
 
             q = arrays.y[: system.nq].copy()
             rates = rates_after_reset(system, arrays.p, arrays.t, q, after, given)

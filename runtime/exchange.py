@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate
-from runtime.spread import spread_rows
+from symgen.runtime.batches import evaluate
+from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
-    from runtime.driver import Run
-    from runtime.integrate.methods import Method
-    from runtime.subsystems.joined import Joined
+    from symgen.runtime.driver import Run
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.subsystems.joined import Joined
 
 # Of the largest energy: the terms of V are rounded, and so are the states that it is evaluated at.
 _ROUND_OFF = 64.0 * np.finfo(float).eps

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from runtime.code import cache
-from runtime.integrate import layout as at
+from symgen.runtime.code import cache
+from symgen.runtime.integrate import layout as at
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 PACKAGES = ("sympy", "numba", "llvmlite", "scipy", "rerun", "matplotlib")
 _SHOWN = 6  # kernels by name
@@ -114,7 +114,7 @@ def _hoisted(system: System, solution: Solution) -> Iterator[Saving]:
 
 def _once(system: System) -> str:
     """How much of `rhs` depends on parameters only."""
-    from runtime.code.modules import lower_setup
+    from symgen.runtime.code.modules import lower_setup
 
     n_hoisted = system.source.header.get("hoisted", {}).get("rhs", 0)
     if not n_hoisted:

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.integrate import layout as at
-from runtime.names import rate_labels
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.names import rate_labels
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.loop_arrays import LoopArrays
-    from runtime.system import System
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.loop_arrays import LoopArrays
+    from symgen.runtime.system import System
 
 _ROUND_OFF_RTOL = 1e-12
 _NO_GRADIENT = 1e-12
@@ -36,7 +36,7 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
     Parameters
     ----------
     status : int
-        See `runtime.integrate.layout`.
+        See `symgen.runtime.integrate.layout`.
     """
     when = f"t = {arrays.t:.9g} s"
     if status == at.SINGULAR_MATRIX and method.name == "taylor" and system.m:
@@ -86,7 +86,7 @@ def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, 
     """Return the sentence for constraints that depend on each other where the run stopped, "" where none do."""
     if not system.m:
         return ""
-    from runtime.constraints.dependence import DEPENDENT, dependent_constraints, rank_is_lost
+    from symgen.runtime.constraints.dependence import DEPENDENT, dependent_constraints, rank_is_lost
 
     passes = method.name in _PASS_CHANGE_POINTS and method.form == "projection"
     part = DEPENDENT if passes else NEARLY_DEPENDENT

@@ -6,18 +6,18 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from runtime.abi import ENTRIES, array_sizes
-from runtime.code.grammar import FunctionText, Lengths
-from runtime.errors import UnknownNameError, nearest
-from runtime.kernel import Kernel, KernelSource, compile_kernel
-from runtime.names import acceleration_labels, rate_labels
+from symgen.runtime.abi import ENTRIES, array_sizes
+from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.errors import UnknownNameError, nearest
+from symgen.runtime.kernel import Kernel, KernelSource, compile_kernel
+from symgen.runtime.names import acceleration_labels, rate_labels
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import numpy as np
 
-    from runtime.code.engine import MachineCode
+    from symgen.runtime.code.engine import MachineCode
 
 
 class ModelFunctions:
@@ -37,7 +37,7 @@ class ModelFunctions:
 
         Returns
         -------
-        runtime.kernel.Kernel
+        symgen.runtime.kernel.Kernel
 
         Raises
         ------
@@ -77,7 +77,7 @@ class ModelFunctions:
 
     def njit_function(self, function: str) -> Callable:
         """Return the same text compiled by Numba, an oracle for the kernel; arrays that are too short are refused."""
-        from runtime.code.numba_link import checked
+        from symgen.runtime.code.numba_link import checked
 
         source = self._kernel_source(function)
         return checked(source.njit_function(), source)
@@ -98,7 +98,7 @@ class ModelFunctions:
             `t` a float, `y`, `p` and `out` C-contiguous float64 arrays of one dimension; writes `out` in place.
             Raises ValueError where one of them is shorter than what the function reads or writes.
         """
-        from runtime.code.numba_link import linked_function
+        from symgen.runtime.code.numba_link import linked_function
 
         return linked_function(self._kernel_source(function))
 
@@ -106,7 +106,7 @@ class ModelFunctions:
         """Return the place of this model's machine code; made on first use."""
         with self._lock:
             if "_machine_code" not in self.__dict__:
-                from runtime.code.engine import MachineCode
+                from symgen.runtime.code.engine import MachineCode
 
                 self.__dict__["_machine_code"] = MachineCode()
             return self.__dict__["_machine_code"]
@@ -142,7 +142,7 @@ class ModelFunctions:
     def _entries_source(self, function: str) -> tuple[KernelSource, np.ndarray]:
         found = self.__dict__.setdefault("_entries", {})
         if function not in found:
-            from runtime.code.compact import compact
+            from symgen.runtime.code.compact import compact
 
             whole = self._kernel_source(function)
             code, places = compact(whole.code)

@@ -6,7 +6,7 @@ import math
 import re
 from typing import Any
 
-from runtime.abi import ABI, JUMP, MARKS, SETTINGS
+from symgen.runtime.abi import ABI, JUMP, MARKS, SETTINGS
 
 _LARGEST = 1 << 26  # values that one function hoists, sizes of a body
 _COUNTS = ("nq", "nv", "nh", "nn", "nw")

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.code.grammar import FunctionText, Lengths
-from runtime.code.llvm_text import PREPARED
-from runtime.errors import ModuleError
+from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.llvm_text import PREPARED
+from symgen.runtime.errors import ModuleError
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 
@@ -45,7 +45,7 @@ class KernelSource:
 
     def lower(self, symbol: str) -> tuple[str, int]:
         """Return the function as LLVM IR that defines `symbol`, and the number of its operations."""
-        from runtime.code.modules import lower_function
+        from symgen.runtime.code.modules import lower_function
 
         lowered = lower_function(self.code, symbol)
         return lowered.ir, lowered.operations
@@ -54,7 +54,7 @@ class KernelSource:
         """Return LLVM IR that defines `symbol` and, where work is hoisted, `symbol_prepared` as well."""
         if not self.n_hoisted:
             return self.lower(symbol)
-        from runtime.code.modules import lower_kernel
+        from symgen.runtime.code.modules import lower_kernel
 
         lowered = lower_kernel(self.code, symbol, self.n_hoisted, self.offset)
         return lowered.ir, lowered.operations
@@ -86,7 +86,7 @@ class Kernel:
     ----------
     name : str
     address : int
-        Of the machine code, for `runtime.code.bridge.call_kernel`. Valid as long as this kernel lives.
+        Of the machine code, for `symgen.runtime.code.bridge.call_kernel`. Valid as long as this kernel lives.
     prepared_address : int
         The same for a `p` that `System.prepared` has made: without the work that depends on parameters only.
     out_size : int
@@ -168,7 +168,7 @@ class Kernel:
 def compile_kernel(source: KernelSource) -> Kernel:
     """Compile a function, or take it from the cache."""
     try:
-        from runtime.code import engine
+        from symgen.runtime.code import engine
 
         owner, symbol = source.system.machine_code(), f"symgen_{source.name}"
         key = engine.cache_key(f"{symbol}\0{source.key_text()}")
@@ -197,12 +197,12 @@ def compile_setup(sources: Sequence[KernelSource]) -> Callable[[np.ndarray, int]
     callable
         `setup(p, n)` reads parameters and inputs from p[:n] and writes the functions' hoisted values behind them.
     """
-    from runtime.code import engine
+    from symgen.runtime.code import engine
 
     parts = [(source.code, source.n_hoisted) for source in sources]
 
     def lower(symbol: str) -> tuple[str, int]:
-        from runtime.code.modules import lower_setup
+        from symgen.runtime.code.modules import lower_setup
 
         lowered = lower_setup(parts, symbol)
         return lowered.ir, lowered.operations

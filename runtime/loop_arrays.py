@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.integrate import layout as at
-from runtime.integrate.large_models import suited_to_size
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.large_models import suited_to_size
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.system import System
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.system import System
 
 _CARRIED = ("control", "counters", "y", "f", "work", "dense", "tail")  # from step to step
 _STEPS_ASIDE = 256
@@ -209,7 +209,7 @@ class LoopArrays:
         """Project the state onto the constraints, with quaternions of unit length; returns a status."""
         if self.addresses[at.PROJECT] == 0:
             return at.RUNNING
-        from runtime.integrate.projection import project_state, projection_size
+        from symgen.runtime.integrate.projection import project_state, projection_size
 
         buffer = np.zeros(projection_size(self.sizes))
         return project_state(
@@ -351,7 +351,7 @@ def kernel_addresses(
     """
     addresses, keep = np.zeros(at.N_KERNELS, dtype=np.uint64), []
     if system.m:
-        from runtime.constraints.kkt import lease_guard
+        from symgen.runtime.constraints.kkt import lease_guard
 
         keep.append(lease_guard(system))
         addresses[at.RHS], addresses[at.PROJECT] = keep[0].rhs, keep[0].project

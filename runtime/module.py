@@ -13,14 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from runtime.abi import required_functions
-from runtime.errors import ModuleError
-from runtime.header import HeaderFault, check_header
-from runtime.module_check import verified
+from symgen.runtime.abi import required_functions
+from symgen.runtime.errors import ModuleError
+from symgen.runtime.header import HeaderFault, check_header
+from symgen.runtime.module_check import verified
 
 DECORATOR = '@njit(error_model="numpy")'
 
-_DENSE, _FRONTS = "runtime.code.dense_ldl", "runtime.code.front_ldl"
+_DENSE, _FRONTS = "symgen.runtime.code.dense_ldl", "symgen.runtime.code.front_ldl"
 SOLVERS = {"factor_ldl": _DENSE, "solve_ldl": _DENSE, "factor_fronts": _FRONTS, "solve_fronts": _FRONTS}
 _PREAMBLE_LINE = re.compile(r"(#.*|from (math|numba) import [A-Za-z0-9_, ()]*)?$")
 _TOP_LEVEL_LINE = re.compile(r"^[^\s#].*$", re.MULTILINE)

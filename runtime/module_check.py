@@ -9,13 +9,13 @@ import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from runtime.abi import CLOSED, SPARSE, array_sizes, closed_header, setting_names
-from runtime.code.cache import cache_folder, fetch, prune, store
+from symgen.runtime.abi import CLOSED, SPARSE, array_sizes, closed_header, setting_names
+from symgen.runtime.code.cache import cache_folder, fetch, prune, store
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from runtime.module import ModuleSource
+    from symgen.runtime.module import ModuleSource
 
 _SOURCES = ("module_check.py", "abi.py", "code/dataflow.py", "code/grammar.py")  # decide what passes
 _KEPT = 1000
@@ -27,7 +27,7 @@ def verified(source: ModuleSource) -> ModuleSource:
 
     Raises
     ------
-    runtime.errors.ModuleError
+    symgen.runtime.errors.ModuleError
         Names the function and the element or name that is missing, written twice or read too early.
     """
     key = _key(source)
@@ -53,9 +53,9 @@ def _key(source: ModuleSource) -> str:
 
 
 def _follow(source: ModuleSource) -> None:
-    from runtime.code.dataflow import follow
-    from runtime.code.grammar import FunctionText, Lengths
-    from runtime.names import result_label
+    from symgen.runtime.code.dataflow import follow
+    from symgen.runtime.code.grammar import FunctionText, Lengths
+    from symgen.runtime.names import result_label
 
     header = source.header
     n_p = len(header["parameters"]) + len(header["inputs"]) + len(setting_names(header))
@@ -81,7 +81,7 @@ def _compare(header: dict, written: dict[str, np.ndarray], texts: dict, prefix: 
     """Hold the zeros that matrices leave out against each other: M is symmetric, and the Jacobian has M and G in it."""
     import numpy as np
 
-    from runtime.names import result_label
+    from symgen.runtime.names import result_label
 
     nq, nv, m = header["nq"], header["nv"], header["nh"] + header["nn"]
 

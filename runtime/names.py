@@ -43,7 +43,7 @@ def inside_dot(name: str) -> str:
 def result_label(header: Mapping[str, Any], function: str, place: int) -> str:
     """Return what a function of a module writes at a place of `out`, in words; empty where there are none."""
     if function.startswith("closed_"):
-        from runtime.abi import closed_header
+        from symgen.runtime.abi import closed_header
 
         return result_label(closed_header(header), function.removeprefix("closed_"), place)
     coordinates, rates = header["coordinates"], header["rates"]

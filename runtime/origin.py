@@ -10,7 +10,7 @@ import functools
 import hmac
 import os
 
-from runtime.code.cache import cache_folder, fetch, store
+from symgen.runtime.code.cache import cache_folder, fetch, store
 
 SEAL_SIZE = 32  # bytes
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _ROUND_OFF = 4.0 * np.finfo(float).eps
 _SMALL = 1e-4  # square of an angle below which a series of two terms is exact to round-off

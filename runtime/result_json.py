@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.solution import Sample, Solution
+    from symgen.runtime.solution import Sample, Solution
 
 _STATS = ("steps", "rejected", "rhs", "jacobians", "factorisations")
 _SECONDS = ("derive", "compile", "run", "log")

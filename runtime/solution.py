@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.errors import UnknownNameError, nearest
-from runtime.names import acceleration_labels, rate_indices, rate_labels
+from symgen.runtime.errors import UnknownNameError, nearest
+from symgen.runtime.names import acceleration_labels, rate_indices, rate_labels
 
 if TYPE_CHECKING:
-    from runtime.contact.forms import Forms
-    from runtime.exchange import Exchange
-    from runtime.subsystems.report import Parts
-    from runtime.system import System
-    from runtime.timing.timetable import Timetable
+    from symgen.runtime.contact.forms import Forms
+    from symgen.runtime.exchange import Exchange
+    from symgen.runtime.subsystems.report import Parts
+    from symgen.runtime.system import System
+    from symgen.runtime.timing.timetable import Timetable
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Energy:
     ----------
     kinetic, potential, work : ndarray, shape (n_frames,)
         `work` counts what came from outside, and from resets of events.
-    exchange : runtime.exchange.Exchange
+    exchange : symgen.runtime.exchange.Exchange
         What the motion exchanges, `exchange.size` [J]: the largest |T| or the range of V, whichever is larger.
     max_error : float
         Largest deviation of T + V - work from its start over all checked states, in parts of what the motion exchanges.
@@ -180,15 +180,15 @@ class Solution:
         Smallest pivot ratio of the constraints met; near 0 where their rank was in danger.
     redundant : list of str
         Constraints that follow from the others; their multipliers are not unique.
-    forms : runtime.contact.forms.Forms or None
+    forms : symgen.runtime.contact.forms.Forms or None
         Which stops were closed and which frictions stuck at each frame.
-    parts : runtime.subsystems.report.Parts or None
+    parts : symgen.runtime.subsystems.report.Parts or None
         The subsystems, where each was integrated by itself.
     lowest_gaps : ndarray, shape (number of stops,), or None
         The least gap of each stop at the ends of steps while it was open; None where that is not known.
     passed_by : list of (str, int, float)
         Events that steps passed by, as looks at random places inside them tell: name, how often, when last [s].
-    timetable : runtime.timing.timetable.Timetable or None
+    timetable : symgen.runtime.timing.timetable.Timetable or None
         What the steps had to keep to; None where they were free.
     """
 
@@ -267,7 +267,7 @@ class Solution:
 
     @cached_property
     def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        from runtime.batches import accelerations_and_multipliers
+        from symgen.runtime.batches import accelerations_and_multipliers
 
         if self.forms is not None:
             return self.forms.evaluate(self.system, self.p, self.t, self.states)
@@ -292,7 +292,7 @@ class Solution:
     @cached_property
     def outputs(self) -> np.ndarray:
         """The model's outputs at the frames, shape (n_frames, number of outputs)."""
-        from runtime.batches import evaluate
+        from symgen.runtime.batches import evaluate
 
         return evaluate(self.system, "outputs", self.p, self.t, self.states)
 
@@ -302,14 +302,14 @@ class Solution:
         if not self.system.input_words:
             first, n = len(self.system.parameters), len(self.system.inputs)
             return np.tile(self.p[first : first + n], (len(self.t), 1))
-        from runtime.batches import evaluate
+        from symgen.runtime.batches import evaluate
 
         return evaluate(self.system, "inputs", self.p, self.t, self.states)
 
     @cached_property
     def health(self) -> list:
-        """The health report, a list of `runtime.checks.health.HealthCheck`."""
-        from runtime.checks.health import check
+        """The health report, a list of `symgen.runtime.checks.health.HealthCheck`."""
+        from symgen.runtime.checks.health import check
 
         return check(self)
 
@@ -329,8 +329,8 @@ class Solution:
         return self.status in ("success", "terminated") and not self.objections
 
     def save(self, path: str | os.PathLike[str], **options: Any) -> None:
-        """Write a recording (`.rrd`); see `runtime.recording`."""
-        from runtime.recording.save import save_solution
+        """Write a recording (`.rrd`); see `symgen.runtime.recording`."""
+        from symgen.runtime.recording.save import save_solution
 
         save_solution(self, path, **options)
 

@@ -8,21 +8,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.checks.inertia import refuse_negative_inertia
-from runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step, time_resolution
-from runtime.constraints.assembly import assemble
-from runtime.constraints.energy_level import choose_energy_level
-from runtime.driver import Run
-from runtime.errors import RuntimeModelError
-from runtime.integrate.methods import METHODS
-from runtime.loop_arrays import LoopArrays
-from runtime.summary import summarise
-from runtime.timing.timetable import course_of, make_timetable
+from symgen.runtime.checks.inertia import refuse_negative_inertia
+from symgen.runtime.choose import (
+    EXPLICIT,
+    SERIES,
+    choose_constraints,
+    choose_method,
+    choose_step,
+    time_resolution,
+)
+from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.constraints.energy_level import choose_energy_level
+from symgen.runtime.driver import Run
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.summary import summarise
+from symgen.runtime.timing.timetable import course_of, make_timetable
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 _FPS = 60.0
 _LEAST_FRAMES, _MOST_FRAMES = 200, 20_000
@@ -64,18 +71,18 @@ def solve(
     t_end : float, optional [s]
         The model's own `[run]` table by default.
     method : str
-        One of `runtime.integrate.methods.METHODS`, or "auto".
+        One of `symgen.runtime.integrate.methods.METHODS`, or "auto".
     rtol, atol : float
         Tolerances of adaptive methods, per step and component.
     step : float, optional [s]
         Of fixed-step methods; 1/50 of the fastest period at the start by default, up to 1/14 with high orders.
     constraints : str
-        "projection", another form of `runtime.integrate.forms.FORMS` that the method has, or "auto".
+        "projection", another form of `symgen.runtime.integrate.forms.FORMS` that the method has, or "auto".
     parameters : mapping of str to float, optional
         Values other than the model's.
     inputs : mapping, optional
-        By name: a number, a pair (times, values), or a `runtime.inputs` Table, Polynomial or Controller; the latter
-        also by a tuple of names, for several inputs at once. The model's own otherwise.
+        By name: a number, a pair (times, values), or a `symgen.runtime.inputs` Table, Polynomial or Controller; the
+        latter also by a tuple of names, for several inputs at once. The model's own otherwise.
     start, rate : mapping of str to float, optional
         Initial values of coordinates and rates, enforced.
     at : sequence of float [s]
@@ -85,7 +92,7 @@ def solve(
     progress : callable, optional
         Called with (t, steps) now and then.
     recorder : object, optional
-        `runtime.recording.recorder.RunRecorder`, or a callable that makes one: it is called with `system`, `p`,
+        `symgen.runtime.recording.recorder.RunRecorder`, or a callable that makes one: it is called with `system`, `p`,
         `method`, `constraints`, `rtol`, `atol` and `options` once these are settled.
     max_steps : int, optional
         Fail after this many steps.
@@ -115,7 +122,7 @@ def solve(
     moving, constant = _split_inputs(system, {**(inputs or {})}, parameters or {})
     p = system.parameter_values({**(parameters or {}), **constant})
     if moving:
-        from runtime.inputs.drive import drive
+        from symgen.runtime.inputs.drive import drive
 
         system = drive(system, moving, p, t_start, t_end)
     treatment, formed, form_notes = choose_constraints(constraints, system, method)
@@ -124,7 +131,7 @@ def solve(
     state = np.concatenate([assembly.q, assembly.v])
     refuse_negative_inertia(system, p, t_start, state)
     if moving:
-        from runtime.inputs.schedule import first_samples
+        from symgen.runtime.inputs.schedule import first_samples
 
         first_samples(system, p, t_start, state)
     notes = [*_moved_notes(assembly.moved), *assembly.notes]
@@ -132,12 +139,12 @@ def solve(
     notes += more
     notes += form_notes
     if split is not False and system.subsystems:
-        from runtime.subsystems.division import divide
+        from symgen.runtime.subsystems.division import divide
 
         kinds, why_not = divide(system)
         if kinds:
-            from runtime.subsystems.apart import solve_apart
-            from runtime.subsystems.settings import Settings
+            from symgen.runtime.subsystems.apart import solve_apart
+            from symgen.runtime.subsystems.settings import Settings
 
             times, shown = frame_times(t_start, t_end, fps)
             settings = Settings(
@@ -270,7 +277,7 @@ def _split_inputs(
     own = [record for record in system.inputs if "table" in record or "polynomial" in record]
     if not own and all(type(value) in (int, float) for value in inputs.values()):
         return {}, inputs
-    from runtime.inputs.given import from_record, is_constant
+    from symgen.runtime.inputs.given import from_record, is_constant
 
     said = {name for key in (*inputs, *parameters) for name in (key if isinstance(key, tuple) else (key,))}
     moving = {record["name"]: from_record(record) for record in own if record["name"] not in said}
@@ -279,7 +286,7 @@ def _split_inputs(
 
 
 def _schedule(system: System, arrays: LoopArrays, method: Method, t_start: float) -> Any:
-    from runtime.inputs.schedule import InputSchedule
+    from symgen.runtime.inputs.schedule import InputSchedule
 
     return InputSchedule(system, arrays, method, t_start)
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.failures import NEARLY_DEPENDENT, failure_message, state_names
-from runtime.integrate import layout as at
+from symgen.runtime.failures import NEARLY_DEPENDENT, failure_message, state_names
+from symgen.runtime.integrate import layout as at
 
 if TYPE_CHECKING:
-    from runtime.driver import Run
+    from symgen.runtime.driver import Run
 
 _WINDOW = 1.0  # [s] of processor time
 _WINDOWS = 10  # near a change point some seconds of tiny steps are no stall
@@ -28,7 +28,7 @@ class StallWatch:
 
     Parameters
     ----------
-    run : runtime.driver.Run
+    run : symgen.runtime.driver.Run
     """
 
     def __init__(self, run: Run):
@@ -62,7 +62,7 @@ class StallWatch:
         run = self._run
         if run.method.form != "partition":
             return False
-        from runtime.constraints.dependence import rank_is_lost
+        from symgen.runtime.constraints.dependence import rank_is_lost
 
         system, arrays = run.actions.form, run.arrays
         return rank_is_lost(system, arrays.p, arrays.t, arrays.y[: system.nq], NEARLY_DEPENDENT)

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
-from runtime.exchange import Exchange, energy_limit
-from runtime.integrate import layout as at
-from runtime.integrate.methods import find_method
-from runtime.solution import ConstraintResidual, Energy, Sample, Solution
+from symgen.runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
+from symgen.runtime.exchange import Exchange, energy_limit
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.solution import ConstraintResidual, Energy, Sample, Solution
 
 if TYPE_CHECKING:
-    from runtime.contact.forms import Forms
-    from runtime.driver import Run
-    from runtime.system import System
+    from symgen.runtime.contact.forms import Forms
+    from symgen.runtime.driver import Run
+    from symgen.runtime.system import System
 
 _STATISTICS = {
     "steps": at.STEPS,
@@ -78,7 +78,7 @@ def summarise(
         and error > energy_limit(find_method(settings["method"]), settings["rtol"])
         and not _has_jumped(run)
     ):
-        from runtime.work_along import work_that_balances
+        from symgen.runtime.work_along import work_that_balances
 
         states = rows[:, : system.nq + system.nv]
         along = work_that_balances(system, arrays.p, times, states, energies, work)
@@ -142,7 +142,7 @@ def _collected(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
 
 
 def _forms(run: Run, n: int) -> Forms:
-    from runtime.contact.forms import Forms
+    from symgen.runtime.contact.forms import Forms
 
     index = np.append(run.form_at_frames[: int(run.arrays.counters[at.NEXT_FRAME])], len(run.forms) - 1)
     return Forms(np.array(run.forms), index[:n])
@@ -160,7 +160,7 @@ def _samples(
     rows = np.vstack([entry[1] for entry in entries])
     forces = None
     if settings:
-        from runtime.contact.forms import Forms
+        from symgen.runtime.contact.forms import Forms
 
         forms = Forms(np.array(settings), np.array([entry[3] for entry in entries]))
         accelerations, multipliers, forces = forms.evaluate(system, p, times, rows)

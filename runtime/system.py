@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.abi import CLOSED, JUMP, SWITCHED, closed_header, setting_names
-from runtime.errors import RuntimeModelError, UnknownNameError, nearest
-from runtime.functions import ModelFunctions
-from runtime.module import ModuleSource, read_module
+from symgen.runtime.abi import CLOSED, JUMP, SWITCHED, closed_header, setting_names
+from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
+from symgen.runtime.functions import ModelFunctions
+from symgen.runtime.module import ModuleSource, read_module
 
 if TYPE_CHECKING:
-    from runtime.linear.model import LinearModel
-    from runtime.linear.modes import Modes
-    from runtime.solution import Solution
+    from symgen.runtime.linear.model import LinearModel
+    from symgen.runtime.linear.modes import Modes
+    from symgen.runtime.solution import Solution
 
 
 def load(path_or_text: str | os.PathLike[str]) -> System:
@@ -36,7 +36,7 @@ def load(path_or_text: str | os.PathLike[str]) -> System:
 
     Raises
     ------
-    runtime.errors.ModuleError
+    symgen.runtime.errors.ModuleError
         It is not a module of this ABI.
     """
     return System(read_module(path_or_text))
@@ -135,7 +135,7 @@ class System(ModelFunctions):
 
     @property
     def input_polynomials(self) -> Mapping[int, tuple[int, int, int]]:
-        """Inputs over time, see `runtime.inputs.driven.DrivenSystem`: here all are constants."""
+        """Inputs over time, see `symgen.runtime.inputs.driven.DrivenSystem`: here all are constants."""
         return {}
 
     @property
@@ -235,7 +235,7 @@ class System(ModelFunctions):
         if not self._hoisted:
             return p
         if "_setup" not in self.__dict__:
-            from runtime.kernel import compile_setup
+            from symgen.runtime.kernel import compile_setup
 
             with self._lock:  # a recording evaluates kernels beside the run
                 if "_setup" not in self.__dict__:
@@ -275,14 +275,14 @@ class System(ModelFunctions):
         )
 
     def run(self, **options: Any) -> Solution:
-        """Integrate the model; the options are those of `runtime.solve.solve`."""
-        from runtime.solve import solve
+        """Integrate the model; the options are those of `symgen.runtime.solve.solve`."""
+        from symgen.runtime.solve import solve
 
         return solve(self, **options)
 
     def linearise(self, at: Any = "equilibrium", **options: Any) -> LinearModel:
-        """Return the linear model about a state; arguments are those of `runtime.linear.linearise`."""
-        from runtime.linear import linearise
+        """Return the linear model about a state; arguments are those of `symgen.runtime.linear.linearise`."""
+        from symgen.runtime.linear import linearise
 
         return linearise(self, at, **options)
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers, right_hand_sides
+from symgen.runtime.batches import accelerations_and_multipliers, right_hand_sides
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _NODES, _WEIGHTS = (
     np.array([-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526]),

@@ -17,7 +17,7 @@ from . import __version__
 from .errors import ModelError, SymgenError
 
 if TYPE_CHECKING:
-    from runtime import System
+    from symgen.runtime import System
 
     from .derive.program import Program
     from .model.model import Model
@@ -66,9 +66,9 @@ def derive(model: Model) -> System:
 
     Returns
     -------
-    runtime.System
+    symgen.runtime.System
     """
-    import runtime
+    from symgen import runtime
 
     return runtime.load(derive_text(model).text)
 
@@ -126,8 +126,8 @@ def derive_text(model: Model, source: str | None = None) -> DerivedModel:
 
 def _check_readable(text: str, name: str) -> None:
     """Refuse to hand out a module that the run time would not take: nobody can mend that in the model."""
-    from runtime.errors import ModuleError
-    from runtime.module import read_module
+    from symgen.runtime.errors import ModuleError
+    from symgen.runtime.module import read_module
 
     try:
         read_module(text)
@@ -201,7 +201,7 @@ def module_for(
     -------
     ModuleText
     """
-    from runtime.code.cache import cache_folder, fetch, store
+    from symgen.runtime.code.cache import cache_folder, fetch, store
 
     options = options or {}
     key = hashlib.sha256()
@@ -233,7 +233,7 @@ def generator_hash() -> str:
 
     It is remembered for as long as they have the sizes and times that they had, as Python does with its bytecode.
     """
-    from runtime.code.cache import cache_folder, fetch, prune, store
+    from symgen.runtime.code.cache import cache_folder, fetch, prune, store
 
     folder = str(Path(__file__).parent)
     sources = sorted(_sources(folder, _GENERATOR))

@@ -10,10 +10,10 @@ from types import SimpleNamespace
 from hypothesis import reject
 from hypothesis import strategies as st
 
-from runtime.graph.functions import IN_CODE
 from symgen.derive.graph.graph import Graph
 from symgen.derive.graph.kinds import PARAM, Q, V
 from symgen.derive.graph.nodes import FoldingError
+from symgen.runtime.graph.functions import IN_CODE
 
 VARIABLES = ((Q, 0), (Q, 1), (V, 0), (V, 1), (PARAM, 0))
 CONSTANTS = (-2.0, 0.5, 3.0)

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from runtime.recording.reader import read_recording
-from runtime.recording.recorder import RunRecorder
-from runtime.solution import Solution
+from symgen.runtime.recording.reader import read_recording
+from symgen.runtime.recording.recorder import RunRecorder
+from symgen.runtime.solution import Solution
 
 
 class _Forger(RunRecorder):

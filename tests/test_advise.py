@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from runtime.checks.advice import advise
-from runtime.checks.mode_origin import fastest_origin
-from runtime.checks.stability import stable_radius, stable_step
-from runtime.integrate.methods import METHODS
 from symgen import Model, dot
 from symgen.cli import main
+from symgen.runtime.checks.advice import advise
+from symgen.runtime.checks.mode_origin import fastest_origin
+from symgen.runtime.checks.stability import stable_radius, stable_step
+from symgen.runtime.integrate.methods import METHODS
 from tests.trust.models import bundled
 
 ARGUMENTS = {"t_end": 5.0, "method": "auto", "rtol": 1e-8, "atol": 1e-10}

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import sympy
 
-from runtime.abi import SPARSE, array_sizes
-from runtime.constraints.assembly import AssemblyError, assemble
-from runtime.errors import UnknownNameError
-from runtime.system import System, load
+from symgen.runtime.abi import SPARSE, array_sizes
+from symgen.runtime.constraints.assembly import AssemblyError, assemble
+from symgen.runtime.errors import UnknownNameError
+from symgen.runtime.system import System, load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 SLIDER_CRANK = {

@@ -14,20 +14,20 @@ import pytest
 from click.testing import CliRunner
 from references import load_reference, numbers
 
-from runtime.bench.auto import auto_result
-from runtime.bench.case import QUICK, Case, Row, measure
-from runtime.bench.levels import LEVELS, all_levels, best_at, label, lost_again, seconds_at
-from runtime.bench.peers import find_peers, run_peer
-from runtime.bench.reference import read_reference
-from runtime.bench.report import _preempted, scene_table
-from runtime.bench.scenes import SCENES, find_scene
-from runtime.bench.sweep import Curve, sweep, tolerances
-from runtime.bench.timing import was_preempted
-from runtime.errors import RuntimeModelError
-from runtime.integrate.methods import METHODS
 from symgen.cli import main
 from symgen.link import derive_text
 from symgen.model.library import bundled, bundled_folder, find, load
+from symgen.runtime.bench.auto import auto_result
+from symgen.runtime.bench.case import QUICK, Case, Row, measure
+from symgen.runtime.bench.levels import LEVELS, all_levels, best_at, label, lost_again, seconds_at
+from symgen.runtime.bench.peers import find_peers, run_peer
+from symgen.runtime.bench.reference import read_reference
+from symgen.runtime.bench.report import _preempted, scene_table
+from symgen.runtime.bench.scenes import SCENES, find_scene
+from symgen.runtime.bench.sweep import Curve, sweep, tolerances
+from symgen.runtime.bench.timing import was_preempted
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.methods import METHODS
 
 REFERENCES = bundled_folder() / "references"
 CORNERS = replace(QUICK, longest_run=0.02, repeat=0.0)
@@ -36,7 +36,7 @@ CORNERS = replace(QUICK, longest_run=0.02, repeat=0.0)
 @functools.cache
 def case(name: str) -> Case:
     """A scene ready to run, derived once for all tests of this file."""
-    import runtime
+    from symgen import runtime
 
     scene = SCENES[name]
     text = derive_text(load(find(scene.model), scene.options)).text
@@ -270,7 +270,7 @@ def test_command_writes_table_json_and_diagram(tmp_path):
 
 
 def test_ctrl_c_keeps_what_was_measured(tmp_path, monkeypatch):
-    from runtime.bench import scene_run
+    from symgen.runtime.bench import scene_run
 
     def interrupted(case, name, effort):
         if name == "rk4":

@@ -20,7 +20,7 @@ RUNTIME = [f for f in FILES if f.startswith("runtime/")]
 SYMGEN = [f for f in FILES if f.startswith("symgen/")]
 RECORDING_DOOR = "runtime/recording/rrd/"
 # Knows neither SymPy nor text; its own imports are tested below.
-SHARED = "runtime.graph"
+SHARED = "symgen.runtime.graph"
 NEEDED = {
     re.match(r"[\w-]+", requirement)[0].removesuffix("-sdk")
     for requirement in tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
@@ -46,11 +46,11 @@ def imports(file: str) -> set[str]:
             continue
         pending.extend(ast.iter_child_nodes(node))
         if isinstance(node, ast.Import):
-            found |= {alias.name.split(".")[0] for alias in node.names}
+            found |= {half(alias.name) for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             if node.module and node.module.startswith(SHARED):
                 continue
-            found.add(absolute(file, node))
+            found |= absolute(file, node)
         elif isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in (
             "import_module",
             "__import__",
@@ -62,15 +62,20 @@ def imports(file: str) -> set[str]:
 def named_packages(tree: ast.AST) -> set[str]:
     """Packages that a file with imports by name can mean: those that any of its texts names."""
     texts = (n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str))
-    return {text.split(".")[0] for text in texts} & {*DECLARED, "symgen", "runtime"}
+    return {half(text) for text in texts} & {*DECLARED, "symgen", "runtime"}
 
 
-def absolute(file: str, node: ast.ImportFrom) -> str:
+def half(module: str) -> str:
+    """The package of a module; of this one, which half: the folder `runtime` is imported as `symgen.runtime`."""
+    return "runtime" if f"{module}.".startswith("symgen.runtime.") else module.split(".")[0]
+
+
+def absolute(file: str, node: ast.ImportFrom) -> set[str]:
     if not node.level:
-        return node.module.split(".")[0]
+        return {half(f"{node.module}.{alias.name}") for alias in node.names}
     parts = Path(file).parent.parts
     assert node.level <= len(parts), f"{file}: relative import beyond the package"
-    return parts[0]
+    return {parts[0]}
 
 
 @pytest.mark.parametrize("file", RUNTIME)
@@ -120,18 +125,20 @@ def test_no_code_is_executed_from_text(file):
 
 
 def loaded_by(statement: str) -> set[str]:
-    """Packages in `sys.modules` after a statement in a fresh process."""
-    code = f"import sys; {statement}; print(*sorted({{m.split('.')[0] for m in sys.modules}}))"
+    """Packages, and modules of this one, in `sys.modules` after a statement in a fresh process."""
+    code = f"import sys; {statement}; print(*sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    return set(run.stdout.split())
+    return {name if name.startswith("symgen.") else name.split(".")[0] for name in run.stdout.split()}
 
 
 def test_importing_symgen_is_light():
-    assert not loaded_by("import symgen") & {"sympy", "runtime", *HEAVY}
+    assert not loaded_by("import symgen") & {"sympy", "symgen.runtime", *HEAVY}
 
 
-def test_importing_runtime_brings_neither_sympy_nor_symgen_nor_rerun():
-    assert not loaded_by("import runtime") & {"sympy", "symgen", "rerun", "scipy", "matplotlib"}
+def test_importing_runtime_brings_neither_sympy_nor_the_compile_time_half_nor_rerun():
+    loaded = loaded_by("from symgen.runtime import load")
+    assert not loaded & {"sympy", "rerun", "scipy", "matplotlib"}
+    assert all(name.startswith("symgen.runtime") for name in loaded if name.startswith("symgen."))
 
 
 def test_the_command_starts_without_heavy_imports():

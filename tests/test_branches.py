@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import runtime
-from runtime.checks.branches import branches
-from symgen import Model, cos, sin
+from symgen import Model, cos, runtime, sin
 from symgen.link import derive_text
+from symgen.runtime.checks.branches import branches
 
 
 @pytest.fixture(scope="module")

@@ -11,10 +11,10 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
-from runtime.batches import evaluate
 from symgen.link import derive
 from symgen.model.library import find, load
 from symgen.model.model import Model
+from symgen.runtime.batches import evaluate
 
 G = 9.81
 

@@ -12,9 +12,9 @@ from oracles.planar_mechanisms import MECHANISMS
 from oracles.variational import VariationalModel
 from sympy import Expr, symbols
 
-from runtime.errors import RuntimeModelError
 from symgen.link import derive
 from symgen.model.library import bundled, find, load
+from symgen.runtime.errors import RuntimeModelError
 
 TOML_MODELS = sorted(name for name, path in bundled().items() if path.suffix == ".toml")
 OF_JOINTS = [name for name in TOML_MODELS if "[joints." in find(name).read_text(encoding="utf-8")]

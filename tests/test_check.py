@@ -10,14 +10,13 @@ import pytest
 from click.testing import CliRunner
 from references import load_reference
 
-import runtime
-from runtime.checks.convergence import study
-from runtime.checks.convergence_text import tables
-from runtime.checks.growth import is_exponential
-from symgen import Model, dot
+from symgen import Model, dot, runtime
 from symgen.cli import main
 from symgen.link import module_for
 from symgen.model.library import bundled_folder, find
+from symgen.runtime.checks.convergence import study
+from symgen.runtime.checks.convergence_text import tables
+from symgen.runtime.checks.growth import is_exponential
 
 AUTO = {"method": "auto", "rtol": 1e-8, "atol": 1e-10}
 

@@ -7,13 +7,13 @@ import functools
 import numpy as np
 import pytest
 
-import runtime.choose
-from runtime.integrate import layout as at
-from runtime.integrate.methods import METHODS
-from runtime.loop_arrays import LoopArrays
 from symgen import Model, dot, sqrt
 from symgen.link import derive
 from symgen.model.library import find, load
+from symgen.runtime import choose
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.loop_arrays import LoopArrays
 
 
 @functools.cache
@@ -79,7 +79,7 @@ def test_dependent_constraints_are_for_the_explicit_method(monkeypatch):
 
 
 def test_large_models_are_for_the_explicit_method(monkeypatch):
-    monkeypatch.setattr(runtime.choose, "_LARGEST_FOR_SERIES", 20)
+    monkeypatch.setattr(choose, "_LARGEST_FOR_SERIES", 20)
     solution = derived("double_pendulum").run(t_end=0.5)
     assert solution.method == "dop853"
     assert "take long to compile" in chosen_note(solution)

@@ -190,12 +190,12 @@ def test_unknown_command():
 
 
 def test_internal_error_is_a_sentence(monkeypatch):
-    import runtime.solve
+    from symgen.runtime import solve
 
     def broken(*arguments, **options):
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr(runtime.solve, "solve", broken)
+    monkeypatch.setattr(solve, "solve", broken)
     result = symgen("run", "rod.toml", "--no-log")
     assert_fails(
         result, 1, "internal error: ZeroDivisionError: division by zero; please report", "SYMGEN_TRACEBACK=1"
@@ -306,7 +306,7 @@ def test_light_path_imports_only_what_it_uses():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
 def test_interrupt_keeps_the_recording(folder):
-    from runtime.recording.reader import read_recording
+    from symgen.runtime.recording.reader import read_recording
 
     process = _process("run", "double_pendulum", "--t-end", "1e7", "--fps", "0.001", "--log", "cut.rrd")
     deadline = time.monotonic() + 300

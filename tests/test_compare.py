@@ -10,12 +10,12 @@ import pytest
 from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
-from runtime.checks.growth import growth_rate
-from runtime.recording.compare import compare
-from runtime.recording.errors import RecordingError
-from runtime.solve import solve
-from runtime.system import load
 from symgen.cli import main
+from symgen.runtime.checks.growth import growth_rate
+from symgen.runtime.recording.compare import compare
+from symgen.runtime.recording.errors import RecordingError
+from symgen.runtime.solve import solve
+from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 

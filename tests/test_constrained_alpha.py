@@ -7,13 +7,13 @@ import functools
 import numpy as np
 import pytest
 
-from runtime.constraints.assembly import assemble
-from runtime.integrate import layout as at
-from runtime.integrate.alpha.constrained_work import START, constrained_alpha_work
-from runtime.integrate.forms import FORMS
-from runtime.loop_arrays import LoopArrays
 from symgen.link import derive
 from symgen.model.library import find, load
+from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.alpha.constrained_work import START, constrained_alpha_work
+from symgen.runtime.integrate.forms import FORMS
+from symgen.runtime.loop_arrays import LoopArrays
 
 SCHEMES = [(form, name) for form in ("index3", "ggl") for name in ("generalized_alpha", "hht")]
 schemes = pytest.mark.parametrize("form, name", SCHEMES)

@@ -12,14 +12,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import runtime
-from runtime.bench.case import QUICK, Case, measure
-from runtime.bench.peers import find_peers, run_peer
-from runtime.bench.reference import read_reference
-from runtime.bench.scenes import SCENES
-from runtime.integrate.methods import METHODS
+from symgen import runtime
 from symgen.link import derive_text
 from symgen.model.library import bundled_folder, find, load
+from symgen.runtime.bench.case import QUICK, Case, measure
+from symgen.runtime.bench.peers import find_peers, run_peer
+from symgen.runtime.bench.reference import read_reference
+from symgen.runtime.bench.scenes import SCENES
+from symgen.runtime.integrate.methods import METHODS
 
 CONSTRAINED = (
     "slider_crank",

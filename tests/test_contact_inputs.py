@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import runtime
-from runtime.errors import RuntimeModelError
-from runtime.inputs import Controller, Polynomial, Table
-from symgen import Model
+from symgen import Model, runtime
 from symgen.link import derive_text
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.inputs import Controller, Polynomial, Table
 
 
 @pytest.fixture(scope="module")

@@ -11,14 +11,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import runtime
-from runtime.constraints.kkt import lease_guard
-from runtime.contact.complementarity import NoSolution, lemke
-from runtime.contact.coulomb import Levels, coulomb_forces
-from runtime.errors import ModuleError
-from symgen import Model
+from symgen import Model, runtime
 from symgen.errors import ModelError
 from symgen.link import derive_text
+from symgen.runtime.constraints.kkt import lease_guard
+from symgen.runtime.contact.complementarity import NoSolution, lemke
+from symgen.runtime.contact.coulomb import Levels, coulomb_forces
+from symgen.runtime.errors import ModuleError
 
 FILE = """
 name = "mixed"
@@ -152,7 +151,7 @@ def test_a_module_whose_switches_do_not_fit_its_events_is_refused(mixed):
 def test_events_in_the_result_name_the_stops(mixed, tmp_path):
     solution = runtime.load(mixed).run(t_end=1.0, method="dop853", rate={"x": -3.0}, at=[0.5])
     assert solution.ok
-    from runtime.result_json import write_result
+    from symgen.runtime.result_json import write_result
 
     write_result(solution, tmp_path / "result.json")
     result = json.loads((tmp_path / "result.json").read_text())
@@ -161,7 +160,7 @@ def test_events_in_the_result_name_the_stops(mixed, tmp_path):
 
 
 def test_a_recording_is_checked_with_its_stops_and_frictions(mixed, tmp_path):
-    from runtime.recording.verify import verify
+    from symgen.runtime.recording.verify import verify
 
     solution = runtime.load(mixed).run(t_end=1.0, method="dop853", rate={"x": -3.0})
     solution.save(tmp_path / "run.rrd")

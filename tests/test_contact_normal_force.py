@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from runtime.errors import RuntimeModelError
 from symgen import Model, cos, dot, sin, sqrt
 from symgen.errors import ModelError
+from symgen.runtime.errors import RuntimeModelError
 
 G = 9.81
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from runtime.constraints.dependence import dependent_constraints
 from symgen import Model, cos, dot, sin, sqrt
+from symgen.runtime.constraints.dependence import dependent_constraints
 
 G = 9.81
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from runtime.errors import RuntimeModelError
 from symgen import Model, cos, sin, sqrt, t
+from symgen.runtime.errors import RuntimeModelError
 
 G = 9.81
 

@@ -9,9 +9,9 @@ import pytest
 from driven_models import C, K, M, closed_crane, crane, oscillator
 from scipy.linalg import expm
 
-from runtime.errors import RuntimeModelError
-from runtime.inputs import Controller, Table
-from runtime.inputs.drive import drive
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.inputs import Controller, Table
+from symgen.runtime.inputs.drive import drive
 
 GAIN = np.array([12.0, 3.5])
 
@@ -162,7 +162,7 @@ def test_a_controller_beside_a_table():
 
 
 def test_recordings_of_controllers_are_verified(tmp_path):
-    from runtime.recording.verify import verify
+    from symgen.runtime.recording.verify import verify
 
     sampled = Controller(lambda t, x: -2.0 * x[0], period=0.05, noise=0.01)
     continuous = Controller(lambda t, x: -2.0 * x[0])
@@ -198,7 +198,7 @@ def test_what_is_no_controller_is_refused(law, cause):
 
 
 def test_what_numba_cannot_compile_is_refused():
-    from runtime.code import numba_setup
+    from symgen.runtime.code import numba_setup
 
     if numba_setup.DISABLE_JIT:
         pytest.skip("nothing is compiled")

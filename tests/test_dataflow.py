@@ -9,17 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import runtime
-from runtime.code.dataflow import follow
-from runtime.code.grammar import FunctionText, Lengths
-from runtime.errors import ModuleError
-from runtime.module import read_module
-from symgen import Model, cos, dot, link, sin
+from symgen import Model, cos, dot, link, runtime, sin
 from symgen.derive.rolling import clusters
 from symgen.derive.scenes.subsystems import derive
 from symgen.emit import function as function_text
 from symgen.emit.module import emit
 from symgen.model.library import find, load
+from symgen.runtime.code.dataflow import follow
+from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.errors import ModuleError
+from symgen.runtime.module import read_module
 
 GENERATED = Path(__file__).parent.parent / "generated"
 

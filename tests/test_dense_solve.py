@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 from mechanisms import GRAVITY, body, describe
 
-import runtime
-from runtime.code import compiler, dense_ldl, engine
-from runtime.errors import ModuleError
-from symgen import Model, cos, link, sin
+from symgen import Model, cos, link, runtime, sin
 from symgen.derive.graph.graph import Graph
 from symgen.derive.pipeline import derive
 from symgen.derive.solve import dense_solve
 from symgen.emit.module import emit
+from symgen.runtime.code import compiler, dense_ldl, engine
+from symgen.runtime.errors import ModuleError
 
 SIZES = [(1, 1), (2, 1), (3, 2), (4, 4), (6, 5), (9, 6), (13, 13), (30, 22), (41, 41)]
 

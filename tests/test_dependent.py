@@ -8,13 +8,13 @@ import re
 import numpy as np
 import pytest
 
-from runtime import load as load_module
-from runtime.batches import accelerations_and_multipliers
-from runtime.constraints.usual_rank import has_dependence
-from runtime.errors import ModuleError, RuntimeModelError
 from symgen import Model, cos, sin, t
 from symgen.link import derive_file, derive_text
 from symgen.model.library import find
+from symgen.runtime import load as load_module
+from symgen.runtime.batches import accelerations_and_multipliers
+from symgen.runtime.constraints.usual_rank import has_dependence
+from symgen.runtime.errors import ModuleError, RuntimeModelError
 
 # A planar four-bar whose joints are spatial: of the five constraints that close it, two do something.
 SPATIAL = """

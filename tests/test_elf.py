@@ -11,9 +11,9 @@ import sys
 import numpy as np
 import pytest
 
-from runtime.code import compiler, elf, engine
-from runtime.code.grammar import FunctionText, Lengths
-from runtime.code.modules import lower_function
+from symgen.runtime.code import compiler, elf, engine
+from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.modules import lower_function
 
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux" or platform.machine() != "x86_64",

@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 from mechanisms import CONSTRAINED, FREE
 from random_expressions import VARIABLES, evaluate, on_graph, points, recipes
 
-from runtime.graph.functions import IN_CODE
 from symgen.derive.pipeline import derive
 from symgen.derive.program import Function, Program
 from symgen.emit.module import emit
 from symgen.model.description import Constant, Event, Parameter
+from symgen.runtime.graph.functions import IN_CODE
 
 ROOT = Path(__file__).resolve().parents[1]
 ALL = (*FREE, *CONSTRAINED)

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.errors import RuntimeModelError
-from runtime.system import load
 from symgen.link import derive
 from symgen.model.toml_reader import read_text
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.system import load
 
 ROOT = Path(__file__).parents[1]
 PENDULUM = """

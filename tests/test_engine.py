@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.code import cache, compiler, engine
-from runtime.code.grammar import FunctionText, Lengths
-from runtime.code.modules import lower_function
+from symgen.runtime.code import cache, compiler, engine
+from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.modules import lower_function
 
 ROOT = Path(__file__).parent.parent
 TEXT = "def f(t, y, p, out):\n    out[0] = sin(y[0]) * p[0] + tan(t)\n"
@@ -119,11 +119,11 @@ def test_next_process_loads_what_this_one_compiled(tmp_path):
     script = f"""
 import sys, warnings
 warnings.simplefilter("error")
-import runtime, runtime.kernel
+from symgen.runtime import kernel, load
 if sys.argv[1] == "second":
     def refuse(*a, **k): raise AssertionError("lowered again")
-    runtime.kernel.lower_function = runtime.kernel.lower_kernel = refuse
-system = runtime.load({str(ROOT / "tests" / "fixtures" / "double_pendulum.py")!r})
+    kernel.lower_function = kernel.lower_kernel = refuse
+system = load({str(ROOT / "tests" / "fixtures" / "double_pendulum.py")!r})
 out = system.kernel("rhs")(0.0, [1.0, 2.0, 3.0, 4.0], system.parameter_values())
 print(out.tobytes().hex(), "numba" in sys.modules)
 """

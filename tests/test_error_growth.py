@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from references import load_reference
 
-import runtime
-from runtime.checks.error_estimate import estimate, sizes
-from symgen import Model, cos, dot, sqrt
+from symgen import Model, cos, dot, runtime, sqrt
 from symgen.link import module_for
 from symgen.model.library import find
+from symgen.runtime.checks.error_estimate import estimate, sizes
 
 
 def bundled(name: str) -> runtime.System:

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.choose import choose_constraints
-from runtime.errors import RuntimeModelError
-from runtime.integrate import layout as at
-from runtime.integrate.forms import FORMS, SUITED
-from runtime.integrate.ggl import Blocks, set_shifted, solve_shifted
-from runtime.integrate.linear import lu_factor
-from runtime.integrate.methods import METHODS
-from runtime.loop_arrays import LoopArrays
-from runtime.system import load
+from symgen.runtime.choose import choose_constraints
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.forms import FORMS, SUITED
+from symgen.runtime.integrate.ggl import Blocks, set_shifted, solve_shifted
+from symgen.runtime.integrate.linear import lu_factor
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.system import load
 
 ROOT = Path(__file__).parents[1]
 SPANS = {

@@ -8,11 +8,11 @@ import inspect
 import numpy as np
 import pytest
 
-import runtime
-from runtime.code import compiler, engine, front_ldl
-from runtime.code.llvm_text import table as table_ir
-from runtime.errors import ModuleError
+from symgen import runtime
 from symgen.derive.solve import fronts
+from symgen.runtime.code import compiler, engine, front_ldl
+from symgen.runtime.code.llvm_text import table as table_ir
+from symgen.runtime.errors import ModuleError
 
 PATTERNS = ["band", "grid", "star", "random", "full", "parts"]
 

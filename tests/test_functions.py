@@ -14,11 +14,6 @@ from random_expressions import evaluate
 from test_taylor_series import EMITTERS, ORDER, coefficients, with_force
 
 import symgen
-from runtime.code import compiler, engine
-from runtime.code.grammar import FunctionText, Lengths
-from runtime.code.modules import lower_function
-from runtime.graph.functions import ENTRIES, IN_CODE, IN_MODELS, Arithmetic, slopes
-from runtime.linear.duals import _MATHEMATICS, Dual
 from symgen.derive.graph.differentiate import forward, reverse
 from symgen.derive.graph.evaluate import evaluate as evaluate_arrays
 from symgen.derive.graph.graph import Graph
@@ -26,6 +21,11 @@ from symgen.derive.graph.kinds import Q
 from symgen.derive.load import Loader
 from symgen.model.expressions import parse
 from symgen.model.functions import CLASSES
+from symgen.runtime.code import compiler, engine
+from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.modules import lower_function
+from symgen.runtime.graph.functions import ENTRIES, IN_CODE, IN_MODELS, Arithmetic, slopes
+from symgen.runtime.linear.duals import _MATHEMATICS, Dual
 
 POINTS = (0.31, -0.72, 0.94)
 SMOOTH = sorted(name for name, entry in IN_CODE.items() if entry.smooth)

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import assume, given, settings
 from random_expressions import OPERATIONS, Direct, evaluate, follow, on_graph, points, recipes
 
-from runtime.graph.functions import IN_CODE
 from symgen.derive.graph.graph import Graph
 from symgen.derive.graph.kinds import PARAM, Q, V
 from symgen.derive.graph.nodes import FoldingError
+from symgen.runtime.graph.functions import IN_CODE
 
 
 @pytest.fixture

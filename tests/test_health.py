@@ -9,19 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.checks.advice import advise
-from runtime.checks.convergence import study
-from runtime.checks.convergence_text import lines
-from runtime.checks.health import check
-from runtime.exchange import Exchange, energy_limit
-from runtime.integrate.methods import METHODS, find_method
-from runtime.recording.verify import verify
-from runtime.result_json import result, to_json
-from runtime.solution import Solution
-from runtime.solve import solve
-from runtime.system import System, load
 from symgen import Model, cos, dot, sin, t
 from symgen.link import derive_text
+from symgen.runtime.checks.advice import advise
+from symgen.runtime.checks.convergence import study
+from symgen.runtime.checks.convergence_text import lines
+from symgen.runtime.checks.health import check
+from symgen.runtime.exchange import Exchange, energy_limit
+from symgen.runtime.integrate.methods import METHODS, find_method
+from symgen.runtime.recording.verify import verify
+from symgen.runtime.result_json import result, to_json
+from symgen.runtime.solution import Solution
+from symgen.runtime.solve import solve
+from symgen.runtime.system import System, load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 ARGUMENTS = {"t_end": 3.0, "method": "auto", "rtol": 1e-8, "atol": 1e-10}

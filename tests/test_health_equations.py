@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import runtime
-from runtime.checks.equations import equations
-from symgen import Model, dot, link, sin
+from symgen import Model, dot, link, runtime, sin
+from symgen.runtime.checks.equations import equations
 
 GENERATED = Path(__file__).parent.parent / "generated"
 

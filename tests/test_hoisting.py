@@ -10,10 +10,7 @@ from lowered import assert_same_bits
 from mechanisms import CONSTRAINED, FREE
 from random_expressions import evaluate
 
-import runtime
-from runtime.code.bridge import call_kernel
-from runtime.errors import ModuleError
-from symgen import Model, cos, dot, sin
+from symgen import Model, cos, dot, runtime, sin
 from symgen.derive.graph import hoist
 from symgen.derive.graph.gather import gather
 from symgen.derive.graph.graph import Graph
@@ -21,6 +18,8 @@ from symgen.derive.graph.kinds import INPUT, PARAM, Q, T
 from symgen.derive.pipeline import derive
 from symgen.link import derive_text
 from symgen.model.library import find, load
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.errors import ModuleError
 
 
 def chain(n: int = 4) -> Model:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from runtime.code import compiler, host
+from symgen.runtime.code import compiler, host
 
 CPUINFO = """processor\t: 0
 vendor_id\t: GenuineIntel

@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from runtime.checks.stops import stops
 from symgen import Model
+from symgen.runtime.checks.stops import stops
 from tests.stress.impacts import KINDS, try_many
 from tests.stress.scenario import FLAGGED, RIGHT
 

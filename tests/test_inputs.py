@@ -9,10 +9,10 @@ import pytest
 from driven_models import closed_crane, crane, exact_motion, oscillator
 from scipy.interpolate import CubicSpline
 
-from runtime.errors import RuntimeModelError
-from runtime.inputs import Controller, Polynomial, Table
-from runtime.inputs.drive import drive
-from runtime.integrate.methods import METHODS
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.inputs import Controller, Polynomial, Table
+from symgen.runtime.inputs.drive import drive
+from symgen.runtime.integrate.methods import METHODS
 
 C0, C1, C2 = 0.7, -1.3, 0.9
 POLYNOMIAL = Polynomial([C0, C1, C2], t0=0.25)
@@ -189,7 +189,7 @@ def test_a_table_of_an_unknown_kind_is_refused():
 
 
 def test_a_recording_of_a_table_is_verified_from_itself(tmp_path, monkeypatch):
-    from runtime.recording import verify as module
+    from symgen.runtime.recording import verify as module
 
     run = crane().run(inputs={"u": Table(T, X, "hold"), "torque": POLYNOMIAL}, t_end=2.0, method="dop853")
     run.save(tmp_path / "run.rrd")

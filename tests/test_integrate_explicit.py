@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from runtime.errors import RuntimeModelError
-from runtime.integrate import layout as at
-from runtime.integrate.explicit import tableaus
-from runtime.integrate.methods import METHODS, find_method
-from runtime.loop_arrays import LoopArrays
-from runtime.system import load
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.explicit import tableaus
+from symgen.runtime.integrate.methods import METHODS, find_method
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 EXPLICIT = ("euler", "semi_implicit_euler", "verlet", "rk4", "dopri5", "dop853")

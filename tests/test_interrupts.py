@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from runtime.recording.reader import read_recording
-from runtime.uninterrupted import uninterrupted
+from symgen.runtime.recording.reader import read_recording
+from symgen.runtime.uninterrupted import uninterrupted
 
 ROOT = Path(__file__).parents[1]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}

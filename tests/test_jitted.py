@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from runtime.code.jitted import DISABLE_JIT, Jitted, jitted
-from runtime.integrate.explicit.loop import erk_sum
+from symgen.runtime.code.jitted import DISABLE_JIT, Jitted, jitted
+from symgen.runtime.integrate.explicit.loop import erk_sum
 
 pytestmark = pytest.mark.skipif(DISABLE_JIT, reason="nothing is compiled")
 

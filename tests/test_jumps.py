@@ -9,8 +9,7 @@ import time
 import numpy as np
 import pytest
 
-import runtime
-from symgen import Model
+from symgen import Model, runtime
 from symgen.link import derive_text
 from tests.stress.jumping_forces import KINDS, try_many
 from tests.stress.scenario import FLAGGED, RIGHT
@@ -114,8 +113,8 @@ def test_fixed_steps_run_over_jumps():
 
 def test_a_run_that_does_not_get_on_ends_with_the_reason(monkeypatch):
     """A spring of 1e16 N/m makes an explicit method crawl."""
-    monkeypatch.setattr("runtime.stall._WINDOW", 0.1)
-    monkeypatch.setattr("runtime.stall._TOO_LONG", 1e3)
+    monkeypatch.setattr("symgen.runtime.stall._WINDOW", 0.1)
+    monkeypatch.setattr("symgen.runtime.stall._TOO_LONG", 1e3)
     run = mass("-1e16*x").derive().run(t_end=1e3, method="dop853")
     assert run.status == "failed" and "does not get on" in run.message and "dot(x)" in run.message
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import runtime
-from runtime.abi import array_sizes
-from runtime.code.bridge import call_kernel
-from runtime.constraints.kkt import robust_project_address, robust_rhs_address
+from symgen import runtime
+from symgen.runtime.abi import array_sizes
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.constraints.kkt import robust_project_address, robust_rhs_address
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "tests" / "fixtures"
@@ -225,10 +225,11 @@ def test_state_that_is_not_finite_ends_as_not_a_number():
 
 def test_works_without_jit():
     script = """
-import sys, numpy as np, runtime
-from runtime.code.bridge import call_kernel
-from runtime.constraints.kkt import robust_rhs_address
-system = runtime.load(sys.argv[1])
+import sys, numpy as np
+from symgen.runtime import load
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.constraints.kkt import robust_rhs_address
+system = load(sys.argv[1])
 address, keep = robust_rhs_address(system)
 out = np.zeros(system.n_row)
 call_kernel(address, 0.0, np.array([0.3, -0.4, 0.8, 0.6]), system.parameter_values(), out)

@@ -7,20 +7,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-import runtime
-from runtime.checks import inertia
-from runtime.checks.advice import advise
-from runtime.checks.inertia import refuse_negative_inertia
-from runtime.choose import choose_method
-from runtime.constraints import large
-from runtime.constraints.assembly import assemble
-from runtime.constraints.contradictions import AssemblyError
-from runtime.contact import local_dynamics
-from runtime.errors import RuntimeModelError
-from symgen import Model, dot
+from symgen import Model, dot, runtime
 from symgen.derive import dependent
 from symgen.link import derive_text
 from symgen.model.library import find, load
+from symgen.runtime.checks import inertia
+from symgen.runtime.checks.advice import advise
+from symgen.runtime.checks.inertia import refuse_negative_inertia
+from symgen.runtime.choose import choose_method
+from symgen.runtime.constraints import large
+from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.constraints.contradictions import AssemblyError
+from symgen.runtime.contact import local_dynamics
+from symgen.runtime.errors import RuntimeModelError
 
 
 @pytest.fixture(scope="module")

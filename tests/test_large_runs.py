@@ -9,13 +9,12 @@ import pytest
 from recorded import assert_same_recording, record
 from scipy.optimize import brentq
 
-import runtime
-from runtime.constraints import large
-from runtime.integrate.large_models import suited_to_size
-from runtime.integrate.methods import METHODS
-from runtime.recording.resume import Resumed
-from symgen import Model, dot
+from symgen import Model, dot, runtime
 from symgen.link import derive_text
+from symgen.runtime.constraints import large
+from symgen.runtime.integrate.large_models import suited_to_size
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.recording.resume import Resumed
 
 N, MIDDLE = 640, 320
 DEPTH, RESTITUTION = 0.05, 0.7

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from runtime.integrate.layout import NOT_FINITE, RUNNING, SINGULAR_MATRIX
-from runtime.integrate.linear import (
+from symgen.runtime.integrate.layout import NOT_FINITE, RUNNING, SINGULAR_MATRIX
+from symgen.runtime.integrate.linear import (
     lu_factor,
     lu_solve,
     lu_solve_matrix,

@@ -9,16 +9,16 @@ import pytest
 from driven_models import closed_crane, crane
 from scipy.optimize import root
 
-from runtime.batches import accelerations_and_multipliers
-from runtime.code.grammar import FunctionText, Lengths
-from runtime.errors import RuntimeModelError
-from runtime.linear import LinearModel, linearise
-from runtime.linear.duals import _MATHEMATICS, Dual
-from runtime.names import rate_labels
-from runtime.positions import Positions
 from symgen import Model
 from symgen.link import derive
 from symgen.model.library import find, load
+from symgen.runtime.batches import accelerations_and_multipliers
+from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.linear import LinearModel, linearise
+from symgen.runtime.linear.duals import _MATHEMATICS, Dual
+from symgen.runtime.names import rate_labels
+from symgen.runtime.positions import Positions
 
 STEP = 1e-5
 

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from runtime.code import compiler, engine, straight_line
-from runtime.code.grammar import MATH_FUNCTIONS, FunctionText, Lengths
-from runtime.code.modules import lower_function, lower_kernel, lower_setup
-from runtime.errors import ModuleError
+from symgen.runtime.code import compiler, engine, straight_line
+from symgen.runtime.code.grammar import MATH_FUNCTIONS, FunctionText, Lengths
+from symgen.runtime.code.modules import lower_function, lower_kernel, lower_setup
+from symgen.runtime.errors import ModuleError
 
 N_Y, N_P, N_OUT = 6, 4, 5
 LENGTHS = Lengths(N_Y, N_P, N_OUT)

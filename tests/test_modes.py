@@ -9,11 +9,11 @@ import pytest
 from driven_models import C, K, M, oscillator
 from references import load_reference, numbers
 
-from runtime.errors import RuntimeModelError
-from runtime.linear import find_equilibrium
 from symgen import Model, cos, sin, t
 from symgen.link import derive
 from symgen.model.library import find, load
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.linear import find_equilibrium
 
 
 @functools.cache
@@ -219,7 +219,7 @@ def test_an_equilibrium_carries_the_forces_of_its_constraints():
 
 
 def test_large_models_are_refused(monkeypatch):
-    monkeypatch.setattr("runtime.constraints.large.LARGEST_DENSE", 1)
+    monkeypatch.setattr("symgen.runtime.constraints.large.LARGEST_DENSE", 1)
     with pytest.raises(RuntimeModelError, match="too many for linear analysis"):
         bundled("double_pendulum").modes("start")
 

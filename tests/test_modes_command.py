@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from runtime.linear.animation import record_mode
-from runtime.recording.reader import read_recording
 from symgen.cli import main
 from symgen.link import derive, derive_text, module_for
 from symgen.model.library import find, load
+from symgen.runtime.linear.animation import record_mode
+from symgen.runtime.recording.reader import read_recording
 
 CONTROLLED = """
 from symgen import Model
@@ -76,7 +76,7 @@ def test_what_is_wrong_is_said(arguments, status, words, tmp_path, monkeypatch):
 
 
 def test_a_recorded_mode_swings_once_on_the_constraints(tmp_path):
-    from runtime.system import load as load_module
+    from symgen.runtime.system import load as load_module
 
     file = tmp_path / "mode.rrd"
     text = derive_text(load(find("pendulum_dae"))).text
@@ -136,7 +136,7 @@ def test_the_regulator_stands_the_pole_up_from_ten_degrees(tmp_path):
 
 def test_the_regulator_is_optimal_for_its_weights():
     """The closed loop's Riccati residual is zero, and its eigenvalues are stable."""
-    import runtime
+    from symgen import runtime
     from symgen.model.library import run_function
 
     path = find("cart_pole_lqr")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from runtime.errors import ModuleError
-from runtime.module import read_module
+from symgen.runtime.errors import ModuleError
+from symgen.runtime.module import read_module
 
 FIXTURES = Path(__file__).parent / "fixtures"
 NAMES = ["pendulum", "double_pendulum", "cartesian_pendulum", "oscillator", "redundant_pendulum"]

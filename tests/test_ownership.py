@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from runtime.code import cache
-from runtime.code.ownership import distrust, foreign_below, make_private, read_own
+from symgen.runtime.code import cache
+from symgen.runtime.code.ownership import distrust, foreign_below, make_private, read_own
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
 ROOT = Path(__file__).parents[1]
@@ -126,7 +126,7 @@ def test_run_uses_nothing_from_a_folder_open_to_its_group(tmp_path, part):
     own = tmp_path / "cache"
     make_private(own / part)
     (own / part).chmod(0o770)
-    script = f"from runtime.code.cache import cache_folder; print(cache_folder({part or 'kernels'!r}))"
+    script = f"from symgen.runtime.code.cache import cache_folder; print(cache_folder({part or 'kernels'!r}))"
     environment = {**os.environ, "SYMGEN_CACHE_DIR": str(own), "PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
     assert not done.stdout.startswith(str(own))

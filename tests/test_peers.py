@@ -13,13 +13,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from runtime.bench.case import QUICK, Case, Effort
-from runtime.bench.peers import find_peers, run_peer
-from runtime.bench.reference import read_reference
-from runtime.bench.scenes import SCENES
-from runtime.system import load as load_system
 from symgen.link import derive_text
 from symgen.model.library import bundled_folder, find, load
+from symgen.runtime.bench.case import QUICK, Case, Effort
+from symgen.runtime.bench.peers import find_peers, run_peer
+from symgen.runtime.bench.reference import read_reference
+from symgen.runtime.bench.scenes import SCENES
+from symgen.runtime.system import load as load_system
 
 FOLDER = Path(__file__).resolve().parents[1] / "benchmarks" / "peers"
 EFFORT = replace(QUICK, repeat=0.0)
@@ -57,7 +57,7 @@ def traced(monkeypatch):
 def scripts(monkeypatch):
     """Import a script of the peers; what it compiles with Numba stays plain Python, which is quicker here."""
     monkeypatch.setattr(
-        "runtime.code.numba_setup.DISABLE_JIT", True
+        "symgen.runtime.code.numba_setup.DISABLE_JIT", True
     )  # first: it reads the other when imported
     monkeypatch.setattr("numba.config.DISABLE_JIT", True)
     monkeypatch.syspath_prepend(FOLDER)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from runtime.solve import solve
-from runtime.system import load
 from symgen.cli.recorded import progress_line
+from symgen.runtime.solve import solve
+from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 

@@ -7,12 +7,12 @@ import functools
 import numpy as np
 import pytest
 
-import runtime
-from runtime.integrate import layout as at
-from runtime.integrate.methods import METHODS
-from runtime.loop_arrays import LoopArrays
+from symgen import runtime
 from symgen.link import derive_text
 from symgen.model.library import find, load
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.loop_arrays import LoopArrays
 
 ON_CONSTRAINTS = 1e-12
 SPAN = 1.0

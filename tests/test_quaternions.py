@@ -12,25 +12,25 @@ from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from runtime.batches import evaluate
-from runtime.checks.advice import advise
-from runtime.checks.convergence import study
-from runtime.checks.time_scales import time_scales
-from runtime.code.bridge import call_kernel
-from runtime.constraints.assembly import assemble
-from runtime.constraints.contradictions import AssemblyError
-from runtime.constraints.kkt import robust_project_address
-from runtime.errors import ModuleError, RuntimeModelError, UnknownNameError
-from runtime.integrate import layout as at
-from runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
-from runtime.integrate.methods import METHODS, taylor
-from runtime.loop_arrays import LoopArrays, loop_sizes
-from runtime.positions import Chart, Positions
-from runtime.recording.reader import read_recording
-from runtime.recording.recorder import RunRecorder
-from runtime.recording.verify import verify
-from runtime.result_json import result
-from runtime.system import load
+from symgen.runtime.batches import evaluate
+from symgen.runtime.checks.advice import advise
+from symgen.runtime.checks.convergence import study
+from symgen.runtime.checks.time_scales import time_scales
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.constraints.contradictions import AssemblyError
+from symgen.runtime.constraints.kkt import robust_project_address
+from symgen.runtime.errors import ModuleError, RuntimeModelError, UnknownNameError
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
+from symgen.runtime.integrate.methods import METHODS, taylor
+from symgen.runtime.loop_arrays import LoopArrays, loop_sizes
+from symgen.runtime.positions import Chart, Positions
+from symgen.runtime.recording.reader import read_recording
+from symgen.runtime.recording.recorder import RunRecorder
+from symgen.runtime.recording.verify import verify
+from symgen.runtime.result_json import result
+from symgen.runtime.system import load
 
 TURNING = [name for name, method in METHODS.items() if not method.needs_plain_rates]
 ONE_ORDER = [name for name in TURNING if name != "bdf"]  # whose orders are tried one by one in test_bdf.py

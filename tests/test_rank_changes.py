@@ -8,11 +8,11 @@ import math
 import numpy as np
 import pytest
 
-from runtime.code.bridge import call_kernel
-from runtime.constraints.kkt import is_ill_conditioned, lease_guard
 from symgen import Model, cos, dot, sin, t
 from symgen.link import derive
 from symgen.model.library import find, load
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.constraints.kkt import is_ill_conditioned, lease_guard
 
 STARTS = 40
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from runtime.batches import accelerations_and_multipliers
-from runtime.errors import RuntimeModelError
 from symgen import Model, cos, dot, sin, t
+from symgen.runtime.batches import accelerations_and_multipliers
+from symgen.runtime.errors import RuntimeModelError
 
 BEAM = """
 name = "beam"

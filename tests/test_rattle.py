@@ -10,16 +10,16 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
-from runtime.constraints.assembly import assemble
-from runtime.errors import RuntimeModelError
-from runtime.integrate import layout as at
-from runtime.integrate.methods import METHODS
-from runtime.loop_arrays import LoopArrays
-from runtime.system import load
 from symgen import Model, dot, sqrt
 from symgen.link import derive
 from symgen.model.library import find
 from symgen.model.library import load as load_model
+from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 ORDERS = {"rattle": 2, "rattle4": 4, "rattle6": 6}

@@ -15,16 +15,16 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from runtime.errors import RuntimeModelError
-from runtime.recording import geometry, layout, play, schema
-from runtime.recording.errors import RecordingError
-from runtime.recording.reader import read_recording
-from runtime.recording.recorder import RunRecorder, _thinned
-from runtime.recording.rrd import write
-from runtime.recording.rrd.read import read_rrd
-from runtime.recording.save import module_text
-from runtime.recording.verify import verify
-from runtime.system import load
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.recording import geometry, layout, play, schema
+from symgen.runtime.recording.errors import RecordingError
+from symgen.runtime.recording.reader import read_recording
+from symgen.runtime.recording.recorder import RunRecorder, _thinned
+from symgen.runtime.recording.rrd import write
+from symgen.runtime.recording.rrd.read import read_rrd
+from symgen.runtime.recording.save import module_text
+from symgen.runtime.recording.verify import verify
+from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 FIXTURES = Path(__file__).parent / "fixtures"
@@ -516,7 +516,7 @@ def test_a_long_step_log_keeps_its_extremes():
 
 
 def test_rerun_is_imported_when_the_first_chunk_is_written():
-    code = "import sys, runtime.recording.recorder, runtime.recording.play; sys.exit('rerun' in sys.modules)"
+    code = "import sys\nfrom symgen.runtime.recording import play, recorder\nsys.exit('rerun' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
 
 
@@ -554,7 +554,7 @@ def test_ctrl_c_ends_the_viewer_and_its_wrapper(recorded, tmp_path):
     """A stand-in for the viewer: a wrapper with a child, as Rerun's is."""
     code = f"""
 import sys
-from runtime.recording import play
+from symgen.runtime.recording import play
 play.viewer_command = lambda: [sys.executable, "-c", {_VIEWER!r}]
 sys.exit(play.play({str(recorded)!r}, web=True))
 """
@@ -596,7 +596,7 @@ def alive(pid):
 
 @pytest.fixture(scope="module")
 def bounces():
-    from runtime.solve import solve
+    from symgen.runtime.solve import solve
 
     return solve(load(FIXTURES / "ball.py"), 2.0, fps=50)
 
@@ -624,7 +624,7 @@ def test_a_module_that_has_no_file_is_put_together_again():
 
 @pytest.mark.parametrize("name", ["stick_slip", "door_stop"])
 def test_stops_and_frictions_are_recorded_and_checked(tmp_path, name):
-    from runtime.solve import solve
+    from symgen.runtime.solve import solve
 
     system = load((ROOT / "generated" / f"{name}.py").read_text(encoding="utf-8"))
     path = tmp_path / "saved.rrd"
@@ -670,7 +670,7 @@ class _SlowStream:
 
 
 def test_a_slow_disk_is_waited_for_and_a_dead_writer_is_not(tmp_path):
-    from runtime.recording.rrd.write import RrdWriter
+    from symgen.runtime.recording.rrd.write import RrdWriter
 
     writer = RrdWriter.__new__(RrdWriter)
     writer.path = tmp_path / "slow.rrd"

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from runtime.graph.functions import IN_MODELS
 from symgen.link import derive
 from symgen.model import toml_reader
 from symgen.model.bodies import SHAPES
@@ -19,6 +18,7 @@ from symgen.model.joint_types import TYPES
 from symgen.model.run_defaults import FORMULATIONS, KEYS
 from symgen.model.toml_reader import READERS, TOP_KEYS, read_text
 from symgen.model.units import ATOMS
+from symgen.runtime.graph.functions import IN_MODELS
 
 PAGE = (Path(__file__).parents[1] / "docs" / "reference.md").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## `?(.+?)`?\n(.*?)(?=^## |\Z)", PAGE, re.DOTALL | re.MULTILINE))

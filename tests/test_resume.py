@@ -18,16 +18,16 @@ import pytest
 from click.testing import CliRunner
 from recorded import assert_same_recording, record
 
-from runtime.checkpoint import Checkpoint, CheckpointError
-from runtime.errors import RuntimeModelError
-from runtime.integrate import layout as at
-from runtime.recording.errors import RecordingError
-from runtime.recording.reader import read_checkpoint, read_recording
-from runtime.recording.resume import Resumed
-from runtime.recording.verify import verify
-from runtime.solve import solve
-from runtime.system import load
 from symgen.cli import main
+from symgen.runtime.checkpoint import Checkpoint, CheckpointError
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.recording.errors import RecordingError
+from symgen.runtime.recording.reader import read_checkpoint, read_recording
+from symgen.runtime.recording.resume import Resumed
+from symgen.runtime.recording.verify import verify
+from symgen.runtime.solve import solve
+from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 FAMILIES = {

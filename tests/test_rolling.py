@@ -7,9 +7,7 @@ import ctypes
 import numpy as np
 import pytest
 
-import runtime
-from runtime.abi import array_sizes
-from symgen import Model, dot
+from symgen import Model, dot, runtime
 from symgen.derive.graph.graph import Graph
 from symgen.derive.graph.kinds import PARAM, Q
 from symgen.derive.rolling.clusters import find as find_clusters
@@ -19,6 +17,7 @@ from symgen.derive.solve import factorise
 from symgen.emit import function as function_text
 from symgen.emit.module import emit
 from symgen.model.library import find, load
+from symgen.runtime.abi import array_sizes
 
 
 def springs(n=9):

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.checks.time_scales import time_scales
-from runtime.driver import StepLog
-from runtime.errors import RuntimeModelError
-from runtime.event_actions import ZenoDetector
-from runtime.solve import frame_times, solve
-from runtime.system import load
+from symgen.runtime.checks.time_scales import time_scales
+from symgen.runtime.driver import StepLog
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.event_actions import ZenoDetector
+from symgen.runtime.solve import frame_times, solve
+from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 
@@ -270,9 +270,9 @@ def test_nothing_is_allocated_per_step(pendulum, method):
     """Thousands of further steps keep less than a pointer each; `jitted` refuses what would allocate anyway."""
     import tracemalloc
 
-    from runtime.integrate import layout as at
-    from runtime.integrate.methods import METHODS
-    from runtime.loop_arrays import LoopArrays
+    from symgen.runtime.integrate import layout as at
+    from symgen.runtime.integrate.methods import METHODS
+    from symgen.runtime.loop_arrays import LoopArrays
 
     def steps_and_peak(t_end):
         arrays = LoopArrays(

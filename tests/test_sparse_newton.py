@@ -7,25 +7,24 @@ import pytest
 from scipy.sparse import csc_matrix
 from scipy.sparse import random as sparse_random
 
-import runtime
-from runtime.checks.extreme_rates import extreme_eigenvalues
-from runtime.checks.time_scales import motion_jacobian
-from runtime.code.compact import compact
-from runtime.code.grammar import FunctionText, Lengths
-from runtime.code.jitted import jitted
-from runtime.constraints.assembly import assemble
-from runtime.errors import ModuleError
-from runtime.integrate import large_models
-from runtime.integrate import layout as at
-from runtime.integrate.layout import RUNNING, SINGULAR_MATRIX
-from runtime.integrate.methods import METHODS
-from runtime.integrate.sparse_lu import N_TABLES, SparseLU, sparse_factor, sparse_solve
-from runtime.integrate.sparse_newton import differentiate_sparse, factor_shifted, solve_shifted
-from runtime.integrate.sparse_pattern import newton_pattern
-from runtime.loop_arrays import LoopArrays, loop_sizes
-from symgen import Model, dot, sqrt
+from symgen import Model, dot, runtime, sqrt
 from symgen.link import derive_text
 from symgen.model.library import find, load
+from symgen.runtime.checks.extreme_rates import extreme_eigenvalues
+from symgen.runtime.checks.time_scales import motion_jacobian
+from symgen.runtime.code.compact import compact
+from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.errors import ModuleError
+from symgen.runtime.integrate import large_models
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.layout import RUNNING, SINGULAR_MATRIX
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.sparse_lu import N_TABLES, SparseLU, sparse_factor, sparse_solve
+from symgen.runtime.integrate.sparse_newton import differentiate_sparse, factor_shifted, solve_shifted
+from symgen.runtime.integrate.sparse_pattern import newton_pattern
+from symgen.runtime.loop_arrays import LoopArrays, loop_sizes
 
 
 def spring_net(n, k=1e6, c=200.0):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from runtime.result_json import result
-from runtime.solve import solve
-from runtime.subsystems.division import divide
-from runtime.subsystems.rest import is_at_rest
 from symgen import Model, cos, dot, sin
 from symgen.link import derive, derive_text
+from symgen.runtime.result_json import result
+from symgen.runtime.solve import solve
+from symgen.runtime.subsystems.division import divide
+from symgen.runtime.subsystems.rest import is_at_rest
 
 
 def swing(m: Model, k: int, length: float, damping: float = 0.0):
@@ -262,7 +262,7 @@ def test_steps_are_counted_together():
 
 
 def record(path, system, **options):
-    from runtime.recording.recorder import RunRecorder
+    from symgen.runtime.recording.recorder import RunRecorder
 
     made = []
 
@@ -277,8 +277,8 @@ def record(path, system, **options):
 
 
 def test_recorded_as_one_scene_and_resumed(tmp_path):
-    from runtime.recording.reader import read_recording
-    from runtime.recording.resume import Resumed
+    from symgen.runtime.recording.reader import read_recording
+    from symgen.runtime.recording.resume import Resumed
 
     system, path = derive(balls()), tmp_path / "balls.rrd"
     found = record(path, system, t_end=1.0, fps=100.0)

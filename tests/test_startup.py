@@ -11,33 +11,33 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime import module
-from runtime.code import dense_ldl, front_ldl
-from runtime.explain import savings
-from runtime.solve import frame_times, solve
-from runtime.spread import spread_rows
-from runtime.system import System, load
-from runtime.taylor.kernel import taylor_refusal
 from symgen import link
 from symgen.derive.scenes.subsystems import derive
 from symgen.link import derive as system_of
 from symgen.link import derive_text
 from symgen.model import library
 from symgen.model.model import Model
+from symgen.runtime import module
+from symgen.runtime.code import dense_ldl, front_ldl
+from symgen.runtime.explain import savings
+from symgen.runtime.solve import frame_times, solve
+from symgen.runtime.spread import spread_rows
+from symgen.runtime.system import System, load
+from symgen.runtime.taylor.kernel import taylor_refusal
 
 ROOT = Path(__file__).resolve().parent.parent
 # What only some runs need: other packages, the compiler's front end, forms and features that this model does not have.
 UNUSED = (
     "sympy", "numba", "llvmlite", "scipy", "rerun", "pyarrow", "matplotlib", "tomllib", "importlib.metadata",
     "numpy.ma", "numpy.random", "numpy.polynomial", "numpy.ctypeslib", "tempfile", "shutil", "json", "difflib",
-    "runtime.code.modules", "runtime.code.lower", "runtime.code.straight_line", "runtime.code.expressions",
-    "runtime.code.dense_ldl", "runtime.code.front_ldl", "runtime.code.compile_jitted", "runtime.code.compiler",
-    "runtime.taylor.graph", "runtime.taylor.motion", "runtime.taylor.rolled", "runtime.taylor.unrolled",
-    "runtime.contact", "runtime.inputs", "runtime.recording", "runtime.bench", "runtime.explain",
-    "runtime.constraints.kkt", "runtime.constraints.rank_revealing", "runtime.constraints.baumgarte",
-    "runtime.integrate.ggl", "runtime.integrate.forms", "runtime.integrate.radau", "runtime.integrate.bdf",
-    "runtime.integrate.rattle", "runtime.integrate.partition", "runtime.integrate.alpha",
     "symgen.derive", "symgen.emit", "symgen.model.model", "symgen.cli.explain",
+    *(f"symgen.runtime.{name}" for name in (
+        "code.modules", "code.lower", "code.straight_line", "code.expressions", "code.dense_ldl", "code.front_ldl",
+        "code.compile_jitted", "code.compiler", "taylor.graph", "taylor.motion", "taylor.rolled", "taylor.unrolled",
+        "contact", "inputs", "recording", "bench", "explain", "constraints.kkt", "constraints.rank_revealing",
+        "constraints.baumgarte", "integrate.ggl", "integrate.forms", "integrate.radau", "integrate.bdf",
+        "integrate.rattle", "integrate.partition", "integrate.alpha",
+    )),
 )  # fmt: skip
 
 
@@ -60,7 +60,7 @@ def test_a_warm_run_imports_nothing_that_it_does_not_use():
         "import sys; from symgen.cli import main\n"
         "try: main(['run', 'double_pendulum', '--no-log', '--quiet', '--t-end', '1'])\n"
         "except SystemExit as end: assert not end.code\n"
-        "from runtime.code import cache\n"
+        "from symgen.runtime.code import cache\n"
         "modules = sorted(sys.modules)\n"
         "import json; print(json.dumps([modules, dict(cache.missed), dict(cache.found)]))"
     )
@@ -69,7 +69,7 @@ def test_a_warm_run_imports_nothing_that_it_does_not_use():
     assert not missed
     assert found["modules"] == 1
     assert found["loops"] >= 3  # the scout's loop, the method's, evaluation of kernels
-    assert "runtime.solve" in modules
+    assert "symgen.runtime.solve" in modules
     assert not [name for name in UNUSED if name in modules]
 
 
@@ -99,7 +99,7 @@ def test_a_model_without_a_taylor_series_is_refused_once(monkeypatch):
     def work(*arguments):
         raise AssertionError("worked out again")
 
-    monkeypatch.setattr("runtime.taylor.kernel._lower", work)
+    monkeypatch.setattr("symgen.runtime.taylor.kernel._lower", work)
     assert taylor_refusal(load(text)) == said
 
 
@@ -140,6 +140,7 @@ def test_explain_prints_what_a_run_skipped():
         "import sys; from symgen.cli import main\n"
         "main(['run', 'double_pendulum', '--no-log', '--explain', '--t-end', '1'])"
     )
+    in_new_process(run)  # this one derives and compiles
     text = in_new_process(run)
     skipped = text[text.index("  skipped\n") :]
     for what in ("imports", "derivation", "kernels not made", "work on parameters", "steps to frames"):
@@ -148,7 +149,7 @@ def test_explain_prints_what_a_run_skipped():
     assert "sympy" in skipped
 
 
-@pytest.mark.parametrize("statement", ["import runtime", "from symgen.cli import main"])
+@pytest.mark.parametrize("statement", ["from symgen import runtime", "from symgen.cli import main"])
 def test_importing_the_package_or_asking_for_help_imports_no_numpy(statement):
     assert "numpy" not in in_new_process(f"import sys; {statement}; print(*sys.modules)").split()
 

@@ -9,16 +9,15 @@ import pytest
 from derived import execute
 from lowered import assert_same_bits
 
-import runtime
-from runtime.abi import array_sizes
-from runtime.checks.time_scales import motion_jacobian, time_scales
-from runtime.code.bridge import call_kernel
-from runtime.errors import ModuleError
-from symgen import Model, cos, dot, sin
+from symgen import Model, cos, dot, runtime, sin
 from symgen.derive import pipeline
 from symgen.derive.scenes import subsystems
 from symgen.derive.scenes.components import split
 from symgen.emit.module import emit
+from symgen.runtime.abi import array_sizes
+from symgen.runtime.checks.time_scales import motion_jacobian, time_scales
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.errors import ModuleError
 
 
 def pendulum(m: Model, k: int, g, length=0.5, extra=0.0):

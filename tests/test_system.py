@@ -14,12 +14,12 @@ import numba
 import numpy as np
 import pytest
 
-import runtime
-from runtime import kernel as kernel_module
-from runtime.code.bridge import call_kernel
-from runtime.errors import ModuleError, RuntimeModelError
-from runtime.module import read_module
-from runtime.system import System
+from symgen import runtime
+from symgen.runtime import kernel as kernel_module
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.errors import ModuleError, RuntimeModelError
+from symgen.runtime.module import read_module
+from symgen.runtime.system import System
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "tests" / "fixtures"
@@ -251,7 +251,7 @@ def test_numba_takes_over_loudly(monkeypatch):
     def fail(*arguments):
         raise RuntimeError("no such pass")
 
-    monkeypatch.setattr("runtime.code.engine.object_code", fail)
+    monkeypatch.setattr("symgen.runtime.code.engine.object_code", fail)
     system = load("pendulum")
     with pytest.warns(kernel_module.SlowCompileWarning, match="no such pass"):
         kernel = system.kernel("rhs")
@@ -301,15 +301,16 @@ def test_package_has_no_part_in_the_start_of_other_programs():
 
 AFTERWARDS = """
 import sys
-import numpy as np, runtime
-from runtime.code.bridge import call_kernel
-system = runtime.load(sys.argv[1])
+import numpy as np
+from symgen.runtime import load
+from symgen.runtime.code.bridge import call_kernel
+system = load(sys.argv[1])
 import numba
 @numba.njit
 def use(address, y, p, out):
     call_kernel(address, 0.5, y, p, out)
 out = np.zeros(2)
-assert "runtime.code.bridge_numba" not in sys.modules
+assert "symgen.runtime.code.bridge_numba" not in sys.modules
 use(np.uint64(system.kernel("rhs").address), np.array([0.3, 1.0]), system.parameter_values(), out)
 assert out[0] == 1.0
 """
@@ -323,10 +324,11 @@ def test_numba_learns_of_kernels_when_it_meets_them():
 
 BRIDGE = """
 import sys
-import numpy as np, runtime
-from runtime.code.bridge import call_kernel
-from runtime.code.numba_setup import jit, numba_cache_folder
-system = runtime.load(sys.argv[1])
+import numpy as np
+from symgen.runtime import load
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.numba_setup import jit, numba_cache_folder
+system = load(sys.argv[1])
 @jit
 def rows(addresses, states, p, out):
     for i in range(states.shape[0]):
@@ -383,7 +385,7 @@ def test_bridge_in_jitted_code_checks_types():
 
 def test_package_exports_lazily():
     heavy = "{'numba', 'llvmlite', 'rerun', 'sympy'}"
-    script = f"import sys, runtime; runtime.load; print(sorted({heavy} & set(sys.modules)))"
+    script = f"import sys; from symgen.runtime import load; print(sorted({heavy} & set(sys.modules)))"
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True

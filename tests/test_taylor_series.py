@@ -9,16 +9,16 @@ import mpmath
 import numpy as np
 import pytest
 
-from runtime.code import compiler, engine
-from runtime.constraints.assembly import assemble
-from runtime.errors import RuntimeModelError
-from runtime.system import load
-from runtime.taylor.motion import read_motion
-from runtime.taylor.plan import Plan
-from runtime.taylor.rolled import rolled_kernel
-from runtime.taylor.sincos import DECLARATIONS, sincos_function
-from runtime.taylor.sums import sum_kernel
-from runtime.taylor.unrolled import unrolled_kernel
+from symgen.runtime.code import compiler, engine
+from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.system import load
+from symgen.runtime.taylor.motion import read_motion
+from symgen.runtime.taylor.plan import Plan
+from symgen.runtime.taylor.rolled import rolled_kernel
+from symgen.runtime.taylor.sincos import DECLARATIONS, sincos_function
+from symgen.runtime.taylor.sums import sum_kernel
+from symgen.runtime.taylor.unrolled import unrolled_kernel
 
 ROOT = Path(__file__).resolve().parents[1]
 OSCILLATOR = (ROOT / "tests" / "fixtures" / "oscillator.py").read_text(encoding="utf-8")

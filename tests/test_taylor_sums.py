@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from runtime.code import engine
-from runtime.code.bridge import call_kernel
-from runtime.taylor.sums import sum_kernel
+from symgen.runtime.code import engine
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.taylor.sums import sum_kernel
 
 ORDER, H = 6, 0.3
 

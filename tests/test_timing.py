@@ -9,16 +9,15 @@ import pytest
 from click.testing import CliRunner
 from recorded import assert_same_recording, record
 
-import runtime
-from runtime.errors import RuntimeModelError
-from runtime.integrate.methods import METHODS
-from runtime.recording.resume import Resumed
-from runtime.recording.verify import verify
-from runtime.solve import solve
-from runtime.timing.search import find_course
-from symgen import Model
+from symgen import Model, runtime
 from symgen.cli import main
 from symgen.link import derive_text
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.recording.resume import Resumed
+from symgen.runtime.recording.verify import verify
+from symgen.runtime.solve import solve
+from symgen.runtime.timing.search import find_course
 
 MODEL = """
 name = "hit"

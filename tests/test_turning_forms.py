@@ -16,20 +16,20 @@ from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from runtime.constraints.assembly import assemble
-from runtime.integrate import layout as at
-from runtime.integrate.alpha.constrained_work import START, constrained_alpha_work
-from runtime.integrate.forms import FORMS
-from runtime.integrate.gauss.work import STIFF
-from runtime.integrate.ggl import blocks_size, divide_blocks, set_blocks, set_shifted, solve_shifted
-from runtime.integrate.jacobian import jacobian_work_size
-from runtime.integrate.linear import lu_factor
-from runtime.integrate.methods import METHODS
-from runtime.integrate.partition.work import SWITCHES
-from runtime.integrate.radau.ggl_turns import turn_blocks
-from runtime.loop_arrays import LoopArrays, kernel_addresses, loop_sizes
-from runtime.positions import Positions
-from runtime.system import load
+from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.alpha.constrained_work import START, constrained_alpha_work
+from symgen.runtime.integrate.forms import FORMS
+from symgen.runtime.integrate.gauss.work import STIFF
+from symgen.runtime.integrate.ggl import blocks_size, divide_blocks, set_blocks, set_shifted, solve_shifted
+from symgen.runtime.integrate.jacobian import jacobian_work_size
+from symgen.runtime.integrate.linear import lu_factor
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.partition.work import SWITCHES
+from symgen.runtime.integrate.radau.ggl_turns import turn_blocks
+from symgen.runtime.loop_arrays import LoopArrays, kernel_addresses, loop_sizes
+from symgen.runtime.positions import Positions
+from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 UNIT = 1e-14
@@ -174,7 +174,7 @@ def test_index_2_errors_follow_the_tolerance(name, limit, which):
 # As plain Python, since a compilation of each would take longer than the runs.
 RUNS = """
 import json, sys
-from runtime.system import load
+from symgen.runtime.system import load
 found = []
 for which, text in json.load(sys.stdin).items():
     system = load(text)

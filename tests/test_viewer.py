@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.recording import schema
-from runtime.recording.recorder import RunRecorder
-from runtime.solve import solve
-from runtime.system import load
+from symgen.runtime.recording import schema
+from symgen.runtime.recording.recorder import RunRecorder
+from symgen.runtime.solve import solve
+from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 DRIVERS = Path("/usr/share/vulkan/icd.d")

@@ -83,10 +83,10 @@ def _compiled(d, entries: list[int], module: str):
     """M and f as one function of the generated form, compiled anew, and the seconds it took."""
     from dataclasses import replace
 
-    import runtime
-    from runtime.kernel import compile_kernel
+    from symgen import runtime
     from symgen.derive.program import Function, Program
     from symgen.emit.module import emit
+    from symgen.runtime.kernel import compile_kernel
 
     source = runtime.load(module).kernel("rhs").source
     text = emit(

@@ -6,7 +6,6 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 
-from runtime.system import System
 from savings.measure import (
     CALLS,
     Row,
@@ -23,6 +22,7 @@ from symgen.link import derive as system_of
 from symgen.model.library import find
 from symgen.model.library import load as load_model
 from symgen.model.model import Model
+from symgen.runtime.system import System
 
 
 def tied_masses(n: int) -> System:

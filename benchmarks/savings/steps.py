@@ -6,17 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers, evaluate
-from runtime.integrate.methods import METHODS
-from runtime.integrate.radau.work import HAVE_JACOBIAN
-from runtime.loop_arrays import LoopArrays
-from runtime.solution import Solution
-from runtime.solve import solve
-from runtime.system import System
 from savings.measure import Row, bundled, by_turns, compared, difference, runs
 from symgen.link import derive as system_of
 from symgen.model.library import find
 from symgen.model.library import load as load_model
+from symgen.runtime.batches import accelerations_and_multipliers, evaluate
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.radau.work import HAVE_JACOBIAN
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.solution import Solution
+from symgen.runtime.solve import solve
+from symgen.runtime.system import System
 
 
 def jacobians() -> Iterator[Row]:

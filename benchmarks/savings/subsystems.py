@@ -6,9 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from runtime.solve import solve
-from runtime.subsystems import apart, member_run, subsystem
-from runtime.system import System, load
 from savings.measure import SOURCE, Row, bundled, by_turns, calls, compared, difference, replaced, runs
 from savings.process import compile_anew
 from symgen.derive import pipeline
@@ -18,6 +15,9 @@ from symgen.link import derive as system_of
 from symgen.model.library import find
 from symgen.model.library import load as load_model
 from symgen.model.model import Model
+from symgen.runtime.solve import solve
+from symgen.runtime.subsystems import apart, member_run, subsystem
+from symgen.runtime.system import System, load
 
 
 def equal_subsystems() -> Iterator[Row]:

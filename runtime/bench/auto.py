@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from runtime.bench.levels import all_levels
-from runtime.bench.sweep import tolerances
-from runtime.choose import choose_method
+from symgen.runtime.bench.levels import all_levels
+from symgen.runtime.bench.sweep import tolerances
+from symgen.runtime.choose import choose_method
 
 if TYPE_CHECKING:
-    from runtime.bench.case import Case, Effort
-    from runtime.bench.sweep import Curve
+    from symgen.runtime.bench.case import Case, Effort
+    from symgen.runtime.bench.sweep import Curve
 
 
 def auto_choices(case: Case, effort: Effort) -> list[dict[str, Any]]:

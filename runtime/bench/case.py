@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers
-from runtime.bench.timing import OVER_TIME, TimedLoop, no_garbage_collection, was_preempted
-from runtime.failures import failure_message
-from runtime.integrate import layout as at
+from symgen.runtime.batches import accelerations_and_multipliers
+from symgen.runtime.bench.timing import OVER_TIME, TimedLoop, no_garbage_collection, was_preempted
+from symgen.runtime.failures import failure_message
+from symgen.runtime.integrate import layout as at
 
 if TYPE_CHECKING:
-    from runtime.bench.reference import Reference
-    from runtime.bench.scenes import Scene
-    from runtime.integrate.methods import Method
-    from runtime.system import System
+    from symgen.runtime.bench.reference import Reference
+    from symgen.runtime.bench.scenes import Scene
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.system import System
 
 
 @dataclass(frozen=True)

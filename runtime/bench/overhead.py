@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.bench.timing import best_seconds
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate import layout as at
-from runtime.integrate.methods import METHODS
-from runtime.loop_arrays import LoopArrays
+from symgen.runtime.bench.timing import best_seconds
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.loop_arrays import LoopArrays
 
 if TYPE_CHECKING:
-    from runtime.bench.case import Case
-    from runtime.bench.sweep import Curve
+    from symgen.runtime.bench.case import Case
+    from symgen.runtime.bench.sweep import Curve
 
 _BATCH_SECONDS = 2e-3
 _BATCHES = 10

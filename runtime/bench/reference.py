@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
+from symgen.runtime.errors import RuntimeModelError
 
 if TYPE_CHECKING:
-    from runtime.bench.scenes import Scene
-    from runtime.system import System
+    from symgen.runtime.bench.scenes import Scene
+    from symgen.runtime.system import System
 
 
 @dataclass(frozen=True)

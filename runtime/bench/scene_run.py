@@ -6,18 +6,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from runtime.bench.auto import auto_choices, auto_result
-from runtime.bench.case import Case, Effort
-from runtime.bench.levels import LEVELS, all_levels, best_at, label, lost_again
-from runtime.bench.overhead import rhs_seconds, stage_overhead
-from runtime.bench.reference import read_reference
-from runtime.bench.sweep import Curve, sweep
-from runtime.bench.timing import best_seconds
-from runtime.integrate.methods import METHODS
+from symgen.runtime.bench.auto import auto_choices, auto_result
+from symgen.runtime.bench.case import Case, Effort
+from symgen.runtime.bench.levels import LEVELS, all_levels, best_at, label, lost_again
+from symgen.runtime.bench.overhead import rhs_seconds, stage_overhead
+from symgen.runtime.bench.reference import read_reference
+from symgen.runtime.bench.sweep import Curve, sweep
+from symgen.runtime.bench.timing import best_seconds
+from symgen.runtime.integrate.methods import METHODS
 
 if TYPE_CHECKING:
-    from runtime.bench.scenes import Scene
-    from runtime.system import System
+    from symgen.runtime.bench.scenes import Scene
+    from symgen.runtime.system import System
 
 _SOLVE_LEVEL = 1e-6  # the whole `solve` is timed at the first setting that is as accurate
 _SOLVE_RUNS = 3
@@ -71,7 +71,7 @@ class SceneRun:
         accurate = [row for row in self.curves[name].usable() if row.error <= _SOLVE_LEVEL]
         if not accurate:
             return
-        from runtime.solve import solve
+        from symgen.runtime.solve import solve
 
         row, scene = accurate[0], self.case.scene
         given: dict[str, Any] = {"t_end": scene.t_end, "method": name}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.errors import RuntimeModelError, nearest
 
 
 @dataclass(frozen=True)

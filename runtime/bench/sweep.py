@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.bench.case import Case, Effort, Row, measure
-from runtime.checks.time_scales import time_scales
-from runtime.choose import choose_method
-from runtime.errors import RuntimeModelError
-from runtime.solve import SMALLEST_RTOL
+from symgen.runtime.bench.case import Case, Effort, Row, measure
+from symgen.runtime.checks.time_scales import time_scales
+from symgen.runtime.choose import choose_method
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.solve import SMALLEST_RTOL
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
+    from symgen.runtime.integrate.methods import Method
 
 _LOOSEST, _TIGHTEST = -2.0, -15.0  # powers of ten of rtol
 _STEPS_PER_PERIOD = 3.0

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints.energy_level import choose_energy_level
-from runtime.integrate import layout as at
-from runtime.loop_arrays import LoopArrays
+from symgen.runtime.constraints.energy_level import choose_energy_level
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.loop_arrays import LoopArrays
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.system import System
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.system import System
 
 STEPS_PER_CALL = 65_536
 OVER_TIME = 100  # status of a run that was given up; those of the loops are smaller

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.entry import HealthCheck
-from runtime.checks.error_estimate import LARGEST_ERROR, LEAST_FRAMES, ErrorEstimate, estimate
-from runtime.checks.work import operations_of_run
-from runtime.failures import state_names
+from symgen.runtime.checks.entry import HealthCheck
+from symgen.runtime.checks.error_estimate import LARGEST_ERROR, LEAST_FRAMES, ErrorEstimate, estimate
+from symgen.runtime.checks.work import operations_of_run
+from symgen.runtime.failures import state_names
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 _SHARE = (
     0.02  # of the run's operations, for a companion; those of a long run take two and a half times as much

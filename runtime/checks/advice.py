@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.checks.advice_text import advice_lines
-from runtime.checks.cost import Cost, fixed_step_cost, run_cost, seconds_per_evaluation
-from runtime.checks.mode_origin import Origin, fastest_origin
-from runtime.checks.stability import EXPLICIT_METHODS, damping_ratio, stable_radius, stable_step
-from runtime.checks.steps import MOST_RECOMMENDED, step_for_phases
-from runtime.checks.time_scales import TimeScales, time_scales
-from runtime.choose import refuse_unsuitable
-from runtime.constraints.large import is_large
-from runtime.errors import RuntimeModelError
-from runtime.integrate.methods import METHODS, Method
+from symgen.runtime.checks.advice_text import advice_lines
+from symgen.runtime.checks.cost import Cost, fixed_step_cost, run_cost, seconds_per_evaluation
+from symgen.runtime.checks.mode_origin import Origin, fastest_origin
+from symgen.runtime.checks.stability import EXPLICIT_METHODS, damping_ratio, stable_radius, stable_step
+from symgen.runtime.checks.steps import MOST_RECOMMENDED, step_for_phases
+from symgen.runtime.checks.time_scales import TimeScales, time_scales
+from symgen.runtime.choose import refuse_unsuitable
+from symgen.runtime.constraints.large import is_large
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.methods import METHODS, Method
 
 if TYPE_CHECKING:
-    from runtime.checks.choice import Choice
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.checks.choice import Choice
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 STEPS_PER_PERIOD = 50
 _STATES = 20
@@ -163,7 +163,7 @@ def advise(
     ----------
     system : System
     arguments : mapping
-        As `runtime.solve.solve` takes them; its `method` and `step` do not matter.
+        As `symgen.runtime.solve.solve` takes them; its `method` and `step` do not matter.
     steps_per_period : int, optional
         Of the rule h = T / N; 50 by default.
     chosen : tuple of str and float or None, optional
@@ -209,7 +209,7 @@ def advise(
     )
     if chosen is None:
         return advice
-    from runtime.checks.choice import judge_choice
+    from symgen.runtime.checks.choice import judge_choice
 
     return replace(
         advice, choice=judge_choice(undriven, advice, scales, arguments, *chosen, steps_per_period)
@@ -217,7 +217,7 @@ def advise(
 
 
 def _short_run(system: System, arguments: Mapping[str, Any]) -> Solution:
-    from runtime.solve import solve
+    from symgen.runtime.solve import solve
 
     # A run that fails, or is cut short, has states to look at, too.
     settings = {**arguments, "method": "auto", "step": None, "constraints": "auto", "at": (), "fps": None}

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.methods import METHODS
 
 if TYPE_CHECKING:
-    from runtime.checks.advice import Advice
+    from symgen.runtime.checks.advice import Advice
 
 _NAMED_DAMPING = 1e-3
 

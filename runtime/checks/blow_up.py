@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.entry import HealthCheck
-from runtime.checks.stability import stable_step
-from runtime.checks.time_scales import time_scales
-from runtime.failures import state_names
+from symgen.runtime.checks.entry import HealthCheck
+from symgen.runtime.checks.stability import stable_step
+from symgen.runtime.checks.time_scales import time_scales
+from symgen.runtime.failures import state_names
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.solution import Solution
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
 
 _GROWN = 100.0  # times the size that it had in the first tenth of the run
 _BALANCE = 0.1  # error of the energy, in parts of the largest

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate
-from runtime.checks.entry import HealthCheck
-from runtime.constraints.levels import Constraints
-from runtime.positions import Positions
+from symgen.runtime.batches import evaluate
+from symgen.runtime.checks.entry import HealthCheck
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 _MOST_CONSTRAINTS = 30
 _STRAIGHT = 0.2  # what rates of both frames may leave of the way between them: the state has not turned there

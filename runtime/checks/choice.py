@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.checks.stability import stable_step
-from runtime.choose import refuse_unsuitable
-from runtime.errors import RuntimeModelError
-from runtime.integrate.methods import find_method
+from symgen.runtime.checks.stability import stable_step
+from symgen.runtime.choose import refuse_unsuitable
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.methods import find_method
 
 if TYPE_CHECKING:
-    from runtime.checks.advice import Advice
-    from runtime.checks.time_scales import TimeScales
-    from runtime.integrate.methods import Method
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.checks.advice import Advice
+    from symgen.runtime.checks.time_scales import TimeScales
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 _MOST_STEPS = 200_000  # of the run that tells; it is judged as far as it comes
 
@@ -47,7 +47,7 @@ def judge_choice(
     Parameters
     ----------
     arguments : mapping
-        As `runtime.solve.solve` takes them.
+        As `symgen.runtime.solve.solve` takes them.
     step : float or None [s]
     steps_per_period : int, optional
         What the user asks for besides.
@@ -72,7 +72,7 @@ def judge_choice(
 
 
 def _run(system: System, arguments: Mapping[str, Any]) -> Solution:
-    from runtime.solve import solve
+    from symgen.runtime.solve import solve
 
     return solve(system, max_steps=_MOST_STEPS, **{**arguments, "at": (), "fps": None})
 

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.jumped_over import jumped_over
-from runtime.driver import Run
-from runtime.errors import ContactError, RuntimeModelError
-from runtime.integrate import layout as at
-from runtime.integrate.methods import METHODS, Method
-from runtime.loop_arrays import LoopArrays
-from runtime.timing.timetable import timetable
+from symgen.runtime.checks.jumped_over import jumped_over
+from symgen.runtime.driver import Run
+from symgen.runtime.errors import ContactError, RuntimeModelError
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import METHODS, Method
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.timing.timetable import timetable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from runtime.solution import Solution
-    from runtime.timing.timetable import Timetable
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.timing.timetable import Timetable
 
 _EXPLICIT = "dop853"
 _TIGHTER = 0.01
@@ -193,7 +193,7 @@ class _Beside(Run):
         arrays.control[[at.T, at.T_GRID, at.T_EVENT]] = t
         inputs = None
         if system.input_words:
-            from runtime.inputs.schedule import InputSchedule
+            from symgen.runtime.inputs.schedule import InputSchedule
 
             inputs = InputSchedule(system, arrays, method, t)
         super().__init__(

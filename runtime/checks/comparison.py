@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 MOST_TIMES = 400
 _LEAST_RATIO = 1.5  # of two differences; where finer runs are no better, little is gained by extrapolation

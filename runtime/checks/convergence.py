@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.checks.comparison import Comparison, compare_runs
-from runtime.checks.convergence_verdict import verdict
-from runtime.checks.coordinate_errors import CoordinateError, coordinate_errors
-from runtime.checks.horizon import Horizon, horizon
-from runtime.checks.momenta import Momentum, momenta
-from runtime.integrate.methods import find_method
-from runtime.solve import SMALLEST_RTOL
+from symgen.runtime.checks.comparison import Comparison, compare_runs
+from symgen.runtime.checks.convergence_verdict import verdict
+from symgen.runtime.checks.coordinate_errors import CoordinateError, coordinate_errors
+from symgen.runtime.checks.horizon import Horizon, horizon
+from symgen.runtime.checks.momenta import Momentum, momenta
+from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.solve import SMALLEST_RTOL
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 _LEVELS = 4
 _TIGHTENING = 10.0
@@ -130,9 +130,9 @@ def study(system: System, arguments: Mapping[str, Any]) -> Convergence:
     ----------
     system : System
     arguments : mapping
-        As `runtime.solve.solve` takes them.
+        As `symgen.runtime.solve.solve` takes them.
     """
-    from runtime.solve import solve
+    from symgen.runtime.solve import solve
 
     plain = {**arguments, "at": (), "fps": None}
     first = solve(system, **plain)

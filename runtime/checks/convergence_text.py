@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from runtime.checks.horizon import DIGITS
+from symgen.runtime.checks.horizon import DIGITS
 
 if TYPE_CHECKING:
-    from runtime.checks.convergence import Convergence
+    from symgen.runtime.checks.convergence import Convergence
 
 _MOST_ERRORS = 8
 

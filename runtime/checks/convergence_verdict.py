@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.error_estimate import LARGEST_ERROR
+from symgen.runtime.checks.error_estimate import LARGEST_ERROR
 
 if TYPE_CHECKING:
-    from runtime.checks.comparison import Comparison
-    from runtime.checks.coordinate_errors import CoordinateError
-    from runtime.checks.horizon import Horizon
+    from symgen.runtime.checks.comparison import Comparison
+    from symgen.runtime.checks.coordinate_errors import CoordinateError
+    from symgen.runtime.checks.horizon import Horizon
 
 _SETTLED = 1e-3  # largest difference between the two finest runs
 _ROUND_OFF = 1e-11  # differences below this need not shrink further

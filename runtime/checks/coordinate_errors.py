@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.failures import state_names
+from symgen.runtime.failures import state_names
 
 if TYPE_CHECKING:
-    from runtime.checks.comparison import Comparison
-    from runtime.system import System
+    from symgen.runtime.checks.comparison import Comparison
+    from symgen.runtime.system import System
 
 _ROUND_OFF = 1e-12  # in parts of a variable's size: no order is seen in such differences
 

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate, right_hand_sides
-from runtime.checks.entry import HealthCheck, limited
-from runtime.names import rate_labels
-from runtime.positions import Positions
-from runtime.spread import spread_numbers, spread_rows
+from symgen.runtime.batches import evaluate, right_hand_sides
+from symgen.runtime.checks.entry import HealthCheck, limited
+from symgen.runtime.names import rate_labels
+from symgen.runtime.positions import Positions
+from symgen.runtime.spread import spread_numbers, spread_rows
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 _STATES = 5
 _LIMIT = 1e-8  # of the size of an equation's terms
@@ -59,7 +59,7 @@ def _forms(solution: Solution, rows: np.ndarray) -> Iterator[tuple[System, np.nd
     if solution.forms is None:
         yield solution.system, solution.p, rows
         return
-    from runtime.contact.forms import form_of
+    from symgen.runtime.contact.forms import form_of
 
     index = solution.forms.index[rows]
     for k in sorted(set(index.tolist())):

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.companion import Companion, finer, follow, independent, loose
-from runtime.checks.growth import growth_rate, is_exponential, running_maximum
-from runtime.checks.work import operations_per_step
-from runtime.spread import spread_rows
+from symgen.runtime.checks.companion import Companion, finer, follow, independent, loose
+from symgen.runtime.checks.growth import growth_rate, is_exponential, running_maximum
+from symgen.runtime.checks.work import operations_per_step
+from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 LARGEST_ERROR = 0.05  # of what a coordinate or rate does
 LEAST_FRAMES = 8
@@ -200,12 +200,12 @@ def sizes(system: System, states: np.ndarray) -> np.ndarray:
 
 def method_of(solution: Solution) -> Method:
     """Return the method of a run, in the run's form of constraints."""
-    from runtime.integrate.methods import find_method
+    from symgen.runtime.integrate.methods import find_method
 
     method = find_method(solution.method)
     if solution.constraints in ("none", method.form):
         return method
-    from runtime.integrate.forms import FORMS  # of other forms, which most runs do without
+    from symgen.runtime.integrate.forms import FORMS  # of other forms, which most runs do without
 
     return FORMS.get(solution.constraints, {}).get(solution.method) or method
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.positions import Positions
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _DIFFERENCE = 1e-6  # relative to the size of a coordinate or rate
 _N_EIGENVALUES, _N_VECTORS = 4, 24

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate
-from runtime.positions import Positions
+from symgen.runtime.batches import evaluate
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 # A direction: times (n,) and states (n, nq + nv) -> rates (n, nv); None where bodies cannot move in that way.
 Direction = Callable[[np.ndarray, np.ndarray], np.ndarray | None]

@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.entry import HealthCheck, advised, limited, noted
-from runtime.checks.stability import stable_radius, stable_step, unstable_rate
-from runtime.checks.steps import least_steps_in_a_period
-from runtime.constraints.drift import constraint_drift
-from runtime.constraints.levels import Constraints
-from runtime.exchange import energy_limit
-from runtime.failures import state_names
-from runtime.integrate.methods import Method, find_method
-from runtime.positions import Positions
-from runtime.spread import spread_rows
+from symgen.runtime.checks.entry import HealthCheck, advised, limited, noted
+from symgen.runtime.checks.stability import stable_radius, stable_step, unstable_rate
+from symgen.runtime.checks.steps import least_steps_in_a_period
+from symgen.runtime.constraints.drift import constraint_drift
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.exchange import energy_limit
+from symgen.runtime.failures import state_names
+from symgen.runtime.integrate.methods import Method, find_method
+from symgen.runtime.positions import Positions
+from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
-    from runtime.checks.time_scales import TimeScales
-    from runtime.solution import Solution
+    from symgen.runtime.checks.time_scales import TimeScales
+    from symgen.runtime.solution import Solution
 
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
 _FIXED_STEP_DRIFT = 1e-6
@@ -69,19 +69,19 @@ def check(solution: Solution) -> list[HealthCheck]:
     method = find_method(solution.method)
     found = [_status(solution), _finite(solution)]
     if solution.status == "failed" or not found[1].ok:
-        from runtime.checks.blow_up import blow_up
+        from symgen.runtime.checks.blow_up import blow_up
 
         found += blow_up(solution, method)
     if not found[1].ok:
         return found + ([] if method.adaptive else list(_resolution(solution, method)))
     found.append(_energy(solution, method))
     if solution.system.m:
-        from runtime.checks.branches import branches
+        from symgen.runtime.checks.branches import branches
 
         found += [*_constraints(solution, method), *_rank(solution), *branches(solution)]
     if solution.system.quaternions:
         found.append(_quaternions(solution))
-    from runtime.checks.equations import equations
+    from symgen.runtime.checks.equations import equations
 
     found += equations(solution)
     found += _steps(solution) if method.adaptive else _resolution(solution, method)
@@ -91,38 +91,38 @@ def check(solution: Solution) -> list[HealthCheck]:
 def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> Iterator[HealthCheck]:
     """Yield the checks that most runs give no cause for; each is imported where there is one."""
     if solution.system.events:
-        from runtime.checks.missed_events import missed_events
+        from symgen.runtime.checks.missed_events import missed_events
 
         yield from missed_events(solution)
     if any(switch["kind"] == "stop" for switch in solution.system.switches):
-        from runtime.checks.stops import stops
+        from symgen.runtime.checks.stops import stops
 
         yield stops(solution)
     if "residual_jacobian" in method.kernels:
-        from runtime.checks.jacobian import jacobian
+        from symgen.runtime.checks.jacobian import jacobian
 
         yield from jacobian(solution, method)
     if method.adaptive and not method.stiff:
-        from runtime.checks.stiffness import stiffness
+        from symgen.runtime.checks.stiffness import stiffness
 
         yield from stiffness(solution, method)
     if solution.timetable is not None:
-        from runtime.checks.time_resolution import time_resolution
+        from symgen.runtime.checks.time_resolution import time_resolution
 
         yield from time_resolution(solution)
     if solution.parts is not None:
-        from runtime.checks.subsystems import subsystems
+        from symgen.runtime.checks.subsystems import subsystems
 
         yield from subsystems(solution, method)
     if not method.adaptive:
-        from runtime.checks.poles import poles
+        from symgen.runtime.checks.poles import poles
 
         yield from poles(solution, method)
-    from runtime.checks.wrong_signs import wrong_signs
+    from symgen.runtime.checks.wrong_signs import wrong_signs
 
     yield from wrong_signs(solution)
     if solution.status in _REGULAR_ENDS:
-        from runtime.checks.accuracy import accuracy
+        from symgen.runtime.checks.accuracy import accuracy
 
         yield from accuracy(solution)
 
@@ -189,7 +189,7 @@ def _rank(solution: Solution) -> Iterator[HealthCheck]:
     """Report where constraints came near to depending on each other, and which one does."""
     if solution.redundant or not solution.min_pivot_ratio < _NEAR_DEPENDENCE or solution.forms is not None:
         return
-    from runtime.batches import evaluate
+    from symgen.runtime.batches import evaluate
 
     system = solution.system
     pivots = evaluate(system, "rhs", solution.p, solution.t, solution.states)[:, -1]
@@ -284,14 +284,14 @@ def _stability(solution: Solution, method: Method, scales: list[TimeScales]) -> 
 
 def _cause(solution: Solution) -> str:
     """Return what the fastest motion belongs to, at the start, before it has grown."""
-    from runtime.checks.mode_origin import fastest_origin
+    from symgen.runtime.checks.mode_origin import fastest_origin
 
     origin = fastest_origin(solution.system, solution.p, solution.t[0], solution.q[0], solution.v[0])
     return f"which {origin.spring} makes fast" if origin is not None else "of the model"
 
 
 def _time_scales(solution: Solution) -> list[TimeScales]:
-    from runtime.checks.time_scales import time_scales
+    from symgen.runtime.checks.time_scales import time_scales
 
     rows = _rows_for_time_scales(solution)
     return [
@@ -303,7 +303,7 @@ def _rows_for_time_scales(solution: Solution) -> np.ndarray:
     """Return frames, spread over the run, but none after it blew up: time scales there are those of garbage."""
     n = len(solution.t)
     if solution.status == "failed" or not np.isfinite(solution.states).all():
-        from runtime.checks.blow_up import first_outgrown
+        from symgen.runtime.checks.blow_up import first_outgrown
 
         # Half of the time to it: growth shows late.
         n = max(1, (first_outgrown(solution) or 2 * n) // 2)

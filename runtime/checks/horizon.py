@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.checks.growth import growth_rate, is_exponential, running_maximum
+from symgen.runtime.checks.growth import growth_rate, is_exponential, running_maximum
 
 if TYPE_CHECKING:
-    from runtime.checks.comparison import Comparison
+    from symgen.runtime.checks.comparison import Comparison
 
 DIGITS = (3, 6)
 _ROWS = 8  # of the table

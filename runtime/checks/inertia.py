@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.abi import ENTRIES
-from runtime.errors import RuntimeModelError
+from symgen.runtime.abi import ENTRIES
+from symgen.runtime.errors import RuntimeModelError
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _ROUND_OFF = 1e-10
 _NONE = 1e-14  # smallest eigenvalue of M, scaled to a unit diagonal, that counts as inertia

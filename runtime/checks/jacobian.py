@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers, evaluate
-from runtime.checks.entry import HealthCheck, advised
-from runtime.names import rate_labels
+from symgen.runtime.batches import accelerations_and_multipliers, evaluate
+from symgen.runtime.checks.entry import HealthCheck, advised
+from symgen.runtime.names import rate_labels
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.solution import Solution
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
 
 _KERNEL = "residual_jacobian"
 _MANY_ITERATIONS = 5.0  # of Newton in a step of one stage system; a right Jacobian takes two to four

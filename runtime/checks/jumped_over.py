@@ -1,9 +1,9 @@
 """What a run's steps may have gone over: where its path passes something far shorter than a step.
 
 Along the recorded path the state is a function of time, so the equations are, too. Worked out on ranges over cells of
-it (`runtime.timing`), they show every barrier, well and edge that the path passes, however thin; and the log of steps
-shows how long the steps were there. Whether it mattered is not judged here: a companion of the run is held to short
-steps there.
+it (`symgen.runtime.timing`), they show every barrier, well and edge that the path passes, however thin; and the log
+of steps shows how long the steps were there. Whether it mattered is not judged here: a companion of the run is held
+to short steps there.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.work import operations_of_run
-from runtime.errors import ModuleError
-from runtime.spread import spread_rows
-from runtime.timing.course import Course
-from runtime.timing.intervals import Intervals, Range
-from runtime.timing.terms import TimeTerms
+from symgen.runtime.checks.work import operations_of_run
+from symgen.runtime.errors import ModuleError
+from symgen.runtime.spread import spread_rows
+from symgen.runtime.timing.course import Course
+from symgen.runtime.timing.intervals import Intervals, Range
+from symgen.runtime.timing.terms import TimeTerms
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 # What can be sharp in the state. Sines of coordinates are not, as long as steps follow the motion.
 _SHARP = re.compile(r"\b(?:exp|tanh|erf|atan|sinh|cosh|log|sqrt|pow|tan|asin|acos|atan2)\(|/(?:x\d|\()")

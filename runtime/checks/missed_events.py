@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate
-from runtime.checks.entry import HealthCheck
-from runtime.loop_arrays import DIRECTIONS
+from symgen.runtime.batches import evaluate
+from symgen.runtime.checks.entry import HealthCheck
+from symgen.runtime.loop_arrays import DIRECTIONS
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 _BETWEEN = 4  # places in an interval between frames
 _ROUND_OFF = 1e-7  # of an event function's range: dips below count as touching

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers, evaluate
-from runtime.checks.time_scales import motion_jacobian
-from runtime.names import rate_labels
-from runtime.positions import Positions
+from symgen.runtime.batches import accelerations_and_multipliers, evaluate
+from symgen.runtime.checks.time_scales import motion_jacobian
+from symgen.runtime.names import rate_labels
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _LEAST_SHARE = 0.1
 _MOST_NAMED = 3

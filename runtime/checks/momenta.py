@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers, evaluate
-from runtime.checks.generators import CENTRAL, Direction, coordinate_directions, whole_directions
-from runtime.positions import Positions
+from symgen.runtime.batches import accelerations_and_multipliers, evaluate
+from symgen.runtime.checks.generators import CENTRAL, Direction, coordinate_directions, whole_directions
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.checks.comparison import Comparison
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.checks.comparison import Comparison
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 _STATES = 3  # at which conservation is tested
 _BESIDE = 0.2  # how far these are from the run, in parts of the variables' sizes

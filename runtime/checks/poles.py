@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers
-from runtime.checks.entry import HealthCheck, noted
-from runtime.names import rate_labels
+from symgen.runtime.batches import accelerations_and_multipliers
+from symgen.runtime.checks.entry import HealthCheck, noted
+from symgen.runtime.names import rate_labels
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.solution import Solution
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
 
 _GROWTH = 1e6  # of an acceleration, from the frames around a pole to the last digits of time
 _LEAST_POWER = 0.9  # of 1/|t - t_pole| in an acceleration whose integral is infinite

@@ -12,7 +12,7 @@ import importlib
 
 import numpy as np
 
-from runtime.integrate.methods import METHODS, Method
+from symgen.runtime.integrate.methods import METHODS, Method
 
 _RUNGE_KUTTA = ("euler", "rk4", "dopri5", "dop853")
 _VERLET = ("verlet", "verlet4", "verlet6", "verlet8", "rattle", "rattle4", "rattle6")
@@ -162,7 +162,7 @@ def _parts(name: str) -> tuple[float, ...]:
     order = name.removeprefix("verlet").removeprefix("rattle")
     if not order:
         return (1.0,)
-    halves = importlib.import_module("runtime.integrate.symplectic.composition_coefficients").HALVES[
+    halves = importlib.import_module("symgen.runtime.integrate.symplectic.composition_coefficients").HALVES[
         int(order)
     ]
     return (*halves, *halves[-2::-1])

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.system import System
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.system import System
 
 # Steps of runs whose step is left open: a run that needs more is not slow without being asked to be.
 MOST_IN_A_PERIOD = 250.0

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.entry import HealthCheck, noted
-from runtime.checks.mode_origin import fastest_origin
-from runtime.checks.time_scales import TimeScales, time_scales
+from symgen.runtime.checks.entry import HealthCheck, noted
+from symgen.runtime.checks.mode_origin import fastest_origin
+from symgen.runtime.checks.time_scales import TimeScales, time_scales
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.solution import Solution
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
 
 _ESTIMATES = ("dopri5", "dop853")
 _MANY_STEPS = 5000

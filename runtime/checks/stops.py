@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate
-from runtime.checks.entry import HealthCheck, limited
+from symgen.runtime.batches import evaluate
+from symgen.runtime.checks.entry import HealthCheck, limited
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 _TOLERANCES = 10.0  # of the run, in a gap
 _ROUND_OFF = 1e-13  # of the coordinates' sizes

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from runtime.checks.entry import HealthCheck, advised, limited
-from runtime.checks.health import MOST_REJECTED
-from runtime.exchange import energy_limit
+from symgen.runtime.checks.entry import HealthCheck, advised, limited
+from symgen.runtime.checks.health import MOST_REJECTED
+from symgen.runtime.exchange import energy_limit
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.solution import Solution
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
 
 
 def subsystems(solution: Solution, method: Method) -> Iterator[HealthCheck]:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.entry import HealthCheck, limited
-from runtime.spread import spread_rows
+from symgen.runtime.checks.entry import HealthCheck, limited
+from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 _MOST_LEFT_OUT = 0.1  # of what a term does, by steps that go over it
 _MOST_STEPS = 400  # that are looked at
@@ -45,7 +45,7 @@ def time_resolution(solution: Solution) -> Iterator[HealthCheck]:
 
 def _left_out(solution: Solution, step: float) -> tuple[float, float]:
     """Return the largest part of a term that steps do not see, and where [s]."""
-    from runtime.timing.terms import Samples, TimeTerms
+    from symgen.runtime.timing.terms import Samples, TimeTerms
 
     course, t_start, t_end = solution.timetable.course, solution.t_start, float(solution.t[-1])
     ends = np.append(course.begin[1:], np.inf)

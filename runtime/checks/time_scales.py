@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers
-from runtime.checks.extreme_rates import extreme_eigenvalues
-from runtime.constraints.large import is_large
-from runtime.positions import Positions
+from symgen.runtime.batches import accelerations_and_multipliers
+from symgen.runtime.checks.extreme_rates import extreme_eigenvalues
+from symgen.runtime.constraints.large import is_large
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _DIFFERENCE = 1e-6
 _OVERDAMPED = 0.5  # an eigenvalue with -Re above this part of its magnitude decays more than it oscillates

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from runtime.integrate.methods import find_method
+from symgen.runtime.integrate.methods import find_method
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.solution import Solution
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
 
 _SERIES = 20.0  # operations of a step of `taylor` for one of rhs
 _OF_CALL, _OF_NEWTON = 100.0, 800.0  # operations that evaluations and iterations cost besides

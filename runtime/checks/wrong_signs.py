@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate
-from runtime.checks.entry import HealthCheck, noted
-from runtime.checks.mode_origin import fastest_growth
-from runtime.checks.time_scales import motion_jacobian
-from runtime.spread import spread_rows
+from symgen.runtime.batches import evaluate
+from symgen.runtime.checks.entry import HealthCheck, noted
+from symgen.runtime.checks.mode_origin import fastest_growth
+from symgen.runtime.checks.time_scales import motion_jacobian
+from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 _FRAMES = 200
 _LARGEST_DAMPING = 100  # rates

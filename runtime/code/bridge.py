@@ -23,7 +23,7 @@ class _KernelCall:
         Parameters
         ----------
         address : uint64
-            From `runtime.system.Kernel.address`; whoever owns the code must stay alive.
+            From `symgen.runtime.system.Kernel.address`; whoever owns the code must stay alive.
         t : float [s]
         y, p : ndarray of float64, 1-D, C-contiguous
         out : ndarray of float64, 1-D, C-contiguous
@@ -43,7 +43,7 @@ class _KernelCall:
         # Numba takes half a second to import, and most processes do without it.
         from numba.core.typing.templates import builtin_registry
 
-        from runtime.code.bridge_numba import teach
+        from symgen.runtime.code.bridge_numba import teach
 
         teach(self)
         return next(kind for value, kind in builtin_registry.globals if value is self)

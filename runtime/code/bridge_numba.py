@@ -1,4 +1,4 @@
-"""What Numba must know of `runtime.code.bridge.call_kernel` to compile it: its types and its one indirect call."""
+"""What Numba must know of `bridge.call_kernel` to compile it: its types and its one indirect call."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numba.np.arrayobj import make_array
 
 @functools.cache
 def teach(call_kernel: Callable) -> None:
-    """Let Numba know `runtime.code.bridge.call_kernel`."""
+    """Let Numba know `symgen.runtime.code.bridge.call_kernel`."""
     type_callable(call_kernel)(_type_call_kernel)
     arguments = types.uint64, types.float64, types.Array, types.Array, types.Array
     lower_builtin(call_kernel, *arguments)(_lower_call_kernel)

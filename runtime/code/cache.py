@@ -12,7 +12,7 @@ import sys
 import warnings
 from pathlib import Path
 
-from runtime.code.ownership import distrust, make_private, read_own
+from symgen.runtime.code.ownership import distrust, make_private, read_own
 
 _MAGIC = b"symgen-cache-1\n"
 _DIGEST_SIZE = hashlib.sha256().digest_size

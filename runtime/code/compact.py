@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from runtime.abi import ENTRIES
-from runtime.code.grammar import FunctionText, affine, loop_count, table_name
+from symgen.runtime.abi import ENTRIES
+from symgen.runtime.code.grammar import FunctionText, affine, loop_count, table_name
 
 
 def compact(function: FunctionText) -> tuple[FunctionText, np.ndarray]:

@@ -1,4 +1,4 @@
-"""The part of `runtime.code.jitted` that needs Numba: from Python functions to object code.
+"""The part of `symgen.runtime.code.jitted` that needs Numba: from Python functions to object code.
 
 Numba would optimise, link and load every inner function by itself, and again inside each of its callers. Here it
 only types and lowers; all functions of a step loop are linked once and optimised once.
@@ -16,9 +16,9 @@ from numba.core import config, types
 from numba.core.compiler import Compiler
 from numba.core.typing.typeof import typeof_impl
 
-from runtime.code import compiler, native
-from runtime.code.bridge import call_kernel
-from runtime.code.bridge_numba import teach
+from symgen.runtime.code import compiler, native
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.bridge_numba import teach
 
 if TYPE_CHECKING:
     from numba.core.dispatcher import Dispatcher
@@ -30,7 +30,7 @@ teach(call_kernel)
 
 
 class Jitted(Protocol):
-    """A `runtime.code.jitted.Jitted`, as far as the compiler looks at it."""
+    """A `symgen.runtime.code.jitted.Jitted`, as far as the compiler looks at it."""
 
     py_func: Callable
     distinct_arrays: bool

@@ -8,7 +8,7 @@ import threading
 
 import llvmlite.binding as llvm
 
-from runtime.code.llvm_text import LIBRARY
+from symgen.runtime.code.llvm_text import LIBRARY
 
 OPTIMISATION_LEVEL = 2
 _lock = threading.RLock()

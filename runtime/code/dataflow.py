@@ -13,8 +13,8 @@ from typing import NoReturn
 
 import numpy as np
 
-from runtime.code.grammar import ARGUMENTS, LARGEST, MATH_FUNCTIONS, FunctionText
-from runtime.module import SOLVERS
+from symgen.runtime.code.grammar import ARGUMENTS, LARGEST, MATH_FUNCTIONS, FunctionText
+from symgen.runtime.module import SOLVERS
 
 DEEPEST = 150  # parentheses in each other; Python reads 200
 _LONG = 2 * DEEPEST  # characters, of an expression that may have as many
@@ -57,7 +57,7 @@ def follow(function: FunctionText, call_it: Callable[[int], str], *, sparse: boo
         return _Pass(function, call_it).follow(_body(lines), sparse)
     except _OtherFormError:
         # Python that says the same in other lines, of people who write modules by hand.
-        from runtime.code.modules import lower_function
+        from symgen.runtime.code.modules import lower_function
 
         text = "\n".join(ast.unparse(statement) for statement in function.statements())
         indented = [f"    {line}" for line in text.split("\n")]

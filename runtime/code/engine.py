@@ -15,11 +15,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from runtime.code import cache, elf
-from runtime.code.host import target
+from symgen.runtime.code import cache, elf
+from symgen.runtime.code.host import target
 
 if TYPE_CHECKING:
-    from runtime.code.compiler import Engine
+    from symgen.runtime.code.compiler import Engine
 
 _KEPT_OBJECTS = 4000
 _LONG_COMPILE = 0.3  # seconds
@@ -70,7 +70,7 @@ class MachineCode:
 
     def _add_by_llvm(self, object_code: bytes) -> None:
         if self._engine is None:
-            from runtime.code.compiler import Engine
+            from symgen.runtime.code.compiler import Engine
 
             self._engine = Engine()
         self._engine.add(object_code, {**self._symbols, **self._outside})
@@ -141,7 +141,7 @@ def object_code(
     path = folder / f"{key}.o"
     code = cache.fetch(path)
     if code is None:
-        from runtime.code.compiler import compile_ir
+        from symgen.runtime.code.compiler import compile_ir
 
         ir, operations = lower(symbol)
         announce(name, operations, operations * _SECONDS_PER_OPERATION)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import ast
 from typing import NoReturn
 
-from runtime.code.grammar import MATH_FUNCTIONS, FunctionText, affine, table_name
-from runtime.code.llvm_text import Index, constant
-from runtime.code.straight_line import StraightLine
-from runtime.graph.functions import IN_CODE
+from symgen.runtime.code.grammar import MATH_FUNCTIONS, FunctionText, affine, table_name
+from symgen.runtime.code.llvm_text import Index, constant
+from symgen.runtime.code.straight_line import StraightLine
+from symgen.runtime.graph.functions import IN_CODE
 
 _INSTRUCTIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _COMPARISONS = {ast.Lt: "olt", ast.LtE: "ole"}

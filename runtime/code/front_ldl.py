@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from runtime.code.dense_ldl import BLOCK, Writer, subtract_rows
+from symgen.runtime.code.dense_ldl import BLOCK, Writer, subtract_rows
 
 SOLVERS = {"factor_fronts": 1, "solve_fronts": 2}  # and how many arrays their calls begin with
 LARGEST_WRITTEN_OUT = 8  # rows of a front

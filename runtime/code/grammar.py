@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NoReturn
 
-from runtime.code.llvm_text import Index
-from runtime.errors import ModuleError
-from runtime.graph.functions import IN_CODE
+from symgen.runtime.code.llvm_text import Index
+from symgen.runtime.errors import ModuleError
+from symgen.runtime.graph.functions import IN_CODE
 
 MATH_FUNCTIONS = frozenset(IN_CODE)
 ARGUMENTS = ("t", "y", "p", "out")
@@ -117,7 +117,7 @@ class FunctionText:
         The names of the grammar are all that it can see. `decorate` is applied to it and to the solvers that it calls;
         `mathematics` takes the place of `math`, for arguments that are no floats.
         """
-        from runtime.code import dense_ldl, front_ldl
+        from symgen.runtime.code import dense_ldl, front_ldl
 
         tree = ast.parse(self.text)
         ast.increment_lineno(tree, self.first_line - 1)

@@ -9,7 +9,7 @@ import os
 from importlib.util import find_spec
 from pathlib import Path
 
-from runtime.code import cache
+from symgen.runtime.code import cache
 
 _PROCESSOR = Path("/proc/cpuinfo")
 # What the kernel says of a processor that stays the same; x86, then ARM.
@@ -43,7 +43,7 @@ def target() -> tuple:
 
 
 def _ask() -> tuple:
-    from runtime.code import compiler
+    from symgen.runtime.code import compiler
 
     return compiler.target()
 

@@ -1,7 +1,7 @@
 """Jitted functions that run without Numba once they are compiled: the `jitted` decorator.
 
 Importing Numba and loading its own cached functions takes most of a second. So a function is compiled with Numba
-the first time, once per machine; its object code is kept, and later processes call it straight (`runtime.code.native`).
+the first time, once per machine; its object code is kept, and later processes call it straight (`native.py`).
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from runtime.code import cache, engine, native
-from runtime.code.host import package_version, target
+from symgen.runtime.code import cache, engine, native
+from symgen.runtime.code.host import package_version, target
 
 DISABLE_JIT = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 _KEPT = 400
@@ -78,7 +78,7 @@ class Jitted:
             seconds = _SECONDS_PER_FUNCTION * max(0, len(self._called()) - 4)
             engine.announce(self.title, 0, seconds)
             # Numba takes half a second to import, and is done without from the second run on.
-            from runtime.code.compile_jitted import compile_jitted
+            from symgen.runtime.code.compile_jitted import compile_jitted
 
             content = compile_jitted(self, args)
             if cache.store(path, content):

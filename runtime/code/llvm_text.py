@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from runtime.graph.functions import IN_CODE
+from symgen.runtime.graph.functions import IN_CODE
 
 LIBRARY = tuple(name for name, function in IN_CODE.items() if function.llvm == "library")
 PREPARED = "_prepared"  # ends the symbol of a function that takes a prepared `p`

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import ast
 
-from runtime.code import dense_ldl, front_ldl
-from runtime.code.expressions import ExpressionLowering
-from runtime.code.grammar import (
+from symgen.runtime.code import dense_ldl, front_ldl
+from symgen.runtime.code.expressions import ExpressionLowering
+from symgen.runtime.code.grammar import (
     ARGUMENTS,
     LARGEST,
     MATH_FUNCTIONS,
@@ -22,8 +22,8 @@ from runtime.code.grammar import (
     loop_count,
     reads_p,
 )
-from runtime.code.llvm_text import Index
-from runtime.code.straight_line import StraightLine
+from symgen.runtime.code.llvm_text import Index
+from symgen.runtime.code.straight_line import StraightLine
 
 _RESERVED = MATH_FUNCTIONS.union(ARGUMENTS)
 

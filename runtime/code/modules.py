@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from runtime.code.grammar import FunctionText
-from runtime.code.llvm_text import PREPARED, declarations, function, table
-from runtime.code.lower import Lowering
+from symgen.runtime.code.grammar import FunctionText
+from symgen.runtime.code.llvm_text import PREPARED, declarations, function, table
+from symgen.runtime.code.lower import Lowering
 
 _ABI = {"t": "double", "y": "ptr", "p": "ptr", "out": "ptr"}
 _PASSED = "double %t, ptr %y, ptr %p, ptr %out"

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from runtime.code import engine
+from symgen.runtime.code import engine
 
 RESULTS = {"int64": ctypes.c_int64, "float64": ctypes.c_double, "bool": ctypes.c_uint8}
 _RETURNED = (0, -2)  # Numba's return codes for a value and for None

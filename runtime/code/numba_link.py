@@ -12,8 +12,8 @@ from numba.core.errors import NumbaTypeError
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
-from runtime.code import numba_setup
-from runtime.kernel import KernelSource
+from symgen.runtime.code import numba_setup
+from symgen.runtime.kernel import KernelSource
 
 
 def linked_function(source: KernelSource) -> Callable:

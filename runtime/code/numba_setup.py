@@ -16,10 +16,10 @@ import llvmlite
 import numba
 from numba import config
 
-from runtime.code.bridge import call_kernel
-from runtime.code.bridge_numba import teach
-from runtime.code.cache import cache_folder, prune, trusted_folder
-from runtime.code.ownership import foreign_below
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.bridge_numba import teach
+from symgen.runtime.code.cache import cache_folder, prune, trusted_folder
+from symgen.runtime.code.ownership import foreign_below
 
 teach(call_kernel)
 DISABLE_JIT = bool(config.DISABLE_JIT)

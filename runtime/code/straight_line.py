@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from runtime.code import dense_ldl, front_ldl
-from runtime.code.llvm_text import Index, call_arguments, function, loop, math_symbol
+from symgen.runtime.code import dense_ldl, front_ldl
+from symgen.runtime.code.llvm_text import Index, call_arguments, function, loop, math_symbol
 
 # LLVM's time per line, be it an operation, a load or a store, grows with the length of a function.
 PIECE_LINES = 600

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints.levels import Constraints
-from runtime.constraints.nearest_point import SOLVED, metric, pseudo_solve, worst
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.nearest_point import SOLVED, metric, pseudo_solve, worst
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _REFINEMENTS = 3
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints import contradictions
-from runtime.constraints.contradictions import AssemblyError, joined, listed
-from runtime.constraints.large import is_large, sparse_start
-from runtime.constraints.levels import Constraints
-from runtime.constraints.nearest_point import (
+from symgen.runtime.constraints import contradictions
+from symgen.runtime.constraints.contradictions import AssemblyError, joined, listed
+from symgen.runtime.constraints.large import is_large, sparse_start
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.nearest_point import (
     SOLVED,
     Problem,
     least_repair,
@@ -21,16 +21,16 @@ from runtime.constraints.nearest_point import (
     solve_with_restarts,
     worst,
 )
-from runtime.constraints.position_problem import position_problem
-from runtime.constraints.redundancy import Redundancy
-from runtime.constraints.start_values import StartValues, start_values
-from runtime.constraints.usual_rank import ranks_near
-from runtime.constraints.vanishing_gradient import without_gradient
-from runtime.names import rate_labels
-from runtime.positions import Chart
+from symgen.runtime.constraints.position_problem import position_problem
+from symgen.runtime.constraints.redundancy import Redundancy
+from symgen.runtime.constraints.start_values import StartValues, start_values
+from symgen.runtime.constraints.usual_rank import ranks_near
+from symgen.runtime.constraints.vanishing_gradient import without_gradient
+from symgen.runtime.names import rate_labels
+from symgen.runtime.positions import Chart
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _CONTRADICTION = 1e-6  # of a constraint's scale: what enforced values may be off
 _SATISFIED = 2e-14  # of its scale: nothing to do

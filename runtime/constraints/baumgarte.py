@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from runtime.code import engine
-from runtime.code.llvm_text import loop
-from runtime.constraints.kkt import robust_project_address, robust_rhs_address
-from runtime.integrate import layout as at
-from runtime.integrate.baumgarte import N_GAINS
-from runtime.system import System
+from symgen.runtime.code import engine
+from symgen.runtime.code.llvm_text import loop
+from symgen.runtime.constraints.kkt import robust_project_address, robust_rhs_address
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.baumgarte import N_GAINS
+from symgen.runtime.system import System
 
 _lock = threading.Lock()
 

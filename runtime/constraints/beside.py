@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.constraints.branch import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.constraints.branch import (
     FORCES,
     GAMMA,
     NQ,
@@ -26,8 +26,8 @@ from runtime.constraints.branch import (
     move_to_branch,
     solve,
 )
-from runtime.constraints.rank_revealing import least_pivot
-from runtime.integrate.copying import copy
+from symgen.runtime.constraints.rank_revealing import least_pivot
+from symgen.runtime.integrate.copying import copy
 
 # Ratios of pivots are (c d)²: at the first distance interpolation begins, at the second its nearest place is.
 BESIDE, _CLEAR = 6e-3, 6e-3

@@ -7,15 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.constraints.rank_revealing import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.constraints.rank_revealing import (
     buffer_size,
     constrained_solve,
     factor_constraints,
     factor_mass,
 )
-from runtime.integrate.copying import copy
+from symgen.runtime.integrate.copying import copy
 
 # The context: addresses, sizes (all 64 bits wide), and behind them where in q each quaternion begins.
 MASS_MATRIX, FORCES, CONSTRAINT_JACOBIAN, GAMMA, CONSTRAINT_RESIDUAL, ENERGY, RHS = range(7)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
+from symgen.runtime.errors import RuntimeModelError
 
 _SHOWN = 8
 

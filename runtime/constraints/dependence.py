@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints.large import is_large
-from runtime.constraints.levels import Constraints
-from runtime.constraints.row_weights import row_weights
-from runtime.constraints.usual_rank import usual_rank
+from symgen.runtime.constraints.large import is_large
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.row_weights import row_weights
+from symgen.runtime.constraints.usual_rank import usual_rank
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 DEPENDENT = 1e-3  # smallest singular value of G, in parts of the rows' sizes nearby
 _TAKES_PART = 0.1  # of the largest share

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints.levels import Constraints
-from runtime.spread import spread_rows
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 _STATES_FOR_SCALES = 16
 
@@ -31,7 +31,7 @@ def constraint_drift(solution: Solution) -> dict[str, Drift]:
     The scale of a position is the constraint's change over the coordinates' characteristic sizes; that of a
     velocity its largest term over the run, and at least that of a motion by one size over the whole run.
     """
-    from runtime.batches import evaluate
+    from symgen.runtime.batches import evaluate
 
     system = solution.system
     rows = np.abs(evaluate(system, "constraint_residual", solution.p, solution.t, solution.states))

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
-from runtime.positions import Positions
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.system import System
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.system import System
 
 METHODS_THAT_SCALE = ("dopri5", "dop853", "taylor")
 FORMS_THAT_SCALE = ("projection", "partition")

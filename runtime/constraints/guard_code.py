@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from runtime.code.llvm_text import constant
-from runtime.constraints import branch
+from symgen.runtime.code.llvm_text import constant
+from symgen.runtime.constraints import branch
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 PIVOT_LIMIT = 1e-6
 NEAR_LIMIT = 0.1  # size of a row of G, squared, in parts of what it is nearby

@@ -15,16 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from runtime.code import engine
-from runtime.code.jitted import DISABLE_JIT
-from runtime.constraints import branch, robust_path
-from runtime.constraints import guard_code as at
-from runtime.constraints.guard_code import guard_ir
-from runtime.constraints.large import is_large
-from runtime.constraints.levels import Constraints
-from runtime.constraints.row_weights import n_weights, row_weights
-from runtime.positions import Positions
-from runtime.system import System
+from symgen.runtime.code import engine
+from symgen.runtime.code.jitted import DISABLE_JIT
+from symgen.runtime.constraints import branch, robust_path
+from symgen.runtime.constraints import guard_code as at
+from symgen.runtime.constraints.guard_code import guard_ir
+from symgen.runtime.constraints.large import is_large
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.row_weights import n_weights, row_weights
+from symgen.runtime.positions import Positions
+from symgen.runtime.system import System
 
 _LOST_DIGITS = 1e-9  # of the largest term
 _NEARBY = 1e-3
@@ -78,7 +78,7 @@ class Lease:
 
         Straight-line code that leaves out constraints is of use only where these depend on the others.
         """
-        from runtime.constraints.usual_rank import usual_rank
+        from symgen.runtime.constraints.usual_rank import usual_rank
 
         system = self._system
         weights, smallest = row_weights(system, p, t, q)

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints.contradictions import AssemblyError, listed
-from runtime.constraints.levels import Constraints
-from runtime.constraints.nearest_point import SOLVED, worst
+from symgen.runtime.constraints.contradictions import AssemblyError, listed
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.nearest_point import SOLVED, worst
 
 if TYPE_CHECKING:
-    from runtime.constraints.start_values import StartValues
-    from runtime.system import System
+    from symgen.runtime.constraints.start_values import StartValues
+    from symgen.runtime.system import System
 
 LARGEST_DENSE = 600  # rates and multipliers
 _INDEPENDENT = 1e-6  # smallest pivot relative to its value before other constraints were eliminated

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.abi import ENTRIES
-from runtime.positions import Positions
+from symgen.runtime.abi import ENTRIES
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _ANGLES = ("", "rad", "deg")
 _NEAR = 1e-2  # of the characteristic sizes: where else G is looked at, since an entry may vanish at one place
@@ -70,7 +70,7 @@ class Constraints:
 
     def largest_in_rows(self, q: np.ndarray, v: np.ndarray, factors: np.ndarray) -> np.ndarray:
         """Return the largest |G_ij factors_j| of each row of G, shape (m,)."""
-        from runtime.constraints.large import is_large
+        from symgen.runtime.constraints.large import is_large
 
         if not is_large(self._system):
             return np.abs(self.jacobian(q, v) * factors).max(axis=1, initial=0.0)
@@ -82,7 +82,7 @@ class Constraints:
 
     def are_finite(self, q: np.ndarray, v: np.ndarray, name: str) -> bool:
         """Whether all entries of the matrix that the function `name` writes are finite."""
-        from runtime.constraints.large import is_large
+        from symgen.runtime.constraints.large import is_large
 
         return bool(np.isfinite(self._call(name + ENTRIES if is_large(self._system) else name, q, v)).all())
 

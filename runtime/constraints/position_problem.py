@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints.nearest_point import Problem, metric
+from symgen.runtime.constraints.nearest_point import Problem, metric
 
 if TYPE_CHECKING:
-    from runtime.constraints.levels import Constraints
-    from runtime.positions import Chart
+    from symgen.runtime.constraints.levels import Constraints
+    from symgen.runtime.positions import Chart
 
 
 def position_problem(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from runtime.code.jitted import jitted
+from symgen.runtime.code.jitted import jitted
 
 # Relative to the largest pivot of S with its diagonal scaled to 1. A value that follows the integration's
 # tolerance makes most runs through a change point fail.

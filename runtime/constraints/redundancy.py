@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from runtime.constraints.nearest_point import SOLVED, Problem, solve, worst
+from symgen.runtime.constraints.nearest_point import SOLVED, Problem, solve, worst
 
 _SPREADS = (0.05, 0.01, 0.2)  # of the characteristic sizes, for each neighbour in turn
 _RANK_TOLERANCE = (

@@ -11,10 +11,10 @@ import math
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.constraints.beside import BESIDE, accelerations_beside
-from runtime.constraints.branch import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.constraints.beside import BESIDE, accelerations_beside
+from symgen.runtime.constraints.branch import (
     CONSTRAINT_RESIDUAL,
     ENERGY,
     FORCES,
@@ -35,8 +35,8 @@ from runtime.constraints.branch import (
     solve,
     velocity_step,
 )
-from runtime.constraints.rank_revealing import RANK_TOLERANCE, truncated
-from runtime.integrate.copying import copy
+from symgen.runtime.constraints.rank_revealing import RANK_TOLERANCE, truncated
+from symgen.runtime.integrate.copying import copy
 
 # Of the first pivot. Closer to a singular configuration the constraint is left out of accelerations that are not
 # interpolated: what is missing in them lies across the branch, and goes when the next state is moved to it.

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.levels import Constraints
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _LARGEST = 4096  # entries of G; the look at all of them after each step is to stay cheap
 _SPREAD = 0.5  # of the characteristic sizes

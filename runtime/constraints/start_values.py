@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from runtime.constraints.contradictions import AssemblyError
-from runtime.errors import UnknownNameError, nearest
-from runtime.names import inside_dot, rate_indices
-from runtime.positions import Positions
+from symgen.runtime.constraints.contradictions import AssemblyError
+from symgen.runtime.errors import UnknownNameError, nearest
+from symgen.runtime.names import inside_dot, rate_indices
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _UNIT_LENGTH = 1e-9  # what a quaternion's length may be off without a word
 

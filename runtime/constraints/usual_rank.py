@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints.levels import Constraints
-from runtime.constraints.nearest_point import Problem
-from runtime.constraints.position_problem import position_problem
-from runtime.constraints.redundancy import Redundancy, find_redundancy
-from runtime.positions import Chart
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.nearest_point import Problem
+from symgen.runtime.constraints.position_problem import position_problem
+from symgen.runtime.constraints.redundancy import Redundancy, find_redundancy
+from symgen.runtime.positions import Chart
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 

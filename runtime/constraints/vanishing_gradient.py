@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from runtime.constraints.nearest_point import SOLVED, Problem, solve, worst
+from symgen.runtime.constraints.nearest_point import SOLVED, Problem, solve, worst
 
 _SPREADS = (0.05, 0.01, 0.2)  # of the characteristic sizes, for each neighbour in turn
 _SMALL_HERE = 1e-3  # of the gradient's size beside the constraint: worth a closer look

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.errors import ContactError, RuntimeModelError
-from runtime.event_actions import EventActions, ResetError
-from runtime.loop_arrays import LoopArrays
+from symgen.runtime.errors import ContactError, RuntimeModelError
+from symgen.runtime.event_actions import EventActions, ResetError
+from symgen.runtime.loop_arrays import LoopArrays
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.system import System
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.system import System
 
 
 def form_at_start(

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from runtime.contact.complementarity import lemke
-from runtime.contact.local_dynamics import LocalDynamics
-from runtime.contact.normals import Normal
+from symgen.runtime.contact.complementarity import lemke
+from symgen.runtime.contact.local_dynamics import LocalDynamics
+from symgen.runtime.contact.normals import Normal
 
 _MOST_PASSES = 50
 _CONVERGED = 1e-13
@@ -96,7 +96,7 @@ def coulomb_forces(
 
     Raises
     ------
-    runtime.contact.complementarity.NoSolution
+    symgen.runtime.contact.complementarity.NoSolution
     Paradox
     """
     n, k = len(free), len(levels.fixed)

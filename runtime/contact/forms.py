@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers, evaluate
-from runtime.contact.normals import given, normal_forces, normals_of, smooth_frictions, smooth_sense
+from symgen.runtime.batches import accelerations_and_multipliers, evaluate
+from symgen.runtime.contact.normals import given, normal_forces, normals_of, smooth_frictions, smooth_sense
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 
 def form_of(system: System, settings: np.ndarray) -> System:

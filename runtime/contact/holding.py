@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from runtime.contact.coulomb import Levels, check_unique
-from runtime.contact.instant import Instant
-from runtime.contact.local_dynamics import LocalDynamics
-from runtime.positions import Positions
+from symgen.runtime.contact.coulomb import Levels, check_unique
+from symgen.runtime.contact.instant import Instant
+from symgen.runtime.contact.local_dynamics import LocalDynamics
+from symgen.runtime.positions import Positions
 
 _UNDECIDED = 1e-9  # of the largest acceleration: what presses as little does not tell whether it stays
 _AT_LIMIT = 1e-10  # of the range of a friction force

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from runtime.contact.coulomb import Levels, coulomb_forces
-from runtime.contact.local_dynamics import LocalDynamics
-from runtime.contact.normals import Normal
+from symgen.runtime.contact.coulomb import Levels, coulomb_forces
+from symgen.runtime.contact.local_dynamics import LocalDynamics
+from symgen.runtime.contact.normals import Normal
 
 _HALVINGS = 40
 _BLOWS_PER_STOP = 200

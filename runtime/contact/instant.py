@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.contact.complementarity import NoSolution
-from runtime.contact.coulomb import Levels, Paradox, coulomb_forces
-from runtime.contact.local_dynamics import LocalDynamics
-from runtime.contact.normals import given, normals_of, smooth_frictions, smooth_sense
-from runtime.errors import ContactError
-from runtime.integrate import layout as at
+from symgen.runtime.contact.complementarity import NoSolution
+from symgen.runtime.contact.coulomb import Levels, Paradox, coulomb_forces
+from symgen.runtime.contact.local_dynamics import LocalDynamics
+from symgen.runtime.contact.normals import given, normals_of, smooth_frictions, smooth_sense
+from symgen.runtime.errors import ContactError
+from symgen.runtime.integrate import layout as at
 
 if TYPE_CHECKING:
-    from runtime.loop_arrays import LoopArrays
-    from runtime.system import System
+    from symgen.runtime.loop_arrays import LoopArrays
+    from symgen.runtime.system import System
 
 _SURELY_SEEN = 64.0  # times round-off: a flight that high is not lost between a rebound and its end
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints.large import LARGEST_DENSE
+from symgen.runtime.constraints.large import LARGEST_DENSE
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _DEPENDENT = 1e-8  # singular value of rows of G of length 1
 _LED = 1e-12  # compliance in parts of what it is without constraints

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 Normal = tuple[
     int | None, np.ndarray

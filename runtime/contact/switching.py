@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from runtime.contact.holding import Holding
-from runtime.contact.impact import impulses, sequential_impulses
-from runtime.contact.local_dynamics import LocalDynamics
-from runtime.errors import ContactError, RuntimeModelError
-from runtime.integrate import layout as at
-from runtime.positions import Positions
+from symgen.runtime.contact.holding import Holding
+from symgen.runtime.contact.impact import impulses, sequential_impulses
+from symgen.runtime.contact.local_dynamics import LocalDynamics
+from symgen.runtime.errors import ContactError, RuntimeModelError
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.positions import Positions
 
 _VIOLATED = 1e-6  # gap at the start, in parts of the coordinates' sizes, from which on it is an error
 _AT_REST = 1e-6  # of what a sliding speed changes by in a step: at its event it is zero but for round-off

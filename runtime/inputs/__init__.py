@@ -1,11 +1,11 @@
 """Inputs over time: tables, polynomials and controllers in the place of constants; see docs/inputs.md."""
 
-from runtime.lazy import lazy_exports
+from symgen.runtime.lazy import lazy_exports
 
 _EXPORTS = {
-    "Controller": "runtime.inputs.controller",
-    "Polynomial": "runtime.inputs.given",
-    "Table": "runtime.inputs.given",
+    "Controller": "symgen.runtime.inputs.controller",
+    "Polynomial": "symgen.runtime.inputs.given",
+    "Table": "symgen.runtime.inputs.given",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from runtime.inputs.places import COEFFICIENTS, COUNT, FIRST, FIXED, KNOT, FeedbackPlace, PiecesPlace, Places
+from symgen.runtime.inputs.places import (
+    COEFFICIENTS,
+    COUNT,
+    FIRST,
+    FIXED,
+    KNOT,
+    FeedbackPlace,
+    PiecesPlace,
+    Places,
+)
 
 INPUTS_SYMBOL = "symgen_inputs"
 TABLE = "symgen_driven_table"

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.code.bridge import KERNEL_PROTOTYPE
-from runtime.errors import nearest
-from runtime.inputs.given import InputFault
-from runtime.names import rate_labels
+from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
+from symgen.runtime.errors import nearest
+from symgen.runtime.inputs.given import InputFault
+from symgen.runtime.names import rate_labels
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class CompiledFeedback:
     """
 
     def __init__(self, controller: Controller, n_signals: int, n_inputs: int):
-        from runtime.code import numba_setup
+        from symgen.runtime.code import numba_setup
 
         self._faulty = np.zeros(2 + n_signals)  # whether there was such a call; its t and x
         make = _python_callback if numba_setup.DISABLE_JIT else _compile
@@ -187,7 +187,7 @@ def _compile(function: Callable[..., Any], n_inputs: int, faulty: np.ndarray) ->
     from numba import carray, cfunc, types
     from numba.core.errors import NumbaError
 
-    from runtime.inputs.memory import pointer_to
+    from symgen.runtime.inputs.memory import pointer_to
 
     options = {"nopython": True, "error_model": "numpy"}
     if isinstance(function, numba.core.dispatcher.Dispatcher):

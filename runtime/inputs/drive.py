@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.choose import time_resolution
-from runtime.errors import RuntimeModelError, nearest
-from runtime.inputs.controller import CompiledFeedback, Controller, find_signals
-from runtime.inputs.driven import DrivenSystem, Feedback, reads_inputs
-from runtime.inputs.given import InputFault, Polynomial, Table, from_pair
-from runtime.inputs.samples import Sampler
+from symgen.runtime.choose import time_resolution
+from symgen.runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.inputs.controller import CompiledFeedback, Controller, find_signals
+from symgen.runtime.inputs.driven import DrivenSystem, Feedback, reads_inputs
+from symgen.runtime.inputs.given import InputFault, Polynomial, Table, from_pair
+from symgen.runtime.inputs.samples import Sampler
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _LEAST_TICKS = 16  # of floating-point time in a period, as in a step
 _MOST_SAMPLES = 1e8  # all of them are kept

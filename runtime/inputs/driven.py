@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from runtime.abi import ENTRIES
-from runtime.code.bridge import KERNEL_PROTOTYPE
-from runtime.inputs.code import INPUTS_SYMBOL, TABLE, driven_ir, driven_symbol
-from runtime.inputs.controller import CompiledFeedback, Signals
-from runtime.inputs.pieces import Pieces
-from runtime.inputs.places import COEFFICIENTS, KNOT, fill, fix_piece, lay_out
-from runtime.inputs.samples import Sampler
-from runtime.system import System
+from symgen.runtime.abi import ENTRIES
+from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
+from symgen.runtime.inputs.code import INPUTS_SYMBOL, TABLE, driven_ir, driven_symbol
+from symgen.runtime.inputs.controller import CompiledFeedback, Signals
+from symgen.runtime.inputs.pieces import Pieces
+from symgen.runtime.inputs.places import COEFFICIENTS, KNOT, fill, fix_piece, lay_out
+from symgen.runtime.inputs.samples import Sampler
+from symgen.runtime.system import System
 
 _PATH = ctypes.CFUNCTYPE(
     None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
@@ -37,7 +37,7 @@ class Feedback:
 
 @dataclass(frozen=True, eq=False)
 class DrivenKernel:
-    """A function of the model with the inputs of the instant, called as a `runtime.kernel.Kernel` is.
+    """A function of the model with the inputs of the instant, called as a `symgen.runtime.kernel.Kernel` is.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class DrivenKernel:
     prepared_address : int
         For a `p` from `DrivenSystem.prepared`, in which the inputs' places are written by every call.
     out_size : int
-    source : runtime.kernel.KernelSource
+    source : symgen.runtime.kernel.KernelSource
         Of the model's own function.
     """
 
@@ -84,7 +84,7 @@ class DrivenSystem(System):
     ----------
     base : System
         The model, with constant inputs.
-    places : runtime.inputs.places.Places
+    places : symgen.runtime.inputs.places.Places
     samplers, feedback : tuple
     """
 
@@ -225,7 +225,7 @@ class DrivenSystem(System):
     def _code(self) -> tuple[Any, Any]:
         """Return the machine code of all driven kernels, and the table of addresses that they call."""
         if "_driven_code" not in self.__dict__:
-            from runtime.code import engine
+            from symgen.runtime.code import engine
 
             ir = driven_ir(self.places, self._wrapped)
             code = engine.MachineCode()
@@ -241,8 +241,8 @@ class DrivenSystem(System):
 
     def _connect_path(self, table: Any) -> None:
         """Let the driven Jacobian call the path that adds what the controllers do to it."""
-        from runtime.code import numba_setup
-        from runtime.inputs import feedback_jacobian as path
+        from symgen.runtime.code import numba_setup
+        from symgen.runtime.inputs import feedback_jacobian as path
 
         context = np.zeros(path.N_CONTEXT + len(self.inputs), dtype=np.int64)
         context[path.JACOBIAN] = self.base.kernel("residual_jacobian").prepared_address
@@ -257,14 +257,14 @@ class DrivenSystem(System):
             function = _PATH(self._jacobian_in_python)
             address = ctypes.cast(function, ctypes.c_void_p).value
         else:
-            from runtime.inputs.feedback_calls import jacobian_path as function
+            from symgen.runtime.inputs.feedback_calls import jacobian_path as function
 
             address = function.address
         table[len(self._wrapped) + 1], table[len(self._wrapped) + 2] = address, context.ctypes.data
         self.__dict__["_path"] = (function, context)
 
     def _jacobian_in_python(self, context: int, t: float, y: int, p: int, out: int) -> None:
-        from runtime.inputs.feedback_jacobian import driven_jacobian
+        from symgen.runtime.inputs.feedback_jacobian import driven_jacobian
 
         rows = self.nv + self.m
         width = self.nq + self.nv + rows

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from numba import carray, cfunc, types
 
-from runtime.code.numba_setup import our_cache
-from runtime.inputs.feedback_jacobian import N_CONTEXT, N_INPUTS, NP, ROWS, N, driven_jacobian
+from symgen.runtime.code.numba_setup import our_cache
+from symgen.runtime.inputs.feedback_jacobian import N_CONTEXT, N_INPUTS, NP, ROWS, N, driven_jacobian
 
 _DOUBLES = types.CPointer(types.float64)
 _SIGNATURE = types.void(types.CPointer(types.int64), types.float64, _DOUBLES, _DOUBLES, _DOUBLES)

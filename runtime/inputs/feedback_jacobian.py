@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.numba_setup import jit
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.numba_setup import jit
 
 # The context: addresses of the model's kernels and of the one that writes all inputs, sizes, and which inputs a
 # controller gives.

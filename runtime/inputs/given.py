@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError, nearest
-from runtime.inputs.pieces import Pieces
-from runtime.inputs.spline import cubic_spline
+from symgen.runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.inputs.pieces import Pieces
+from symgen.runtime.inputs.spline import cubic_spline
 
 KINDS = ("linear", "cubic", "hold")
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.inputs.driven import DrivenSystem
-from runtime.inputs.given import InputFault
-from runtime.inputs.pieces import Pieces
+from symgen.runtime.inputs.driven import DrivenSystem
+from symgen.runtime.inputs.given import InputFault
+from symgen.runtime.inputs.pieces import Pieces
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 UNKNOWN = "unknown"  # the run was cut short before a controller's values were written
 AT_FRAMES = (

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from runtime.inputs.controller import Controller, Signals, deviations, said_by
-from runtime.inputs.given import InputFault
-from runtime.inputs.pieces import Pieces
+from symgen.runtime.inputs.controller import Controller, Signals, deviations, said_by
+from symgen.runtime.inputs.given import InputFault
+from symgen.runtime.inputs.pieces import Pieces
 
 
 class Sampler:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.inputs.pieces import Pieces
-from runtime.inputs.places import COEFFICIENTS, FIXED, KNOT, PiecesPlace
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.inputs.pieces import Pieces
+from symgen.runtime.inputs.places import COEFFICIENTS, FIXED, KNOT, PiecesPlace
 
 if TYPE_CHECKING:
-    from runtime.inputs.driven import DrivenSystem
-    from runtime.integrate.methods import Method
-    from runtime.loop_arrays import LoopArrays
+    from symgen.runtime.inputs.driven import DrivenSystem
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.loop_arrays import LoopArrays
 
 _SAME_TIME = 64.0 * float(np.finfo(float).eps)  # relative: stops that are nearer to each other are one
 _ORDER_OF_SPLINES = 4  # methods of fixed step up to it keep their order where the third derivative jumps

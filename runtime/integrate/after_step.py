@@ -1,10 +1,10 @@
 """What every method does after an accepted step: events, frames, the step log."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.copying import copy
-from runtime.integrate.events import event_scratch_size, find_event
-from runtime.integrate.frames import frame_is_due, write_frames
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.events import event_scratch_size, find_event
+from symgen.runtime.integrate.frames import frame_is_due, write_frames
+from symgen.runtime.integrate.layout import (
     ASIDE,
     EVENT,
     F_VALID,
@@ -20,7 +20,7 @@ from runtime.integrate.layout import (
     T_STOP,
     T,
 )
-from runtime.integrate.projection import projection_size
+from symgen.runtime.integrate.projection import projection_size
 
 
 @jitted

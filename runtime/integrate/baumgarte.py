@@ -1,9 +1,9 @@
 """Baumgarte's stabilisation with gains from the step: a force towards the constraints, held over each step."""
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NQ, NV, STABILISE
-from runtime.integrate.quaternions import n_quaternions, quaternion_at, turn_between
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NQ, NV, STABILISE
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, turn_between
 
 # Behind the prepared p: h² and h times the gains of position and velocity, then an acceleration for every rate.
 POSITION_GAIN, VELOCITY_GAIN = range(2)

@@ -1,6 +1,6 @@
 """Compensated summation: what rounding drops from a sum is kept and added with the next term."""
 
-from runtime.code.jitted import jitted
+from symgen.runtime.code.jitted import jitted
 
 
 @jitted

@@ -1,6 +1,6 @@
 """Copy within jitted loops: NumPy's slice assignment allocates memory where arrays might overlap."""
 
-from runtime.code.jitted import jitted
+from symgen.runtime.code.jitted import jitted
 
 
 @jitted

@@ -1,6 +1,6 @@
 """Dense output: Hairer's nested form for all methods but `taylor`, whose series are used as they are."""
 
-from runtime.code.jitted import jitted
+from symgen.runtime.code.jitted import jitted
 
 N_DENSE = 8
 

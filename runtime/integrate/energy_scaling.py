@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import (
     ENERGY,
     ENERGY_LEVEL,
     ENERGY_STEP,

@@ -1,8 +1,8 @@
 """Evaluate the right-hand side within step loops, with counting and a check for infinities and nan."""
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NY, RHS, RHS_CALLS
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NY, RHS, RHS_CALLS
 
 
 @jitted

@@ -15,10 +15,10 @@ import math
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.dense import evaluate_dense
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.dense import evaluate_dense
+from symgen.runtime.integrate.layout import (
     BAND,
     BRANCH,
     EVENT_INDEX,
@@ -35,7 +35,7 @@ from runtime.integrate.layout import (
     STEPS,
     T_PASSED,
 )
-from runtime.integrate.projection import project_state
+from symgen.runtime.integrate.projection import project_state
 
 # A step is looked at in Chebyshev points, dense at its ends, where a dip is not flanked by other points.
 N_UNIFORM = 12

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
-from runtime.integrate.methods import METHODS, Method
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.methods import METHODS, Method
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 # h² and h times the gains of Baumgarte's force, which is held over a step. In a step it multiplies the drift
 # (Φ, h dΦ/dt) by a matrix with the eigenvalues 0, 0, so that drift is gone after two; by one with 0.25 ± 0.19i for
@@ -28,12 +28,12 @@ _GAINS = {
 
 def _baumgarte(name: str, gains: tuple[float, float]) -> Method:
     def versions(system: System):
-        from runtime.constraints.baumgarte import baumgarte_versions
+        from symgen.runtime.constraints.baumgarte import baumgarte_versions
 
         return baumgarte_versions(system)
 
     def tail(system: System):
-        from runtime.constraints.baumgarte import baumgarte_tail
+        from symgen.runtime.constraints.baumgarte import baumgarte_tail
 
         return baumgarte_tail(system, gains)
 
@@ -45,58 +45,58 @@ _INDEX_2_KERNELS = ("residual_jacobian", "residual", "constraint_residual")
 
 def _radau_ggl(order: int) -> Method:
     def coefficients(system: System) -> Any:
-        from runtime.integrate.radau.ggl_work import radau_ggl
+        from symgen.runtime.integrate.radau.ggl_work import radau_ggl
 
         return radau_ggl((order + 1) // 2)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        from runtime.integrate.radau.ggl_work import ggl_work_size
+        from symgen.runtime.integrate.radau.ggl_work import ggl_work_size
 
         return int(ggl_work_size(coefficients, sizes))
 
     return replace(
-        METHODS[f"radau{order}"], family="runtime.integrate.radau.ggl_loop:advance_radau_ggl",
+        METHODS[f"radau{order}"], family="symgen.runtime.integrate.radau.ggl_loop:advance_radau_ggl",
         coefficients=coefficients, work_size=work_size, kernels=_INDEX_2_KERNELS,
     )  # fmt: skip
 
 
 def _constrained_alpha(name: str, stabilised: bool) -> Method:
     def coefficients(system: System) -> Any:
-        from runtime.integrate.alpha import coefficients
+        from symgen.runtime.integrate.alpha import coefficients
 
         return coefficients.ConstrainedAlpha(*getattr(coefficients, name)(), int(stabilised))
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        from runtime.integrate.alpha.constrained_work import constrained_alpha_work_size
+        from symgen.runtime.integrate.alpha.constrained_work import constrained_alpha_work_size
 
         return int(constrained_alpha_work_size(coefficients, sizes))
 
     kernels = (*_INDEX_2_KERNELS, "constraint_jacobian", "mass_matrix")
     return replace(
-        METHODS[name], family="runtime.integrate.alpha.constrained_loop:advance_constrained_alpha",
+        METHODS[name], family="symgen.runtime.integrate.alpha.constrained_loop:advance_constrained_alpha",
         coefficients=coefficients, work_size=work_size, kernels=kernels,
     )  # fmt: skip
 
 
 def _bdf_ggl() -> Method:
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        from runtime.integrate.bdf.ggl_work import bdf_ggl_work_size
+        from symgen.runtime.integrate.bdf.ggl_work import bdf_ggl_work_size
 
         return int(bdf_ggl_work_size(sizes))
 
-    family = "runtime.integrate.bdf.ggl_loop:advance_bdf_ggl"
+    family = "symgen.runtime.integrate.bdf.ggl_loop:advance_bdf_ggl"
     return replace(METHODS["bdf"], family=family, work_size=work_size, kernels=_INDEX_2_KERNELS)
 
 
 def _partition(name: str) -> Method:
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        from runtime.integrate.partition.work import partition_work_size
+        from symgen.runtime.integrate.partition.work import partition_work_size
 
         return int(partition_work_size(coefficients.n_rows, sizes))
 
     kernels = ("mass_matrix", "constraint_jacobian", "constraint_residual")
     return replace(
-        METHODS[name], family="runtime.integrate.partition.loop:advance_partition", work_size=work_size,
+        METHODS[name], family="symgen.runtime.integrate.partition.loop:advance_partition", work_size=work_size,
         kernels=kernels,
     )  # fmt: skip
 

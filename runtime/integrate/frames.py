@@ -1,10 +1,10 @@
 """Write the frames that an accepted step has passed."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.copying import copy
-from runtime.integrate.dense import evaluate_dense
-from runtime.integrate.layout import NEXT_FRAME, NY
-from runtime.integrate.projection import project_state
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.dense import evaluate_dense
+from symgen.runtime.integrate.layout import NEXT_FRAME, NY
+from symgen.runtime.integrate.projection import project_state
 
 
 @jitted

@@ -25,13 +25,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.idle import leave_idle, leave_open
-from runtime.integrate.jacobian import TRUSTED_PIVOT_RATIO, derive_equations, jacobian_work
-from runtime.integrate.layout import CONSTRAINT_RESIDUAL, NH, NM, NQ, NV, RESIDUAL, RUNNING, SINGULAR_MATRIX
-from runtime.integrate.linear import lu_factor, lu_solve, pivot_ratio
-from runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.idle import leave_idle, leave_open
+from symgen.runtime.integrate.jacobian import TRUSTED_PIVOT_RATIO, derive_equations, jacobian_work
+from symgen.runtime.integrate.layout import (
+    CONSTRAINT_RESIDUAL,
+    NH,
+    NM,
+    NQ,
+    NV,
+    RESIDUAL,
+    RUNNING,
+    SINGULAR_MATRIX,
+)
+from symgen.runtime.integrate.linear import lu_factor, lu_solve, pivot_ratio
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 
 
 class Blocks(NamedTuple):

@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NH, NM, NV
-from runtime.integrate.row_rank import independent_rows
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NH, NM, NV
+from symgen.runtime.integrate.row_rank import independent_rows
 
 
 @jitted

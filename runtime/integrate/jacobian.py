@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import (
     JACOBIANS,
     NM,
     NOT_FINITE,
@@ -17,8 +17,8 @@ from runtime.integrate.layout import (
     RESIDUAL_JACOBIAN,
     RUNNING,
 )
-from runtime.integrate.linear import lu_factor, lu_solve_matrix, pivot_ratio, solve_rank_deficient
-from runtime.integrate.quaternions import by_turning, n_quaternions, quaternion_at
+from symgen.runtime.integrate.linear import lu_factor, lu_solve_matrix, pivot_ratio, solve_rank_deficient
+from symgen.runtime.integrate.quaternions import by_turning, n_quaternions, quaternion_at
 
 # Below this the ordinary factors are not trusted, and elimination with complete pivoting decides on the rank.
 TRUSTED_PIVOT_RATIO = 1e-9

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.constraints.large import is_large
-from runtime.integrate.methods import Method
+from symgen.runtime.constraints.large import is_large
+from symgen.runtime.integrate.methods import Method
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 WITH_SPARSE_MATRICES = ("radau5", "radau9", "radau13")
 SMALLEST_SPARSE = 120  # rates and multipliers; in smaller models full matrices cost no more
@@ -30,7 +30,7 @@ def suited_to_size(method: Method, system: System) -> Method:
         return method
     return replace(
         method,
-        family="runtime.integrate.radau.sparse_loop:advance_radau_sparse",
+        family="symgen.runtime.integrate.radau.sparse_loop:advance_radau_sparse",
         coefficients=_with_pattern(method.coefficients),
         work_size=_work_size,
         kernels=("residual_jacobian_entries",),
@@ -41,15 +41,15 @@ def _is_sparse(system: System) -> bool:
     n = system.nv + system.m
     if not has_sparse_form(system) or n < SMALLEST_SPARSE:
         return False
-    from runtime.integrate.sparse_pattern import newton_pattern
+    from symgen.runtime.integrate.sparse_pattern import newton_pattern
 
     return is_large(system) or newton_pattern(system).n_factor <= MOST_FULL * n * n
 
 
 def _with_pattern(coefficients: Callable[[System], Any]) -> Callable[[System], Any]:
     def sparse(system: System) -> Any:
-        from runtime.integrate.radau.sparse_loop import SparseRadauIIA
-        from runtime.integrate.sparse_pattern import newton_pattern
+        from symgen.runtime.integrate.radau.sparse_loop import SparseRadauIIA
+        from symgen.runtime.integrate.sparse_pattern import newton_pattern
 
         return SparseRadauIIA(*coefficients(system), newton_pattern(system))
 
@@ -57,6 +57,6 @@ def _with_pattern(coefficients: Callable[[System], Any]) -> Callable[[System], A
 
 
 def _work_size(coefficients: Any, sizes: np.ndarray) -> int:
-    from runtime.integrate.radau.sparse_work import sparse_radau_work_size
+    from symgen.runtime.integrate.radau.sparse_work import sparse_radau_work_size
 
     return int(sparse_radau_work_size(coefficients, sizes))

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NOT_FINITE, RUNNING, SINGULAR_MATRIX
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NOT_FINITE, RUNNING, SINGULAR_MATRIX
 
 RANK_TOLERANCE = 1e-10
 # Numba checks every signed index for "from the end", which costs half the speed of these loops.

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.errors import RuntimeModelError, nearest
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 
 @dataclass(frozen=True)
@@ -93,12 +93,14 @@ def _explicit(
     name: str, order: int, dense_order: int, adaptive: bool, oscillation_error: float = 0.0
 ) -> Method:
     def tableau(system: System) -> Any:
-        return _resolve(f"runtime.integrate.explicit.tableaus:{name}")()
+        return _resolve(f"symgen.runtime.integrate.explicit.tableaus:{name}")()
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.explicit.loop:erk_work_size")(coefficients.n_rows, sizes))
+        return int(
+            _resolve("symgen.runtime.integrate.explicit.loop:erk_work_size")(coefficients.n_rows, sizes)
+        )
 
-    family = "runtime.integrate.explicit.loop:advance_erk"
+    family = "symgen.runtime.integrate.explicit.loop:advance_erk"
     return Method(
         name, order, dense_order, adaptive, family, tableau, work_size, oscillation_error=oscillation_error
     )
@@ -108,12 +110,12 @@ def _symplectic(name: str, order: int, verlet: bool) -> Method:
     def scheme(system: System) -> Any:
         plain = system.nq == system.nv and not system.m
         reuse = verlet and plain and not (system.structure["velocity_dependent"] or system.nw)
-        return _resolve("runtime.integrate.symplectic.loop:SymplecticScheme")(int(verlet), int(reuse))
+        return _resolve("symgen.runtime.integrate.symplectic.loop:SymplecticScheme")(int(verlet), int(reuse))
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.symplectic.loop:symplectic_work_size")(sizes))
+        return int(_resolve("symgen.runtime.integrate.symplectic.loop:symplectic_work_size")(sizes))
 
-    family = "runtime.integrate.symplectic.loop:advance_semi_implicit"
+    family = "symgen.runtime.integrate.symplectic.loop:advance_semi_implicit"
     # Of order 1, amplitudes waver by half of step w, but nothing adds up.
     given = {"oscillation_error": 1 / 24} if verlet else {"steps_per_period": 250}
     return Method(name, order, 3, False, family, scheme, work_size, **given)
@@ -121,12 +123,12 @@ def _symplectic(name: str, order: int, verlet: bool) -> Method:
 
 def _implicit(name: str, order: int, oscillation_error: float) -> Method:
     def stage(system: System) -> Any:
-        return _resolve(f"runtime.integrate.one_stage.loop:{name.upper()}")
+        return _resolve(f"symgen.runtime.integrate.one_stage.loop:{name.upper()}")
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.one_stage.work:implicit_work_size")(sizes))
+        return int(_resolve("symgen.runtime.integrate.one_stage.work:implicit_work_size")(sizes))
 
-    family = "runtime.integrate.one_stage.loop:advance_implicit"
+    family = "symgen.runtime.integrate.one_stage.loop:advance_implicit"
     kernels = ("residual_jacobian",)
     return Method(
         name,
@@ -148,12 +150,12 @@ _COMPOSITION_ERROR = {2: 1 / 24, 4: 9.3e-4, 6: 4.1e-4, 8: 1.3e-6}
 
 def _composition(order: int) -> Method:
     def coefficients(system: System) -> Any:
-        return _resolve("runtime.integrate.symplectic.composition_coefficients:composition")(order)
+        return _resolve("symgen.runtime.integrate.symplectic.composition_coefficients:composition")(order)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.symplectic.composition:composition_work_size")(sizes))
+        return int(_resolve("symgen.runtime.integrate.symplectic.composition:composition_work_size")(sizes))
 
-    family = "runtime.integrate.symplectic.composition:advance_composition"
+    family = "symgen.runtime.integrate.symplectic.composition:advance_composition"
     return Method(
         f"verlet{order}", order, 5, False, family, coefficients, work_size,
         needs_plain_rates=True, refusal=_not_separable, oscillation_error=_COMPOSITION_ERROR[order],
@@ -180,12 +182,12 @@ def _gauss(order: int) -> Method:
     n_stages = order // 2
 
     def coefficients(system: System) -> Any:
-        return _resolve("runtime.integrate.gauss.coefficients:gauss")(n_stages)
+        return _resolve("symgen.runtime.integrate.gauss.coefficients:gauss")(n_stages)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.gauss.work:gauss_work_size")(coefficients, sizes))
+        return int(_resolve("symgen.runtime.integrate.gauss.work:gauss_work_size")(coefficients, sizes))
 
-    family = "runtime.integrate.gauss.loop:advance_gauss"
+    family = "symgen.runtime.integrate.gauss.loop:advance_gauss"
     kernels = ("residual_jacobian",)
     return Method(
         f"gauss{order}", order, min(n_stages, 7), False, family, coefficients, work_size, kernels,
@@ -197,12 +199,12 @@ def _gauss(order: int) -> Method:
 
 def _alpha(name: str, oscillation_error: float) -> Method:
     def parameters(system: System) -> Any:
-        return _resolve(f"runtime.integrate.alpha.coefficients:{name}")()
+        return _resolve(f"symgen.runtime.integrate.alpha.coefficients:{name}")()
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.alpha.work:alpha_work_size")(sizes))
+        return int(_resolve("symgen.runtime.integrate.alpha.work:alpha_work_size")(sizes))
 
-    family = "runtime.integrate.alpha.loop:advance_generalized_alpha"
+    family = "symgen.runtime.integrate.alpha.loop:advance_generalized_alpha"
     kernels = ("residual_jacobian",)
     return Method(
         name,
@@ -220,19 +222,19 @@ def _alpha(name: str, oscillation_error: float) -> Method:
 
 def _rattle(order: int) -> Method:
     def coefficients(system: System) -> Any:
-        make = _resolve("runtime.integrate.rattle.coefficients:rattle")
+        make = _resolve("symgen.runtime.integrate.rattle.coefficients:rattle")
         return make(order, system.structure["constant_mass"])
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.rattle.work:rattle_work_size")(sizes))
+        return int(_resolve("symgen.runtime.integrate.rattle.work:rattle_work_size")(sizes))
 
     def refusal(system: System) -> str:
-        return _resolve("runtime.integrate.rattle.model:rattle_refusal")(system)
+        return _resolve("symgen.runtime.integrate.rattle.model:rattle_refusal")(system)
 
     def kernels(system: System) -> dict[int, tuple[int, Any]]:
-        return _resolve("runtime.integrate.rattle.model:rattle_kernels")(system)
+        return _resolve("symgen.runtime.integrate.rattle.model:rattle_kernels")(system)
 
-    family = "runtime.integrate.rattle.loop:advance_rattle"
+    family = "symgen.runtime.integrate.rattle.loop:advance_rattle"
     name = "rattle" if order == 2 else f"rattle{order}"
     return Method(
         name, order, 4 if order > 2 else 2, False, family, coefficients, work_size,
@@ -243,13 +245,13 @@ def _rattle(order: int) -> Method:
 
 def _rodas5p() -> Method:
     def coefficients(system: System) -> Any:
-        make = _resolve("runtime.integrate.rosenbrock.coefficients:rodas5p")
+        make = _resolve("symgen.runtime.integrate.rosenbrock.coefficients:rodas5p")
         return make(time_dependent=system.structure["time_dependent"])
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.rosenbrock.work:rodas_work_size")(sizes))
+        return int(_resolve("symgen.runtime.integrate.rosenbrock.work:rodas_work_size")(sizes))
 
-    family = "runtime.integrate.rosenbrock.loop:advance_rodas5p"
+    family = "symgen.runtime.integrate.rosenbrock.loop:advance_rodas5p"
     kernels = ("residual_jacobian",)
     return Method("rodas5p", 5, 4, True, family, coefficients, work_size, kernels, stiff=True)
 
@@ -258,12 +260,12 @@ def _radau(order: int) -> Method:
     n_stages = (order + 1) // 2
 
     def coefficients(system: System) -> Any:
-        return _resolve("runtime.integrate.radau.coefficients:radau")(n_stages)
+        return _resolve("symgen.runtime.integrate.radau.coefficients:radau")(n_stages)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.radau.work:radau_work_size")(coefficients, sizes))
+        return int(_resolve("symgen.runtime.integrate.radau.work:radau_work_size")(coefficients, sizes))
 
-    family = "runtime.integrate.radau.loop:advance_radau"
+    family = "symgen.runtime.integrate.radau.loop:advance_radau"
     kernels = ("residual_jacobian",)
     return Method(
         f"radau{order}", order, n_stages, True, family, coefficients, work_size, kernels, stiff=True
@@ -272,12 +274,12 @@ def _radau(order: int) -> Method:
 
 def _bdf() -> Method:
     def coefficients(system: System) -> Any:
-        return _resolve("runtime.integrate.bdf.coefficients:ndf")()
+        return _resolve("symgen.runtime.integrate.bdf.coefficients:ndf")()
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.bdf.work:bdf_work_size")(sizes))
+        return int(_resolve("symgen.runtime.integrate.bdf.work:bdf_work_size")(sizes))
 
-    family = "runtime.integrate.bdf.loop:advance_bdf"
+    family = "symgen.runtime.integrate.bdf.loop:advance_bdf"
     kernels = ("residual_jacobian",)
     return Method("bdf", 5, 5, True, family, coefficients, work_size, kernels, stiff=True, multistep=True)
 
@@ -286,17 +288,19 @@ def taylor(order: int = 0) -> Method:
     """The method `taylor`; its order is chosen by the tolerance unless one is given."""
 
     def coefficients(system: System) -> Any:
-        addresses = _resolve("runtime.taylor.kernel:taylor_addresses")(system)
-        n_rows = _resolve("runtime.taylor.kernel:N_ROWS")
-        return _resolve("runtime.integrate.taylor.loop:TaylorSeries")(*addresses, n_rows, order)
+        addresses = _resolve("symgen.runtime.taylor.kernel:taylor_addresses")(system)
+        n_rows = _resolve("symgen.runtime.taylor.kernel:N_ROWS")
+        return _resolve("symgen.runtime.integrate.taylor.loop:TaylorSeries")(*addresses, n_rows, order)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(_resolve("runtime.integrate.taylor.loop:taylor_work_size")(coefficients.n_rows, sizes))
+        return int(
+            _resolve("symgen.runtime.integrate.taylor.loop:taylor_work_size")(coefficients.n_rows, sizes)
+        )
 
     def refusal(system: System) -> str:
-        return _resolve("runtime.taylor.kernel:taylor_refusal")(system)
+        return _resolve("symgen.runtime.taylor.kernel:taylor_refusal")(system)
 
-    family = "runtime.integrate.taylor.loop:advance_taylor"
+    family = "symgen.runtime.integrate.taylor.loop:advance_taylor"
     return Method(
         "taylor", order or 16, (order or 16) - 1, True, family, coefficients, work_size, refusal=refusal,
         far_reaching=True,

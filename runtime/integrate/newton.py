@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from runtime.code.jitted import jitted
+from symgen.runtime.code.jitted import jitted
 
 EPS = float(np.finfo(float).eps)
 MAX_ITERATIONS = 12

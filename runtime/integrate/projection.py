@@ -2,10 +2,10 @@
 
 import math
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.evaluation import all_finite
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.evaluation import all_finite
+from symgen.runtime.integrate.layout import (
     MAX_RESIDUAL,
     NH,
     NM,
@@ -18,8 +18,8 @@ from runtime.integrate.layout import (
     RTOL,
     RUNNING,
 )
-from runtime.integrate.quaternions import scale_to_unit
-from runtime.integrate.step_control import error_scale
+from symgen.runtime.integrate.quaternions import scale_to_unit
+from symgen.runtime.integrate.step_control import error_scale
 
 MAX_GAUSS_STEPS = 6
 LEFT_IN_PASSING = 0.01  # in units of the tolerance

@@ -8,9 +8,9 @@ and has `k` others before it has the rates `i - k`, `i - k + 1` and `i - k + 2`.
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.compensated import add_compensated
-from runtime.integrate.layout import N_SIZES, NE, NQ, NV
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.compensated import add_compensated
+from symgen.runtime.integrate.layout import N_SIZES, NE, NQ, NV
 
 _SMALL = 1e-2  # square of an angle below which series are exact to round-off
 

@@ -2,8 +2,8 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.linear import swap_rows
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.linear import swap_rows
 
 # Of the largest entry of G with its rows and columns scaled: what is left below this depends on the rows before.
 RANK_TOLERANCE = 1e-6

@@ -4,10 +4,10 @@ Work arrays that these functions take have `matrix` and `factors`, shape (k, k),
 and `scale`, shape (k,).
 """
 
-from runtime.code.jitted import jitted
-from runtime.integrate.copying import copy
-from runtime.integrate.layout import FACTORISATIONS, RUNNING
-from runtime.integrate.linear import lu_factor, lu_solve, pivot_ratio, solve_rank_deficient
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.layout import FACTORISATIONS, RUNNING
+from symgen.runtime.integrate.linear import lu_factor, lu_solve, pivot_ratio, solve_rank_deficient
 
 # Below this the factors are not trusted, and elimination with complete pivoting decides on the rank.
 TRUSTED_PIVOT_RATIO = 1e-12

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import RUNNING, SINGULAR_MATRIX
-from runtime.integrate.linear import magnitude
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import RUNNING, SINGULAR_MATRIX
+from symgen.runtime.integrate.linear import magnitude
 
 # A diagonal entry becomes the pivot unless another in its column is this many times larger. The second number is for
 # where the first leads to more entries than there is room for.

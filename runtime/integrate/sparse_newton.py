@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import (
     JACOBIANS,
     NM,
     NOT_FINITE,
@@ -26,9 +26,9 @@ from runtime.integrate.layout import (
     RESIDUAL_JACOBIAN,
     RUNNING,
 )
-from runtime.integrate.linear import magnitude
-from runtime.integrate.quaternions import by_turning, solve_turning
-from runtime.integrate.sparse_lu import sparse_factor, sparse_solve
+from symgen.runtime.integrate.linear import magnitude
+from symgen.runtime.integrate.quaternions import by_turning, solve_turning
+from symgen.runtime.integrate.sparse_lu import sparse_factor, sparse_solve
 
 # What an entry of the derivative of F is taken by: positions, rates, accelerations and multipliers, the rotation vector
 # of a quaternion; or the quaternion itself, which is passed on to its rotation vector.

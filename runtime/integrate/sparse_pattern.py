@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.integrate.sparse_newton import (
+from symgen.runtime.integrate.sparse_newton import (
     BY_POSITION,
     BY_QUATERNION,
     BY_RATE,
@@ -14,12 +14,12 @@ from runtime.integrate.sparse_newton import (
     BY_UNKNOWN,
     NewtonPattern,
 )
-from runtime.positions import Positions
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 # Entries of factors: pivots off the diagonal lead to more than there are with all pivots on it.
 _ROOM = 3

@@ -1,15 +1,15 @@
 """Linear analysis: equilibria, linearisation on independent coordinates, modes, frequency response; docs/linear.md."""
 
-from runtime.lazy import lazy_exports
+from symgen.runtime.lazy import lazy_exports
 
 _EXPORTS = {
-    "Equilibrium": "runtime.linear.equilibrium",
-    "FrequencyResponse": "runtime.linear.frequency",
-    "LinearModel": "runtime.linear.model",
-    "Mode": "runtime.linear.modes",
-    "Modes": "runtime.linear.modes",
-    "find_equilibrium": "runtime.linear.equilibrium",
-    "linearise": "runtime.linear.linearisation",
+    "Equilibrium": "symgen.runtime.linear.equilibrium",
+    "FrequencyResponse": "symgen.runtime.linear.frequency",
+    "LinearModel": "symgen.runtime.linear.model",
+    "Mode": "symgen.runtime.linear.modes",
+    "Modes": "symgen.runtime.linear.modes",
+    "find_equilibrium": "symgen.runtime.linear.equilibrium",
+    "linearise": "symgen.runtime.linear.linearisation",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
+from symgen.runtime.errors import RuntimeModelError
 
 if TYPE_CHECKING:
-    from runtime.linear.model import LinearModel
-    from runtime.linear.modes import Mode
+    from symgen.runtime.linear.model import LinearModel
+    from symgen.runtime.linear.modes import Mode
 
 SECONDS = 2.0  # that one swing takes in the recording
 _FRAMES = 120
@@ -52,7 +52,7 @@ def record_mode(
     RuntimeModelError
         The mode moves no coordinate, or nothing can be written there.
     """
-    from runtime.recording.recorder import RunRecorder
+    from symgen.runtime.recording.recorder import RunRecorder
 
     system = model.system
     largest = float(np.abs(mode.shape / model.sizes).max(initial=0.0))
@@ -84,7 +84,7 @@ def record_mode(
 
 
 def _state(model: LinearModel, mode: Mode, factor: float, phase: float) -> np.ndarray:
-    from runtime.positions import Positions
+    from symgen.runtime.positions import Positions
 
     turned = factor * np.exp(1j * phase) * mode.shape
     rates = 1j * mode.eigenvalue.imag * turned

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
-from runtime.graph.functions import IN_CODE, sign, slopes
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.graph.functions import IN_CODE, sign, slopes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 
 class Dual:

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from runtime.constraints.levels import Constraints
-from runtime.errors import RuntimeModelError
-from runtime.linear.motion_equations import MotionEquations
-from runtime.linear.row_space import RowSpace
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.linear.motion_equations import MotionEquations
+from symgen.runtime.linear.row_space import RowSpace
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _MAX_STEPS = 100
 _MAX_DESCENT = 200

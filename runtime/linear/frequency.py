@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.errors import RuntimeModelError, nearest
 
 if TYPE_CHECKING:
-    from runtime.linear.model import LinearModel
+    from symgen.runtime.linear.model import LinearModel
 
 _POINTS = 61
 _MARGIN = 10.0

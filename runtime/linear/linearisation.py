@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.constraints.assembly import assemble
-from runtime.constraints.levels import Constraints
-from runtime.errors import RuntimeModelError
-from runtime.linear.equilibrium import find_equilibrium
-from runtime.linear.model import LinearModel
-from runtime.linear.observation import observation
-from runtime.linear.tangent import Tangent, motion_names, tangent_at
-from runtime.names import inside_dot, rate_indices
-from runtime.positions import Positions
+from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.linear.equilibrium import find_equilibrium
+from symgen.runtime.linear.model import LinearModel
+from symgen.runtime.linear.observation import observation
+from symgen.runtime.linear.tangent import Tangent, motion_names, tangent_at
+from symgen.runtime.names import inside_dot, rate_indices
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _STILL = 1e-9  # of characteristic sizes per second: rates and accelerations that are none
 _STEADY = 1e-6  # change of A over a step along the motion, of its size
@@ -140,7 +140,7 @@ def _inputs_at(system: System, t: float, said: Mapping[str, float]) -> dict[str,
     moving = [r for r in system.inputs if ("table" in r or "polynomial" in r) and r["name"] not in said]
     if not moving:
         return {}
-    from runtime.inputs.given import from_record
+    from symgen.runtime.inputs.given import from_record
 
     values = {}
     for record in moving:

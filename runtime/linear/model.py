@@ -10,9 +10,9 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from runtime.linear.frequency import FrequencyResponse
-    from runtime.linear.modes import Modes
-    from runtime.system import System
+    from symgen.runtime.linear.frequency import FrequencyResponse
+    from symgen.runtime.linear.modes import Modes
+    from symgen.runtime.system import System
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class LinearModel:
 
     def modes(self) -> Modes:
         """Return eigenvalues, frequencies, damping and shapes."""
-        from runtime.linear.modes import modes_of
+        from symgen.runtime.linear.modes import modes_of
 
         return modes_of(self)
 
@@ -81,7 +81,7 @@ class LinearModel:
             One of `outputs`.
         frequencies : sequence of float [Hz]
         """
-        from runtime.linear.frequency import response
+        from symgen.runtime.linear.frequency import response
 
         return response(self, input, output, frequencies)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.linear.model import LinearModel
+    from symgen.runtime.linear.model import LinearModel
 
 _ROUND_OFF = 100.0 * np.finfo(float).eps
 _OSCILLATES = 1e-8  # imaginary part, of the magnitude, below which an eigenvalue is real

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.constraints.large import LARGEST_DENSE, is_large
-from runtime.errors import RuntimeModelError
-from runtime.positions import Positions
+from symgen.runtime.constraints.large import LARGEST_DENSE, is_large
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _SINGULAR = 1e-13  # reciprocal condition of the scaled matrix below which it may be singular
 _RANK_TOLERANCE = 1e-10

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError, nearest
-from runtime.linear.duals import derivatives
-from runtime.names import acceleration_labels, rate_labels
+from symgen.runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.linear.duals import derivatives
+from symgen.runtime.names import acceleration_labels, rate_labels
 
 if TYPE_CHECKING:
-    from runtime.linear.tangent import Tangent
-    from runtime.system import System
+    from symgen.runtime.linear.tangent import Tangent
+    from symgen.runtime.system import System
 
 
 def observation(

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from runtime.constraints.levels import Constraints
-from runtime.linear.duals import derivatives
-from runtime.linear.independent import Independent, independent_motions
-from runtime.linear.motion_equations import MotionEquations
-from runtime.names import rate_labels
+from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.linear.duals import derivatives
+from symgen.runtime.linear.independent import Independent, independent_motions
+from symgen.runtime.linear.motion_equations import MotionEquations
+from symgen.runtime.names import rate_labels
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 
 class Tangent(NamedTuple):

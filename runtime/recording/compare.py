@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from runtime.checks.growth import growth_rate
-from runtime.errors import ModuleError
-from runtime.exchange import Exchange
-from runtime.names import rate_labels
-from runtime.system import System, load
+from symgen.runtime.checks.growth import growth_rate
+from symgen.runtime.errors import ModuleError
+from symgen.runtime.exchange import Exchange
+from symgen.runtime.names import rate_labels
+from symgen.runtime.system import System, load
 
 from .errors import RecordingError
 from .reader import Recording, read_recording

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from runtime.errors import RuntimeModelError
+from symgen.runtime.errors import RuntimeModelError
 
 
 class RecordingError(RuntimeModelError):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
+from symgen.runtime.errors import RuntimeModelError
 
 MESH_SUFFIXES = (".stl", ".obj", ".glb", ".gltf", ".dae")
 _POINT_RADIUS = 0.025  # of a body without shape and without rotation, in units of the scene's diagonal

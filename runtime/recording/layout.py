@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from runtime.names import rate_labels
+from symgen.runtime.names import rate_labels
 
 from . import schema
 

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from runtime.code.bridge import call_kernel
-from runtime.constraints.kkt import robust_rhs_address
-from runtime.timing.timetable import course_of
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.constraints.kkt import robust_rhs_address
+from symgen.runtime.timing.timetable import course_of
 
 from .quantities import Quantities
 from .reader import Recording
 
 if TYPE_CHECKING:
-    from runtime.timing.course import Course
+    from symgen.runtime.timing.course import Course
 
 _MOST_EVALUATIONS = 20_000  # of the right-hand side for one interval and method
 _LIMIT = 1e3  # differences in units of the run's tolerance: several steps, and interpolation between them

@@ -10,7 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from runtime.errors import RuntimeModelError
+from symgen.runtime.errors import RuntimeModelError
 
 from .errors import RecordingError
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
+from symgen.runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
 
 if TYPE_CHECKING:
-    from runtime.contact.forms import Forms
-    from runtime.system import System
+    from symgen.runtime.contact.forms import Forms
+    from symgen.runtime.system import System
 
 
 class Quantities:
@@ -54,7 +54,7 @@ class Quantities:
 
     def forms(self, settings: np.ndarray) -> Forms:
         """Return which form of the model holds at each frame, by the settings of stops and frictions."""
-        from runtime.contact.forms import Forms
+        from symgen.runtime.contact.forms import Forms
 
         distinct, index = np.unique(settings, axis=0, return_inverse=True)
         return Forms(distinct, index.reshape(-1))
@@ -63,7 +63,7 @@ class Quantities:
         """Return the functions of the form of the model that applies with these settings of stops and frictions."""
         if not len(settings):
             return self
-        from runtime.contact.forms import form_of
+        from symgen.runtime.contact.forms import form_of
 
         p = self.p.copy()
         p[self.system.settings_of_switches] = settings

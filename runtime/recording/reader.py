@@ -16,7 +16,7 @@ from .trusted import check_settings
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from runtime.checkpoint import Checkpoint
+    from symgen.runtime.checkpoint import Checkpoint
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Recording:
     parameters, inputs : dict of float
         By name, in the order of the model.
     inputs_over_time : dict
-        What `runtime.inputs.recorded` wrote about inputs that are not constant, by name.
+        What `symgen.runtime.inputs.recorded` wrote about inputs that are not constant, by name.
     t : ndarray, shape (n,) [s]
     q, v, w, multipliers, settings : ndarray, shape (n, …)
         `settings` say which stops are closed and which frictions stick.
@@ -225,10 +225,10 @@ def read_checkpoint(path: str | Path) -> tuple[Checkpoint | None, np.ndarray]:
 
     Raises
     ------
-    RecordingError, runtime.checkpoint.CheckpointError
+    RecordingError, symgen.runtime.checkpoint.CheckpointError
         The file, or its last checkpoint, is damaged.
     """
-    from runtime.checkpoint import Checkpoint
+    from symgen.runtime.checkpoint import Checkpoint
 
     from .rrd.read import read_rrd
 

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
-from runtime.uninterrupted import uninterrupted
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.uninterrupted import uninterrupted
 
 from .batch import Batch
 from .beside import Beside
 from .quantities import Quantities
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
     from .run_writer import RunWriter
 
@@ -178,7 +178,7 @@ class RunRecorder:
         Parameters
         ----------
         make : callable
-            Returns the checkpoint (`runtime.checkpoint`) for the moment after all frames given so far.
+            Returns the checkpoint (`symgen.runtime.checkpoint`) for the moment after all frames given so far.
         final : bool
             The run ends here.
         """

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from runtime.batches import constraint_residuals
-from runtime.exchange import Exchange
-from runtime.solution import ConstraintResidual, Energy, Solution
-from runtime.system import System
-from runtime.work_along import work_that_balances
+from symgen.runtime.batches import constraint_residuals
+from symgen.runtime.exchange import Exchange
+from symgen.runtime.solution import ConstraintResidual, Energy, Solution
+from symgen.runtime.system import System
+from symgen.runtime.work_along import work_that_balances
 
 from .reader import Recording
 

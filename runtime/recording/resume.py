@@ -9,29 +9,29 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.checkpoint_bytes import CheckpointError
-from runtime.checkpoint_check import check_facts, check_form
-from runtime.choose import choose_constraints, choose_step
-from runtime.driver import Run
-from runtime.errors import RuntimeModelError
-from runtime.integrate import layout as at_index
-from runtime.integrate.methods import METHODS
-from runtime.loop_arrays import LoopArrays
-from runtime.solve import frame_times, run_interval, stop_times
-from runtime.subsystems.again import ASKED, run_again
-from runtime.summary import summarise
-from runtime.system import System, load
-from runtime.timing.timetable import make_timetable
+from symgen.runtime.checkpoint_bytes import CheckpointError
+from symgen.runtime.checkpoint_check import check_facts, check_form
+from symgen.runtime.choose import choose_constraints, choose_step
+from symgen.runtime.driver import Run
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate import layout as at_index
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.solve import frame_times, run_interval, stop_times
+from symgen.runtime.subsystems.again import ASKED, run_again
+from symgen.runtime.summary import summarise
+from symgen.runtime.system import System, load
+from symgen.runtime.timing.timetable import make_timetable
 
 from .errors import RecordingError
 from .reader import Recording, read_checkpoint, read_recording
 from .trusted import blamed_on, check_fits
 
 if TYPE_CHECKING:
-    from runtime.checkpoint import Checkpoint
-    from runtime.inputs.driven import DrivenSystem
-    from runtime.integrate.methods import Method
-    from runtime.solution import Solution
+    from symgen.runtime.checkpoint import Checkpoint
+    from symgen.runtime.inputs.driven import DrivenSystem
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
 
 _NO_FURTHER = {
     "terminated": "an event ended the run",
@@ -46,8 +46,8 @@ class Resumed:
     ----------
     path : path-like
     inputs : mapping or callable, optional
-        The controllers of the run, as `runtime.solve.solve` takes them: their code is not in the recording. A callable
-        gets the system and the parameters, and returns them; it is called only if they are needed.
+        The controllers of the run, as `symgen.runtime.solve.solve` takes them: their code is not in the recording. A
+        callable gets the system and the parameters, and returns them; it is called only if they are needed.
 
     Attributes
     ----------
@@ -119,9 +119,9 @@ class Resumed:
         fps : float, optional
             Of frames from here on; that of the run before by default.
         recorder : callable, optional
-            Makes a recorder, see `runtime.solve.solve`; it gets the frames of the run before first.
+            Makes a recorder, see `symgen.runtime.solve.solve`; it gets the frames of the run before first.
         progress, max_steps
-            As in `runtime.solve.solve`; steps of the run before count.
+            As in `symgen.runtime.solve.solve`; steps of the run before count.
 
         Returns
         -------
@@ -219,7 +219,7 @@ class Resumed:
         p, form = self.system.with_settings(recording.p), self.system
         settings = self._checkpoint.arrays["settings"]
         if len(settings):
-            from runtime.contact.forms import form_of
+            from symgen.runtime.contact.forms import form_of
 
             p[self.system.settings_of_switches] = settings[-1]
             form = form_of(self.system, settings[-1])
@@ -239,7 +239,7 @@ class Resumed:
         )  # fmt: skip
         inputs = None
         if recording.inputs_over_time:
-            from runtime.inputs.schedule import InputSchedule
+            from symgen.runtime.inputs.schedule import InputSchedule
 
             inputs = InputSchedule(self.system, arrays, method, t_start)
         wanted = recording.options.get("max_step"), recording.options.get("breaks", ())
@@ -276,7 +276,7 @@ def _driven(
     """Return the system with its inputs over time; controllers are those given for the same inputs."""
     if not recording.inputs_over_time:
         return system
-    from runtime.inputs.recorded import drive_again
+    from symgen.runtime.inputs.recorded import drive_again
 
     controlled = None
     if controllers:
@@ -291,8 +291,8 @@ def _driven(
 def _controlled(
     system: System, recording: Recording, wanted: list[tuple[str, ...]], given: Mapping[Any, Any]
 ) -> DrivenSystem:
-    from runtime.inputs.controller import Controller
-    from runtime.inputs.drive import drive
+    from symgen.runtime.inputs.controller import Controller
+    from symgen.runtime.inputs.drive import drive
 
     found = {key if isinstance(key, tuple) else (key,): value for key, value in given.items()}
     missing = [name for names in wanted if not isinstance(found.get(names), Controller) for name in names]

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from runtime.exchange import Exchange
+from symgen.runtime.exchange import Exchange
 
 from . import about, schema
 from .layout import plot_rows
@@ -212,7 +212,7 @@ class RunWriter:
     def _write_inputs_over_time(self, *, done: bool) -> None:
         if not self._of.system.input_words:
             return
-        from runtime.inputs.recorded import recorded_inputs
+        from symgen.runtime.inputs.recorded import recorded_inputs
 
         times, values = np.zeros(0), np.zeros((0, len(self._header["inputs"])))
         if self._inputs_at_frames:

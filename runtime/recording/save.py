@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.graph.functions import IN_CODE
-from runtime.module import DECORATOR
+from symgen.runtime.graph.functions import IN_CODE
+from symgen.runtime.module import DECORATOR
 
 from .recorder import RunRecorder
 
 if TYPE_CHECKING:
     import os
 
-    from runtime.solution import EventRecord, Solution
-    from runtime.system import System
+    from symgen.runtime.solution import EventRecord, Solution
+    from symgen.runtime.system import System
 
 
 def save_solution(

@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from runtime.errors import RuntimeModelError
+from symgen.runtime.errors import RuntimeModelError
 
 from .errors import RecordingError
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
     from .reader import Recording
 

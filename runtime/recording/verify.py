@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.errors import ModuleError
-from runtime.exchange import Exchange
-from runtime.system import System, load
+from symgen.runtime.errors import ModuleError
+from symgen.runtime.exchange import Exchange
+from symgen.runtime.system import System, load
 
 from . import motion, schema
 from .errors import RecordingError
@@ -22,7 +22,7 @@ from .trusted import blamed_on
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 _SAME = (
     1e-9  # what was recorded and what is computed again; another machine's libm may differ in the last bits
@@ -135,8 +135,8 @@ def _driven(system: System, recording: Recording) -> tuple[System | None, Check 
     """Drive the model by the inputs over time that were recorded; None where they are not known."""
     if not recording.inputs_over_time:
         return system, None
-    from runtime.inputs.given import InputFault
-    from runtime.inputs.recorded import drive_again
+    from symgen.runtime.inputs.given import InputFault
+    from symgen.runtime.inputs.recorded import drive_again
 
     try:
         driven, unknown = drive_again(system, recording.inputs_over_time)

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.growth import running_maximum
-from runtime.names import rate_indices, rate_labels
-from runtime.report.html import Markup, figure
-from runtime.report.svg import N_COLOURS, Curve, plot
+from symgen.runtime.checks.growth import running_maximum
+from symgen.runtime.names import rate_indices, rate_labels
+from symgen.runtime.report.html import Markup, figure
+from symgen.runtime.report.svg import N_COLOURS, Curve, plot
 
 if TYPE_CHECKING:
-    from runtime.checks.convergence import Convergence
-    from runtime.solution import Solution
+    from symgen.runtime.checks.convergence import Convergence
+    from symgen.runtime.solution import Solution
 
 _MOST_COORDINATES = 12
 _MOST_PORTRAITS = 4

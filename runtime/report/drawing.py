@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate
-from runtime.recording import geometry
-from runtime.recording.mark_shapes import Surroundings
-from runtime.recording.marks import Marks
-from runtime.recording.quantities import Quantities
-from runtime.report.mark_lines import mark_lines
-from runtime.report.svg import N_COLOURS
+from symgen.runtime.batches import evaluate
+from symgen.runtime.recording import geometry
+from symgen.runtime.recording.mark_shapes import Surroundings
+from symgen.runtime.recording.marks import Marks
+from symgen.runtime.recording.quantities import Quantities
+from symgen.runtime.report.mark_lines import mark_lines
+from symgen.runtime.report.svg import N_COLOURS
 
 if TYPE_CHECKING:
-    from runtime.recording.geometry import Primitive
-    from runtime.system import System
+    from symgen.runtime.recording.geometry import Primitive
+    from symgen.runtime.system import System
 
 _WIDTH, _HIGHEST = 640.0, 420.0
 _MARGIN = 30.0

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import accelerations_and_multipliers, evaluate
+from symgen.runtime.batches import accelerations_and_multipliers, evaluate
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from runtime.plain_text import plain
+from symgen.runtime.plain_text import plain
 
 _MOST_ROWS = 60
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from runtime.recording import schema
-from runtime.recording.mark_shapes import Surroundings
-from runtime.recording.marks import Marks
+from symgen.runtime.recording import schema
+from symgen.runtime.recording.mark_shapes import Surroundings
+from symgen.runtime.recording.marks import Marks
 
 _HIDDEN = (schema.JOINT_AXES, schema.REACTIONS, schema.FORCES)
 _ROUND = 16  # corners of a circle

@@ -8,17 +8,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.names import acceleration_labels, rate_labels
-from runtime.report import curves
-from runtime.report.drawing import drawing
-from runtime.report.first_steps import semi_implicit_euler, start_values
-from runtime.report.html import Markup, figure, listing, markup, number, page, paragraph, section, table
+from symgen.runtime.names import acceleration_labels, rate_labels
+from symgen.runtime.report import curves
+from symgen.runtime.report.drawing import drawing
+from symgen.runtime.report.first_steps import semi_implicit_euler, start_values
+from symgen.runtime.report.html import (
+    Markup,
+    figure,
+    listing,
+    markup,
+    number,
+    page,
+    paragraph,
+    section,
+    table,
+)
 
 if TYPE_CHECKING:
-    from runtime.checks.advice import Advice
-    from runtime.checks.convergence import Convergence
-    from runtime.report.first_steps import Start
-    from runtime.solution import Solution
+    from symgen.runtime.checks.advice import Advice
+    from symgen.runtime.checks.convergence import Convergence
+    from symgen.runtime.report.first_steps import Start
+    from symgen.runtime.solution import Solution
 
 _LARGEST_MATRIX = 8  # rates; larger ones are not checked by hand
 _STEPS_WITHOUT_RULE = 1000
@@ -195,7 +205,7 @@ def _two_steps(solution: Solution, advice: Advice | None) -> list[Markup]:
 def _convergence(convergence: Convergence | None) -> list[Markup]:
     if convergence is None:
         return []
-    from runtime.checks.convergence_text import tables
+    from symgen.runtime.checks.convergence_text import tables
 
     found = [
         part for title, (head, *rows) in tables(convergence) for part in (paragraph(title), table(head, rows))

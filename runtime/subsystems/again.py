@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from runtime.solve import solve
-from runtime.subsystems.apart import ASKED
+from symgen.runtime.solve import solve
+from symgen.runtime.subsystems.apart import ASKED
 
 if TYPE_CHECKING:
-    from runtime.recording.reader import Recording
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.recording.reader import Recording
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 
 def run_again(
@@ -30,7 +30,7 @@ def run_again(
     Parameters
     ----------
     t_end : float, optional [s]
-        These and the others are those of the run before by default, and as in `runtime.solve.solve`.
+        These and the others are those of the run before by default, and as in `symgen.runtime.solve.solve`.
     """
     options = recording.options
     named = {"start": (system.coordinates, recording.q[0]), "rate": (system.rates, recording.v[0])}

@@ -9,27 +9,27 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from runtime.integrate.methods import METHODS
-from runtime.subsystems.course import find_course
-from runtime.subsystems.gain import pays
-from runtime.subsystems.groups import in_groups
-from runtime.subsystems.joined import Joined
-from runtime.subsystems.report import Parts
-from runtime.subsystems.subsystem import subsystems
-from runtime.subsystems.words import say
-from runtime.summary import summarise
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.subsystems.course import find_course
+from symgen.runtime.subsystems.gain import pays
+from symgen.runtime.subsystems.groups import in_groups
+from symgen.runtime.subsystems.joined import Joined
+from symgen.runtime.subsystems.report import Parts
+from symgen.runtime.subsystems.subsystem import subsystems
+from symgen.runtime.subsystems.words import say
+from symgen.runtime.summary import summarise
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     import numpy as np
 
-    from runtime.solution import Solution
-    from runtime.subsystems.course import Course
-    from runtime.subsystems.member_model import Kind
-    from runtime.subsystems.settings import Settings
-    from runtime.subsystems.subsystem import Subsystem
-    from runtime.system import System
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.subsystems.course import Course
+    from symgen.runtime.subsystems.member_model import Kind
+    from symgen.runtime.subsystems.settings import Settings
+    from symgen.runtime.subsystems.subsystem import Subsystem
+    from symgen.runtime.system import System
 
 ASKED = "asked"  # among a recording's options: the settings as they were asked for
 _FIRST_WINDOW = 1 / 32  # of the frames

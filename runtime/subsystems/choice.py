@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.time_scales import time_scales
-from runtime.choose import choose_constraints, choose_method, choose_step
-from runtime.constraints.large import is_large
+from symgen.runtime.checks.time_scales import time_scales
+from symgen.runtime.choose import choose_constraints, choose_method, choose_step
+from symgen.runtime.constraints.large import is_large
 
 if TYPE_CHECKING:
-    from runtime.checks.time_scales import TimeScales
-    from runtime.integrate.methods import Method
-    from runtime.subsystems.member_model import Kind
-    from runtime.subsystems.settings import Settings
+    from symgen.runtime.checks.time_scales import TimeScales
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.subsystems.member_model import Kind
+    from symgen.runtime.subsystems.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Chooser:
     Parameters
     ----------
     kind : Kind
-    settings : runtime.subsystems.settings.Settings
+    settings : symgen.runtime.subsystems.settings.Settings
     """
 
     def __init__(self, kind: Kind, settings: Settings):

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.solution import EventRecord
-    from runtime.subsystems.settings import Settings
-    from runtime.subsystems.subsystem import Subsystem
+    from symgen.runtime.solution import EventRecord
+    from symgen.runtime.subsystems.settings import Settings
+    from symgen.runtime.subsystems.subsystem import Subsystem
 
 _MOST_NUMBERS = 20_000_000  # states of the whole at the times of events
 

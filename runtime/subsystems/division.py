@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from runtime.subsystems.member_model import Kind, NotDivisible, kind_of
-from runtime.subsystems.sections import sectioned
-from runtime.subsystems.watching import Shared, with_events
-from runtime.system import System
+from symgen.runtime.subsystems.member_model import Kind, NotDivisible, kind_of
+from symgen.runtime.subsystems.sections import sectioned
+from symgen.runtime.subsystems.watching import Shared, with_events
+from symgen.runtime.system import System
 
 
 def divide(system: System) -> tuple[list[Kind], str]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from runtime.subsystems.subsystem import Subsystem
+    from symgen.runtime.subsystems.subsystem import Subsystem
 
 # Of what a step costs besides, half a microsecond: some ten evaluations of a nanosecond per operation, and the sums
 # over stages that its results enter.

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate
-from runtime.choose import EXPLICIT, SERIES
-from runtime.subsystems.gain import STEPS_PER_RADIAN
-from runtime.subsystems.side_by_side import can_stand_side_by_side, side_by_side
-from runtime.subsystems.subsystem import Subsystem
+from symgen.runtime.batches import evaluate
+from symgen.runtime.choose import EXPLICIT, SERIES
+from symgen.runtime.subsystems.gain import STEPS_PER_RADIAN
+from symgen.runtime.subsystems.side_by_side import can_stand_side_by_side, side_by_side
+from symgen.runtime.subsystems.subsystem import Subsystem
 
 if TYPE_CHECKING:
-    from runtime.subsystems.settings import Settings
+    from symgen.runtime.subsystems.settings import Settings
 
 _MEMBERS = 8  # doubles of the widest vectors in use; the same on all machines, and so are results
 # Steps of all members together that are worth a kernel of their own, for a member of no operations and for each of its

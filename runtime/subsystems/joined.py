@@ -1,4 +1,4 @@
-"""The runs of all subsystems as one run of the whole model: what `runtime.summary` and recorders take."""
+"""The runs of all subsystems as one run of the whole model: what `symgen.runtime.summary` and recorders take."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.exchange import energy_error_so_far
-from runtime.integrate import layout as at
-from runtime.solution import EventRecord
+from symgen.runtime.exchange import energy_error_so_far
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.solution import EventRecord
 
 if TYPE_CHECKING:
-    from runtime.subsystems.course import Course
-    from runtime.subsystems.settings import Settings
-    from runtime.subsystems.subsystem import Subsystem
-    from runtime.system import System
-    from runtime.timing.timetable import Timetable
+    from symgen.runtime.subsystems.course import Course
+    from symgen.runtime.subsystems.settings import Settings
+    from symgen.runtime.subsystems.subsystem import Subsystem
+    from symgen.runtime.system import System
+    from symgen.runtime.timing.timetable import Timetable
 
 _FRAMES_AT_ONCE = 1000
 _STATISTICS = slice(0, at.NEXT_FRAME)
 
 
 class Joined:
-    """Collects frames, samples, events and counts; its attributes are those of `runtime.driver.Run`.
+    """Collects frames, samples, events and counts; its attributes are those of `symgen.runtime.driver.Run`.
 
     Parameters
     ----------

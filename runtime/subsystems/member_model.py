@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from runtime.module import ModuleSource
-from runtime.module_check import verified
-from runtime.subsystems.places import ENERGY, LAYOUTS, POWER, RATIO, Places
-from runtime.subsystems.sections import PLACE, SectionedText, indices, needed_lines, operations
-from runtime.system import System
+from symgen.runtime.module import ModuleSource
+from symgen.runtime.module_check import verified
+from symgen.runtime.subsystems.places import ENERGY, LAYOUTS, POWER, RATIO, Places
+from symgen.runtime.subsystems.sections import PLACE, SectionedText, indices, needed_lines, operations
+from symgen.runtime.system import System
 
 _HOISTED = re.compile(r"    (?:    )?c\d+ = ")
 

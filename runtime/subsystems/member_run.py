@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from runtime.driver import Run
-from runtime.event_actions import ResetError
-from runtime.integrate import layout as at
-from runtime.subsystems.rest import is_at_rest
+from symgen.runtime.driver import Run
+from symgen.runtime.event_actions import ResetError
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.subsystems.rest import is_at_rest
 
 _STILL = 1e-10  # rates below this [1/s of a size of 1] are worth a look
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.exchange import Exchange
-from runtime.integrate import layout as at
+from symgen.runtime.exchange import Exchange
+from symgen.runtime.integrate import layout as at
 
 if TYPE_CHECKING:
-    from runtime.subsystems.subsystem import Subsystem
+    from symgen.runtime.subsystems.subsystem import Subsystem
 
 _FEWEST_STEPS = 20  # of a subsystem, to speak of a share of rejected ones
 _LEAST_ENERGY = 1e-9  # of the largest exchange in the whole: errors of subsystems with less do not matter

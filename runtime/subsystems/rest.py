@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.checks.time_scales import motion_jacobian
-from runtime.positions import Positions
+from symgen.runtime.checks.time_scales import motion_jacobian
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _EPS = np.finfo(float).eps
 _ROUND_OFF = 4.0 * _EPS  # of a coordinate's size: so near to the equilibrium is at it

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.system import System
-    from runtime.timing.course import Course
-    from runtime.timing.timetable import Timetable
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.system import System
+    from symgen.runtime.timing.course import Course
+    from symgen.runtime.timing.timetable import Timetable
 
 
 @dataclass(frozen=True)
 class Settings:
-    """The options of `runtime.solve.solve`, settled as far as they can be for all subsystems at once.
+    """The options of `symgen.runtime.solve.solve`, settled as far as they can be for all subsystems at once.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Settings:
         Times to land on; the last is the end of the run.
     at : sequence of float [s]
         Those of them that were asked for.
-    course : runtime.timing.course.Course or None
+    course : symgen.runtime.timing.course.Course or None
         What time alone does to the whole model.
     """
 
@@ -65,6 +65,6 @@ class Settings:
         course = self.course if system.structure["time_dependent"] else None
         if course is None and self.max_step is None and not len(self.breaks):
             return None
-        from runtime.timing.timetable import timetable
+        from symgen.runtime.timing.timetable import timetable
 
         return timetable(course, method, self.t_start, self.t_end, self.max_step, self.breaks)

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from runtime.module import ModuleSource
-from runtime.module_check import verified
-from runtime.subsystems.places import ENERGY, LAYOUTS, POWER, RATIO, Places
-from runtime.subsystems.sections import PLACE
-from runtime.system import System
+from symgen.runtime.module import ModuleSource
+from symgen.runtime.module_check import verified
+from symgen.runtime.subsystems.places import ENERGY, LAYOUTS, POWER, RATIO, Places
+from symgen.runtime.subsystems.sections import PLACE
+from symgen.runtime.system import System
 
 _START, _TOTAL = re.compile(r"    (e\d+) = 0\.0"), re.compile(r"    out\[(\d+)\] = (e\d+)")
 _SIMPLE = re.compile(r"    (?:[A-Za-z_]\w*|out\[\d+\]) = (?!\[)")

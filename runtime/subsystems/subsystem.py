@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.batches import evaluate
-from runtime.choose import EXPLICIT, SERIES
-from runtime.constraints.energy_level import choose_energy_level
-from runtime.integrate.methods import METHODS
-from runtime.loop_arrays import LoopArrays
-from runtime.subsystems.choice import Chooser
-from runtime.subsystems.member_run import MemberRun
-from runtime.subsystems.rest import is_at_rest
+from symgen.runtime.batches import evaluate
+from symgen.runtime.choose import EXPLICIT, SERIES
+from symgen.runtime.constraints.energy_level import choose_energy_level
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.subsystems.choice import Chooser
+from symgen.runtime.subsystems.member_run import MemberRun
+from symgen.runtime.subsystems.rest import is_at_rest
 
 if TYPE_CHECKING:
-    from runtime.subsystems.choice import Choice
-    from runtime.subsystems.member_model import Kind
-    from runtime.subsystems.settings import Settings
-    from runtime.system import System
+    from symgen.runtime.subsystems.choice import Choice
+    from symgen.runtime.subsystems.member_model import Kind
+    from symgen.runtime.subsystems.settings import Settings
+    from symgen.runtime.system import System
 
 _STEPS_LOGGED = 1024  # between two looks at a run
 

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.module import ModuleSource
-from runtime.module_check import verified
-from runtime.subsystems.sections import PLACE, needed_lines, operations
-from runtime.system import System
+from symgen.runtime.module import ModuleSource
+from symgen.runtime.module_check import verified
+from symgen.runtime.subsystems.sections import PLACE, needed_lines, operations
+from symgen.runtime.system import System
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from runtime.subsystems.member_model import Kind
+    from symgen.runtime.subsystems.member_model import Kind
 
 _WRITTEN = re.compile(r"    out\[(\d+)\] = (.*)")
 _HOISTED = re.compile(r"    c\d+ = ")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.subsystems.subsystem import Subsystem
+    from symgen.runtime.subsystems.subsystem import Subsystem
 
 _MOST_NOTES = 5
 

@@ -6,8 +6,8 @@ m / r · (1 / r) · (1 / r) with r = sqrt(u) is m u^(-3/2).
 
 from __future__ import annotations
 
-from runtime.taylor.nodes import Nodes
-from runtime.taylor.refusal import Refusal
+from symgen.runtime.taylor.nodes import Nodes
+from symgen.runtime.taylor.refusal import Refusal
 
 _MOST_FACTORS = 8
 

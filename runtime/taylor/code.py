@@ -5,8 +5,8 @@ A value is the text of a constant or of an SSA name, or None: zero, of which not
 
 from __future__ import annotations
 
-from runtime.code.llvm_text import constant, math_declaration, math_symbol
-from runtime.taylor.sincos import DECLARATIONS, sincos_function
+from symgen.runtime.code.llvm_text import constant, math_declaration, math_symbol
+from symgen.runtime.taylor.sincos import DECLARATIONS, sincos_function
 
 PIECE_OPERATIONS = 400
 ARGUMENTS = "double %t, ptr noalias %y, ptr noalias %p, ptr noalias %out, ptr noalias %scratch, i64 %k"
@@ -145,7 +145,7 @@ class Code:
         )
 
     def call(self, function: str, arguments: list[str]) -> str:
-        """A mathematical function, as `runtime.code.llvm_text` calls it."""
+        """A mathematical function, as `symgen.runtime.code.llvm_text` calls it."""
         self._called.add(math_declaration(function))
         passed = ", ".join(f"double {self.use(a)}" for a in arguments)
         return self.value(f"call double @{math_symbol(function)}({passed})")

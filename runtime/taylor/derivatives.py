@@ -10,8 +10,8 @@ from __future__ import annotations
 import hashlib
 import math
 
-from runtime.taylor.graph import SeriesGraph
-from runtime.taylor.nodes import CONVOLUTIONS
+from symgen.runtime.taylor.graph import SeriesGraph
+from symgen.runtime.taylor.nodes import CONVOLUTIONS
 
 PRIME = 2**61 - 1
 _REPLACEABLE = ("add", "sub", "neg", "scale", *CONVOLUTIONS)

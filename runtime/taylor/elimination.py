@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from runtime.taylor.code import ONE, Code, Value
-from runtime.taylor.refusal import Refusal
+from symgen.runtime.taylor.code import ONE, Code, Value
+from symgen.runtime.taylor.refusal import Refusal
 
 # Up to this size the inverse is formed: its products wait for each other less than substitutions do.
 LARGEST_INVERSE = 6

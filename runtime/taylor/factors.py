@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from runtime.taylor.graph import SeriesGraph
+from symgen.runtime.taylor.graph import SeriesGraph
 
 _LINEAR = ("add", "sub", "neg", "scale")
 

@@ -6,9 +6,9 @@ integrals of their derivatives (sin u is the integral of cos u · u'), which giv
 
 from __future__ import annotations
 
-from runtime.graph.functions import IN_CODE, slopes
-from runtime.taylor.algebra import Algebra
-from runtime.taylor.refusal import Refusal
+from symgen.runtime.graph.functions import IN_CODE, slopes
+from symgen.runtime.taylor.algebra import Algebra
+from symgen.runtime.taylor.refusal import Refusal
 
 
 class SeriesGraph(Algebra):

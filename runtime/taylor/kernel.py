@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.code import cache, engine
-from runtime.taylor.refusal import Refusal
-from runtime.taylor.sums import sum_kernel
+from symgen.runtime.code import cache, engine
+from symgen.runtime.taylor.refusal import Refusal
+from symgen.runtime.taylor.sums import sum_kernel
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 MAX_ORDER = 28
 N_ROWS = MAX_ORDER + 2  # a row of zeros behind the last order
@@ -93,10 +93,10 @@ def _lower_or_refuse(system: System, key: str, symbol: str) -> tuple[str, int]:
 
 def _lower(system: System, symbol: str) -> tuple[str, int]:
     # What finds, plans and writes series is not imported where their code is in the cache.
-    from runtime.taylor.motion import read_motion
-    from runtime.taylor.plan import Plan
-    from runtime.taylor.rolled import rolled_kernel
-    from runtime.taylor.unrolled import unrolled_kernel
+    from symgen.runtime.taylor.motion import read_motion
+    from symgen.runtime.taylor.plan import Plan
+    from symgen.runtime.taylor.rolled import rolled_kernel
+    from symgen.runtime.taylor.unrolled import unrolled_kernel
 
     for name in _TEXTS:
         if system.has(name):

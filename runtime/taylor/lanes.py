@@ -10,9 +10,9 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from runtime.code.llvm_text import constant
-from runtime.taylor.code import Code
-from runtime.taylor.plan import Plan
+from symgen.runtime.code.llvm_text import constant
+from symgen.runtime.taylor.code import Code
+from symgen.runtime.taylor.plan import Plan
 
 LONGEST_LEAD = 2
 _WIDTHS = (8, 4, 2, 1)

@@ -8,16 +8,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from runtime.taylor.derivatives import use_derivatives
-from runtime.taylor.factors import share_factors
-from runtime.taylor.graph import SeriesGraph
-from runtime.taylor.nodes import CONVOLUTIONS
-from runtime.taylor.reactions import Reactions, read_reactions
-from runtime.taylor.refusal import Refusal
-from runtime.taylor.text import named_outputs, read_outputs
+from symgen.runtime.taylor.derivatives import use_derivatives
+from symgen.runtime.taylor.factors import share_factors
+from symgen.runtime.taylor.graph import SeriesGraph
+from symgen.runtime.taylor.nodes import CONVOLUTIONS
+from symgen.runtime.taylor.reactions import Reactions, read_reactions
+from symgen.runtime.taylor.refusal import Refusal
+from symgen.runtime.taylor.text import named_outputs, read_outputs
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _POSITIONS = ("constraint_residual", "poses")
 

@@ -14,11 +14,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from runtime.abi import CLOSED, N_WATCHED
-from runtime.taylor.graph import SeriesGraph
+from symgen.runtime.abi import CLOSED, N_WATCHED
+from symgen.runtime.taylor.graph import SeriesGraph
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 Read = Callable[..., dict[int, int]]
 
@@ -60,7 +60,7 @@ def read_reactions(system: System, read: Read) -> Reactions | None:
 
     Raises
     ------
-    runtime.taylor.refusal.Refusal
+    symgen.runtime.taylor.refusal.Refusal
         `rhs` is not straight-line code.
     """
     names = [record["name"] for record in system.constraints]

@@ -7,12 +7,12 @@ few products, the two oldest and the two newest coefficients of each factor are 
 
 from __future__ import annotations
 
-from runtime.code.llvm_text import constant
-from runtime.taylor.code import ONE, PASSED, Code, Value
-from runtime.taylor.lanes import LONGEST_LEAD, LaneTable, sum_function
-from runtime.taylor.plan import Plan
-from runtime.taylor.steps import FIRST_STEP, Steps
-from runtime.taylor.unrolled import READ_LAST
+from symgen.runtime.code.llvm_text import constant
+from symgen.runtime.taylor.code import ONE, PASSED, Code, Value
+from symgen.runtime.taylor.lanes import LONGEST_LEAD, LaneTable, sum_function
+from symgen.runtime.taylor.plan import Plan
+from symgen.runtime.taylor.steps import FIRST_STEP, Steps
+from symgen.runtime.taylor.unrolled import READ_LAST
 
 FIRST_IN_LOOP = (
     3  # from here on the two oldest and the two newest coefficients of a factor are four different ones

@@ -11,7 +11,7 @@ their first coefficients in two parts and the effect of the reduction's remainde
 
 from __future__ import annotations
 
-from runtime.code.llvm_text import constant
+from symgen.runtime.code.llvm_text import constant
 
 LARGEST = 1e9
 _TWO_OVER_PI = 0.6366197723675814

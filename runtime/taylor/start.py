@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from runtime.code.llvm_text import constant
-from runtime.taylor.code import ONE, Code, Value
-from runtime.taylor.graph import SeriesGraph
+from symgen.runtime.code.llvm_text import constant
+from symgen.runtime.taylor.code import ONE, Code, Value
+from symgen.runtime.taylor.graph import SeriesGraph
 
 _MOST_PRODUCTS = 4
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from runtime.code.llvm_text import constant
-from runtime.taylor.code import ONE, Code, Value
-from runtime.taylor.elimination import Factors
-from runtime.taylor.plan import Plan
-from runtime.taylor.reactions import Reactions
-from runtime.taylor.start import Start
+from symgen.runtime.code.llvm_text import constant
+from symgen.runtime.taylor.code import ONE, Code, Value
+from symgen.runtime.taylor.elimination import Factors
+from symgen.runtime.taylor.plan import Plan
+from symgen.runtime.taylor.reactions import Reactions
+from symgen.runtime.taylor.start import Start
 
 _FEW_UNKNOWNS = 3
 _EXACT_RECIPROCALS = 12  # up to here 1 / n is taken in two parts; further terms are small

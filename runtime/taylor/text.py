@@ -1,12 +1,12 @@
-"""Read the text of a generated function into a series graph. The grammar is that of `runtime.code.lower`."""
+"""Read the text of a generated function into a series graph. The grammar is that of `symgen.runtime.code.lower`."""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterator, Mapping
 
-from runtime.taylor.graph import SeriesGraph
-from runtime.taylor.refusal import Refusal
+from symgen.runtime.taylor.graph import SeriesGraph
+from symgen.runtime.taylor.refusal import Refusal
 
 Tables = Mapping[str, tuple[int, ...]]
 

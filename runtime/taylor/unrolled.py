@@ -6,10 +6,10 @@ two oldest and the two newest coefficients stay out of vectors, so that nothing 
 
 from __future__ import annotations
 
-from runtime.taylor.code import PASSED, Code, Value
-from runtime.taylor.lanes import LONGEST_LEAD, Lanes, LaneTable, fused, values_text, vector
-from runtime.taylor.plan import Plan
-from runtime.taylor.steps import FIRST_STEP, Steps
+from symgen.runtime.taylor.code import PASSED, Code, Value
+from symgen.runtime.taylor.lanes import LONGEST_LEAD, Lanes, LaneTable, fused, values_text, vector
+from symgen.runtime.taylor.plan import Plan
+from symgen.runtime.taylor.steps import FIRST_STEP, Steps
 
 READ_LAST = """%order.at = load double, ptr %out, align 8
 %order = fptosi double %order.at to i64

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from runtime.graph.functions import IN_CODE
+from symgen.runtime.graph.functions import IN_CODE
 
 NEGLIGIBLE = 1e-13  # of the range over all times: what changes by less does not count
 _EVEN = 4.0  # an oscillation whose rates differ by less than this over a cell is one

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.timing.course import Course
-from runtime.timing.intervals import INFINITE
-from runtime.timing.terms import Samples, TimeTerms, all_times, ranges
+from symgen.runtime.timing.course import Course
+from symgen.runtime.timing.intervals import INFINITE
+from symgen.runtime.timing.terms import Samples, TimeTerms, all_times, ranges
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 # A step may take so many times as long as a pulse takes to change by about its height, or radians of an oscillation.
 _STEPS_OF_PULSE, _RADIANS = 2.0, 2.0 * math.pi

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from runtime.code.grammar import MATH_FUNCTIONS, affine, loop_count, table_name
-from runtime.graph.functions import IN_CODE
-from runtime.timing.intervals import Intervals, Range
+from symgen.runtime.code.grammar import MATH_FUNCTIONS, affine, loop_count, table_name
+from symgen.runtime.graph.functions import IN_CODE
+from symgen.runtime.timing.intervals import Intervals, Range
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from runtime.code.grammar import FunctionText
-    from runtime.system import System
+    from symgen.runtime.code.grammar import FunctionText
+    from symgen.runtime.system import System
 
 NAME = "time_terms"
 _BINARY = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div"}

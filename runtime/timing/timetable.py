@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
-from runtime.timing.course import Course
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.timing.course import Course
 
 if TYPE_CHECKING:
-    from runtime.integrate.methods import Method
-    from runtime.loop_arrays import LoopArrays
-    from runtime.system import System
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.loop_arrays import LoopArrays
+    from symgen.runtime.system import System
 
 _IN_PULSE, _LONG_PULSE, _MOST_PULSES = 24, 8.0, 200  # frames in pulses; intervals between frames; pulses
 _FEW = 3  # breaks in a note
@@ -166,7 +166,7 @@ def course_of(system: System, p: np.ndarray, t_start: float, t_end: float) -> Co
     """Return what time alone does to a model; None where it does nothing beyond polynomials."""
     if not system.has("time_terms"):
         return None
-    from runtime.timing.search import known_course
+    from symgen.runtime.timing.search import known_course
 
     return known_course(system, p, t_start, t_end)
 

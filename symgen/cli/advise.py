@@ -15,7 +15,7 @@ from symgen.cli.settings import load_system, run_options, solve_arguments
 from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 
 class PlaceInRun(click.ParamType):
@@ -84,14 +84,14 @@ def command(
         arguments |= _start(system, arguments, *place)
     if model is not None:
         add_control(find_model(model), system, arguments)
-    from runtime.checks.advice import advise
+    from symgen.runtime.checks.advice import advise
 
     chosen = (given["method"], arguments.get("step")) if given["method"] not in (None, "auto") else None
     if chosen is None and given["step"] is not None:
         chosen = (arguments["method"], given["step"])
     advice = advise(system, arguments, steps_per_period=steps_per_period, chosen=chosen)
     if json_file is not None:
-        from runtime.result_json import to_json
+        from symgen.runtime.result_json import to_json
 
         write_text(json_file, to_json(advice.to_dict()) + "\n")
     times = f"from t = {advice.t_first:.4g} s " if advice.t_first else ""
@@ -102,14 +102,14 @@ def command(
 
 
 def _recorded_model(path: Path) -> System:
-    import runtime
-    from runtime.recording.reader import read_recording
+    from symgen import runtime
+    from symgen.runtime.recording.reader import read_recording
 
     return runtime.load(read_recording(path).module_text)
 
 
 def _length(path: Path) -> float:
-    from runtime.recording.reader import read_recording
+    from symgen.runtime.recording.reader import read_recording
 
     t = read_recording(path).t
     return float(t[-1] - t[0])

@@ -15,8 +15,8 @@ from symgen.cli.interrupts import interrupted_status
 from symgen.cli.terminal import complain, say
 
 if TYPE_CHECKING:
-    from runtime.bench.case import Effort
-    from runtime.bench.scene_run import SceneRun
+    from symgen.runtime.bench.case import Effort
+    from symgen.runtime.bench.scene_run import SceneRun
 
 
 @click.command("bench", cls=CarefulCommand)
@@ -49,8 +49,8 @@ def command(
     The error is that of the end state against a reference of high precision. Run times are those of the compiled
     loop; `solve` is the whole call with assembly, frames and checks.
     """
-    from runtime.bench.case import FULL, QUICK
-    from runtime.bench.scenes import SCENES, find_scene
+    from symgen.runtime.bench.case import FULL, QUICK
+    from symgen.runtime.bench.scenes import SCENES, find_scene
 
     if only_list:
         for scene in SCENES.values():
@@ -77,8 +77,8 @@ def command(
 def _method_names(text: str | None) -> list[str] | None:
     if text is None:
         return None
-    from runtime.errors import nearest
-    from runtime.integrate.methods import METHODS
+    from symgen.runtime.errors import nearest
+    from symgen.runtime.integrate.methods import METHODS
 
     names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
     for name in names:
@@ -112,18 +112,18 @@ class _Bench:
                 self._measure_peers(run)
         finally:
             _progress("")
-            from runtime.bench.report import scene_table
+            from symgen.runtime.bench.report import scene_table
 
             self.results.append(run.to_dict())
             for line in [*scene_table(self.results[-1]), ""]:
                 say(line)
 
     def _prepared(self, scene: Any) -> SceneRun | None:
-        from runtime.bench.scene_run import SceneRun
-        from runtime.errors import RuntimeModelError
         from symgen.cli.settings import load_system
         from symgen.errors import SymgenError
         from symgen.model.library import bundled_folder, find
+        from symgen.runtime.bench.scene_run import SceneRun
+        from symgen.runtime.errors import RuntimeModelError
 
         try:
             system, module = load_system(Path(find(scene.model)), dict(scene.options))
@@ -134,7 +134,7 @@ class _Bench:
             return None
 
     def _measure_peers(self, run: SceneRun) -> None:
-        from runtime.bench.peers import find_peers, run_peer
+        from symgen.runtime.bench.peers import find_peers, run_peer
 
         for name, script in find_peers(_peers_folder()).items():
             _progress(f"{run.case.scene.name}: {name}")
@@ -144,14 +144,14 @@ class _Bench:
         """Write what was measured."""
         if not self.results:
             return
-        from runtime.bench.machine import machine
-        from runtime.result_json import to_json
+        from symgen.runtime.bench.machine import machine
+        from symgen.runtime.result_json import to_json
 
         data = {"machine": machine(), "scenes": self.results}
         write_text(json_file, to_json(data) + "\n")
         say(f"figures: {json_file}")
         if importlib.util.find_spec("matplotlib") is not None:
-            from runtime.bench.figure import write_figure
+            from symgen.runtime.bench.figure import write_figure
 
             write_figure(self.results, png_file)
             say(f"diagram: {png_file}")

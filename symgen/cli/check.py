@@ -16,7 +16,7 @@ from symgen.cli.settings import load_system, run_options, solve_arguments
 from symgen.cli.terminal import complain, say
 
 if TYPE_CHECKING:
-    from runtime.checks.convergence import Convergence
+    from symgen.runtime.checks.convergence import Convergence
 
 
 @click.command("check", cls=CarefulCommand)
@@ -51,12 +51,12 @@ def command(
     system, _ = load_system(path, as_dict(options, "--option"))
     arguments = solve_arguments(system, given)
     add_control(path, system, arguments)
-    from runtime.checks.convergence import study
-    from runtime.checks.convergence_text import lines
+    from symgen.runtime.checks.convergence import study
+    from symgen.runtime.checks.convergence_text import lines
 
     result = study(system, arguments)
     if json_file is not None:
-        from runtime.result_json import to_json
+        from symgen.runtime.result_json import to_json
 
         write_text(json_file, to_json(result.to_dict()) + "\n")
     if result.failed:

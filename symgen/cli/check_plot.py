@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from runtime.checks.growth import running_maximum
-from runtime.checks.horizon import DIGITS
+from symgen.runtime.checks.growth import running_maximum
+from symgen.runtime.checks.horizon import DIGITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from runtime.checks.convergence import Convergence
+    from symgen.runtime.checks.convergence import Convergence
 
 _ROUND_OFF = 1e-17  # stands for zero on a logarithmic axis
 _MOST_VARIABLES = 4

@@ -16,7 +16,7 @@ from symgen.cli.terminal import complain, say
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from runtime.recording.compare import Comparison
+    from symgen.runtime.recording.compare import Comparison
 
 _MOST_LINES = 40
 
@@ -40,7 +40,7 @@ def command(
 
     The exit status is 1 when they differ by more than the tolerance.
     """
-    from runtime.recording.compare import compare
+    from symgen.runtime.recording.compare import compare
 
     comparison = compare(first, second, tolerance=tolerance)
     if json_file is not None:

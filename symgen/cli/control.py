@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from symgen.errors import ModelError
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 
 def add_control(path: Path, system: System, arguments: dict[str, Any]) -> None:
@@ -23,7 +23,7 @@ def add_control(path: Path, system: System, arguments: dict[str, Any]) -> None:
         The model's file.
     system : System
     arguments : dict
-        Of `runtime.solve.solve`, changed in place. Its `parameters` are handed on to `control`.
+        Of `symgen.runtime.solve.solve`, changed in place. Its `parameters` are handed on to `control`.
 
     Raises
     ------

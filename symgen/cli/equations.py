@@ -11,7 +11,7 @@ import sympy
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _FUNCTIONS: dict[str, Callable[..., sympy.Expr]] = {
     **{

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 
 def explanation(solution: Solution, recorded: bool) -> list[str]:
@@ -17,7 +17,7 @@ def explanation(solution: Solution, recorded: bool) -> list[str]:
     recorded : bool
         Whether a recording was written.
     """
-    from runtime.explain import savings
+    from symgen.runtime.explain import savings
 
     found = savings(solution, recorded)
     width = max(len(saving.what) for saving in found)

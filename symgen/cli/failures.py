@@ -16,7 +16,7 @@ from symgen.cli.interrupts import answered_interrupts, interrupted_status
 from symgen.cli.terminal import accept_all_letters, complain, message
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 FAILED = 1
 NOT_TRUSTED = 3
@@ -47,8 +47,8 @@ class FailuresAsSentences(click.Group):
 
 
 def _sentence(error: Exception) -> str:
-    from runtime.errors import RuntimeModelError
     from symgen.errors import SymgenError
+    from symgen.runtime.errors import RuntimeModelError
 
     subject = getattr(error, "symgen_subject", "")
     if isinstance(error, SymgenError | RuntimeModelError):

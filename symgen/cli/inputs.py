@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from runtime.inputs.given import Table
-    from runtime.system import System
     from symgen.model.table_file import TableFile
+    from symgen.runtime.inputs.given import Table
+    from symgen.runtime.system import System
 
 KINDS = ("linear", "cubic", "hold")
 
@@ -31,7 +31,7 @@ def input_tables(
     constant : iterable of str
         Names that `--set` gives.
     """
-    from runtime.errors import nearest
+    from symgen.runtime.errors import nearest
 
     names = [record["name"] for record in system.inputs]
     found: dict[str, Table] = {}
@@ -50,8 +50,8 @@ def input_tables(
 
 
 def _columns(path: Path, name: str, kind: str) -> dict[str, Table]:
-    from runtime.inputs.given import Table
     from symgen.model.table_file import read_table_file
+    from symgen.runtime.inputs.given import Table
 
     content = read_table_file(path)
     if not name:

@@ -16,7 +16,7 @@ import time
 from collections.abc import Iterator
 from types import FrameType
 
-from runtime.uninterrupted import ENDING, is_writing
+from symgen.runtime.uninterrupted import ENDING, is_writing
 
 _PATIENCE = 0.6  # seconds until a signal must have been acted on
 _PATIENCE_WRITING = 30.0

@@ -15,10 +15,10 @@ from symgen.cli.settings import load_system
 from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
-    from runtime.linear.frequency import FrequencyResponse
-    from runtime.linear.model import LinearModel
-    from runtime.linear.modes import Modes
-    from runtime.system import System
+    from symgen.runtime.linear.frequency import FrequencyResponse
+    from symgen.runtime.linear.model import LinearModel
+    from symgen.runtime.linear.modes import Modes
+    from symgen.runtime.system import System
 
 
 class Frequencies(click.ParamType):
@@ -97,7 +97,7 @@ def command(
     for line in _report(linear, modes, response):
         say(line)
     if json_file is not None:
-        from runtime.result_json import to_json
+        from symgen.runtime.result_json import to_json
 
         record = {**linear.to_dict(), **modes.to_dict()}
         if response is not None:
@@ -112,8 +112,8 @@ def command(
 def _linear(
     system: System, given: dict[str, Any], place: str, stable: bool, target: str | None
 ) -> LinearModel:
-    from runtime.linear import linearise
     from symgen.cli.quantities import parameter_values, start_values
+    from symgen.runtime.linear import linearise
 
     values = parameter_values(system, given["set_values"])
     settings: dict[str, Any] = {
@@ -146,7 +146,7 @@ def _recorded(system: System, place: str, values: dict[str, float]) -> dict[str,
 def _response(
     linear: LinearModel, source: str, target: str, frequencies: tuple[float, ...] | None
 ) -> FrequencyResponse:
-    from runtime.linear.frequency import around_modes, spaced
+    from symgen.runtime.linear.frequency import around_modes, spaced
 
     if frequencies is None:
         wanted = around_modes(linear)
@@ -193,7 +193,7 @@ def _record(
 ) -> None:
     if number > len(modes):
         raise click.UsageError(f"--mode: model {linear.system.name!r} has {len(modes)} modes")
-    from runtime.linear.animation import SECONDS, record_mode
+    from symgen.runtime.linear.animation import SECONDS, record_mode
 
     mode = modes[number - 1]
     record_mode(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
-    from runtime.linear.frequency import FrequencyResponse
+    from symgen.runtime.linear.frequency import FrequencyResponse
 
 
 def write_plot(model: str, response: FrequencyResponse, path: Path) -> None:

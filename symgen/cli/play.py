@@ -16,7 +16,7 @@ from symgen.cli.terminal import complain
 @click.pass_context
 def command(context: click.Context, recording: Path, web: bool) -> None:
     """Show RUN.rrd in the Rerun viewer until it is closed."""
-    from runtime.recording.play import play
+    from symgen.runtime.recording.play import play
 
     status = play(recording, web=web)
     if status:

@@ -13,7 +13,7 @@ import click
 from symgen.errors import ModelError
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _NUMBER = re.compile(
     r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?(?=$|[\s*]|[A-Za-z])", re.ASCII
@@ -39,7 +39,7 @@ def parameter_values(system: System, pairs: Iterable[tuple[str, str]]) -> dict[s
 
 def start_values(system: System, option: str, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
     """Return the values of `--start` or `--rate`, in SI; a rate may also be written `dot(x)` or as its coordinate."""
-    from runtime.names import inside_dot, rate_indices
+    from symgen.runtime.names import inside_dot, rate_indices
 
     records = {record["name"]: record for record in system.coordinates}
     if option == "--rate":
@@ -69,7 +69,7 @@ def _elsewhere(system: System, name: str) -> str | None:
 def _values(
     option: str, pairs, by_name: Mapping[str, dict[str, Any]], unknown: str, why_not
 ) -> dict[str, float]:
-    from runtime.errors import nearest
+    from symgen.runtime.errors import nearest
 
     values: dict[str, float] = {}
     for name, text in pairs:

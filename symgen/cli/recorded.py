@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 _PROGRESS_AFTER = 1.0  # seconds of wall time
 _PROGRESS_EVERY = 0.2
@@ -47,7 +47,7 @@ class Recorded:
     def begin(self, **settings: Any) -> Recorded:
         """Make the recorder; this is what `solve` calls once the settings are known."""
         began = time.perf_counter()
-        from runtime.recording.recorder import RunRecorder
+        from symgen.runtime.recording.recorder import RunRecorder
 
         model_text = self._model_text
         if model_text is None:

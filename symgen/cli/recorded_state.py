@@ -10,8 +10,8 @@ import click
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.recording.reader import Recording
-    from runtime.system import System
+    from symgen.runtime.recording.reader import Recording
+    from symgen.runtime.system import System
 
 
 class RecordedState(NamedTuple):
@@ -40,11 +40,11 @@ def recorded_state(system: System, path: Path, t: float) -> RecordedState:
     ------
     click.UsageError
         The recording does not reach to `t`.
-    runtime.errors.RuntimeModelError
+    symgen.runtime.errors.RuntimeModelError
         It is of another model.
     """
-    from runtime.errors import RuntimeModelError
-    from runtime.recording.reader import read_recording
+    from symgen.runtime.errors import RuntimeModelError
+    from symgen.runtime.recording.reader import read_recording
 
     recording = read_recording(path)
     if recording.q.shape[1] != system.nq or recording.v.shape[1] != system.nv:
@@ -71,8 +71,8 @@ def _inputs_at(system: System, recording: Recording, row: int) -> dict[str, floa
     """Return the values of inputs over time at a frame, those of controllers included."""
     if not recording.inputs_over_time:
         return {}
-    from runtime.batches import evaluate
-    from runtime.inputs.recorded import drive_again
+    from symgen.runtime.batches import evaluate
+    from symgen.runtime.inputs.recorded import drive_again
 
     driven, _ = drive_again(system, recording.inputs_over_time)
     p, rows = system.with_settings(recording.p), slice(row, row + 1)

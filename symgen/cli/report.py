@@ -18,7 +18,7 @@ from symgen.cli.settings import load_system, run_options, solve_arguments
 from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
-    from runtime.checks.convergence import Convergence
+    from symgen.runtime.checks.convergence import Convergence
 
 Result = TypeVar("Result")
 
@@ -56,10 +56,10 @@ def command(
         derived = module.seconds
         arguments = solve_arguments(system, given | {"fps": None})  # that of the model
         add_control(path, system, arguments)
-    from runtime.checks.advice import advise
-    from runtime.report.page import report_page
-    from runtime.solve import solve
     from symgen.cli.report_equations import report_equations
+    from symgen.runtime.checks.advice import advise
+    from symgen.runtime.report.page import report_page
+    from symgen.runtime.solve import solve
 
     solution = solve(system, **arguments)
     seconds = {
@@ -82,7 +82,7 @@ def command(
 
 
 def _study(system: Any, arguments: dict[str, Any]) -> Convergence:
-    from runtime.checks.convergence import study
+    from symgen.runtime.checks.convergence import study
 
     return study(system, arguments)
 

@@ -10,8 +10,8 @@ from symgen.cli.mathml import dotted, entry, equation, equation_of, name
 if TYPE_CHECKING:
     import sympy
 
-    from runtime.report.page import Equations
-    from runtime.system import System
+    from symgen.runtime.report.page import Equations
+    from symgen.runtime.system import System
 
 _MOST_OPERATIONS = 400  # longer equations are not read by people
 _MOST_STATES = 12
@@ -20,8 +20,8 @@ _ACCELERATION, _LAMBDA = "<mi>a</mi>", "<mi>λ</mi>"
 
 def report_equations(system: System) -> Equations:
     """Return the equations of a model as a report shows them; of long ones their form alone, with a note."""
-    from runtime.report.html import Markup
-    from runtime.report.page import Equations
+    from symgen.runtime.report.html import Markup
+    from symgen.runtime.report.page import Equations
 
     functions = ("mass_matrix", "forces", "constraint_jacobian", "gamma")
     operations = sum(system.operations.get(function, 0) for function in functions)

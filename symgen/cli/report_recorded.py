@@ -9,15 +9,15 @@ import click
 import numpy as np
 
 if TYPE_CHECKING:
-    from runtime.recording.reader import Recording
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.recording.reader import Recording
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 _OPTIONS = ("step", "t_start", "t_end", "fps", "max_step", "breaks")
 
 
 def repeatable(path: Path, given: dict[str, Any]) -> tuple[System, dict[str, Any], Recording]:
-    """Return the model of a recording, the arguments of `runtime.solve.solve` that repeat its run, and the recording.
+    """Return the model of a recording, the arguments of `solve` that repeat its run, and the recording.
 
     Parameters
     ----------
@@ -30,9 +30,9 @@ def repeatable(path: Path, given: dict[str, Any]) -> tuple[System, dict[str, Any
     click.UsageError
         Options are given, or the run had inputs over time.
     """
-    import runtime
-    from runtime.recording.reader import read_recording
-    from runtime.recording.trusted import check_fits
+    from symgen import runtime
+    from symgen.runtime.recording.reader import read_recording
+    from symgen.runtime.recording.trusted import check_fits
 
     said = sorted(
         key.removesuffix("_values") for key, value in given.items() if value and key != "input_kind_values"

@@ -15,10 +15,10 @@ from symgen.cli.files import claim
 from symgen.cli.recorded import Progress, Recorded, run_recorded
 
 if TYPE_CHECKING:
-    from runtime.recording.reader import Recording
-    from runtime.recording.resume import Resumed
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.recording.reader import Recording
+    from symgen.runtime.recording.resume import Resumed
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 _RECORDED = ("method", "constraints", "rtol", "atol")
 
@@ -41,7 +41,7 @@ def resume_run(
     click.UsageError
         What is given differs from what was recorded.
     """
-    from runtime.recording.resume import Resumed
+    from symgen.runtime.recording.resume import Resumed
 
     path, seconds = None if model is None else find_model(model), 0.0
     resumed = Resumed(file, None if path is None else functools.partial(_controllers, path))

@@ -24,8 +24,8 @@ from symgen.cli.settings import load_system, run_options, solve_arguments
 from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 
 @click.command("run", cls=CarefulCommand)
@@ -104,7 +104,7 @@ def command(
         solution = run_recorded(functools.partial(_solve, system, arguments), recording, progress)
     seconds = _seconds(solution, derived, recording)
     if json_file is not None:
-        from runtime.result_json import result, to_json
+        from symgen.runtime.result_json import result, to_json
 
         write_text(json_file, to_json(result(solution, seconds)) + "\n")
     if not quiet:
@@ -117,14 +117,14 @@ def command(
             say(line)
     status = exit_status(solution)
     if play and recording is not None:
-        from runtime.recording.play import play as show
+        from symgen.runtime.recording.play import play as show
 
         show(recording.path)
     context.exit(status)
 
 
 def _solve(system: System, arguments: dict[str, Any], **watched: Any) -> Solution:
-    from runtime.solve import solve
+    from symgen.runtime.solve import solve
 
     return solve(system, **watched, **arguments)
 

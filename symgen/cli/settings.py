@@ -14,8 +14,8 @@ from symgen.cli.terminal import complain
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from runtime.system import System
     from symgen.link import ModuleText
+    from symgen.runtime.system import System
 
 DEFAULTS = {"method": "auto", "constraints": "auto", "rtol": 1e-8, "atol": 1e-10}
 _TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
@@ -59,9 +59,9 @@ def run_options(command: Callable) -> Callable:
 
 def load_system(path: Path, build_options: dict[str, str], quiet: bool = False) -> tuple[System, ModuleText]:
     """Return the system of a model file, derived now or found in the cache."""
-    import runtime
-    from runtime.code.engine import set_compile_listener
+    from symgen import runtime
     from symgen.link import module_for
+    from symgen.runtime.code.engine import set_compile_listener
 
     if not quiet:
         set_compile_listener(_announce_compilation)
@@ -79,7 +79,7 @@ def _announce_compilation(name: str, operations: int, seconds: float) -> None:
 
 
 def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:
-    """Return arguments for `runtime.solve.solve`.
+    """Return arguments for `symgen.runtime.solve.solve`.
 
     Parameters
     ----------
@@ -122,8 +122,8 @@ def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _check_method(name: str) -> None:
-    from runtime.errors import nearest
-    from runtime.integrate.methods import METHODS
+    from symgen.runtime.errors import nearest
+    from symgen.runtime.integrate.methods import METHODS
 
     names = ["auto", *METHODS]
     if name not in names:
@@ -133,7 +133,7 @@ def _check_method(name: str) -> None:
 
 
 def _takes_steps(name: str) -> bool:
-    from runtime.integrate.methods import METHODS
+    from symgen.runtime.integrate.methods import METHODS
 
     return name != "auto" and not METHODS[name].adaptive
 

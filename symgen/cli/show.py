@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     import sympy
 
-    from runtime.system import System
     from symgen.model.description import Body, Coordinate, Description, Friction, Rate
+    from symgen.runtime.system import System
 
 _MOST_OPERATIONS = 400  # longer equations are not read by people
 _LONGEST_TEXT = 2000
@@ -27,7 +27,7 @@ _LONGEST_TEXT = 2000
 @click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
 def command(model: str, options: tuple[tuple[str, str], ...], latex: bool) -> None:
     """Show MODEL as it was written, and its equations of motion."""
-    import runtime
+    from symgen import runtime
     from symgen.link import module_for
     from symgen.model.library import load
 

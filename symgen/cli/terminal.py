@@ -7,7 +7,7 @@ import sys
 
 import click
 
-from runtime.plain_text import plain, shortened
+from symgen.runtime.plain_text import plain, shortened
 
 _LONGEST_MESSAGE = 4000
 

@@ -22,7 +22,7 @@ def command(context: click.Context, recording: Path, json_file: Path | None, qui
 
     The exit status is 3 when a check fails.
     """
-    from runtime.recording.verify import verify
+    from symgen.runtime.recording.verify import verify
 
     report = verify(recording)
     if json_file is not None:

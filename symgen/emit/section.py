@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from runtime.graph.functions import IN_CODE
+from symgen.runtime.graph.functions import IN_CODE
 
 from ..derive.graph import hoist
 from ..derive.graph.graph import Graph

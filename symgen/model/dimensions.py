@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import sympy
 
-from runtime.graph.functions import IN_MODELS
+from symgen.runtime.graph.functions import IN_MODELS
 
 from ..errors import ModelError
 from .exact import python_number

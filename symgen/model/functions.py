@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy
 
-from runtime.graph.functions import IN_MODELS
+from symgen.runtime.graph.functions import IN_MODELS
 
 
 class dot(sympy.Function):

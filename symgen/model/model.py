@@ -18,7 +18,7 @@ from .names import name_fault
 from .sources import Sources
 
 if TYPE_CHECKING:
-    from runtime import System
+    from symgen.runtime import System
 
 IMPACTS = ("simultaneous", "sequential")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import keyword
 import re
 
-from runtime.graph.functions import IN_MODELS
+from symgen.runtime.graph.functions import IN_MODELS
 
 FUNCTION_ARITY: dict[str, tuple[int, int | None]] = {  # fewest and most arguments
     **{name: function.arity for name, function in IN_MODELS.items()},

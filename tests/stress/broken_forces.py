@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Iterator
 
-from runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.methods import METHODS
 
 from .judging import attempt, demand, judge
 from .models import point

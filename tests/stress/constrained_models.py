@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from runtime.system import System
 from symgen import Model, cos, sin
+from symgen.runtime.system import System
 
 from .models import bundled, made
 from .random_models import loop

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from runtime.integrate.methods import METHODS
-from runtime.system import System
 from symgen import Model, cos, dot, sin, t
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.system import System
 
 from .judging import attempt, flag
 from .models import made

@@ -7,14 +7,14 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.methods import METHODS
 
 from .judging import attempt, demand, flag
 from .models import point
 from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 _T = 2.0 * math.pi
 _STEP = 5e-4  # of fixed-step methods, whose events are those of their own motion

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from runtime.checks.error_estimate import LARGEST_ERROR
-from runtime.integrate.methods import METHODS
+from symgen.runtime.checks.error_estimate import LARGEST_ERROR
+from symgen.runtime.integrate.methods import METHODS
 
 from .judging import attempt, demand, end_error, flag, judge
 from .models import bundled, described, point

@@ -114,8 +114,8 @@ def _recorded(
 ) -> Any:
     from recorded import record
 
-    from runtime.solve import solve
-    from runtime.system import load
+    from symgen.runtime.solve import solve
+    from symgen.runtime.system import load
 
     return record(
         path,
@@ -135,11 +135,11 @@ def _worst(outcomes: list[Outcome]) -> Outcome:
 
 def checkpoint(r: random.Random) -> Outcome:
     """Change numbers, types, lengths or facts of a checkpoint, sign it as a stranger can, and go on from it."""
-    from runtime.checkpoint import Checkpoint
-    from runtime.errors import RuntimeModelError
-    from runtime.recording.resume import Resumed
-    from runtime.solve import solve
-    from runtime.system import load
+    from symgen.runtime.checkpoint import Checkpoint
+    from symgen.runtime.errors import RuntimeModelError
+    from symgen.runtime.recording.resume import Resumed
+    from symgen.runtime.solve import solve
+    from symgen.runtime.system import load
 
     name, options = r.choice(RUNS)
     change = r.choice((_private, _number, _number, _length, _fact, _fact))
@@ -199,7 +199,7 @@ def _fact(r: random.Random, found: Any) -> None:
 
 def recording(r: random.Random) -> Outcome:
     """Forge settings, names, the module or columns while a recording is written, with checksums that agree."""
-    from runtime.recording.rrd.write import RrdWriter
+    from symgen.runtime.recording.rrd.write import RrdWriter
 
     name, options = r.choice(RUNS)
     properties, columns = RrdWriter.property, RrdWriter.columns
@@ -302,8 +302,8 @@ def damaged_bytes(r: random.Random) -> Outcome:
 
 def module(r: random.Random) -> Outcome:
     """Edit the text of a generated module; what is accepted gives what it says as plain Python."""
-    from runtime.errors import RuntimeModelError
-    from runtime.system import load
+    from symgen.runtime.errors import RuntimeModelError
+    from symgen.runtime.system import load
 
     text = _edited(r, _text(r.choice(("pendulum", "bouncing_ball", "slider_crank", "double_pendulum"))))
     Path("x.py").write_text(text, encoding="utf-8")

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
-from runtime.solve import solve
 from symgen.errors import ModelError
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.solve import solve
 
 from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 MOST_STEPS = 300_000
 _SMALL = 1e-5  # of the motion: an error that says nothing about the order of a method any more

@@ -17,16 +17,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from runtime.integrate.methods import METHODS
-from runtime.system import System
 from symgen import Model
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.system import System
 
 from .judging import attempt, flag
 from .models import made
 from .scenario import DOUBTED, FLAGGED, RIGHT, WRONG, Outcome, Scenario
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 N_ALL = int(os.environ.get("SYMGEN_STRESS_JUMPED_OVER", "400"))
 N_SHORT = 8

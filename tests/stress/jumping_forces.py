@@ -16,12 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-import runtime
-from runtime.errors import RuntimeModelError
-from runtime.integrate.methods import METHODS
-from runtime.solve import solve
-from symgen import Model
+from symgen import Model, runtime
 from symgen.link import derive_text
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.solve import solve
 
 from .impacts import row
 from .scenario import FLAGGED, REFUSED, RIGHT, WRONG

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from pathlib import Path
 
-import runtime
+from symgen import runtime
 from symgen.link import derive_text, module_for
 from symgen.model.library import find
 from symgen.model.model import Model

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.integrate.forms import FORMS
-from runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.forms import FORMS
+from symgen.runtime.integrate.methods import METHODS
 
 from .constrained_models import Drawn, draw
 from .judging import attempt, flag
 from .scenario import RIGHT, WRONG, Outcome, Scenario
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 N_ALL, N_SHORT = int(os.environ.get("SYMGEN_STRESS_FORMS", "240")), 12
 RTOLS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from runtime.integrate.methods import METHODS
 from symgen.errors import ModelError
+from symgen.runtime.integrate.methods import METHODS
 
 from .judging import attempt, demand, end_error, judge, refusal
 from .models import bundled, described

@@ -14,14 +14,13 @@ from unittest import mock
 
 import numpy as np
 
-import runtime
-from runtime.taylor.kernel import taylor_refusal
-from symgen import Model, cos, dot, link, sin, t
+from symgen import Model, cos, dot, link, runtime, sin, t
 from symgen.derive.rolling.schedule import Schedule
 from symgen.derive.solve import dense_solve, factorise
 from symgen.emit import function as function_text
 from symgen.emit import rolled as emitted_loops
 from symgen.model.library import find, load
+from symgen.runtime.taylor.kernel import taylor_refusal
 
 from .scenario import RIGHT, WRONG, Outcome, Scenario
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.methods import METHODS
 
 from .judging import attempt, demand, end_error, judge
 from .models import point

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from runtime.bench.scenes import SCENES
-from runtime.integrate.methods import METHODS
 from symgen.model.library import bundled_folder
+from symgen.runtime.bench.scenes import SCENES
+from symgen.runtime.integrate.methods import METHODS
 
 from .judging import attempt, end_error, judge
 from .models import bundled

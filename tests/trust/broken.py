@@ -10,8 +10,8 @@ from .case import REFUSED, Case
 from .models import bundled, edited, far, pair, point, rod
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
-    from runtime.system import System
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 
 def _run(system: Callable[[], System], t_end: float, **options: Any) -> Callable[[], Solution]:

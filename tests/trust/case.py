@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from runtime.errors import RuntimeModelError
 from symgen.errors import ModelError
+from symgen.runtime.errors import RuntimeModelError
 
 if TYPE_CHECKING:
-    from runtime.solution import Solution
+    from symgen.runtime.solution import Solution
 
 REFUSED = "refused"
 _RIGHT = 0.01  # largest difference from the reference, of a coordinate's or rate's range

@@ -6,8 +6,7 @@ import functools
 import re
 from pathlib import Path
 
-import runtime
-from symgen import Model, cos, dot
+from symgen import Model, cos, dot, runtime
 from symgen.link import module_for
 from symgen.model.library import find
 

@@ -1,11 +1,11 @@
 """Derivatives at the end of a step of the generalised-α method by what it travels: rotation vectors for quaternions."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.alpha.constrained_work import SLOPE, TRAVEL
-from runtime.integrate.copying import copy
-from runtime.integrate.jacobian import by_positions
-from runtime.integrate.layout import NQ, NV
-from runtime.integrate.quaternions import chart_variation, n_quaternions, quaternion_at
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.alpha.constrained_work import SLOPE, TRAVEL
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.jacobian import by_positions
+from symgen.runtime.integrate.layout import NQ, NV
+from symgen.runtime.integrate.quaternions import chart_variation, n_quaternions, quaternion_at
 
 
 @jitted

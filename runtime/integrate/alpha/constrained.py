@@ -13,10 +13,10 @@ import math
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.alpha.by_travel import by_travel, dot, gradient_by_travel
-from runtime.integrate.alpha.constrained_work import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.alpha.by_travel import by_travel, dot, gradient_by_travel
+from symgen.runtime.integrate.alpha.constrained_work import (
     ACCELERATION,
     AVERAGE,
     END,
@@ -31,8 +31,8 @@ from runtime.integrate.alpha.constrained_work import (
     TRAVEL,
     TRUSTED,
 )
-from runtime.integrate.copying import copy
-from runtime.integrate.layout import (
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.layout import (
     CONSTRAINT_JACOBIAN,
     CONSTRAINT_RESIDUAL,
     JACOBIANS,
@@ -47,17 +47,17 @@ from runtime.integrate.layout import (
     RESIDUAL_JACOBIAN,
     RUNNING,
 )
-from runtime.integrate.newton import (
+from symgen.runtime.integrate.newton import (
     DIVERGED,
     ITERATING,
     forget_rate,
     judge_correction,
     start_newton,
 )
-from runtime.integrate.newton import RATE as CONTRACTION
-from runtime.integrate.quaternions import move, n_quaternions, quaternion_at
-from runtime.integrate.saddle import factor, solve
-from runtime.integrate.step_control import error_scale
+from symgen.runtime.integrate.newton import RATE as CONTRACTION
+from symgen.runtime.integrate.quaternions import move, n_quaternions, quaternion_at
+from symgen.runtime.integrate.saddle import factor, solve
+from symgen.runtime.integrate.step_control import error_scale
 
 # Of the tolerance; multipliers carry what Newton leaves, divided by h².
 DEFAULT_NEWTON_TOL = 1e-5

@@ -1,18 +1,18 @@
 """The generalised-α method and HHT with constraints on positions, index 3 or stabilised index 2, with a fixed step."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.alpha.constrained import carry_on, solve_end
-from runtime.integrate.alpha.constrained_start import start
-from runtime.integrate.alpha.constrained_work import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step, needs_dense
+from symgen.runtime.integrate.alpha.constrained import carry_on, solve_end
+from symgen.runtime.integrate.alpha.constrained_start import start
+from symgen.runtime.integrate.alpha.constrained_work import (
     HAVE_START,
     STARTED_FOR,
     constrained_alpha_work,
 )
-from runtime.integrate.copying import copy
-from runtime.integrate.dense import hermite_dense
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.layout import (
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.dense import hermite_dense
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.layout import (
     F_VALID,
     MAX_STEPS_PER_CALL,
     MIN_PIVOT_RATIO,
@@ -27,8 +27,8 @@ from runtime.integrate.layout import (
     RUNNING,
     T,
 )
-from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.step_control import grid_end, grid_length, watch_is_near
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.step_control import grid_end, grid_length, watch_is_near
 
 N_DENSE_TERMS = 4
 

@@ -1,9 +1,9 @@
 """What the generalised-α method starts from, so that no order is lost in the first steps."""
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.alpha.constrained import guess_start
-from runtime.integrate.alpha.constrained_work import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.alpha.constrained import guess_start
+from symgen.runtime.integrate.alpha.constrained_work import (
     ACCELERATION,
     AVERAGE,
     HAVE_FACTORS,
@@ -14,10 +14,20 @@ from runtime.integrate.alpha.constrained_work import (
     START,
     STARTED_FOR,
 )
-from runtime.integrate.evaluation import evaluate
-from runtime.integrate.layout import CONSTRAINT_JACOBIAN, MASS_MATRIX, NH, NM, NOT_FINITE, NQ, NV, NW, RUNNING
-from runtime.integrate.quaternions import move, n_quaternions, quaternion_at
-from runtime.integrate.saddle import factor, solve
+from symgen.runtime.integrate.evaluation import evaluate
+from symgen.runtime.integrate.layout import (
+    CONSTRAINT_JACOBIAN,
+    MASS_MATRIX,
+    NH,
+    NM,
+    NOT_FINITE,
+    NQ,
+    NV,
+    NW,
+    RUNNING,
+)
+from symgen.runtime.integrate.quaternions import move, n_quaternions, quaternion_at
+from symgen.runtime.integrate.saddle import factor, solve
 
 # Of the step: how far accelerations are looked at on either side of the start.
 _REACH = 0.05

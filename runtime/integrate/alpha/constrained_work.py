@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
-from runtime.integrate.newton import N_MONITOR
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
+from symgen.runtime.integrate.newton import N_MONITOR
 
 # Counters of this family: whether work holds what a step starts from, and factors (for steps of length FACTORED_FOR).
 HAVE_START, HAVE_FACTORS, TRUSTED = range(16, 19)

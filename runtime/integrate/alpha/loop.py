@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.alpha.work import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step, needs_dense
+from symgen.runtime.integrate.alpha.work import (
     ACCELERATION,
     AVERAGE,
     CORRECTION,
@@ -14,11 +14,11 @@ from runtime.integrate.alpha.work import (
     NEW_AVERAGE,
     alpha_work,
 )
-from runtime.integrate.copying import copy
-from runtime.integrate.dense import hermite_dense
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.jacobian import acceleration_jacobian
-from runtime.integrate.layout import (
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.dense import hermite_dense
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.jacobian import acceleration_jacobian
+from symgen.runtime.integrate.layout import (
     F_VALID,
     FACTORISATIONS,
     MAX_STEPS_PER_CALL,
@@ -38,8 +38,8 @@ from runtime.integrate.layout import (
     RUNNING,
     T,
 )
-from runtime.integrate.linear import lu_factor, lu_solve
-from runtime.integrate.newton import (
+from symgen.runtime.integrate.linear import lu_factor, lu_solve
+from symgen.runtime.integrate.newton import (
     DIVERGED,
     ITERATING,
     RATE,
@@ -47,9 +47,9 @@ from runtime.integrate.newton import (
     judge_correction,
     start_newton,
 )
-from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate
-from runtime.integrate.step_control import error_scale, grid_end, watch_is_near
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate
+from symgen.runtime.integrate.step_control import error_scale, grid_end, watch_is_near
 
 # Of the tolerance; an error that Newton leaves is not seen by anything else here, and adds up over the steps.
 DEFAULT_NEWTON_TOL = 1e-3

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from runtime.integrate.nested_basis import rows_of
+from symgen.runtime.integrate.nested_basis import rows_of
 
 MAX_ORDER = 5
 

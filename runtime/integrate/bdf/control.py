@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.bdf.coefficients import MAX_ORDER
-from runtime.integrate.bdf.work import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.bdf.coefficients import MAX_ORDER
+from symgen.runtime.integrate.bdf.work import (
     FAILURES,
     HAVE_JACOBIAN,
     ITERATIONS,
@@ -13,9 +13,9 @@ from runtime.integrate.bdf.work import (
     SCALE,
     SPACING,
 )
-from runtime.integrate.layout import LAST_REJECTED, NQ, NV, REJECTED, H
-from runtime.integrate.newton import MAX_ITERATIONS, RATE
-from runtime.integrate.step_control import SAFETY, longest_step
+from symgen.runtime.integrate.layout import LAST_REJECTED, NQ, NV, REJECTED, H
+from symgen.runtime.integrate.newton import MAX_ITERATIONS, RATE
+from symgen.runtime.integrate.step_control import SAFETY, longest_step
 
 SHRINK, GROW = 0.2, 10.0
 # A step that would grow by less than this is kept, and with it the factors.

@@ -2,13 +2,13 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.bdf.control import choose_step_and_order, shorten_step
-from runtime.integrate.bdf.ggl_newton import solve_index2
-from runtime.integrate.bdf.ggl_work import bdf_ggl_work
-from runtime.integrate.bdf.history import add_point, history_dense, predict, resample
-from runtime.integrate.bdf.loop import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step, needs_dense
+from symgen.runtime.integrate.bdf.control import choose_step_and_order, shorten_step
+from symgen.runtime.integrate.bdf.ggl_newton import solve_index2
+from symgen.runtime.integrate.bdf.ggl_work import bdf_ggl_work
+from symgen.runtime.integrate.bdf.history import add_point, history_dense, predict, resample
+from symgen.runtime.integrate.bdf.loop import (
     FAILURES_TO_RESTART,
     N_DENSE,
     continue_from_event,
@@ -18,7 +18,7 @@ from runtime.integrate.bdf.loop import (
     set_tolerances,
     step_end,
 )
-from runtime.integrate.bdf.work import (
+from symgen.runtime.integrate.bdf.work import (
     CHANGE,
     FAILURES,
     HAVE_JACOBIAN,
@@ -28,8 +28,8 @@ from runtime.integrate.bdf.work import (
     SPACING,
     Y_NEW,
 )
-from runtime.integrate.copying import copy
-from runtime.integrate.layout import (
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.layout import (
     EVENT,
     F_VALID,
     MAX_STEPS_PER_CALL,
@@ -40,7 +40,7 @@ from runtime.integrate.layout import (
     STEP_TOO_SMALL,
     T,
 )
-from runtime.integrate.step_control import EPS, too_small, watch_is_near
+from symgen.runtime.integrate.step_control import EPS, too_small, watch_is_near
 
 
 @jitted

@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.bdf.newton import move_positions
-from runtime.integrate.bdf.work import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.bdf.newton import move_positions
+from symgen.runtime.integrate.bdf.work import (
     CHANGE,
     FACTORED_FOR,
     HAVE_FACTORS,
@@ -17,10 +17,16 @@ from runtime.integrate.bdf.work import (
     SCALE,
     Y_NEW,
 )
-from runtime.integrate.copying import copy
-from runtime.integrate.evaluation import evaluate
-from runtime.integrate.ggl import divide_blocks, equation_residuals, set_blocks, set_shifted, solve_shifted
-from runtime.integrate.layout import (
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.evaluation import evaluate
+from symgen.runtime.integrate.ggl import (
+    divide_blocks,
+    equation_residuals,
+    set_blocks,
+    set_shifted,
+    solve_shifted,
+)
+from symgen.runtime.integrate.layout import (
     FACTORISATIONS,
     NEWTON_FAILED,
     NEWTON_ITERATIONS,
@@ -32,9 +38,9 @@ from runtime.integrate.layout import (
     NW,
     RUNNING,
 )
-from runtime.integrate.linear import lu_factor
-from runtime.integrate.newton import CONVERGED, ITERATING, forget_rate, judge_correction, start_newton
-from runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.linear import lu_factor
+from symgen.runtime.integrate.newton import CONVERGED, ITERATING, forget_rate, judge_correction, start_newton
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 
 
 @jitted

@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.bdf.work import N_COLUMNS, N_DIFFERENCES, N_NUMBERS, N_STATES
-from runtime.integrate.ggl import blocks_size, equations_size
-from runtime.integrate.jacobian import jacobian_work_size
-from runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.bdf.work import N_COLUMNS, N_DIFFERENCES, N_NUMBERS, N_STATES
+from symgen.runtime.integrate.ggl import blocks_size, equations_size
+from symgen.runtime.integrate.jacobian import jacobian_work_size
+from symgen.runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
 
 
 class BdfGglWork(NamedTuple):

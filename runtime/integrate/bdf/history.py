@@ -1,7 +1,7 @@
 """The history of bdf as backward differences: prediction, new points, new distances, dense output."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.bdf.work import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.bdf.work import (
     CHANGE,
     N_EQUAL,
     ORDER,
@@ -12,8 +12,8 @@ from runtime.integrate.bdf.work import (
     SPACING,
     Y_NEW,
 )
-from runtime.integrate.copying import copy
-from runtime.integrate.layout import NQ, NV, NW, NY
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.layout import NQ, NV, NW, NY
 
 COEFFICIENTS, SAMPLES = range(2)
 # Up to this order work follows from the power along the step. What moves evenly, as bodies that stick to a belt do, has

@@ -2,13 +2,13 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.bdf.control import choose_step_and_order, shorten_step
-from runtime.integrate.bdf.history import WORK_BY_POWER, add_point, history_dense, predict, resample
-from runtime.integrate.bdf.newton import solve_step
-from runtime.integrate.bdf.singular import allow_for_singularity, is_near_singular, leave_singularity
-from runtime.integrate.bdf.work import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step, needs_dense
+from symgen.runtime.integrate.bdf.control import choose_step_and_order, shorten_step
+from symgen.runtime.integrate.bdf.history import WORK_BY_POWER, add_point, history_dense, predict, resample
+from symgen.runtime.integrate.bdf.newton import solve_step
+from symgen.runtime.integrate.bdf.singular import allow_for_singularity, is_near_singular, leave_singularity
+from symgen.runtime.integrate.bdf.work import (
     CHANGE,
     FAILURES,
     HAVE_HISTORY,
@@ -28,9 +28,9 @@ from runtime.integrate.bdf.work import (
     Y_NEW,
     bdf_work,
 )
-from runtime.integrate.copying import copy
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.layout import (
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.layout import (
     EVENT,
     F_VALID,
     LAST_REJECTED,
@@ -53,9 +53,9 @@ from runtime.integrate.layout import (
     H,
     T,
 )
-from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.quaternions import n_quaternions, quaternion_at
-from runtime.integrate.step_control import (
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.step_control import (
     EPS,
     error_scale,
     first_step,

@@ -2,8 +2,8 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.bdf.work import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.bdf.work import (
     CHANGE,
     FACTORED_FOR,
     HAVE_FACTORS,
@@ -16,10 +16,10 @@ from runtime.integrate.bdf.work import (
     SCALE,
     Y_NEW,
 )
-from runtime.integrate.copying import copy
-from runtime.integrate.evaluation import evaluate
-from runtime.integrate.jacobian import acceleration_jacobian
-from runtime.integrate.layout import (
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.evaluation import evaluate
+from symgen.runtime.integrate.jacobian import acceleration_jacobian
+from symgen.runtime.integrate.layout import (
     FACTORISATIONS,
     NEWTON_FAILED,
     NEWTON_ITERATIONS,
@@ -28,10 +28,10 @@ from runtime.integrate.layout import (
     NV,
     RUNNING,
 )
-from runtime.integrate.linear import lu_factor, lu_solve
-from runtime.integrate.newton import CONVERGED, ITERATING, forget_rate, judge_correction, start_newton
-from runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
-from runtime.integrate.radau.turns import factor_turns
+from symgen.runtime.integrate.linear import lu_factor, lu_solve
+from symgen.runtime.integrate.newton import CONVERGED, ITERATING, forget_rate, judge_correction, start_newton
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
+from symgen.runtime.integrate.radau.turns import factor_turns
 
 
 @jitted

@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.bdf.work import FAR_STEP, LEFT_OPEN, PIVOT_RATIO, PREDICTED, SCALE, SPACING
-from runtime.integrate.layout import N_ROW, NM, NQ, NV, PROJECTION_TOL, H
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.bdf.work import FAR_STEP, LEFT_OPEN, PIVOT_RATIO, PREDICTED, SCALE, SPACING
+from symgen.runtime.integrate.layout import N_ROW, NM, NQ, NV, PROJECTION_TOL, H
 
 # Pivot ratios, which are d² at the distance d from there. Nearer than the smaller one, accelerations are taken without
 # the constraint.

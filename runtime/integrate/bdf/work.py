@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.bdf.coefficients import MAX_ORDER
-from runtime.integrate.jacobian import jacobian_work_size
-from runtime.integrate.layout import N_ROW, NV, NY
-from runtime.integrate.newton import N_MONITOR
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.bdf.coefficients import MAX_ORDER
+from symgen.runtime.integrate.jacobian import jacobian_work_size
+from symgen.runtime.integrate.layout import N_ROW, NV, NY
+from symgen.runtime.integrate.newton import N_MONITOR
 
 # Counters of this family: the order; steps of equal length and order; failures in a row; whether work holds a history
 # (that of an event: up to KEPT), a Jacobian, one of the present state, factors.

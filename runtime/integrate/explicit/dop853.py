@@ -1,7 +1,7 @@
 """The stages of dop853, written out: tiny models spend more time in loops over coefficients than in their physics."""
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
 
 
 @jitted(distinct_arrays=True)

@@ -2,18 +2,18 @@
 
 import math
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
-from runtime.integrate.baumgarte import hold_stabilisation, release_stabilisation
-from runtime.integrate.copying import copy
-from runtime.integrate.dense import hermite_dense
-from runtime.integrate.energy_scaling import count_energy, scale_energy
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.explicit.dop853 import dop853_error, dop853_new_state, dop853_stages
-from runtime.integrate.explicit.stiffness import watch_stiffness
-from runtime.integrate.explicit.tableaus import NO_ESTIMATE, TWO_ESTIMATES
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from symgen.runtime.integrate.baumgarte import hold_stabilisation, release_stabilisation
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.dense import hermite_dense
+from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.explicit.dop853 import dop853_error, dop853_new_state, dop853_stages
+from symgen.runtime.integrate.explicit.stiffness import watch_stiffness
+from symgen.runtime.integrate.explicit.tableaus import NO_ESTIMATE, TWO_ESTIMATES
+from symgen.runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,
     MAX_STEPS_PER_CALL,
@@ -37,8 +37,8 @@ from runtime.integrate.layout import (
     H,
     T,
 )
-from runtime.integrate.projection import project_in_passing, project_state, projection_size
-from runtime.integrate.step_control import (
+from symgen.runtime.integrate.projection import project_in_passing, project_state, projection_size
+from symgen.runtime.integrate.step_control import (
     accept_step,
     error_norm,
     error_scale,

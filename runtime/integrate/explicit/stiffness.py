@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NON_STIFF_COUNT, NQ, NV, STEPS, STIFF_COUNT
-from runtime.integrate.step_control import EPS
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NON_STIFF_COUNT, NQ, NV, STEPS, STIFF_COUNT
+from symgen.runtime.integrate.step_control import EPS
 
 STIFF_AFTER = 15  # signs in a row, with fewer than NON_STIFF_AFTER steps in between that say otherwise
 NON_STIFF_AFTER = 6

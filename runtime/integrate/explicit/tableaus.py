@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.integrate.explicit.dop853_coefficients import (
+from symgen.runtime.integrate.explicit.dop853_coefficients import (
     DOP853_A,
     DOP853_C,
     DOP853_D,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from runtime.integrate.nested_basis import N_ROWS, fit_rows, rows_of
+from symgen.runtime.integrate.nested_basis import N_ROWS, fit_rows, rows_of
 
 _DIGITS = 50
 # Where a polynomial of too high a degree for dense output is interpolated, besides both ends and the slopes there.

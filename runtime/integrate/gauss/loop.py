@@ -1,13 +1,13 @@
 """Gauss collocation of order 4 to 16 with a fixed step: symmetric, and symplectic where the mass matrix is constant."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.compensated import add_compensated
-from runtime.integrate.copying import copy
-from runtime.integrate.evaluation import all_finite
-from runtime.integrate.gauss.stages import interpolation, place_stages, solve_stages
-from runtime.integrate.gauss.turns import MAX_SWEEPS
-from runtime.integrate.gauss.work import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step, needs_dense
+from symgen.runtime.integrate.compensated import add_compensated
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.evaluation import all_finite
+from symgen.runtime.integrate.gauss.stages import interpolation, place_stages, solve_stages
+from symgen.runtime.integrate.gauss.turns import MAX_SWEEPS
+from symgen.runtime.integrate.gauss.work import (
     EXTRAPOLATED_FOR,
     FRAME,
     H_HISTORY,
@@ -17,7 +17,7 @@ from runtime.integrate.gauss.work import (
     NEXT_STEP,
     gauss_work,
 )
-from runtime.integrate.layout import (
+from symgen.runtime.integrate.layout import (
     F_VALID,
     MAX_STEPS_PER_CALL,
     MIN_PIVOT_RATIO,
@@ -35,9 +35,9 @@ from runtime.integrate.layout import (
     RUNNING,
     T,
 )
-from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.quaternions import keep_lengths, n_quaternions, quaternion_at
-from runtime.integrate.step_control import grid_end, grid_length, watch_is_near
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.quaternions import keep_lengths, n_quaternions, quaternion_at
+from symgen.runtime.integrate.step_control import grid_end, grid_length, watch_is_near
 
 N_DENSE_TERMS = 8
 

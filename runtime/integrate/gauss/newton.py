@@ -1,10 +1,10 @@
 """Newton's iteration for the stages of the Gauss methods: a system of the size of v for each eigenvalue of a."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.gauss.work import FACTORED_FOR, HAVE_FACTORS
-from runtime.integrate.layout import FACTORISATIONS, NQ, NV, RUNNING
-from runtime.integrate.linear import lu_factor, lu_solve
-from runtime.integrate.quaternions import n_quaternions, quaternion_at, solve_turning
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.gauss.work import FACTORED_FOR, HAVE_FACTORS
+from symgen.runtime.integrate.layout import FACTORISATIONS, NQ, NV, RUNNING
+from symgen.runtime.integrate.linear import lu_factor, lu_solve
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, solve_turning
 
 
 @jitted

@@ -4,17 +4,24 @@ import math
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.evaluation import evaluate
-from runtime.integrate.gauss.newton import correct_by_newton, factor_stages
-from runtime.integrate.gauss.sums import add_up
-from runtime.integrate.gauss.turns import MAX_SWEEPS, forget_turns, turn_stages
-from runtime.integrate.gauss.work import HAVE_FACTORS, HAVE_HISTORY, HAVE_JACOBIAN, SMALLEST, STALLS, STIFF
-from runtime.integrate.jacobian import acceleration_jacobian
-from runtime.integrate.layout import NEWTON_FAILED, NEWTON_ITERATIONS, NOT_FINITE, NQ, NV, RUNNING
-from runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING
-from runtime.integrate.quaternions import n_quaternions, quaternion_at
-from runtime.integrate.step_control import error_scale
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.evaluation import evaluate
+from symgen.runtime.integrate.gauss.newton import correct_by_newton, factor_stages
+from symgen.runtime.integrate.gauss.sums import add_up
+from symgen.runtime.integrate.gauss.turns import MAX_SWEEPS, forget_turns, turn_stages
+from symgen.runtime.integrate.gauss.work import (
+    HAVE_FACTORS,
+    HAVE_HISTORY,
+    HAVE_JACOBIAN,
+    SMALLEST,
+    STALLS,
+    STIFF,
+)
+from symgen.runtime.integrate.jacobian import acceleration_jacobian
+from symgen.runtime.integrate.layout import NEWTON_FAILED, NEWTON_ITERATIONS, NOT_FINITE, NQ, NV, RUNNING
+from symgen.runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.step_control import error_scale
 
 MAX_ITERATIONS = 50
 # Corrections of this size that no longer shrink are round-off for certain; in units of the rates.

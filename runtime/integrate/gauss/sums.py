@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from runtime.code.jitted import jitted
+from symgen.runtime.code.jitted import jitted
 
 # Numba checks signed indexes for "from the end"; see `linear`.
 unsigned = np.uint64

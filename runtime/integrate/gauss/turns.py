@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.gauss.sums import add_up
-from runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.gauss.sums import add_up
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
 
 # Sweeps contract by h |ω| / 4 or better, the later the better: so many do for steps of half a turn.
 MAX_SWEEPS = 40

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.jacobian import jacobian_work_size
-from runtime.integrate.layout import N_ROW, NQ, NV, NY
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.jacobian import jacobian_work_size
+from symgen.runtime.integrate.layout import N_ROW, NQ, NV, NY
 
 # Counters of this family: whether work holds the last step's accelerations, a Jacobian, factors; and whether the
 # fixed-point iteration has once failed, so that Newton's is used.

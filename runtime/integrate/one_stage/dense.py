@@ -1,8 +1,8 @@
 """Dense output of the one-stage implicit methods."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NQ, NY
-from runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NQ, NY
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
 
 
 @jitted

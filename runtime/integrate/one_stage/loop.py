@@ -3,12 +3,12 @@
 import math
 from typing import NamedTuple
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step
-from runtime.integrate.copying import copy
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.jacobian import acceleration_jacobian
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.jacobian import acceleration_jacobian
+from symgen.runtime.integrate.layout import (
     F_VALID,
     FACTORISATIONS,
     MAX_STEPS_PER_CALL,
@@ -28,8 +28,8 @@ from runtime.integrate.layout import (
     RUNNING,
     T,
 )
-from runtime.integrate.linear import lu_factor, lu_solve
-from runtime.integrate.newton import (
+from symgen.runtime.integrate.linear import lu_factor, lu_solve
+from symgen.runtime.integrate.newton import (
     DIVERGED,
     ITERATING,
     RATE,
@@ -37,8 +37,8 @@ from runtime.integrate.newton import (
     judge_correction,
     start_newton,
 )
-from runtime.integrate.one_stage.dense import one_stage_dense
-from runtime.integrate.one_stage.work import (
+from symgen.runtime.integrate.one_stage.dense import one_stage_dense
+from symgen.runtime.integrate.one_stage.work import (
     ACCELERATION,
     CORRECTION,
     FACTORED_FOR,
@@ -46,14 +46,14 @@ from runtime.integrate.one_stage.work import (
     Y_NEW,
     stage_work,
 )
-from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.quaternions import (
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.quaternions import (
     chart_variation,
     move,
     n_quaternions,
     quaternion_at,
 )
-from runtime.integrate.step_control import error_scale, grid_end, watch_is_near
+from symgen.runtime.integrate.step_control import error_scale, grid_end, watch_is_near
 
 # Of the tolerance; an error that Newton leaves is not seen by anything else here, and adds up over the steps.
 DEFAULT_NEWTON_TOL = 1e-3

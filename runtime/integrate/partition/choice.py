@@ -6,12 +6,12 @@ depend on the others.
 
 import math
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import MASS_MATRIX, NH, NM, NV, PARTITION_LOST, RUNNING
-from runtime.integrate.linear import lu_solve
-from runtime.integrate.partition.dependents import evaluate_jacobian, factor_dependents
-from runtime.integrate.partition.work import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import MASS_MATRIX, NH, NM, NV, PARTITION_LOST, RUNNING
+from symgen.runtime.integrate.linear import lu_solve
+from symgen.runtime.integrate.partition.dependents import evaluate_jacobian, factor_dependents
+from symgen.runtime.integrate.partition.work import (
     FIRST_QUALITY,
     FIRST_RANK,
     FOLLOWED,
@@ -26,8 +26,8 @@ from runtime.integrate.partition.work import (
     START,
     SWITCHES,
 )
-from runtime.integrate.quaternions import n_quaternions, quaternion_at
-from runtime.integrate.row_rank import eliminate, independent_rows
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.row_rank import eliminate, independent_rows
 
 # No rate of the dependent ones changes more than this many times as fast as an independent one that is changed alone,
 # both in units of equal kinetic energy: errors of the independent ones grow by no more. Another partition is taken

@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import (
     CONSTRAINT_JACOBIAN,
     CONSTRAINT_RESIDUAL,
     NEWTON_ITERATIONS,
@@ -15,9 +15,9 @@ from runtime.integrate.layout import (
     PROJECTION_FAILED,
     RUNNING,
 )
-from runtime.integrate.linear import lu_factor, lu_solve
-from runtime.integrate.partition.work import LATEST, LATEST_POSITIONS, N_POSITIONS, N_RATES
-from runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate, scale_to_unit
+from symgen.runtime.integrate.linear import lu_factor, lu_solve
+from symgen.runtime.integrate.partition.work import LATEST, LATEST_POSITIONS, N_POSITIONS, N_RATES
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate, scale_to_unit
 
 MAX_ITERATIONS = 10
 # Newton's corrections converge quadratically: after one of this part of all coordinates, what is left is round-off.

@@ -2,15 +2,15 @@
 
 import math
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.copying import copy
-from runtime.integrate.energy_scaling import count_energy, scale_energy
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.explicit.loop import combine_dense, erk_sum, norm_of_two
-from runtime.integrate.explicit.tableaus import NO_ESTIMATE, TWO_ESTIMATES
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step, needs_dense
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.explicit.loop import combine_dense, erk_sum, norm_of_two
+from symgen.runtime.integrate.explicit.tableaus import NO_ESTIMATE, TWO_ESTIMATES
+from symgen.runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,
     MAX_STEPS_PER_CALL,
@@ -32,10 +32,10 @@ from runtime.integrate.layout import (
     H,
     T,
 )
-from runtime.integrate.partition.choice import LEAST, choose_partition, is_worn, measure, serves
-from runtime.integrate.partition.dependents import solve_dependents
-from runtime.integrate.partition.work import END, LATEST, N_NUMBERS, START, partition_work
-from runtime.integrate.step_control import (
+from symgen.runtime.integrate.partition.choice import LEAST, choose_partition, is_worn, measure, serves
+from symgen.runtime.integrate.partition.dependents import solve_dependents
+from symgen.runtime.integrate.partition.work import END, LATEST, N_NUMBERS, START, partition_work
+from symgen.runtime.integrate.step_control import (
     accept_step,
     error_norm,
     first_step,

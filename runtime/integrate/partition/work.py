@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.explicit.loop import N_STATES
-from runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.explicit.loop import N_STATES
+from symgen.runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
 
 # Counters of this family: whether a partition has been chosen; how many coordinates and how many rates depend on the
 # others; how many did at the first choice; how often another partition was taken since.

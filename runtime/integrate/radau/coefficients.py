@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from runtime.integrate.nested_basis import rows_of
-from runtime.integrate.radau.tables import FROM_STAGES, MU, NODES, NU, TO_STAGES
+from symgen.runtime.integrate.nested_basis import rows_of
+from symgen.runtime.integrate.radau.tables import FROM_STAGES, MU, NODES, NU, TO_STAGES
 
 # Tuples, and a type of their own: so compilers know how many stages there are, and unroll loops over them.
 _NODES = {s: namedtuple(f"Nodes{s}", [f"c{i}" for i in range(s)]) for s in NODES}

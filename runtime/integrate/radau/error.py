@@ -2,14 +2,14 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.evaluation import evaluate
-from runtime.integrate.layout import ATOL, LAST_REJECTED, NEWTON_TOL, NQ, NV, RTOL
-from runtime.integrate.linear import lu_solve
-from runtime.integrate.newton import EPS
-from runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at, solve_turning
-from runtime.integrate.radau.turns import add_turn
-from runtime.integrate.radau.work import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.evaluation import evaluate
+from symgen.runtime.integrate.layout import ATOL, LAST_REJECTED, NEWTON_TOL, NQ, NV, RTOL
+from symgen.runtime.integrate.linear import lu_solve
+from symgen.runtime.integrate.newton import EPS
+from symgen.runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at, solve_turning
+from symgen.runtime.integrate.radau.turns import add_turn
+from symgen.runtime.integrate.radau.work import (
     ERROR,
     F_NEW,
     HAVE_HISTORY,

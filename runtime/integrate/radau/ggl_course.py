@@ -7,10 +7,10 @@ at more places than there are stages, and the stages of the next step are guesse
 Loops run over `w.turns.shape[0]` stages, not over `len(method.c)`, which compilers would unroll for nothing.
 """
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import H_LAST, NQ
-from runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate, turned
-from runtime.integrate.radau.work import STAGES, Y_STAGE
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import H_LAST, NQ
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate, turned
+from symgen.runtime.integrate.radau.work import STAGES, Y_STAGE
 
 
 @jitted

@@ -2,15 +2,15 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.evaluation import evaluate
-from runtime.integrate.ggl import divide_blocks, half_turned, recover
-from runtime.integrate.layout import LAST_REJECTED, NH, NM, NQ, NV
-from runtime.integrate.linear import lu_solve
-from runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at
-from runtime.integrate.radau.error import weighted
-from runtime.integrate.radau.ggl_turns import turn_entries
-from runtime.integrate.radau.work import ERROR, F_NEW, HAVE_HISTORY, SCALE, STAGES, Y_STAGE
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.evaluation import evaluate
+from symgen.runtime.integrate.ggl import divide_blocks, half_turned, recover
+from symgen.runtime.integrate.layout import LAST_REJECTED, NH, NM, NQ, NV
+from symgen.runtime.integrate.linear import lu_solve
+from symgen.runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at
+from symgen.runtime.integrate.radau.error import weighted
+from symgen.runtime.integrate.radau.ggl_turns import turn_entries
+from symgen.runtime.integrate.radau.work import ERROR, F_NEW, HAVE_HISTORY, SCALE, STAGES, Y_STAGE
 
 
 @jitted

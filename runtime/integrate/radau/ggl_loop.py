@@ -2,12 +2,12 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.copying import copy
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.ggl import divide_blocks, set_blocks
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step, needs_dense
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.ggl import divide_blocks, set_blocks
+from symgen.runtime.integrate.layout import (
     MAX_STEPS_PER_CALL,
     MIN_PIVOT_RATIO,
     N_LOGGED_STEPS,
@@ -21,17 +21,23 @@ from runtime.integrate.layout import (
     STEP_TOO_SMALL,
     T,
 )
-from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.radau.error import set_tolerances
-from runtime.integrate.radau.ggl_course import fit_turns, keep_course, sample_turns
-from runtime.integrate.radau.ggl_error import estimate_index2
-from runtime.integrate.radau.ggl_stages import factor_index2, predict_index2, solve_index2
-from runtime.integrate.radau.ggl_turns import KEEP_TURN, largest_turn, to_body_axes, turn_blocks
-from runtime.integrate.radau.ggl_work import ggl_work
-from runtime.integrate.radau.loop import accept_radau, begin_radau, radau_dense, reject_radau, shrink_step
-from runtime.integrate.radau.stages import integrate_work
-from runtime.integrate.radau.turns import place
-from runtime.integrate.radau.work import (
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.radau.error import set_tolerances
+from symgen.runtime.integrate.radau.ggl_course import fit_turns, keep_course, sample_turns
+from symgen.runtime.integrate.radau.ggl_error import estimate_index2
+from symgen.runtime.integrate.radau.ggl_stages import factor_index2, predict_index2, solve_index2
+from symgen.runtime.integrate.radau.ggl_turns import KEEP_TURN, largest_turn, to_body_axes, turn_blocks
+from symgen.runtime.integrate.radau.ggl_work import ggl_work
+from symgen.runtime.integrate.radau.loop import (
+    accept_radau,
+    begin_radau,
+    radau_dense,
+    reject_radau,
+    shrink_step,
+)
+from symgen.runtime.integrate.radau.stages import integrate_work
+from symgen.runtime.integrate.radau.turns import place
+from symgen.runtime.integrate.radau.work import (
     F_NEW,
     FACTORED_FOR,
     HAVE_FACTORS,
@@ -41,7 +47,7 @@ from runtime.integrate.radau.work import (
     STAGES,
     Y_NEW,
 )
-from runtime.integrate.step_control import step_end, too_small, watch_is_near
+from symgen.runtime.integrate.step_control import step_end, too_small, watch_is_near
 
 
 @jitted

@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.ggl import divide_blocks, equation_residuals, set_shifted, solve_shifted
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.ggl import divide_blocks, equation_residuals, set_shifted, solve_shifted
+from symgen.runtime.integrate.layout import (
     FACTORISATIONS,
     NEWTON_FAILED,
     NEWTON_ITERATIONS,
@@ -16,27 +16,27 @@ from runtime.integrate.layout import (
     NW,
     RUNNING,
 )
-from runtime.integrate.linear import lu_factor
-from runtime.integrate.newton import (
+from symgen.runtime.integrate.linear import lu_factor
+from symgen.runtime.integrate.newton import (
     ITERATING,
     RATE,
     forget_rate,
     judge_correction,
     start_newton,
 )
-from runtime.integrate.quaternions import n_quaternions, quaternion_at
-from runtime.integrate.radau.ggl_course import predict_turning
-from runtime.integrate.radau.ggl_turns import (
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.radau.ggl_course import predict_turning
+from symgen.runtime.integrate.radau.ggl_turns import (
     forget_turns,
     to_body_axes,
     to_start_axes,
     turn_entries,
     turn_index2,
 )
-from runtime.integrate.radau.stages import evaluate_stage, finish_newton, predict_rates
-from runtime.integrate.radau.transform import shift_of
-from runtime.integrate.radau.turns import place
-from runtime.integrate.radau.work import (
+from symgen.runtime.integrate.radau.stages import evaluate_stage, finish_newton, predict_rates
+from symgen.runtime.integrate.radau.transform import shift_of
+from symgen.runtime.integrate.radau.turns import place
+from symgen.runtime.integrate.radau.work import (
     F_STAGES,
     FACTORED_FOR,
     NEWTON_BOUND,

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NQ, NV
-from runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at, turned
-from runtime.integrate.radau.work import STAGES
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NQ, NV
+from symgen.runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at, turned
+from symgen.runtime.integrate.radau.work import STAGES
 
 # Sweeps contract by h |ω| / 2 or better, and the later ones by more.
 _MAX_SWEEPS = 40

@@ -7,15 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.ggl import blocks_size, equations_size
-from runtime.integrate.jacobian import jacobian_work_size
-from runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
-from runtime.integrate.nested_basis import N_ROWS, fit_rows, values
-from runtime.integrate.quaternions import n_quaternions
-from runtime.integrate.radau.coefficients import RadauIIA, radau
-from runtime.integrate.radau.work import N_NUMBERS
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.ggl import blocks_size, equations_size
+from symgen.runtime.integrate.jacobian import jacobian_work_size
+from symgen.runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
+from symgen.runtime.integrate.nested_basis import N_ROWS, fit_rows, values
+from symgen.runtime.integrate.quaternions import n_quaternions
+from symgen.runtime.integrate.radau.coefficients import RadauIIA, radau
+from symgen.runtime.integrate.radau.work import N_NUMBERS
 
 # Besides `RadauIIA`: the inverse of its Butcher matrix; where between its ends a step is sampled for dense output, the
 # weights of the stages there, and the matrix from samples to rows of dense output.

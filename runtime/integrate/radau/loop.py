@@ -2,12 +2,12 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step
-from runtime.integrate.copying import copy
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.jacobian import acceleration_jacobian
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.jacobian import acceleration_jacobian
+from symgen.runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,
     H_LAST,
@@ -27,12 +27,12 @@ from runtime.integrate.layout import (
     H,
     T,
 )
-from runtime.integrate.newton import MAX_ITERATIONS, OVERSHOOT, RATE
-from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.radau.error import estimate_error, set_tolerances
-from runtime.integrate.radau.stages import factor_stages, integrate_work, predict_stages, solve_stages
-from runtime.integrate.radau.turns import place, turns_to_increments
-from runtime.integrate.radau.work import (
+from symgen.runtime.integrate.newton import MAX_ITERATIONS, OVERSHOOT, RATE
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.radau.error import estimate_error, set_tolerances
+from symgen.runtime.integrate.radau.stages import factor_stages, integrate_work, predict_stages, solve_stages
+from symgen.runtime.integrate.radau.turns import place, turns_to_increments
+from symgen.runtime.integrate.radau.work import (
     F_NEW,
     F_STAGES,
     FACTORED_FOR,
@@ -47,7 +47,7 @@ from runtime.integrate.radau.work import (
     Y_STAGE,
     radau_work,
 )
-from runtime.integrate.step_control import (
+from symgen.runtime.integrate.step_control import (
     SAFETY,
     first_step,
     longest_step,

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import (
     MAX_STEPS_PER_CALL,
     N_LOGGED_STEPS,
     NEAR_WATCH,
@@ -15,8 +15,8 @@ from runtime.integrate.layout import (
     STEP_TOO_SMALL,
     T,
 )
-from runtime.integrate.radau.error import set_tolerances
-from runtime.integrate.radau.loop import (
+from symgen.runtime.integrate.radau.error import set_tolerances
+from symgen.runtime.integrate.radau.loop import (
     accept_radau,
     begin_radau,
     commit_radau,
@@ -24,22 +24,22 @@ from runtime.integrate.radau.loop import (
     reject_radau,
     shrink_step,
 )
-from runtime.integrate.radau.sparse_stages import (
+from symgen.runtime.integrate.radau.sparse_stages import (
     estimate_sparse_error,
     factor_sparse_stages,
     solve_sparse_stages,
 )
-from runtime.integrate.radau.sparse_work import sparse_radau_work
-from runtime.integrate.radau.stages import predict_stages
-from runtime.integrate.radau.work import (
+from symgen.runtime.integrate.radau.sparse_work import sparse_radau_work
+from symgen.runtime.integrate.radau.stages import predict_stages
+from symgen.runtime.integrate.radau.work import (
     FACTORED_FOR,
     HAVE_FACTORS,
     HAVE_HISTORY,
     HAVE_JACOBIAN,
     JACOBIAN_IS_FRESH,
 )
-from runtime.integrate.sparse_newton import NewtonPattern, differentiate_sparse
-from runtime.integrate.step_control import step_end, too_small, watch_is_near
+from symgen.runtime.integrate.sparse_newton import NewtonPattern, differentiate_sparse
+from symgen.runtime.integrate.step_control import step_end, too_small, watch_is_near
 
 
 class SparseRadauIIA(NamedTuple):

@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.evaluation import evaluate
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.evaluation import evaluate
+from symgen.runtime.integrate.layout import (
     FACTORISATIONS,
     LAST_REJECTED,
     NEWTON_ITERATIONS,
@@ -13,20 +13,20 @@ from runtime.integrate.layout import (
     NV,
     RUNNING,
 )
-from runtime.integrate.newton import (
+from symgen.runtime.integrate.newton import (
     ITERATING,
     RATE,
     forget_rate,
     judge_correction,
     start_newton,
 )
-from runtime.integrate.quaternions import move, n_quaternions, quaternion_at
-from runtime.integrate.radau.error import unfiltered_positions, weighted
-from runtime.integrate.radau.sparse_work import pair_factors
-from runtime.integrate.radau.stages import evaluate_stage, finish_newton, move_stages, squared_move
-from runtime.integrate.radau.transform import add_correction, set_defect, shift_of
-from runtime.integrate.radau.turns import add_turn, correct_turns, set_turn_rates, solve_turns
-from runtime.integrate.radau.work import (
+from symgen.runtime.integrate.quaternions import move, n_quaternions, quaternion_at
+from symgen.runtime.integrate.radau.error import unfiltered_positions, weighted
+from symgen.runtime.integrate.radau.sparse_work import pair_factors
+from symgen.runtime.integrate.radau.stages import evaluate_stage, finish_newton, move_stages, squared_move
+from symgen.runtime.integrate.radau.transform import add_correction, set_defect, shift_of
+from symgen.runtime.integrate.radau.turns import add_turn, correct_turns, set_turn_rates, solve_turns
+from symgen.runtime.integrate.radau.work import (
     DX,
     ERROR,
     F_NEW,
@@ -37,8 +37,8 @@ from runtime.integrate.radau.work import (
     SCALE,
     Y_STAGE,
 )
-from runtime.integrate.sparse_lu import sparse_solve
-from runtime.integrate.sparse_newton import (
+from symgen.runtime.integrate.sparse_lu import sparse_solve
+from symgen.runtime.integrate.sparse_newton import (
     BY_POSITION,
     BY_TURN,
     BY_UNKNOWN,

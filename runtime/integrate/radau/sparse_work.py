@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.layout import N_ROW, NM, NQ, NV, NY
-from runtime.integrate.radau.work import N_NUMBERS
-from runtime.integrate.sparse_lu import SparseLU, complex_sparse_lu, sparse_lu, sparse_lu_size
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.layout import N_ROW, NM, NQ, NV, NY
+from symgen.runtime.integrate.radau.work import N_NUMBERS
+from symgen.runtime.integrate.sparse_lu import SparseLU, complex_sparse_lu, sparse_lu, sparse_lu_size
 
 
 class SparseRadauWork(NamedTuple):

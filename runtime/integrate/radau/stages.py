@@ -2,9 +2,9 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.evaluation import evaluate
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.evaluation import evaluate
+from symgen.runtime.integrate.layout import (
     FACTORISATIONS,
     H_LAST,
     NEWTON_FAILED,
@@ -15,8 +15,8 @@ from runtime.integrate.layout import (
     NW,
     RUNNING,
 )
-from runtime.integrate.linear import lu_factor, lu_solve
-from runtime.integrate.newton import (
+from symgen.runtime.integrate.linear import lu_factor, lu_solve
+from symgen.runtime.integrate.newton import (
     CONVERGED,
     DIVERGED,
     EPS,
@@ -26,22 +26,22 @@ from runtime.integrate.newton import (
     judge_correction,
     start_newton,
 )
-from runtime.integrate.quaternions import n_quaternions, quaternion_at
-from runtime.integrate.radau.transform import (
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.radau.transform import (
     add_correction,
     restore_stages,
     set_defect,
     shift_of,
     transform_stages,
 )
-from runtime.integrate.radau.turns import (
+from symgen.runtime.integrate.radau.turns import (
     correct_turns,
     factor_turns,
     place,
     predict_turns,
     turning_defect,
 )
-from runtime.integrate.radau.work import (
+from symgen.runtime.integrate.radau.work import (
     DX,
     F_STAGES,
     FACTORED_FOR,

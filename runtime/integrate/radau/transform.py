@@ -1,7 +1,7 @@
 """The transformed variables of the Radau methods' Newton iteration, component by component."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.radau.work import DX, STAGES, X
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.radau.work import DX, STAGES, X
 
 
 @jitted

@@ -1,10 +1,16 @@
 """Quaternions in the stages of the Radau methods: rotation vectors from the start of the step, solved for."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NV, NY
-from runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at, rotate, solve_turning
-from runtime.integrate.radau.transform import add_correction, set_defect, shift_of, transform_stages
-from runtime.integrate.radau.work import DX, SCALE, STAGES
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NV, NY
+from symgen.runtime.integrate.quaternions import (
+    chart_rate,
+    n_quaternions,
+    quaternion_at,
+    rotate,
+    solve_turning,
+)
+from symgen.runtime.integrate.radau.transform import add_correction, set_defect, shift_of, transform_stages
+from symgen.runtime.integrate.radau.work import DX, SCALE, STAGES
 
 
 @jitted

@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.jacobian import jacobian_work_size
-from runtime.integrate.layout import N_ROW, NV, NY
-from runtime.integrate.newton import N_MONITOR
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.jacobian import jacobian_work_size
+from symgen.runtime.integrate.layout import N_ROW, NV, NY
+from symgen.runtime.integrate.newton import N_MONITOR
 
 # Counters of this family: whether work holds a Jacobian, one of the present state, factors; and whether
 # `dense` and ERROR_OLD are those of the step before.

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.integrate.nested_basis import fit_rows, rows_of_derivative
-from runtime.integrate.symplectic.composition_coefficients import composition
+from symgen.runtime.integrate.nested_basis import fit_rows, rows_of_derivative
+from symgen.runtime.integrate.symplectic.composition_coefficients import composition
 
 _ENDS = [(1, 0.0), (1, 1.0), (2, 0.0), (2, 1.0)]
 

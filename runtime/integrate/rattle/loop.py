@@ -1,10 +1,10 @@
 """RATTLE and symmetric compositions of it with a fixed step: symmetric, symplectic, on the constraints."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.copying import copy
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step, needs_dense
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.layout import (
     F_VALID,
     MAX_STEPS_PER_CALL,
     MIN_PIVOT_RATIO,
@@ -21,9 +21,9 @@ from runtime.integrate.layout import (
     RUNNING,
     T,
 )
-from runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
-from runtime.integrate.rattle.step import rattle_step, take_start
-from runtime.integrate.rattle.work import (
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
+from symgen.runtime.integrate.rattle.step import rattle_step, take_start
+from symgen.runtime.integrate.rattle.work import (
     HAVE_GUESS,
     HAVE_START,
     PROBE,
@@ -34,7 +34,7 @@ from runtime.integrate.rattle.work import (
     rattle_work,
     restore_guess,
 )
-from runtime.integrate.step_control import grid_end, grid_length, watch_is_near
+from symgen.runtime.integrate.step_control import grid_end, grid_length, watch_is_near
 
 N_DENSE_TERMS = 8
 

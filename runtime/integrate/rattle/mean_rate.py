@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import (
     CONSTRAINT_JACOBIAN,
     CONSTRAINT_RESIDUAL,
     MASS_MATRIX,
@@ -17,11 +17,11 @@ from runtime.integrate.layout import (
     NV,
     RUNNING,
 )
-from runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING
-from runtime.integrate.quaternions import by_turning, n_quaternions, quaternion_at
-from runtime.integrate.rattle.push import push
-from runtime.integrate.rattle.turns import add_turned, travel, turn_newton
-from runtime.integrate.rattle.work import (
+from symgen.runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING
+from symgen.runtime.integrate.quaternions import by_turning, n_quaternions, quaternion_at
+from symgen.runtime.integrate.rattle.push import push
+from symgen.runtime.integrate.rattle.turns import add_turned, travel, turn_newton
+from symgen.runtime.integrate.rattle.work import (
     END,
     MEAN,
     MOMENTUM,
@@ -34,8 +34,8 @@ from runtime.integrate.rattle.work import (
     TRIAL,
     TURN,
 )
-from runtime.integrate.saddle import border, factor, solve
-from runtime.integrate.step_control import error_scale
+from symgen.runtime.integrate.saddle import border, factor, solve
+from symgen.runtime.integrate.step_control import error_scale
 
 MAX_ITERATIONS = 50
 # Corrections of this size that no longer shrink are round-off for certain, in units of the rates or of positions over

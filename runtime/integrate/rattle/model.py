@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from runtime.integrate import layout as at
-from runtime.positions import Positions
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from runtime.system import System
+    from symgen.runtime.system import System
 
 _ROUND_OFF = 1e-9
 

@@ -3,12 +3,12 @@
 For the rates of a quaternion, whose momentum turns with the body, f + M' u + ω×(M u).
 """
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.jacobian import by_positions
-from runtime.integrate.layout import FORCES, JACOBIANS, NQ, NV, RESIDUAL_JACOBIAN
-from runtime.integrate.quaternions import n_quaternions, quaternion_at
-from runtime.integrate.rattle.work import MEAN, PROBE, PUSH, TRIAL, TURN
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.jacobian import by_positions
+from symgen.runtime.integrate.layout import FORCES, JACOBIANS, NQ, NV, RESIDUAL_JACOBIAN
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.rattle.work import MEAN, PROBE, PUSH, TRIAL, TURN
 
 
 @jitted

@@ -11,11 +11,11 @@ It is symmetric and symplectic, of order 2, keeps both levels of constraints, an
 constraints determine them. Quaternions are turned by h u: see `turns`.
 """
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.compensated import add_compensated
-from runtime.integrate.copying import copy
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.compensated import add_compensated
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.layout import (
     CONSTRAINT_JACOBIAN,
     CONSTRAINT_RESIDUAL,
     MASS_MATRIX,
@@ -26,11 +26,11 @@ from runtime.integrate.layout import (
     NV,
     RUNNING,
 )
-from runtime.integrate.quaternions import keep_lengths
-from runtime.integrate.rattle.mean_rate import solve_mean
-from runtime.integrate.rattle.push import push, slope
-from runtime.integrate.rattle.turns import add_turned, travel
-from runtime.integrate.rattle.work import (
+from symgen.runtime.integrate.quaternions import keep_lengths
+from symgen.runtime.integrate.rattle.mean_rate import solve_mean
+from symgen.runtime.integrate.rattle.push import push, slope
+from symgen.runtime.integrate.rattle.turns import add_turned, travel
+from symgen.runtime.integrate.rattle.work import (
     END,
     H_GUESS,
     HALF_CHANGE,
@@ -43,7 +43,7 @@ from runtime.integrate.rattle.work import (
     TRAVEL,
     TRIAL,
 )
-from runtime.integrate.saddle import border, factor, solve
+from symgen.runtime.integrate.saddle import border, factor, solve
 
 
 @jitted

@@ -7,11 +7,11 @@ it at the start and R(-θ) times it at the end. These are one vector in space, s
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NM, NQ, NV
-from runtime.integrate.quaternions import chart_rate, chart_variation, n_quaternions, quaternion_at
-from runtime.integrate.rattle.push import momentum
-from runtime.integrate.rattle.work import END, MEAN, START, TRAVEL
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NM, NQ, NV
+from symgen.runtime.integrate.quaternions import chart_rate, chart_variation, n_quaternions, quaternion_at
+from symgen.runtime.integrate.rattle.push import momentum
+from symgen.runtime.integrate.rattle.work import END, MEAN, START, TRAVEL
 
 
 @jitted

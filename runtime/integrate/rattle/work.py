@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.copying import copy
-from runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
 
 # Counters of this family: whether work holds M, G and ∂M/∂q of the current positions, and guesses for the next step.
 HAVE_START, HAVE_GUESS = range(16, 18)

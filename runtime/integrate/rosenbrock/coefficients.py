@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.integrate.nested_basis import fit_rows
+from symgen.runtime.integrate.nested_basis import fit_rows
 
 # Steinebach, BIT 63 (2023) 27, in the variables in which no product with the Jacobian is left (Hairer, Wanner, Solving
 # ODEs II (1996), IV.7, (7.25)), to the digits of its implementation in OrdinaryDiffEq.jl. Rows 7 and 8 of `a` follow

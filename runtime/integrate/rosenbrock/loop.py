@@ -2,13 +2,13 @@
 
 import math
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_step, needs_dense
-from runtime.integrate.copying import copy
-from runtime.integrate.dense import evaluate_dense
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.jacobian import acceleration_jacobian
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_step, needs_dense
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.dense import evaluate_dense
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.jacobian import acceleration_jacobian
+from symgen.runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,
     FACTORISATIONS,
@@ -29,19 +29,19 @@ from runtime.integrate.layout import (
     H,
     T,
 )
-from runtime.integrate.linear import lu_factor, lu_solve
-from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.quaternions import n_quaternions, quaternion_at
-from runtime.integrate.radau.turns import factor_turns
-from runtime.integrate.rosenbrock.coefficients import LOBATTO, N_STAGES
-from runtime.integrate.rosenbrock.moves import (
+from symgen.runtime.integrate.linear import lu_factor, lu_solve
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.radau.turns import factor_turns
+from symgen.runtime.integrate.rosenbrock.coefficients import LOBATTO, N_STAGES
+from symgen.runtime.integrate.rosenbrock.moves import (
     add_divided_rates,
     bend,
     place,
     stage_rates,
     turn_dense,
 )
-from runtime.integrate.rosenbrock.work import (
+from symgen.runtime.integrate.rosenbrock.work import (
     F_LATER,
     F_NEW,
     POWER,
@@ -51,7 +51,7 @@ from runtime.integrate.rosenbrock.work import (
     Y_STAGE,
     rodas_work,
 )
-from runtime.integrate.step_control import (
+from symgen.runtime.integrate.step_control import (
     SAFETY,
     accept_step,
     error_norm,

@@ -1,16 +1,16 @@
 """What rates move in a step of rodas5p: coordinates by increments, quaternions by rotation vectors from its start."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NQ, NV
-from runtime.integrate.quaternions import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NQ, NV
+from symgen.runtime.integrate.quaternions import (
     chart_rate,
     n_quaternions,
     quaternion_at,
     rotate,
 )
-from runtime.integrate.radau.turns import add_turn, solve_turns
-from runtime.integrate.rosenbrock.coefficients import N_STAGES, PLACES
-from runtime.integrate.rosenbrock.work import STAGE, Y_STAGE
+from symgen.runtime.integrate.radau.turns import add_turn, solve_turns
+from symgen.runtime.integrate.rosenbrock.coefficients import N_STAGES, PLACES
+from symgen.runtime.integrate.rosenbrock.work import STAGE, Y_STAGE
 
 
 @jitted

@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size
-from runtime.integrate.jacobian import jacobian_work_size
-from runtime.integrate.layout import N_ROW, NV, NY
-from runtime.integrate.rosenbrock.coefficients import N_STAGES
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size
+from symgen.runtime.integrate.jacobian import jacobian_work_size
+from symgen.runtime.integrate.layout import N_ROW, NV, NY
+from symgen.runtime.integrate.rosenbrock.coefficients import N_STAGES
 
 # Rows of `states`, `rows` and `vectors`.
 Y_STAGE, Y_NEW = range(2)

@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
-from runtime.integrate.compensated import add_compensated
-from runtime.integrate.copying import copy
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from symgen.runtime.integrate.compensated import add_compensated
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.layout import (
     F_VALID,
     MAX_STEPS_PER_CALL,
     N_LOGGED_STEPS,
@@ -23,8 +23,8 @@ from runtime.integrate.layout import (
     RUNNING,
     T,
 )
-from runtime.integrate.step_control import grid_end, grid_length, watch_is_near
-from runtime.integrate.symplectic.composition_coefficients import PLACES
+from symgen.runtime.integrate.step_control import grid_end, grid_length, watch_is_near
+from symgen.runtime.integrate.symplectic.composition_coefficients import PLACES
 
 N_DENSE_TERMS = 8
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.integrate.nested_basis import fit_rows, rows_of_derivative, values
+from symgen.runtime.integrate.nested_basis import fit_rows, rows_of_derivative, values
 
 # The first half of each palindrome and its middle: steps of Verlet, in units of the whole step.
 # Order 4, 5 stages: Suzuki, Phys. Lett. A 146 (1990) 319. Orders 6 and 8, 9 and 17 stages: Kahan, Li, Math. Comp. 66

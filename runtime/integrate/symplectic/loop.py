@@ -2,13 +2,13 @@
 
 from typing import NamedTuple
 
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
-from runtime.integrate.baumgarte import hold_stabilisation, release_stabilisation
-from runtime.integrate.copying import copy
-from runtime.integrate.dense import hermite_dense
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.layout import (
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from symgen.runtime.integrate.baumgarte import hold_stabilisation, release_stabilisation
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.dense import hermite_dense
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.layout import (
     F_VALID,
     MAX_STEPS_PER_CALL,
     MIN_PIVOT_RATIO,
@@ -26,9 +26,9 @@ from runtime.integrate.layout import (
     RUNNING,
     T,
 )
-from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.quaternions import move
-from runtime.integrate.step_control import grid_end, watch_is_near
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.quaternions import move
+from symgen.runtime.integrate.step_control import grid_end, watch_is_near
 
 N_DENSE_TERMS = 4
 

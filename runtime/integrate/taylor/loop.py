@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from runtime.code.bridge import call_kernel
-from runtime.code.jitted import jitted
-from runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
-from runtime.integrate.copying import copy
-from runtime.integrate.energy_scaling import count_energy, scale_energy
-from runtime.integrate.evaluation import all_finite, evaluate
-from runtime.integrate.layout import (
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.layout import (
     ERROR_OLD,
     EVENT,
     F_VALID,
@@ -36,10 +36,16 @@ from runtime.integrate.layout import (
     H,
     T,
 )
-from runtime.integrate.projection import project_state, projection_size
-from runtime.integrate.step_control import longest_step, step_end, too_small, watch_is_near
-from runtime.integrate.taylor.step import DEFECT_LIMIT, ROUND_OFF_RTOL, defect, scale_series, series_step
-from runtime.integrate.taylor.tail import add_tail, append_tail, drop_tail, tail_factors
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.step_control import longest_step, step_end, too_small, watch_is_near
+from symgen.runtime.integrate.taylor.step import (
+    DEFECT_LIMIT,
+    ROUND_OFF_RTOL,
+    defect,
+    scale_series,
+    series_step,
+)
+from symgen.runtime.integrate.taylor.tail import add_tail, append_tail, drop_tail, tail_factors
 
 # New state, what rounding lost in it, predicted slope, what was lost before.
 NEW, LOST, SLOPE, CARRY = range(4)
@@ -83,7 +89,7 @@ class TaylorSeries(NamedTuple):
     Attributes
     ----------
     address : uint64
-        The kernel that computes a series: see `runtime.taylor.kernel.taylor_addresses`.
+        The kernel that computes a series: see `symgen.runtime.taylor.kernel.taylor_addresses`.
     sum_address : uint64
         The kernel that sums it.
     cost_start, cost_order, cost_square : float

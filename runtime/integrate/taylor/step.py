@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import ATOL, NQ, NV, NY, RTOL, H
-from runtime.integrate.step_control import longest_step
-from runtime.integrate.taylor.tail import has_tail
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import ATOL, NQ, NV, NY, RTOL, H
+from symgen.runtime.integrate.step_control import longest_step
+from symgen.runtime.integrate.taylor.tail import has_tail
 
 LOG_2 = math.log(2.0)
 WINDOW = 4  # coefficients that a step is judged by: symmetry makes up to two in a row vanish

@@ -1,7 +1,7 @@
 """What a Taylor series leaves out, estimated from its last terms."""
 
-from runtime.code.jitted import jitted
-from runtime.integrate.layout import NQ, NY
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate.layout import NQ, NY
 
 # A recurrence that leaves more than this of the last terms, squared, tells nothing about the next ones.
 _MOST_LEFT = 0.25

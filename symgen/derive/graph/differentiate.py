@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from runtime.graph.functions import slopes
+from symgen.runtime.graph.functions import slopes
 
 from .graph import Graph
 from .nodes import SparseRows

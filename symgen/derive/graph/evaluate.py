@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from runtime.graph.functions import IN_CODE
+from symgen.runtime.graph.functions import IN_CODE
 
 from .graph import Graph
 

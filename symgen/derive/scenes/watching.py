@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from runtime.graph.functions import IN_CODE
+from symgen.runtime.graph.functions import IN_CODE
 
 from ...model.description import Description
 from ...model.tree import postorder
