@@ -532,6 +532,22 @@ def test_nothing_global_is_left_in_rerun(recorded):
     assert rr.strict_mode() == before
 
 
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="Linux shows the threads of libraries there")
+def test_a_recording_leaves_no_thread_behind(tmp_path, times, states):
+    def threads_after(number: int, at_most: int) -> int:
+        recording, _ = recorder(tmp_path / f"{number}.rrd")
+        recording.start(times[0], states[0])
+        recording.finish("success", [], {})
+        deadline = time.monotonic() + 10.0  # they end a moment after they are told to
+        while (n := len(os.listdir("/proc/self/task"))) > at_most and time.monotonic() < deadline:
+            time.sleep(0.01)
+        return n
+
+    first = threads_after(0, at_most=10**6)
+    for number in range(1, 4):
+        assert threads_after(number, first) <= first
+
+
 # Playback
 
 

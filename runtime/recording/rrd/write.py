@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import rerun as rr
+import rerun_bindings
 
 from .. import schema
 from ..errors import RecordingError
@@ -185,7 +186,21 @@ class RrdWriter:
     def layout(self, layout: Layout) -> None:
         """Say how the recording is shown when it is opened; the last one written counts."""
         with strict():
-            self._stream.send_blueprint(blueprint(layout), make_active=True, make_default=True)
+            # What `RecordingStream.send_blueprint` does, which never ends the stream that it makes: two threads that
+            # wake all the time, for each blueprint, as long as the process lives.
+            stream = rr.RecordingStream._from_native(
+                rerun_bindings.new_blueprint(
+                    schema.APPLICATION_ID,
+                    make_default=False,
+                    make_thread_default=False,
+                    default_enabled=True,
+                )
+            )
+            stream.set_time("blueprint", sequence=0)
+            blueprint(layout)._log_to_stream(stream)
+            in_memory = stream.memory_recording()
+            rerun_bindings.send_blueprint(in_memory.storage, True, True, recording=self._stream.to_native())
+            stream.disconnect()
 
     def flush(self) -> None:
         """Hand all that was written to the operating system: it survives the end of this process."""
@@ -209,6 +224,9 @@ class RrdWriter:
             self.flush()
         finally:
             self._stream.disconnect()
+            del self._stream
+        # Rerun keeps the threads of a stream that nobody refers to, six a recording, until it is told to look.
+        rerun_bindings.flush_and_cleanup_orphaned_recordings()
 
 
 @functools.cache
