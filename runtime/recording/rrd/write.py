@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import rerun as rr
-import rerun_bindings
 
 from .. import schema
 from ..errors import RecordingError
@@ -189,7 +188,7 @@ class RrdWriter:
             # What `RecordingStream.send_blueprint` does, which never ends the stream that it makes: two threads that
             # wake all the time, for each blueprint, as long as the process lives.
             stream = rr.RecordingStream._from_native(
-                rerun_bindings.new_blueprint(
+                rr.bindings.new_blueprint(
                     schema.APPLICATION_ID,
                     make_default=False,
                     make_thread_default=False,
@@ -199,7 +198,7 @@ class RrdWriter:
             stream.set_time("blueprint", sequence=0)
             blueprint(layout)._log_to_stream(stream)
             in_memory = stream.memory_recording()
-            rerun_bindings.send_blueprint(in_memory.storage, True, True, recording=self._stream.to_native())
+            rr.bindings.send_blueprint(in_memory.storage, True, True, recording=self._stream.to_native())
             stream.disconnect()
 
     def flush(self) -> None:
@@ -226,7 +225,7 @@ class RrdWriter:
             self._stream.disconnect()
             del self._stream
         # Rerun keeps the threads of a stream that nobody refers to, six a recording, until it is told to look.
-        rerun_bindings.flush_and_cleanup_orphaned_recordings()
+        rr.bindings.flush_and_cleanup_orphaned_recordings()
 
 
 @functools.cache
