@@ -123,7 +123,7 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
 
 def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     """Return why the equations that leave constraints out do not hold for this run; an empty string where they do."""
-    from symgen.runtime.constraints.usual_rank import has_dependence
+    from symgen.runtime.constraints.redundancy import has_dependence
 
     if has_dependence(system, p, t, state[: system.nq]):
         return ""

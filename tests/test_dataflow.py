@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from symgen import Model, cos, dot, link, runtime, sin
-from symgen.derive.rolling import clusters
+from symgen.derive import rolling
 from symgen.derive.scenes.subsystems import derive
 from symgen.emit import function as function_text
 from symgen.emit.module import emit
@@ -151,14 +151,14 @@ def test_emitting_refuses_loops_that_lose_a_result(monkeypatch):
     monkeypatch.setattr(function_text, "SMALLEST_ROLLED", 0)
     model = load(find("n_pendulum"), {"N": "30"}).describe()
     assert "rhs" in read_module(emit(derive(model))).functions
-    find_clusters = clusters.find
+    find_clusters = rolling.find
 
     def forgetful(g, written):
         found = find_clusters(g, written)
         found.roots = [root for root in found.roots if g.op[root] != "element"]
         return found
 
-    monkeypatch.setattr("symgen.derive.rolling.schedule.find", forgetful)
+    monkeypatch.setattr("symgen.derive.rolling.find", forgetful)
     with pytest.raises(RuntimeError, match=r"'rhs' in loops enters \('out', 30\) 0 times instead of 1"):
         emit(derive(model))
 

@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 import pytest
 import sympy
 
-from symgen.cli.mathml import name, to_mathml
+from symgen.cli.report_equations import name, to_mathml
 
 
 def read_back(element: ET.Element) -> str:

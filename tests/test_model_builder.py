@@ -11,7 +11,7 @@ import sympy
 import symgen
 from symgen import Model, cos, dot, sin
 from symgen.errors import ModelError
-from symgen.model.linearity import rate_degree
+from symgen.model.check_values import rate_degree
 from symgen.model.printing import to_text
 from symgen.model.tree import postorder, uses
 

@@ -406,7 +406,7 @@ def test_random_trees_round_trip(model):
 
 
 def test_show_prints_the_mechanism():
-    from symgen.cli.mechanism import mechanism
+    from symgen.cli.show import mechanism
     from symgen.model.printing import to_text
 
     model = read_text(ARM)

@@ -14,8 +14,7 @@ from symgen.model.model import Model
 from symgen.runtime.recording import layout, schema, symbols
 from symgen.runtime.recording.reader import read_recording
 from symgen.runtime.recording.recorder import RunRecorder
-from symgen.runtime.recording.rrd.read import read_rrd
-from symgen.runtime.recording.rrd.records import chunks
+from symgen.runtime.recording.rrd.read import chunks, read_rrd
 from symgen.runtime.recording.verify import verify
 from symgen.runtime.report.drawing import drawing
 from symgen.runtime.system import load

@@ -15,8 +15,8 @@ from click.testing import CliRunner
 from symgen import runtime
 from symgen.cli import main
 from symgen.link import module_for
-from symgen.runtime.report.first_steps import semi_implicit_euler, start_values
 from symgen.runtime.report.html import number
+from symgen.runtime.report.page import semi_implicit_euler, start_values
 from symgen.runtime.report.svg import MARGIN, Curve, plot, ticks
 from symgen.runtime.solve import solve
 

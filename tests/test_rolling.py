@@ -10,8 +10,8 @@ import pytest
 from symgen import Model, dot, runtime
 from symgen.derive.graph.graph import Graph
 from symgen.derive.graph.kinds import PARAM, Q
-from symgen.derive.rolling.clusters import find as find_clusters
-from symgen.derive.rolling.schedule import FEWEST, schedule
+from symgen.derive.rolling import FEWEST, schedule
+from symgen.derive.rolling import find as find_clusters
 from symgen.derive.scenes.subsystems import derive
 from symgen.derive.solve import factorise
 from symgen.emit import function as function_text

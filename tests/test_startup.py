@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parent.parent
 UNUSED = (
     "sympy", "numba", "llvmlite", "scipy", "rerun", "pyarrow", "matplotlib", "tomllib", "importlib.metadata",
     "numpy.ma", "numpy.random", "numpy.polynomial", "numpy.ctypeslib", "tempfile", "shutil", "json", "difflib",
-    "symgen.derive", "symgen.emit", "symgen.model.model", "symgen.cli.explain",
+    "symgen.derive", "symgen.emit", "symgen.model.model",
     *(f"symgen.runtime.{name}" for name in (
         "code.modules", "code.lower", "code.straight_line", "code.expressions", "code.dense_ldl", "code.front_ldl",
         "code.compile_jitted", "code.compiler", "taylor.graph", "taylor.motion", "taylor.rolled", "taylor.unrolled",

@@ -8,7 +8,7 @@ from derived import Generated
 from trees import GRAVITY, random_body
 
 from symgen.derive.derivation import Derivation
-from symgen.derive.symmetries import conserved_momenta, ignorable_coordinates
+from symgen.derive.structure import conserved_momenta, ignorable_coordinates
 from symgen.model.description import Description
 from symgen.model.model import Model
 

@@ -1,24 +1,269 @@
-"""Does a result settle as steps are halved or tolerances tightened? Runs of one model, compared."""
+"""Does a result settle as steps are halved or tolerances tightened? Runs of one model, compared.
+
+What the runs of a convergence study say, in a sentence.
+
+The error of each coordinate and rate, and how fast it shrinks.
+
+Runs of one model, each finer than the one before, at common times: what their differences say about errors.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.checks.comparison import Comparison, compare_runs
-from symgen.runtime.checks.convergence_verdict import verdict
-from symgen.runtime.checks.coordinate_errors import CoordinateError, coordinate_errors
+from symgen.runtime.checks.error_estimate import LARGEST_ERROR
 from symgen.runtime.checks.horizon import Horizon, horizon
 from symgen.runtime.checks.momenta import Momentum, momenta
+from symgen.runtime.failures import state_names
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.solve import SMALLEST_RTOL
 
 if TYPE_CHECKING:
+    from symgen.runtime.checks.horizon import Horizon
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
+
+
+_SETTLED = 1e-3  # largest difference between the two finest runs
+_SETTLED = 1e-11  # differences below this need not shrink further
+_ROUNDED = 10 * np.finfo(float).eps  # of a state, by the steps in the time in which errors grow e-fold
+_MOST_GROWN = 1e-6  # nor those of round-off that the motion has made larger, up to this
+_ORDER_SHORTFALL = 0.7  # part of the method's order that must be seen in the last halving
+
+
+def verdict(
+    compared: Comparison,
+    growth: Horizon,
+    errors: Sequence[CoordinateError],
+    rtol: float,
+    order: int | None,
+) -> tuple[bool, str]:
+    """Return whether a result is to be trusted up to its end, and why.
+
+    Parameters
+    ----------
+    compared : Comparison
+    growth : Horizon
+    errors : sequence of CoordinateError
+    rtol : float
+        That was asked for.
+    order : int or None
+        Of a method of fixed step; None for adaptive ones.
+    """
+    last, before = (float(compared.relative[i].max(initial=0.0)) for i in (-1, -2))
+    if not np.isfinite(last):
+        return False, "not to be trusted: the runs are not finite; take smaller steps"
+    if growth.rate is not None and growth.of(3) < growth.t_end:
+        return False, _chaotic(growth, order)
+    if last > _SETTLED:
+        return False, (
+            f"not to be trusted: the two finest runs still differ by {last:.2g}{_until(growth)}; take smaller steps or "
+            "tolerances, or a shorter run"
+        )
+    round_off = _round_off(growth)
+    met = order is None and last <= rtol
+    if last > round_off and last >= before and not met:
+        return (
+            False,
+            f"not to be trusted: finer steps do not bring the runs together ({before:.2g}, then {last:.2g})",
+        )
+    worst = max(errors, key=lambda entry: entry.relative)
+    if worst.relative > LARGEST_ERROR:
+        return False, (
+            f"not to be trusted: finer runs settle, to {last:.2g}, but in that asked for {worst.name} is off by "
+            f"{worst.relative:.2g} of its size; take {'smaller tolerances' if order is None else 'a smaller step'}"
+        )
+    off = f"{worst.name} is off most, by {worst.relative:.2g} of its size"
+    if last <= round_off and (last <= _SETTLED or last >= before):
+        return True, f"settled: the two finest runs differ by {last:.2g}, which is round-off; {off}"
+    seen = np.log2(before / last)
+    if order is not None and seen < _ORDER_SHORTFALL * order and last > 1e-9:
+        return True, (
+            f"settles, to {last:.2g}, but with order {seen:.1f} instead of {order}: "
+            f"the step is long for the motion, or the forces are not smooth; {off}"
+        )
+    return True, f"settled: the two finest runs differ by {last:.2g}; {off}{_growing(growth)}"
+
+
+def _round_off(growth: Horizon) -> float:
+    """Return how large differences are that come from round-off alone."""
+    if growth.rate is None:
+        return _SETTLED
+    grown = _ROUNDED * np.exp(min(growth.rate * (growth.t_end - growth.t[0]), 50.0))
+    return float(np.clip(grown, _SETTLED, _MOST_GROWN))
+
+
+def _chaotic(growth: Horizon, order: int | None) -> str:
+    tenfold = np.log(10.0) / growth.rate
+    gain = "a tolerance ten times tighter gains about as much"
+    if order is not None:
+        gain = f"half the step gains about {order * np.log(2.0) / growth.rate:.2g} s"
+    return (
+        f"digits up to t = {growth.of(3):.4g} s (three; six up to {growth.of(6):.4g} s), not to the end: the motion is "
+        f"chaotic or unstable, and errors grow tenfold every {tenfold:.2g} s; {gain}. What does not depend on single "
+        "states (means, spectra, balances) may still hold"
+    )
+
+
+def _until(growth: Horizon) -> str:
+    t = growth.of(3)
+    return f", three digits hold up to t = {t:.4g} s" if t > growth.t[0] else ""
+
+
+def _growing(growth: Horizon) -> str:
+    if growth.rate is None or growth.of(6) >= growth.t_end:
+        return ""
+    return f"; errors grow exponentially, tenfold every {np.log(10.0) / growth.rate:.2g} s"
+
+
+_ROUND_OFF = 1e-12  # in parts of a variable's size: no order is seen in such differences
+
+
+@dataclass(frozen=True)
+class CoordinateError:
+    """The estimated error of one coordinate or rate.
+
+    Attributes
+    ----------
+    name, unit : str
+    error, at_end : float
+        The largest over the run, and that at its end, in this unit.
+    relative : float
+        `error` in parts of the variable's size.
+    order : float or None
+        Power of the step, or of the tolerance, by which differences shrink; None where they are round-off.
+    """
+
+    name: str
+    unit: str
+    error: float
+    at_end: float
+    relative: float
+    order: float | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry as a dictionary."""
+        return asdict(self)
+
+
+def coordinate_errors(system: System, compared: Comparison, refinement: float) -> tuple[CoordinateError, ...]:
+    """Return the errors of all coordinates and rates, in the model's order.
+
+    Parameters
+    ----------
+    refinement : float
+        Factor between the steps or tolerances of successive runs.
+    """
+    units = [record["unit"] for record in (*system.coordinates, *system.rates)]
+    errors, order = compared.errors, _orders(compared, refinement)
+    return tuple(
+        CoordinateError(name, unit, float(largest), float(last), float(part), power)
+        for name, unit, largest, last, part, power in zip(
+            state_names(system), units, errors.max(axis=0), errors[-1],
+            (errors / compared.size).max(axis=0), order, strict=True,
+        )
+    )  # fmt: skip
+
+
+def _orders(compared: Comparison, refinement: float) -> list[float | None]:
+    """Return the order seen in the two finest differences of each variable that are not round-off."""
+    found: list[float | None] = []
+    for differences, size in zip(compared.largest.T, compared.size, strict=True):
+        seen = np.flatnonzero(differences[1:] > _ROUND_OFF * size)
+        if not seen.size:
+            found.append(None)
+            continue
+        coarse, fine = differences[seen[-1] : seen[-1] + 2]
+        found.append(float(np.log(coarse / fine) / np.log(refinement)) if coarse > 0.0 else None)
+    return found
+
+
+MOST_TIMES = 400
+_LEAST_RATIO = 1.5  # of two differences; where finer runs are no better, little is gained by extrapolation
+_MOST_RATIO = 1e3
+_LEAST_SIZE = 1e-6  # of the largest variable's
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """States of all runs at common times.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,) [s]
+    states : ndarray, shape (number of runs, n, nq + nv)
+        (q, v), coarsest run first.
+    asked : int
+        Which of the runs has the step or tolerances that were asked for.
+    """
+
+    t: np.ndarray
+    states: np.ndarray
+    asked: int
+
+    @cached_property
+    def size(self) -> np.ndarray:
+        """The largest magnitude of each variable in the finest run; what stays at zero has a part of the largest."""
+        size = np.abs(self.states[-1]).max(axis=0)
+        size = np.maximum(size, _LEAST_SIZE * size.max(initial=0.0))
+        return np.where(size > 0.0, size, 1.0)
+
+    @cached_property
+    def largest(self) -> np.ndarray:
+        """Largest difference of each variable from the next finer run, shape (number of runs - 1, nq + nv)."""
+        return np.array([np.abs(fine - coarse).max(axis=0) for coarse, fine in self._pairs()])
+
+    @cached_property
+    def relative(self) -> np.ndarray:
+        """Largest difference of all variables in parts of their sizes, over time: shape (number of runs - 1, n)."""
+        return np.array([(np.abs(fine - coarse) / self.size).max(axis=1) for coarse, fine in self._pairs()])
+
+    @cached_property
+    def errors(self) -> np.ndarray:
+        """Estimated error of the run that was asked for, shape (n, nq + nv), each variable in its own unit.
+
+        It is held against the finest runs extrapolated (Richardson 1911): with differences that shrink by a factor r
+        from run to run, what is left of them is the last one over r - 1. The factor is that of the largest differences
+        up to each time, for where motion is chaotic finer runs gain nothing in the end.
+        """
+        before, last = (np.maximum.accumulate(np.abs(fine - coarse)) for coarse, fine in self._pairs()[-2:])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.nan_to_num(before / last, nan=_LEAST_RATIO)
+        ratio = np.clip(ratio, _LEAST_RATIO, _MOST_RATIO)
+        limit = self.states[-1] + (self.states[-1] - self.states[-2]) / (ratio - 1.0)
+        return np.abs(self.states[self.asked] - limit) + np.finfo(float).eps * np.abs(limit)
+
+    @property
+    def relative_error(self) -> np.ndarray:
+        """The largest of `errors` in parts of the variables' sizes, over time: shape (n,)."""
+        return (self.errors / self.size).max(axis=1)
+
+    def _pairs(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        return list(zip(self.states[:-1], self.states[1:]))
+
+
+def compare_runs(runs: list[Solution], asked: int) -> Comparison:
+    """Return runs at their common times.
+
+    Methods of fixed step are compared at their samples, where all have a state without interpolation. To land on common
+    times would shorten the steps of adaptive ones: these are compared at common frames.
+    """
+    if runs[0].step:
+        n = min(len(run.samples) for run in runs)
+        t = np.array([sample.t for sample in runs[0].samples[:n]])
+        rows = [np.array([np.concatenate([s.q, s.v]) for s in run.samples[:n]]) for run in runs]
+        return Comparison(t, np.array(rows), asked)
+    n = min(len(run.t) for run in runs)
+    n -= any(run.t[n - 1] != runs[0].t[n - 1] for run in runs)  # events that end runs have times of their own
+    n = max(n, 1)
+    chosen = np.unique(np.linspace(0, n - 1, min(n, MOST_TIMES + 1)).astype(int))
+    return Comparison(runs[0].t[chosen], np.array([run.states[chosen] for run in runs]), asked)
+
 
 _LEVELS = 4
 _TIGHTENING = 10.0

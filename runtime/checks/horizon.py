@@ -10,7 +10,7 @@ import numpy as np
 from symgen.runtime.checks.growth import growth_rate, is_exponential, running_maximum
 
 if TYPE_CHECKING:
-    from symgen.runtime.checks.comparison import Comparison
+    from symgen.runtime.checks.convergence import Comparison
 
 DIGITS = (3, 6)
 _ROWS = 8  # of the table

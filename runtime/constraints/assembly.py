@@ -22,9 +22,8 @@ from symgen.runtime.constraints.nearest_point import (
     worst,
 )
 from symgen.runtime.constraints.position_problem import position_problem
-from symgen.runtime.constraints.redundancy import Redundancy
+from symgen.runtime.constraints.redundancy import Redundancy, ranks_near
 from symgen.runtime.constraints.start_values import StartValues, start_values
-from symgen.runtime.constraints.usual_rank import ranks_near
 from symgen.runtime.constraints.vanishing_gradient import without_gradient
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Chart

@@ -47,7 +47,7 @@ class Buffers(NamedTuple):
     sizes: np.ndarray  # (m,)
     shift: np.ndarray  # (1,): s
     solver: np.ndarray
-    centre: np.ndarray  # (nq + nv,): from here to `direct` see `beside.py`
+    centre: np.ndarray  # (nq + nv,): from here to `direct` see `robust_path.py`
     along: np.ndarray  # (nq,)
     total: np.ndarray  # (nv,)
     direct: np.ndarray  # (nv,)

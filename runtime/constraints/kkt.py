@@ -78,7 +78,7 @@ class Lease:
 
         Straight-line code that leaves out constraints is of use only where these depend on the others.
         """
-        from symgen.runtime.constraints.usual_rank import usual_rank
+        from symgen.runtime.constraints.redundancy import usual_rank
 
         system = self._system
         weights, smallest = row_weights(system, p, t, q)

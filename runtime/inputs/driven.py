@@ -14,7 +14,7 @@ from symgen.runtime.abi import ENTRIES
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.inputs.code import INPUTS_SYMBOL, TABLE, driven_ir, driven_symbol
 from symgen.runtime.inputs.controller import CompiledFeedback, Signals
-from symgen.runtime.inputs.pieces import Pieces
+from symgen.runtime.inputs.given import Pieces
 from symgen.runtime.inputs.places import COEFFICIENTS, KNOT, fill, fix_piece, lay_out
 from symgen.runtime.inputs.samples import Sampler
 from symgen.runtime.system import System

@@ -1,4 +1,9 @@
-"""Inputs over time as users give them: a table of values, or a polynomial."""
+"""Inputs over time as users give them: a table of values, or a polynomial.
+
+A function of time in pieces, each a polynomial: what tables, polynomials and sampled values become.
+
+The cubic spline through a table's values: twice continuously differentiable, not-a-knot at its ends.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +14,109 @@ from typing import Any
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError, nearest
-from symgen.runtime.inputs.pieces import Pieces
-from symgen.runtime.inputs.spline import cubic_spline
+
+_SAME_SLOPE = 1e-9  # likewise of slopes, which are differences over short times
+_SAME = 1e-12  # a difference at a knot, in parts of the largest value, that is round-off and no jump
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Piece k is the sum of coefficients[k, j] (t - knots[k])^j; it holds from its knot to the next.
+
+    The first piece also holds before its knot, the last one for ever.
+
+    Attributes
+    ----------
+    knots : ndarray, shape (n,) [s]
+        Ascending.
+    coefficients : ndarray, shape (n, degree + 1)
+    """
+
+    knots: np.ndarray
+    coefficients: np.ndarray
+
+    @property
+    def degree(self) -> int:
+        """Of the polynomials."""
+        return self.coefficients.shape[1] - 1
+
+    @property
+    def breaks(self) -> np.ndarray:
+        """Times [s] at which one piece ends and the next begins."""
+        return self.knots[1:]
+
+    def piece_at(self, t: float) -> int:
+        """Return the number of the piece that holds at `t`; at a break, the one that begins."""
+        return max(0, int(np.searchsorted(self.knots, t, side="right")) - 1)
+
+    def jumps(self) -> np.ndarray:
+        """Return at which breaks the value itself jumps, shape (n - 1,)."""
+        width, before = np.diff(self.knots), self.coefficients[:-1]
+        value = np.zeros(len(width))
+        for j in range(self.degree, -1, -1):
+            value = value * width + before[:, j]
+        largest = np.abs(self.coefficients[:, 0]).max(initial=0.0)
+        return np.abs(self.coefficients[1:, 0] - value) > _SAME * largest
+
+    def kinks(self) -> np.ndarray:
+        """Return at which breaks the value or its slope jumps, shape (n - 1,)."""
+        width, before = np.diff(self.knots), self.coefficients[:-1]
+        slope = np.zeros(len(width))
+        for j in range(self.degree, 0, -1):
+            slope = slope * width + j * before[:, j]
+        after = self.coefficients[1:, 1] if self.degree else slope
+        largest = max(np.abs(slope).max(initial=0.0), np.abs(after).max(initial=0.0))
+        return self.jumps() | (np.abs(after - slope) > _SAME_SLOPE * largest)
+
+    def merged(self) -> Pieces:
+        """Return the same function without breaks between pieces that are one constant."""
+        flat = ~self.coefficients[:, 1:].any(axis=1)
+        same = flat[1:] & flat[:-1] & (self.coefficients[1:, 0] == self.coefficients[:-1, 0])
+        kept = np.concatenate([[True], ~same])
+        return Pieces(self.knots[kept], self.coefficients[kept])
+
+
+def cubic_spline(t: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Return the coefficients of each piece in powers of t - t[k], shape (n - 1, 4).
+
+    Slopes at the times from the continuity of second derivatives, and of the third at the second and the last but one
+    time (not-a-knot): de Boor, A Practical Guide to Splines (1978), ch. IV. Three times give a parabola, two a line.
+
+    Parameters
+    ----------
+    t, x : ndarray, shape (n,), n ≥ 2
+    """
+    h = np.diff(t)
+    chord = np.diff(x) / h
+    if len(t) == 2:
+        slopes = np.repeat(chord, 2)
+    elif len(t) == 3:
+        curve = (chord[1] - chord[0]) / (t[2] - t[0])
+        slopes = np.array([chord[0] - h[0] * curve, chord[0] + h[0] * curve, chord[1] + h[1] * curve])
+    else:
+        slopes = _slopes(t, h, chord)
+    rise = (slopes[:-1] + slopes[1:] - 2.0 * chord) / h
+    return np.column_stack([x[:-1], slopes[:-1], (chord - slopes[:-1]) / h - rise, rise / h])
+
+
+def _slopes(t: np.ndarray, h: np.ndarray, chord: np.ndarray) -> np.ndarray:
+    """The slopes at all times, by a tridiagonal system."""
+    n = len(t)
+    below, diagonal, above, right = (np.zeros(n) for _ in range(4))
+    below[1:-1], diagonal[1:-1], above[1:-1] = h[1:], 2.0 * (h[:-1] + h[1:]), h[:-1]
+    right[1:-1] = 3.0 * (h[1:] * chord[:-1] + h[:-1] * chord[1:])
+    diagonal[0], above[0] = h[1], t[2] - t[0]
+    right[0] = ((h[0] + 2.0 * above[0]) * h[1] * chord[0] + h[0] ** 2 * chord[1]) / above[0]
+    diagonal[-1], below[-1] = h[-2], t[-1] - t[-3]
+    right[-1] = (h[-1] ** 2 * chord[-2] + (2.0 * below[-1] + h[-1]) * h[-2] * chord[-1]) / below[-1]
+    for i in range(1, n):  # diagonally dominant but for the ends, where elimination keeps its pivots too
+        factor = below[i] / diagonal[i - 1]
+        diagonal[i] -= factor * above[i - 1]
+        right[i] -= factor * right[i - 1]
+    for i in range(n - 1, -1, -1):
+        right[i] = (right[i] - (above[i] * right[i + 1] if i < n - 1 else 0.0)) / diagonal[i]
+    return right
+
 
 KINDS = ("linear", "cubic", "hold")
 

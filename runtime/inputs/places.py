@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symgen.runtime.inputs.pieces import Pieces
+from symgen.runtime.inputs.given import Pieces
 
 FIXED, COUNT, FIRST, KNOT, COEFFICIENTS = range(5)  # within the block of an input in pieces
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.inputs.driven import DrivenSystem
-from symgen.runtime.inputs.given import InputFault
-from symgen.runtime.inputs.pieces import Pieces
+from symgen.runtime.inputs.given import InputFault, Pieces
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

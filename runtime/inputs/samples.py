@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from symgen.runtime.inputs.controller import Controller, Signals, deviations, said_by
-from symgen.runtime.inputs.given import InputFault
-from symgen.runtime.inputs.pieces import Pieces
+from symgen.runtime.inputs.given import InputFault, Pieces
 
 
 class Sampler:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
-from symgen.runtime.inputs.pieces import Pieces
+from symgen.runtime.inputs.given import Pieces
 from symgen.runtime.inputs.places import COEFFICIENTS, FIXED, KNOT, PiecesPlace
 
 if TYPE_CHECKING:

@@ -1,24 +1,276 @@
-"""Linearisation of a model about a state, with exact derivatives, reduced to independent coordinates and rates."""
+"""Linearisation of a model about a state, with exact derivatives, reduced to independent coordinates and rates.
+
+Small motions about a state: displacements, rates and accelerations from independent ones and inputs.
+
+What is seen of small motions: coordinates, rates, accelerations and outputs.
+
+Which coordinates and rates are independent, and how the others follow from them, to first order.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.levels import Constraints
-from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.linear.duals import derivatives
 from symgen.runtime.linear.equilibrium import find_equilibrium
 from symgen.runtime.linear.model import LinearModel
-from symgen.runtime.linear.observation import observation
-from symgen.runtime.linear.tangent import Tangent, motion_names, tangent_at
-from symgen.runtime.names import inside_dot, rate_indices
+from symgen.runtime.linear.motion_equations import MotionEquations
+from symgen.runtime.names import acceleration_labels, inside_dot, rate_indices, rate_labels
 from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
+
+
+_RANK_TOLERANCE = 1e-9  # of a row of unit length
+_PREFERENCE = 8.0  # by how much a guess is rather made dependent than a value that the user gave
+
+
+class Independent(NamedTuple):
+    """Independent small motions.
+
+    Attributes
+    ----------
+    positions, rates : ndarray of int
+        Which of what rates move, and which rates, are independent.
+    position_basis : ndarray, shape (nv, number of positions)
+        All small displacements, from the independent ones.
+    rates_by_positions, rates_by_rates : ndarray, shape (nv, …)
+        All small changes of rates, from independent displacements and rates.
+    """
+
+    positions: np.ndarray
+    rates: np.ndarray
+    position_basis: np.ndarray
+    rates_by_positions: np.ndarray
+    rates_by_rates: np.ndarray
+
+
+def independent_motions(
+    jacobian: np.ndarray,
+    by_positions: np.ndarray,
+    n_holonomic: int,
+    sizes: np.ndarray,
+    given: tuple[np.ndarray, np.ndarray],
+) -> Independent:
+    """Choose independent coordinates by pivots, so that each keeps its name, and solve for the others.
+
+    Small motions (δ, ν) satisfy G₁ δ = 0 for the holonomic rows G₁ of G, and G ν + H δ = 0: velocity constraints
+    bind rates alone, so there may be more independent positions than rates.
+
+    Parameters
+    ----------
+    jacobian, by_positions : ndarray, shape (m, nv)
+        G and H; holonomic rows first.
+    n_holonomic : int
+    sizes : ndarray, shape (nv,)
+        What counts as large for each coordinate.
+    given : pair of ndarray of bool, shape (nv,)
+        Positions and rates that the user gave rather than guessed: these stay independent where the choice is free.
+    """
+    nv = jacobian.shape[1]
+    scaled = jacobian * sizes
+    bound, rows = _pivots(scaled * np.where(given[0], 1.0, _PREFERENCE), n_holonomic)
+    bound_rates, all_rows = _pivots(scaled * np.where(given[1], 1.0, _PREFERENCE), len(scaled))
+    positions = np.setdiff1d(np.arange(nv), bound)
+    rates = np.setdiff1d(np.arange(nv), bound_rates)
+    basis = np.zeros((nv, len(positions)))
+    basis[positions] = np.eye(len(positions))
+    basis[bound] = _follow(jacobian[rows], bound, -jacobian[rows][:, positions])
+    by_rates, by_places = np.zeros((nv, len(rates))), np.zeros((nv, len(positions)))
+    by_rates[rates] = np.eye(len(rates))
+    by_rates[bound_rates] = _follow(jacobian[all_rows], bound_rates, -jacobian[all_rows][:, rates])
+    by_places[bound_rates] = _follow(jacobian[all_rows], bound_rates, -by_positions[all_rows] @ basis)
+    return Independent(positions, rates, basis, by_places, by_rates)
+
+
+def _pivots(matrix: np.ndarray, n_rows: int) -> tuple[list[int], list[int]]:
+    """Return columns and rows of a largest regular block in the first rows.
+
+    Gaussian elimination with complete pivoting; of equal candidates the last column becomes dependent.
+    """
+    work = matrix[:n_rows].copy()
+    norms = np.linalg.norm(work, axis=1, keepdims=True)
+    work = np.divide(work, norms, out=np.zeros_like(work), where=norms > 0.0)
+    columns: list[int] = []
+    rows: list[int] = []
+    while work.size:
+        left = np.abs(work[:, ::-1])
+        left[rows] = 0.0
+        row, back = np.unravel_index(np.argmax(left >= left.max() * (1.0 - 1e-12)), left.shape)
+        if left[row, back] <= _RANK_TOLERANCE:
+            break
+        rows.append(int(row))
+        columns.append(int(work.shape[1] - 1 - back))
+        _eliminate(work, rows[-1], columns[-1])
+    return columns, rows
+
+
+def _eliminate(work: np.ndarray, row: int, column: int) -> None:
+    factors = work[:, column] / work[row, column]
+    factors[row] = 0.0
+    work -= np.outer(factors, work[row])
+    work[factors != 0.0, column] = 0.0
+
+
+def _follow(rows: np.ndarray, bound: list[int], right: np.ndarray) -> np.ndarray:
+    return np.linalg.solve(rows[:, bound], right) if bound else right
+
+
+class Tangent(NamedTuple):
+    """Small motions about a state: from x and u to displacements, rates and accelerations, nv rows each."""
+
+    equations: MotionEquations
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    multipliers: np.ndarray
+    independent: Independent
+    displacements: np.ndarray
+    rates: np.ndarray
+    accelerations: np.ndarray
+    accelerations_by_inputs: np.ndarray
+    A: np.ndarray
+    B: np.ndarray
+
+    def states(self, system: System) -> list[str]:
+        """Return the names of x."""
+        positions, rates = motion_names(system), rate_labels(system.coordinates, system.rates)
+        chosen = self.independent
+        return [positions[i] for i in chosen.positions] + [rates[i] for i in chosen.rates]
+
+
+def tangent_at(
+    system: System,
+    p: np.ndarray,
+    t: float,
+    q: np.ndarray,
+    v: np.ndarray,
+    given: tuple[np.ndarray, np.ndarray],
+) -> Tangent:
+    """Linearise at a state; `given` says which displacements and rates are rather kept independent."""
+    equations = MotionEquations(system, p, t)
+    nv = system.nv
+    a, multipliers = equations.accelerations_and_multipliers(q, v)
+    by_positions, by_rates, by_unknowns = equations.jacobian(q, v, a, multipliers)
+    by_inputs = _residual_by_inputs(system, equations, q, v, a, multipliers)
+    response = -equations.solve(by_unknowns, np.hstack([by_positions, by_rates, by_inputs]))[:nv]
+    independent = _independent(system, equations, q, v, given)
+    n_positions = len(independent.positions)
+    displacements = np.hstack([independent.position_basis, np.zeros((nv, len(independent.rates)))])
+    rates = np.hstack([independent.rates_by_positions, independent.rates_by_rates])
+    accelerations = response[:, :nv] @ displacements + response[:, nv : 2 * nv] @ rates
+    velocities = rates + equations.turning(v) @ displacements
+    A = np.vstack([velocities[independent.positions], accelerations[independent.rates]])
+    by_u = response[:, 2 * nv :]
+    B = np.vstack([np.zeros((n_positions, by_u.shape[1])), by_u[independent.rates]])
+    return Tangent(
+        equations, q, v, a, multipliers, independent, displacements, rates, accelerations, by_u, A, B
+    )
+
+
+def _residual_by_inputs(system: System, equations: MotionEquations, q, v, a, multipliers) -> np.ndarray:
+    y, p = np.concatenate([q, v, a, multipliers]), equations.p
+    directions = np.zeros((len(p), len(system.inputs)))
+    directions[len(system.parameters) + np.arange(len(system.inputs)), np.arange(len(system.inputs))] = 1.0
+    if not directions.size:
+        return np.zeros((system.nv + system.m, 0))
+    return derivatives(
+        system, "residual", equations.t, y, p, np.zeros((len(y), directions.shape[1])), directions
+    )[1]
+
+
+def _independent(
+    system: System,
+    equations: MotionEquations,
+    q: np.ndarray,
+    v: np.ndarray,
+    given: tuple[np.ndarray, np.ndarray],
+) -> Independent:
+    nv, nh = system.nv, system.nh
+    if not system.m:
+        return independent_motions(np.zeros((0, nv)), np.zeros((0, nv)), 0, np.ones(nv), given)
+    along = np.zeros((system.nq + nv, 2 * nv))
+    along[: system.nq, :nv], along[system.nq :, nv:] = equations.kinematics(q), np.eye(nv)
+    y, still = np.concatenate([q, v]), np.zeros((len(equations.p), 2 * nv))
+    _, slopes = derivatives(system, "constraint_residual", equations.t, y, equations.p, along, still)
+    by_positions, jacobian = slopes[nh:, :nv], slopes[nh:, nv:]
+    sizes = Constraints(system, equations.p, equations.t).characteristic_sizes(q)
+    return independent_motions(jacobian, by_positions, nh, sizes, given)
+
+
+def motion_names(system: System) -> list[str]:
+    """Return what rates move: coordinates by their names, small rotations of quaternions by those of their rates."""
+    names = {record["name"] for record in system.coordinates}
+    return [r["name"] if r["name"] in names else _moved(system, k) for k, r in enumerate(system.rates)]
+
+
+def _moved(system: System, k: int) -> str:
+    """What a rate with a name of its own moves: a coordinate of another name, or it turns a quaternion."""
+    turns = [place - number for number, place in enumerate(system.quaternions)]
+    if any(j <= k < j + 3 for j in turns):
+        return f"turn({system.rates[k]['name']})"
+    return system.coordinates[k + sum(j + 3 <= k for j in turns)]["name"]
+
+
+def observation(
+    system: System, p: np.ndarray, tangent: Tangent, names: Sequence[str] | None
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Return C, D and the names of y: those given, or all coordinates and outputs of the model.
+
+    Raises
+    ------
+    RuntimeModelError
+        There is no such coordinate, rate, acceleration or output.
+    """
+    equations, n_u = tangent.equations, tangent.B.shape[1]
+    kinematics = equations.kinematics(tangent.q)
+    coordinates = [record["name"] for record in system.coordinates]
+    known = dict(zip(coordinates, kinematics @ tangent.displacements))
+    own: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    if system.has("outputs"):
+        own = _model_outputs(system, p, tangent, kinematics)
+    labels = rate_labels(system.coordinates, system.rates)
+    wanted = list(names) if names is not None else [*coordinates, *own]
+    moving = known | dict(zip(labels, tangent.rates))
+    steered = dict(zip(acceleration_labels(system.coordinates, system.rates), range(system.nv)))
+    rows = []
+    for name in wanted:
+        if name in own:
+            rows.append(own[name])
+        elif name in moving:
+            rows.append((moving[name], np.zeros(n_u)))
+        elif name in steered:
+            k = steered[name]
+            rows.append((tangent.accelerations[k], tangent.accelerations_by_inputs[k]))
+        else:
+            everything = [*own, *moving, *steered]
+            raise RuntimeModelError(
+                f"model {system.name!r} has no output {name!r}: {nearest(name, everything)}"
+            )
+    n = len(tangent.A)
+    C, D = (np.array([row[k] for row in rows]).reshape(len(rows), width) for k, width in ((0, n), (1, n_u)))
+    return C, D, wanted
+
+
+def _model_outputs(
+    system: System, p: np.ndarray, tangent: Tangent, kinematics: np.ndarray
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    n, n_u = len(tangent.A), tangent.B.shape[1]
+    along = np.zeros((system.nq + system.nv, n + n_u))
+    along[: system.nq, :n], along[system.nq :, :n] = kinematics @ tangent.displacements, tangent.rates
+    along_p = np.zeros((len(p), n + n_u))
+    along_p[len(system.parameters) + np.arange(n_u), n + np.arange(n_u)] = 1.0
+    y = np.concatenate([tangent.q, tangent.v])
+    _, slopes = derivatives(system, "outputs", tangent.equations.t, y, p, along, along_p)
+    return {record["name"]: (row[:n], row[n:]) for record, row in zip(system.outputs, slopes)}
+
 
 _STILL = 1e-9  # of characteristic sizes per second: rates and accelerations that are none
 _STEADY = 1e-6  # change of A over a step along the motion, of its size

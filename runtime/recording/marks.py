@@ -1,18 +1,281 @@
-"""Marks in the moving picture: pins, axes, supports, springs and force arrows, from the function `marks`."""
+"""Marks in the moving picture: pins, axes, supports, springs and force arrows, from the function `marks`.
+
+How marks are drawn: pins, hinges, gears, supports and springs, sized by the scene and by the rods they sit in.
+
+The marks that a module's header lists: what each is, and where in a recording it lies.
+"""
 
 from __future__ import annotations
 
+import itertools
+from collections import Counter
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import schema
-from .mark_records import ARROWS, FOLDERS, HINGES, STRETCHED, Mark, read_marks
-from .mark_shapes import Surroundings, between, draw, reach_of
+from . import schema, symbols
+from .geometry import Primitive, quaternions
 from .quantities import Quantities
 
 if TYPE_CHECKING:
     from .rrd.mark_writer import MarkWriter
+
+
+_MOST_REACTIONS = 12  # arrows that are written
+
+FOLDERS = {
+    "pin": schema.JOINTS, "slide": schema.JOINTS, "ball": schema.JOINTS, "point": schema.POINTS,
+    "gear": schema.GEARS, "ground": schema.GROUND, "rail": schema.GROUND, "spring": schema.SPRINGS,
+    "damper": schema.SPRINGS, "link": schema.LINKS, "bar": schema.LINKS, "force": schema.FORCES,
+    "torque": schema.FORCES, "reaction": schema.REACTIONS, "tension": schema.REACTIONS,
+}  # fmt: skip
+STRETCHED = ("spring", "damper", "link", "rail")  # between two places
+ARROWS = ("force", "torque", "reaction", "tension")
+HINGES = ("pin", "slide")
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A record of the header: `columns` are its numbers in what the function `marks` writes."""
+
+    kind: str
+    name: str
+    body: str
+    columns: slice
+    moves: bool
+    constraints: tuple[int, ...]
+    signs: tuple[int, ...]
+
+    @property
+    def path(self) -> str:
+        """Where it lies in a recording."""
+        return f"{FOLDERS[self.kind]}/{self.name}"
+
+    @property
+    def peers(self) -> str:
+        """What an arrow is drawn in proportion to: forces on the mechanism, torques, forces of constraints."""
+        return "torque" if self.kind == "torque" else FOLDERS[self.kind]
+
+
+def read_marks(records: list[dict]) -> list[Mark]:
+    """The records with their columns; of marks that would lie at one path, later ones get a number."""
+    ends = [0, *itertools.accumulate(record["numbers"] for record in records)]
+    met: Counter[tuple[str, str]] = Counter()
+    result = []
+    for record, place in zip(records, itertools.pairwise(ends)):
+        kind, name = record["kind"], record["name"]
+        met[FOLDERS[kind], name] += 1
+        count = met[FOLDERS[kind], name]
+        held = tuple(record.get("constraints", ())), tuple(record.get("signs", ()))
+        name = name if count == 1 else f"{name}_{count}"
+        result.append(Mark(kind, name, record["body"], slice(*place), record.get("moves", False), *held))
+    reactions = [mark for mark in result if FOLDERS[mark.kind] == schema.REACTIONS]
+    return [mark for mark in result if mark not in reactions[_MOST_REACTIONS:]]
+
+
+# Sizes are of the scene's diagonal, where they are not of the rod that a joint sits in.
+_PIN, _PIN_IN_ROD = 0.011, 0.55  # radius of a pin
+_ACROSS = (0.62, 1.25)  # radius and half the length of a hinge in space whose axis is across the rod
+_ALONG = (1.1, 0.3)  # the same for an axis along it
+_BALL = 1.15
+_AXIS, _AXIS_OF_ROD = 0.09, 2.5  # half the length of a joint's axis
+_POINT = 0.006
+_LINK = 0.006
+_GROUND, _RAIL = 0.08, 0.025  # a support; how deep a rail's hatching is
+_SPRING, _SLENDER = 0.03, 0.16  # radius of a spring, but at most so much of its length
+_GEAR, _MODULE = 0.008, 0.008  # half the width of a gear, half the depth of its teeth
+_CEILING = -0.02  # a mechanism whose middle is this much below a support hangs from it
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What marks are drawn among, as it is at the start.
+
+    Attributes
+    ----------
+    planar : bool
+    index : dict of str to int
+        Of each body in the lists.
+    primitives, colours, lifts : list
+        Of the bodies; by how much each is drawn above the plane [m].
+    positions, rotations : ndarray, shape (bodies, 3) [m], (bodies, 3, 3)
+    middle : ndarray, shape (3,) [m]
+        Of the bodies in the first frames.
+    diagonal : float [m]
+        Of the scene.
+    """
+
+    planar: bool
+    index: dict[str, int]
+    primitives: list[Primitive]
+    colours: list[tuple[int, int, int]]
+    lifts: list[float]
+    positions: np.ndarray
+    rotations: np.ndarray
+    middle: np.ndarray
+    diagonal: float
+
+    @classmethod
+    def of_bodies(
+        cls,
+        names: list[str],
+        primitives: list[Primitive],
+        positions: np.ndarray,
+        rotations: np.ndarray,
+        diagonal: float,
+        planar: bool,
+        colours: list[tuple[int, int, int]] | None = None,
+        lifts: list[float] | None = None,
+    ) -> Surroundings:
+        """Return those of the first of some frames: positions, shape (n, bodies, 3), rotations (n, bodies, 3, 3)."""
+        n, index = len(names), {name: i for i, name in enumerate(names)}
+        colours, lifts = colours or [schema.MARK_COLOURS["gear"]] * n, lifts or [0.0] * n
+        middle = positions.mean(axis=(0, 1))
+        return cls(planar, index, primitives, colours, lifts, positions[0], rotations[0], middle, diagonal)
+
+    @property
+    def top(self) -> float:
+        """How far what is drawn of the bodies stands out of the plane [m]."""
+        drawn = zip(self.primitives, self.lifts)
+        return max((primitive.half_thickness() + lift for primitive, lift in drawn), default=0.0)
+
+    def in_world(self, body: str, place: np.ndarray) -> np.ndarray:
+        """Return a place in a body's axes, or in the world where there is no body, in the world."""
+        if not body:
+            return place
+        return self.positions[self.index[body]] + self.rotations[self.index[body]] @ place
+
+    def rod(self, body: str) -> Primitive | None:
+        """Return the primitive of a body that is drawn as a rod."""
+        primitive = self.primitives[self.index[body]] if body else None
+        return primitive if primitive is not None and primitive.is_rod else None
+
+    def thickness_at(self, place: np.ndarray) -> float:
+        """Return how far the rods at a place of a planar mechanism stand out of the plane [m].
+
+        Pins in other bodies stay inside: what is far above the plane looks displaced from where it is.
+        """
+        found = 0.0
+        for primitive, position, rotation, lift in zip(
+            self.primitives, self.positions, self.rotations, self.lifts
+        ):
+            if not primitive.is_rod:
+                continue
+            core, thickness = primitive.half_box()
+            away = np.abs(rotation.T @ (place - position))[:2]
+            if (away <= core[:2] + 1.001 * thickness).all():
+                found = max(found, float(core[2]) + thickness + lift)
+        return found
+
+
+def reach_of(mark: Mark, numbers: np.ndarray, around: Surroundings) -> float:
+    """Return how far the symbol of a mark reaches from its place [m]; 0 for those that reach no farther than bodies."""
+    if mark.kind == "gear":
+        return float(numbers[6]) if _fits(numbers[6], around) else 0.0
+    return _GROUND * around.diagonal if mark.kind == "ground" and not mark.moves else 0.0
+
+
+def draw(writer: MarkWriter, mark: Mark, numbers: np.ndarray, around: Surroundings) -> None:
+    """Draw a mark that is no arrow, fixed to its body; what moves by itself is drawn about the origin.
+
+    Parameters
+    ----------
+    writer : MarkWriter
+    mark : Mark
+    numbers : ndarray
+        What the function `marks` writes of it at the start.
+    around : Surroundings
+    """
+    place = np.zeros(3) if mark.moves else numbers[:3]
+    colour = schema.MARK_COLOURS[mark.kind]
+    match mark.kind:
+        case "spring" | "damper" | "link" | "rail":
+            _stretched(writer, mark, numbers, around)
+        case "ground":
+            up = 1 if around.planar else 2
+            hangs = around.middle[up] - numbers[up] < _CEILING * around.diagonal
+            size = _GROUND * around.diagonal
+            writer.lines(mark.path, symbols.support(place, size, around.planar, hangs), colour)
+        case "gear":
+            _gear(writer, mark, numbers, around)
+        case "point":
+            writer.ball(mark.path, place, _POINT * around.diagonal, colour, mark.body)
+        case "ball":
+            rod = around.rod(mark.body)
+            radius = max(_BALL * rod.sizes[0] if rod else 0.0, _PIN * around.diagonal)
+            writer.ball(mark.path, place, radius, colour, mark.body)
+        case "pin" | "slide":
+            _hinge(writer, mark, place, numbers[3:], around)
+
+
+def _stretched(writer: MarkWriter, mark: Mark, numbers: np.ndarray, around: Surroundings) -> None:
+    """Draw what lies between two places: from 0 to 1 along z, to be stretched."""
+    colour, a, b = schema.MARK_COLOURS[mark.kind], numbers[None, :3], numbers[None, 3:]
+    length = float(np.linalg.norm(b - a)) or around.diagonal
+    radius = min(_SPRING * around.diagonal, _SLENDER * length)
+    if mark.kind == "link":
+        writer.rod(mark.path, np.zeros(3), np.array([0.0, 0.0, 1.0]), _LINK * around.diagonal, colour)
+    elif mark.kind == "rail":
+        depth = _RAIL * around.diagonal
+        writer.lines(mark.path, symbols.rail(depth, depth / length), colour)
+    else:
+        make = symbols.coil if mark.kind == "spring" else symbols.dashpot
+        writer.lines(mark.path, make(radius), colour, width=2.2)
+    if not mark.moves:
+        writer.place(mark.path, *(part[0] for part in between(a, b)))
+
+
+def _hinge(writer: MarkWriter, mark: Mark, place: np.ndarray, axis: np.ndarray, around: Surroundings) -> None:
+    """Draw a pin along its axis, and in space the axis; of a guide only the axis."""
+    rod, pin = around.rod(mark.body), _PIN * around.diagonal
+    thick, colour = rod.sizes[0] if rod else 0.0, schema.MARK_COLOURS[mark.kind]
+    length = np.linalg.norm(axis)
+    if not length > 0.0:
+        writer.ball(mark.path, place, pin, colour, mark.body)
+        return
+    along = axis / length
+    if not around.planar:
+        reach = max(_AXIS * around.diagonal, _AXIS_OF_ROD * thick) * along
+        lines = symbols.centre_line(place - reach, place + reach)
+        writer.lines(f"{schema.JOINT_AXES}/{mark.name}", lines, schema.AXIS_COLOUR, body=mark.body)
+    if mark.kind == "slide":
+        return
+    if around.planar:
+        half = around.thickness_at(around.in_world(mark.body, place)) + 0.3 * pin
+        radius = _PIN_IN_ROD * thick or pin
+    else:
+        lies_along = rod is not None and abs(along[0 if rod.along_x else 2]) > 0.7
+        wide, long = _ALONG if lies_along else _ACROSS
+        radius, half = wide * thick or pin, long * thick or 2.0 * pin
+    writer.rod(mark.path, place - half * along, place + half * along, radius, colour, mark.body)
+
+
+def _gear(writer: MarkWriter, mark: Mark, numbers: np.ndarray, around: Surroundings) -> None:
+    """Draw a gear, as a disc with an outline on either side."""
+    place, axis, radius = numbers[:3], numbers[3:6], float(numbers[6])
+    if not _fits(radius, around):
+        return
+    module, half = _MODULE * around.diagonal, _GEAR * around.diagonal * axis
+    lines = [line @ symbols.frames_along(axis[None])[0].T for line in symbols.gear(radius, module)]
+    sides = [place + sign * 1.02 * half + line for sign in (-1.0, 1.0) for line in lines]
+    writer.lines(mark.path, sides, schema.MARK_COLOURS["gear"], body=mark.body)
+    colour = around.colours[around.index[mark.body]]
+    writer.rod(f"{mark.path}/disc", place - half, place + half, radius - module, colour, mark.body)
+
+
+def _fits(radius: float, around: Surroundings) -> bool:
+    """Whether a gear is of the scene's size: ratios near 1 have hardly any."""
+    return _MODULE * around.diagonal < radius < around.diagonal
+
+
+def between(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return how a symbol comes to lie between places, shape (n, 3) each: positions, quaternions, scales."""
+    along = b - a
+    length = np.linalg.norm(along, axis=1)
+    scales = np.stack([np.ones(len(a)), np.ones(len(a)), length], axis=1)
+    return a, quaternions(symbols.frames_along(along)), scales
+
 
 _LONGEST_ARROW = 0.22  # of the scene's diagonal: that of the largest force in the run
 _AXES_SHOWN = 16  # more of them hide the mechanism

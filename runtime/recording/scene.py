@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import geometry, layout, schema
-from .mark_shapes import Surroundings
-from .marks import Marks
+from .marks import Marks, Surroundings
 from .quantities import Quantities
 
 if TYPE_CHECKING:

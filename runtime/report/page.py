@@ -1,17 +1,22 @@
-"""The page of a report: what was modelled, how it was integrated, and how far the result can be trusted."""
+"""The page of a report: what was modelled, how it was integrated, and how far the result can be trusted.
+
+The first numbers of a run, to be checked by hand: the state, M, f, a at the start, and two steps of a formula.
+
+Which quantities of a run are plotted, and how: motion, phase portrait, energy, residuals, steps.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.names import acceleration_labels, rate_labels
-from symgen.runtime.report import curves
+from symgen.runtime.batches import accelerations_and_multipliers, evaluate
+from symgen.runtime.checks.growth import running_maximum
+from symgen.runtime.names import acceleration_labels, rate_indices, rate_labels
 from symgen.runtime.report.drawing import drawing
-from symgen.runtime.report.first_steps import semi_implicit_euler, start_values
 from symgen.runtime.report.html import (
     Markup,
     figure,
@@ -23,12 +28,202 @@ from symgen.runtime.report.html import (
     section,
     table,
 )
+from symgen.runtime.report.svg import N_COLOURS, Curve, plot
 
 if TYPE_CHECKING:
     from symgen.runtime.checks.advice import Advice
     from symgen.runtime.checks.convergence import Convergence
-    from symgen.runtime.report.first_steps import Start
     from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
+
+
+@dataclass(frozen=True)
+class Start:
+    """The equations of motion M a = f + Gᵀ λ, G a = γ in one state.
+
+    Attributes
+    ----------
+    t : float [s]
+    q, v, a, f : ndarray, shapes (nq,), (nv,), (nv,), (nv,)
+    multipliers, gamma : ndarray, shape (m,)
+    mass_matrix : ndarray, shape (nv, nv)
+    jacobian : ndarray, shape (m, nv)
+    """
+
+    t: float
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    f: np.ndarray
+    multipliers: np.ndarray
+    gamma: np.ndarray
+    mass_matrix: np.ndarray
+    jacobian: np.ndarray
+
+    @property
+    def imbalance(self) -> float:
+        """Largest component of M a - f - Gᵀ λ and G a - γ."""
+        motion = self.mass_matrix @ self.a - self.f - self.jacobian.T @ self.multipliers
+        constraints = self.jacobian @ self.a - self.gamma
+        return float(np.abs(np.concatenate([motion, constraints])).max(initial=0.0))
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of semi-implicit Euler: from q, v with acceleration a to q_next, v_next."""
+
+    t: float
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    q_next: np.ndarray
+    v_next: np.ndarray
+
+
+def start_values(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> Start:
+    """Return the equations of motion in numbers.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n_p,)
+    t : float [s]
+    q, v : ndarray, shapes (nq,) and (nv,)
+    """
+    times, states = np.array([t]), np.concatenate([q, v])[None]
+    m, nv = system.m, system.nv
+    a, multipliers = (rows[0] for rows in accelerations_and_multipliers(system, p, times, states))
+
+    def row(function: str) -> np.ndarray:
+        return evaluate(system, function, p, times, states)[0]
+
+    return Start(
+        t=t, q=q, v=v, a=a, f=row("forces"), multipliers=multipliers,
+        gamma=row("gamma") if m else np.zeros(0),
+        mass_matrix=row("mass_matrix").reshape(nv, nv),
+        jacobian=row("constraint_jacobian").reshape(m, nv) if m else np.zeros((0, nv)),
+    )  # fmt: skip
+
+
+def semi_implicit_euler(
+    system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray, h: float, n: int = 2
+) -> list[Step]:
+    """Return steps of v' = v + h a(t, q, v), q' = q + h v'; none where these formulas are not all of the method.
+
+    That is so with constraints, whose states are projected, and where rates are not the coordinates' derivatives.
+
+    Parameters
+    ----------
+    h : float [s]
+    n : int
+        How many steps.
+    """
+    if system.m or system.nq != system.nv:
+        return []
+    steps = []
+    for _ in range(n):
+        a = accelerations_and_multipliers(system, p, np.array([t]), np.concatenate([q, v])[None])[0][0]
+        v_next = v + h * a
+        steps.append(Step(t, q, v, a, q + h * v_next, v_next))
+        t, q, v = t + h, steps[-1].q_next, v_next
+    return steps
+
+
+_MOST_COORDINATES = 12
+_MOST_PORTRAITS = 4
+_TIME = "t [s]"
+
+
+def motion(solution: Solution) -> Iterator[Markup]:
+    """Yield plots of the coordinates over time, those of a unit together."""
+    coordinates = solution.system.coordinates
+    units: dict[str, list[int]] = {}
+    for index, record in enumerate(coordinates[:_MOST_COORDINATES]):
+        units.setdefault(record["unit"], []).append(index)
+    left_out = len(coordinates) - _MOST_COORDINATES
+    for unit, indices in units.items():
+        for first in range(0, len(indices), N_COLOURS):
+            some = indices[first : first + N_COLOURS]
+            curves = [Curve(coordinates[i]["name"], solution.t, solution.q[:, i]) for i in some]
+            names = ", ".join(curve.name for curve in curves)
+            yield figure(plot(curves, _TIME, _with_unit(names if len(some) == 1 else "", unit)), names)
+    if left_out > 0:
+        yield Markup(f"<p>{left_out} more coordinates are not plotted.</p>")
+
+
+def phase_portraits(solution: Solution) -> Iterator[Markup]:
+    """Yield plots of rates over their coordinates."""
+    system = solution.system
+    labels = rate_labels(system.coordinates, system.rates)
+    columns = rate_indices(system.coordinates, system.rates, system.quaternions)
+    named = [(i, c) for i, c in enumerate(system.coordinates) if c["name"] in columns]
+    for index, record in named[:_MOST_PORTRAITS]:
+        column = columns[record["name"]]
+        curve = Curve(record["name"], solution.q[:, index], solution.v[:, column])
+        axes = (
+            _with_unit(record["name"], record["unit"]),
+            _with_unit(labels[column], system.rates[column]["unit"]),
+        )
+        caption = f"phase portrait: {labels[column]} over {record['name']}"
+        yield figure(plot([curve], *axes, ordered=False), caption)
+
+
+def growth(study: Convergence) -> Iterator[Markup]:
+    """Yield a plot of how the differences of a convergence study grow over the run."""
+    if study.compared is None:
+        return
+    levels, t = study.levels, study.compared.t
+    curves = [
+        Curve(f"{study.quantity} {level.setting:.3g} and the next finer", t, running_maximum(pair))
+        for level, pair in zip(levels, study.compared.relative)
+    ]
+    asked = f"estimated error, {study.quantity} {levels[study.asked].setting:.3g}"
+    curves.append(Curve(asked, study.horizon.t, study.horizon.error))
+    label = "largest so far, of the size"
+    yield figure(plot(curves, _TIME, label, log=True), "differences between the runs")
+
+
+def energy(solution: Solution) -> Iterator[Markup]:
+    """Yield a plot of the energies and one of the error of their balance."""
+    t, e = solution.t, solution.energy
+    curves = [
+        Curve("kinetic", t, e.kinetic),
+        Curve("potential", t, e.potential),
+        Curve("total", t, e.total),
+    ]
+    if np.any(e.work != 0.0):
+        curves.append(Curve("work from outside", t, e.work))
+    yield figure(plot(curves, _TIME, "energy [J]"), "energies")
+    error = e.balance - e.balance[0]
+    yield figure(
+        plot([Curve("error", t, error)], _TIME, "T + V - work, change [J]"), "error of the energy balance"
+    )
+
+
+def residuals(solution: Solution) -> Iterator[Markup]:
+    """Yield a plot of the constraints' residuals; nothing without constraints."""
+    if not solution.system.m:
+        return
+    found = solution.constraint_residual
+    curves = [Curve("velocities", solution.t, found.velocity)]
+    if solution.system.nh:
+        curves.insert(0, Curve("positions", solution.t, found.position))
+    yield figure(
+        plot(curves, _TIME, "largest residual", log=True),
+        "residuals of the constraints; zero is drawn at 1e-18",
+    )
+
+
+def steps(solution: Solution) -> Iterator[Markup]:
+    """Yield a plot of the lengths of steps."""
+    log = solution.step_log
+    if len(log) > 1:
+        curve = Curve("step", log[:, 0], log[:, 1])
+        yield figure(plot([curve], _TIME, "step [s]", log=True), "lengths of accepted steps")
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name} [{unit}]".strip() if unit else name or "without unit"
+
 
 _LARGEST_MATRIX = 8  # rates; larger ones are not checked by hand
 _STEPS_WITHOUT_RULE = 1000
@@ -85,11 +280,11 @@ def report_page(
         section("Method and step", *_method(solution, advice)),
         section("First numbers", *_first_numbers(solution, advice)),
         section("Convergence", *_convergence(convergence)),
-        section("Motion", *curves.motion(solution)),
-        section("Phase portraits", *curves.phase_portraits(solution)),
-        section("Energy", *curves.energy(solution)),
-        section("Constraint residuals", *curves.residuals(solution)),
-        section("Step size", *curves.steps(solution)),
+        section("Motion", *motion(solution)),
+        section("Phase portraits", *phase_portraits(solution)),
+        section("Energy", *energy(solution)),
+        section("Constraint residuals", *residuals(solution)),
+        section("Step size", *steps(solution)),
         section("Health", *_health(solution)),
         section("State at the end", _state(solution, -1)),
         section("Timings", table(("stage", "wall time [s]"), [(k, f"{v:.3g}") for k, v in seconds.items()])),
@@ -210,7 +405,7 @@ def _convergence(convergence: Convergence | None) -> list[Markup]:
     found = [
         part for title, (head, *rows) in tables(convergence) for part in (paragraph(title), table(head, rows))
     ]
-    return [*found, *curves.growth(convergence), paragraph(convergence.says)]
+    return [*found, *growth(convergence), paragraph(convergence.says)]
 
 
 def _health(solution: Solution) -> list[Markup]:

@@ -1,4 +1,7 @@
-"""`symgen modes`: equilibrium, linearisation, eigenfrequencies, mode shapes, frequency response."""
+"""`symgen modes`: equilibrium, linearisation, eigenfrequencies, mode shapes, frequency response.
+
+The figure of `symgen modes`: gain and phase over frequency.
+"""
 
 from __future__ import annotations
 
@@ -182,8 +185,6 @@ def _listed(what: str, names: list[str], values: Any) -> list[str]:
 def _plot(name: str, response: FrequencyResponse | None, path: Path) -> None:
     if importlib.util.find_spec("matplotlib") is None:
         raise click.UsageError("--png needs matplotlib: pip install 'symgen[figures]'")
-    from symgen.cli.modes_plot import write_plot
-
     write_plot(name, response, path)
     say(f"figure: {path}")
 
@@ -207,3 +208,20 @@ def _record(
     )
     stretched = f", {mode.frequency * SECONDS:.4g} times as slow as it is" if mode.frequency else ""
     say(f"recorded mode {number}: one swing in {SECONDS:g} s{stretched}: {log}")
+
+
+def write_plot(model: str, response: FrequencyResponse, path: Path) -> None:
+    """Write gain and phase as PNG."""
+    from matplotlib.figure import Figure  # slow to load
+
+    figure = Figure(figsize=(7, 6), layout="constrained")
+    gain, phase = figure.subplots(2, 1, sharex=True)
+    gain.loglog(response.frequencies, response.gain)
+    gain.set_ylabel(f"|{response.output} / {response.input}|  [SI]")
+    phase.semilogx(response.frequencies, response.phase)
+    phase.set_ylabel("phase [deg]")
+    phase.set_xlabel("frequency [Hz]")
+    for axes in (gain, phase):
+        axes.grid(alpha=0.3, which="both")
+    figure.suptitle(f"{model}: from {response.input} to {response.output}")
+    figure.savefig(path, dpi=120)

@@ -1,4 +1,7 @@
-"""`symgen run`: derive if needed, assemble, integrate, check, record."""
+"""`symgen run`: derive if needed, assemble, integrate, check, record.
+
+`symgen run --explain`: what a run skipped, as lines of text.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen.cli.arguments import (
-    Positive,
-    Times,
-    as_dict,
-    find_model,
-    model_argument,
-)
+from symgen.cli.arguments import Positive, Times, as_dict, find_model, model_argument
 from symgen.cli.control import add_control
 from symgen.cli.failures import exit_status
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
@@ -111,8 +108,6 @@ def command(
         for line in _report(solution, seconds, recording):
             say(line)
     if explain:
-        from symgen.cli.explain import explanation
-
         for line in explanation(solution, recording is not None):
             say(line)
     status = exit_status(solution)
@@ -175,3 +170,20 @@ def _events(solution: Solution) -> str:
         ", ".join(f"{name} {count} times" for name, count in counts.items())
         + f", the last at t = {last.t:.9g} s"
     )
+
+
+def explanation(solution: Solution, recorded: bool) -> list[str]:
+    """Return what a run skipped and why, one line each.
+
+    Parameters
+    ----------
+    solution : Solution
+    recorded : bool
+        Whether a recording was written.
+    """
+    from symgen.runtime.explain import savings
+
+    found = savings(solution, recorded)
+    width = max(len(saving.what) for saving in found)
+    lines = [f"    {saving.what:<{width}}  {saving.gain}; {saving.why}" for saving in found]
+    return ["  skipped", *lines]

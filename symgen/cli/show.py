@@ -1,22 +1,91 @@
-"""`symgen show`: a model and its equations, as text or LaTeX."""
+"""`symgen show`: a model and its equations, as text or LaTeX.
+
+Model expressions as LaTeX.
+
+What `symgen show` prints of joints, points, axes, ready-made constraints and drawings.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import re
+from typing import TYPE_CHECKING, Any
 
 import click
+import sympy
+from sympy.printing.latex import LatexPrinter, translate
 
 from symgen.cli.arguments import as_dict, find_model, model_argument
-from symgen.cli.mechanism import mechanism, section
 from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import sympy
-
-    from symgen.model.description import Body, Coordinate, Description, Friction, Rate
+    from symgen.model.description import Body, Coordinate, Description, Friction, Joint, Rate
     from symgen.runtime.system import System
+
+
+if TYPE_CHECKING:
+    Show = Callable[[sympy.Expr], str]
+
+
+def section(title: str, rows: list[tuple[str, ...]]) -> list[str]:
+    """A titled table; nothing where it has no rows."""
+    if not rows:
+        return []
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = ["  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
+    return [title, *lines, ""]
+
+
+def mechanism(d: Description, show: Show) -> list[str]:
+    """The sections of joints, points, axes, ready-made constraints and drawings."""
+
+    def fixed(elements: Any, vector: str, at: str) -> list[tuple[str, ...]]:
+        return [
+            (x.name, f"in {x.body}", f"{at} ({', '.join(map(show, getattr(x, vector)))})") for x in elements
+        ]
+
+    joints = [(j.name, j.type, f"{j.parent} -> {j.child}", _joint(j, show)) for j in d.joints]
+    loops = [(x.name, x.kind, _arguments(x.arguments, show)) for x in d.loops]
+    drawn = [(x.name, x.kind, _places(x.vectors, show)) for x in d.drawings]
+    return [
+        *section("joints", joints),
+        *section("points", fixed(d.points, "at", "at")),
+        *section("axes", fixed(d.axes, "direction", "along")),
+        *section("ready-made constraints (their equations are among the constraints)", loops),
+        *section("drawn", drawn),
+    ]
+
+
+def _places(vectors: tuple[tuple[sympy.Expr, ...], ...], show: Show) -> str:
+    return ", ".join(f"({', '.join(map(show, vector))})" for vector in vectors)
+
+
+def _joint(j: Joint, show: Show) -> str:
+    parts = (
+        [f"coordinate{'s' * (len(j.coordinates) > 1)} {', '.join(j.coordinates)}"] if j.coordinates else []
+    )
+    if any(x != 0 for x in j.xyz):
+        parts.append(f"at ({', '.join(map(show, j.xyz))})")
+    if any(x != 0 for x in j.rpy):
+        parts.append(f"rpy ({', '.join(map(show, j.rpy))})")
+    parts += [f"axis ({', '.join(f'{x:.10g}' for x in axis)})" for axis in (j.axis, j.axis2) if axis]
+    for key in ("stiffness", "rest", "damping", "armature", "limits"):
+        if getattr(j, key):
+            parts.append(f"{key} {', '.join(map(show, getattr(j, key)))}")
+    return ", ".join(parts)
+
+
+def _arguments(arguments: tuple[tuple[str, Any], ...], show: Show) -> str:
+    def text(value: Any) -> str:
+        if isinstance(value, tuple):
+            return f"({', '.join(map(text, value))})"
+        if isinstance(value, float):
+            return f"{value:.10g}"
+        return value if isinstance(value, str) else show(value)
+
+    return ", ".join(f"{key} {text(value)}" for key, value in arguments)
+
 
 _MOST_OPERATIONS = 400  # longer equations are not read by people
 _LONGEST_TEXT = 2000
@@ -53,7 +122,6 @@ def _text(expression: sympy.Expr) -> str:
 
 
 def _latex(expression: sympy.Expr) -> str:
-    from symgen.cli.latex import to_latex
 
     return to_latex(expression)
 
@@ -223,3 +291,41 @@ def _equations(system: System, show: Callable[[sympy.Expr], str]) -> list[str]:
         gamma = sorted(symbolic(system, "gamma").items())
         rows += [(f"gamma[{constraints[i]}]", "=", show(value)) for i, value in gamma]
     return section(head, rows)[:-1]
+
+
+_RATE = re.compile(r"dot\((\w+)\)\Z")
+
+
+class _Printer(LatexPrinter):
+    """Prints rates with a dot above, also where they are symbols named `dot(x)`."""
+
+    def _print_Symbol(self, symbol: sympy.Symbol, **options) -> str:
+        rate = _RATE.match(symbol.name)
+        if rate:
+            return rf"\dot{{{self._print(sympy.Symbol(rate.group(1)))}}}"
+        name, underscore, index = symbol.name.partition("_")
+        if underscore:
+            return rf"{translate(name)}_{{\mathrm{{{index}}}}}".replace("_{\\mathrm{}}", "")
+        return super()._print_Symbol(symbol, **options)
+
+    def _print_dot(self, rate: sympy.Function, exp: str | None = None) -> str:
+        inside = rate.args[0]
+        if isinstance(inside, sympy.Symbol):
+            return _raised(rf"\dot{{{self._print(inside)}}}", exp)
+        text = rf"\frac{{d}}{{dt}}\left({self._print(inside)}\right)"
+        return _raised(rf"\left({text}\right)" if exp else text, exp)
+
+    def _print_minimum(self, function: sympy.Function, exp: str | None = None) -> str:
+        return _raised(rf"\min\left({', '.join(map(self._print, function.args))}\right)", exp)
+
+    def _print_maximum(self, function: sympy.Function, exp: str | None = None) -> str:
+        return _raised(rf"\max\left({', '.join(map(self._print, function.args))}\right)", exp)
+
+
+def _raised(text: str, exp: str | None) -> str:
+    return f"{text}^{{{exp}}}" if exp else text
+
+
+def to_latex(expression: sympy.Expr) -> str:
+    """Return an expression as LaTeX, between dollar signs."""
+    return f"${_Printer({'mul_symbol': None}).doprint(expression)}$"

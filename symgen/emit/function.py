@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
+from symgen.derive.rolling import schedule
+
 from ..derive.graph.graph import Graph
 from ..derive.places import START as START_VALUES
 from ..derive.places import reductions
 from ..derive.program import Function, Program
-from ..derive.rolling.schedule import schedule
 from ..derive.solve import fronts
 from .rolled import RolledSection
 from .section import Section

@@ -6,14 +6,27 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from symgen.derive.rolling import (
+    CLUSTERS,
+    FACTORS,
+    FEWEST,
+    HOISTED,
+    KEPT,
+    OUT,
+    SOLVE,
+    SOLVES,
+    SUM,
+    Group,
+    Schedule,
+    Sink,
+    array_entries,
+)
+
 from ..derive.graph import hoist
 from ..derive.graph.graph import Graph
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, V
 from ..derive.graph.order import depth_first
 from ..derive.program import Function
-from ..derive.rolling.clusters import OUT, SOLVES, Sink, array_entries
-from ..derive.rolling.schedule import CLUSTERS, FACTORS, FEWEST, SOLVE, SUM, Group, Schedule
-from ..derive.rolling.shapes import HOISTED, KEPT
 from .section import _ATOM, _SUM, LONGEST_INLINE, Section
 
 if TYPE_CHECKING:

@@ -1,27 +1,190 @@
-"""The checks of a finished description: names, what may depend on what, and that the parts fit together."""
+"""The checks of a finished description: names, what may depend on what, and that the parts fit together.
+
+Checks that the coordinates and bodies which forces, loads and events name are there.
+
+The check that every coordinate moves something, or is held by something.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 import sympy
 
+from symgen.model import dimensions
+
 from ..errors import nearest
-from . import check_units, check_values
-from .check_contacts import check_contacts
-from .check_elements import check_elements
-from .check_loops import LoopChecker
-from .check_mentions import check_mentions
-from .check_tree import check_tree
-from .description import Description
+from . import check_values
+from .check_tree import LoopChecker, check_tree
+from .check_values import check_contacts, check_velocity_constraints, is_massless
+from .description import Body, Description, Joint
 from .expand import expand
 from .items import COORDINATES, INPUTS, PLACES, RATES, TIME_ITSELF, Item, body_items, definition_items, items
-from .linearity import check_velocity_constraints
+from .joint_types import TYPES
 from .printing import shortened
 from .sources import Sources
 from .tree import Uses, uses
-from .tree_order import moved_by
+from .tree_order import coordinates_in, motion_of, moved_by
+
+
+def check_elements(d: Description, sources: Sources) -> None:
+    """Whether names of coordinates and bodies in forces, loads and events exist."""
+    if not d.coordinates:
+        raise sources.error("", "coordinates", "the model has no coordinates")
+    _check_forces(d, sources)
+    _check_resets(d, sources)
+    _check_torques(d, sources)
+    moving = [b for b in d.bodies if b.mass is not None or b.inertia]
+    if not moving and d.kinetic is None:
+        raise sources.error(
+            "", "bodies", "nothing has kinetic energy", hint="give bodies, or [energy] kinetic"
+        )
+
+
+def _check_forces(d: Description, sources: Sources) -> None:
+    own_name = {r.coordinate: r.name for r in d.rates if r.coordinate is not None}
+    taken: dict[str, str] = {}
+    for name, _ in d.forces:
+        _check_moved(name, d, sources, "forces", name, "for a force to act on", with_rates=True)
+        rate = own_name.get(name, name)
+        if rate in taken:
+            message = f"'{name}' and '{taken[rate]}' are one degree of freedom, and both have a force"
+            raise sources.error("forces", name, message, hint="add them up")
+        taken[rate] = name
+
+
+def _check_resets(d: Description, sources: Sources) -> None:
+    for event in d.events:
+        table = f"events.{event.name}"
+        for reset in event.resets:
+            shown = f"dot({reset.target:.60})" if reset.is_rate else f"{reset.target:.60}"
+            place = f"then.reset.{shown}"
+            _check_moved(reset.target, d, sources, table, place, "to reset", with_rates=not reset.is_rate)
+
+
+def _check_moved(
+    name: str, d: Description, sources: Sources, table: str, key: str, purpose: str, with_rates: bool
+) -> None:
+    """Whether a name is that of a coordinate with a rate, or, `with_rates`, that of a rate."""
+    coordinates = {c.name: c for c in d.coordinates}
+    rates = {r.name for r in d.rates} if with_rates else set()
+    if name in rates or (name in coordinates and coordinates[name].quaternion is None):
+        return
+    if name in coordinates:
+        joint = coordinates[name].quaternion
+        message = f"'{name}' is an element of the quaternion of the joint '{joint}'"
+        raise sources.error(table, key, message, hint=f"use its angular velocity, such as '{joint}_wx'")
+    known = [c for c in coordinates if coordinates[c].quaternion is None]
+    known += sorted(rates - coordinates.keys()) if with_rates else []
+    message = f"there is no coordinate '{name:.60}' {purpose}"
+    raise sources.error(table, key, message, hint=nearest(name[:60], known, "coordinates"))
+
+
+def _check_torques(d: Description, sources: Sources) -> None:
+    bodies = {b.name: b for b in d.bodies}
+    children = {j.child for j in d.joints}
+    for load in d.loads:
+        if not load.torque:
+            continue
+        table = f"loads.{load.name}"
+        body = bodies.get(load.body)
+        if body is None:
+            message = f"there is no body '{load.body}' for a torque to act on"
+            raise sources.error(table, "body", message, hint=nearest(load.body, bodies, "bodies"))
+        if body.angle is None and not body.rotation and body.name not in children:
+            what = "angle" if body.planar else "rotation"
+            raise sources.error(
+                table, "body", f"the body '{body.name}' does not turn", hint=f"give it '{what}'"
+            )
+        if len(load.torque) == 1 and not body.planar:
+            message = f"a torque on the 3-D body '{body.name}' has three components"
+            raise sources.error(table, "torque", message)
+
+
+Found = list[tuple[Item, frozenset[str]]]
+
+
+def check_mentions(
+    d: Description, sources: Sources, found: Found, placed: Mapping[str, frozenset[str]]
+) -> None:
+    """Every coordinate must move something, or be held by something.
+
+    Parameters
+    ----------
+    d : Description
+        With all that it says in short written out.
+    sources : Sources
+    found : list of (Item, frozenset of str)
+        Its expressions with the coordinates that each depends on.
+    placed : mapping of str to frozenset of str
+        The coordinates that bodies which no joint places depend on; needed where points or axes are in use.
+    """
+    massless = {b.name for b in d.bodies if is_massless(b)}
+    drawn_only = {f"bodies.{name}" for name in massless}
+    mentioned = _moved_by_joints(d, massless)
+    forced = {name for name, _ in d.forces}
+    mentioned |= {r.coordinate for r in d.rates if r.name in forced}
+    for j in d.joints:
+        if TYPES[j.type].quaternion and forced.intersection(j.rates[-3:]):
+            mentioned |= set(j.coordinates[-4:])
+    for item, coordinates in found:
+        moves = (
+            item.table.startswith("bodies.")
+            and item.table not in drawn_only
+            and not item.key.startswith("shape")
+        )
+        acts = item.table.startswith("loads.") or item.table in (
+            "forces",
+            "constraints",
+            "velocity_constraints",
+        )
+        if moves or acts or (item.table, item.key) == ("energy", "kinetic"):
+            mentioned |= coordinates
+    mentioned = coordinates_in(mentioned, d, placed)
+    joints = {name: j for j in d.joints for name in j.coordinates}
+    for c in d.coordinates:
+        if c.name in mentioned:
+            continue
+        if c.name in joints:
+            _refuse_idle_joint(joints[c.name], c.name, sources)
+        message = f"no kinetic energy, force or constraint mentions the coordinate '{c.name}'"
+        raise sources.error("coordinates", c.name, message, hint="use it, or leave it out")
+
+
+def _refuse_idle_joint(joint: Joint, coordinate: str, sources: Sources) -> None:
+    message = (
+        f"the coordinate '{coordinate}' of this joint moves nothing that has mass, and no constraint holds it"
+    )
+    hint = f"give '{joint.child}' an inertia or a centre of mass off the axis, or give the joint an armature"
+    raise sources.error(f"joints.{joint.name}", "child", message, hint=hint)
+
+
+def _moved_by_joints(d: Description, massless: Collection[str]) -> set[str]:
+    """The motions of joints' children that have mass."""
+    parents = {j.parent for j in d.joints}
+    bodies = {b.name: b for b in d.bodies}
+    found: set[str] = set()
+    for joint in d.joints:
+        child = joint.child
+        if child in massless:
+            continue
+        if child not in parents and _is_point(bodies[child]):
+            found |= {motion_of(joint.parent), *_translations(joint)}
+        else:
+            found.add(motion_of(child))
+    return found
+
+
+def _is_point(body: Body) -> bool:
+    """Whether a body is a point mass in the origin of its frame, which does not feel the joint turn."""
+    return not body.inertia and all(x == 0 for x in body.com)
+
+
+def _translations(joint: Joint) -> Iterator[str]:
+    """The coordinates that do not turn the child."""
+    return (name for name, unit in zip(joint.coordinates, TYPES[joint.type].units) if unit == "m")
+
 
 KIND_OF_DEPENDENCE = {
     "coordinate": COORDINATES,
@@ -75,7 +238,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     checker.add_axes(full)
     found = [(item, checker.dependence(item).coordinates) for item in items(full)]
     check_mentions(full, sources, found, checker.moved)
-    check_units.check_units(d, sources)
+    dimensions.check_units(d, sources)
     return full
 
 

@@ -3,6 +3,8 @@
 A bare number may carry a unit that was not written (`-0.1*dot(x)` is a damping force): as a term, or as a
 factor, it fits any dimension. Only factors that no one means as a measured quantity, 1/2 or 2/3 or pi, count
 as pure numbers and keep the dimension of their product known.
+
+The check of units: sums are homogeneous; energies, forces, masses and lengths are what they must be.
 """
 
 from __future__ import annotations
@@ -16,10 +18,13 @@ import sympy
 from symgen.runtime.graph.functions import IN_MODELS
 
 from ..errors import ModelError
+from .description import Coordinate, Description
 from .exact import python_number
+from .items import Item, definition_items, items, unit_dimension
 from .printing import shortened
+from .sources import Sources
 from .tree import kind, postorder
-from .units import DIMENSIONLESS, TIME, Dimension, dimension_text, over, times, to_power
+from .units import DIMENSIONLESS, LENGTH, TIME, Dimension, dimension_text, over, times, to_power
 
 NUMBER = "number"  # a bare number: fits any dimension
 Size = Dimension | str | None  # None: not known, fits any dimension too
@@ -126,3 +131,39 @@ def _function(node: sympy.Basic, what: str, size: Size) -> Size:
             f"but '{shortened(node.args[0])}' is in {dimension_text(size)}"
         )
     return DIMENSIONLESS
+
+
+def check_units(d: Description, sources: Sources) -> None:
+    """Check the dimensions of all expressions; a model without units is not checked."""
+    declared = (*d.parameters, *d.constants, *d.coordinates, *d.inputs)
+    everything = [*definition_items(d), *items(d)]
+    given = [x for x in declared if not isinstance(x, Coordinate) or x.joint is None]
+    has_units = any(x.unit is not None for x in given)
+    if not has_units and not any(s.unit is not None for x in everything for s in sources.of(x.table, x.key)):
+        return
+    names: dict[str, Size] = {x.name: unit_dimension(x.unit) for x in declared}
+    names["t"] = TIME
+    names |= {r.name: unit_dimension(r.unit) for r in d.rates if r.coordinate != r.name}
+    names |= {f"{p.name}_{c}": LENGTH for p in d.points for c in "xyz"}
+    for item in everything:
+        size = _check_item(item, names, sources)
+        if item.table == "definitions":
+            names[item.key] = size
+
+
+def _check_item(item: Item, names: dict[str, Size], sources: Sources) -> Size:
+    given = sources.of(item.table, item.key)
+    size: Size = None
+    for source in given:
+        try:
+            size = source.unit.dimension if source.unit else infer(source.expression, names, source.decimals)
+        except ModelError as error:
+            raise sources.locate(error, item.table, item.key) from None
+        if item.dimension is not None and isinstance(size, tuple) and size != item.dimension:
+            raise sources.error(
+                item.table,
+                item.key,
+                f"units do not match: this is in {dimension_text(size)}, "
+                f"and {dimension_text(item.dimension)} is expected",
+            )
+    return size

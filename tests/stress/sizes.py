@@ -15,7 +15,7 @@ from unittest import mock
 import numpy as np
 
 from symgen import Model, cos, dot, link, runtime, sin, t
-from symgen.derive.rolling.schedule import Schedule
+from symgen.derive.rolling import Schedule
 from symgen.derive.solve import dense_solve, factorise
 from symgen.emit import function as function_text
 from symgen.emit import rolled as emitted_loops

@@ -1,0 +1,418 @@
+"""Cuts a function into clusters: trees of operations, each of which ends in one number that is kept.
+
+A number is kept where it is written to an array, where it is a term of a long sum, or where several clusters use it.
+Everything else belongs to the only cluster that uses it.
+
+Shapes of clusters: two have one shape when they differ only in where their numbers come from.
+
+The order of a function's clusters: those of one shape together, where what they read allows.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from symgen.derive.graph import hoist
+from symgen.derive.graph.graph import Graph
+from symgen.derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
+from symgen.derive.graph.nodes import ON_ARRAYS
+
+FEWEST_TERMS = 16  # of a sum that is made in a loop
+_CHEAP = frozenset(
+    ("add", "sub", "mul", "neg")
+)  # repeated rather than kept, when they cost no more than reading
+SOLVES = ON_ARRAYS - {"element"}
+
+OUT = "out"
+Sink = tuple[str | int, int]  # an array (`OUT`, or the node of a solver), and the place in it
+
+
+@dataclass
+class Clusters:
+    """What a function keeps, and where.
+
+    Attributes
+    ----------
+    level : dict of int to int
+        What each node depends on, see `hoist.levels`.
+    roots : list of int
+        The clusters' last nodes, ascending.
+    sinks : dict of int to list
+        Where each root is written, beyond being kept for others.
+    shared : set of int
+        Roots that other clusters read.
+    sums : dict of int to list of (int, int)
+        Long sums: sign and node of each term.
+    solves : list of int
+        Nodes that are calls of solvers, ascending.
+    """
+
+    level: dict[int, int]
+    roots: list[int] = field(default_factory=list)
+    sinks: dict[int, list[Sink]] = field(default_factory=lambda: defaultdict(list))
+    shared: set[int] = field(default_factory=set)
+    sums: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
+    solves: list[int] = field(default_factory=list)
+
+    def is_leaf(self, g: Graph, node: int) -> bool:
+        """Whether a node is no operation that a cluster does: a variable, a number, hoisted, or a solver's."""
+        return g.op[node] == "var" or self.level[node] < hoist.MOTION or g.op[node] in ON_ARRAYS
+
+
+def find(g: Graph, written: Iterable[tuple[int, int]]) -> Clusters:
+    """Cut the function that writes `written`, pairs (place in `out`, node), into clusters."""
+    written = list(written)
+    nodes = g.reachable(node for _, node in written)
+    c = Clusters(hoist.levels(g, nodes))
+    for place, node in written:
+        c.sinks[node].append((OUT, place))
+    for node in nodes:
+        if g.op[node] in SOLVES:
+            c.solves.append(node)
+            for place, value in array_entries(g, node):
+                c.sinks[value].append((node, place))
+    inner = _find_sums(g, c, nodes)
+    _assign(g, c, nodes, inner)
+    return c
+
+
+def array_entries(g: Graph, solve: int) -> list[tuple[int, int]]:
+    """Places in a solver's array and the nodes that are written there, but for zeros."""
+    args = g.args[solve]
+    if g.op[solve] == "factor_fronts":
+        places = g.front_plans[int(g.args[args[0]][0])].places
+        return list(zip(places, args[1:], strict=True))
+    first = 2 if g.op[solve] == "factor_ldl" else 1
+    return [(k, node) for k, node in enumerate(args[first:]) if node != g.zero]
+
+
+def _find_sums(g: Graph, c: Clusters, nodes: list[int]) -> set[int]:
+    """Find long sums; returns the nodes within them, which nothing else uses."""
+    uses: Counter[int] = Counter()
+    for node in nodes:
+        uses.update(g.operands(node))
+    inner: set[int] = set()
+    for node in reversed(nodes):
+        if node in inner or g.op[node] not in ("add", "sub") or c.level[node] < hoist.MOTION:
+            continue
+        terms: list[tuple[int, int]] = []
+        within: list[int] = []
+        stack = [(1, node)]
+        while stack:
+            sign, x = stack.pop()
+            alone = x == node or (uses[x] == 1 and x not in c.sinks)
+            if g.op[x] in ("add", "sub", "neg") and alone and c.level[x] == hoist.MOTION:
+                within.append(x)
+                signs = {"add": (sign, sign), "sub": (sign, -sign), "neg": (-sign,)}[g.op[x]]
+                stack += reversed(list(zip(signs, g.args[x], strict=True)))
+            else:
+                terms.append((sign, x))
+        if len(terms) >= FEWEST_TERMS:
+            c.sums[node] = terms
+            inner.update(within[1:])
+    return inner
+
+
+def _assign(g: Graph, c: Clusters, nodes: list[int], inner: set[int]) -> None:
+    """Give each node to the only cluster that uses it, or make it the root of one."""
+    terms = {x for entries in c.sums.values() for _, x in entries}
+    owners: dict[int, int | None] = {}  # None: several
+    for node in reversed(nodes):
+        if node in inner or g.op[node] in SOLVES:
+            continue
+        is_leaf = c.is_leaf(g, node)
+        written = node in c.sinks or node in terms or node in c.sums
+        cheap = _is_cheap(g, c, node)
+        several = node in owners and owners[node] is None
+        if written or (several and not is_leaf and not cheap):
+            c.roots.append(node)
+            if node in owners and not is_leaf:
+                c.shared.add(node)
+            owner: int | None = node
+        else:
+            owner = owners.get(node)
+        if is_leaf or node in c.sums:
+            continue
+        for x in g.operands(node):
+            owners[x] = owner if owners.get(x, owner) == owner else None
+    c.roots.reverse()
+
+
+def _is_cheap(g: Graph, c: Clusters, node: int) -> bool:
+    """Whether a node is one operation on leaves, or on one number that moves and what does not."""
+    if g.op[node] not in _CHEAP:
+        return False
+    operands = g.operands(node)
+    return all(c.is_leaf(g, x) for x in operands) or sum(c.level[x] == hoist.MOTION for x in operands) == 1
+
+
+# Where a cluster's number comes from: a vector that the function is given, what it keeps, a solver's array (its node).
+KEPT = "kept"
+HOISTED = "hoisted"
+_VECTORS = {Q: "q", V: "v", A: "a", LAM: "lam", PARAM: "p", INPUT: "u"}
+_COMMUTES = frozenset(("add", "mul"))
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One cluster: its root, and the nodes that it reads, in the order in which its shape names them."""
+
+    root: int
+    reads: tuple[int, ...]
+
+
+class Shapes:
+    """Finds the shapes of the clusters of one function."""
+
+    def __init__(self, g: Graph, clusters: Clusters) -> None:
+        self.g, self.clusters = g, clusters
+        self._kept = set(clusters.shared)
+        self._colours: dict[tuple, int] = {}
+        self._colour: dict[int, int] = {}  # as a reader sees a node: where it comes from, or its operations
+
+    def is_kept(self, node: int) -> bool:
+        """Whether a cluster makes this number for others."""
+        return node in self._kept
+
+    def source(self, node: int) -> str | int:
+        """Where a number that a cluster reads comes from."""
+        g = self.g
+        if node in self.clusters.sums:
+            return f"sum {node}"
+        if node in self._kept:
+            return KEPT
+        if g.op[node] == "element":
+            return g.args[node][0]
+        if g.op[node] == "var" and g.args[node][0] != T:
+            return _VECTORS[g.args[node][0]]
+        return HOISTED
+
+    def is_read(self, node: int, root: int) -> bool:
+        """Whether the cluster of `root` finds this node's number, instead of computing it."""
+        if node in self._kept and node != root:
+            return True
+        g = self.g
+        return g.op[node] != "const" and self.clusters.is_leaf(g, node) and node != g.var(T)
+
+    def ordered(self, node: int) -> tuple[int, ...]:
+        """A node's operands; those of a sum or product by their colours, as their own order is an accident."""
+        args = self.g.operands(node)
+        if self.g.op[node] in _COMMUTES and self.colour(args[0]) > self.colour(args[1]):
+            return args[::-1]
+        return args
+
+    def colour(self, node: int) -> int:
+        """A number for what a node looks like from outside."""
+        if node not in self._colour:
+            stack = [node]
+            while stack:
+                x = stack[-1]
+                waiting = [] if x in self._colour else [o for o in self._below(x) if o not in self._colour]
+                if waiting:
+                    stack += waiting
+                    continue
+                stack.pop()
+                if x not in self._colour:
+                    self._colour[x] = self._number(x)
+        return self._colour[node]
+
+    def _below(self, node: int) -> tuple[int, ...]:
+        hidden = node in self._kept or self.g.op[node] in ON_ARRAYS
+        return () if hidden else self.g.operands(node)
+
+    def _number(self, node: int) -> int:
+        g = self.g
+        op = g.op[node]
+        if op == "const" or node == g.var(T):
+            key: tuple = (op, g.args[node])
+        elif node in self._kept or op in ("var", "element"):
+            key = ("read", self.source(node))
+        else:
+            below = [self._colour[x] for x in g.operands(node)]
+            key = (op, *(sorted(below) if op in _COMMUTES else below))
+        return self._colours.setdefault(key, len(self._colours))
+
+    def shape(self, root: int) -> tuple[tuple, Instance]:
+        """The shape of the cluster of a root, and what this one reads.
+
+        The shape lists the cluster's nodes from the root down, each with its operation or, where it was met before,
+        that place in the list.
+        """
+        g = self.g
+        shape: list = []
+        met: dict[int, int] = {}
+        reads: list[int] = []
+        stack = [root]
+        while stack:
+            node = stack.pop()
+            if node in met:
+                shape.append(met[node])
+                continue
+            met[node] = len(met)
+            if self.is_read(node, root):
+                source = self.source(node)
+                shape.append((source, self.colour(node) if source == HOISTED else 0))
+                reads.append(node)
+            elif g.op[node] == "const" or node == g.var(T):
+                shape.append((g.op[node], g.args[node]))
+            else:
+                shape.append(g.op[node])
+                stack += reversed(self.ordered(node))
+        return tuple(shape), Instance(root, tuple(reads))
+
+
+FEWEST = 4  # clusters of one shape that make a loop
+CLUSTERS, SUM, SOLVE = "clusters", "sum", "solve"
+INTO = "into"
+# What must be there before: a root, the result of a solver, or (`INTO`, a solver or sum) all that enters it.
+Need = int | tuple[str, int]
+FACTORS = ("factor_ldl", "factor_fronts")
+
+
+@dataclass
+class Group:
+    """Clusters of one shape that are written to the same arrays; or one long sum; or one call of a solver.
+
+    Attributes
+    ----------
+    kind : {"clusters", "sum", "solve"}
+    targets : tuple
+        Where each member is written: `OUT`, a solver's node, or (`SUM`, the sum's node, a sign).
+    members : list of Instance
+    places : list of tuple of int
+        For each member, its places in the arrays among `targets`.
+    needs : list of set of Need
+        Of each member.
+    """
+
+    kind: str
+    targets: tuple
+    members: list[Instance] = field(default_factory=list)
+    places: list[tuple[int, ...]] = field(default_factory=list)
+    needs: list[set[Need]] = field(default_factory=list)
+
+    def add(self, member: Instance, sinks: Sequence[Sink], needs: set[Need]) -> None:
+        """Add a member."""
+        self.members.append(member)
+        self.places.append(tuple(place for _, place in sinks))
+        self.needs.append(needs)
+
+    def part(self, indices: list[int]) -> Group:
+        """Some of the members."""
+        return Group(
+            self.kind,
+            self.targets,
+            [self.members[k] for k in indices],
+            [self.places[k] for k in indices],
+            [self.needs[k] for k in indices],
+        )
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Groups in stages: what one stage needs, earlier ones have made."""
+
+    clusters: Clusters
+    shapes: Shapes
+    stages: list[list[Group]]
+
+    def is_short(self) -> bool:
+        """Whether loops leave at most a third of the text."""
+        counts = [len(group.members) for stage in self.stages for group in stage]
+        return 3 * sum(1 if count >= FEWEST else count for count in counts) <= sum(counts)
+
+
+def schedule(g: Graph, written: list[tuple[int, int]]) -> Schedule:
+    """Order the clusters of a function that writes `written`, pairs (place in `out`, node)."""
+    clusters = find(g, written)
+    shapes = Shapes(g, clusters)
+    return Schedule(clusters, shapes, _staged(_groups(g, clusters, shapes)))
+
+
+def _groups(g: Graph, c: Clusters, shapes: Shapes) -> list[Group]:
+    summed: dict[int, list[tuple]] = defaultdict(list)
+    for total, terms in c.sums.items():
+        for sign, node in terms:
+            summed[node].append((SUM, total, sign))
+    found: dict[tuple, Group] = {}
+    for root in c.roots:
+        sinks, sums = c.sinks.get(root, []), summed[root]
+        if root in c.sums:
+            group = found[SUM, root] = Group(SUM, (*(array for array, _ in sinks), *sums))
+            group.add(Instance(root, ()), sinks, {(INTO, root)})
+            continue
+        shape, instance = shapes.shape(root)
+        needs = _needed(g, shapes, instance)
+        # What no cluster computes, but for instance a 1 in many places of a matrix, is written by as many members.
+        for some, more in (
+            [([x], []) for x in sinks] + [([], sums)] if c.is_leaf(g, root) else [(sinks, sums)]
+        ):
+            targets = (*(array for array, _ in some), *more)
+            if targets or root in c.shared:
+                group = found.setdefault((shape, targets, root in c.shared), Group(CLUSTERS, targets))
+                group.add(instance, some, needs)
+    for node in c.solves:
+        first = g.args[node][0]
+        factors = {first} if g.op[first] in FACTORS else set()
+        group = found[SOLVE, node] = Group(SOLVE, ())
+        group.add(Instance(node, ()), (), {(INTO, node)} | factors)
+    return [*found.values()]
+
+
+def _needed(g: Graph, shapes: Shapes, instance: Instance) -> set[Need]:
+    made = {g.args[x][0] for x in instance.reads if g.op[x] == "element"}
+    return made.union(x for x in instance.reads if shapes.is_kept(x) and x != instance.root)
+
+
+def _made(group: Group, member: Instance) -> list[Need]:
+    """What others can need of a member: its number, the result of a solver, or an entry of one's array or of a sum."""
+    into = [target[1] if isinstance(target, tuple) else target for target in group.targets]
+    return [member.root, *((INTO, x) for x in into if x != OUT)]
+
+
+def _staged(groups: list[Group]) -> list[list[Group]]:
+    """Groups in stages.
+
+    A group may need itself: its members stand in the order in which one makes what the next reads. Groups that need
+    each other in a circle are taken apart.
+    """
+    makers: dict[Need, set[int]] = defaultdict(set)
+    for k, group in enumerate(groups):
+        for need in {need for member in group.members for need in _made(group, member)}:
+            makers[need].add(k)
+    waiting = [
+        set().union(*(makers[x] for x in set().union(*group.needs))) - {k} for k, group in enumerate(groups)
+    ]
+    users: dict[int, list[int]] = defaultdict(list)
+    for k, needed in enumerate(waiting):
+        for x in sorted(needed):
+            users[x].append(k)
+    stages: list[list[Group]] = []
+    done: set[int] = set()
+    ready = [k for k, needed in enumerate(waiting) if not needed]
+    while ready:
+        stages.append([groups[k] for k in ready])
+        done.update(ready)
+        freed: set[int] = set()
+        for k in ready:
+            for user in users[k]:
+                waiting[user].discard(k)
+                if not waiting[user]:
+                    freed.add(user)
+        ready = sorted(freed)
+    return stages + _by_height([group for k, group in enumerate(groups) if k not in done])
+
+
+def _by_height(groups: list[Group]) -> list[list[Group]]:
+    """Stages of groups that need each other in a circle: of each group, the members of one height together."""
+    members = sorted((m.root, k, i) for k, group in enumerate(groups) for i, m in enumerate(group.members))
+    height: dict[Need, int] = {}
+    parts: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
+    for _, k, i in members:
+        own = 1 + max((height.get(x, -1) for x in groups[k].needs[i]), default=-1)
+        for need in _made(groups[k], groups[k].members[i]):
+            height[need] = max(own, height.get(need, -1))
+        parts[own][k].append(i)
+    return [[groups[k].part(own) for k, own in parts[level].items()] for level in sorted(parts)]
