@@ -10,6 +10,7 @@ from symgen.runtime.contact.local_dynamics import LocalDynamics
 from symgen.runtime.positions import Positions
 
 _UNDECIDED = 1e-9  # of the largest acceleration: what presses as little does not tell whether it stays
+_ROUNDED = 1e-13  # of the accelerations that a force balances
 _AT_LIMIT = 1e-10  # of the range of a friction force
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
 _AHEAD = 1e-7  # of the time that the motion takes to change
@@ -36,7 +37,7 @@ class Holding(Instant):
                 break
             self.senses = np.where(slipping, onset, self.senses)
             still = sticks
-        held = np.concatenate([touching & (forces[: self.n_stops] > 0.0), sticks])
+        held = np.concatenate([touching & self._press(here, forces), sticks])
         weak = self._weak(here, touching & struck, forces, accelerations)
         pressing = weak & (self._later(here, forces).free <= here.free) if weak.any() else weak
         kept = _independent(here.compliance, [held & ~weak, pressing])
@@ -45,6 +46,14 @@ class Holding(Instant):
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
         return kept
+
+    def _press(self, here: LocalDynamics, forces: np.ndarray) -> np.ndarray:
+        """Which stops bear a force that is more than round-off of the accelerations which it balances."""
+        pull = (np.diag(here.compliance) * forces)[: self.n_stops]
+        return (
+            pull
+            > _ROUNDED * (np.abs(here.rows) @ np.abs(here.accelerations(np.zeros(self.n))))[: self.n_stops]
+        )
 
     def _landed(
         self, here: LocalDynamics, touching: np.ndarray, still: np.ndarray, levels: Levels

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from symgen.runtime.contact.holding import Holding
-from symgen.runtime.contact.impact import impulses, sequential_impulses
+from symgen.runtime.contact.impact import impulses
 from symgen.runtime.contact.local_dynamics import LocalDynamics
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
@@ -143,8 +143,9 @@ class Switching(Holding):
             return False
         _, restitutions, coefficients, _ = self._watched()
         rubbing = self._coupled & self._pressed(touching)
-        law = sequential_impulses if self.system.sequential_impacts else impulses
-        found = self._solved(lambda: law(here, touching, rubbing, restitutions, coefficients, self.normals))
+        law = {"sequential": self.system.sequential_impacts}
+        given = (touching, rubbing, restitutions, coefficients, self.normals)
+        found = self._solved(lambda: impulses(here, *given, **law))
         nq, n = self.system.nq, self.system.nq + self.system.nv
         self.arrays.y[nq:n] += here.change(found)
         return True

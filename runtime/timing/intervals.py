@@ -7,11 +7,12 @@ derivative hold for every time in a cell, so that nothing between samples is mis
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from symgen.runtime.graph.functions import IN_CODE
+from symgen.runtime.graph.functions import IN_CODE, Function
 
 NEGLIGIBLE = 1e-13  # of the range over all times: what changes by less does not count
 _EVEN = 4.0  # an oscillation whose rates differ by less than this over a cell is one
@@ -85,7 +86,13 @@ class Intervals:
         if not any(isinstance(x, Range) for x in args):
             return _of_numbers(name, *args)
         known = getattr(self, f"_{name}", None)
-        return known(*args) if known is not None else self._unbounded(*map(self._lifted, args))
+        return known(*args) if known is not None else self._of_table(name, *map(self._lifted, args))
+
+    def const(self, value: float) -> float:
+        return value
+
+    def sign(self, x: Number) -> Number:
+        return self.select(True, x, 0.0, -1.0, self.select(True, 0.0, x, 1.0, 0.0))
 
     def neg(self, x: Number) -> Number:
         if not isinstance(x, Range):
@@ -147,7 +154,7 @@ class Intervals:
         middle = np.where(d.middle < 0.0 if is_strict else d.middle <= 0.0, x.middle, y.middle)
         return self._made_of(values, slopes, middle, scale, period, breaks)
 
-    # One function after another.
+    # Functions of which more is known than the table says: periods, distances that scale them, poles, powers.
 
     def _sin(self, u: Range) -> Range:
         return self._wave(u, 0.0)
@@ -178,24 +185,22 @@ class Intervals:
             values, slopes, np.tan(u.middle), (u,), scale=own, breaks=np.where(turns, _MANY, _NONE)
         )
 
-    def _asin(self, u: Range) -> Range:
-        low, high = np.clip(u.low, -1.0, 1.0), np.clip(u.high, -1.0, 1.0)
-        square = _square(low, high)
-        slopes = _times(
-            (_over(1.0, np.sqrt(1.0 - square[0])), _over(1.0, np.sqrt(1.0 - square[1]))), (u.slow, u.fast)
-        )
-        ends = np.where((u.low < -1.0) | (u.high > 1.0), _MANY, _NONE)
-        return self._done((np.arcsin(low), np.arcsin(high)), slopes, np.arcsin(u.middle), (u,), breaks=ends)
-
-    def _acos(self, u: Range) -> Range:
-        return self._shifted(self.neg(self._asin(u)), 0.5 * math.pi)
-
     def _atan(self, u: Range) -> Range:
         square = _square(u.low, u.high)
         slopes = _times((1.0 / (1.0 + square[1]), 1.0 / (1.0 + square[0])), (u.slow, u.fast))
         # Far from its step, whose ends fade as powers do, distances are the scale.
         own = _over(np.maximum(1.0, _least(u.low, u.high)), _largest(u.slow, u.fast))
         return self._done((np.arctan(u.low), np.arctan(u.high)), slopes, np.arctan(u.middle), (u,), scale=own)
+
+    def _cosh(self, u: Range) -> Range:
+        """By its ends: the slope of sinh, which is found by it."""
+        around = (u.low <= 0.0) & (u.high >= 0.0)
+        ends = np.cosh(u.low), np.cosh(u.high)
+        slopes = _times((np.sinh(u.low), np.sinh(u.high)), (u.slow, u.fast))
+        return self._done(
+            (np.where(around, 1.0, np.minimum(*ends)), np.maximum(*ends)), slopes, np.cosh(u.middle), (u,),
+            scale=_over(1.0, _largest(u.slow, u.fast)),
+        )  # fmt: skip
 
     def _atan2(self, y: Number, x: Number) -> Range:
         y, x = self._lifted(y), self._lifted(x)
@@ -213,38 +218,12 @@ class Intervals:
             scale=_over(1.0, _largest(*slopes)), breaks=cut,
         )  # fmt: skip
 
-    def _sinh(self, u: Range) -> Range:
-        return self._grown(u, np.sinh, np.cosh, odd=True)
-
-    def _cosh(self, u: Range) -> Range:
-        return self._grown(u, np.cosh, np.sinh, odd=False)
-
-    def _grown(self, u: Range, function, derivative, *, odd: bool) -> Range:
-        at_low, at_high = function(u.low), function(u.high)
-        around = (u.low <= 0.0) & (u.high >= 0.0)
-        low = at_low if odd else np.where(around, 1.0, np.minimum(at_low, at_high))
-        high = at_high if odd else np.maximum(at_low, at_high)
-        ends = derivative(u.low), derivative(u.high)
-        least = np.where(around, 1.0, np.minimum(*ends)) if odd else ends[0]
-        most = np.maximum(*ends) if odd else ends[1]
-        own = _over(1.0, _largest(u.slow, u.fast))
-        return self._done(
-            (low, high), _times((least, most), (u.slow, u.fast)), function(u.middle), (u,), scale=own
-        )
-
     def _tanh(self, u: Range) -> Range:
         values = np.tanh(u.low), np.tanh(u.high)
         square = _square(*values)
         slopes = _times((1.0 - square[1], 1.0 - square[0]), (u.slow, u.fast))
         own = _over(1.0, _largest(u.slow, u.fast))
         return self._done(values, slopes, np.tanh(u.middle), (u,), scale=own)
-
-    def _erf(self, u: Range) -> Range:
-        values = _erf(u.low), _erf(u.high)
-        square = _square(u.low, u.high)
-        height = 2.0 / math.sqrt(math.pi)
-        slopes = _times((height * np.exp(-square[1]), height * np.exp(-square[0])), (u.slow, u.fast))
-        return self._done(values, slopes, _erf(u.middle), (u,), scale=_over(1.0, _largest(u.slow, u.fast)))
 
     def _exp(self, u: Range) -> Range:
         values = np.exp(u.low), np.exp(u.high)
@@ -289,22 +268,59 @@ class Intervals:
     def _copysign(self, size: Number, sign: Number) -> Number:
         return self.mul(self.call("fabs", size), self.select(True, sign, 0.0, -1.0, 1.0))
 
-    def _unbounded(self, *of: Range) -> Range:
-        """A smooth function of which nothing else is known here."""
-        fastest = np.maximum.reduce([_largest(u.slow, u.fast) for u in of])
-        nothing = _unknown(of[0])
-        return self._done(nothing, nothing, np.full(len(fastest), math.nan), of, scale=_over(1.0, fastest))
-
     def _reciprocal(self, y: Range) -> Range:
+        below, above = y.low < 0.0, y.high > 0.0
         around = (y.low <= 0.0) & (y.high >= 0.0)
-        low = np.where(around, -INFINITE, 1.0 / y.high)
-        high = np.where(around, INFINITE, 1.0 / y.low)
+        nothing = around & ~below & ~above
+        low = np.where((around & below) | nothing, -INFINITE, 1.0 / y.high)
+        high = np.where((around & above) | nothing, INFINITE, 1.0 / y.low)
         square = _square(low, high)
         slopes = _times((-square[1], -square[0]), (y.slow, y.fast))
         own = _over(_least(y.low, y.high), _largest(y.slow, y.fast))
         return self._done(
             (low, high), slopes, 1.0 / y.middle, (y,), scale=own, breaks=np.where(around, _MANY, _NONE)
         )
+
+    def _of_table(self, name: str, *of: Range) -> Range:
+        """A function that has no rule here: its slopes, as the table has them, over the ranges of its arguments.
+
+        Where these say that it only rises or only falls, its ends bound it; elsewhere the mean value theorem does.
+        """
+        entry, (least, most) = IN_CODE[name], IN_CODE[name].domain
+        value = _vectorised(entry)
+        middle = value(*(u.middle for u in of))
+        unknown = _unknown(of[0])
+        by_each = self._slopes_of_table(entry, of, middle)
+        slopes = unknown if not by_each else (np.zeros_like(middle), np.zeros_like(middle))
+        for slope, u in zip(by_each, of, strict=False):
+            part = _times((slope.low, slope.high), (u.slow, u.fast))
+            slopes = slopes[0] + part[0], slopes[1] + part[1]
+        values = unknown
+        if len(by_each) == 1:
+            (u,) = of
+            ends = value(np.clip(u.low, least, most)), value(np.clip(u.high, least, most))
+            rises, falls = by_each[0].low >= 0.0, by_each[0].high <= 0.0
+            values = (
+                np.where(rises, ends[0], np.where(falls, ends[1], unknown[0])),
+                np.where(rises, ends[1], np.where(falls, ends[0], unknown[1])),
+            )
+        outside = np.logical_or.reduce([(u.low < least) | (u.high > most) for u in of])
+        fastest = np.maximum.reduce([_largest(u.slow, u.fast) for u in of])
+        return self._done(
+            values, slopes, middle, of, scale=_over(1.0, fastest), breaks=np.where(outside, _MANY, _NONE)
+        )
+
+    def _slopes_of_table(self, entry: Function, of: tuple[Range, ...], middle: np.ndarray) -> list[Range]:
+        if entry.slopes is None:
+            return []
+        value = self._made_of(
+            _unknown(of[0]),
+            _unknown(of[0]),
+            middle,
+            *(np.full(len(middle), x) for x in (INFINITE, INFINITE, _MANY)),
+        )
+        found = entry.slopes(self, of, value)
+        return [self._lifted(top if under is None else self.div(top, under)) for top, under in found]
 
     # What all of them share.
 
@@ -385,8 +401,17 @@ def _of_numbers(name: str, *args: float) -> float:
         return math.nan
 
 
-def _erf(x: np.ndarray) -> np.ndarray:
-    return np.array([math.erf(value) for value in x])
+def _vectorised(entry: Function) -> Callable[..., np.ndarray]:
+    if entry.numpy:
+        return getattr(np, entry.numpy)
+
+    def value(*args: float) -> float:
+        try:
+            return entry.value(*args)
+        except (ValueError, OverflowError, ZeroDivisionError):
+            return math.nan
+
+    return np.vectorize(value, otypes=[float])
 
 
 def _unknown(x: Range) -> tuple[np.ndarray, np.ndarray]:
