@@ -1,6 +1,6 @@
 """Which folder is which package; everything else stands in pyproject.toml.
 
-`runtime/`, `models/` and the peers of the benchmarks stand at the top level, where people look for them; as
+`runtime/` and `models/` stand at the top level, where people look for them; as
 imports and in site-packages all of it lies below `symgen`, a name that nobody else claims.
 """
 
@@ -10,7 +10,6 @@ FOLDERS = {
     "symgen": "symgen",
     "symgen.runtime": "runtime",
     "symgen.bundled": "models",
-    "symgen.peers": "benchmarks/peers",
 }
 
 setup(

@@ -14,10 +14,10 @@ from collections.abc import Iterator
 
 from symgen.link import derive
 from symgen.model.library import bundled, find, load
-from symgen.runtime.bench.reference import read_reference
-from symgen.runtime.bench.scenes import SCENES, Scene
 from symgen.runtime.constraints.drift import constraint_drift
 from symgen.runtime.solution import Solution
+from work_precision.reference import read_reference
+from work_precision.scenes import SCENES, Scene
 
 TIGHT = (("taylor", 1e-15), ("dop853", 1e-14), ("radau13", 1e-14), ("gauss16", None))
 STEPS = 4000  # of the method of fixed step

@@ -19,13 +19,13 @@ import numpy as np
 
 from symgen.cli.settings import load_system
 from symgen.model.library import bundled_folder, find
-from symgen.runtime.bench.case import FULL, Case, Row
-from symgen.runtime.bench.levels import seconds_at
-from symgen.runtime.bench.reference import read_reference
-from symgen.runtime.bench.scenes import find_scene
-from symgen.runtime.bench.timing import TimedLoop
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
+from work_precision.case import FULL, Case, Row
+from work_precision.levels import seconds_at
+from work_precision.reference import read_reference
+from work_precision.scenes import find_scene
+from work_precision.timing import TimedLoop
 
 SCENES = (
     "slider_crank", "four_bar", "andrews", "car_axis", "heavy_top_absolute", "n_four_bar", "bricard",

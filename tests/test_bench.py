@@ -17,17 +17,17 @@ from references import load_reference, numbers
 from symgen.cli import main
 from symgen.link import derive_text
 from symgen.model.library import bundled, bundled_folder, find, load
-from symgen.runtime.bench.auto import auto_result
-from symgen.runtime.bench.case import QUICK, Case, Row, measure
-from symgen.runtime.bench.levels import LEVELS, all_levels, best_at, label, lost_again, seconds_at
-from symgen.runtime.bench.peers import find_peers, run_peer
-from symgen.runtime.bench.reference import read_reference
-from symgen.runtime.bench.report import _preempted, scene_table
-from symgen.runtime.bench.scenes import SCENES, find_scene
-from symgen.runtime.bench.sweep import Curve, sweep, tolerances
-from symgen.runtime.bench.timing import was_preempted
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
+from work_precision.auto import auto_result
+from work_precision.case import QUICK, Case, Row, measure
+from work_precision.levels import LEVELS, all_levels, best_at, label, lost_again, seconds_at
+from work_precision.peers import find_peers, run_peer
+from work_precision.reference import read_reference
+from work_precision.report import _preempted, scene_table
+from work_precision.scenes import SCENES, find_scene
+from work_precision.sweep import Curve, sweep, tolerances
+from work_precision.timing import was_preempted
 
 REFERENCES = bundled_folder() / "references"
 CORNERS = replace(QUICK, longest_run=0.02, repeat=0.0)
@@ -270,7 +270,7 @@ def test_command_writes_table_json_and_diagram(tmp_path):
 
 
 def test_ctrl_c_keeps_what_was_measured(tmp_path, monkeypatch):
-    from symgen.runtime.bench import scene_run
+    from work_precision import scene_run
 
     def interrupted(case, name, effort):
         if name == "rk4":
@@ -294,6 +294,13 @@ def test_unknown_scene_and_method_are_refused_with_the_nearest(tmp_path):
 def test_scenes_are_listed():
     result = CliRunner().invoke(main, ["bench", "--list"])
     assert all(name in result.output for name in SCENES)
+
+
+def test_a_wheel_says_where_the_benchmarks_are(tmp_path, monkeypatch):
+    monkeypatch.setattr("symgen.cli.bench.__file__", str(tmp_path / "symgen" / "cli" / "bench.py"))
+    result = CliRunner().invoke(main, ["bench", "--list"])
+    assert result.exit_code == 1
+    assert "benchmarks/ of its repository" in result.output and len(result.output.splitlines()) == 1
 
 
 def test_peers_are_scripts_that_parse():

@@ -15,11 +15,11 @@ import pytest
 from symgen import runtime
 from symgen.link import derive_text
 from symgen.model.library import bundled_folder, find, load
-from symgen.runtime.bench.case import QUICK, Case, measure
-from symgen.runtime.bench.peers import find_peers, run_peer
-from symgen.runtime.bench.reference import read_reference
-from symgen.runtime.bench.scenes import SCENES
 from symgen.runtime.integrate.methods import METHODS
+from work_precision.case import QUICK, Case, measure
+from work_precision.peers import find_peers, run_peer
+from work_precision.reference import read_reference
+from work_precision.scenes import SCENES
 
 CONSTRAINED = (
     "slider_crank",

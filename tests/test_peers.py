@@ -15,11 +15,11 @@ import pytest
 
 from symgen.link import derive_text
 from symgen.model.library import bundled_folder, find, load
-from symgen.runtime.bench.case import QUICK, Case, Effort
-from symgen.runtime.bench.peers import find_peers, run_peer
-from symgen.runtime.bench.reference import read_reference
-from symgen.runtime.bench.scenes import SCENES
 from symgen.runtime.system import load as load_system
+from work_precision.case import QUICK, Case, Effort
+from work_precision.peers import find_peers, run_peer
+from work_precision.reference import read_reference
+from work_precision.scenes import SCENES
 
 FOLDER = Path(__file__).resolve().parents[1] / "benchmarks" / "peers"
 EFFORT = replace(QUICK, repeat=0.0)

@@ -34,7 +34,7 @@ UNUSED = (
     *(f"symgen.runtime.{name}" for name in (
         "code.modules", "code.lower", "code.straight_line", "code.expressions", "code.dense_ldl", "code.front_ldl",
         "code.compile_jitted", "code.compiler", "taylor.graph", "taylor.motion", "taylor.rolled", "taylor.unrolled",
-        "contact", "inputs", "recording", "bench", "explain", "constraints.kkt", "constraints.rank_revealing",
+        "contact", "inputs", "recording", "explain", "constraints.kkt", "constraints.rank_revealing",
         "constraints.baumgarte", "integrate.ggl", "integrate.forms", "integrate.radau", "integrate.bdf",
         "integrate.rattle", "integrate.partition", "integrate.alpha",
     )),

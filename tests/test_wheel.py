@@ -1,4 +1,4 @@
-"""What the wheel holds: one package with the run time, the bundled models and the benchmark's peers, nothing else."""
+"""What the wheel holds: one package with the run time, and the bundled models, nothing else."""
 
 import shutil
 import subprocess
@@ -14,7 +14,6 @@ FOLDERS = {
     "symgen": "symgen",
     "runtime": "symgen/runtime",
     "models": "symgen/bundled",
-    "benchmarks/peers": "symgen/peers",
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,8 +16,8 @@ from symgen.cli.interrupts import interrupted_status
 from symgen.cli.terminal import complain, say
 
 if TYPE_CHECKING:
-    from symgen.runtime.bench.case import Effort
-    from symgen.runtime.bench.scene_run import SceneRun
+    from work_precision.case import Effort
+    from work_precision.scene_run import SceneRun
 
 
 @click.command("bench", cls=CarefulCommand)
@@ -49,8 +50,9 @@ def command(
     The error is that of the end state against a reference of high precision. Run times are those of the compiled
     loop; `solve` is the whole call with assembly, frames and checks.
     """
-    from symgen.runtime.bench.case import FULL, QUICK
-    from symgen.runtime.bench.scenes import SCENES, find_scene
+    _benchmarks()
+    from work_precision.case import FULL, QUICK
+    from work_precision.scenes import SCENES, find_scene
 
     if only_list:
         for scene in SCENES.values():
@@ -112,7 +114,7 @@ class _Bench:
                 self._measure_peers(run)
         finally:
             _progress("")
-            from symgen.runtime.bench.report import scene_table
+            from work_precision.report import scene_table
 
             self.results.append(run.to_dict())
             for line in [*scene_table(self.results[-1]), ""]:
@@ -122,8 +124,8 @@ class _Bench:
         from symgen.cli.settings import load_system
         from symgen.errors import SymgenError
         from symgen.model.library import bundled_folder, find
-        from symgen.runtime.bench.scene_run import SceneRun
         from symgen.runtime.errors import RuntimeModelError
+        from work_precision.scene_run import SceneRun
 
         try:
             system, module = load_system(Path(find(scene.model)), dict(scene.options))
@@ -134,9 +136,9 @@ class _Bench:
             return None
 
     def _measure_peers(self, run: SceneRun) -> None:
-        from symgen.runtime.bench.peers import find_peers, run_peer
+        from work_precision.peers import find_peers, run_peer
 
-        for name, script in find_peers(_peers_folder()).items():
+        for name, script in find_peers(_benchmarks() / "peers").items():
             _progress(f"{run.case.scene.name}: {name}")
             run.peers.update(run_peer(script, run.case, self.peer_effort))
 
@@ -144,24 +146,30 @@ class _Bench:
         """Write what was measured."""
         if not self.results:
             return
-        from symgen.runtime.bench.machine import machine
         from symgen.runtime.result_json import to_json
+        from work_precision.machine import machine
 
         data = {"machine": machine(), "scenes": self.results}
         write_text(json_file, to_json(data) + "\n")
         say(f"figures: {json_file}")
         if importlib.util.find_spec("matplotlib") is not None:
-            from symgen.runtime.bench.figure import write_figure
+            from work_precision.figure import write_figure
 
             write_figure(self.results, png_file)
             say(f"diagram: {png_file}")
 
 
-def _peers_folder() -> Path:
-    """Where the peers' scripts are: inside an installed package, in benchmarks/ of a source checkout."""
-    package = Path(__file__).resolve().parent.parent
-    installed = package / "peers"
-    return installed if installed.is_dir() else package.parent / "benchmarks" / "peers"
+def _benchmarks() -> Path:
+    """Return the folder of the benchmarks, and let its package `work_precision` be imported; wheels have neither."""
+    folder = Path(__file__).resolve().parents[2] / "benchmarks"
+    if not (folder / "work_precision").is_dir():
+        raise click.ClickException(
+            "the benchmarks are not installed with symgen: they are in the folder benchmarks/ of its repository; "
+            "`symgen bench` runs from a clone of it, installed with `pip install -e .`"
+        )
+    if str(folder) not in sys.path:
+        sys.path.append(str(folder))
+    return folder
 
 
 def _progress(text: str) -> None:

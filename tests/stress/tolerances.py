@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from symgen.model.library import bundled_folder
-from symgen.runtime.bench.scenes import SCENES
 from symgen.runtime.integrate.methods import METHODS
+from work_precision.scenes import SCENES
 
 from .judging import attempt, end_error, judge
 from .models import bundled

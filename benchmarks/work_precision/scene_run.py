@@ -6,18 +6,20 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symgen.runtime.bench.auto import auto_choices, auto_result
-from symgen.runtime.bench.case import Case, Effort
-from symgen.runtime.bench.levels import LEVELS, all_levels, best_at, label, lost_again
-from symgen.runtime.bench.overhead import rhs_seconds, stage_overhead
-from symgen.runtime.bench.reference import read_reference
-from symgen.runtime.bench.sweep import Curve, sweep
-from symgen.runtime.bench.timing import best_seconds
 from symgen.runtime.integrate.methods import METHODS
 
+from .auto import auto_choices, auto_result
+from .case import Case, Effort
+from .levels import LEVELS, all_levels, best_at, label, lost_again
+from .overhead import rhs_seconds, stage_overhead
+from .reference import read_reference
+from .sweep import Curve, sweep
+from .timing import best_seconds
+
 if TYPE_CHECKING:
-    from symgen.runtime.bench.scenes import Scene
     from symgen.runtime.system import System
+
+    from .scenes import Scene
 
 _SOLVE_LEVEL = 1e-6  # the whole `solve` is timed at the first setting that is as accurate
 _SOLVE_RUNS = 3

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from symgen.runtime.bench.case import Row
+    from .case import Row
 
 LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)
 LOST = 1.0  # an error as large as the motion itself

@@ -7,13 +7,14 @@ from collections.abc import Mapping
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from symgen.runtime.bench.levels import all_levels
-from symgen.runtime.bench.sweep import tolerances
 from symgen.runtime.choose import choose_method
 
+from .levels import all_levels
+from .sweep import tolerances
+
 if TYPE_CHECKING:
-    from symgen.runtime.bench.case import Case, Effort
-    from symgen.runtime.bench.sweep import Curve
+    from .case import Case, Effort
+    from .sweep import Curve
 
 
 def auto_choices(case: Case, effort: Effort) -> list[dict[str, Any]]:

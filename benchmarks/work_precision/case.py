@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers
-from symgen.runtime.bench.timing import OVER_TIME, TimedLoop, no_garbage_collection, was_preempted
 from symgen.runtime.failures import failure_message
 from symgen.runtime.integrate import layout as at
 
+from .timing import OVER_TIME, TimedLoop, no_garbage_collection, was_preempted
+
 if TYPE_CHECKING:
-    from symgen.runtime.bench.reference import Reference
-    from symgen.runtime.bench.scenes import Scene
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.system import System
+
+    from .reference import Reference
+    from .scenes import Scene
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.bench.case import Case, Effort, Row, measure
 from symgen.runtime.checks.time_scales import time_scales
 from symgen.runtime.choose import choose_method
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.solve import SMALLEST_RTOL
+
+from .case import Case, Effort, Row, measure
 
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method

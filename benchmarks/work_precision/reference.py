@@ -12,8 +12,9 @@ import numpy as np
 from symgen.runtime.errors import RuntimeModelError
 
 if TYPE_CHECKING:
-    from symgen.runtime.bench.scenes import Scene
     from symgen.runtime.system import System
+
+    from .scenes import Scene
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.bench.timing import best_seconds
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
 
+from .timing import best_seconds
+
 if TYPE_CHECKING:
-    from symgen.runtime.bench.case import Case
-    from symgen.runtime.bench.sweep import Curve
+    from .case import Case
+    from .sweep import Curve
 
 _BATCH_SECONDS = 2e-3
 _BATCHES = 10

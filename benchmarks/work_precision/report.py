@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from symgen.runtime.bench.levels import LEVELS, label
+from .levels import LEVELS, label
 
 _LABELS = tuple(map(label, LEVELS))
 _SHORTEST_REASON = 100

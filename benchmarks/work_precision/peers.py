@@ -12,12 +12,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symgen.runtime.bench.case import Row
-from symgen.runtime.bench.levels import all_levels, lost_again
-from symgen.runtime.bench.sweep import tolerances
+from .case import Row
+from .levels import all_levels, lost_again
+from .sweep import tolerances
 
 if TYPE_CHECKING:
-    from symgen.runtime.bench.case import Case, Effort
+    from .case import Case, Effort
 
 _COMPILE_TIMEOUT = 300.0  # [s], beyond the time for measuring
 
