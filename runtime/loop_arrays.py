@@ -19,7 +19,8 @@ _CARRIED = ("control", "counters", "y", "f", "work", "dense", "tail")  # from st
 _STEPS_ASIDE = 256
 DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
 NO_DIRECTION = 2  # of an event that is not looked for
-PROJECTION_TOL = 1e-12
+# Of constraints of the usual sizes; where lengths are in micrometres or in parsecs, of what they change by.
+PROJECTION_TOL, _USUAL_SIZES = 1e-12, (1e-3, 1e3)
 _SHORTEST_STEP = 1e-150  # [s]: squares of the steps must not underflow
 # How long steps of adaptive methods may be: a time [s], and a share of what the run has covered. Nothing that depends
 # on the end of the run limits them, so that steps are the same for all ends.
@@ -301,6 +302,9 @@ class LoopArrays:
     def _prepare_guard(self, system: System) -> None:
         if system.m:
             self._keep[0].expect(self.p, self.t, self.y[: system.nq])
+            size = self._keep[0].residual_size
+            usual = _USUAL_SIZES[0] <= size <= _USUAL_SIZES[1]
+            self.control[at.PROJECTION_TOL] = PROJECTION_TOL * (1.0 if usual else size**2)
 
     def limit_steps(self, method: Method, *, held: bool = False) -> None:
         """Set how long steps may be; `held`: while a stop is closed, or a friction sticks."""

@@ -11,8 +11,10 @@ import sympy
 
 from symgen.runtime.abi import SPARSE, array_sizes
 from symgen.runtime.constraints.assembly import AssemblyError, assemble
+from symgen.runtime.constraints.row_weights import row_weights
 from symgen.runtime.errors import UnknownNameError
 from symgen.runtime.system import System, load
+from symgen import Model
 
 FIXTURES = Path(__file__).parent / "fixtures"
 SLIDER_CRANK = {
@@ -316,3 +318,69 @@ def test_without_constraints_nothing_moves():
     system = load(FIXTURES / "pendulum.py")
     assembly = run(system, {"theta": 0.25}, {"theta": 3.0})
     assert (assembly.q.tolist(), assembly.v.tolist(), assembly.moved) == ([0.25], [3.0], [])
+
+
+ROD = """
+name = "rod"
+[parameters]
+l = 1.0
+g = 9.81
+[coordinates]
+x = { start = 0.6 }
+y = { guess = -0.7 }
+[bodies.bob]
+mass = 1
+com = ["x", "y"]
+[gravity]
+y = "-g"
+[constraints]
+rod = "x^2 + y^2 - l^2"
+"""
+CRANK = """
+name = "crank"
+[parameters]
+r = 0.1
+l = 0.3
+[coordinates]
+theta = { start = 0.5 }
+phi = { guess = -0.2 }
+x = { guess = 0.4 }
+[bodies.piston]
+mass = 1
+com = ["x", 0]
+[energy]
+kinetic = "r^2*dot(theta)^2 + l^2*dot(phi)^2"
+[constraints]
+x_closes = "r*cos(theta) + l*cos(phi) - x"
+y_closes = "r*sin(theta) + l*sin(phi)"
+"""
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-6, 1e-3, 1e6, 1e9])
+def test_without_units_scales_follow_the_size_of_the_model(size):
+    system = Model.from_toml(ROD).derive()
+    values = {"parameters": {"l": size, "g": 9.81 * size}, "start": {"x": 0.6 * size}}
+    run = system.run(t_end=1.0, method="dop853", atol=1e-10 * size, **values)
+    assert run.ok
+    assert run.q[0] / size == pytest.approx([0.6, -0.8], rel=1e-13)
+    usual = system.run(t_end=1.0, method="dop853")
+    assert run.q[-1] / size == pytest.approx(usual.q[-1], abs=1e-9)
+    system = Model.from_toml(CRANK.replace("guess = 0.4", f"guess = {0.4 * size}")).derive()
+    r, length = 0.1 * size, 0.3 * size
+    theta, phi, x = assemble(system, np.array([r, length])).q
+    assert phi == pytest.approx(-np.arcsin(np.sin(theta) / 3), rel=1e-13)
+    assert x == pytest.approx(r * np.cos(theta) + length * np.cos(phi), rel=1e-14)
+
+
+@pytest.mark.parametrize("unit", ["", "rad"])
+def test_angles_of_many_turns_are_no_larger_than_others(unit):
+    text = CRANK.replace("{ start", f'{{ unit = "{unit}", start').replace(
+        "{ guess = -", f'{{ unit = "{unit}", guess = -'
+    )
+    system = Model.from_toml(text if unit else CRANK).derive()
+    p = system.parameter_values()
+    q = assemble(system, p).q
+    turned = assemble(system, p, {"theta": 0.5 + 1000.0 * np.pi}).q
+    assert turned[1:] == pytest.approx(q[1:], rel=1e-11)
+    near, far = (row_weights(system, p, 0.0, place)[1] for place in (q, turned))
+    assert far == pytest.approx(near, rel=0.2)

@@ -36,6 +36,7 @@ _SATISFIED = 2e-14  # of its scale: nothing to do
 _MOVED = 1e-13  # of the characteristic size: below this a change is round-off
 _TAKES_PART = 1e-3  # of the largest residual: a constraint that is named
 _MAX_REPAIRS = 20
+_MOST_SCALES, _MUCH_SMALLER = 3, 0.1
 _REFINEMENTS = 3
 
 
@@ -121,10 +122,16 @@ class _Assembler:
                 self.system, constraints, StartValues(q0, v0, q_enforced, v_enforced, self.notes)
             )
             return Assembly(q, v, self._moved(q0, q, v0, v, sizes), self.notes, [], self.system.m)
-        scales = constraints.position_scales(q0, sizes)
-        self.chart = Chart(positions, q0)
-        x = self._positions(positions.held(q_enforced), sizes, scales)
-        q = self.chart.q(x)
+        q, held = q0, positions.held(q_enforced)
+        for _ in range(_MOST_SCALES):
+            scales = constraints.position_scales(q, sizes)
+            self.chart = Chart(positions, q)
+            x = self._positions(held, sizes, scales)
+            q = self.chart.q(x)
+            found = constraints.characteristic_sizes(q)
+            if (found >= _MUCH_SMALLER * sizes).all():
+                break
+            sizes = found  # the guess was far from the size of the model
         v = self._velocities(q, v0, v_enforced, sizes)
         everything = self._problem(x, np.ones(len(x), dtype=bool), sizes, scales)
         idle = without_gradient(

@@ -67,7 +67,12 @@ class Lease:
     ----------
     rhs, project : int
         Addresses.
+    residual_size : float
+        How much the constraint that changes most changes over what counts as large near the start of a run; 1 where
+        that is not known.
     """
+
+    residual_size = 1.0
 
     def __init__(self, system: System, free: collections.deque, guard: _Guard):
         self._system, self._free, self._guard = system, free, guard
@@ -82,6 +87,9 @@ class Lease:
 
         system = self._system
         weights, smallest = row_weights(system, p, t, q)
+        if len(weights):
+            per_residual = weights[system.m * system.nv :][: system.m]
+            self.residual_size = float(1.0 / per_residual.min())
         rank = 0 if system.switched else usual_rank(system, p, t, q)
         unfit = system.dependent and rank != system.m - len(system.dependent)
         unfit = unfit or is_ill_conditioned(system, p, t, q)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.abi import ENTRIES
+from symgen.runtime.constraints.sizes import coordinate_sizes
 from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
@@ -14,9 +15,9 @@ if TYPE_CHECKING:
 
     from symgen.runtime.system import System
 
-_ANGLES = ("", "rad", "deg")
 _NEAR = 1e-2  # of the characteristic sizes: where else G is looked at, since an entry may vanish at one place
 _ROUND_OFF = 1e-13  # of a constraint's value: a change that is none
+_DIGITS = 0.03  # of what all of a coordinate's value changes: what round-off of it leaves is then no error
 _SLOWEST = 1e-6  # characteristic sizes per second below which rates are not told from rest
 
 
@@ -33,16 +34,16 @@ class Constraints:
     """
 
     def __init__(self, system: System, p: np.ndarray, t: float):
-        self._system, self._p, self._t = system, p, t
+        self._system, self.p, self.t = system, p, t
         self.positions = Positions(system)
         self.names = [record["name"] for record in system.constraints]
 
-    def _call(self, name: str, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return self._system.kernel(name)(self._t, np.concatenate([q, v]), self._p)
+    def _call(self, name: str, q: np.ndarray, v: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
+        return self._system.kernel(name)(self.t, np.concatenate([q, v]), self.p if p is None else p)
 
-    def position(self, q: np.ndarray) -> np.ndarray:
-        """Return Φ(q, t), shape (nh,)."""
-        return self._call("constraint_residual", q, np.zeros(self._system.nv))[: self._system.nh]
+    def position(self, q: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
+        """Return Φ(q, t), shape (nh,), with other parameters if any are given."""
+        return self._call("constraint_residual", q, np.zeros(self._system.nv), p)[: self._system.nh]
 
     def velocity(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the velocity residual of all constraints, shape (m,)."""
@@ -100,20 +101,8 @@ class Constraints:
         return float(self._call("rhs", q, v)[-1])
 
     def characteristic_sizes(self, q: np.ndarray) -> np.ndarray:
-        """Return what counts as large for what each rate moves, shape (nv,).
-
-        1 for angles, turns and numbers without a unit, otherwise the largest value among coordinates and
-        parameters of the same unit.
-        """
-        records = [*self._system.coordinates, *self._system.parameters, *self._system.inputs]
-        values = np.concatenate([q, self._p])
-        largest: dict[str, float] = {}
-        for record, value in zip(records, np.abs(values)):
-            largest[record["unit"]] = max(largest.get(record["unit"], 0.0), float(value))
-        units = [record["unit"] for record in self._system.coordinates]
-        bare = max([1.0, *np.abs(q[[unit in _ANGLES for unit in units]])])
-        sizes = np.array([bare if unit in _ANGLES else largest[unit] or 1.0 for unit in units])
-        return self.positions.per_rate(sizes, 1.0)
+        """Return what counts as large for what each rate moves, shape (nv,); see `sizes.coordinate_sizes`."""
+        return self.positions.per_rate(coordinate_sizes(self._system, self, q, self.p), 1.0)
 
     def position_scales(self, q: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         """Return by how much each position constraint changes over the characteristic sizes, shape (nh,).
@@ -127,6 +116,10 @@ class Constraints:
         for place in near:
             change = self.largest_in_rows(place, np.zeros_like(sizes), sizes)[: self._system.nh]
             scales = np.fmax(scales, np.where(np.isfinite(change), change, 0.0))
+        at = self.positions.per_rate(q, 0.0)
+        scales = np.fmax(
+            scales, _DIGITS * self.largest_in_rows(q, np.zeros_like(sizes), at)[: self._system.nh]
+        )
         values = np.abs(self.position(q))
         scales = np.where(scales > _ROUND_OFF * values, scales, values)
         return np.where(scales > 0.0, scales, 1.0)

@@ -65,12 +65,12 @@ def scenarios() -> Iterator[Scenario]:
     for kind, run in kinds.items():
         for seed in range(_LONG):
             yield Scenario(
-                kind, f"{kind} {seed}", functools.partial(_bounded, run, kind, seed),
+                kind, f"{kind} {seed}", functools.partial(bounded, run, kind, seed),
                 short=seed < _SHORT, limit=_LIMIT,
             )  # fmt: skip
 
 
-def _bounded(run: Callable[[random.Random], Outcome], kind: str, seed: int) -> Outcome:
+def bounded(run: Callable[[random.Random], Outcome], kind: str, seed: int) -> Outcome:
     """Run within a folder of its own and limited memory."""
     import resource
 

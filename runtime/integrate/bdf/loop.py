@@ -187,12 +187,12 @@ def bdf_step(method, addresses, sizes, p, control, counters, y, f, w):
         order = counters[ORDER]
         predict(method, sizes, order, w)
         set_tolerances(sizes, control, w)
-        allow_for_singularity(sizes, control, w)
+        allow_for_singularity(sizes, w)
         error = math.inf
         cause = solve_step(method.alpha[order] / h, addresses, sizes, p, counters, t1, w)
         solved = cause == RUNNING
         if solved:
-            allow_for_singularity(sizes, control, w)
+            allow_for_singularity(sizes, w)
             error = method.error[order] * norm(sizes, w.states[CHANGE], w)
             cause = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         if error <= 1.0:

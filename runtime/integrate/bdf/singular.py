@@ -4,17 +4,18 @@ import math
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate.bdf.work import FAR_STEP, LEFT_OPEN, PIVOT_RATIO, PREDICTED, SCALE, SPACING
-from symgen.runtime.integrate.layout import N_ROW, NM, NQ, NV, PROJECTION_TOL, H
+from symgen.runtime.integrate.layout import N_ROW, NM, NQ, NV, H
 
 # Pivot ratios, which are d² at the distance d from there. Nearer than the smaller one, accelerations are taken without
 # the constraint.
 NEAR_SINGULAR, ON_SINGULAR = 1e-4, 1e-8
 # How fast it is forgotten from step to step, as are the points of the history, and what is nothing.
 FADING, NOTHING = 0.5, 10.0
+MET_TO = 1e-12  # of their sizes: what projections leave of constraints
 
 
 @jitted
-def allow_for_singularity(sizes, control, w):
+def allow_for_singularity(sizes, w):
     """Raise the tolerances of rates to what the projection leaves open of them.
 
     At the distance d, positions that meet the constraints to ε let rates across their branch vary by ε/d. No step,
@@ -27,7 +28,7 @@ def allow_for_singularity(sizes, control, w):
     if ratio > 0.0:
         w.numbers[PIVOT_RATIO] = ratio
     if is_near_singular(sizes, w):
-        own = control[PROJECTION_TOL] / math.sqrt(max(ratio, ON_SINGULAR))
+        own = MET_TO / math.sqrt(max(ratio, ON_SINGULAR))
         w.numbers[LEFT_OPEN] = max(w.numbers[LEFT_OPEN], own)
     if w.numbers[LEFT_OPEN] == 0.0:
         return
@@ -52,7 +53,7 @@ def leave_singularity(control, w):
         w.numbers[FAR_STEP] = w.numbers[SPACING]
         return
     w.numbers[LEFT_OPEN] *= FADING
-    if w.numbers[LEFT_OPEN] < NOTHING * control[PROJECTION_TOL]:
+    if w.numbers[LEFT_OPEN] < NOTHING * MET_TO:
         w.numbers[LEFT_OPEN] = 0.0
     if w.numbers[FAR_STEP] > 0.0:
         control[H] = min(control[H], w.numbers[FAR_STEP])
