@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import sympy
 
+from symgen import Model
 from symgen.runtime.abi import SPARSE, array_sizes
 from symgen.runtime.constraints.assembly import AssemblyError, assemble
 from symgen.runtime.constraints.row_weights import row_weights
 from symgen.runtime.errors import UnknownNameError
 from symgen.runtime.system import System, load
-from symgen import Model
 
 FIXTURES = Path(__file__).parent / "fixtures"
 SLIDER_CRANK = {

@@ -10,14 +10,10 @@ import copy
 import functools
 import json
 import random
-import re
-import tomllib
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
-from .hostile import ROOT, bounded
-from .scenario import CRASH, FLAGGED, REFUSED, RIGHT, WRONG, Outcome
+from .hostile import ROOT
 
 _SHORT, _LONG = 2, 40  # batches of each kind
 _BATCH = 12  # changes in one scenario
