@@ -21,10 +21,8 @@ _FAR = 30.0  # terms of a constraint: a change by more says that the sizes are n
 _DIVIDED_BY = 4.0
 _SMALLEST = 1e-30
 _MOST_REMEMBERED = 16
-_PARTS, _STRAIGHT = (
-    (1.0 / 16.0, 1.0 / 37.0),
-    0.3,
-)  # of a long way, and what they may change of what all of it does
+_PARTS = (1.0 / 16.0, 1.0 / 37.0)  # of a long way,
+_STRAIGHT = 0.3  # and what they may change of what all of it does
 
 
 def coordinate_sizes(system: System, constraints: Constraints, q: np.ndarray, p: np.ndarray) -> np.ndarray:
