@@ -26,8 +26,6 @@ _MAY_BE_DEPENDENT = (
 )
 NEARLY_DEPENDENT = 1e-2  # methods that do not pass such a configuration may stop well before it
 _BY_ITSELF = (at.STEP_TOO_SMALL, at.SINGULAR_MATRIX, at.NOT_FINITE, at.NEWTON_FAILED)
-# With constraints projected these stop at such a configuration only if no motion leads on.
-_PASS_CHANGE_POINTS = ("dop853", "dopri5")
 
 
 def failure_message(status: int, system: System, method: Method, arrays: LoopArrays) -> str:
@@ -39,7 +37,7 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
         See `symgen.runtime.integrate.layout`.
     """
     when = f"t = {arrays.t:.9g} s"
-    if status == at.SINGULAR_MATRIX and method.name == "taylor" and system.m:
+    if status == at.SINGULAR_MATRIX and method.series and system.m:
         return (
             f"Constraints depend on each other at {when}, where series of the accelerations cannot be solved for: "
             "use --method dop853, which lets go of what is redundant."
@@ -88,7 +86,7 @@ def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, 
         return ""
     from symgen.runtime.constraints.dependence import DEPENDENT, dependent_constraints, rank_is_lost
 
-    passes = method.name in _PASS_CHANGE_POINTS and method.form == "projection"
+    passes = method.passes_dependence
     part = DEPENDENT if passes else NEARLY_DEPENDENT
     place = system, arrays.p, arrays.t, arrays.y[: system.nq]
     names = dependent_constraints(*place, part)
@@ -115,7 +113,7 @@ def _step_too_small(system: System, method: Method, arrays: LoopArrays, when: st
     h = arrays.control[at.H]
     if arrays.counters[at.STIFF_COUNT] > 0:
         remedy = "the motion is stiff; try --method radau5"
-    elif method.name == "taylor" and system.m:
+    elif method.series and system.m:
         remedy = "there may be a change point, which series do not reach across; try --method dop853"
     elif arrays.control[at.RTOL] < _ROUND_OFF_RTOL:
         remedy = "the tolerance is at the limit of round-off; loosen --rtol and --atol"
@@ -135,7 +133,7 @@ def _not_finite(system: System, method: Method, arrays: LoopArrays, when: str) -
     elif broken:
         what = f"the derivative of {broken[0]} is not finite"
         remedy = "check the expressions that act on it for a division by zero or a root of a negative number"
-    elif method.name == "taylor" and any(switch.get("normal") for switch in system.switches):
+    elif method.series and any(switch.get("normal") for switch in system.switches):
         what = "no series leads on"
         remedy = "where a force is zero that friction is in proportion to, its magnitude has none: try --method dop853"
     elif method.adaptive:

@@ -311,7 +311,7 @@ class LoopArrays:
         base, share = np.inf, 0.0
         if method.adaptive and held:
             base, share = _LONGEST_HELD
-        elif method.far_reaching and self.n_events:
+        elif method.series and self.n_events:
             base, share = _LONGEST_WITH_EVENTS
         elif method.adaptive:
             base, share = _LONGEST

@@ -170,7 +170,7 @@ def solve(
         times, shown = timetable.with_frames(times, shown)
     arrays = LoopArrays(
         system, chosen, p, t_start, state, frame_times=times, rtol=rtol, atol=atol, step=chosen_step,
-        energy_level=choose_energy_level(energy_scaling, system, chosen, treatment, p, t_start, state),
+        energy_level=choose_energy_level(energy_scaling, system, chosen, p, t_start, state),
     )  # fmt: skip
     if recorder is not None and not hasattr(recorder, "frames"):
         recorder = recorder(

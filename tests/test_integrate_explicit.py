@@ -10,22 +10,22 @@ from scipy.integrate import solve_ivp
 
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.explicit import tableaus
+from symgen.runtime.integrate.explicit.dop853_coefficients import dop853
+from symgen.runtime.integrate.explicit.tableau import erk_tableau
 from symgen.runtime.integrate.methods import METHODS, find_method
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
-EXPLICIT = ("euler", "semi_implicit_euler", "verlet", "rk4", "dopri5", "dop853")
-# Steps from which the error is well above round-off and the method in its asymptotic range.
-STEP = {
-    "euler": 2e-4,
-    "semi_implicit_euler": 2e-4,
-    "verlet": 2e-3,
-    "rk4": 8e-3,
-    "dopri5": 0.02,
-    "dop853": 0.16,
-}
+EXPLICIT = [
+    name
+    for name, method in METHODS.items()
+    if method.growth is not None and method.form == "projection" and not method.needs_plain_rates
+]
+RUNGE_KUTTA = [name for name in EXPLICIT if METHODS[name].family.endswith(":advance_erk")]
+ADAPTIVE = [name for name in EXPLICIT if METHODS[name].adaptive]
+# By order, steps from which the error is well above round-off and the method in its asymptotic range.
+STEP = {1: 2e-4, 2: 2e-3, 3: 4e-3, 4: 8e-3, 5: 0.02, 6: 0.04, 7: 0.08, 8: 0.16}
 T_END = 0.8
 
 
@@ -76,7 +76,7 @@ def fixed_steps(system, name, h, frame_times):
 def test_observed_order(systems, name, model):
     exact = reference(model, np.array([T_END]))[0]
     errors = []
-    for h in (STEP[name], STEP[name] / 4):
+    for h in (STEP[METHODS[name].order], STEP[METHODS[name].order] / 4):
         arrays = fixed_steps(systems[model], name, h, np.zeros(0))
         errors.append(np.abs(arrays.y - exact).max())
     observed = np.log2(errors[0] / errors[1]) / 2
@@ -85,12 +85,12 @@ def test_observed_order(systems, name, model):
 
 
 @pytest.mark.parametrize("model", ["pendulum", "oscillator"])
-@pytest.mark.parametrize("name", ["rk4", "dopri5", "dop853"])
+@pytest.mark.parametrize("name", RUNGE_KUTTA)
 def test_dense_output_order(systems, name, model):
     times = np.linspace(0.0, T_END, 203)[1:-1]
     exact = reference(model, times)
     errors = []
-    for h in (STEP[name], STEP[name] / 4):
+    for h in (STEP[METHODS[name].order], STEP[METHODS[name].order] / 4):
         arrays = fixed_steps(systems[model], name, h, times)
         assert arrays.counters[at.NEXT_FRAME] == len(times)
         errors.append(np.abs(arrays.frames - exact).max())
@@ -98,7 +98,7 @@ def test_dense_output_order(systems, name, model):
     assert METHODS[name].dense_order + 1 - 0.5 < observed
 
 
-@pytest.mark.parametrize("name", ["dopri5", "dop853"])
+@pytest.mark.parametrize("name", ADAPTIVE)
 @pytest.mark.parametrize("model", ["pendulum", "cartesian_pendulum"])
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8, 1e-11])
 def test_tolerance_is_met(systems, name, model, rtol):
@@ -137,10 +137,10 @@ def test_fixed_steps_land_on_stops_without_drift(systems):
     assert ends[-1] == 3.0
 
 
-@pytest.mark.parametrize("make", [tableaus.euler, tableaus.rk4, tableaus.dopri5, tableaus.dop853])
-def test_order_conditions(make):
+@pytest.mark.parametrize("name", RUNGE_KUTTA)
+def test_order_conditions(name):
     """Trees up to order 4, and quadrature up to the method's order (Butcher)."""
-    tableau = make()
+    tableau = METHODS[name].coefficients(None)
     n = tableau.n_stages
     a, b, c = tableau.a[:n, :n], tableau.b, tableau.c[:n]
     for k in range(1, tableau.order + 1):
@@ -158,7 +158,7 @@ def test_order_conditions(make):
 def test_dop853_coefficients_are_scipys():
     from scipy.integrate._ivp import dop853_coefficients as scipys
 
-    tableau = tableaus.dop853()
+    tableau = dop853()
     np.testing.assert_array_equal(tableau.a, scipys.A)
     np.testing.assert_array_equal(tableau.dense, scipys.D)
     np.testing.assert_allclose(tableau.error, [scipys.E5[:12], scipys.E3[:12]], atol=1e-17)
@@ -166,9 +166,9 @@ def test_dop853_coefficients_are_scipys():
 
 def test_contradicting_tableaus_are_refused():
     with pytest.raises(ValueError, match="sum to"):
-        tableaus.erk_tableau([[], [0.5]], [0.5, 0.6], 2)
+        erk_tableau([[], [0.5]], [0.5, 0.6], 2)
     with pytest.raises(ValueError, match="stage 1 has 2"):
-        tableaus.erk_tableau([[], [0.5, 0.5]], [0.5, 0.5], 2)
+        erk_tableau([[], [0.5, 0.5]], [0.5, 0.5], 2)
 
 
 def test_unknown_method_names_the_nearest():
@@ -186,7 +186,7 @@ def test_non_finite_and_step_too_small_are_told_apart(systems):
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
-@pytest.mark.parametrize("name", ["dopri5", "dop853"])
+@pytest.mark.parametrize("name", ADAPTIVE)
 def test_first_step_from_rest_is_of_the_size_of_those_after_it(systems, name, rtol):
     # The scale of rates at rest is atol alone: a first step by that would be 1e-4 times as long.
     system = systems["pendulum"]

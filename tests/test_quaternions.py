@@ -23,7 +23,8 @@ from symgen.runtime.constraints.kkt import robust_project_address
 from symgen.runtime.errors import ModuleError, RuntimeModelError, UnknownNameError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
-from symgen.runtime.integrate.methods import METHODS, taylor
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.methods.taylor import taylor
 from symgen.runtime.loop_arrays import LoopArrays, loop_sizes
 from symgen.runtime.positions import Chart, Positions
 from symgen.runtime.recording.reader import read_recording

@@ -35,8 +35,8 @@ UNUSED = (
         "code.modules", "code.lower", "code.straight_line", "code.expressions", "code.dense_ldl", "code.front_ldl",
         "code.compile_jitted", "code.compiler", "taylor.graph", "taylor.motion", "taylor.rolled", "taylor.unrolled",
         "contact", "inputs", "recording", "explain", "constraints.kkt", "constraints.rank_revealing",
-        "constraints.baumgarte", "integrate.ggl", "integrate.forms", "integrate.radau", "integrate.bdf",
-        "integrate.rattle", "integrate.partition", "integrate.alpha",
+        "constraints.baumgarte", "integrate.ggl", "integrate.forms", "integrate.growth", "integrate.radau",
+        "integrate.bdf", "integrate.rattle", "integrate.partition", "integrate.alpha",
     )),
 )  # fmt: skip
 

@@ -11,7 +11,8 @@ from references import error, load_reference, numbers
 
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.methods import METHODS, taylor
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.methods.taylor import taylor
 from symgen.runtime.integrate.taylor.loop import TaylorSeries, order_for
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.system import load

@@ -44,7 +44,7 @@ class TimedLoop:
         self.arrays = LoopArrays(
             system, method, p, 0.0, state, frame_times=np.zeros(0), rtol=rtol, atol=atol, step=step,
             with_events=False, log_length=STEPS_PER_CALL,
-            energy_level=choose_energy_level(None, system, method, "projection", p, 0.0, state),
+            energy_level=choose_energy_level(None, system, method, p, 0.0, state),
         )  # fmt: skip
         carried = (self.arrays.control, self.arrays.counters, self.arrays.y, self.arrays.f, self.arrays.work)
         self._start = [(array, array.copy()) for array in carried]

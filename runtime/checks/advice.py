@@ -11,7 +11,7 @@ import numpy as np
 from symgen.runtime.checks.advice_text import advice_lines
 from symgen.runtime.checks.cost import Cost, fixed_step_cost, run_cost, seconds_per_evaluation
 from symgen.runtime.checks.mode_origin import Origin, fastest_origin
-from symgen.runtime.checks.stability import EXPLICIT_METHODS, damping_ratio, stable_radius, stable_step
+from symgen.runtime.checks.stability import damping_ratio, stable_radius, stable_step
 from symgen.runtime.checks.steps import MOST_RECOMMENDED, step_for_phases
 from symgen.runtime.checks.time_scales import TimeScales, time_scales
 from symgen.runtime.choose import refuse_unsuitable
@@ -252,10 +252,10 @@ def _constraints_reason(run: Solution) -> str:
 def _limits(system: System, scales: TimeScales):
     if scales.fastest <= 0.0:
         return
-    for name in EXPLICIT_METHODS:
-        if _suits(METHODS[name], system):
-            undamped = stable_radius(METHODS[name]) / scales.fastest
-            yield StabilityLimit(name, undamped, stable_step(METHODS[name], scales.eigenvalues))
+    for method in METHODS.values():
+        if method.growth is not None and method.form == "projection" and _suits(method, system):
+            undamped = stable_radius(method) / scales.fastest
+            yield StabilityLimit(method.name, undamped, stable_step(method, scales.eigenvalues))
 
 
 def _suits(method: Method, system: System) -> bool:
@@ -272,7 +272,7 @@ def _fixed_steps(
     for method in METHODS.values():
         if (
             method.adaptive
-            or method.name == "euler"
+            or stable_radius(method) == 0.0
             or method.form != "projection"
             or not _suits(method, system)
         ):

@@ -16,18 +16,6 @@ if TYPE_CHECKING:
 
 _REPEATS = 5
 _LEAST_ROWS = 1000
-# Evaluations in one step. Of implicit methods: stages, times the iterations that they usually take, and as much
-# again for their linear algebra.
-_EVALUATIONS = {
-    "euler": 1,
-    "semi_implicit_euler": 1,
-    "verlet": 2,
-    "verlet4": 5,
-    "verlet6": 9,
-    "verlet8": 17,
-    "rk4": 4,
-}
-_PER_STAGE = 8
 
 
 @dataclass(frozen=True)
@@ -62,8 +50,5 @@ def run_cost(run: Solution, span: float) -> Cost:
 
 def fixed_step_cost(method: Method, steps: float, evaluation: float) -> Cost:
     """Return the cost of so many steps of a method of fixed step."""
-    per_step = _EVALUATIONS.get(method.name)
-    if per_step is None:
-        per_step = _PER_STAGE * (method.order // 2 if method.name.startswith("gauss") else 1)
     # The end of a run that is no whole number of steps away costs one more; nobody counts it.
-    return Cost(max(1, round(steps)), steps * per_step * evaluation)
+    return Cost(max(1, round(steps)), steps * method.evaluations * evaluation)

@@ -10,9 +10,7 @@ if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
 
-_SERIES = 20.0  # operations of a step of `taylor` for one of rhs
 _OF_CALL, _OF_NEWTON = 100.0, 800.0  # operations that evaluations and iterations cost besides
-_STAGES = {"dop853": 12.0}
 
 
 def operations_of_run(solution: Solution) -> float:
@@ -35,9 +33,9 @@ def operations_per_step(solution: Solution, method: Method) -> float:
     stats, operations = solution.stats, solution.system.operations
     steps = max(stats["steps"], 1)
     if method.name != solution.method:
-        calls, solved, derived, iterations = _STAGES[method.name], 0.0, 0.0, 0.0
+        calls, solved, derived, iterations = method.evaluations, 0.0, 0.0, 0.0
     else:
-        calls = _SERIES if method.name == "taylor" else stats["rhs"] / steps
+        calls = method.evaluations if method.series else stats["rhs"] / steps
         solved = stats["factorisations"] / steps * (solution.system.nv + solution.system.m) ** 3
         derived = stats["jacobians"] / steps * operations.get("residual_jacobian", 0)
         iterations = stats["newton"] / steps * _OF_NEWTON

@@ -13,13 +13,11 @@ if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.system import System
 
-METHODS_THAT_SCALE = ("dopri5", "dop853", "taylor")
-FORMS_THAT_SCALE = ("projection", "partition")
 _EQUAL = 1e-12  # relative round-off
 
 
 def choose_energy_level(
-    wanted: bool | None, system: System, method: Method, form: str, p: np.ndarray, t: float, state: np.ndarray
+    wanted: bool | None, system: System, method: Method, p: np.ndarray, t: float, state: np.ndarray
 ) -> float:
     """Return the energy [J] that the run is to keep; nan where energy scaling is off.
 
@@ -27,8 +25,8 @@ def choose_energy_level(
     ----------
     wanted : bool or None
         None: where it suits.
-    form : str
-        How constraints are treated.
+    method : Method
+        In the form in which constraints are treated.
     state : ndarray, shape (nq + nv,)
         Consistent initial state.
 
@@ -39,7 +37,7 @@ def choose_energy_level(
     """
     if wanted is False:
         return np.nan
-    objection = _objection(system, method, form, p, t, state)
+    objection = _objection(system, method, p, t, state)
     if objection and wanted:
         raise RuntimeModelError(f"energy_scaling: {objection}; leave it out")
     return np.nan if objection else energy(system, p, t, state)
@@ -50,12 +48,12 @@ def energy(system: System, p: np.ndarray, t: float, state: np.ndarray) -> float:
     return float(system.kernel("energy")(t, state, p).sum())
 
 
-def _objection(system: System, method: Method, form: str, p: np.ndarray, t: float, state: np.ndarray) -> str:
+def _objection(system: System, method: Method, p: np.ndarray, t: float, state: np.ndarray) -> str:
     name = f"model {system.name!r}"
     if not system.m:
         return f"{name} has no constraints, and the methods keep its energy as well as its motion"
-    if method.name not in METHODS_THAT_SCALE or form not in FORMS_THAT_SCALE:
-        return f"only {', '.join(METHODS_THAT_SCALE)} have it, with constraints 'projection' or 'partition'"
+    if not method.scales_energy:
+        return f"only {', '.join(_those_that_scale())} have it, with constraints 'projection' or 'partition'"
     if system.structure["time_dependent"] or system.m > system.nh:
         return f"{name} depends on time, or has velocity constraints"
     if system.nw and not _constant_forces(system, p, t, state):
@@ -67,6 +65,12 @@ def _objection(system: System, method: Method, form: str, p: np.ndarray, t: floa
     if not _quadratic(system, p, t, state):
         return f"the kinetic energy of {name} is not quadratic in the rates"
     return ""
+
+
+def _those_that_scale() -> list[str]:
+    from symgen.runtime.integrate.methods import METHODS
+
+    return [name for name, method in METHODS.items() if method.scales_energy]
 
 
 def _constant_forces(system: System, p: np.ndarray, t: float, state: np.ndarray) -> bool:

@@ -26,7 +26,7 @@ def needs_all_breaks(method: Method) -> bool:
     Series are those of one piece, and high orders with fixed steps are lost where a third derivative jumps. Where
     errors are estimated, steps over such breaks reach the tolerance as well, with less work.
     """
-    return method.name == "taylor" or (not method.adaptive and method.order > _ORDER_OF_SPLINES)
+    return method.series or (not method.adaptive and method.order > _ORDER_OF_SPLINES)
 
 
 class InputSchedule:

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from symgen.runtime.constraints.large import is_large
 from symgen.runtime.integrate.methods import Method
@@ -14,7 +10,6 @@ from symgen.runtime.integrate.methods import Method
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
-WITH_SPARSE_MATRICES = ("radau5", "radau9", "radau13")
 SMALLEST_SPARSE = 120  # rates and multipliers; in smaller models full matrices cost no more
 MOST_FULL = 0.1  # entries of a factor, of n²; where there are more, full matrices are faster
 
@@ -26,15 +21,7 @@ def has_sparse_form(system: System) -> bool:
 
 def suited_to_size(method: Method, system: System) -> Method:
     """Return the method in the form that suits a model: with sparse matrices where it is large enough and sparse."""
-    if method.name not in WITH_SPARSE_MATRICES or method.form != "projection" or not _is_sparse(system):
-        return method
-    return replace(
-        method,
-        family="symgen.runtime.integrate.radau.sparse_loop:advance_radau_sparse",
-        coefficients=_with_pattern(method.coefficients),
-        work_size=_work_size,
-        kernels=("residual_jacobian_entries",),
-    )
+    return method.sparse if method.sparse is not None and _is_sparse(system) else method
 
 
 def _is_sparse(system: System) -> bool:
@@ -44,19 +31,3 @@ def _is_sparse(system: System) -> bool:
     from symgen.runtime.integrate.sparse_pattern import newton_pattern
 
     return is_large(system) or newton_pattern(system).n_factor <= MOST_FULL * n * n
-
-
-def _with_pattern(coefficients: Callable[[System], Any]) -> Callable[[System], Any]:
-    def sparse(system: System) -> Any:
-        from symgen.runtime.integrate.radau.sparse_loop import SparseRadauIIA
-        from symgen.runtime.integrate.sparse_pattern import newton_pattern
-
-        return SparseRadauIIA(*coefficients(system), newton_pattern(system))
-
-    return sparse
-
-
-def _work_size(coefficients: Any, sizes: np.ndarray) -> int:
-    from symgen.runtime.integrate.radau.sparse_work import sparse_radau_work_size
-
-    return int(sparse_radau_work_size(coefficients, sizes))

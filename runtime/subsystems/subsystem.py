@@ -72,7 +72,7 @@ class Subsystem:
         level = np.nan
         if system.m:
             wanted = settings.energy_scaling
-            level = choose_energy_level(wanted, system, method, self.choice.treatment, self.p, t, self.state)
+            level = choose_energy_level(wanted, system, method, self.p, t, self.state)
         arrays = LoopArrays(
             system, method, self.p, t, self.state, frame_times=times, rtol=self.tolerance * settings.rtol,
             atol=self.tolerance * settings.atol, step=self.choice.step, energy_level=level,

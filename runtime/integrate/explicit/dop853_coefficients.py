@@ -1,5 +1,11 @@
 """Coefficients of dop853, as in dop853.f of Hairer, Nørsett, Wanner (http://www.unige.ch/~hairer/software.html)."""
 
+import functools
+
+import numpy as np
+
+from symgen.runtime.integrate.explicit.tableau import ErkTableau, erk_tableau
+
 # Stage s: coefficients of the derivatives before it. Row 12 holds the weights; rows 13 to 15 serve dense output.
 DOP853_A = {
     0: {},
@@ -202,3 +208,22 @@ DOP853_D = (
         15: -0.14972683625798562581422125276e3,
     },
 )
+
+
+@functools.cache
+def dop853() -> ErkTableau:
+    """Return Dormand and Prince's method of order 8(5,3) with dense output of order 7.
+
+    Hairer, Nørsett, Wanner (1993), II.5 and II.10; coefficients and controller of dop853.f, but for `SAFETY`.
+    """
+    a = [[DOP853_A[s].get(j, 0.0) for j in range(s)] for s in range(16)]
+    d = [[row.get(j, 0.0) for j in range(16)] for row in DOP853_D]
+    b = a[12]
+    error = [[row.get(j, 0.0) for j in range(12)] for row in (DOP853_ERROR_5, DOP853_ERROR_3)]
+    error[1] = [b[j] - error[1][j] for j in range(12)]
+    tableau = erk_tableau(
+        a[:12], b, 8, extra=a[13:], error=error, dense=d, error_order=8, limits=(0.333, 6.0), stiff_bound=6.1
+    )
+    if np.any(np.abs(tableau.c - np.array(DOP853_C)) > 1e-13):
+        raise ValueError("dop853's nodes contradict its coefficients")
+    return tableau

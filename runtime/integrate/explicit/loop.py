@@ -12,7 +12,7 @@ from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.explicit.dop853 import dop853_error, dop853_new_state, dop853_stages
 from symgen.runtime.integrate.explicit.stiffness import watch_stiffness
-from symgen.runtime.integrate.explicit.tableaus import NO_ESTIMATE, TWO_ESTIMATES
+from symgen.runtime.integrate.explicit.tableau import NO_ESTIMATE, TWO_ESTIMATES
 from symgen.runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,

@@ -9,7 +9,7 @@ from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.explicit.loop import combine_dense, erk_sum, norm_of_two
-from symgen.runtime.integrate.explicit.tableaus import NO_ESTIMATE, TWO_ESTIMATES
+from symgen.runtime.integrate.explicit.tableau import NO_ESTIMATE, TWO_ESTIMATES
 from symgen.runtime.integrate.layout import (
     ERROR_OLD,
     F_VALID,

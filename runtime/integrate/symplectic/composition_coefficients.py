@@ -79,8 +79,7 @@ def composition(order: int) -> Composition:
     ValueError
         Where the coefficients do not sum to 1.
     """
-    half = HALVES[order]
-    drifts = np.array([*half, *half[-2::-1]])
+    drifts = np.array(parts(order))
     if abs(drifts.sum() - 1.0) > 1e-14:
         raise ValueError(f"the steps of a composition must sum to 1, not to {drifts.sum()!r}")
     kicks = 0.5 * (np.append(0.0, drifts) + np.append(drifts, 0.0))
@@ -96,3 +95,10 @@ def composition(order: int) -> Composition:
         rates=np.ascontiguousarray(rows_of_derivative()[2:7, 2:]),
         work=fit_rows([*_ENDS, (1, PLACES[0]), (1, PLACES[1])]),
     )
+
+
+def parts(order: int) -> tuple[float, ...]:
+    """Return the lengths of the Verlet steps that one step of order 2, 4, 6 or 8 is made of, in parts of it."""
+    if order == 2:
+        return (1.0,)
+    return (*HALVES[order], *HALVES[order][-2::-1])

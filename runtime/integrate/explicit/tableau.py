@@ -1,20 +1,10 @@
-"""Coefficients of the explicit Runge-Kutta methods, validated when they are made."""
+"""Coefficients of an explicit Runge-Kutta method, validated when they are made."""
 
 from __future__ import annotations
 
-import functools
-from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-
-from symgen.runtime.integrate.explicit.dop853_coefficients import (
-    DOP853_A,
-    DOP853_C,
-    DOP853_D,
-    DOP853_ERROR_3,
-    DOP853_ERROR_5,
-)
 
 # How a tableau estimates its error.
 NO_ESTIMATE, ONE_ESTIMATE, TWO_ESTIMATES = range(3)
@@ -145,74 +135,3 @@ def validate(tableau: ErkTableau) -> None:
         raise ValueError("the coefficients of dense output beyond cubic Hermite must sum to 0")
     if not np.all((tableau.c >= 0) & (tableau.c < 1.0 + 1e-14)):
         raise ValueError(f"nodes must lie in the step, not at {tableau.c}")
-
-
-@functools.cache
-def euler() -> ErkTableau:
-    """Return the explicit Euler method."""
-    return erk_tableau([[]], [1.0], 1)
-
-
-@functools.cache
-def rk4() -> ErkTableau:
-    """Return the classical Runge-Kutta method of order 4 (Kutta 1901)."""
-    return erk_tableau([[], [0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6], 4)
-
-
-@functools.cache
-def dopri5() -> ErkTableau:
-    """Return Dormand and Prince's method of order 5(4) with dense output of order 4.
-
-    Dormand, Prince, J. Comp. Appl. Math. 6 (1980) 19; Hairer, Nørsett, Wanner (1993), table II.5.2, and the dense
-    output of dopri5.f.
-    """
-    f = Fraction
-    a = [
-        [],
-        [f(1, 5)],
-        [f(3, 40), f(9, 40)],
-        [f(44, 45), f(-56, 15), f(32, 9)],
-        [f(19372, 6561), f(-25360, 2187), f(64448, 6561), f(-212, 729)],
-        [f(9017, 3168), f(-355, 33), f(46732, 5247), f(49, 176), f(-5103, 18656)],
-        [f(35, 384), f(0), f(500, 1113), f(125, 192), f(-2187, 6784), f(11, 84)],
-    ]
-    error = [f(71, 57600), f(0), f(-71, 16695), f(71, 1920), f(-17253, 339200), f(22, 525), f(-1, 40)]
-    dense = [
-        f(-12715105075, 11282082432),
-        f(0),
-        f(87487479700, 32700410799),
-        f(-10690763975, 1880347072),
-        f(701980252875, 199316789632),
-        f(-1453857185, 822651844),
-        f(69997945, 29380423),
-    ]
-    return erk_tableau(
-        a,
-        [*a[-1], 0],
-        5,
-        error=[error],
-        dense=[dense],
-        error_order=5,
-        beta=0.04,
-        limits=(0.2, 10.0),
-        stiff_bound=3.25,
-    )
-
-
-@functools.cache
-def dop853() -> ErkTableau:
-    """Return Dormand and Prince's method of order 8(5,3) with dense output of order 7.
-
-    Hairer, Nørsett, Wanner (1993), II.5 and II.10; coefficients and controller of dop853.f, but for `SAFETY`.
-    """
-    a = [[DOP853_A[s].get(j, 0.0) for j in range(s)] for s in range(16)]
-    d = [[row.get(j, 0.0) for j in range(16)] for row in DOP853_D]
-    b = a[12]
-    error = [[row.get(j, 0.0) for j in range(12)] for row in (DOP853_ERROR_5, DOP853_ERROR_3)]
-    error[1] = [b[j] - error[1][j] for j in range(12)]
-    tableau = erk_tableau(
-        a[:12], b, 8, extra=a[13:], error=error, dense=d, error_order=8, limits=(0.333, 6.0), stiff_bound=6.1
-    )
-    if np.any(np.abs(tableau.c - np.array(DOP853_C)) > 1e-13):
-        raise ValueError("dop853's nodes contradict its coefficients")
-    return tableau

@@ -1,0 +1,61 @@
+"""The generalized-α method and HHT: with projection, of index 3, and of stabilised index 2."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from symgen.runtime.integrate.method import EVALUATIONS_PER_STAGE, Method, resolve
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from symgen.runtime.system import System
+
+_PURPOSE = "stiff structures: damps the fastest vibrations (by 0.9 and 0.82 a step), slow ones hardly"
+_CONSTRAINED_KERNELS = (
+    "residual_jacobian", "residual", "constraint_residual", "constraint_jacobian", "mass_matrix",
+)  # fmt: skip
+
+
+def _alpha(name: str, oscillation_error: float) -> Method:
+    def parameters(system: System) -> Any:
+        return resolve(f"symgen.runtime.integrate.alpha.coefficients:{name}")()
+
+    def work_size(coefficients: Any, sizes: np.ndarray) -> int:
+        return int(resolve("symgen.runtime.integrate.alpha.work:alpha_work_size")(sizes))
+
+    return Method(
+        name=name, order=2, dense_order=2, adaptive=False,
+        family="symgen.runtime.integrate.alpha.loop:advance_generalized_alpha",
+        coefficients=parameters, work_size=work_size, evaluations=EVALUATIONS_PER_STAGE, purpose=_PURPOSE,
+        kernels=("residual_jacobian",), stiff=True, oscillation_error=oscillation_error,
+    )  # fmt: skip
+
+
+def _constrained(method: Method, form: str, suits_form: bool) -> Method:
+    def coefficients(system: System) -> Any:
+        constrained = resolve("symgen.runtime.integrate.alpha.coefficients:ConstrainedAlpha")
+        return constrained(*method.coefficients(system), int(form == "ggl"))
+
+    def work_size(coefficients: Any, sizes: np.ndarray) -> int:
+        size = resolve("symgen.runtime.integrate.alpha.constrained_work:constrained_alpha_work_size")
+        return int(size(coefficients, sizes))
+
+    return replace(
+        method, form=form, suits_form=suits_form,
+        family="symgen.runtime.integrate.alpha.constrained_loop:advance_constrained_alpha",
+        coefficients=coefficients, work_size=work_size, kernels=_CONSTRAINED_KERNELS,
+    )  # fmt: skip
+
+
+_GENERALIZED, _HHT = _alpha("generalized_alpha", 0.0844), _alpha("hht", 0.105)
+
+RECORDS = (
+    _GENERALIZED,
+    _constrained(_GENERALIZED, "ggl", suits_form=False),
+    _constrained(_GENERALIZED, "index3", suits_form=True),
+    _HHT,
+    _constrained(_HHT, "ggl", suits_form=False),
+    _constrained(_HHT, "index3", suits_form=False),
+)
