@@ -95,7 +95,7 @@ def test_dense_output_order(systems, name, model):
         assert arrays.counters[at.NEXT_FRAME] == len(times)
         errors.append(np.abs(arrays.frames - exact).max())
     observed = np.log2(errors[0] / errors[1]) / 2
-    assert METHODS[name].dense_order + 1 - 0.5 < observed
+    assert min(METHODS[name].order, METHODS[name].dense_order + 1) - 0.5 < observed
 
 
 @pytest.mark.parametrize("name", ADAPTIVE)
@@ -107,9 +107,9 @@ def test_tolerance_is_met(systems, name, model, rtol):
     times = np.linspace(0.0, T_END, 31)[1:-1]
     arrays = LoopArrays(
         system, METHODS[name], system.parameter_values(), 0.0, np.concatenate([q, v]), frame_times=times,
-        rtol=rtol, atol=rtol, with_events=False,
+        rtol=rtol, atol=rtol, with_events=False, log_length=100_000,
     )  # fmt: skip
-    assert arrays.advance(T_END, 4000) == at.REACHED_STOP
+    assert arrays.advance(T_END, 100_000) == at.REACHED_STOP
     assert np.abs(arrays.y - reference(model, np.array([T_END]))[0]).max() < 30 * rtol
     assert np.abs(arrays.frames - reference(model, times)).max() < 100 * rtol
 
@@ -194,8 +194,10 @@ def test_first_step_from_rest_is_of_the_size_of_those_after_it(systems, name, rt
     start = np.array([1.5, 0.0])
     arrays = LoopArrays(
         system, METHODS[name], p, 0.0, start, frame_times=np.zeros(0), rtol=rtol, atol=1e-3 * rtol,
-        with_events=False, log_length=1000,
+        with_events=False, log_length=10_000,
     )  # fmt: skip
-    assert arrays.advance(1.0, 1000) == at.REACHED_STOP
+    assert arrays.advance(1.0, 10_000) == at.REACHED_STOP
     lengths = arrays.new_steps[:, 1]
-    assert 0.05 * np.median(lengths) < lengths[0] < 2.0 * np.median(lengths)
+    # It aims at an error of 1 % of the tolerance, which takes off the more the lower the order is.
+    least = 0.05 ** max(1.0, 5.0 / METHODS[name].order)
+    assert least * np.median(lengths) < lengths[0] < 2.0 * np.median(lengths)
