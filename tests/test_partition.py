@@ -25,6 +25,16 @@ METHODS_HERE = FORMS["partition"]
 ADAPTIVE = [name for name, method in METHODS_HERE.items() if method.adaptive]
 
 
+def within_reach(*tolerances):
+    """Pairs of method and tolerance: tighter ones take a method of low order millions of steps."""
+    return [
+        (name, rtol)
+        for name in ADAPTIVE
+        for rtol in tolerances
+        if rtol >= 10.0 ** (-3 - 2 * METHODS_HERE[name].order)
+    ]
+
+
 @functools.cache
 def bundled(name):
     return derive(load_model(find(name)))
@@ -118,8 +128,7 @@ def parallelogram():
     return derive(model)
 
 
-@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-11])
-@pytest.mark.parametrize("name", ADAPTIVE)
+@pytest.mark.parametrize(("name", "rtol"), within_reach(1e-6, 1e-8, 1e-11))
 def test_change_point_is_passed_or_ends_the_run(name, rtol):
     """Steps from one side to the other pass it on the branch that they were on; what comes too close says so."""
     solution = parallelogram().run(t_end=2.0, method=name, constraints="partition", rtol=rtol, atol=rtol)
@@ -138,7 +147,7 @@ def test_change_point_itself_ends_the_run_with_the_true_reason():
 
 def test_methods_without_the_form_are_refused():
     with pytest.raises(
-        RuntimeModelError, match="does not have this form, which is that of: rk4, dopri5, dop853"
+        RuntimeModelError, match=f"does not have this form, which is that of: {', '.join(METHODS_HERE)}"
     ):
         bundled("pendulum_dae").run(t_end=0.1, method="gauss8", constraints="partition")
 
@@ -163,8 +172,7 @@ def ball_on_a_turntable():
     return derive(model)
 
 
-@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-9, 1e-12])
-@pytest.mark.parametrize("name", ADAPTIVE)
+@pytest.mark.parametrize(("name", "rtol"), within_reach(1e-4, 1e-6, 1e-9, 1e-12))
 def test_ball_on_a_turntable_goes_round_at_two_sevenths_of_its_rate(name, rtol):
     """Its spin about the vertical stays; in body axes, which turn with it, the choice wore out twice a turn."""
     run = ball_on_a_turntable().run(
