@@ -22,10 +22,10 @@ from rich.table import Table
 from symgen import runtime
 from symgen.link import derive_text
 from symgen.model import library
+from symgen.runtime import solve
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.kernel import KernelSource
-from symgen.runtime.solve import solve
 
 COLUMNS = ("derive s", "operations", "M+f", "compile s", "ns/rhs", "ns/step", "ns/stage - rhs")
 

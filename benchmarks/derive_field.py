@@ -21,9 +21,9 @@ from symgen.derive.scenes.subsystems import derive
 from symgen.emit.module import emit
 from symgen.model.library import find
 from symgen.model.library import load as load_model
+from symgen.runtime import System, load
 from symgen.runtime.code import compiler
 from symgen.runtime.subsystems.division import divide
-from symgen.runtime.system import System, load
 
 REPEATS = 5
 KERNELS = ("rhs", "energy", "mass_matrix", "residual", "residual_jacobian", "forces")

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from symgen.runtime.system import System
+from symgen.runtime import System
 
 DIGITS = 40
 PROJECTIONS = 6

@@ -18,8 +18,8 @@ from pathlib import Path
 from symgen import runtime
 from symgen.link import module_for
 from symgen.model.library import find
+from symgen.runtime import solve
 from symgen.runtime.recording.recorder import RunRecorder
-from symgen.runtime.solve import solve
 
 MODELS = ("double_pendulum", "four_bar", "seven_dof_arm", "n_pendulum", "chain_absolute")
 FPS = 60.0

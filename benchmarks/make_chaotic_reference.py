@@ -19,7 +19,7 @@ from make_references import integrate
 
 from symgen.link import module_for
 from symgen.model.library import find
-from symgen.runtime.system import load
+from symgen.runtime import load
 
 DIGITS = 80
 RUNS = ((18, 1e-50), (20, 1e-53))  # columns of the tableau, tolerance of a step

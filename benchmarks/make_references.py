@@ -24,8 +24,8 @@ from redundant_motion import RedundantMotion, rank_at
 
 from symgen.link import module_for
 from symgen.model.library import bundled_folder, find
+from symgen.runtime import System, load
 from symgen.runtime.constraints.assembly import assemble
-from symgen.runtime.system import System, load
 from work_precision.scenes import SCENES, Scene
 
 RUNS = ((12, 1e-22), (14, 1e-24))  # columns of the tableau, tolerance of a step

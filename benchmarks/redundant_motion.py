@@ -8,7 +8,7 @@ import numpy as np
 import scipy.linalg
 from high_precision import PROJECTIONS, REAL, Motion
 
-from symgen.runtime.system import System
+from symgen.runtime import System
 
 _INDEPENDENT = 1e-8
 

@@ -17,7 +17,7 @@ import numpy as np
 from symgen import runtime
 from symgen.cli.arguments import find_model
 from symgen.link import module_for
-from symgen.runtime.solve import solve
+from symgen.runtime import solve
 
 _REPEATS = 3
 PIECES = {"auto": 0.5, "dop853": 0.005}  # seconds simulated as one system, by method

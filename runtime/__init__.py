@@ -2,15 +2,16 @@
 
 from symgen.runtime.lazy import lazy_exports
 
-# The function `solve` is not among them: `symgen.runtime.solve` is its module, whichever was imported first.
 _EXPORTS = {
     "Kernel": "symgen.runtime.kernel",
     "ModuleError": "symgen.runtime.errors",
     "RuntimeModelError": "symgen.runtime.errors",
-    "Solution": "symgen.runtime.solution",
-    "System": "symgen.runtime.system",
-    "load": "symgen.runtime.system",
+    "RunOptions": "symgen.runtime.options",
+    "Solution": "symgen.runtime.front",
+    "System": "symgen.runtime.front",
+    "load": "symgen.runtime.front",
     "read_module": "symgen.runtime.module",
+    "solve": "symgen.runtime.front",
 }
 
 __all__ = sorted(_EXPORTS)

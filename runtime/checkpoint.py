@@ -2,58 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.checkpoint_bytes import CheckpointError, pack, unpack
+from symgen.runtime.checkpoint_bytes import Checkpoint
 from symgen.runtime.checkpoint_check import ARRAYS_OF_CONTROLLERS, LOOP_ARRAYS, STATES_OF_EVENTS, check
+from symgen.runtime.event_actions import EventRecord
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.solution import EventRecord
-
-__all__ = ["Checkpoint", "CheckpointError", "put_back", "take"]
 
 if TYPE_CHECKING:
-    from symgen.runtime.driver import Run
+    from symgen.runtime.run_state import RunState
 
 
-@dataclass(frozen=True)
-class Checkpoint:
-    """The state of a run between two calls of its step loop.
-
-    Attributes
-    ----------
-    arrays : dict of ndarray
-        Those of the step loop by their names in `LoopArrays`, and what Python keeps beside them.
-    facts : dict
-        As JSON can say them: t, t_start, t_end [s]; method, fallback; n_frames, the frames that were shown up to here;
-        controllers, the inputs of each, and what sampled ones carry on; events, zeno, notes, redundant.
-    own : bool
-        Whether a run of this user on this machine has written it, as its seal says. Machine code goes on with the
-        arrays as they are then; of a stranger's, only what can be checked is used.
-    """
-
-    arrays: dict[str, np.ndarray]
-    facts: dict[str, Any]
-    own: bool = False
-
-    def to_bytes(self, *, sealed: bool = False) -> bytes:
-        """Return the checkpoint as bytes; only those of a run that is going on here may be `sealed`."""
-        return pack(self.arrays, self.facts, sealed=sealed)
-
-    @classmethod
-    def from_bytes(cls, content: bytes) -> Checkpoint:
-        """Read what `to_bytes` wrote.
-
-        Raises
-        ------
-        CheckpointError
-        """
-        return cls(*unpack(content))
-
-
-def take(run: Run) -> Checkpoint:
+def take(run: RunState) -> Checkpoint:
     """Return the checkpoint of a run between two calls of its step loop."""
     arrays, actions = run.arrays, run.actions
     n = int(arrays.counters[at.NEXT_FRAME])
@@ -92,13 +54,13 @@ def take(run: Run) -> Checkpoint:
     return Checkpoint(held, facts)
 
 
-def put_back(checkpoint: Checkpoint, run: Run, past: np.ndarray) -> None:
+def put_back(checkpoint: Checkpoint, run: RunState, past: np.ndarray) -> None:
     """Bring a run that has not begun into the state of a checkpoint.
 
     Parameters
     ----------
     checkpoint : Checkpoint
-    run : Run
+    run : RunState
         Of the same model in the same form, with the same method; its first frames are those before the checkpoint.
     past : ndarray, shape (n_frames, ny)
         The states at these frames.
@@ -146,7 +108,7 @@ def put_back(checkpoint: Checkpoint, run: Run, past: np.ndarray) -> None:
         run.inputs.take_new_arrays(actions.form, arrays.t)
 
 
-def _take_motion(held: dict[str, np.ndarray], run: Run) -> None:
+def _take_motion(held: dict[str, np.ndarray], run: RunState) -> None:
     """Take the state, the step and the counts of a stranger's checkpoint, but nothing that machine code keeps.
 
     What loops keep has places of arrays in it (orders, pivots, which of two series is the current one).

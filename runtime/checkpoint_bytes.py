@@ -1,4 +1,4 @@
-"""Arrays and facts of a checkpoint as bytes, and back: what is read may come from anybody."""
+"""A checkpoint, its arrays and facts, as bytes, and back: what is read may come from anybody."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import json
 import math
 import zipfile
 import zlib
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,41 @@ _KINDS = ("<f8", "<i8", "|u1", "|b1")
 
 class CheckpointError(RuntimeModelError):
     """A checkpoint is damaged, or of another program."""
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """The state of a run between two calls of its step loop.
+
+    Attributes
+    ----------
+    arrays : dict of ndarray
+        Those of the step loop by their names in `LoopArrays`, and what Python keeps beside them.
+    facts : dict
+        As JSON can say them: t, t_start, t_end [s]; method, fallback; n_frames, the frames that were shown up to here;
+        controllers, the inputs of each, and what sampled ones carry on; events, zeno, notes, redundant.
+    own : bool
+        Whether a run of this user on this machine has written it, as its seal says. Machine code goes on with the
+        arrays as they are then; of a stranger's, only what can be checked is used.
+    """
+
+    arrays: dict[str, np.ndarray]
+    facts: dict[str, Any]
+    own: bool = False
+
+    def to_bytes(self, *, sealed: bool = False) -> bytes:
+        """Return the checkpoint as bytes; only those of a run that is going on here may be `sealed`."""
+        return pack(self.arrays, self.facts, sealed=sealed)
+
+    @classmethod
+    def from_bytes(cls, content: bytes) -> Checkpoint:
+        """Read what `to_bytes` wrote.
+
+        Raises
+        ------
+        CheckpointError
+        """
+        return cls(*unpack(content))
 
 
 def pack(arrays: dict[str, np.ndarray], facts: dict[str, Any], *, sealed: bool) -> bytes:

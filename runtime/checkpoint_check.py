@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.checkpoint_bytes import CheckpointError
+from symgen.runtime.checkpoint_bytes import Checkpoint, CheckpointError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 
 if TYPE_CHECKING:
-    from symgen.runtime.checkpoint import Checkpoint
-    from symgen.runtime.driver import Run
     from symgen.runtime.inputs.samples import Sampler
+    from symgen.runtime.run_state import RunState
     from symgen.runtime.system import System
 
 LOOP_ARRAYS = ("control", "counters", "y", "f", "work", "dense", "tail")
@@ -59,7 +58,7 @@ def check_form(checkpoint: Checkpoint, system: System) -> None:
         raise CheckpointError("the checkpoint's stops and frictions have settings other than -1, 0 and 1")
 
 
-def check(checkpoint: Checkpoint, run: Run, n_frames: int) -> None:
+def check(checkpoint: Checkpoint, run: RunState, n_frames: int) -> None:
     """Refuse arrays that are not those of `run`, and values that no run arrives at.
 
     Raises
@@ -120,7 +119,7 @@ _FACTS: dict[str, tuple[Callable[[Any], bool], str]] = {
 }
 
 
-def _check_shapes(checkpoint: Checkpoint, run: Run) -> None:
+def _check_shapes(checkpoint: Checkpoint, run: RunState) -> None:
     facts, system = checkpoint.facts, run.system
     n_events = len(facts["events"])
     wanted: dict[str, tuple[tuple[int | None, ...], str]] = {
@@ -148,7 +147,7 @@ def _check_array(checkpoint: Checkpoint, name: str, shape: tuple[int | None, ...
         )
 
 
-def _check_history(checkpoint: Checkpoint, run: Run, n_frames: int) -> None:
+def _check_history(checkpoint: Checkpoint, run: RunState, n_frames: int) -> None:
     """Check what Python keeps beside the arrays of the loop: places that must be there."""
     held, facts = checkpoint.arrays, checkpoint.facts
     n_forms = max(1, len(held["settings"]))
@@ -186,7 +185,7 @@ def _check_samples(checkpoint: Checkpoint, number: int, sampler: Sampler) -> Non
         )
 
 
-def _check_motion(checkpoint: Checkpoint, run: Run) -> None:
+def _check_motion(checkpoint: Checkpoint, run: RunState) -> None:
     """Check what is taken of a stranger's checkpoint: state, step, counts, and what events see."""
     facts, mine = checkpoint.facts, run.arrays
     control, counters, y = (checkpoint.arrays[name] for name in ("control", "counters", "y"))

@@ -9,13 +9,14 @@ import numpy as np
 from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.checks.steps import MOST_IN_A_PERIOD, step_for_phases
 from symgen.runtime.checks.time_scales import TimeScales, change_rate, time_scales
-from symgen.runtime.constraints.large import is_large
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.large_models import has_sparse_form, suited_to_size
 from symgen.runtime.integrate.methods import METHODS, Method, find_method
 from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.options import RunOptions, time_resolution
 from symgen.runtime.positions import Positions
+from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -53,26 +54,20 @@ _WHY_PROJECTION = (
 
 
 def choose_method(
-    name: str,
-    system: System,
-    p: np.ndarray,
-    t: float,
-    state: np.ndarray,
-    t_end: float,
-    rtol: float,
-    atol: float,
+    system: System, p: np.ndarray, state: np.ndarray, options: RunOptions
 ) -> tuple[Method, list[str]]:
     """Return the method to use, and notes on how it was chosen.
 
     Parameters
     ----------
-    name : str
-        A method's name, or "auto".
     state : ndarray, shape (nq + nv,)
         Consistent initial state.
+    options : RunOptions
+        Their method is a name, or "auto".
     """
-    if name != "auto":
-        method = find_method(name)
+    t, t_end, rtol, atol = options.t_start, options.t_end, options.rtol, options.atol
+    if options.method != "auto":
+        method = find_method(options.method)
         refuse_unsuitable(method, system)
         if method.name == SERIES and (reason := _left_out(system, p, t, state)):
             raise RuntimeModelError(f"method {SERIES!r} does not fit this run: {reason}; use {EXPLICIT}")
@@ -192,18 +187,13 @@ def stiff_method(rtol: float) -> str:
 
 
 def choose_step(
-    method: Method,
-    step: float | None,
-    system: System,
-    p: np.ndarray,
-    t: float,
-    state: np.ndarray,
-    t_end: float,
+    method: Method, system: System, p: np.ndarray, state: np.ndarray, options: RunOptions
 ) -> tuple[float, list[str]]:
     """Return the step of a fixed-step method [s], 0 for an adaptive one, and notes.
 
     The default is a share of the fastest period of the linearised motion at the start.
     """
+    t, t_end, step = options.t_start, options.t_end, options.step
     if method.adaptive:
         if step is not None:
             raise RuntimeModelError(
@@ -254,11 +244,6 @@ def default_step(method: Method, system: System, scales: TimeScales, span: float
     """Return the step [s] with which motions are followed to the end of a run of length `span` [s], if not too long."""
     step = scales.fastest_period / method.steps_per_period
     return min(step, step_for_phases(method, system, scales.eigenvalues, span, MOST_IN_A_PERIOD))
-
-
-def time_resolution(*times: float) -> float:
-    """Return the distance of neighbouring floating-point numbers at the largest of some times [s]."""
-    return float(np.spacing(max(map(abs, times))))
 
 
 def choose_constraints(name: str, system: System, method_name: str) -> tuple[str, Method | None, list[str]]:

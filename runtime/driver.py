@@ -9,106 +9,47 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.choose import time_resolution
 from symgen.runtime.errors import ContactError
-from symgen.runtime.event_actions import EventActions, ResetError
+from symgen.runtime.event_actions import EventRecord, ResetError
 from symgen.runtime.exchange import energy_error_so_far
 from symgen.runtime.failures import failure_message
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.options import time_resolution
+from symgen.runtime.run_state import RunState
 from symgen.runtime.stall import StallWatch
 from symgen.runtime.uninterrupted import uninterrupted
 
 if TYPE_CHECKING:
-    from symgen.runtime.checkpoint import Checkpoint
-    from symgen.runtime.inputs.schedule import InputSchedule
-    from symgen.runtime.integrate.methods import Method
-    from symgen.runtime.loop_arrays import LoopArrays
-    from symgen.runtime.solution import EventRecord
-    from symgen.runtime.system import System
-    from symgen.runtime.timing.timetable import Timetable
+    from symgen.runtime.checkpoint_bytes import Checkpoint
 
 _FRAMES_AT_ONCE = 1000
 _FIRST_STEPS = 200
 _SECONDS_PER_CALL = 0.1
-_LONGEST_STEP_LOG = 200_000
 _STIFF_SIGNS = 15
 _SAME_TICKS = 4  # of floating-point time: times that are nearer to each other are one
 _STEPS_ASIDE = 256
 
 
-class Run:
-    """The state of a run, and what it has collected.
+class Run(RunState):
+    """A run that goes on.
 
-    Parameters
-    ----------
-    system : System
-    method : Method
-    arrays : LoopArrays
-        Their frames include the start and the end; `shown` marks those that the user asked for.
-    shown : ndarray of bool
-    stops : sequence of float [s]
-        Times at which states are wanted; the last is the end of the run.
-    recorder : object, optional
-        Has `start(t, y)`, `frames(times, states)`, `steps(log)` and `event(name, t, energy_change=...)`; and
-        `checkpoint(make, final=...)` if it keeps checkpoints, `settings(values)` if it records stops and frictions.
-    progress : callable, optional
-        Called with (t, steps) now and then; where it has a method `watch`, that gets the run before it begins.
-    max_steps : int, optional
-    fallback : Method, optional
-        Takes over where `method` cannot go on.
-    inputs : symgen.runtime.inputs.schedule.InputSchedule, optional
-        Keeps inputs over time.
-    timetable : symgen.runtime.timing.timetable.Timetable, optional
-        Other times to land on, and limits of the step.
+    Its parameters are those of `RunState`.
     """
 
-    def __init__(
-        self,
-        system: System,
-        method: Method,
-        arrays: LoopArrays,
-        shown: np.ndarray,
-        stops: Sequence[float],
-        *,
-        recorder: Any = None,
-        progress: Callable[[float, int], None] | None = None,
-        max_steps: int | None = None,
-        fallback: Method | None = None,
-        inputs: InputSchedule | None = None,
-        timetable: Timetable | None = None,
-    ):
-        self.fallback, self.inputs, self.timetable = fallback, inputs, timetable
-        self.system, self.method, self.arrays, self.shown = system, method, arrays, shown
-        self.stops = list(stops)
-        self.t_start, self.t_end = arrays.t, self.stops[-1]
-        self.recorder, self.progress, self.max_steps = recorder, progress, max_steps
-        self.actions = EventActions(system, arrays)
-        self.status, self.message = "success", ""
-        self.notes: list[str] = []
-        self.samples: list[tuple[float, np.ndarray, float, int]] = []
-        self.last: tuple[float, np.ndarray] | None = None
-        self.reset_energy_at_frames = np.zeros(len(arrays.frame_times))
-        self.forms: list[np.ndarray] = []  # settings of stops and frictions, one after another
-        self.form_at_frames = np.zeros(len(arrays.frame_times), dtype=int)
-        self.step_log = StepLog()
-        self.seconds = 0.0
-        self.handed = 0  # frames that were handed on
-        self.stiff_noted = False
-        self._resumed = self._forces_jumped = False
-        self._at_last_step: Checkpoint | None = None  # before the step that passed the end
-        if timetable is not None:
-            arrays.limit_longest(timetable.longest(arrays.t))
+    def __init__(self, *arguments: Any, **options: Any):
+        super().__init__(*arguments, **options)
+        if self.timetable is not None:
+            self.arrays.limit_longest(self.timetable.longest(self.arrays.t))
 
     def go(self) -> None:
         """Run to the end, to a terminating event, to a failure, or until Ctrl-C."""
         began, whole = time.perf_counter(), True
         try:
-            if not self._resumed:
+            if not self.is_resumed:
                 with uninterrupted():
                     self._begin()
             if hasattr(self.progress, "watch"):
@@ -174,7 +115,7 @@ class Run:
         from symgen.runtime.checkpoint import put_back
 
         put_back(checkpoint, self, past)
-        self._resumed = True
+        self.is_resumed = True
         last = self.samples[-1][0] if self.samples else -np.inf
         self.stops = [t for t in self.stops if t > last]
 
@@ -184,7 +125,7 @@ class Run:
         if keep is not None:
             from symgen.runtime.checkpoint import take
 
-            keep(lambda: (self._at_last_step or take(self)).to_bytes(sealed=True), final=final)
+            keep(lambda: (self.at_last_step or take(self)).to_bytes(sealed=True), final=final)
 
     def pauses(self) -> bool:
         """Whether to leave the rest of the run to a later call."""
@@ -195,7 +136,7 @@ class Run:
         self._collect()
         if self.system.has_feedback:
             self.system.refuse_faults()
-        if self._forces_jumped:
+        if self.forces_jumped:
             self._settle_jump()
         if status < 0 and self.fallback is not None:
             self._fall_back()
@@ -221,7 +162,7 @@ class Run:
             status = self._advance(self._next_stop(), allowed, keep_log=keep_log)
             keep_log = True
             self._follow_time()
-            if self._forces_jumped:
+            if self.forces_jumped:
                 return at.RUNNING if status == at.REACHED_STOP else status
         return status
 
@@ -235,7 +176,7 @@ class Run:
         if self.inputs is not None:
             self._follow_inputs()
         if self.timetable is not None and self.timetable.follow(self.arrays, self.method):
-            self._forces_jumped |= self.actions.switching is not None
+            self.forces_jumped |= self.actions.switching is not None
 
     def _follow_inputs(self) -> None:
         """Let inputs over time go on from here; accelerations may jump with them."""
@@ -245,11 +186,11 @@ class Run:
         arrays.restart(state_changed=False)
         if self.method.multistep:
             arrays.choose_step_anew()  # its history is of the motion before the jump
-        self._forces_jumped = self.actions.switching is not None
+        self.forces_jumped = self.actions.switching is not None
 
     def _settle_jump(self) -> None:
         """Let go of what jumping forces no longer hold, which no event function shows."""
-        self._forces_jumped = False
+        self.forces_jumped = False
         records = self.actions.settle_jump()
         self._take_form()
         self._report_events(records)
@@ -350,7 +291,7 @@ class Run:
     def _end_at(self, t: float, checkpoint: Checkpoint | None) -> None:
         """End at `t` [s] with the present state, and the frame there; those before it are written."""
         arrays = self.arrays
-        self._at_last_step = checkpoint
+        self.at_last_step = checkpoint
         arrays.control[at.T] = t
         n = int(np.searchsorted(arrays.frame_times, t, side="right"))
         if n and arrays.frame_times[n - 1] == t:
@@ -426,7 +367,9 @@ class Run:
         """Return the present error of T + V - work since the start, in parts of what the motion exchanged so far."""
         arrays = self.arrays
         resets = self.actions.energy_of_resets - self.reset_energy_at_frames[0]
-        return energy_error_so_far(self, int(arrays.counters[at.NEXT_FRAME]), arrays.t, arrays.y, resets)
+        return energy_error_so_far(
+            self.system, arrays, int(arrays.counters[at.NEXT_FRAME]), arrays.t, arrays.y, resets
+        )
 
     def _work(self) -> float:
         n = self.system.nq + self.system.nv
@@ -464,28 +407,3 @@ class Run:
         self.last = (arrays.t, arrays.y.copy())
         if self.recorder is not None:
             self.recorder.frames(np.array([arrays.t]), arrays.y[None].copy())
-
-
-class StepLog:
-    """Accepted steps; a log that grows too long keeps every second, fourth, ... step."""
-
-    def __init__(self):
-        self._chunks: list[np.ndarray] = []
-        self._rows = 0
-        self._stride = 1
-        self._seen = 0
-
-    def add(self, rows: np.ndarray) -> None:
-        """Append rows of t and h."""
-        first = -self._seen % self._stride
-        self._seen += len(rows)
-        self._chunks.append(rows[first :: self._stride].copy())
-        self._rows += len(self._chunks[-1])
-        if self._rows > _LONGEST_STEP_LOG:
-            self._chunks = [self.array()[::2].copy()]
-            self._rows = len(self._chunks[0])
-            self._stride *= 2
-
-    def array(self) -> np.ndarray:
-        """Return the log, shape (n, 2)."""
-        return np.concatenate(self._chunks) if self._chunks else np.zeros((0, 2))

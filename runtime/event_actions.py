@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.positions import Positions
-from symgen.runtime.solution import EventRecord
 
 if TYPE_CHECKING:
     from symgen.runtime.contact.switching import Switching
@@ -106,6 +106,30 @@ def event_values_and_floor(system: System, arrays: LoopArrays) -> tuple[np.ndarr
     dt = relative * abs(t)
     floor += np.abs(kernel(t + dt, y + dt * system.kernel("rhs")(t, y, p)[: len(y)], p) - g)
     return g, np.where(np.isfinite(floor), floor, 0.0)
+
+
+@dataclass(frozen=True)
+class EventRecord:
+    """One event that fired.
+
+    Attributes
+    ----------
+    name, action : str
+        The action of a stop is impact or release, that of friction stick, slip or turn.
+    t : float [s]
+    q_before, v_before, q_after, v_after : ndarray
+    energy_change : float [J]
+        T + V after less before.
+    """
+
+    name: str
+    action: str
+    t: float
+    q_before: np.ndarray
+    v_before: np.ndarray
+    q_after: np.ndarray
+    v_after: np.ndarray
+    energy_change: float = 0.0
 
 
 class EventActions:

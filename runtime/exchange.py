@@ -14,9 +14,9 @@ from symgen.runtime.batches import evaluate
 from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
-    from symgen.runtime.driver import Run
     from symgen.runtime.integrate.methods import Method
-    from symgen.runtime.subsystems.joined import Joined
+    from symgen.runtime.loop_arrays import LoopArrays
+    from symgen.runtime.system import System
 
 # Of the largest energy: the terms of V are rounded, and so are the states that it is evaluated at.
 _ROUND_OFF = 64.0 * np.finfo(float).eps
@@ -82,12 +82,16 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
-def energy_error_so_far(run: Run | Joined, n_frames: int, t: float, y: np.ndarray, resets: float) -> float:
+def energy_error_so_far(
+    system: System, arrays: LoopArrays, n_frames: int, t: float, y: np.ndarray, resets: float
+) -> float:
     """Return the error of T + V - work that a run has at a state, in parts of what it exchanged on the way there.
 
     Parameters
     ----------
-    run : Run or Joined
+    system : System
+    arrays : LoopArrays
+        Of the run: its frames are read.
     n_frames : int
         Frames that it has passed.
     t, y : float, ndarray
@@ -95,7 +99,6 @@ def energy_error_so_far(run: Run | Joined, n_frames: int, t: float, y: np.ndarra
     resets : float [J]
         What resets of events have added to T + V.
     """
-    system, arrays = run.system, run.arrays
     n = system.nq + system.nv
     rows = spread_rows(n_frames, _LOOKED_AT)
     times, states = np.append(arrays.frame_times[rows], t), np.vstack([arrays.frames[rows], y])

@@ -6,7 +6,7 @@ import ctypes
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,14 +14,27 @@ from symgen.runtime.code.grammar import FunctionText, Lengths
 from symgen.runtime.code.llvm_text import PREPARED
 from symgen.runtime.errors import ModuleError
 
-if TYPE_CHECKING:
-    from symgen.runtime.system import System
-
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 
 
 class SlowCompileWarning(UserWarning):
     """The fast back end failed; Numba compiles the function instead, many times slower."""
+
+
+class Owner(Protocol):
+    """What a kernel asks of the model that it belongs to."""
+
+    name: str
+    operations: Mapping[str, int]
+
+    def machine_code(self) -> Any:
+        """Return the place of the model's machine code."""
+
+    def describe_y(self, function: str) -> str:
+        """Say what `function` reads as `y`."""
+
+    def describe_p(self) -> str:
+        """Say what `p` holds."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +44,7 @@ class KernelSource:
     code: FunctionText
     n_hoisted: int
     offset: int
-    system: System
+    system: Owner
 
     @property
     def name(self) -> str:

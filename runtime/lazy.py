@@ -1,4 +1,4 @@
-"""Names of a package that are imported when they are first used."""
+"""What is imported when it is first used: names of a package, and modules that most processes do without."""
 
 from __future__ import annotations
 
@@ -32,3 +32,18 @@ def lazy_exports(
         return sorted({*vars(sys.modules[package]), *places})
 
     return get, names
+
+
+class Late:
+    """A module of ours that is imported when something in it is first used.
+
+    Parameters
+    ----------
+    module : str
+    """
+
+    def __init__(self, module: str):
+        self._module = module
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(import_module(self._module), name)

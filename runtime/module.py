@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import ast
-import functools
 import gc
 import hashlib
 import importlib
 import os
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,48 +15,14 @@ from symgen.runtime.abi import required_functions
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.header import HeaderFault, check_header
 from symgen.runtime.module_check import verified
+from symgen.runtime.module_source import SOLVERS, ModuleSource
 
 DECORATOR = '@njit(error_model="numpy")'
 
-_DENSE, _FRONTS = "symgen.runtime.code.dense_ldl", "symgen.runtime.code.front_ldl"
-SOLVERS = {"factor_ldl": _DENSE, "solve_ldl": _DENSE, "factor_fronts": _FRONTS, "solve_fronts": _FRONTS}
 _PREAMBLE_LINE = re.compile(r"(#.*|from (math|numba) import [A-Za-z0-9_, ()]*)?$")
 _TOP_LEVEL_LINE = re.compile(r"^[^\s#].*$", re.MULTILINE)
 _DEFINITION = re.compile(r"def ([A-Za-z_][A-Za-z0-9_]*)\(t, y, p, out\):$")
 _TABLE = re.compile(r"(I[0-9]{1,9}) = \(((?:[0-9]{1,15}, )*[0-9]{1,15},?)\)$")
-
-
-@dataclass(frozen=True)
-class ModuleSource:
-    """A generated module, read.
-
-    Attributes
-    ----------
-    file : str
-        Where it came from, for messages.
-    header : dict
-        The literal `MODEL`, checked.
-    functions : dict of str
-        The text of each function, from its `def` line on.
-    lines : dict of int
-        The line of each function's `def` in the module.
-    tables : dict of tuple of int
-        Index tables, which the functions' loops use.
-    text_hash : str
-        SHA-256 of the whole text.
-    """
-
-    file: str
-    header: dict[str, Any]
-    functions: dict[str, str]
-    lines: dict[str, int]
-    tables: dict[str, tuple[int, ...]]
-    text_hash: str
-
-    @functools.cached_property
-    def functions_hash(self) -> str:
-        """SHA-256 of what is compiled: functions and tables, without the header and the text around them."""
-        return hashlib.sha256(repr((self.functions, self.tables)).encode()).hexdigest()
 
 
 def read_module(path_or_text: str | os.PathLike[str]) -> ModuleSource:

@@ -15,7 +15,7 @@ from symgen.runtime.code.cache import cache_folder, fetch, prune, store
 if TYPE_CHECKING:
     import numpy as np
 
-    from symgen.runtime.module import ModuleSource
+    from symgen.runtime.module_source import ModuleSource
 
 _SOURCES = ("module_check.py", "abi.py", "code/dataflow.py", "code/grammar.py")  # decide what passes
 _KEPT = 1000

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.checks.health import health_of
+
 if TYPE_CHECKING:
     from symgen.runtime.solution import Sample, Solution
 
@@ -60,7 +62,7 @@ def result(solution: Solution, seconds: Mapping[str, float] | None = None) -> di
         "constraint_residual": {"position": residual.max_position, "velocity": residual.max_velocity},
         "stats": {**dict.fromkeys(_STATS, 0), **solution.stats},
         "seconds": {stage: times.get(stage, 0.0) for stage in _SECONDS},
-        "health": [entry.to_dict() for entry in solution.health],
+        "health": [entry.to_dict() for entry in health_of(solution)],
         "notes": list(solution.notes),
         **({"message": solution.message} if solution.message else {}),
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.batches import accelerations_and_multipliers, evaluate
 from symgen.runtime.errors import UnknownNameError, nearest
 from symgen.runtime.names import acceleration_labels, rate_indices, rate_labels
 
 if TYPE_CHECKING:
     from symgen.runtime.contact.forms import Forms
+    from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.exchange import Exchange
     from symgen.runtime.subsystems.report import Parts
     from symgen.runtime.system import System
@@ -43,30 +44,6 @@ class Sample:
     outputs: np.ndarray
     energy: float
     contact_forces: np.ndarray | None = None
-
-
-@dataclass(frozen=True)
-class EventRecord:
-    """One event that fired.
-
-    Attributes
-    ----------
-    name, action : str
-        The action of a stop is impact or release, that of friction stick, slip or turn.
-    t : float [s]
-    q_before, v_before, q_after, v_after : ndarray
-    energy_change : float [J]
-        T + V after less before.
-    """
-
-    name: str
-    action: str
-    t: float
-    q_before: np.ndarray
-    v_before: np.ndarray
-    q_after: np.ndarray
-    v_after: np.ndarray
-    energy_change: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -137,7 +114,7 @@ class ConstraintResidual:
 
 @dataclass
 class Solution:
-    """A run and its result.
+    """A run and its result as data; `symgen.runtime.front.Solution` has doors to what is done with it.
 
     `solution["theta"]`, `solution["dot(theta)"]`, `solution["dot(dot(theta))"]`, `solution["lambda(pin)"]`,
     `solution["force(stop)"]` and the names of outputs give arrays over `solution.t`; so do the names of angular
@@ -267,8 +244,6 @@ class Solution:
 
     @cached_property
     def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        from symgen.runtime.batches import accelerations_and_multipliers
-
         if self.forms is not None:
             return self.forms.evaluate(self.system, self.p, self.t, self.states)
         rows = accelerations_and_multipliers(self.system, self.p, self.t, self.states)
@@ -292,8 +267,6 @@ class Solution:
     @cached_property
     def outputs(self) -> np.ndarray:
         """The model's outputs at the frames, shape (n_frames, number of outputs)."""
-        from symgen.runtime.batches import evaluate
-
         return evaluate(self.system, "outputs", self.p, self.t, self.states)
 
     @cached_property
@@ -302,37 +275,7 @@ class Solution:
         if not self.system.input_words:
             first, n = len(self.system.parameters), len(self.system.inputs)
             return np.tile(self.p[first : first + n], (len(self.t), 1))
-        from symgen.runtime.batches import evaluate
-
         return evaluate(self.system, "inputs", self.p, self.t, self.states)
-
-    @cached_property
-    def health(self) -> list:
-        """The health report, a list of `symgen.runtime.checks.health.HealthCheck`."""
-        from symgen.runtime.checks.health import check
-
-        return check(self)
-
-    @property
-    def objections(self) -> list:
-        """The entries of the health report that are not ok."""
-        return [entry for entry in self.health if not entry.ok]
-
-    @property
-    def advice(self) -> list:
-        """The notes of the health report, which by themselves say nothing against the result."""
-        return [entry for entry in self.health if entry.note]
-
-    @property
-    def ok(self) -> bool:
-        """Whether the run came to a regular end and no health check objects."""
-        return self.status in ("success", "terminated") and not self.objections
-
-    def save(self, path: str | os.PathLike[str], **options: Any) -> None:
-        """Write a recording (`.rrd`); see `symgen.runtime.recording`."""
-        from symgen.runtime.recording.save import save_solution
-
-        save_solution(self, path, **options)
 
     def __repr__(self) -> str:
         return (

@@ -11,7 +11,7 @@ from symgen.runtime.failures import NEARLY_DEPENDENT, failure_message, state_nam
 from symgen.runtime.integrate import layout as at
 
 if TYPE_CHECKING:
-    from symgen.runtime.driver import Run
+    from symgen.runtime.run_state import RunState
 
 _WINDOW = 1.0  # [s] of processor time
 _WINDOWS = 10  # near a change point some seconds of tiny steps are no stall
@@ -28,10 +28,10 @@ class StallWatch:
 
     Parameters
     ----------
-    run : symgen.runtime.driver.Run
+    run : symgen.runtime.run_state.RunState
     """
 
-    def __init__(self, run: Run):
+    def __init__(self, run: RunState):
         self._run, self._slow = run, 0
         self._began = self._mark()
 

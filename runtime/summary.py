@@ -16,7 +16,7 @@ from symgen.runtime.solution import ConstraintResidual, Energy, Sample, Solution
 
 if TYPE_CHECKING:
     from symgen.runtime.contact.forms import Forms
-    from symgen.runtime.driver import Run
+    from symgen.runtime.run_state import RunState
     from symgen.runtime.system import System
 
 _STATISTICS = {
@@ -40,7 +40,7 @@ _WORK_ALONG = (
 
 
 def summarise(
-    run: Run,
+    run: RunState,
     sample_times: Sequence[float],
     notes: list[str],
     seconds: dict[str, float],
@@ -50,7 +50,7 @@ def summarise(
 
     Parameters
     ----------
-    run : Run
+    run : RunState
         After `go`.
     sample_times : sequence of float [s]
         Those that the user asked for.
@@ -120,12 +120,12 @@ def summarise(
     )
 
 
-def _has_jumped(run: Run) -> bool:
+def _has_jumped(run: RunState) -> bool:
     """Whether events have changed the state."""
     return any(event.action not in ("record", "terminate") for event in run.actions.log)
 
 
-def _collected(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _collected(run: RunState) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return times, states, energy of resets, and whether to show them, of all frames that the run reached."""
     arrays, n = run.arrays, int(run.arrays.counters[at.NEXT_FRAME])
     times, rows, shown = arrays.frame_times[:n], arrays.frames[:n], run.shown[:n]
@@ -141,7 +141,7 @@ def _collected(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
     )
 
 
-def _forms(run: Run, n: int) -> Forms:
+def _forms(run: RunState, n: int) -> Forms:
     from symgen.runtime.contact.forms import Forms
 
     index = np.append(run.form_at_frames[: int(run.arrays.counters[at.NEXT_FRAME])], len(run.forms) - 1)

@@ -3,47 +3,22 @@
 from __future__ import annotations
 
 import math
-import os
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from symgen.runtime.abi import CLOSED, JUMP, SWITCHED, closed_header, setting_names
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.functions import ModelFunctions
-from symgen.runtime.module import ModuleSource, read_module
-
-if TYPE_CHECKING:
-    from symgen.runtime.linear.model import LinearModel
-    from symgen.runtime.linear.modes import Modes
-    from symgen.runtime.solution import Solution
-
-
-def load(path_or_text: str | os.PathLike[str]) -> System:
-    """Load a generated module from a file or its text. Nothing in it is executed; nothing is compiled yet.
-
-    Parameters
-    ----------
-    path_or_text : path-like or str
-        A text is told from a path by its line breaks.
-
-    Returns
-    -------
-    System
-
-    Raises
-    ------
-    symgen.runtime.errors.ModuleError
-        It is not a module of this ABI.
-    """
-    return System(read_module(path_or_text))
+from symgen.runtime.kernel import compile_setup
+from symgen.runtime.module_source import ModuleSource
 
 
 class System(ModelFunctions):
-    """A model, constant after loading.
+    """A model as data, constant after loading; `symgen.runtime.front.System` has doors to what is done with it.
 
     Attributes
     ----------
@@ -235,8 +210,6 @@ class System(ModelFunctions):
         if not self._hoisted:
             return p
         if "_setup" not in self.__dict__:
-            from symgen.runtime.kernel import compile_setup
-
             with self._lock:  # a recording evaluates kernels beside the run
                 if "_setup" not in self.__dict__:
                     sources = [self._kernel_source(name) for name in self._hoisted]
@@ -273,19 +246,3 @@ class System(ModelFunctions):
             np.array([record["enforced"] for record in self.coordinates], dtype=bool),
             np.array([record["enforced"] for record in self.rates], dtype=bool),
         )
-
-    def run(self, **options: Any) -> Solution:
-        """Integrate the model; the options are those of `symgen.runtime.solve.solve`."""
-        from symgen.runtime.solve import solve
-
-        return solve(self, **options)
-
-    def linearise(self, at: Any = "equilibrium", **options: Any) -> LinearModel:
-        """Return the linear model about a state; arguments are those of `symgen.runtime.linear.linearise`."""
-        from symgen.runtime.linear import linearise
-
-        return linearise(self, at, **options)
-
-    def modes(self, at: Any = "equilibrium", **options: Any) -> Modes:
-        """Return frequencies, damping and shapes of small motions; arguments are those of `linearise`."""
-        return self.linearise(at, **options).modes()

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sympy import acos, asin, atan, atan2, cos, cosh, erf, exp, log, pi, sign, sin, sinh, sqrt, tan, tanh
 
+    from .front import Model
     from .model.functions import dot, maximum, minimum, t
-    from .model.model import Model
+    from .version import __version__ as __version__
 
-__version__ = "0.1.0"
 __all__ = [
     "Model",
     "acos",
@@ -35,12 +35,16 @@ __all__ = [
     "tan",
     "tanh",
 ]
-_OWN = {"Model": ".model.model", **dict.fromkeys(("dot", "minimum", "maximum", "t"), ".model.functions")}
+_OWN = {
+    "Model": ".front",
+    "__version__": ".version",
+    **dict.fromkeys(("dot", "minimum", "maximum", "t"), ".model.functions"),
+}
 
 
 def __getattr__(name: str) -> Any:
     # SymPy takes a second to import, and most commands do without it.
-    if name not in __all__:
+    if name not in __all__ and name not in _OWN:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module = (
         importlib.import_module(_OWN[name], __name__) if name in _OWN else importlib.import_module("sympy")

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import __version__
 from .errors import ModelError, SymgenError
+from .version import __version__
 
 if TYPE_CHECKING:
     from symgen.runtime import System

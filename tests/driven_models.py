@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from symgen import Model, dot, sin
-from symgen.runtime.system import System
+from symgen.runtime import System
 
 M, C, K = 2.0, 0.6, 18.0  # mass, damper, spring of the oscillator
 

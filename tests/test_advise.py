@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from symgen import Model, dot
 from symgen.cli import main
+from symgen.runtime import RunOptions
 from symgen.runtime.checks.advice import advise
 from symgen.runtime.checks.mode_origin import fastest_origin
 from symgen.runtime.checks.stability import stable_radius, stable_step
@@ -42,7 +43,7 @@ def symgen(*arguments: str):
 
 
 def test_a_period_of_1_42_s_at_50_steps():
-    advice = advise(oscillator(2.0 * np.pi / 1.42), ARGUMENTS)
+    advice = advise(oscillator(2.0 * np.pi / 1.42), RunOptions(**ARGUMENTS))
     assert advice.rule_step == pytest.approx(0.0284, rel=1e-6)
     verlet = next(entry for entry in advice.fixed_steps if entry.method == "verlet")
     assert verlet.step == pytest.approx(0.0284, rel=1e-6) and verlet.cost.steps == 176
@@ -54,12 +55,15 @@ def test_a_period_of_1_42_s_at_50_steps():
 
 
 def test_100_radians_per_second_allow_0_02_s():
-    limits = {limit.method: limit for limit in advise(oscillator(100.0), {**ARGUMENTS, "t_end": 0.5}).limits}
+    limits = {
+        limit.method: limit
+        for limit in advise(oscillator(100.0), RunOptions(**{**ARGUMENTS, "t_end": 0.5})).limits
+    }
     assert limits["verlet"].undamped == pytest.approx(0.02, rel=1e-5)
 
 
 def test_a_period_of_half_a_second_at_100_steps():
-    advice = advise(oscillator(4.0 * np.pi), {**ARGUMENTS, "t_end": 2.0}, steps_per_period=100)
+    advice = advise(oscillator(4.0 * np.pi), RunOptions(**{**ARGUMENTS, "t_end": 2.0}), steps_per_period=100)
     assert advice.rule_step == pytest.approx(0.005, rel=1e-6)
     assert {entry.cost.steps for entry in advice.fixed_steps if not METHODS[entry.method].stiff} == {400}
 
@@ -122,7 +126,7 @@ def test_what_is_at_rest_has_no_time_scale():
     model = Model("free")
     x = model.coordinate("x", rate=1.0)
     model.kinetic(dot(x) ** 2 / 2)
-    advice = advise(model.derive(), ARGUMENTS)
+    advice = advise(model.derive(), RunOptions(**ARGUMENTS))
     assert advice.origin is None and advice.fastest == 0.0
     assert any("nothing moves by itself" in line for line in advice.lines())
 
@@ -139,7 +143,7 @@ def test_what_is_at_rest_has_no_time_scale():
     ],
 )
 def test_choice(method, step, word):
-    choice = advise(oscillator(2.0 * np.pi / 1.42), ARGUMENTS, chosen=(method, step)).choice
+    choice = advise(oscillator(2.0 * np.pi / 1.42), RunOptions(**ARGUMENTS), chosen=(method, step)).choice
     assert choice.ok == (word is None)
     assert word is None or word in " ".join(choice.reasons)
 
@@ -171,7 +175,7 @@ def test_at_a_time_of_a_recording():
 def test_recommended_steps_are_those_of_runs_that_nothing_is_said_against(name):
     system = bundled(name)
     arguments = {**ARGUMENTS, "t_end": system.run_defaults["t_end"]}
-    for entry in advise(system, arguments).fixed_steps:
+    for entry in advise(system, RunOptions(**arguments)).fixed_steps:
         if entry.cost.steps < 20_000:
             run = system.run(method=entry.method, step=entry.step, t_end=arguments["t_end"])
             assert run.ok, f"{entry.method}: {[check.says for check in run.objections]}"
@@ -189,7 +193,7 @@ def test_recommended_steps_are_those_of_runs_that_nothing_is_said_against(name):
 )
 def test_a_choice_is_judged_as_its_run_is(method, step):
     system = bundled("pendulum_linear")
-    choice = advise(system, {**ARGUMENTS, "t_end": 10.0}, chosen=(method, step)).choice
+    choice = advise(system, RunOptions(**{**ARGUMENTS, "t_end": 10.0}), chosen=(method, step)).choice
     run = system.run(t_end=10.0, method=method, step=step)
     assert choice.ok == run.ok
     assert all(check.says in choice.reasons for check in run.objections)

@@ -10,11 +10,11 @@ import pytest
 import sympy
 
 from symgen import Model
+from symgen.runtime import System, load
 from symgen.runtime.abi import SPARSE, array_sizes
 from symgen.runtime.constraints.assembly import AssemblyError, assemble
 from symgen.runtime.constraints.row_weights import row_weights
 from symgen.runtime.errors import UnknownNameError
-from symgen.runtime.system import System, load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 SLIDER_CRANK = {

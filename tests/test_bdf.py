@@ -12,6 +12,7 @@ from quaternion_models import module_text
 from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 
+from symgen.runtime import load
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.bdf import work as of
@@ -20,7 +21,6 @@ from symgen.runtime.integrate.bdf.history import history_dense, resample
 from symgen.runtime.integrate.dense import evaluate_dense
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 MODELS = ("pendulum", "cartesian_pendulum", "oscillator")

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symgen.runtime import kernel
+from symgen.runtime import System, load
+from symgen.runtime import system as data
 from symgen.runtime.recording.beside import Beside
-from symgen.runtime.system import System, load
 
 GENERATED = Path(__file__).resolve().parents[1] / "generated"
 
@@ -50,14 +50,14 @@ def test_an_error_comes_out_once_where_it_is_waited_for():
 def test_a_run_and_its_recording_may_ask_for_the_same_kernels_at_once(monkeypatch):
     source = load(GENERATED / "seven_dof_arm.py").source
     assert source.header["hoisted"]
-    made, compile_setup = [], kernel.compile_setup
+    made, compile_setup = [], data.compile_setup
 
     def slowly(sources):
         made.append(sources)
         time.sleep(0.02)
         return compile_setup(sources)
 
-    monkeypatch.setattr(kernel, "compile_setup", slowly)
+    monkeypatch.setattr(data, "compile_setup", slowly)
     system, gate = System(source), threading.Barrier(4)
     results, errors = [], []
 

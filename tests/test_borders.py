@@ -10,6 +10,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import import_graph
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -122,6 +123,15 @@ def test_no_code_is_executed_from_text(file):
         "lambdify",
         *(() if file in EXECUTES else ("exec",)),
     }
+
+
+def test_no_circle_of_imports():
+    """Over all imports: those inside functions, for types alone, and by name as well."""
+    assert import_graph.circles() == []
+
+
+def test_what_is_imported_from_our_modules_is_there():
+    assert import_graph.dangling(("symgen", "runtime", "tests", "benchmarks")) == []
 
 
 def loaded_by(statement: str) -> set[str]:

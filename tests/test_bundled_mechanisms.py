@@ -11,9 +11,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk
 
+from symgen import Model
 from symgen.link import derive
 from symgen.model.library import find, load
-from symgen.model.model import Model
 from symgen.runtime.batches import evaluate
 
 G = 9.81

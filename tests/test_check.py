@@ -14,6 +14,7 @@ from symgen import Model, dot, runtime
 from symgen.cli import main
 from symgen.link import module_for
 from symgen.model.library import bundled_folder, find
+from symgen.runtime import RunOptions
 from symgen.runtime.checks.convergence import study
 from symgen.runtime.checks.convergence_text import tables
 from symgen.runtime.checks.growth import is_exponential
@@ -47,7 +48,7 @@ def test_errors_are_those_against_forty_digits(scene, options):
     options = {**options, "t_end": reference["t_end"]}
     if options["method"] == "rk4":
         options["step"] = reference["t_end"] / 2000
-    table = study(system, options)
+    table = study(system, RunOptions(**options))
     run = system.run(**options)
     expected = np.array([float(x) for x in (*reference["end"]["q"], *reference["end"]["v"])])
     true = np.abs(run.states[-1] - expected)
@@ -62,7 +63,7 @@ def test_errors_are_those_against_forty_digits(scene, options):
 
 
 def test_order_of_each_coordinate(double):
-    table = study(double, {"t_end": 1.0, "method": "rk4", "step": 0.01})
+    table = study(double, RunOptions(**{"t_end": 1.0, "method": "rk4", "step": 0.01}))
     assert [entry.order for entry in table.errors] == pytest.approx([4.0] * 4, abs=0.3)
 
 
@@ -75,7 +76,7 @@ def test_horizon_is_where_digits_are_lost(double, options):
     """Against 80 digits: up to the horizon they are there, and soon after it they are not."""
     reference = load_reference("double_pendulum_60")
     options = {**AUTO, "t_end": 40.0, **options}
-    table = study(double, options)
+    table = study(double, RunOptions(**options))
     times = np.array([t for t in reference["t"] if t <= 40.0])
     right = np.array([[float(x) for x in state] for state in reference["states"][: len(times)]])
     samples = double.run(**options, at=times).samples
@@ -90,14 +91,14 @@ def test_horizon_is_where_digits_are_lost(double, options):
         assert error[after].min() > 10.0**-digits
     assert not table.ok and "digits up to t" in table.says and "chaotic" in table.says
     assert 0.5 < table.horizon.rate < 1.5
-    short = study(double, {**options, "t_end": 0.6 * table.horizon.of(3)})
+    short = study(double, RunOptions(**{**options, "t_end": 0.6 * table.horizon.of(3)}))
     assert short.ok, short.says
 
 
 def test_exponent_of_a_saddle():
     """Off the branch that leads into the saddle, exp(-k t), errors grow with exp(k t): the exponent is k."""
     k = 3.0
-    table = study(runaway(k), {**AUTO, "t_end": 10.0, "rate": {"x": -k}, "method": "dop853"})
+    table = study(runaway(k), RunOptions(**{**AUTO, "t_end": 10.0, "rate": {"x": -k}, "method": "dop853"}))
     assert table.horizon.rate == pytest.approx(k, rel=0.02)
     assert not table.ok
     # The solution stays below its start: the errors are those of the run itself less exp(-k t).
@@ -111,7 +112,8 @@ def test_exponent_of_a_saddle():
 
 def test_regular_motion_has_no_exponent(double):
     swing = study(
-        double, {**AUTO, "t_end": 30.0, "start": {"theta1": 0.1, "theta2": 0.1}, "method": "dop853"}
+        double,
+        RunOptions(**{**AUTO, "t_end": 30.0, "start": {"theta1": 0.1, "theta2": 0.1}, "method": "dop853"}),
     )
     assert swing.horizon.rate is None
     assert swing.ok
@@ -128,7 +130,7 @@ def test_momenta_of_the_solar_system():
     """Sums over masses, positions and velocities, by hand; and their drift."""
     system = bundled("outer_solar_system")
     options = {**AUTO, "t_end": 3000.0, "method": "dop853"}
-    table = study(system, options)
+    table = study(system, RunOptions(**options))
     named = dict(zip((r["name"] for r in system.parameters), system.parameter_values()))
     # The steps of the finest run of a study are bounded, too.
     h = system.run(**options).step_log[:, 1]
@@ -153,8 +155,8 @@ def test_momenta_of_the_solar_system():
 def test_momenta_depend_on_parameters(double):
     """Without gravity the angular momentum about the pivot stays, with it nothing does."""
     options = {**AUTO, "t_end": 2.0, "method": "dop853", "rate": {"theta1": 2.0, "theta2": -0.5}}
-    assert study(double, options).momenta == ()
-    (found,) = study(double, {**options, "parameters": {"g": 0.0}}).momenta
+    assert study(double, RunOptions(**options)).momenta == ()
+    (found,) = study(double, RunOptions(**{**options, "parameters": {"g": 0.0}})).momenta
     # Both rods horizontal, of 1 m, with 1 kg: v1 = 2, v2 = 2 - 0.5 up; r1 = 1, r2 = 2.
     assert found.name == "angular momentum about z"
     assert found.start == pytest.approx(1.0 * 2.0 + 2.0 * 1.5, rel=1e-12)
@@ -163,9 +165,9 @@ def test_momenta_depend_on_parameters(double):
 
 def test_momenta_of_a_free_body():
     """In space: the rotated inertia times the angular velocity; a symmetric top keeps its spin besides."""
-    table = study(bundled("free_rigid_body"), {**AUTO, "t_end": 2.0, "method": "dop853"})
+    table = study(bundled("free_rigid_body"), RunOptions(**{**AUTO, "t_end": 2.0, "method": "dop853"}))
     assert [entry.name for entry in table.momenta] == [f"angular momentum about {axis}" for axis in "xyz"]
-    top = study(bundled("spinning_top"), {**AUTO, "t_end": 0.5, "method": "dop853"})
+    top = study(bundled("spinning_top"), RunOptions(**{**AUTO, "t_end": 0.5, "method": "dop853"}))
     assert [entry.name for entry in top.momenta] == ["momentum of spin"]
 
 
@@ -182,7 +184,7 @@ def test_command(tmp_path):
 
 
 def test_only_the_worst_coordinates_are_shown():
-    table = study(bundled("outer_solar_system"), {**AUTO, "t_end": 100.0, "method": "dop853"})
+    table = study(bundled("outer_solar_system"), RunOptions(**{**AUTO, "t_end": 100.0, "method": "dop853"}))
     ((title, (_, *rows)),) = (part for part in tables(table) if part[0].startswith("estimated errors"))
     assert title.endswith("the worst 8 of 36")
     parts = [float(row[4]) for row in rows]

@@ -11,11 +11,10 @@ from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
 from symgen.cli import main
+from symgen.runtime import load, solve
 from symgen.runtime.checks.growth import growth_rate
 from symgen.runtime.recording.compare import compare
 from symgen.runtime.recording.errors import RecordingError
-from symgen.runtime.solve import solve
-from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 

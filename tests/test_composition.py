@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from symgen.runtime import load
 from symgen.runtime.checks.stability import stable_radius
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.symplectic.composition_coefficients import HALVES, composition
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 ORDERS = (4, 6, 8)

@@ -9,11 +9,10 @@ import pytest
 from driven_models import closed_crane, oscillator
 from recorded import record
 
+from symgen.runtime import load, solve
 from symgen.runtime.inputs import Controller
 from symgen.runtime.recording.errors import RecordingError
 from symgen.runtime.recording.resume import Resumed
-from symgen.runtime.solve import solve
-from symgen.runtime.system import load
 from tests.stress.models import described_text, point
 
 ROOT = Path(__file__).resolve().parents[1]

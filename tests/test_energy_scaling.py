@@ -10,9 +10,9 @@ import pytest
 
 from symgen.link import derive
 from symgen.model.toml_reader import read_text
+from symgen.runtime import load
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.system import load
 
 ROOT = Path(__file__).parents[1]
 PENDULUM = """

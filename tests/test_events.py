@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symgen.runtime.solve import solve
-from symgen.runtime.system import load
+from symgen.runtime import load, solve
 
 FIXTURES = Path(__file__).parent / "fixtures"
 METHODS = ("dop853", "dopri5", "rk4", "verlet")

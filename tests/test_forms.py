@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symgen.runtime import load
 from symgen.runtime.choose import choose_constraints
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
@@ -15,7 +16,6 @@ from symgen.runtime.integrate.ggl import Blocks, set_shifted, solve_shifted
 from symgen.runtime.integrate.linear import lu_factor
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.system import load
 
 ROOT = Path(__file__).parents[1]
 SPANS = {

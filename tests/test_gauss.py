@@ -12,6 +12,7 @@ from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
+from symgen.runtime import load
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.integrate import layout as at
@@ -19,7 +20,6 @@ from symgen.runtime.integrate.gauss.coefficients import gauss
 from symgen.runtime.integrate.gauss.work import STIFF
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 GENERATED = Path(__file__).parents[1] / "generated"

@@ -11,6 +11,7 @@ import pytest
 
 from symgen import Model, cos, dot, sin, t
 from symgen.link import derive_text
+from symgen.runtime import RunOptions, Solution, System, load, solve
 from symgen.runtime.checks.advice import advise
 from symgen.runtime.checks.convergence import study
 from symgen.runtime.checks.convergence_text import lines
@@ -19,9 +20,6 @@ from symgen.runtime.exchange import Exchange, energy_limit
 from symgen.runtime.integrate.methods import METHODS, find_method
 from symgen.runtime.recording.verify import verify
 from symgen.runtime.result_json import result, to_json
-from symgen.runtime.solution import Solution
-from symgen.runtime.solve import solve
-from symgen.runtime.system import System, load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 ARGUMENTS = {"t_end": 3.0, "method": "auto", "rtol": 1e-8, "atol": 1e-10}
@@ -335,7 +333,7 @@ def test_json_text(value, text):
 
 
 def test_advice_for_a_pendulum(pendulum):
-    advice = advise(pendulum, ARGUMENTS)
+    advice = advise(pendulum, RunOptions(**ARGUMENTS))
     omega = np.sqrt(9.81 / 0.5)
     assert advice.fastest == pytest.approx(omega, rel=0.05)
     assert advice.method == "taylor" and advice.reason
@@ -349,7 +347,7 @@ def test_advice_for_a_pendulum(pendulum):
 
 @pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("verlet", 2)])
 def test_step_halving_shows_the_order(pendulum, method, order):
-    table = study(pendulum, {**ARGUMENTS, "t_end": 1.0, "method": method, "step": 0.02})
+    table = study(pendulum, RunOptions(**{**ARGUMENTS, "t_end": 1.0, "method": method, "step": 0.02}))
     assert [level.steps for level in table.levels] == [50, 100, 200, 400]
     assert table.levels[1].order == pytest.approx(order, abs=0.15)
     assert table.ok and not table.failed
@@ -357,7 +355,7 @@ def test_step_halving_shows_the_order(pendulum, method, order):
 
 
 def test_tolerances_tighten(cartesian):
-    table = study(cartesian, {**ARGUMENTS, "t_end": 1.0, "start": {"x": 0.3}})
+    table = study(cartesian, RunOptions(**{**ARGUMENTS, "t_end": 1.0, "start": {"x": 0.3}}))
     assert [level.setting for level in table.levels] == pytest.approx([1e-6, 1e-7, 1e-8, 1e-9])
     assert table.ok and table.constrained
     assert table.levels[-1].difference is None and table.levels[-2].difference < 1e-6
@@ -366,7 +364,7 @@ def test_tolerances_tighten(cartesian):
 def test_study_takes_the_steps_that_runs_take(pendulum):
     """Levels must differ even where steps are long beside the times of comparison; the finest has bounds on its own."""
     arguments = {**ARGUMENTS, "t_end": 1.0, "method": "dop853", "rtol": 1e-6, "atol": 1e-8}
-    table = study(pendulum, arguments)
+    table = study(pendulum, RunOptions(**arguments))
     steps = [
         pendulum.run(**{**arguments, "rtol": 1e-6 * f, "atol": 1e-8 * f}).stats["steps"]
         for f in (100.0, 10.0, 1.0, 0.1)
@@ -378,7 +376,7 @@ def test_study_takes_the_steps_that_runs_take(pendulum):
 
 
 def test_a_step_that_is_too_long_does_not_settle(pendulum):
-    table = study(pendulum, {**ARGUMENTS, "t_end": 20.0, "method": "euler", "step": 0.05})
+    table = study(pendulum, RunOptions(**{**ARGUMENTS, "t_end": 20.0, "method": "euler", "step": 0.05}))
     assert not table.ok and "not to be trusted" in table.says
 
 

@@ -10,12 +10,12 @@ import pytest
 from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 
+from symgen.runtime import load
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays, loop_sizes
-from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 T_END = 0.8

@@ -8,7 +8,7 @@ from derived import Generated
 from newton_euler import NewtonEuler
 from trees import ALL, SCALAR, humanoid, random_tree, seven_dof_arm
 
-from symgen.model.model import Model
+from symgen import Model
 
 ARM, HUMANOID = "seven_dof_arm", "humanoid"
 BUILDERS = {ARM: seven_dof_arm, HUMANOID: humanoid, "humanoid_fixed": lambda: humanoid(False)}

@@ -10,10 +10,10 @@ import sympy
 from derived import Generated
 from trees import GRAVITY, random_body, random_tree
 
+from symgen import Model
 from symgen.derive.pipeline import derive
 from symgen.errors import ModelError
 from symgen.link import derive_text
-from symgen.model.model import Model
 
 
 def close(actual, expected, tolerance=1e-11):

@@ -11,11 +11,11 @@ from symgen import Model, dot, runtime
 from symgen.derive import dependent
 from symgen.link import derive_text
 from symgen.model.library import find, load
+from symgen.runtime import RunOptions, size
 from symgen.runtime.checks import inertia
 from symgen.runtime.checks.advice import advise
 from symgen.runtime.checks.inertia import refuse_negative_inertia
 from symgen.runtime.choose import choose_method
-from symgen.runtime.constraints import large
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.contradictions import AssemblyError
 from symgen.runtime.contact import local_dynamics
@@ -33,7 +33,7 @@ def residuals(system, q, v):
 
 def test_a_start_that_fits_stays(chain):
     found = assemble(chain, chain.parameter_values())
-    assert large.is_large(chain)
+    assert size.is_large(chain)
     assert not found.moved
     assert found.rank == chain.m
 
@@ -66,7 +66,7 @@ def test_small_and_large_ways_agree_on_rates(monkeypatch):
     p, rate = system.parameter_values(), {"y1": 1.5, "x2": -0.3}
     start = dict(zip([c["name"] for c in system.coordinates], assemble(system, p).q.tolist(), strict=True))
     expected = assemble(system, p, start=start, rate=rate)
-    monkeypatch.setattr(large, "LARGEST_DENSE", 1)
+    monkeypatch.setattr(size, "LARGEST_DENSE", 1)
     found = assemble(system, p, start=start, rate=rate)
     assert found.v == pytest.approx(expected.v, abs=1e-10)
     assert np.abs(residuals(system, found.q, found.v)).max() < 1e-10
@@ -89,34 +89,34 @@ def test_dependent_constraints_are_refused(monkeypatch):
     model.kinetic(m / 2 * dot(x[-1]) ** 2)
     model.constraint("again", x[0] - x[-1])
     system = runtime.load(derive_text(model).text)
-    monkeypatch.setattr(large, "LARGEST_DENSE", 1)
+    monkeypatch.setattr(size, "LARGEST_DENSE", 1)
     with pytest.raises(AssemblyError, match="depend on each other at the start"):
         assemble(system, system.parameter_values())
 
 
 def test_methods_with_full_matrices_are_refused(chain):
     state = np.concatenate(chain.initial_state()[:2])
-    arguments = (chain, chain.parameter_values(), 0.0, state, 1.0, 1e-8, 1e-10)
-    assert choose_method("radau5", *arguments)[0].name == "radau5"
+    arguments = (chain, chain.parameter_values(), state)
+    assert choose_method(*arguments, RunOptions(t_end=1.0, method="radau5"))[0].name == "radau5"
     for name in ("rodas5p", "bdf"):
         with pytest.raises(
             RuntimeModelError, match="use radau5, whose matrices are sparse, or an explicit method"
         ):
-            choose_method(name, *arguments)
+            choose_method(*arguments, RunOptions(t_end=1.0, method=name))
 
 
 def test_continuous_controllers_have_no_sparse_matrices(monkeypatch):
     """What a controller of all coordinates adds to the derivatives is full."""
-    monkeypatch.setattr(large, "LARGEST_DENSE", 1)
+    monkeypatch.setattr(size, "LARGEST_DENSE", 1)
     system = runtime.load(derive_text(load(find("quarter_car"))).text)
     monkeypatch.setattr(type(system), "has_feedback", True)
     state = np.concatenate(system.initial_state()[:2])
-    arguments = (system, system.parameter_values(), 0.0, state, 1.0, 1e-8, 1e-10)
-    method, notes = choose_method("auto", *arguments)
+    arguments = (system, system.parameter_values(), state)
+    method, notes = choose_method(*arguments, RunOptions(t_end=1.0))
     assert method.name == "dop853"
     assert "full matrices" in notes[0]
     with pytest.raises(RuntimeModelError, match="use an explicit method such as dop853"):
-        choose_method("radau5", *arguments)
+        choose_method(*arguments, RunOptions(t_end=1.0, method="radau5"))
 
 
 def test_negative_inertia_of_one_body_is_found_among_many(chain):
@@ -140,8 +140,8 @@ def test_blocks_of_the_mass_matrix_are_those_that_rates_couple(monkeypatch, name
 
 def test_advice_for_large_models_names_methods_that_they_have(monkeypatch):
     system = runtime.load(derive_text(load(find("spring_chain"), {"N": "3"})).text)
-    monkeypatch.setattr(large, "LARGEST_DENSE", 1)
-    advice = advise(system, {"t_end": 0.5})
+    monkeypatch.setattr(size, "LARGEST_DENSE", 1)
+    advice = advise(system, RunOptions(**{"t_end": 0.5}))
     names = {step.method for step in advice.fixed_steps}
     assert "verlet" in names
     assert not names & {"implicit_euler", "implicit_midpoint", "generalized_alpha"}

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from symgen import Model
 from symgen.errors import ModelError
 from symgen.link import derive_text
 from symgen.model import library
-from symgen.model.model import Model
+from symgen.runtime import load
 from symgen.runtime.batches import evaluate
 from symgen.runtime.errors import ModuleError
-from symgen.runtime.system import load
 
 
 def loaded(model):

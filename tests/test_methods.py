@@ -11,12 +11,12 @@ from method_tables import README, with_tables
 
 from symgen.link import derive
 from symgen.model.model import Model
+from symgen.runtime import load
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.explicit.tableau import ErkTableau
 from symgen.runtime.integrate.forms import FORMS, SUITED
 from symgen.runtime.integrate.methods import METHODS, RECORDS
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 EXPLICIT = [record for record in RECORDS if record.growth is not None]

@@ -4,8 +4,8 @@ import pickle
 
 import pytest
 
+from symgen import Model
 from symgen.errors import ModelError, SymgenError
-from symgen.model.model import Model
 from symgen.model.toml_reader import read_text
 
 GOOD = """

@@ -2,8 +2,8 @@
 
 import pytest
 
+from symgen import Model
 from symgen.errors import ModelError
-from symgen.model.model import Model
 from symgen.model.toml_reader import JOINT_KEYS, read_text
 
 GOOD = """

@@ -8,11 +8,11 @@ from fractions import Fraction
 import pytest
 import sympy
 
+from symgen import Model
 from symgen.errors import ModelError
 from symgen.model.dimensions import NUMBER, infer
 from symgen.model.expressions import parse
 from symgen.model.functions import dot
-from symgen.model.model import Model
 from symgen.model.units import DIMENSIONLESS, dimension, dimension_text, parse_unit
 
 

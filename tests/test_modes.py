@@ -219,7 +219,7 @@ def test_an_equilibrium_carries_the_forces_of_its_constraints():
 
 
 def test_large_models_are_refused(monkeypatch):
-    monkeypatch.setattr("symgen.runtime.constraints.large.LARGEST_DENSE", 1)
+    monkeypatch.setattr("symgen.runtime.size.LARGEST_DENSE", 1)
     with pytest.raises(RuntimeModelError, match="too many for linear analysis"):
         bundled("double_pendulum").modes("start")
 

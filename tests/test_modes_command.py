@@ -76,7 +76,7 @@ def test_what_is_wrong_is_said(arguments, status, words, tmp_path, monkeypatch):
 
 
 def test_a_recorded_mode_swings_once_on_the_constraints(tmp_path):
-    from symgen.runtime.system import load as load_module
+    from symgen.runtime import load as load_module
 
     file = tmp_path / "mode.rrd"
     text = derive_text(load(find("pendulum_dae"))).text

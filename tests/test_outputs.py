@@ -11,10 +11,10 @@ import pytest
 from click.testing import CliRunner
 
 from symgen.cli import main
+from symgen.runtime import load
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.plain_text import plain, shortened
 from symgen.runtime.report.html import page, paragraph
-from symgen.runtime.system import load
 
 ROOT = Path(__file__).parents[1]
 MODEL = """

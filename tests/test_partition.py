@@ -12,13 +12,13 @@ from symgen import Model, cos, sin
 from symgen.link import derive
 from symgen.model.library import find
 from symgen.model.library import load as load_model
+from symgen.runtime import load
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.partition.work import FIRST_RANK, N_POSITIONS, N_RATES, SWITCHES
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 METHODS_HERE = FORMS["partition"]

@@ -15,7 +15,7 @@ import pytest
 
 from symgen.link import derive_text
 from symgen.model.library import bundled_folder, find, load
-from symgen.runtime.system import load as load_system
+from symgen.runtime import load as load_system
 from work_precision.case import QUICK, Case, Effort
 from work_precision.peers import find_peers, run_peer
 from work_precision.reference import read_reference

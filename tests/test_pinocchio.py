@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from trees import ALL, GRAVITY, humanoid, random_body, seven_dof_arm
 
-from symgen.model.model import Model
+from symgen import Model
 
 pytest.importorskip("pinocchio")
 

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from symgen.cli.recorded import progress_line
-from symgen.runtime.solve import solve
-from symgen.runtime.system import load
+from symgen.runtime import load, solve
 
 FIXTURES = Path(__file__).parent / "fixtures"
 

@@ -12,6 +12,7 @@ from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from symgen.runtime import RunOptions, load
 from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.advice import advise
 from symgen.runtime.checks.convergence import study
@@ -31,7 +32,6 @@ from symgen.runtime.recording.reader import read_recording
 from symgen.runtime.recording.recorder import RunRecorder
 from symgen.runtime.recording.verify import verify
 from symgen.runtime.result_json import result
-from symgen.runtime.system import load
 
 TURNING = [name for name, method in METHODS.items() if not method.needs_plain_rates]
 ONE_ORDER = [name for name in TURNING if name != "bdf"]  # whose orders are tried one by one in test_bdf.py
@@ -369,10 +369,10 @@ def test_time_scales_are_those_of_turns_not_of_quaternion_components():
 def test_advice_and_convergence_study_take_quaternions():
     system = model("top_on_cart")
     arguments = {"t_end": 0.5, "method": "auto", "rtol": 1e-8, "atol": 1e-10}
-    advice = advise(system, arguments)
+    advice = advise(system, RunOptions(**arguments))
     assert not METHODS[advice.method].stiff
     assert {"verlet", "rk4", "implicit_midpoint"} <= {entry.method for entry in advice.fixed_steps}
-    table = study(system, {**arguments, "method": "implicit_midpoint", "step": 2e-3})
+    table = study(system, RunOptions(**{**arguments, "method": "implicit_midpoint", "step": 2e-3}))
     assert table.ok
     assert table.levels[1].order == pytest.approx(2.0, abs=0.1)
 

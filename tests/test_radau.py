@@ -12,11 +12,11 @@ from quaternion_models import module_text
 from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 
+from symgen.runtime import load
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.radau.coefficients import radau, validate
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.system import load
 
 ROOT = Path(__file__).parents[1]
 MODELS = ("pendulum", "cartesian_pendulum", "oscillator")

@@ -14,12 +14,12 @@ from symgen import Model, dot, sqrt
 from symgen.link import derive
 from symgen.model.library import find
 from symgen.model.library import load as load_model
+from symgen.runtime import load
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 ORDERS = {"rattle": 2, "rattle4": 4, "rattle6": 6}

@@ -15,6 +15,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from symgen.runtime import load
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.recording import geometry, layout, play, schema
 from symgen.runtime.recording.errors import RecordingError
@@ -24,7 +25,6 @@ from symgen.runtime.recording.rrd import write
 from symgen.runtime.recording.rrd.read import read_rrd
 from symgen.runtime.recording.save import module_text
 from symgen.runtime.recording.verify import verify
-from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 FIXTURES = Path(__file__).parent / "fixtures"
@@ -612,7 +612,7 @@ def alive(pid):
 
 @pytest.fixture(scope="module")
 def bounces():
-    from symgen.runtime.solve import solve
+    from symgen.runtime import solve
 
     return solve(load(FIXTURES / "ball.py"), 2.0, fps=50)
 
@@ -640,7 +640,7 @@ def test_a_module_that_has_no_file_is_put_together_again():
 
 @pytest.mark.parametrize("name", ["stick_slip", "door_stop"])
 def test_stops_and_frictions_are_recorded_and_checked(tmp_path, name):
-    from symgen.runtime.solve import solve
+    from symgen.runtime import solve
 
     system = load((ROOT / "generated" / f"{name}.py").read_text(encoding="utf-8"))
     path = tmp_path / "saved.rrd"

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from symgen import Model
 from symgen.link import derive_text
 from symgen.model import library
-from symgen.model.model import Model
+from symgen.runtime import load
 from symgen.runtime.recording import layout, schema, symbols
 from symgen.runtime.recording.reader import read_recording
 from symgen.runtime.recording.recorder import RunRecorder
 from symgen.runtime.recording.rrd.read import chunks, read_rrd
 from symgen.runtime.recording.verify import verify
 from symgen.runtime.report.drawing import drawing
-from symgen.runtime.system import load
 
 TIMES = np.linspace(0.0, 1.0, 11)
 

@@ -10,7 +10,7 @@ import pytest
 from symgen.link import derive
 from symgen.model import toml_reader
 from symgen.model.bodies import SHAPES
-from symgen.model.declarations import NUMBER_KEYS
+from symgen.model.declared import NUMBER_KEYS
 from symgen.model.events import ACTIONS, DIRECTIONS
 from symgen.model.input_courses import KINDS
 from symgen.model.items import DRAWINGS

@@ -15,10 +15,10 @@ from click.testing import CliRunner
 from symgen import runtime
 from symgen.cli import main
 from symgen.link import module_for
+from symgen.runtime import solve
 from symgen.runtime.report.html import number
 from symgen.runtime.report.page import semi_implicit_euler, start_values
 from symgen.runtime.report.svg import MARGIN, Curve, plot, ticks
-from symgen.runtime.solve import solve
 
 HOSTILE = "</title><script>alert('x')</script> & <img src=x onerror=alert(1)> \"rod\""
 LENGTH, RADIUS, GRAVITY, X0 = 0.5, 0.04, 9.81, 0.3

@@ -19,15 +19,14 @@ from click.testing import CliRunner
 from recorded import assert_same_recording, record
 
 from symgen.cli import main
-from symgen.runtime.checkpoint import Checkpoint, CheckpointError
+from symgen.runtime import load, solve
+from symgen.runtime.checkpoint_bytes import Checkpoint, CheckpointError
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.recording.errors import RecordingError
 from symgen.runtime.recording.reader import read_checkpoint, read_recording
 from symgen.runtime.recording.resume import Resumed
 from symgen.runtime.recording.verify import verify
-from symgen.runtime.solve import solve
-from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 FAMILIES = {

@@ -11,12 +11,12 @@ import pytest
 from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 
+from symgen.runtime import load
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.rosenbrock.coefficients import original_coefficients, rodas5p, validate
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.system import load
 
 FIXTURES = Path(__file__).parent / "fixtures"
 MODELS = ("pendulum", "cartesian_pendulum", "oscillator")

@@ -7,8 +7,8 @@ import pytest
 
 from symgen import Model, cos, dot, sin
 from symgen.link import derive
+from symgen.runtime import solve
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.solve import solve
 from symgen.runtime.subsystems import groups
 from symgen.runtime.subsystems.division import divide
 from symgen.runtime.subsystems.side_by_side import can_stand_side_by_side, side_by_side

@@ -7,9 +7,9 @@ import pytest
 
 from symgen import Model, dot, maximum, t
 from symgen.link import derive
+from symgen.runtime import solve
 from symgen.runtime.inputs.controller import Controller
 from symgen.runtime.inputs.given import Table
-from symgen.runtime.solve import solve
 
 K, M = 4.0, 1.0  # a weight on a spring: its angular frequency is 2 rad/s
 OPTIONS = {"t_end": 3.0, "method": "dop853", "rtol": 1e-10, "atol": 1e-12, "split": True}

@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symgen.runtime import RunOptions, load, solve
 from symgen.runtime.checks.time_scales import time_scales
-from symgen.runtime.driver import StepLog
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.event_actions import ZenoDetector
-from symgen.runtime.solve import frame_times, solve
-from symgen.runtime.system import load
+from symgen.runtime.run_state import StepLog
 
 FIXTURES = Path(__file__).parent / "fixtures"
 
@@ -62,18 +61,18 @@ def test_frames_are_exact(pendulum):
 
 
 def test_number_of_frames():
-    times, shown = frame_times(0.0, 1.0, None)
+    times, shown = RunOptions(t_end=1.0, fps=None).frame_times()
     assert len(times) == 201 and shown.all()
-    assert len(frame_times(0.0, 10.0, None)[0]) == 601
-    assert len(frame_times(0.0, 1e5, None)[0]) == 20_001
-    times, shown = frame_times(0.0, 2.0, 10)
+    assert len(RunOptions(t_end=10.0, fps=None).frame_times()[0]) == 601
+    assert len(RunOptions(t_end=1e5, fps=None).frame_times()[0]) == 20_001
+    times, shown = RunOptions(t_end=2.0, fps=10).frame_times()
     assert len(times) >= 201 and shown.sum() == 21
     np.testing.assert_allclose(times[shown], np.arange(21) / 10)
     # An end between frames is a frame too.
-    times, shown = frame_times(0.0, 1.05, 10)
+    times, shown = RunOptions(t_end=1.05, fps=10).frame_times()
     np.testing.assert_allclose(times[shown], [*np.arange(11) / 10, 1.05])
     with pytest.raises(RuntimeModelError, match="fps is 0"):
-        frame_times(0.0, 1.0, 0)
+        RunOptions(t_end=1.0, fps=0).frame_times()
 
 
 @pytest.mark.parametrize("method", ["dop853", "rk4"])

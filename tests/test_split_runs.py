@@ -7,8 +7,8 @@ import pytest
 
 from symgen import Model, cos, dot, sin
 from symgen.link import derive, derive_text
+from symgen.runtime import solve
 from symgen.runtime.result_json import result
-from symgen.runtime.solve import solve
 from symgen.runtime.subsystems.division import divide
 from symgen.runtime.subsystems.rest import is_at_rest
 

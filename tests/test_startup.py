@@ -11,18 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symgen import link
+from symgen import Model, link
 from symgen.derive.scenes.subsystems import derive
 from symgen.link import derive as system_of
 from symgen.link import derive_text
 from symgen.model import library
-from symgen.model.model import Model
-from symgen.runtime import module
+from symgen.runtime import RunOptions, System, load, module, solve
 from symgen.runtime.code import dense_ldl, front_ldl
 from symgen.runtime.explain import savings
-from symgen.runtime.solve import frame_times, solve
 from symgen.runtime.spread import spread_rows
-from symgen.runtime.system import System, load
 from symgen.runtime.taylor.kernel import taylor_refusal
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -69,7 +66,7 @@ def test_a_warm_run_imports_nothing_that_it_does_not_use():
     assert not missed
     assert found["modules"] == 1
     assert found["loops"] >= 3  # the scout's loop, the method's, evaluation of kernels
-    assert "symgen.runtime.solve" in modules
+    assert "symgen.runtime.simulate" in modules
     assert not [name for name in UNUSED if name in modules]
 
 
@@ -129,7 +126,7 @@ def test_spread_rows_are_those_of_a_plain_formula(n, most):
 
 @pytest.mark.parametrize(("t_end", "fps"), [(1.0, 60.0), (0.3, 7.0), (10.0, 2.0), (2.0, 50.0), (1e-3, 1.0)])
 def test_few_frames_are_filled_up_and_those_asked_for_are_marked(t_end, fps):
-    times, shown = frame_times(0.0, t_end, fps)
+    times, shown = RunOptions(t_end=t_end, fps=fps).frame_times()
     wanted = np.array([k / fps for k in range(100_000) if k / fps < t_end * (1 - 1e-9)] + [t_end])
     np.testing.assert_array_equal(times[shown], wanted)
     np.testing.assert_array_equal(times, np.union1d(wanted, np.linspace(0.0, t_end, 201)))

@@ -7,10 +7,10 @@ import pytest
 from derived import Generated
 from trees import GRAVITY, random_body
 
+from symgen import Model
 from symgen.derive.derivation import Derivation
 from symgen.derive.structure import conserved_momenta, ignorable_coordinates
 from symgen.model.description import Description
-from symgen.model.model import Model
 
 
 def top(inertia=("A", "A", "C"), **joint) -> Description:

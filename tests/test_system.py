@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 from symgen import runtime
+from symgen.runtime import System
 from symgen.runtime import kernel as kernel_module
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.errors import ModuleError, RuntimeModelError
 from symgen.runtime.module import read_module
-from symgen.runtime.system import System
 
 ROOT = Path(__file__).parent.parent
 FIXTURES = ROOT / "tests" / "fixtures"

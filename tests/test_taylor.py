@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from references import error, load_reference, numbers
 
+from symgen.runtime import load
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.methods.taylor import taylor
 from symgen.runtime.integrate.taylor.loop import TaylorSeries, order_for
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 TIGHT = {"method": "taylor", "rtol": 1e-13, "atol": 1e-15}

@@ -9,10 +9,10 @@ import mpmath
 import numpy as np
 import pytest
 
+from symgen.runtime import load
 from symgen.runtime.code import compiler, engine
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.system import load
 from symgen.runtime.taylor.motion import read_motion
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.rolled import rolled_kernel

@@ -12,11 +12,11 @@ from recorded import assert_same_recording, record
 from symgen import Model, runtime
 from symgen.cli import main
 from symgen.link import derive_text
+from symgen.runtime import solve
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.recording.resume import Resumed
 from symgen.runtime.recording.verify import verify
-from symgen.runtime.solve import solve
 from symgen.runtime.timing.search import find_course
 
 MODEL = """

@@ -10,6 +10,7 @@ from derived import Generated
 from newton_euler import NewtonEuler
 from trees import ALL, SCALAR, humanoid, random_body, random_tree, seven_dof_arm
 
+from symgen import Model
 from symgen.derive.derivation import Derivation
 from symgen.derive.dynamics import inverse_dynamics
 from symgen.derive.graph.evaluate import evaluate
@@ -17,7 +18,6 @@ from symgen.derive.pipeline import derive
 from symgen.derive.solve import factorise as ldl
 from symgen.derive.trees.articulated import solve_articulated
 from symgen.derive.trees.link_frames import along_third, multiply, snapped, split_turn, transpose
-from symgen.model.model import Model
 
 
 def close(actual, expected, tolerance=1e-11):

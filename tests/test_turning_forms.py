@@ -16,6 +16,7 @@ from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from symgen.runtime import load
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.alpha.constrained_work import START, constrained_alpha_work
@@ -29,7 +30,6 @@ from symgen.runtime.integrate.partition.work import SWITCHES
 from symgen.runtime.integrate.radau.ggl_turns import turn_blocks
 from symgen.runtime.loop_arrays import LoopArrays, kernel_addresses, loop_sizes
 from symgen.runtime.positions import Positions
-from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 UNIT = 1e-14
@@ -174,7 +174,7 @@ def test_index_2_errors_follow_the_tolerance(name, limit, which):
 # As plain Python, since a compilation of each would take longer than the runs.
 RUNS = """
 import json, sys
-from symgen.runtime.system import load
+from symgen.runtime import load
 found = []
 for which, text in json.load(sys.stdin).items():
     system = load(text)

@@ -13,10 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symgen.runtime import load, solve
 from symgen.runtime.recording import schema
 from symgen.runtime.recording.recorder import RunRecorder
-from symgen.runtime.solve import solve
-from symgen.runtime.system import load
 
 ROOT = Path(__file__).resolve().parents[1]
 DRIVERS = Path("/usr/share/vulkan/icd.d")

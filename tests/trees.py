@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from symgen.model.model import Model
+from symgen import Model
 
 GRAVITY = (0, 0, -9.81)
 QUARTER = math.pi / 2

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from symgen.runtime.system import System, load
+from symgen.runtime import System, load
 
 _STALE = 3  # tolerances in a row that gain nothing, once the error is small
 _SMALL = 1e-9

@@ -22,7 +22,7 @@ from symgen.link import derive as system_of
 from symgen.model.library import find
 from symgen.model.library import load as load_model
 from symgen.model.model import Model
-from symgen.runtime.system import System
+from symgen.runtime import System
 
 
 def tied_masses(n: int) -> System:

@@ -16,10 +16,8 @@ from symgen.link import derive_text
 from symgen.model.library import find
 from symgen.model.library import load as load_model
 from symgen.model.model import Model
+from symgen.runtime import Solution, System, load, solve
 from symgen.runtime.batches import evaluate_rows
-from symgen.runtime.solution import Solution
-from symgen.runtime.solve import solve
-from symgen.runtime.system import System, load
 
 REPEATS = 7
 CALLS = 2000

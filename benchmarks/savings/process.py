@@ -14,9 +14,8 @@ from savings.measure import Row, bundled, by_turns, compared
 from symgen.link import derive_text
 from symgen.model.library import find
 from symgen.model.library import load as load_model
+from symgen.runtime import System, solve
 from symgen.runtime.code import cache, compiler, engine
-from symgen.runtime.solve import solve
-from symgen.runtime.system import System
 
 PACKAGES = ("numba", "scipy.sparse.linalg", "sympy", "rerun")
 STARTS = 9

@@ -10,13 +10,11 @@ from savings.measure import Row, bundled, by_turns, compared, difference, runs
 from symgen.link import derive as system_of
 from symgen.model.library import find
 from symgen.model.library import load as load_model
+from symgen.runtime import Solution, System, solve
 from symgen.runtime.batches import accelerations_and_multipliers, evaluate
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.radau.work import HAVE_JACOBIAN
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.solution import Solution
-from symgen.runtime.solve import solve
-from symgen.runtime.system import System
 
 
 def jacobians() -> Iterator[Row]:

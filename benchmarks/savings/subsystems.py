@@ -15,9 +15,8 @@ from symgen.link import derive as system_of
 from symgen.model.library import find
 from symgen.model.library import load as load_model
 from symgen.model.model import Model
-from symgen.runtime.solve import solve
+from symgen.runtime import System, load, solve
 from symgen.runtime.subsystems import apart, member_run, subsystem
-from symgen.runtime.system import System, load
 
 
 def equal_subsystems() -> Iterator[Row]:

@@ -8,6 +8,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.choose import choose_method
+from symgen.runtime.options import RunOptions
 
 from .levels import all_levels
 from .sweep import tolerances
@@ -22,9 +23,8 @@ def auto_choices(case: Case, effort: Effort) -> list[dict[str, Any]]:
     scene, reference = case.scene, case.reference
     choices = []
     for rtol in map(float, tolerances(effort)):
-        arguments = (
-            "auto", case.system, reference.p, 0.0, reference.start, scene.t_end, rtol, rtol * scene.atol_ratio,
-        )  # fmt: skip
+        options = RunOptions(t_end=scene.t_end, rtol=rtol, atol=rtol * scene.atol_ratio)
+        arguments = case.system, reference.p, reference.start, options
         choose_method(*arguments)  # compiles what scouting needs
         began = time.perf_counter()
         method, notes = choose_method(*arguments)

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.options import RunOptions
+from symgen.runtime.simulate import simulate
 
 from .auto import auto_choices, auto_result
 from .case import Case, Effort
@@ -73,8 +75,6 @@ class SceneRun:
         accurate = [row for row in self.curves[name].usable() if row.error <= _SOLVE_LEVEL]
         if not accurate:
             return
-        from symgen.runtime.solve import solve
-
         row, scene = accurate[0], self.case.scene
         given: dict[str, Any] = {"t_end": scene.t_end, "method": name}
         given |= {"parameters": dict(scene.parameters), "start": dict(scene.start)}
@@ -82,7 +82,9 @@ class SceneRun:
             given["step"] = row.setting
         else:
             given |= {"rtol": row.setting, "atol": row.setting * scene.atol_ratio}
-        self.solve_seconds[name] = best_seconds(lambda: solve(self.case.system, **given), _SOLVE_RUNS, 0.0)
+        self.solve_seconds[name] = best_seconds(
+            lambda: simulate(self.case.system, RunOptions(**given)), _SOLVE_RUNS, 0.0
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that was measured, for JSON."""

@@ -11,7 +11,7 @@ import numpy as np
 from symgen.runtime.checks.time_scales import time_scales
 from symgen.runtime.choose import choose_method
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.solve import SMALLEST_RTOL
+from symgen.runtime.options import SMALLEST_RTOL, RunOptions
 
 from .case import Case, Effort, Row, measure
 
@@ -59,9 +59,8 @@ def sweep(case: Case, name: str, effort: Effort) -> Curve:
     """Measure a method on a scene."""
     scene, reference = case.scene, case.reference
     try:
-        method, _ = choose_method(
-            name, case.system, reference.p, 0.0, reference.start, scene.t_end, 1e-8, 1e-10
-        )
+        options = RunOptions(t_end=scene.t_end, method=name)
+        method, _ = choose_method(case.system, reference.p, reference.start, options)
     except RuntimeModelError as error:
         return Curve("rtol", says=str(error))
     curve = Curve("rtol" if method.adaptive else "step")

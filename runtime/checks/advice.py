@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.checks.advice_text import advice_lines
-from symgen.runtime.checks.cost import Cost, fixed_step_cost, run_cost, seconds_per_evaluation
-from symgen.runtime.checks.mode_origin import Origin, fastest_origin
+from symgen.runtime.checks.advice_record import Advice, FixedStep, StabilityLimit, rate_to_follow
+from symgen.runtime.checks.choice import judge_choice
+from symgen.runtime.checks.cost import fixed_step_cost, run_cost, seconds_per_evaluation
+from symgen.runtime.checks.mode_origin import fastest_origin
 from symgen.runtime.checks.stability import damping_ratio, stable_radius, stable_step
 from symgen.runtime.checks.steps import MOST_RECOMMENDED, step_for_phases
 from symgen.runtime.checks.time_scales import TimeScales, time_scales
 from symgen.runtime.choose import refuse_unsuitable
-from symgen.runtime.constraints.large import is_large
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS, Method
+from symgen.runtime.options import RunOptions
+from symgen.runtime.simulate import simulate
+from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
-    from symgen.runtime.checks.choice import Choice
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
@@ -28,131 +29,14 @@ STEPS_PER_PERIOD = 50
 _STATES = 20
 _SHORT_RUN_STEPS = 2000
 _SAFETY = 0.5  # of the stability limit
-_TURNS_FAST = 2.0  # times the fastest eigenvalue: an oscillation's own rate stays below
 _SLOWEST = (
     1e-3  # of the fastest: eigenvalues below are round-off of the zeros of constraints and free motions
 )
 
 
-@dataclass(frozen=True)
-class StabilityLimit:
-    """The longest stable steps of an explicit method on the fastest motion [s].
-
-    `undamped` is what it would be without damping; 0 where no step is stable.
-    """
-
-    method: str
-    undamped: float
-    damped: float
-
-
-@dataclass(frozen=True)
-class FixedStep:
-    """A method of fixed step: the step, the limit of stability (infinite if there is none) [s], why, what it costs."""
-
-    method: str
-    step: float
-    stable: float
-    reason: str
-    cost: Cost
-
-
-@dataclass(frozen=True)
-class Advice:
-    """What suits a model.
-
-    Attributes
-    ----------
-    n_states : int
-        How many states were looked at.
-    t_first, t_seen, t_end : float [s]
-        From when, up to when; the end of the run that is asked for.
-    fastest, t_fastest : float
-        Largest rate of the linearised motion [1/s], and when.
-    damping_ratio : float
-        Of that motion: 0 undamped, 1 a decay without oscillation.
-    decay, motion, turning : float
-        Fastest decay, fastest other motion, and fastest turn of an angle or body [1/s].
-    slowest : float
-        Slowest motion at the state of the fastest, at least one per run [1/s]; 0 for large models, where it is not
-        looked for.
-    origin : Origin or None
-        What the fastest motion belongs to.
-    steps_per_period : int
-    rule_step : float [s]
-        Fastest period over `steps_per_period`; infinite where nothing moves by itself.
-    limits : tuple of StabilityLimit
-    method, reason : str
-        The recommendation.
-    constraints, constraints_reason : str
-        How constraints are treated best; "none" without constraints.
-    rtol : float
-    cost : Cost
-        Of the recommended method, as far as the short run tells.
-    evaluation : float [s]
-        Measured time of one evaluation of `rhs`.
-    fixed_steps : tuple of FixedStep
-        For users who want a fixed step.
-    choice : Choice or None
-        What is to be said about the method and step of the user's choice.
-    """
-
-    n_states: int
-    t_first: float
-    t_seen: float
-    t_end: float
-    fastest: float
-    t_fastest: float
-    damping_ratio: float
-    decay: float
-    motion: float
-    turning: float
-    slowest: float
-    origin: Origin | None
-    steps_per_period: int
-    rule_step: float
-    limits: tuple[StabilityLimit, ...]
-    method: str
-    reason: str
-    constraints: str
-    constraints_reason: str
-    rtol: float
-    cost: Cost
-    evaluation: float
-    fixed_steps: tuple[FixedStep, ...]
-    choice: Choice | None = None
-
-    @property
-    def rate(self) -> float:
-        """The rate that a step has to follow [1/s]: the fastest motion, or a turn much faster than that."""
-        return self.turning if self.turning > _TURNS_FAST * self.fastest else self.fastest
-
-    @property
-    def stiffness_ratio(self) -> float:
-        """Fastest over slowest motion."""
-        return self.fastest / self.slowest if self.slowest > 0.0 else 1.0
-
-    @property
-    def ok(self) -> bool:
-        """Whether there is nothing against the user's choice."""
-        return self.choice is None or self.choice.ok
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the advice as a dictionary."""
-        data = asdict(self) | {"stiffness_ratio": self.stiffness_ratio}
-        if self.origin is not None:
-            value = self.origin.eigenvalue
-            data["origin"] |= {"eigenvalue": [value.real, value.imag], "says": self.origin.says()}
-        return data
-
-    def lines(self) -> list[str]:
-        """Return the advice as lines of text."""
-        return advice_lines(self)
-
-
 def advise(
     system: System,
-    arguments: Mapping[str, Any],
+    options: RunOptions,
     *,
     steps_per_period: int | None = None,
     chosen: tuple[str, float | None] | None = None,
@@ -162,14 +46,14 @@ def advise(
     Parameters
     ----------
     system : System
-    arguments : mapping
-        As `symgen.runtime.solve.solve` takes them; its `method` and `step` do not matter.
+    options : RunOptions
+        Their method and step do not matter.
     steps_per_period : int, optional
         Of the rule h = T / N; 50 by default.
     chosen : tuple of str and float or None, optional
         Method and step [s] of the user's choice, to be checked.
     """
-    run, undriven = _short_run(system, arguments), system
+    run, undriven = _short_run(system, options), system
     system = run.system  # with its inputs over time
     rows = np.unique(np.linspace(0, len(run.t) - 1, _STATES).astype(int))
     scales = [time_scales(system, run.p, run.t[i], run.q[i], run.v[i]) for i in rows]
@@ -180,7 +64,7 @@ def advise(
     evaluation = seconds_per_evaluation(run)
     n = steps_per_period or STEPS_PER_PERIOD
     turning = max(scale.turning for scale in scales)
-    rate = turning if turning > _TURNS_FAST * worst.fastest else worst.fastest
+    rate = rate_to_follow(worst.fastest, turning)
     motion = max(scale.motion for scale in scales)
     advice = Advice(
         n_states=len(rows),
@@ -209,20 +93,17 @@ def advise(
     )
     if chosen is None:
         return advice
-    from symgen.runtime.checks.choice import judge_choice
-
-    return replace(
-        advice, choice=judge_choice(undriven, advice, scales, arguments, *chosen, steps_per_period)
-    )
+    method, step = chosen
+    meant = replace(options, method=method, step=step)
+    return replace(advice, choice=judge_choice(undriven, advice, scales, meant, steps_per_period))
 
 
-def _short_run(system: System, arguments: Mapping[str, Any]) -> Solution:
-    from symgen.runtime.solve import solve
-
-    # A run that fails, or is cut short, has states to look at, too.
-    settings = {**arguments, "method": "auto", "step": None, "constraints": "auto", "at": (), "fps": None}
+def _short_run(system: System, options: RunOptions) -> Solution:
+    """Return a run of few steps; one that fails, or is cut short, has states to look at, too."""
     n_subsystems = sum(len(kind["rates"]) for kind in system.subsystems)
-    return solve(system, max_steps=_SHORT_RUN_STEPS * max(1, n_subsystems), **settings)
+    most = _SHORT_RUN_STEPS * max(1, n_subsystems)
+    free = {"method": "auto", "step": None, "constraints": "auto", "at": (), "fps": None}
+    return simulate(system, replace(options, max_steps=most, **free))
 
 
 def _damping_of_fastest(scales: TimeScales) -> float:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.checks.advice_record import Advice, Choice
+from symgen.runtime.checks.health import health_of, objections_to
 from symgen.runtime.checks.stability import stable_step
 from symgen.runtime.choose import refuse_unsuitable
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.options import RunOptions
+from symgen.runtime.simulate import simulate
 
 if TYPE_CHECKING:
-    from symgen.runtime.checks.advice import Advice
     from symgen.runtime.checks.time_scales import TimeScales
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
@@ -23,35 +26,23 @@ if TYPE_CHECKING:
 _MOST_STEPS = 200_000  # of the run that tells; it is judged as far as it comes
 
 
-@dataclass(frozen=True)
-class Choice:
-    """What is to be said about a choice of method and step [s]: `reasons` are objections where it is not ok."""
-
-    method: str
-    step: float | None
-    ok: bool
-    reasons: tuple[str, ...]
-
-
 def judge_choice(
     system: System,
     advice: Advice,
     scales: list[TimeScales],
-    arguments: Mapping[str, Any],
-    name: str,
-    step: float | None,
+    options: RunOptions,
     steps_per_period: int | None,
 ) -> Choice:
     """Return what is to be said about a method and step: that which the health report of such a run says.
 
     Parameters
     ----------
-    arguments : mapping
-        As `symgen.runtime.solve.solve` takes them.
-    step : float or None [s]
+    options : RunOptions
+        With the method and step that are meant.
     steps_per_period : int, optional
         What the user asks for besides.
     """
+    name, step = options.method, options.step
     method = find_method(name)
     try:
         refuse_unsuitable(method, system)
@@ -59,9 +50,12 @@ def judge_choice(
         return Choice(name, step, False, (str(error),))
     if not method.adaptive and step is None and steps_per_period is None:
         step = next((entry.step for entry in advice.fixed_steps if entry.method == name), None)
-    run = _run(system, {**arguments, "method": name, "step": None if method.adaptive else step})
-    objections = [entry.says for entry in run.objections if entry.check != "status" or not _cut_short(run)]
-    notes = [entry.says for entry in run.advice]
+    step = None if method.adaptive else step
+    run = simulate(system, replace(options, step=step, at=(), fps=None, max_steps=_MOST_STEPS))
+    objections = [
+        entry.says for entry in objections_to(run) if entry.check != "status" or not _cut_short(run)
+    ]
+    notes = [entry.says for entry in health_of(run) if entry.note]
     if method.adaptive:
         said = [f"it keeps its steps stable and accurate itself, to rtol {run.rtol:g}", *notes]
         return Choice(name, None, not objections, tuple([*objections, *notes] if objections else said))
@@ -69,12 +63,6 @@ def judge_choice(
     if objections or coarse:
         return Choice(name, step, False, tuple([*objections, *coarse, *notes]))
     return Choice(name, step, True, (*_about_step(method, advice, scales, run.step), *notes))
-
-
-def _run(system: System, arguments: Mapping[str, Any]) -> Solution:
-    from symgen.runtime.solve import solve
-
-    return solve(system, max_steps=_MOST_STEPS, **{**arguments, "at": (), "fps": None})
 
 
 def _cut_short(run: Solution) -> bool:

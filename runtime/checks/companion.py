@@ -13,6 +13,7 @@ from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS, Method
 from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.options import RunOptions
 from symgen.runtime.timing.timetable import timetable
 
 if TYPE_CHECKING:
@@ -166,7 +167,9 @@ def _timetable(
     closely = jumped_over(solution, _OF_ALLOWED * most_steps) if adaptive else None
     if closely is not None:
         course = closely if course is None else course.within(closely)
-    return timetable(course, companion.method, t, end, longest, breaks)
+    return timetable(
+        course, companion.method, RunOptions(t_start=t, t_end=end, max_step=longest, breaks=breaks)
+    )
 
 
 class _Beside(Run):

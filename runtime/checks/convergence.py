@@ -9,28 +9,28 @@ Runs of one model, each finer than the one before, at common times: what their d
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symgen.runtime.checks.error_estimate import LARGEST_ERROR
-from symgen.runtime.checks.horizon import Horizon, horizon
+from symgen.runtime.checks.health import objections_to
+from symgen.runtime.checks.horizon import Comparison, Horizon, compare_runs, horizon
 from symgen.runtime.checks.momenta import Momentum, momenta
 from symgen.runtime.failures import state_names
 from symgen.runtime.integrate.methods import find_method
-from symgen.runtime.solve import SMALLEST_RTOL
+from symgen.runtime.options import SMALLEST_RTOL, RunOptions
+from symgen.runtime.simulate import simulate
 
 if TYPE_CHECKING:
-    from symgen.runtime.checks.horizon import Horizon
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
 
 _SETTLED = 1e-3  # largest difference between the two finest runs
-_SETTLED = 1e-11  # differences below this need not shrink further
+_NEED_NOT_SHRINK = 1e-11  # differences below this need not shrink further
 _ROUNDED = 10 * np.finfo(float).eps  # of a state, by the steps in the time in which errors grow e-fold
 _MOST_GROWN = 1e-6  # nor those of round-off that the motion has made larger, up to this
 _ORDER_SHORTFALL = 0.7  # part of the method's order that must be seen in the last halving
@@ -79,7 +79,7 @@ def verdict(
             f"{worst.relative:.2g} of its size; take {'smaller tolerances' if order is None else 'a smaller step'}"
         )
     off = f"{worst.name} is off most, by {worst.relative:.2g} of its size"
-    if last <= round_off and (last <= _SETTLED or last >= before):
+    if last <= round_off and (last <= _NEED_NOT_SHRINK or last >= before):
         return True, f"settled: the two finest runs differ by {last:.2g}, which is round-off; {off}"
     seen = np.log2(before / last)
     if order is not None and seen < _ORDER_SHORTFALL * order and last > 1e-9:
@@ -93,9 +93,9 @@ def verdict(
 def _round_off(growth: Horizon) -> float:
     """Return how large differences are that come from round-off alone."""
     if growth.rate is None:
-        return _SETTLED
+        return _NEED_NOT_SHRINK
     grown = _ROUNDED * np.exp(min(growth.rate * (growth.t_end - growth.t[0]), 50.0))
-    return float(np.clip(grown, _SETTLED, _MOST_GROWN))
+    return float(np.clip(grown, _NEED_NOT_SHRINK, _MOST_GROWN))
 
 
 def _chaotic(growth: Horizon, order: int | None) -> str:
@@ -181,88 +181,6 @@ def _orders(compared: Comparison, refinement: float) -> list[float | None]:
         coarse, fine = differences[seen[-1] : seen[-1] + 2]
         found.append(float(np.log(coarse / fine) / np.log(refinement)) if coarse > 0.0 else None)
     return found
-
-
-MOST_TIMES = 400
-_LEAST_RATIO = 1.5  # of two differences; where finer runs are no better, little is gained by extrapolation
-_MOST_RATIO = 1e3
-_LEAST_SIZE = 1e-6  # of the largest variable's
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """States of all runs at common times.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n,) [s]
-    states : ndarray, shape (number of runs, n, nq + nv)
-        (q, v), coarsest run first.
-    asked : int
-        Which of the runs has the step or tolerances that were asked for.
-    """
-
-    t: np.ndarray
-    states: np.ndarray
-    asked: int
-
-    @cached_property
-    def size(self) -> np.ndarray:
-        """The largest magnitude of each variable in the finest run; what stays at zero has a part of the largest."""
-        size = np.abs(self.states[-1]).max(axis=0)
-        size = np.maximum(size, _LEAST_SIZE * size.max(initial=0.0))
-        return np.where(size > 0.0, size, 1.0)
-
-    @cached_property
-    def largest(self) -> np.ndarray:
-        """Largest difference of each variable from the next finer run, shape (number of runs - 1, nq + nv)."""
-        return np.array([np.abs(fine - coarse).max(axis=0) for coarse, fine in self._pairs()])
-
-    @cached_property
-    def relative(self) -> np.ndarray:
-        """Largest difference of all variables in parts of their sizes, over time: shape (number of runs - 1, n)."""
-        return np.array([(np.abs(fine - coarse) / self.size).max(axis=1) for coarse, fine in self._pairs()])
-
-    @cached_property
-    def errors(self) -> np.ndarray:
-        """Estimated error of the run that was asked for, shape (n, nq + nv), each variable in its own unit.
-
-        It is held against the finest runs extrapolated (Richardson 1911): with differences that shrink by a factor r
-        from run to run, what is left of them is the last one over r - 1. The factor is that of the largest differences
-        up to each time, for where motion is chaotic finer runs gain nothing in the end.
-        """
-        before, last = (np.maximum.accumulate(np.abs(fine - coarse)) for coarse, fine in self._pairs()[-2:])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.nan_to_num(before / last, nan=_LEAST_RATIO)
-        ratio = np.clip(ratio, _LEAST_RATIO, _MOST_RATIO)
-        limit = self.states[-1] + (self.states[-1] - self.states[-2]) / (ratio - 1.0)
-        return np.abs(self.states[self.asked] - limit) + np.finfo(float).eps * np.abs(limit)
-
-    @property
-    def relative_error(self) -> np.ndarray:
-        """The largest of `errors` in parts of the variables' sizes, over time: shape (n,)."""
-        return (self.errors / self.size).max(axis=1)
-
-    def _pairs(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        return list(zip(self.states[:-1], self.states[1:]))
-
-
-def compare_runs(runs: list[Solution], asked: int) -> Comparison:
-    """Return runs at their common times.
-
-    Methods of fixed step are compared at their samples, where all have a state without interpolation. To land on common
-    times would shorten the steps of adaptive ones: these are compared at common frames.
-    """
-    if runs[0].step:
-        n = min(len(run.samples) for run in runs)
-        t = np.array([sample.t for sample in runs[0].samples[:n]])
-        rows = [np.array([np.concatenate([s.q, s.v]) for s in run.samples[:n]]) for run in runs]
-        return Comparison(t, np.array(rows), asked)
-    n = min(len(run.t) for run in runs)
-    n -= any(run.t[n - 1] != runs[0].t[n - 1] for run in runs)  # events that end runs have times of their own
-    n = max(n, 1)
-    chosen = np.unique(np.linspace(0, n - 1, min(n, MOST_TIMES + 1)).astype(int))
-    return Comparison(runs[0].t[chosen], np.array([run.states[chosen] for run in runs]), asked)
 
 
 _LEVELS = 4
@@ -364,7 +282,7 @@ class Convergence:
         }
 
 
-def study(system: System, arguments: Mapping[str, Any]) -> Convergence:
+def study(system: System, options: RunOptions) -> Convergence:
     """Run a model four times, each finer than the one before, and compare.
 
     Methods of fixed step: step, step/2, step/4, step/8. Adaptive ones: tolerances 100, 10, 1 and 1/10 times
@@ -374,25 +292,22 @@ def study(system: System, arguments: Mapping[str, Any]) -> Convergence:
     Parameters
     ----------
     system : System
-    arguments : mapping
-        As `symgen.runtime.solve.solve` takes them.
+    options : RunOptions
     """
-    from symgen.runtime.solve import solve
-
-    plain = {**arguments, "at": (), "fps": None}
-    first = solve(system, **plain)
+    options = replace(options, at=(), fps=None)
+    first = simulate(system, options)
     method = find_method(first.method)
     quantity = "rtol" if method.adaptive else "step"
     head = (system.name, method.name, quantity, bool(system.m))
-    plain |= {"method": method.name, "at": _common_times(first) if first.step else ()}
-    if method.adaptive and plain.get("max_steps") is None:
-        plain["max_steps"] = max(_MOST_STEPS, _MORE_STEPS * first.stats["steps"])
+    options = replace(options, method=method.name, at=_common_times(first) if first.step else ())
+    if method.adaptive and options.max_steps is None:
+        options = replace(options, max_steps=max(_MOST_STEPS, _MORE_STEPS * first.stats["steps"]))
     asked, settings = _settings(first)
     if method.adaptive:
-        settings[-1]["max_step"] = _bound(first, plain.get("max_step"))
+        settings[-1]["max_step"] = _bound(first, options.max_step)
     runs: list[Solution] = []
     for setting in settings:
-        runs.append(solve(system, **{**plain, **setting}))
+        runs.append(simulate(system, replace(options, **setting)))
         if runs[-1].status not in ("success", "terminated"):
             which = f"with {quantity} {getattr(runs[-1], quantity):.3g}"
             return Convergence(*head, failed=True, says=f"{which}: {runs[-1].message or runs[-1].status}")
@@ -401,7 +316,7 @@ def study(system: System, arguments: Mapping[str, Any]) -> Convergence:
     errors = coordinate_errors(system, compared, _TIGHTENING if method.adaptive else 2.0)
     growth = horizon(compared)
     ok, says = verdict(compared, growth, errors, first.rtol, None if method.adaptive else method.order)
-    if ok and (objections := runs[asked].objections):
+    if ok and (objections := objections_to(runs[asked])):
         # What is wrong with all of them alike does not show in their differences.
         ok, says = False, f"not to be trusted: {objections[0].check}: {objections[0].says}"
     return Convergence(

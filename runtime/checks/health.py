@@ -10,7 +10,7 @@ import numpy as np
 
 from symgen.runtime.checks.entry import HealthCheck, advised, limited, noted
 from symgen.runtime.checks.stability import stable_radius, stable_step, unstable_rate
-from symgen.runtime.checks.steps import least_steps_in_a_period
+from symgen.runtime.checks.steps import MOST_REJECTED, least_steps_in_a_period
 from symgen.runtime.constraints.drift import constraint_drift
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.exchange import energy_limit
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
 _FIXED_STEP_DRIFT = 1e-6
 _QUATERNION_LENGTH = 1e-12
-MOST_REJECTED = 0.8
 _FROM_ROUND_OFF = -np.log(np.finfo(float).eps)  # e-folds
 _TINY_STEP = 64 * np.finfo(float).eps
 _MOST_TINY = 0.05  # part of the steps
@@ -35,6 +34,18 @@ _LARGEST_FOR_TIME_SCALES = 400  # states; eigenvalues cost their cube
 _NEAR_DEPENDENCE = 1e-3  # ratio of pivots
 _OF_STEPS = ("resolution", "stability")
 _REGULAR_ENDS = ("success", "terminated")
+
+
+def health_of(solution: Solution) -> list[HealthCheck]:
+    """Return the health report of a run, which is worked out once; see `check`."""
+    if "_health" not in solution.__dict__:
+        solution.__dict__["_health"] = check(solution)
+    return solution.__dict__["_health"]
+
+
+def objections_to(solution: Solution) -> list[HealthCheck]:
+    """Return the entries of the health report that are not ok."""
+    return [entry for entry in health_of(solution) if not entry.ok]
 
 
 def check(solution: Solution) -> list[HealthCheck]:

@@ -18,7 +18,7 @@ from symgen.runtime.batches import accelerations_and_multipliers, evaluate
 from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
-    from symgen.runtime.checks.convergence import Comparison
+    from symgen.runtime.checks.horizon import Comparison
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 

@@ -21,6 +21,7 @@ _FEWEST, _PART = 20.0, 0.7  # of what is recommended for short runs
 # energy changes twice as much as the amplitude, of energy allow.
 _OFF, _OFF_AT_ORDER_1 = 0.025, 0.005
 _OF_ORDER_1 = 0.5  # error per radian and step w
+MOST_REJECTED = 0.8  # part of the steps that were tried
 _DIES_OUT = 3.0  # decay times
 
 

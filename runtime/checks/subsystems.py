@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from symgen.runtime.checks.entry import HealthCheck, advised, limited
-from symgen.runtime.checks.health import MOST_REJECTED
+from symgen.runtime.checks.steps import MOST_REJECTED
 from symgen.runtime.exchange import energy_limit
 
 if TYPE_CHECKING:

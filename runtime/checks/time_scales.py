@@ -9,8 +9,8 @@ import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.checks.extreme_rates import extreme_eigenvalues
-from symgen.runtime.constraints.large import is_large
 from symgen.runtime.positions import Positions
+from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

@@ -14,7 +14,7 @@ from typing import NoReturn
 import numpy as np
 
 from symgen.runtime.code.grammar import ARGUMENTS, LARGEST, MATH_FUNCTIONS, FunctionText
-from symgen.runtime.module import SOLVERS
+from symgen.runtime.module_source import SOLVERS
 
 DEEPEST = 150  # parentheses in each other; Python reads 200
 _LONG = 2 * DEEPEST  # characters, of an expression that may have as many

@@ -10,7 +10,7 @@ import numpy as np
 
 from symgen.runtime.constraints import contradictions
 from symgen.runtime.constraints.contradictions import AssemblyError, joined, listed
-from symgen.runtime.constraints.large import is_large, sparse_start
+from symgen.runtime.constraints.large import sparse_start
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.constraints.nearest_point import (
     SOLVED,
@@ -27,6 +27,7 @@ from symgen.runtime.constraints.start_values import StartValues, start_values
 from symgen.runtime.constraints.vanishing_gradient import without_gradient
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Chart
+from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

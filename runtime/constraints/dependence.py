@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.constraints.large import is_large
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.constraints.redundancy import usual_rank
 from symgen.runtime.constraints.row_weights import row_weights
+from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

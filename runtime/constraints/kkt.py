@@ -20,10 +20,10 @@ from symgen.runtime.code.jitted import DISABLE_JIT
 from symgen.runtime.constraints import branch, robust_path
 from symgen.runtime.constraints import guard_code as at
 from symgen.runtime.constraints.guard_code import guard_ir
-from symgen.runtime.constraints.large import is_large
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.constraints.row_weights import n_weights, row_weights
 from symgen.runtime.positions import Positions
+from symgen.runtime.size import is_large
 from symgen.runtime.system import System
 
 _LOST_DIGITS = 1e-9  # of the largest term

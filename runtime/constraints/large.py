@@ -14,22 +14,17 @@ import numpy as np
 from symgen.runtime.constraints.contradictions import AssemblyError, listed
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.constraints.nearest_point import SOLVED, worst
+from symgen.runtime.size import LARGEST_DENSE
 
 if TYPE_CHECKING:
     from symgen.runtime.constraints.start_values import StartValues
     from symgen.runtime.system import System
 
-LARGEST_DENSE = 600  # rates and multipliers
 _INDEPENDENT = 1e-6  # smallest pivot relative to its value before other constraints were eliminated
 _SATISFIED = 2e-14  # of a constraint's scale
 _REPAIRED = 1e-6  # of a constraint's scale: what enforced values may be off
 _MAX_STEPS = 50
 _FRACTIONS = (1.0, 0.5, 0.25, 0.05)  # of a Newton step
-
-
-def is_large(system: System) -> bool:
-    """Whether a model has more unknowns than full matrices suit."""
-    return system.nv + system.m > LARGEST_DENSE
 
 
 def sparse_start(

@@ -9,6 +9,7 @@ import numpy as np
 from symgen.runtime.abi import ENTRIES
 from symgen.runtime.constraints.sizes import coordinate_sizes
 from symgen.runtime.positions import Positions
+from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -63,7 +64,7 @@ class Constraints:
         return self._sparse("mass_matrix", q, np.zeros(self._system.nv))
 
     def _sparse(self, name: str, q: np.ndarray, v: np.ndarray) -> csc_array:
-        from scipy.sparse import csc_array
+        from scipy.sparse import csc_array  # heavy, and for large models only
 
         rows, columns = np.divmod(self._system.entry_places(name), self._system.nv)
         shape = (self._system.m if name == "constraint_jacobian" else self._system.nv, self._system.nv)
@@ -71,8 +72,6 @@ class Constraints:
 
     def largest_in_rows(self, q: np.ndarray, v: np.ndarray, factors: np.ndarray) -> np.ndarray:
         """Return the largest |G_ij factors_j| of each row of G, shape (m,)."""
-        from symgen.runtime.constraints.large import is_large
-
         if not is_large(self._system):
             return np.abs(self.jacobian(q, v) * factors).max(axis=1, initial=0.0)
         largest = np.zeros(self._system.m)
@@ -83,8 +82,6 @@ class Constraints:
 
     def are_finite(self, q: np.ndarray, v: np.ndarray, name: str) -> bool:
         """Whether all entries of the matrix that the function `name` writes are finite."""
-        from symgen.runtime.constraints.large import is_large
-
         return bool(np.isfinite(self._call(name + ENTRIES if is_large(self._system) else name, q, v)).all())
 
     def position_jacobian(self, q: np.ndarray) -> np.ndarray:

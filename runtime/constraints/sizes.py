@@ -7,12 +7,11 @@ changes them by many times the size of their terms has been moved too far.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from symgen.runtime.constraints.levels import Constraints
     from symgen.runtime.system import System
 
 _ANGLES = ("rad", "deg")
@@ -25,7 +24,19 @@ _PARTS = (1.0 / 16.0, 1.0 / 37.0)  # of a long way,
 _STRAIGHT = 0.3  # and what they may change of what all of it does
 
 
-def coordinate_sizes(system: System, constraints: Constraints, q: np.ndarray, p: np.ndarray) -> np.ndarray:
+class PositionConstraints(Protocol):
+    """Constraints at a time and parameters, as `levels.Constraints` has them."""
+
+    t: float
+    p: np.ndarray
+
+    def position(self, q: np.ndarray, p: np.ndarray | None = None) -> np.ndarray:
+        """Return the residuals of positions, perhaps with other parameters."""
+
+
+def coordinate_sizes(
+    system: System, constraints: PositionConstraints, q: np.ndarray, p: np.ndarray
+) -> np.ndarray:
     """Return what counts as large for each coordinate, shape (nq,).
 
     1 for angles. Where there is a unit, the largest value among coordinates and parameters that have it. Without one 1,
@@ -47,7 +58,7 @@ def coordinate_sizes(system: System, constraints: Constraints, q: np.ndarray, p:
 
 
 def _remembered(
-    system: System, constraints: Constraints, q: np.ndarray, sizes: np.ndarray, bare: np.ndarray
+    system: System, constraints: PositionConstraints, q: np.ndarray, sizes: np.ndarray, bare: np.ndarray
 ) -> np.ndarray:
     """What `_fit` makes of the sizes; the start of a run is asked for several times."""
     known = vars(system).setdefault("_fitted_sizes", {})
@@ -60,7 +71,7 @@ def _remembered(
     return known[key].copy()
 
 
-def _fit(constraints: Constraints, q: np.ndarray, sizes: np.ndarray, bare: np.ndarray) -> None:
+def _fit(constraints: PositionConstraints, q: np.ndarray, sizes: np.ndarray, bare: np.ndarray) -> None:
     """Make the sizes of coordinates without units smaller, where constraints say so."""
     at = constraints.position(q)
 
@@ -101,13 +112,13 @@ def _shrink(sizes: np.ndarray, k: int, change: Callable[[], np.ndarray], terms: 
     return True
 
 
-def _goes_on(constraints: Constraints, q: np.ndarray, at: np.ndarray, step: np.ndarray) -> bool:
+def _goes_on(constraints: PositionConstraints, q: np.ndarray, at: np.ndarray, step: np.ndarray) -> bool:
     """Whether all constraints go on changing along a step, as they do with lengths: angles of many turns return."""
     whole, *parts = (np.abs(constraints.position(q + part * step) - at) for part in (1.0, *_PARTS))
     return bool((np.maximum(*parts) <= _STRAIGHT * whole).all())
 
 
-def _terms(constraints: Constraints, q: np.ndarray, at: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+def _terms(constraints: PositionConstraints, q: np.ndarray, at: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Return the size of the terms of each constraint: by what relative changes of all numbers in it change it."""
     of_p = constraints.position(q, constraints.p * (1.0 + _SMALL_CHANGE * _odd(len(constraints.p))))
     of_q = constraints.position(q + _SMALL_CHANGE * _odd(len(q)) * np.clip(q, -sizes, sizes))

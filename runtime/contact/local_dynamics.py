@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.constraints.large import LARGEST_DENSE
+from symgen.runtime.size import LARGEST_DENSE
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.choose import time_resolution
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.inputs.controller import CompiledFeedback, Controller, find_signals
 from symgen.runtime.inputs.driven import DrivenSystem, Feedback, reads_inputs
 from symgen.runtime.inputs.given import InputFault, Polynomial, Table, from_pair
 from symgen.runtime.inputs.samples import Sampler
+from symgen.runtime.options import time_resolution
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

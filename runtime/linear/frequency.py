@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.linear.modes import modes_of
 
 if TYPE_CHECKING:
-    from symgen.runtime.linear.model import LinearModel
+    from symgen.runtime.linear.state_space import StateSpace
 
 _POINTS = 61
 _MARGIN = 10.0
@@ -70,13 +71,15 @@ def spaced(first: float, last: float) -> np.ndarray:
     return np.geomspace(first, last, _POINTS)
 
 
-def around_modes(model: LinearModel) -> np.ndarray:
+def around_modes(model: StateSpace) -> np.ndarray:
     """Return frequencies [Hz] from well below the slowest mode to well above the fastest."""
-    known = [mode.natural_frequency / (2.0 * np.pi) for mode in model.modes() if mode.natural_frequency > 0.0]
+    known = [
+        mode.natural_frequency / (2.0 * np.pi) for mode in modes_of(model) if mode.natural_frequency > 0.0
+    ]
     return spaced(min(known, default=1.0) / _MARGIN, max(known, default=1.0) * _MARGIN)
 
 
-def response(model: LinearModel, input: str, output: str, frequencies: Sequence[float]) -> FrequencyResponse:
+def response(model: StateSpace, input: str, output: str, frequencies: Sequence[float]) -> FrequencyResponse:
     """Return the frequency response of a linear model; see `LinearModel.frequency_response`.
 
     Raises

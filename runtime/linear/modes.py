@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from symgen.runtime.linear.model import LinearModel
+    from symgen.runtime.linear.state_space import StateSpace
 
 _ROUND_OFF = 100.0 * np.finfo(float).eps
 _OSCILLATES = 1e-8  # imaginary part, of the magnitude, below which an eigenvalue is real
@@ -71,13 +71,13 @@ class Modes:
 
     Attributes
     ----------
-    model : LinearModel
+    model : StateSpace
     eigenvalues : ndarray of complex, shape (n,) [1/s]
         All of them, in the order of their magnitudes.
     modes : tuple of Mode
     """
 
-    model: LinearModel
+    model: StateSpace
     eigenvalues: np.ndarray
     modes: tuple[Mode, ...]
 
@@ -146,7 +146,7 @@ class Modes:
         }
 
 
-def modes_of(model: LinearModel) -> Modes:
+def modes_of(model: StateSpace) -> Modes:
     """Return the modes of a linear model.
 
     Eigenvalues of a defective pair at zero are found to the square root of round-off only; what is that small, and
@@ -193,7 +193,7 @@ def _refined(matrix: np.ndarray, value: complex, vector: np.ndarray) -> np.ndarr
     return better if left(better) < left(vector) else vector
 
 
-def _mode(model: LinearModel, number: int, value: complex, vector: np.ndarray) -> Mode:
+def _mode(model: StateSpace, number: int, value: complex, vector: np.ndarray) -> Mode:
     shape = model.shape @ vector
     scaled = np.abs(shape / model.sizes)
     # A motion whose rates alone take part, such as a speed that dies out, is shown by its rates.

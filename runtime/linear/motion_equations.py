@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.constraints.large import LARGEST_DENSE, is_large
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.positions import Positions
+from symgen.runtime.size import LARGEST_DENSE, is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

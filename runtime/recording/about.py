@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from .run_writer import Settings
-
 _MOST_PARAMETERS = 60
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is known of a run before it begins; see `RunRecorder`."""
+
+    title: str
+    method: str
+    constraints: str
+    rtol: float
+    atol: float
+    module_text: str
+    model_text: str
+    options: dict[str, Any]
+    mesh_folder: Path | None
 
 
 def page(

@@ -11,11 +11,13 @@ import numpy as np
 from symgen.runtime.checks.growth import growth_rate
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.exchange import Exchange
+from symgen.runtime.module import read_module
 from symgen.runtime.names import rate_labels
-from symgen.runtime.system import System, load
+from symgen.runtime.system import System
 
 from .errors import RecordingError
-from .reader import Recording, read_recording
+from .reader import read_recording
+from .recording import Recording
 from .trusted import blamed_on, check_fits
 
 _SAME_TIME = 1e-12  # of the time that both runs cover
@@ -192,7 +194,7 @@ _ENERGY = "T + V"
 
 def _system(recording: Recording) -> System:
     try:
-        return load(recording.module_text + "\n")
+        return System(read_module(recording.module_text + "\n"))
     except ModuleError as error:
         raise RecordingError(f"{recording.path}: the recorded module cannot be read: {error}") from error
 

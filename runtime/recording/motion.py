@@ -14,7 +14,7 @@ from symgen.runtime.constraints.kkt import robust_rhs_address
 from symgen.runtime.timing.timetable import course_of
 
 from .quantities import Quantities
-from .reader import Recording
+from .recording import Recording
 
 if TYPE_CHECKING:
     from symgen.runtime.timing.course import Course

@@ -14,6 +14,7 @@ import numpy as np
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.uninterrupted import uninterrupted
 
+from .about import Settings
 from .batch import Batch
 from .beside import Beside
 from .quantities import Quantities
@@ -230,7 +231,7 @@ class RunRecorder:
                 if self._n_taken:
                     # Rerun takes a while to load, which a run that fails at its start should not wait for. Imports are
                     # done here and not beside the run, which may be importing too.
-                    from .run_writer import RunWriter, Settings
+                    from .run_writer import RunWriter
 
                     batches, self._batches, self._n_waiting = self._batches, [Batch()], 0
                     self._begun, self._last_flush = True, time.monotonic()

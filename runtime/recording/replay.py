@@ -10,7 +10,7 @@ from symgen.runtime.solution import ConstraintResidual, Energy, Solution
 from symgen.runtime.system import System
 from symgen.runtime.work_along import work_that_balances
 
-from .reader import Recording
+from .recording import Recording
 
 _COUNTED = ("steps", "rejected", "rhs", "jacobians", "factorisations", "newton", "projections")
 

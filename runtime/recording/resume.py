@@ -4,34 +4,38 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime import solution as data
 from symgen.runtime.checkpoint_bytes import CheckpointError
 from symgen.runtime.checkpoint_check import check_facts, check_form
 from symgen.runtime.choose import choose_constraints, choose_step
 from symgen.runtime.driver import Run
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.front import Solution
 from symgen.runtime.integrate import layout as at_index
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.solve import frame_times, run_interval, stop_times
+from symgen.runtime.module import read_module
+from symgen.runtime.options import RunOptions
 from symgen.runtime.subsystems.again import ASKED, run_again
 from symgen.runtime.summary import summarise
-from symgen.runtime.system import System, load
+from symgen.runtime.system import System
 from symgen.runtime.timing.timetable import make_timetable
 
 from .errors import RecordingError
-from .reader import Recording, read_checkpoint, read_recording
+from .reader import read_checkpoint, read_recording
+from .recording import Recording
 from .trusted import blamed_on, check_fits
 
 if TYPE_CHECKING:
-    from symgen.runtime.checkpoint import Checkpoint
+    from symgen.runtime.checkpoint_bytes import Checkpoint
     from symgen.runtime.inputs.driven import DrivenSystem
     from symgen.runtime.integrate.methods import Method
-    from symgen.runtime.solution import Solution
 
 _NO_FURTHER = {
     "terminated": "an event ended the run",
@@ -46,7 +50,7 @@ class Resumed:
     ----------
     path : path-like
     inputs : mapping or callable, optional
-        The controllers of the run, as `symgen.runtime.solve.solve` takes them: their code is not in the recording. A
+        The controllers of the run, as `RunOptions` have them: their code is not in the recording. A
         callable gets the system and the parameters, and returns them; it is called only if they are needed.
 
     Attributes
@@ -80,7 +84,7 @@ class Resumed:
         if self.recording.status in _NO_FURTHER:
             raise RecordingError(f"{path}: {_NO_FURTHER[self.recording.status]}; there is nothing to resume")
         self._checkpoint: Checkpoint | None = checkpoint
-        module = load(self.recording.module_text + "\n")
+        module = System(read_module(self.recording.module_text + "\n"))
         check_fits(self.recording, module)
         if checkpoint is None and ASKED in self.recording.options:
             self.system = module
@@ -119,9 +123,9 @@ class Resumed:
         fps : float, optional
             Of frames from here on; that of the run before by default.
         recorder : callable, optional
-            Makes a recorder, see `symgen.runtime.solve.solve`; it gets the frames of the run before first.
+            Makes a recorder, see `RunOptions`; it gets the frames of the run before first.
         progress, max_steps
-            As in `symgen.runtime.solve.solve`; steps of the run before count.
+            As in `RunOptions`; steps of the run before count.
 
         Returns
         -------
@@ -133,55 +137,65 @@ class Resumed:
         RuntimeModelError
             A time lies before that at which the run goes on.
         """
+        watched = {"recorder": recorder, "progress": progress, "max_steps": max_steps}
         with blamed_on(self.recording.path):
-            return self._run(t_end, at, fps, recorder, progress, max_steps)
+            if self._checkpoint is None:
+                return Solution.of(
+                    run_again(self.recording, self.system, t_end=t_end, at=at, fps=fps, **watched)
+                )
+            return Solution.of(self._go_on(self._options(t_end, at, fps, watched), more_fps=fps))
 
-    def _run(
+    def _options(
         self,
         t_end: float | None,
         at: Sequence[float] | None,
         fps: float | None,
-        recorder: Callable[..., Any] | None,
-        progress: Callable[[float, int], None] | None,
-        max_steps: int | None,
-    ) -> Solution:
-        if self._checkpoint is None:
-            return run_again(self.recording, self.system, t_end, at, fps, recorder, progress, max_steps)
-        began = time.perf_counter()
-        options, facts = self.recording.options, self._checkpoint.facts
-        t_start, t_end = run_interval(
-            self.system, facts["t_start"], options["t_end"] if t_end is None else t_end
-        )
-        reached = max(self.t, facts["t_end"] if self.recording.status == "success" else self.t)
+        watched: dict[str, Any],
+    ) -> RunOptions:
+        """Return the options of the run before, but for what is said now."""
+        recording, said, facts = self.recording, self.recording.options, self._checkpoint.facts
+        options = RunOptions(
+            t_end=said["t_end"] if t_end is None else t_end, t_start=facts["t_start"], method=facts["method"],
+            constraints=recording.constraints, rtol=recording.rtol, atol=recording.atol, step=said.get("step"),
+            max_step=said.get("max_step"), breaks=said.get("breaks", ()), fps=said["fps"] if fps is None else fps,
+            **watched,
+        ).for_model(self.system)  # fmt: skip
+        t_end = options.t_end
+        reached = max(self.t, facts["t_end"] if recording.status == "success" else self.t)
         if t_end <= reached:
             raise RuntimeModelError(
                 f"the run has come to t = {reached:.9g} s already: give a later t_end than {t_end:.9g} s"
             )
         known = {sample[0] for sample in facts["samples"]}
-        times = [t for t in options["at"] if t <= t_end] if at is None else [float(t) for t in at]
+        times = [t for t in said["at"] if t <= t_end] if at is None else [float(t) for t in at]
         for t in times:
             if t < self.t and t not in known:
                 raise RuntimeModelError(f"at: {t} s lies before t = {self.t:.9g} s, where the run goes on")
-        run = self._prepare(t_start, t_end, times, options["fps"] if fps is None else fps)
-        run.progress, run.max_steps = progress, max_steps
+        return replace(options, at=times).for_model(self.system)
+
+    def _go_on(self, options: RunOptions, more_fps: float | None) -> data.Solution:
+        began = time.perf_counter()
+        recording, said, times = self.recording, self.recording.options, list(options.at)
+        run = self._prepare(options)
+        run.progress, run.max_steps = options.progress, options.max_steps
         settings = {
-            "method": self.recording.method, "constraints": self.recording.constraints,
-            "rtol": self.recording.rtol, "atol": self.recording.atol, "step": options.get("step"),
-            "t_start": t_start, "t_end": t_end, "redundant": options["redundant"],
+            "method": recording.method, "constraints": recording.constraints,
+            "rtol": options.rtol, "atol": options.atol, "step": options.step,
+            "t_start": options.t_start, "t_end": options.t_end, "redundant": said["redundant"],
         }  # fmt: skip
-        if recorder is not None:
-            run.recorder = recorder(
-                system=self.system, p=self.system.with_settings(self.recording.p), method=self.recording.method,
-                constraints=self.recording.constraints, rtol=self.recording.rtol, atol=self.recording.atol,
-                options={**options, "t_end": t_end, "at": times, **({} if fps is None else {"fps": fps})},
-            )  # fmt: skip
+        asked = {
+            **said, "t_end": options.t_end, "at": times, **({} if more_fps is None else {"fps": more_fps})
+        }  # fmt: skip
+        p = self.system.with_settings(recording.p)
+        run.recorder = options.recorder_for(self.system, p, recording.method, recording.constraints, asked)
+        if run.recorder is not None:
             self.copy_past(run.recorder)
-        run.arrays.advance(t_end, 0)
+        run.arrays.advance(options.t_end, 0)
         prepared = time.perf_counter()
         run.go()
         seconds = {"prepare": prepared - began, "compile": 0.0, "run": run.seconds}
-        note = f"resumed at t = {self.t:.9g} s from {self.recording.path.name}"
-        return summarise(run, times, [*options["notes"], note, *run.notes], seconds, settings)
+        note = f"resumed at t = {self.t:.9g} s from {recording.path.name}"
+        return summarise(run, times, [*said["notes"], note, *run.notes], seconds, settings)
 
     def copy_past(self, recorder: Any) -> None:
         """Give a recorder all that lies before the checkpoint."""
@@ -205,11 +219,11 @@ class Resumed:
             self._step_log[self._step_log[:, 0] <= self.t + 0.5e-9]
         )  # times of plots have nanoseconds
 
-    def _prepare(self, t_start: float, t_end: float, times: list[float], fps: float | None) -> Run:
+    def _prepare(self, options: RunOptions) -> Run:
         """Return the run in the state of the checkpoint."""
         recording, facts, n = self.recording, self._checkpoint.facts, self.n_frames
-        method = _method(facts["method"], recording, self.system)
-        grid, shown = frame_times(t_start, t_end, fps)
+        method = _method(options.method, recording, self.system)
+        grid, shown = options.frame_times()
         later = grid > self.t
         frames = np.concatenate([recording.t[:n], grid[later]])
         try:
@@ -225,30 +239,26 @@ class Resumed:
             form = form_of(self.system, settings[-1])
         start = recording.states[0, : self.system.nq + self.system.nv]
         # The step of a fixed-step method is that of the run before, however much shorter what is left may be.
-        step = recording.options.get("step")
         if not method.adaptive:
-            if step is None:
+            if options.step is None:
                 raise RecordingError(
                     f"{recording.path}: {method.name} has fixed steps, and it does not say how long"
                 )
-            choose_step(method, step, self.system, p, t_start, start, t_end)
+            choose_step(method, self.system, p, start, options)
         arrays = LoopArrays(
-            form, method, p, t_start, start, frame_times=frames,
-            rtol=recording.rtol, atol=recording.atol, step=step or 0.0,
+            form, method, p, options.t_start, start, frame_times=frames,
+            rtol=options.rtol, atol=options.atol, step=options.step or 0.0,
             energy_level=float(self._checkpoint.arrays["control"][at_index.ENERGY_LEVEL]),
         )  # fmt: skip
         inputs = None
         if recording.inputs_over_time:
             from symgen.runtime.inputs.schedule import InputSchedule
 
-            inputs = InputSchedule(self.system, arrays, method, t_start)
-        wanted = recording.options.get("max_step"), recording.options.get("breaks", ())
-        timetable = make_timetable(self.system, p, method, t_start, t_end, *wanted)
+            inputs = InputSchedule(self.system, arrays, method, options.t_start)
         run = Run(
-            self.system, method, arrays, np.append(np.ones(n, dtype=bool), shown[later]),
-            stop_times([t for t in times if t >= t_start], t_start, t_end),
+            self.system, method, arrays, np.append(np.ones(n, dtype=bool), shown[later]), options.stops,
             fallback=METHODS[facts["fallback"]] if facts["fallback"] else None, inputs=inputs,
-            timetable=timetable,
+            timetable=make_timetable(self.system, p, method, options),
         )  # fmt: skip
         try:
             run.resume(self._checkpoint, recording.states[:n])

@@ -7,7 +7,6 @@ import hashlib
 import json
 import platform
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import numpy as np
 from symgen.runtime.exchange import Exchange
 
 from . import about, schema
+from .about import Settings
 from .layout import plot_rows
 from .quantities import Quantities
 from .rrd.write import RERUN_VERSION, RrdWriter
@@ -24,21 +24,6 @@ from .scene import Scene
 
 _OF_ONE_UNIT = ("q", "v", "outputs", "multipliers")  # plots of several quantities
 _SMALLEST_SHOWN = 1e-16  # what stands for zero where the logarithm is plotted
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What is known of a run before it begins; see `RunRecorder`."""
-
-    title: str
-    method: str
-    constraints: str
-    rtol: float
-    atol: float
-    module_text: str
-    model_text: str
-    options: dict[str, Any]
-    mesh_folder: Path | None
 
 
 class RunWriter:

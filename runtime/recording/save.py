@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.checks.health import health_of
 from symgen.runtime.graph.functions import IN_CODE
 from symgen.runtime.module import DECORATOR
 
@@ -18,7 +19,8 @@ from .recorder import RunRecorder
 if TYPE_CHECKING:
     import os
 
-    from symgen.runtime.solution import EventRecord, Solution
+    from symgen.runtime.event_actions import EventRecord
+    from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
 
@@ -71,7 +73,7 @@ def save_solution(
             recorder.event(event.name, event.t, energy_change=event.energy_change)
             first = max(first, place)
         _record_frames(recorder, solution, states, first, len(states))
-        recorder.finish(solution.status, [check.to_dict() for check in solution.health], solution.stats)
+        recorder.finish(solution.status, [check.to_dict() for check in health_of(solution)], solution.stats)
 
 
 def _record_frames(

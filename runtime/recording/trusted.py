@@ -16,7 +16,7 @@ from .errors import RecordingError
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
-    from .reader import Recording
+    from .recording import Recording
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,199}", re.ASCII)
 _LONGEST_WORD = 100

@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.checks.health import health_of
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.exchange import Exchange
-from symgen.runtime.system import System, load
+from symgen.runtime.module import read_module
+from symgen.runtime.system import System
 
 from . import motion, schema
 from .errors import RecordingError
 from .quantities import Quantities
-from .reader import Recording, read_recording
+from .reader import read_recording
+from .recording import Recording
 from .replay import replay
 from .report import Check, Report
 from .trusted import blamed_on
@@ -111,7 +114,7 @@ def _frame_count(recording: Recording) -> Check | None:
 def _system(recording: Recording) -> tuple[System | None, Check]:
     """Load the recorded module, and hold names and lengths against it."""
     try:
-        system = load(recording.module_text + "\n")
+        system = System(read_module(recording.module_text + "\n"))
     except ModuleError as error:
         return None, Check("model", False, 1.0, 0.0, f"the recorded module cannot be read: {error}")
     expected = [[r["name"] for r in records] for records in (system.parameters, system.inputs)]
@@ -178,7 +181,7 @@ def _health(solution: Solution) -> list[Check]:
     """Return the run's own checks of energy, stops, constraints and quaternions, with what was computed again."""
     again = [
         check
-        for check in solution.health
+        for check in health_of(solution)
         if check.check in ("energy", "stops", "quaternions") or check.check.startswith("constraint ")
     ]
     return [Check(check.check, bool(check.ok), check.value, check.limit, check.says) for check in again]

@@ -15,6 +15,7 @@ import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers, evaluate
 from symgen.runtime.checks.growth import running_maximum
+from symgen.runtime.checks.health import health_of, objections_to
 from symgen.runtime.names import acceleration_labels, rate_indices, rate_labels
 from symgen.runtime.report.drawing import drawing
 from symgen.runtime.report.html import (
@@ -31,7 +32,7 @@ from symgen.runtime.report.html import (
 from symgen.runtime.report.svg import N_COLOURS, Curve, plot
 
 if TYPE_CHECKING:
-    from symgen.runtime.checks.advice import Advice
+    from symgen.runtime.checks.advice_record import Advice
     from symgen.runtime.checks.convergence import Convergence
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
@@ -293,9 +294,10 @@ def report_page(
 
 
 def _verdict(solution: Solution) -> Markup:
-    if solution.ok:
+    objections = objections_to(solution)
+    if solution.status in ("success", "terminated") and not objections:
         return paragraph(f"{solution.status} at t = {number(solution.t[-1])} s; every health check passed.")
-    reasons = [entry.check for entry in solution.objections] or [solution.status]
+    reasons = [entry.check for entry in objections] or [solution.status]
     return Markup(f'<p class="bad">Not to be trusted: {markup(", ".join(reasons))}</p>')
 
 
@@ -418,7 +420,7 @@ def _health(solution: Solution) -> list[Markup]:
             f"{e.limit:.3g}",
             e.says,
         )
-        for e in solution.health
+        for e in health_of(solution)
     ]
     events: dict[str, int] = {}
     for event in solution.events:

@@ -9,7 +9,7 @@ import numpy as np
 
 from symgen.runtime.checks.time_scales import time_scales
 from symgen.runtime.choose import choose_constraints, choose_method, choose_step
-from symgen.runtime.constraints.large import is_large
+from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.checks.time_scales import TimeScales
@@ -53,21 +53,21 @@ class Chooser:
 
     def __init__(self, kind: Kind, settings: Settings):
         self._system, self._settings = kind.system, settings
-        wanted = settings.constraints if kind.system.m else "auto"
-        self._treatment, self._formed, _ = choose_constraints(wanted, kind.system, settings.method)
+        wanted = settings.options.constraints if kind.system.m else "auto"
+        self._treatment, self._formed, _ = choose_constraints(wanted, kind.system, settings.options.method)
         self._made: dict[tuple[int, ...], tuple[Method, tuple[str, ...]]] = {}
 
     def choose(self, p: np.ndarray, state: np.ndarray) -> Choice:
         """Return the choice for the member with these parameters and this start."""
         settings, system = self._settings, self._system
-        start, end = settings.t_start, settings.t_end
+        start, end = settings.options.t_start, settings.options.t_end
         scales = (
             None
             if is_large(system)
             else time_scales(system, p, start, state[: system.nq], state[system.nq :])
         )
         method, notes = self._method(p, state, scales)
-        step, more = choose_step(method, settings.step, system, p, start, state, end)
+        step, more = choose_step(method, system, p, state, settings.options)
         rate = 1.0 / step if step else 0.0
         if scales is not None and not step:
             rate = scales.motion if method.stiff else scales.fastest
@@ -80,13 +80,10 @@ class Chooser:
         if self._formed:
             return self._formed, ()
         settings, key = self._settings, ()
-        if scales is not None and settings.method == "auto":
+        if scales is not None and settings.options.method == "auto":
             rates = np.abs([scales.fastest, scales.decay, scales.motion, scales.damping])
             key = tuple(int(k) for k in np.floor(np.log2(np.maximum(rates, 1e-30))))
         if key not in self._made:
-            times, tolerances = (settings.t_start, settings.t_end), (settings.rtol, settings.atol)
-            found, why = choose_method(
-                settings.method, self._system, p, times[0], state, times[1], *tolerances
-            )
+            found, why = choose_method(self._system, p, state, settings.options)
             self._made[key] = found, tuple(why)
         return self._made[key]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from symgen.runtime.solution import EventRecord
+    from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.subsystems.settings import Settings
     from symgen.runtime.subsystems.subsystem import Subsystem
 
@@ -41,8 +41,8 @@ class Course:
     def stops(self, subsystem: Subsystem, settings: Settings) -> Sequence[float]:
         """Return the times that a subsystem lands on."""
         if self.ended_by in (None, subsystem):
-            return settings.stops
-        return [*(t for t in settings.stops if t < self.t_end), self.t_end]
+            return settings.options.stops
+        return [*(t for t in settings.options.stops if t < self.t_end), self.t_end]
 
 
 def find_course(found: Sequence[Subsystem], settings: Settings, n_numbers: int) -> Course | None:
@@ -59,11 +59,11 @@ def find_course(found: Sequence[Subsystem], settings: Settings, n_numbers: int) 
         None where events are so many that the states at all of them would not fit.
     """
     watched = [subsystem for subsystem in found if subsystem.system.events]
-    t_end, ended_by = settings.t_end, None
+    t_end, ended_by = settings.options.t_end, None
     for subsystem in watched:
-        subsystem.prepare(settings.times, settings.shown, settings.stops, settings)
+        subsystem.prepare(settings.times, settings.shown, settings.options.stops, settings)
         run = subsystem.run
-        run.max_steps = settings.max_steps
+        run.max_steps = settings.options.max_steps
         run.go_to(len(settings.times) + 1)
         if run.status != "success" and run.arrays.t < t_end:
             t_end, ended_by = run.arrays.t, subsystem

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.event_actions import EventRecord
 from symgen.runtime.exchange import energy_error_so_far
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.solution import EventRecord
 
 if TYPE_CHECKING:
     from symgen.runtime.subsystems.course import Course
@@ -42,10 +42,10 @@ class Joined:
         self, system: System, p: np.ndarray, found: Sequence[Subsystem], course: Course, settings: Settings
     ):
         self.system, self.shown, self._found, self._course = system, course.shown, found, course
-        self._recorder = settings.recorder
+        self._recorder = settings.options.recorder
         n = len(course.times)
         self.arrays = SimpleNamespace(
-            p=p, t=settings.t_start, frame_times=course.times, frames=np.zeros((n, system.ny)),
+            p=p, t=settings.options.t_start, frame_times=course.times, frames=np.zeros((n, system.ny)),
             counters=np.zeros(at.N_COUNTERS, dtype=np.int64), control=np.zeros(at.N_CONTROL),
         )  # fmt: skip
         self.reset_energy_at_frames = np.zeros(n)
@@ -64,9 +64,9 @@ class Joined:
         self._told = 0  # events that were handed on
         self._join(1)
         if self._recorder is not None:
-            self._recorder.start(settings.t_start, self.arrays.frames[0].copy())
-        if hasattr(settings.progress, "watch"):
-            settings.progress.watch(self)
+            self._recorder.start(settings.options.t_start, self.arrays.frames[0].copy())
+        if hasattr(settings.options.progress, "watch"):
+            settings.options.progress.watch(self)
 
     def _join(self, n: int) -> None:
         """Put together the rows up to number `n`."""
@@ -169,4 +169,6 @@ class Joined:
         """Return the present error of T + V - work since the start, in parts of what the motion exchanged so far."""
         arrays, last = self.arrays, self.n_frames - 1
         resets = float(self.reset_energy_at_frames[last] - self.reset_energy_at_frames[0])
-        return energy_error_so_far(self, last, arrays.frame_times[last], arrays.frames[last], resets)
+        return energy_error_so_far(
+            self.system, arrays, last, arrays.frame_times[last], arrays.frames[last], resets
+        )

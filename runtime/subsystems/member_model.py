@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from symgen.runtime.module import ModuleSource
 from symgen.runtime.module_check import verified
+from symgen.runtime.module_source import ModuleSource
 from symgen.runtime.subsystems.places import ENERGY, LAYOUTS, POWER, RATIO, Places
 from symgen.runtime.subsystems.sections import PLACE, SectionedText, indices, needed_lines, operations
 from symgen.runtime.system import System

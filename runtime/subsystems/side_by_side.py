@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from symgen.runtime.module import ModuleSource
 from symgen.runtime.module_check import verified
+from symgen.runtime.module_source import ModuleSource
 from symgen.runtime.subsystems.places import ENERGY, LAYOUTS, POWER, RATIO, Places
 from symgen.runtime.subsystems.sections import PLACE
 from symgen.runtime.system import System

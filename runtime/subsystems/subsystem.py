@@ -68,19 +68,19 @@ class Subsystem:
         self, times: np.ndarray, shown: np.ndarray, stops: Sequence[float], settings: Settings
     ) -> None:
         """Make a run from the start, for some frames and times to land on."""
-        system, method, t = self.system, self.choice.method, settings.t_start
+        system, method, t = self.system, self.choice.method, settings.options.t_start
         level = np.nan
         if system.m:
-            wanted = settings.energy_scaling
+            wanted = settings.options.energy_scaling
             level = choose_energy_level(wanted, system, method, self.p, t, self.state)
         arrays = LoopArrays(
-            system, method, self.p, t, self.state, frame_times=times, rtol=self.tolerance * settings.rtol,
-            atol=self.tolerance * settings.atol, step=self.choice.step, energy_level=level,
+            system, method, self.p, t, self.state, frame_times=times, rtol=self.tolerance * settings.options.rtol,
+            atol=self.tolerance * settings.options.atol, step=self.choice.step, energy_level=level,
             log_length=_STEPS_LOGGED,
         )  # fmt: skip
         self.run = MemberRun(
             system, method, arrays, shown, stops,
-            fallback=METHODS[EXPLICIT] if settings.method == "auto" and method.name == SERIES else None,
+            fallback=METHODS[EXPLICIT] if settings.options.method == "auto" and method.name == SERIES else None,
             timetable=settings.timetable_of(system, method),
         )  # fmt: skip
         self.run.begin()
@@ -115,7 +115,9 @@ def subsystems(
             key = own_p[number].tobytes() + starts[number].tobytes()
             if key not in made:
                 choice = chooser.choose(own_p[number], starts[number])
-                made[key] = Subsystem(kind.system, own_p[number], settings.t_start, starts[number], choice)
+                made[key] = Subsystem(
+                    kind.system, own_p[number], settings.options.t_start, starts[number], choice
+                )
             made[key].titles.append(f"subsystem of {whole.coordinates[kind.q[number, 0]]['name']}")
             made[key].columns.append(columns[number])
         found += made.values()

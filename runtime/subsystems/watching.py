@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.module import ModuleSource
 from symgen.runtime.module_check import verified
+from symgen.runtime.module_source import ModuleSource
 from symgen.runtime.subsystems.sections import PLACE, needed_lines, operations
 from symgen.runtime.system import System
 

@@ -15,6 +15,7 @@ from symgen.runtime.timing.course import Course
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.loop_arrays import LoopArrays
+    from symgen.runtime.options import RunOptions
     from symgen.runtime.system import System
 
 _IN_PULSE, _LONG_PULSE, _MOST_PULSES = 24, 8.0, 200  # frames in pulses; intervals between frames; pulses
@@ -141,15 +142,7 @@ def _times(times: np.ndarray) -> str:
     return f"t = {few} s" if len(times) <= _FEW else f"{len(times)} times from t = {times[0]:.9g} s on"
 
 
-def make_timetable(
-    system: System,
-    p: np.ndarray,
-    method: Method,
-    t_start: float,
-    t_end: float,
-    max_step: float | None,
-    breaks: Sequence[float],
-) -> Timetable | None:
+def make_timetable(system: System, p: np.ndarray, method: Method, options: RunOptions) -> Timetable | None:
     """Return what the steps of a run have to keep to; None where that is nothing.
 
     Raises
@@ -157,9 +150,9 @@ def make_timetable(
     RuntimeModelError
         A limit of the step or a break makes no sense, or the method cannot integrate what time alone does.
     """
-    if max_step is None and not len(breaks) and not system.has("time_terms"):
+    if options.max_step is None and not len(options.breaks) and not system.has("time_terms"):
         return None
-    return timetable(course_of(system, p, t_start, t_end), method, t_start, t_end, max_step, breaks)
+    return timetable(course_of(system, p, options.t_start, options.t_end), method, options)
 
 
 def course_of(system: System, p: np.ndarray, t_start: float, t_end: float) -> Course | None:
@@ -171,21 +164,14 @@ def course_of(system: System, p: np.ndarray, t_start: float, t_end: float) -> Co
     return known_course(system, p, t_start, t_end)
 
 
-def timetable(
-    course: Course | None,
-    method: Method,
-    t_start: float,
-    t_end: float,
-    max_step: float | None,
-    breaks: Sequence[float],
-) -> Timetable | None:
+def timetable(course: Course | None, method: Method, options: RunOptions) -> Timetable | None:
     """Return the timetable of a course; None where nothing is to be kept to."""
     course = course or _FREE
-    times = checked_breaks(breaks, t_start)
-    longest = checked_max_step(max_step, method, t_start, t_end)
+    times = checked_breaks(options.breaks, options.t_start)
+    longest = checked_max_step(options.max_step, method, options.t_start, options.t_end)
     if course.is_empty and not times and longest == math.inf:
         return None
-    return Timetable(course, times, longest, adaptive=method.adaptive, t_end=t_end)
+    return Timetable(course, times, longest, adaptive=method.adaptive, t_end=options.t_end)
 
 
 def checked_breaks(breaks: Sequence[float], t_start: float) -> list[float]:

@@ -9,8 +9,8 @@ import os
 
 import click
 
-from symgen import __version__
 from symgen.cli.failures import FailuresAsSentences
+from symgen.version import __version__
 
 _COLLECT_EVERY = (
     20_000  # new objects; what modules make while they load is kept, so looking through it is in vain

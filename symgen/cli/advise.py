@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from symgen.cli.arguments import NameValue, as_dict, find_model
-from symgen.cli.control import add_control
+from symgen.cli.control import with_control
 from symgen.cli.failures import NOT_TRUSTED
 from symgen.cli.files import CarefulCommand, OutputFile, write_text
-from symgen.cli.settings import load_system, run_options, solve_arguments
+from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
+    from symgen.runtime.options import RunOptions
     from symgen.runtime.system import System
 
 
@@ -79,17 +81,17 @@ def command(
     )
     if place is not None and given["t_end"] is None and "t_end" not in system.run_defaults:
         given["t_end"] = _length(place[0])
-    arguments = solve_arguments(system, given)
+    asked = options_of(system, given)
     if place is not None:
-        arguments |= _start(system, arguments, *place)
+        asked = _begun_at(system, asked, *place)
     if model is not None:
-        add_control(find_model(model), system, arguments)
+        asked = with_control(find_model(model), system, asked)
     from symgen.runtime.checks.advice import advise
 
-    chosen = (given["method"], arguments.get("step")) if given["method"] not in (None, "auto") else None
+    chosen = (given["method"], asked.step) if given["method"] not in (None, "auto") else None
     if chosen is None and given["step"] is not None:
-        chosen = (arguments["method"], given["step"])
-    advice = advise(system, arguments, steps_per_period=steps_per_period, chosen=chosen)
+        chosen = (asked.method, given["step"])
+    advice = advise(system, asked, steps_per_period=steps_per_period, chosen=chosen)
     if json_file is not None:
         from symgen.runtime.result_json import to_json
 
@@ -115,17 +117,18 @@ def _length(path: Path) -> float:
     return float(t[-1] - t[0])
 
 
-def _start(system: System, arguments: dict[str, Any], path: Path, t: float) -> dict[str, Any]:
-    """Return arguments that make a run begin at the frame of a recording that is nearest to `t`."""
+def _begun_at(system: System, asked: RunOptions, path: Path, t: float) -> RunOptions:
+    """Return options that make a run begin at the frame of a recording that is nearest to `t`."""
     from symgen.cli.recorded_state import recorded_state
 
     state = recorded_state(system, path, t)
     start = dict(zip((c["name"] for c in system.coordinates), map(float, state.q)))
     rate = dict(zip((r["name"] for r in system.rates), map(float, state.v)))
-    return {
-        "start": {**start, **arguments["start"]},
-        "rate": {**rate, **arguments["rate"]},
-        "parameters": {**state.parameters, **arguments["parameters"]},
-        "t_start": state.t,
-        "t_end": state.t + arguments["t_end"],
-    }
+    return replace(
+        asked,
+        start={**start, **asked.start},
+        rate={**rate, **asked.rate},
+        parameters={**state.parameters, **asked.parameters},
+        t_start=state.t,
+        t_end=state.t + asked.t_end,
+    )

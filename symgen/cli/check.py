@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli.arguments import as_dict, find_model, model_argument
-from symgen.cli.control import add_control
+from symgen.cli.control import with_control
 from symgen.cli.failures import FAILED, NOT_TRUSTED
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
-from symgen.cli.settings import load_system, run_options, solve_arguments
+from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import complain, say
 
 if TYPE_CHECKING:
@@ -49,12 +49,11 @@ def command(
     """
     path = find_model(model)
     system, _ = load_system(path, as_dict(options, "--option"))
-    arguments = solve_arguments(system, given)
-    add_control(path, system, arguments)
+    asked = with_control(path, system, options_of(system, given))
     from symgen.runtime.checks.convergence import study
     from symgen.runtime.checks.convergence_text import lines
 
-    result = study(system, arguments)
+    result = study(system, asked)
     if json_file is not None:
         from symgen.runtime.result_json import to_json
 

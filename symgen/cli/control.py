@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from symgen.errors import ModelError
 
 if TYPE_CHECKING:
+    from symgen.runtime.options import RunOptions
     from symgen.runtime.system import System
 
 
-def add_control(path: Path, system: System, arguments: dict[str, Any]) -> None:
-    """Put the inputs that the model's file says into `arguments`, but for those of which the user says something.
+def with_control(path: Path, system: System, options: RunOptions) -> RunOptions:
+    """Return options with the inputs that the model's file says, but for those of which the user says something.
 
     The file is executed only if it defines `control`.
 
@@ -22,8 +24,8 @@ def add_control(path: Path, system: System, arguments: dict[str, Any]) -> None:
     path : Path
         The model's file.
     system : System
-    arguments : dict
-        Of `symgen.runtime.solve.solve`, changed in place. Its `parameters` are handed on to `control`.
+    options : RunOptions
+        Their `parameters` are handed on to `control`.
 
     Raises
     ------
@@ -31,10 +33,10 @@ def add_control(path: Path, system: System, arguments: dict[str, Any]) -> None:
         `control` fails, or does not return a dictionary.
     """
     if path.suffix != ".py" or not _defines_control(path):
-        return
+        return options
     from symgen.model.library import run_function
 
-    parameters = dict(arguments.get("parameters") or {})
+    parameters = dict(options.parameters or {})
     found = run_function(path, "control", system, parameters)
     if not isinstance(found, dict):
         raise ModelError(
@@ -42,14 +44,14 @@ def add_control(path: Path, system: System, arguments: dict[str, Any]) -> None:
             file=str(path),
             hint='def control(system, parameters): return {"F": Controller(…)}',
         )
-    given = arguments.get("inputs") or {}
+    given = options.inputs or {}
     said = {*parameters, *given}
     free = {
         key: value
         for key, value in found.items()
         if not said & set(key if isinstance(key, tuple) else (key,))
     }
-    arguments["inputs"] = {**free, **given}
+    return replace(options, inputs={**free, **given})
 
 
 def _defines_control(path: Path) -> bool:

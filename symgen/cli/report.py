@@ -14,15 +14,16 @@ import click
 import numpy as np
 
 from symgen.cli.arguments import as_dict, find_model, model_argument
-from symgen.cli.control import add_control
+from symgen.cli.control import with_control
 from symgen.cli.failures import exit_status
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
-from symgen.cli.settings import load_system, run_options, solve_arguments
+from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
     from symgen.runtime.checks.convergence import Convergence
-    from symgen.runtime.recording.reader import Recording
+    from symgen.runtime.options import RunOptions
+    from symgen.runtime.recording.recording import Recording
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 _OPTIONS = ("step", "t_start", "t_end", "fps", "max_step", "breaks")
 
 
-def repeatable(path: Path, given: dict[str, Any]) -> tuple[System, dict[str, Any], Recording]:
-    """Return the model of a recording, the arguments of `solve` that repeat its run, and the recording.
+def repeatable(path: Path, given: dict[str, Any]) -> tuple[System, RunOptions, Recording]:
+    """Return the model of a recording, the options that repeat its run, and the recording.
 
     Parameters
     ----------
@@ -45,6 +46,7 @@ def repeatable(path: Path, given: dict[str, Any]) -> tuple[System, dict[str, Any
         Options are given, or the run had inputs over time.
     """
     from symgen import runtime
+    from symgen.runtime.options import RunOptions
     from symgen.runtime.recording.reader import read_recording
     from symgen.runtime.recording.trusted import check_fits
 
@@ -67,18 +69,16 @@ def repeatable(path: Path, given: dict[str, Any]) -> tuple[System, dict[str, Any
         )
     system = runtime.load(recording.module_text)
     check_fits(recording, system)
-    arguments: dict[str, Any] = {
-        key: recording.options[key] for key in _OPTIONS if recording.options.get(key) is not None
-    }
-    arguments.setdefault("t_end", float(recording.t[-1]))
-    for key in ("method", "constraints", "rtol", "atol"):
-        arguments[key] = getattr(recording, key)
-    if not system.m:
-        arguments["constraints"] = "auto"
-    arguments["parameters"] = {**recording.parameters, **recording.inputs}
-    arguments["start"] = _named(system.coordinates, recording.q[0])
-    arguments["rate"] = _named(system.rates, recording.v[0])
-    return system, arguments, recording
+    said = {key: recording.options[key] for key in _OPTIONS if recording.options.get(key) is not None}
+    asked = RunOptions(
+        **{"t_end": float(recording.t[-1]), **said},
+        **{key: getattr(recording, key) for key in ("method", "rtol", "atol")},
+        constraints=recording.constraints if system.m else "auto",
+        parameters={**recording.parameters, **recording.inputs},
+        start=_named(system.coordinates, recording.q[0]),
+        rate=_named(system.rates, recording.v[0]),
+    )
+    return system, asked, recording
 
 
 def likeness(recording: Recording, solution: Solution) -> str:
@@ -126,29 +126,29 @@ def command(
     if model.endswith(".rrd"):
         if options:
             raise click.UsageError("--option is for a MODEL; the recording has its model already")
-        system, arguments, recording = repeatable(Path(model), given)
+        system, asked, recording = repeatable(Path(model), given)
     else:
         path = find_model(model)
         system, module = load_system(path, as_dict(options, "--option"))
         derived = module.seconds
-        arguments = solve_arguments(system, given | {"fps": None})  # that of the model
-        add_control(path, system, arguments)
+        asked = with_control(
+            path, system, options_of(system, given | {"fps": None})
+        )  # fps: that of the model
     from symgen.cli.report_equations import report_equations
     from symgen.runtime.checks.advice import advise
+    from symgen.runtime.front import Solution
     from symgen.runtime.report.page import report_page
-    from symgen.runtime.solve import solve
+    from symgen.runtime.simulate import simulate
 
-    solution = solve(system, **arguments)
+    solution = Solution.of(simulate(system, asked))
     seconds = {
         "derive": derived,
         "compile": solution.seconds["prepare"],
         "run": solution.seconds["run"],
     }
     regular = solution.status in ("success", "terminated")
-    advice = _timed(seconds, "advice", lambda: advise(system, arguments))
-    study = (
-        None if quick or not regular else _timed(seconds, "convergence", lambda: _study(system, arguments))
-    )
+    advice = _timed(seconds, "advice", lambda: advise(system, asked))
+    study = None if quick or not regular else _timed(seconds, "convergence", lambda: _study(system, asked))
     equations = _timed(seconds, "equations", lambda: report_equations(system))
     target = html_file or claim("the report", Path(f"{system.name}_report.html"))
     origin = likeness(recording, solution) if recording is not None else ""
@@ -158,10 +158,10 @@ def command(
     context.exit(exit_status(solution))
 
 
-def _study(system: Any, arguments: dict[str, Any]) -> Convergence:
+def _study(system: Any, asked: RunOptions) -> Convergence:
     from symgen.runtime.checks.convergence import study
 
-    return study(system, arguments)
+    return study(system, asked)
 
 
 def _timed(seconds: dict[str, float], stage: str, work: Callable[[], Result]) -> Result:

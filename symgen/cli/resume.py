@@ -15,7 +15,7 @@ from symgen.cli.files import claim
 from symgen.cli.recorded import Progress, Recorded, run_recorded
 
 if TYPE_CHECKING:
-    from symgen.runtime.recording.reader import Recording
+    from symgen.runtime.recording.recording import Recording
     from symgen.runtime.recording.resume import Resumed
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
@@ -78,11 +78,10 @@ def _unused(path: Path) -> Path:
 
 
 def _controllers(path: Path, system: System, parameters: dict[str, float]) -> dict[Any, Any]:
-    from symgen.cli.control import add_control
+    from symgen.cli.control import with_control
+    from symgen.runtime.options import RunOptions
 
-    arguments: dict[str, Any] = {"parameters": parameters}
-    add_control(path, system, arguments)
-    return arguments.get("inputs", {})
+    return with_control(path, system, RunOptions(parameters=parameters)).inputs or {}
 
 
 def _refuse_other_settings(resumed: Resumed, given: dict[str, Any]) -> None:

@@ -7,21 +7,23 @@ from __future__ import annotations
 
 import functools
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from symgen.cli.arguments import Positive, Times, as_dict, find_model, model_argument
-from symgen.cli.control import add_control
+from symgen.cli.control import with_control
 from symgen.cli.failures import exit_status
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.recorded import Progress, Recorded, run_recorded
-from symgen.cli.settings import load_system, run_options, solve_arguments
+from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import say
 
 if TYPE_CHECKING:
-    from symgen.runtime.solution import Solution
+    from symgen.runtime.front import Solution
+    from symgen.runtime.options import RunOptions
     from symgen.runtime.system import System
 
 
@@ -89,16 +91,15 @@ def command(
     else:
         path = find_model(model)
         system, module = load_system(path, build_options, quiet)
-        arguments, derived = solve_arguments(system, given), module.seconds
-        add_control(path, system, arguments)
+        asked, derived = with_control(path, system, options_of(system, given)), module.seconds
         if no_energy_scaling:
-            arguments["energy_scaling"] = False
+            asked = replace(asked, energy_scaling=False)
         if no_split:
-            arguments["split"] = False
+            asked = replace(asked, split=False)
         target = None if no_log else log_file or claim("the recording", Path(f"{system.name}.rrd"))
         recording = target and Recorded(target, path, module.text)
-        progress = Progress(arguments["t_end"], sys.stderr.isatty()) if show_progress else None
-        solution = run_recorded(functools.partial(_solve, system, arguments), recording, progress)
+        progress = Progress(asked.t_end, sys.stderr.isatty()) if show_progress else None
+        solution = run_recorded(functools.partial(_run, system, asked), recording, progress)
     seconds = _seconds(solution, derived, recording)
     if json_file is not None:
         from symgen.runtime.result_json import result, to_json
@@ -118,10 +119,11 @@ def command(
     context.exit(status)
 
 
-def _solve(system: System, arguments: dict[str, Any], **watched: Any) -> Solution:
-    from symgen.runtime.solve import solve
+def _run(system: System, asked: RunOptions, **watched: Any) -> Solution:
+    from symgen.runtime.front import Solution
+    from symgen.runtime.simulate import simulate
 
-    return solve(system, **watched, **arguments)
+    return Solution.of(simulate(system, replace(asked, **watched)))
 
 
 def _seconds(solution: Solution, derived: float, recording: Recorded | None) -> dict[str, float]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from symgen.link import ModuleText
     from symgen.model.table_file import TableFile
     from symgen.runtime.inputs.given import Table
+    from symgen.runtime.options import RunOptions
     from symgen.runtime.system import System
 
 
@@ -83,7 +84,6 @@ def _column(path: Path, name: str, content: TableFile) -> tuple[float, ...]:
     return content.columns[content.names[1:].index(name)]
 
 
-DEFAULTS = {"method": "auto", "constraints": "auto", "rtol": 1e-8, "atol": 1e-10}
 _TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
 
 
@@ -144,8 +144,8 @@ def _announce_compilation(name: str, operations: int, seconds: float) -> None:
     complain(f"compiling {name}: {size}about {seconds:.0f} s …")
 
 
-def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:
-    """Return arguments for `symgen.runtime.solve.solve`.
+def options_of(system: System, given: dict[str, Any]) -> RunOptions:
+    """Return the options of a run.
 
     Parameters
     ----------
@@ -156,10 +156,11 @@ def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:
         `--input`.
     """
     from symgen.cli.quantities import parameter_values, start_values
+    from symgen.runtime.options import RunOptions
 
     said = {key: value for key, value in given.items() if value is not None and not key.endswith("_values")}
     defaults = {key: value for key, value in system.run_defaults.items() if key in given}
-    settings = {**DEFAULTS, **defaults, **said}
+    settings = {"method": RunOptions.method, **defaults, **said}
     _check_method(settings["method"])
     if "step" in said and not _takes_steps(settings["method"]):
         raise click.UsageError(
@@ -184,7 +185,7 @@ def solve_arguments(system: System, given: dict[str, Any]) -> dict[str, Any]:
         settings["inputs"] = input_tables(system, *given_inputs, settings["parameters"])
     settings["start"] = start_values(system, "--start", given["start_values"])
     settings["rate"] = start_values(system, "--rate", given["rate_values"])
-    return settings
+    return RunOptions(**settings)
 
 
 def _check_method(name: str) -> None:

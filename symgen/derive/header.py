@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from .. import __version__
 from ..model.description import Body, Description, Event, Input
+from ..version import __version__
 from .movement import Movement
 from .structure import structure
 from .variables import with_rates

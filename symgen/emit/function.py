@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 
 from symgen.derive.rolling import schedule
@@ -13,7 +12,7 @@ from ..derive.places import reductions
 from ..derive.program import Function, Program
 from ..derive.solve import fronts
 from .rolled import RolledSection
-from .section import Section
+from .section import Section, Shared
 from .tables import Tables
 
 # Operations and variables of a function that loops are tried for: from here on, straight-line code takes seconds to
@@ -22,29 +21,18 @@ SMALLEST_ROLLED = 12_000
 SMALLEST_WITH_FRONTS = 1000
 
 
-class FunctionText:
+class FunctionText(Shared):
     """The text of one function.
 
     Attributes
     ----------
     lines : list of str
-    calls : set of str
-        Mathematical functions in it.
-    solvers : set of str
-        Solvers by loops that it calls.
-    n_hoisted : int
-        Values that are worked out from parameters alone.
     """
 
     def __init__(
         self, program: Program, name: str, names: dict[tuple[int, int], str], tables: Tables
     ) -> None:
-        self.head, self.names, self.tables = program.header, names, tables
-        self.calls: set[str] = set()
-        self.solvers: set[str] = set()
-        self.n_hoisted = 0
-        self.n_names: Counter[str] = Counter()
-        self.totals: dict[int, str] = {}  # names of the numbers that all subsystems make together
+        super().__init__(program.header, names, tables)
         if any(part.function(name) for part in program.parts):
             kinds = reductions(name, program.sizes)
             self.totals = {place: f"e{k}" for k, place in enumerate(kinds)}
@@ -84,8 +72,3 @@ class FunctionText:
         for section in self.sections:
             yield from section.text()
         yield from (f"out[{place}] = {name}" for place, name in self.totals.items())
-
-    def new_name(self, letter: str) -> str:
-        """The next name of a kind: `c` for hoisted values, `x` for others."""
-        self.n_names[letter] += 1
-        return f"{letter}{self.n_names[letter] - 1}"

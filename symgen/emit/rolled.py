@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from symgen.derive.rolling import (
     CLUSTERS,
@@ -27,16 +26,13 @@ from ..derive.graph.graph import Graph
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, V
 from ..derive.graph.order import depth_first
 from ..derive.program import Function
-from .section import _ATOM, _SUM, LONGEST_INLINE, Section
-
-if TYPE_CHECKING:
-    from .function import FunctionText
+from .section import _ATOM, _SUM, LONGEST_INLINE, Section, Shared
 
 
 class RolledSection(Section):
     """All of a long function."""
 
-    def __init__(self, whole: FunctionText, g: Graph, function: Function, schedule: Schedule) -> None:
+    def __init__(self, whole: Shared, g: Graph, function: Function, schedule: Schedule) -> None:
         self.whole, self.g, self.function, self.part = whole, g, function, None
         self.uses: Counter[int] = Counter()  # in the cluster that is being printed
         self.printed: dict[int, tuple[str, int]] = {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import Any
 
 from symgen.runtime.graph.functions import IN_CODE
 
@@ -15,9 +15,7 @@ from ..derive.graph.order import depth_first
 from ..derive.places import MIN, SUM
 from ..derive.program import Function, Part
 from ..derive.solve.dense_solve import FACTOR, TEXT
-
-if TYPE_CHECKING:
-    from .function import FunctionText
+from .tables import Tables
 
 LONGEST_INLINE = 60  # characters of an expression that is written where it is used instead of getting a name
 # The same of one that follows from parameters: sums of hundreds would nest deeper than Python reads.
@@ -29,12 +27,47 @@ VECTORS = {Q: "q", V: "v", A: "v", LAM: "c", PARAM: "parameters", INPUT: "inputs
 _CONDITIONAL, _SUM, _PRODUCT, _SIGN, _ATOM = range(5)
 
 
+class Shared:
+    """What the sections of a function share.
+
+    Attributes
+    ----------
+    head : dict
+        The module's header.
+    names : dict of (int, int) to str
+        Of variables.
+    tables : Tables
+    calls : set of str
+        Mathematical functions in it.
+    solvers : set of str
+        Solvers by loops that it calls.
+    n_hoisted : int
+        Values that are worked out from parameters alone.
+    totals, kinds : dict of int to str
+        Names of the numbers that all subsystems make together, and how they make them, by their places.
+    """
+
+    def __init__(self, head: dict[str, Any], names: dict[tuple[int, int], str], tables: Tables) -> None:
+        self.head, self.names, self.tables = head, names, tables
+        self.calls: set[str] = set()
+        self.solvers: set[str] = set()
+        self.n_hoisted = 0
+        self.totals: dict[int, str] = {}
+        self.kinds: dict[int, str] = {}
+        self._n_names: Counter[str] = Counter()
+
+    def new_name(self, letter: str) -> str:
+        """The next name of a kind: `c` for hoisted values, `x` for others."""
+        self._n_names[letter] += 1
+        return f"{letter}{self._n_names[letter] - 1}"
+
+
 class Section:
     """The part of a function that belongs to one kind of subsystem, or all of it."""
 
     def __init__(
         self,
-        whole: FunctionText,
+        whole: Shared,
         g: Graph,
         function: Function,
         part: Part | None = None,

@@ -8,23 +8,13 @@ from typing import Any
 import sympy
 
 from .declarations import Declarations
-from .description import Axis, Coordinate, Joint, Point, Rate, plain_rate
+from .description import Axis, Coordinate, Point, Rate, plain_rate
 from .joints import make_joint
 from .names import name_fault
-from .sources import Sources
 
 
 class Assembly(Declarations):
     """Joints, points and axes, and the names that they make."""
-
-    def __init__(self, sources: Sources) -> None:
-        super().__init__(sources)
-        self._joints: dict[str, Joint] = {}
-        self._points: dict[str, Point] = {}
-        self._axes: dict[str, Axis] = {}
-        self._made: list[Coordinate] = []  # by joints
-        self._made_rates: dict[str, list[Rate]] = {}  # by joint, where they have names of their own
-        self._jointed: dict[str, str] = {}  # coordinate: joint
 
     def joint(
         self,
@@ -158,26 +148,9 @@ class Assembly(Declarations):
             self._declare_made(f"{name}_{component}", f"{what} component", place, what)
         return self._components(values, place, key)
 
-    def _components(self, values: Any, table: str, key: str) -> tuple[sympy.Expr, ...]:
-        """Three expressions; the third may be left out, as it is zero in the plane."""
-        given = self._vector(values, table, key, (2, 3))
-        found = [self._sources.expression(x, table, f"{key}[{k}]") for k, x in enumerate(given)]
-        return (*found, sympy.S.Zero)[:3]
-
     @staticmethod
     def _world_components(name: str) -> tuple[sympy.Symbol, ...]:
         return tuple(sympy.Symbol(f"{name}_{component}") for component in "xyz")
-
-    def _declare_made(self, name: str, kind: str, table: str, maker: str) -> None:
-        """Take a name that the user did not choose by itself."""
-        if name in self._kinds:
-            message = (
-                f"the {maker} makes the name '{name}', which is taken: it is a {self._kinds[name]} already"
-            )
-            raise self._sources.error(
-                table, "", message, hint=f"choose another name for the {maker}, or for '{name}'"
-            )
-        self._declare(name, kind, table)
 
     def _all_coordinates(self) -> tuple[Coordinate, ...]:
         """The order of q: coordinates as they are declared, then those that joints made."""

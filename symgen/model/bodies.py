@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath, PureWindowsPath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ..errors import nearest
+from .declared import Declared
 from .description import Body, Load, Shape
 from .names import name_fault
-
-if TYPE_CHECKING:
-    from .model import Model
 
 SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2}
 SHAPES = (*SIZES, "mesh")
@@ -27,7 +25,7 @@ Expressions = tuple[sympy.Expr, ...]
 
 
 def make_body(
-    model: Model, name: str, mass: Any, com: Any, inertia: Any, angle: Any, rotation: Any, shape: Any
+    model: Declared, name: str, mass: Any, com: Any, inertia: Any, angle: Any, rotation: Any, shape: Any
 ) -> Body:
     """A body from the arguments of `Model.body`."""
     table, sources = f"bodies.{name}", model._sources
@@ -59,7 +57,7 @@ def make_body(
     )
 
 
-def _check_orientation(model: Model, table: str, planar: bool, angle: Any, rotation: Any) -> None:
+def _check_orientation(model: Declared, table: str, planar: bool, angle: Any, rotation: Any) -> None:
     if planar and rotation is not None and len(rotation):
         raise model._sources.error(
             table,
@@ -76,12 +74,12 @@ def _check_orientation(model: Model, table: str, planar: bool, angle: Any, rotat
         )
 
 
-def _expressions(model: Model, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> Expressions:
+def _expressions(model: Declared, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> Expressions:
     items = model._vector(values, table, key, lengths)
     return tuple(model._sources.expression(x, table, f"{key}[{k}]") for k, x in enumerate(items))
 
 
-def _inertia(model: Model, table: str, planar: bool, inertia: Any) -> Expressions:
+def _inertia(model: Declared, table: str, planar: bool, inertia: Any) -> Expressions:
     if inertia is None:
         return ()
     is_list = _is_list(inertia)
@@ -102,7 +100,7 @@ def _is_list(inertia: Any) -> bool:
     return isinstance(inertia, (Sequence, sympy.MatrixBase)) and not isinstance(inertia, str)
 
 
-def _rotation(model: Model, table: str, rotation: Any) -> tuple[tuple[str, sympy.Expr], ...]:
+def _rotation(model: Declared, table: str, rotation: Any) -> tuple[tuple[str, sympy.Expr], ...]:
     steps = []
     for k, step in enumerate(() if rotation is None else rotation):
         if (
@@ -120,7 +118,7 @@ def _rotation(model: Model, table: str, rotation: Any) -> tuple[tuple[str, sympy
     return tuple(steps)
 
 
-def _shape(model: Model, table: str, shape: Any) -> Shape:
+def _shape(model: Declared, table: str, shape: Any) -> Shape:
     sources = model._sources
     if isinstance(shape, Shape):
         shape = {shape.kind: shape.mesh or shape.sizes}
@@ -141,7 +139,7 @@ def _shape(model: Model, table: str, shape: Any) -> Shape:
     return Shape(kind, _expressions(model, sizes, table, key, (SIZES[kind],)))
 
 
-def _mesh(model: Model, table: str, key: str, file: Any) -> str:
+def _mesh(model: Declared, table: str, key: str, file: Any) -> str:
     """A mesh's path, held below the model's own folder: model files come from strangers."""
     sources = model._sources
     if not isinstance(file, str) or not file or not file.isprintable():
@@ -168,7 +166,7 @@ def _mesh(model: Model, table: str, key: str, file: Any) -> str:
     return str(path)
 
 
-def make_load(model: Model, name: str, point: Any, force: Any, body: Any, torque: Any) -> Load:
+def make_load(model: Declared, name: str, point: Any, force: Any, body: Any, torque: Any) -> Load:
     """A load from the arguments of `Model.load`."""
     table, sources = f"loads.{name}", model._sources
     has_force, has_torque = _given(force), _given(torque)

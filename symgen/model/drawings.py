@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ..errors import nearest
+from .declared import Declared
 from .description import Drawing
 from .items import DRAWINGS, drawing_key
 from .names import name_fault
 
-if TYPE_CHECKING:
-    from .model import Model
 
-
-def make_drawing(model: Model, name: str, what: dict[str, Any]) -> Drawing:
+def make_drawing(model: Declared, name: str, what: dict[str, Any]) -> Drawing:
     """A drawing from the arguments of `Model.draw`."""
     table, sources = f"draw.{name}", model._sources
     for kind in what:
@@ -37,7 +35,7 @@ def make_drawing(model: Model, name: str, what: dict[str, Any]) -> Drawing:
     return Drawing(name, kind, tuple(vectors))
 
 
-def _components(model: Model, table: str, key: str, value: Any) -> tuple[sympy.Expr, ...]:
+def _components(model: Declared, table: str, key: str, value: Any) -> tuple[sympy.Expr, ...]:
     """Three components: those of a point by its name, or two or three expressions in world axes."""
     if isinstance(value, str):
         fault = name_fault(value, element=True)

@@ -6,20 +6,18 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import nearest
+from .declared import Declared
 from .table_file import read_table_file
-
-if TYPE_CHECKING:
-    from .model import Model
-    from .units import Unit
+from .units import Unit
 
 KINDS = ("linear", "cubic", "hold")
 
 
 def course(
-    model: Model, name: str, size: Unit | None, table: Any, kind: str | None, polynomial: Any
+    model: Declared, name: str, size: Unit | None, table: Any, kind: str | None, polynomial: Any
 ) -> dict[str, Any]:
     """Return the fields of `Input` for what was said about its course over time, in SI units.
 
@@ -59,7 +57,7 @@ def _in_si(values: tuple[float, ...], size: Unit | None) -> tuple[float, ...]:
     return values if plain else tuple(map(size.to_si, values))
 
 
-def _pair(model: Model, key: str, table: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _pair(model: Declared, key: str, table: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
     error = model._sources.error
     if not isinstance(table, Sequence) or len(table) != 2:
         raise error(
@@ -77,7 +75,7 @@ def _pair(model: Model, key: str, table: Any) -> tuple[tuple[float, ...], tuple[
     return times, values
 
 
-def _numbers(model: Model, key: str, values: Any) -> tuple[float, ...]:
+def _numbers(model: Declared, key: str, values: Any) -> tuple[float, ...]:
     error = model._sources.error
     if hasattr(values, "tolist"):
         values = values.tolist()
@@ -89,7 +87,7 @@ def _numbers(model: Model, key: str, values: Any) -> tuple[float, ...]:
     return tuple(map(float, values))
 
 
-def _from_file(model: Model, name: str, file: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _from_file(model: Declared, name: str, file: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """The table of a file; of several columns, the one that bears the input's name."""
     key = f"{name}.table"
     content = read_table_file(table_path(model, key, file))
@@ -103,7 +101,7 @@ def _from_file(model: Model, name: str, file: str) -> tuple[tuple[float, ...], t
     return content.times, content.columns[content.names[1:].index(name)]
 
 
-def table_path(model: Model, key: str, file: str) -> Path:
+def table_path(model: Declared, key: str, file: str) -> Path:
     """Return where a table lies, held below the model's own folder: model files come from strangers."""
     error = model._sources.error
     foreign = PurePosixPath(file).is_absolute() or PureWindowsPath(file).anchor or "\\" in file

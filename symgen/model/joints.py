@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ..errors import nearest
+from .declared import Declared
 from .description import Coordinate, Joint, Rate
 from .directions import Direction, dot_product, exact_angle, normalised, perpendicular
 from .evaluate import NotFinite, evaluate
 from .joint_types import ANGULAR_VELOCITY, TYPES, JointType
 from .names import name_fault
 from .units import Unit, parse_unit
-
-if TYPE_CHECKING:
-    from .assembly import Assembly
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 NORM_TOLERANCE = 1e-3  # of a quaternion that is meant to be of unit length
@@ -28,7 +26,7 @@ OPTION_HINTS = {"pitch": 'what it slides along its axis by a whole turn, for exa
 
 
 def make_joint(
-    model: Assembly, name: str, type: Any, parent: Any, child: Any, options: Mapping[str, Any]
+    model: Declared, name: str, type: Any, parent: Any, child: Any, options: Mapping[str, Any]
 ) -> Joint:
     """A joint from the arguments of `Model.joint`; declares its coordinates and rates."""
     table, sources = f"joints.{name}", model._sources
@@ -65,7 +63,7 @@ def make_joint(
     )  # fmt: skip
 
 
-def _check_keys(model: Assembly, table: str, type: str, given: Mapping[str, Any]) -> None:
+def _check_keys(model: Declared, table: str, type: str, given: Mapping[str, Any]) -> None:
     """Whether all that is given means something for this type of joint."""
     kind, hints = TYPES[type], {}
     refused = []
@@ -97,7 +95,7 @@ def _check_keys(model: Assembly, table: str, type: str, given: Mapping[str, Any]
 
 
 def _origin(
-    model: Assembly, table: str, origin: Any
+    model: Declared, table: str, origin: Any
 ) -> tuple[tuple[sympy.Expr, ...], tuple[sympy.Expr, ...]]:
     sources = model._sources
     if not isinstance(origin, Mapping):
@@ -115,7 +113,7 @@ def _origin(
 
 
 def _axes(
-    model: Assembly, table: str, kind: JointType, given: Mapping[str, Any]
+    model: Declared, table: str, kind: JointType, given: Mapping[str, Any]
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """The axes as they are given; where none is, the default of `axis` depends on the child."""
     axis = direction(model, table, "axis", given["axis"]) if "axis" in given else ()
@@ -130,7 +128,7 @@ def _axes(
     return axis, axis2
 
 
-def direction(model: Assembly, table: str, key: str, values: Any) -> Direction:
+def direction(model: Declared, table: str, key: str, values: Any) -> Direction:
     """A unit vector of numbers and constants."""
     sources = model._sources
     constants = {c.name: c.value for c in model._constants}
@@ -153,7 +151,7 @@ def direction(model: Assembly, table: str, key: str, values: Any) -> Direction:
     return unit
 
 
-def _each(model: Assembly, table: str, key: str, value: Any, count: int) -> tuple[sympy.Expr, ...]:
+def _each(model: Declared, table: str, key: str, value: Any, count: int) -> tuple[sympy.Expr, ...]:
     """One expression for all coordinates of a joint, or one for each."""
     if isinstance(value, (str, sympy.Expr)) or not isinstance(value, Sequence):
         return (model._sources.expression(value, table, key),)
@@ -166,7 +164,7 @@ def _each(model: Assembly, table: str, key: str, value: Any, count: int) -> tupl
 
 
 def _coordinates(
-    model: Assembly, table: str, joint: str, kind: JointType, given: Mapping[str, Any]
+    model: Declared, table: str, joint: str, kind: JointType, given: Mapping[str, Any]
 ) -> tuple[str, ...]:
     names = _coordinate_names(model, table, joint, kind, given.get("coordinate"))
     declared = {}
@@ -195,7 +193,7 @@ def _coordinates(
 
 
 def _coordinate_names(
-    model: Assembly, table: str, joint: str, kind: JointType, given: Any
+    model: Declared, table: str, joint: str, kind: JointType, given: Any
 ) -> tuple[str, ...]:
     if given is None:
         return kind.coordinate_names(joint)
@@ -215,7 +213,7 @@ def _coordinate_names(
 
 
 def _check_declared(
-    model: Assembly, table: str, c: Coordinate, kind: JointType, k: int, given: Mapping[str, Any]
+    model: Declared, table: str, c: Coordinate, kind: JointType, k: int, given: Mapping[str, Any]
 ) -> None:
     """Whether a coordinate that the user declared can be the k-th one of a joint."""
     if kind.quaternion:
@@ -235,7 +233,7 @@ def _check_declared(
 
 
 def _state_numbers(
-    model: Assembly, table: str, kind: JointType, given: Mapping[str, Any]
+    model: Declared, table: str, kind: JointType, given: Mapping[str, Any]
 ) -> dict[str, list[Any]]:
     """Initial values as they are given, one list for each key."""
     state = {}
@@ -250,7 +248,7 @@ def _state_numbers(
 
 
 def _make_plain(
-    model: Assembly,
+    model: Declared,
     table: str,
     joint: str,
     kind: JointType,
@@ -272,7 +270,7 @@ def _make_plain(
 
 
 def _make_quaternion(
-    model: Assembly,
+    model: Declared,
     table: str,
     joint: str,
     kind: JointType,
@@ -296,7 +294,7 @@ def _make_quaternion(
 
 
 def _unit_quaternion(
-    model: Assembly, table: str, key: str, given: Sequence[Any], first: int
+    model: Declared, table: str, key: str, given: Sequence[Any], first: int
 ) -> tuple[float, ...]:
     values = [model._sources.number(x, None, table, f"{key}[{first + k}]")[0] for k, x in enumerate(given)]
     length = math.hypot(*values)
@@ -306,6 +304,6 @@ def _unit_quaternion(
     return normalised(values)
 
 
-def _make_rate(model: Assembly, table: str, joint: str, rate: Rate) -> None:
+def _make_rate(model: Declared, table: str, joint: str, rate: Rate) -> None:
     model._declare_made(rate.name, "rate", table, "joint")
     model._made_rates.setdefault(joint, []).append(rate)

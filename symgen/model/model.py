@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ..errors import nearest
-from . import bodies, drawings, run_defaults
+from . import bodies, drawings, run_defaults, toml_writer
+from .check import finished
 from .contacts import Contacts
 from .description import Body, Description, Drawing, Event, Load
 from .events import make_event
 from .names import name_fault
 from .sources import Sources
-
-if TYPE_CHECKING:
-    from symgen.runtime import System
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -230,39 +228,12 @@ class Model(Contacts):
         ModelError
             For the first thing that is wrong with the model.
         """
-        from .check import finished
-
         return finished(self._description(), self._sources, self._kinds)
-
-    def derive(self) -> System:
-        """Derive the equations of motion and load them, ready to run."""
-        from ..link import derive
-
-        return derive(self)
 
     def to_toml(self) -> str:
         """The model as the text of a TOML file."""
-        from .toml_writer import write
-
         self.describe()
-        return write(self._description(), self._sources)
-
-    @classmethod
-    def from_toml(cls, source: str | Path, folder: str | Path | None = None) -> Model:
-        """Read a model from a TOML file, or from its text.
-
-        Parameters
-        ----------
-        source : path or str
-            A `Path`, a path's text ending in `.toml`, or TOML text.
-        folder : path, optional
-            Where the meshes of a model given as text are.
-        """
-        from . import toml_reader
-
-        if isinstance(source, Path) or (source.endswith(".toml") and "\n" not in source):
-            return toml_reader.read_file(Path(source))
-        return toml_reader.read_text(source, folder=None if folder is None else Path(folder))
+        return toml_writer.write(self._description(), self._sources)
 
     def _description(self) -> Description:
         held = list(self._constraints.values())

@@ -41,7 +41,7 @@ ENERGY_KEYS = ("kinetic", "potential", "dissipation")
 TOP_KEYS = ("name", "description", "impacts")
 
 
-def read_file(path: Path) -> Model:
+def read_file(path: Path, make: type[Model] = Model) -> Model:
     """Read a model file; meshes are looked for below its folder."""
     try:
         text = read_plain(path).decode("utf-8-sig").replace("\r\n", "\n")
@@ -51,10 +51,16 @@ def read_file(path: Path) -> Model:
             file=str(path),
             hint="save it as UTF-8",
         ) from None
-    return read_text(text, file=str(path), folder=path.parent, name=_name_of(path.stem))
+    return read_text(text, file=str(path), folder=path.parent, name=_name_of(path.stem), make=make)
 
 
-def read_text(text: str, file: str = "TOML text", folder: Path | None = None, name: str = "model") -> Model:
+def read_text(
+    text: str,
+    file: str = "TOML text",
+    folder: Path | None = None,
+    name: str = "model",
+    make: type[Model] = Model,
+) -> Model:
     """Read a model from TOML text.
 
     Parameters
@@ -66,6 +72,8 @@ def read_text(text: str, file: str = "TOML text", folder: Path | None = None, na
         Where its meshes are.
     name : str
         The model's name where the text gives none.
+    make : type
+        The kind of builder.
 
     Returns
     -------
@@ -84,7 +92,7 @@ def read_text(text: str, file: str = "TOML text", folder: Path | None = None, na
                 hint=nearest(key[:60], [*READERS, *TOP_KEYS], "tables"),
             )
     impacts = document.get("impacts", "simultaneous")
-    model = Model(
+    model = make(
         document.get("name", name), document.get("description", ""), folder=folder, impacts=impacts, _file=file
     )  # fmt: skip
     for table, reader in READERS.items():

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symgen import Model, cos, sin
-from symgen.runtime.system import System
+from symgen.runtime import System
 
 from .models import bundled, made
 from .random_models import loop

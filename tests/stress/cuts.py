@@ -13,22 +13,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime import load, solve
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.inputs import Controller, Polynomial, Table
 from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.recording.recorder import RunRecorder
 from symgen.runtime.recording.resume import Resumed
-from symgen.runtime.solve import solve
-from symgen.runtime.system import load
 
 from .judging import flag, refusal
 from .models import bundled_text, described_text
 from .scenario import RIGHT, WRONG, Outcome, Scenario
 
 if TYPE_CHECKING:
-    from symgen.runtime.solution import Solution
-    from symgen.runtime.system import System
+    from symgen.runtime import Solution, System
 
 DRAWS, DRAWS_IN_SHORT = 5, 1
 _MOST_STEPS = 20_000

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from symgen import Model, cos, dot, sin, t
+from symgen.runtime import System
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.system import System
 
 from .judging import attempt, flag
 from .models import made

@@ -21,10 +21,9 @@ from typing import Any
 import numpy as np
 
 from symgen import Model, cos, dot, sin, sqrt, t
+from symgen.runtime import System, solve
 from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.solve import solve
-from symgen.runtime.system import System
 
 from .judging import attempt
 from .models import bundled, made

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symgen.runtime import System
 from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.system import System
 
 from .judging import attempt, demand, end_error, flag, judge, judge_convergence
 from .models import bundled, point

@@ -114,8 +114,7 @@ def _recorded(
 ) -> Any:
     from recorded import record
 
-    from symgen.runtime.solve import solve
-    from symgen.runtime.system import load
+    from symgen.runtime import load, solve
 
     return record(
         path,
@@ -135,11 +134,10 @@ def _worst(outcomes: list[Outcome]) -> Outcome:
 
 def checkpoint(r: random.Random) -> Outcome:
     """Change numbers, types, lengths or facts of a checkpoint, sign it as a stranger can, and go on from it."""
-    from symgen.runtime.checkpoint import Checkpoint
+    from symgen.runtime import load, solve
+    from symgen.runtime.checkpoint_bytes import Checkpoint
     from symgen.runtime.errors import RuntimeModelError
     from symgen.runtime.recording.resume import Resumed
-    from symgen.runtime.solve import solve
-    from symgen.runtime.system import load
 
     name, options = r.choice(RUNS)
     change = r.choice((_private, _number, _number, _length, _fact, _fact))
@@ -302,8 +300,8 @@ def damaged_bytes(r: random.Random) -> Outcome:
 
 def module(r: random.Random) -> Outcome:
     """Edit the text of a generated module; what is accepted gives what it says as plain Python."""
+    from symgen.runtime import load
     from symgen.runtime.errors import RuntimeModelError
-    from symgen.runtime.system import load
 
     text = _edited(r, _text(r.choice(("pendulum", "bouncing_ball", "slider_crank", "double_pendulum"))))
     Path("x.py").write_text(text, encoding="utf-8")

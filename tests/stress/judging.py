@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.errors import ModelError
+from symgen.runtime import solve
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.solve import solve
 
 from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome
 
 if TYPE_CHECKING:
-    from symgen.runtime.solution import Solution
-    from symgen.runtime.system import System
+    from symgen.runtime import Solution, System
 
 MOST_STEPS = 300_000
 _SMALL = 1e-5  # of the motion: an error that says nothing about the order of a method any more

@@ -18,15 +18,15 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from symgen import Model
+from symgen.runtime import System
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.system import System
 
 from .judging import attempt, flag
 from .models import made
 from .scenario import DOUBTED, FLAGGED, RIGHT, WRONG, Outcome, Scenario
 
 if TYPE_CHECKING:
-    from symgen.runtime.solution import Solution
+    from symgen.runtime import Solution
 
 N_ALL = int(os.environ.get("SYMGEN_STRESS_JUMPED_OVER", "400"))
 N_SHORT = 8

@@ -18,9 +18,9 @@ import numpy as np
 
 from symgen import Model, runtime
 from symgen.link import derive_text
+from symgen.runtime import solve
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.solve import solve
 
 from .impacts import row
 from .scenario import FLAGGED, REFUSED, RIGHT, WRONG

@@ -5,10 +5,9 @@ from __future__ import annotations
 import functools
 from pathlib import Path
 
-from symgen import runtime
+from symgen import Model, runtime
 from symgen.link import derive_text, module_for
 from symgen.model.library import find
-from symgen.model.model import Model
 from symgen.model.toml_reader import read_text
 
 POINT = """

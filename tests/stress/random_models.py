@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from symgen import Model, cos, dot, sin
-from symgen.runtime.system import System
+from symgen.runtime import System
 
 from .judging import attempt, end_error, flag
 from .models import made

@@ -13,7 +13,7 @@ from .case import Case
 from .models import bundled, edited, fixture, pair, point, rod
 
 if TYPE_CHECKING:
-    from symgen.runtime.system import System
+    from symgen.runtime import System
 
 _TIGHT = {"method": "dop853", "rtol": 1e-12, "atol": 1e-14}
 

@@ -10,8 +10,7 @@ from .case import REFUSED, Case
 from .models import bundled, edited, far, pair, point, rod
 
 if TYPE_CHECKING:
-    from symgen.runtime.solution import Solution
-    from symgen.runtime.system import System
+    from symgen.runtime import Solution, System
 
 
 def _run(system: Callable[[], System], t_end: float, **options: Any) -> Callable[[], Solution]:

@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ..solve.fronts import FrontPlan
+from dataclasses import dataclass
 
 # See `solve/dense_solve.py` and `solve/fronts.py`.
 ON_ARRAYS = frozenset(("factor_ldl", "solve_ldl", "factor_fronts", "solve_fronts", "element"))
@@ -20,6 +17,32 @@ SparseRows = list[dict[int, int]]
 
 class FoldingError(ValueError):
     """A constant subexpression has no finite real value."""
+
+
+@dataclass(frozen=True)
+class FrontPlan:
+    """Where the numbers of a sparse matrix stand in the fronts' array, and the table of the elimination.
+
+    Attributes
+    ----------
+    n_fronts, n_values : int
+        `n_values` is the length of the fronts' array.
+    table : tuple of int
+        See `factor_fronts` in `TEXT` of `solve/fronts.py`.
+    places : tuple of int
+        Where the entries go that `factor` is given.
+    entries : tuple of (int, int)
+        Row and column of each of these; those of the diagonal come twice.
+    operations : (int, int)
+        Of a factorisation and of a solution.
+    """
+
+    n_fronts: int
+    n_values: int
+    table: tuple[int, ...]
+    places: tuple[int, ...]
+    entries: tuple[tuple[int, int], ...]
+    operations: tuple[int, int]
 
 
 class Nodes:
@@ -36,9 +59,7 @@ class Nodes:
         self.mask: list[int] = []
         self._operands: list[tuple[int, ...]] = []  # `args`, but nothing for constants and variables
         self._index: defaultdict[str, dict[tuple, int]] = defaultdict(dict)  # by operation, then arguments
-        self.front_plans: list[
-            FrontPlan
-        ] = []  # of factorisations by fronts, which name them by their numbers
+        self.front_plans: list[FrontPlan] = []  # factorisations by fronts name theirs by its number
         self.counted: dict[tuple, tuple[int, int, int]] = {}  # operations of functions, see `hoist.count`
         self.zero = self.const(0.0)
         self.one = self.const(1.0)

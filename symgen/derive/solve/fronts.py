@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
 from ..graph.graph import Graph
+from ..graph.nodes import FrontPlan
 from .dense_solve import element
 
 FACTOR, SOLVE = "factor_fronts", "solve_fronts"
@@ -76,32 +77,6 @@ TEXT = {
             b[s[r + 5 + p]] = b[s[r + 5 + p]] - a[row + p] * z
 ''',
 }
-
-
-@dataclass(frozen=True)
-class FrontPlan:
-    """Where the numbers of a sparse matrix stand in the fronts' array, and the table of the elimination.
-
-    Attributes
-    ----------
-    n_fronts, n_values : int
-        `n_values` is the length of the fronts' array.
-    table : tuple of int
-        See `factor_fronts` in `TEXT`.
-    places : tuple of int
-        Where the entries go that `factor` is given.
-    entries : tuple of (int, int)
-        Row and column of each of these; those of the diagonal come twice.
-    operations : (int, int)
-        Of a factorisation and of a solution.
-    """
-
-    n_fronts: int
-    n_values: int
-    table: tuple[int, ...]
-    places: tuple[int, ...]
-    entries: tuple[tuple[int, int], ...]
-    operations: tuple[int, int]
 
 
 @dataclass

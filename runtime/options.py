@@ -1,0 +1,204 @@
+"""What a run is asked to do: one record, checked where it is made; variations are made with `dataclasses.replace`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symgen.runtime.errors import RuntimeModelError
+
+if TYPE_CHECKING:
+    from symgen.runtime.system import System
+
+SMALLEST_RTOL = 1e-15  # a few units of the last digit
+_FPS = 60.0
+_LEAST_FRAMES, _MOST_FRAMES = 200, 20_000
+_FRAMES_IN_MEMORY = 1_000_000_000
+_SHORTEST_RUN = 1e-150  # [s]: squares of the steps must not underflow
+_LEAST_TICKS = 1000  # of floating-point time in a run
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How to integrate a model.
+
+    Attributes
+    ----------
+    t_end : float, optional [s]
+        The model's own `[run]` table by default.
+    method : str
+        One of `symgen.runtime.integrate.methods.METHODS`, or "auto".
+    rtol, atol : float
+        Tolerances of adaptive methods, per step and component.
+    step : float, optional [s]
+        Of fixed-step methods; 1/50 of the fastest period at the start by default, up to 1/14 with high orders.
+    constraints : str
+        "projection", another form of `symgen.runtime.integrate.forms.FORMS` that the method has, or "auto".
+    parameters : mapping of str to float, optional
+        Values other than the model's.
+    start, rate : mapping of str to float, optional
+        Initial values of coordinates and rates, enforced.
+    inputs : mapping, optional
+        By name: a number, a pair (times, values), or a Table, Polynomial or Controller of `symgen.runtime.inputs`; the
+        latter also by a tuple of names, for several inputs at once. The model's own otherwise.
+    at : sequence of float [s]
+        Times at which states are kept as samples; they change no step.
+    fps : float, optional
+        Frames per second of simulated time; by default 60, but at least 200 and at most 20 000 frames in all.
+    t_start : float [s]
+    progress : callable, optional
+        Called with (t, steps) now and then.
+    recorder : object, optional
+        `symgen.runtime.recording.recorder.RunRecorder`, or a callable that makes one: it is called with `system`, `p`,
+        `method`, `constraints`, `rtol`, `atol` and `options` once these are settled.
+    max_steps : int, optional
+        Fail after this many steps.
+    energy_scaling : bool, optional
+        Whether rates are scaled after each step so that a conservative model with constraints keeps its energy; by
+        default where that suits model and method. Health checks count the errors that it takes away.
+    split : bool, optional
+        Whether independent subsystems are integrated by themselves; by default where that pays.
+    max_step : float, optional [s]
+        The longest step of an adaptive method.
+    breaks : sequence of float [s]
+        Times that steps land on, and behind which the step is chosen anew: where something changes that no error
+        estimate can see before. What the model does at times of its own is found without being named.
+
+    Raises
+    ------
+    RuntimeModelError
+        An option makes no sense, whatever the model.
+    """
+
+    t_end: float | None = None
+    method: str = "auto"
+    rtol: float = 1e-8
+    atol: float = 1e-10
+    step: float | None = None
+    constraints: str = "auto"
+    parameters: Mapping[str, float] | None = None
+    start: Mapping[str, float] | None = None
+    rate: Mapping[str, float] | None = None
+    inputs: Mapping[Any, Any] | None = None
+    at: Sequence[float] = ()
+    fps: float | None = None
+    t_start: float = 0.0
+    progress: Callable[[float, int], None] | None = field(default=None, repr=False)
+    recorder: Any = field(default=None, repr=False)
+    max_steps: int | None = None
+    energy_scaling: bool | None = None
+    split: bool | None = None
+    max_step: float | None = None
+    breaks: Sequence[float] = ()
+
+    def __post_init__(self):
+        for name in ("rtol", "atol"):
+            value = float(getattr(self, name))
+            if not (np.isfinite(value) and value >= 0.0):
+                raise RuntimeModelError(
+                    f"{name} is {value}: give a number that is not negative, such as 1e-8"
+                )
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "t_start", float(self.t_start))
+        if self.max_steps is not None and self.max_steps < 1:
+            raise RuntimeModelError(
+                f"max_steps is {self.max_steps}: allow at least one step, or leave it out"
+            )
+        if self.fps is not None and not (np.isfinite(self.fps) and self.fps > 0.0):
+            raise RuntimeModelError(f"fps is {self.fps}: give a positive number of frames per second")
+
+    def for_model(self, system: System) -> RunOptions:
+        """Return the options with the end of the run, which may be the model's.
+
+        Raises
+        ------
+        RuntimeModelError
+            Nobody says how long to run, numbers cannot tell the times of the run apart, or a time of `at` lies outside.
+        """
+        t_start, t_end = self.t_start, self.t_end
+        if t_end is None:
+            t_end = system.run_defaults.get("t_end")
+        if t_end is None:
+            raise RuntimeModelError(f"model {system.name!r} does not say how long to run: give t_end")
+        t_end = float(t_end)
+        if not (np.isfinite(t_start) and np.isfinite(t_end) and t_end > t_start):
+            raise RuntimeModelError(f"t_end is {t_end} s: it must lie after t_start = {t_start} s")
+        least = max(_SHORTEST_RUN, _LEAST_TICKS * time_resolution(t_start, t_end))
+        if t_end - t_start < least:
+            raise RuntimeModelError(
+                f"t_end is {t_end!r} s, only {t_end - t_start:.2g} s after t_start = {t_start!r} s: numbers cannot "
+                f"tell the times of steps apart in a run shorter than {least:.1g} s there; run longer, or start "
+                "nearer to t = 0"
+            )
+        for t in self.at:
+            if not t_start <= t <= t_end:
+                raise RuntimeModelError(f"at: {t} s is outside the run, from {t_start} s to {t_end} s")
+        return replace(self, t_end=t_end)
+
+    def recorder_for(
+        self, system: System, p: np.ndarray, method: str, treatment: str, asked: dict[str, Any]
+    ) -> Any:
+        """Return what records a run, made now where the options have what makes one; None where nobody records.
+
+        Parameters
+        ----------
+        method, treatment : str
+            Of the run: neither is "auto".
+        asked : dict
+            What a recording says of the run besides.
+        """
+        if self.recorder is None or hasattr(self.recorder, "frames"):
+            return self.recorder
+        return self.recorder(
+            system=system,
+            p=p,
+            method=method,
+            constraints=treatment,
+            rtol=self.rtol,
+            atol=self.atol,
+            options=asked,
+        )
+
+    @property
+    def span(self) -> float:
+        """The length of the run [s]."""
+        return self.t_end - self.t_start
+
+    @property
+    def stops(self) -> list[float]:
+        """The times at which states are wanted, in order, the end of the run last."""
+        wanted = sorted({float(t) for t in self.at})
+        return wanted if wanted and wanted[-1] == self.t_end else [*wanted, self.t_end]
+
+    def frame_times(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the times of all frames, from start to end, and which of them the user asked for.
+
+        Few frames are filled up to 200, for checks of energy and constraints.
+        """
+        t_start, t_end, fps, span = self.t_start, self.t_end, self.fps, self.span
+        filled = np.linspace(t_start, t_end, _LEAST_FRAMES + 1)
+        if fps is None:
+            n = int(np.clip(np.ceil(_FPS * span), _LEAST_FRAMES, _MOST_FRAMES))
+            return np.linspace(t_start, t_end, n + 1), np.ones(n + 1, dtype=bool)
+        if span * fps > _FRAMES_IN_MEMORY:
+            raise RuntimeModelError(
+                f"fps is {fps:g}: {span:g} s make {span * fps:.1e} frames, more than {_FRAMES_IN_MEMORY:.0e}: "
+                "give a smaller fps"
+            )
+        wanted = t_start + np.arange(int(np.floor(span * fps * (1.0 + 1e-12))) + 1) / fps
+        wanted = np.append(wanted[wanted < t_end - 1e-9 * span], t_end)
+        if len(wanted) > _LEAST_FRAMES:
+            return wanted, np.ones(len(wanted), dtype=bool)
+        times = np.sort(np.concatenate([wanted, filled]))
+        times = times[np.append(True, np.diff(times) > 0.0)]
+        shown = np.zeros(len(times), dtype=bool)
+        shown[np.searchsorted(times, wanted)] = True
+        return times, shown
+
+
+def time_resolution(*times: float) -> float:
+    """Return the distance of neighbouring floating-point numbers at the largest of some times [s]."""
+    return float(np.spacing(max(map(abs, times))))

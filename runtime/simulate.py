@@ -1,0 +1,139 @@
+"""Integrate a model: consistent start, method, run, energy and constraints checked."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symgen.runtime.checks.inertia import refuse_negative_inertia
+from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
+from symgen.runtime.constraints.assembly import assemble
+from symgen.runtime.constraints.energy_level import choose_energy_level
+from symgen.runtime.driver import Run
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.options import SMALLEST_RTOL, RunOptions
+from symgen.runtime.summary import summarise
+from symgen.runtime.timing.timetable import make_timetable
+
+if TYPE_CHECKING:
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
+
+
+def simulate(system: System, options: RunOptions) -> Solution:
+    """Integrate `system` as `options` say.
+
+    Parameters
+    ----------
+    system : System
+    options : RunOptions
+
+    Returns
+    -------
+    Solution
+        Also where the run failed: see its `status` and `message`.
+
+    Raises
+    ------
+    RuntimeModelError
+        An option does not fit the model, or the initial conditions contradict the constraints.
+    """
+    options = options.for_model(system)
+    moving, constant = _split_inputs(system, {**(options.inputs or {})}, options.parameters or {})
+    p = system.parameter_values({**(options.parameters or {}), **constant})
+    if moving:
+        from symgen.runtime.inputs.drive import drive
+
+        system = drive(system, moving, p, options.t_start, options.t_end)
+    treatment, formed, form_notes = choose_constraints(options.constraints, system, options.method)
+    began = time.perf_counter()
+    assembly = assemble(system, p, options.start, options.rate, options.t_start)
+    state = np.concatenate([assembly.q, assembly.v])
+    refuse_negative_inertia(system, p, options.t_start, state)
+    if moving:
+        from symgen.runtime.inputs.schedule import first_samples
+
+        first_samples(system, p, options.t_start, state)
+    notes = [*_moved_notes(assembly.moved), *assembly.notes]
+    if options.rtol < SMALLEST_RTOL:
+        notes.append(f"rtol: {SMALLEST_RTOL:.1e} instead of {options.rtol:.1e}, which is below round-off")
+        options = replace(options, rtol=SMALLEST_RTOL)
+    notes += form_notes
+    if options.split is not False and system.subsystems:
+        from symgen.runtime.subsystems.apart import simulate_apart
+
+        solution = simulate_apart(
+            system, p, state, options, treatment, redundant=assembly.redundant, notes=notes, began=began
+        )
+        if not isinstance(solution, str):
+            return solution
+        notes.append(f"subsystems: integrated as one, because {solution}")
+    method, more = (formed, []) if formed else choose_method(system, p, state, options)
+    notes += more
+    step, more = choose_step(method, system, p, state, options)
+    notes += more
+    timetable = make_timetable(system, p, method, options)
+    times, shown = options.frame_times()
+    if timetable is not None:
+        notes += timetable.notes
+        times, shown = timetable.with_frames(times, shown)
+    arrays = LoopArrays(
+        system, method, p, options.t_start, state, frame_times=times, rtol=options.rtol, atol=options.atol, step=step,
+        energy_level=choose_energy_level(options.energy_scaling, system, method, p, options.t_start, state),
+    )  # fmt: skip
+    asked = {
+        **({"step": step} if step else {}),
+        **(timetable.settings if timetable is not None else {}),
+        "t_start": options.t_start, "t_end": options.t_end, "fps": options.fps, "at": [float(t) for t in options.at],
+        "redundant": assembly.redundant, "notes": notes,
+    }  # fmt: skip
+    run = Run(
+        system, method, arrays, shown, options.stops,
+        recorder=options.recorder_for(system, p, method.name, treatment, asked),
+        progress=options.progress, max_steps=options.max_steps,
+        fallback=METHODS[EXPLICIT] if options.method == "auto" and method.name == SERIES else None,
+        inputs=_schedule(system, arrays, method, options.t_start) if moving else None,
+        timetable=timetable,
+    )  # fmt: skip
+    prepared = time.perf_counter()
+    # No steps: the loop is compiled, or read from the cache, before the run is timed.
+    arrays.advance(options.t_end, 0)
+    compiled = time.perf_counter()
+    run.go()
+    seconds = {"prepare": prepared - began, "compile": compiled - prepared, "run": run.seconds}
+    settings = {
+        "method": method.name, "constraints": treatment, "rtol": options.rtol, "atol": options.atol,
+        "t_start": options.t_start, "t_end": options.t_end, "step": step or None, "redundant": assembly.redundant,
+    }  # fmt: skip
+    return summarise(run, options.at, [*notes, *run.notes], seconds, settings)
+
+
+def _split_inputs(
+    system: System, inputs: dict[Any, Any], parameters: Mapping[str, float]
+) -> tuple[dict[Any, Any], dict[str, float]]:
+    """Return inputs over time, those of the model included where nothing else is said, and constant ones."""
+    own = [record for record in system.inputs if "table" in record or "polynomial" in record]
+    if not own and all(type(value) in (int, float) for value in inputs.values()):
+        return {}, inputs
+    from symgen.runtime.inputs.given import from_record, is_constant
+
+    said = {name for key in (*inputs, *parameters) for name in (key if isinstance(key, tuple) else (key,))}
+    moving = {record["name"]: from_record(record) for record in own if record["name"] not in said}
+    moving |= {key: value for key, value in inputs.items() if not is_constant(value)}
+    return moving, {key: float(value) for key, value in inputs.items() if is_constant(value)}
+
+
+def _schedule(system: System, arrays: LoopArrays, method: Method, t_start: float) -> Any:
+    from symgen.runtime.inputs.schedule import InputSchedule
+
+    return InputSchedule(system, arrays, method, t_start)
+
+
+def _moved_notes(moved: Sequence[tuple[str, float, float]]) -> list[str]:
+    return [f"assembly moved {name} from {before:.9g} to {after:.9g}" for name, before, after in moved]

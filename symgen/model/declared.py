@@ -1,0 +1,147 @@
+"""What has been said of a model so far, and how its parts are read: what all functions that make parts share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import sympy
+
+from ..errors import nearest
+from .description import Axis, Constant, Coordinate, Input, Joint, Parameter, Point, Rate
+from .names import name_fault
+from .sources import Sources
+from .units import TIME, Unit, over
+
+NUMBER_KEYS = ("value", "unit", "doc")
+
+
+class Declared:
+    """The one name space of a model with what has been declared in it."""
+
+    folder: Path | None = None  # where meshes and tables are
+
+    def __init__(self, sources: Sources) -> None:
+        self._sources = sources
+        self._kinds: dict[str, str] = {}  # name: what it is
+        self._parameters: list[Parameter] = []
+        self._constants: list[Constant] = []
+        self._coordinates: list[Coordinate] = []
+        self._inputs: list[Input] = []
+        self._definitions: list[tuple[str, sympy.Expr]] = []
+        self._outputs: list[tuple[str, sympy.Expr]] = []
+        self._joints: dict[str, Joint] = {}
+        self._points: dict[str, Point] = {}
+        self._axes: dict[str, Axis] = {}
+        self._made: list[Coordinate] = []  # by joints
+        self._made_rates: dict[str, list[Rate]] = {}  # by joint, where they have names of their own
+        self._jointed: dict[str, str] = {}  # coordinate: joint
+
+    def _declare(self, name: str, kind: str, table: str) -> None:
+        fault = name_fault(name)
+        if fault is None and name in self._kinds:
+            fault = f"the name '{name}' is taken: it is {_article(self._kinds[name])} already"
+        if fault is not None:
+            raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
+        self._kinds[name] = kind
+
+    def _declare_made(self, name: str, kind: str, table: str, maker: str) -> None:
+        """Take a name that the user did not choose by itself."""
+        if name in self._kinds:
+            message = (
+                f"the {maker} makes the name '{name}', which is taken: it is a {self._kinds[name]} already"
+            )
+            raise self._sources.error(
+                table, "", message, hint=f"choose another name for the {maker}, or for '{name}'"
+            )
+        self._declare(name, kind, table)
+
+    def _initial(
+        self, table: str, place: str, size: Unit | None, numbers: Mapping[str, Any]
+    ) -> tuple[dict[str, float], Unit | None]:
+        """Initial values of a coordinate in SI units; `place` is a key with {} where that of `numbers` stands."""
+        values: dict[str, float] = {}
+        for key in ("start", "guess"):
+            if numbers.get(key) is not None:
+                values[key], size = self._sources.number(numbers[key], size, table, place.format(key))
+        per_second = None if size is None else _per_second(size)
+        for key in ("rate", "rate_guess"):
+            if numbers.get(key) is not None:
+                values[key], _ = self._sources.number(numbers[key], per_second, table, place.format(key))
+        for enforced, moved in (("start", "guess"), ("rate", "rate_guess")):
+            if numbers.get(enforced) is not None and numbers.get(moved) not in (None, 0.0):
+                raise self._sources.error(
+                    table,
+                    place.format(moved),
+                    f"'{enforced}' and '{moved}' are both given",
+                    hint=f"'{enforced}' is kept, '{moved}' may be moved by assembly: give one of them",
+                )
+        return values, size
+
+    def _new_element(self, name: Any, table: str, elements: Mapping[str, Any]) -> None:
+        fault = name_fault(name, element=True)
+        if fault is None and name in elements:
+            fault = f"the name '{name}' is taken"
+        if fault is not None:
+            raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
+
+    def _vector(self, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> list[Any]:
+        if isinstance(values, str) or not isinstance(values, (Sequence, sympy.MatrixBase)):
+            raise self._sources.error(table, key, f"a list of {_either(lengths)} components is expected here")
+        if len(values) not in lengths:
+            raise self._sources.error(
+                table, key, f"{_either(lengths)} components are expected here, {len(values)} are given"
+            )
+        return list(values)
+
+    def _components(self, values: Any, table: str, key: str) -> tuple[sympy.Expr, ...]:
+        """Three expressions; the third may be left out, as it is zero in the plane."""
+        given = self._vector(values, table, key, (2, 3))
+        found = [self._sources.expression(x, table, f"{key}[{k}]") for k, x in enumerate(given)]
+        return (*found, sympy.S.Zero)[:3]
+
+    def _number(self, table: str, name: str, value: Any, unit: Any) -> tuple[float, Unit | None]:
+        size = self._sources.unit(unit, table, f"{name}.unit")
+        if size is not None and isinstance(value, str):
+            raise self._sources.error(
+                table,
+                f"{name}.value",
+                "the value is a number where the unit stands beside it",
+                hint="leave out 'unit'",
+            )
+        return self._sources.number(value, size, table, name)
+
+    def _unpacked(self, table: str, name: str, value: Any, unit: Any, doc: Any) -> tuple[Any, Any, str]:
+        """Value, unit and doc from a table such as `{ value = 0.1, unit = "m" }`."""
+        if isinstance(value, dict):
+            for key in value:
+                if key not in NUMBER_KEYS:
+                    raise self._sources.error(
+                        table,
+                        f"{name}.{key}",
+                        f"unknown key '{key}'",
+                        hint=nearest(str(key), NUMBER_KEYS, "keys"),
+                    )
+            if "value" not in value:
+                raise self._sources.error(
+                    table, name, "the key 'value' is missing", hint="for example { value = 0.1 }"
+                )
+            unit, doc, value = value.get("unit", unit), value.get("doc", doc), value["value"]
+        if not isinstance(doc, str):
+            raise self._sources.error(table, f"{name}.doc", f"'doc' is text, not {doc!r:.60}")
+        return value, unit, doc
+
+
+def _per_second(unit: Unit) -> Unit:
+    return Unit(
+        f"{unit.text}/s", unit.factor, unit.pi_power, over(unit.dimension, TIME), f"{unit.coherent}/s"
+    )
+
+
+def _either(lengths: tuple[int, ...]) -> str:
+    return " or ".join(map(str, lengths))
+
+
+def _article(kind: str) -> str:
+    return f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
