@@ -9,6 +9,7 @@ import pytest
 
 from symgen import Model
 from symgen.runtime.checks.stops import stops
+from tests.stress import balls as rows_of_balls
 from tests.stress.impacts import KINDS, try_many
 from tests.stress.scenario import FLAGGED, RIGHT
 
@@ -82,3 +83,11 @@ def test_a_stack_that_falls_with_gaps_of_a_nanometre_knocks_ball_by_ball():
     # The heavy one meets the light one head on, gives it twice its speed, and lies down.
     flown = run.t[-1] - np.sqrt(2.0 / G)
     np.testing.assert_allclose(run.v[-1], [0.0, 2.0 * np.sqrt(2.0 * G) - G * flown], atol=1e-6)
+
+
+@pytest.mark.parametrize("seed, number", [(1, 80), (2, 106), (2, 110), (2, 159), (3, 9)])
+def test_rows_of_balls_of_all_kinds(seed, number):
+    """Stacks: gaps that open in one blow and close in the next, gaps of 1e-12 that nothing presses."""
+    random = np.random.default_rng([seed, number])
+    verdict, why = rows_of_balls.judge(rows_of_balls.draw(random), "dop853", random)
+    assert verdict == RIGHT, why

@@ -147,7 +147,8 @@ class _Path:
 def _course(begin: np.ndarray, end: np.ndarray, longest: np.ndarray, most_steps: float) -> Course | None:
     """Return limits of the step around some cells, those that cost least first, as far as the steps go."""
     before, after = begin - _AROUND * longest, end + _AROUND * longest
-    cost = (after - before) / longest
+    with np.errstate(divide="ignore"):  # what changes in no time at all costs too much
+        cost = (after - before) / longest
     order = np.argsort(cost, kind="stable")
     chosen = order[np.cumsum(cost[order]) <= most_steps]
     if not len(chosen):
