@@ -48,7 +48,7 @@ def check_form(checkpoint: Checkpoint, system: System) -> None:
     ------
     CheckpointError
     """
-    n_settings = len(system.settings)
+    n_settings = system.n_settings_of_switches
     _check_array(checkpoint, "control", (None,), "<f8")
     _check_array(checkpoint, "settings", (None, n_settings) if n_settings else (0,), "<f8")
     settings = checkpoint.arrays["settings"]

@@ -171,6 +171,12 @@ class System(ModelFunctions):
         return slice(self.n_settable, len(self._p) - len(self.jumps))
 
     @property
+    def n_settings_of_switches(self) -> int:
+        """How many there are: what a recording has of each frame. Branches of forces follow from the state."""
+        places = self.settings_of_switches
+        return places.stop - places.start
+
+    @property
     def jumps(self) -> list[int]:
         """Which of the events are places at which a force goes over to another branch; see `symgen/derive/jumps.py`."""
         return [k for k, event in enumerate(self.events) if event["action"] == JUMP]

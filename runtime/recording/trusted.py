@@ -85,7 +85,7 @@ def check_fits(recording: Recording, system: System) -> None:
         ("coordinates", recording.q, system.nq),
         ("rates", recording.v, system.nv),
         ("work", recording.w, system.nw),
-        ("settings", recording.settings, len(system.settings)),
+        ("settings", recording.settings, system.n_settings_of_switches),
     ):
         if columns.shape[1] != width:
             raise RecordingError(

@@ -161,9 +161,9 @@ def _model_checks(system: System, recording: Recording, intervals: int, seed: in
     energies = of.evaluate("energy", t, y)
     checks.append(_recorded_energies(recording, energies))
     checks += _health(replay(system, recording, energies))
-    settings = recording.settings
-    if settings.shape[1] != len(system.settings):
-        says = f"a frame has {settings.shape[1]} settings of stops and frictions, the model has {len(system.settings)}"
+    settings, expected = recording.settings, system.n_settings_of_switches
+    if settings.shape[1] != expected:
+        says = f"a frame has {settings.shape[1]} settings of stops and frictions, the model has {expected}"
         return [*checks, Check("stops and frictions", not recording.complete and None, 1.0, 0.0, says)]
     if system.m:
         checks.append(_multipliers(recording, of.multipliers(t, y, settings)))

@@ -188,7 +188,8 @@ def _run(situation: Situation, t_end: float, options: dict[str, Any], **more: An
     return solve(_system(situation.text()), t_end, inputs=situation.inputs(), max_steps=_MOST_STEPS, **given)
 
 
-def _recorded(path: Path, text: str, begin: Callable[..., Solution]) -> Solution:
+def recorded(path: Path, text: str, begin: Callable[..., Solution]) -> Solution:
+    """Begin a run that writes a recording; returns it once it is over."""
     made = []
 
     def recorder(**settings: Any) -> RunRecorder:
@@ -226,7 +227,7 @@ def differences(
         found.append("the events of a run that is watched")
     first, rest = folder / "first.rrd", folder / "rest.rrd"
     text = situation.text()
-    cut = _recorded(first, text, functools.partial(_run, situation, where.cut, options, fps=where.fps))
+    cut = recorded(first, text, functools.partial(_run, situation, where.cut, options, fps=where.fps))
     sample = next(s for s in watched.samples if s.t == where.cut)
     if cut.q[-1].tobytes() + cut.v[-1].tobytes() != sample.q.tobytes() + sample.v.tobytes():
         found.append("the state at the cut")
@@ -237,7 +238,7 @@ def differences(
     )  # a frame that is nearer gives way to the end
     if cut.q[:n].tobytes() != watched.q[:n].tobytes() or cut.t[:n].tobytes() != watched.t[:n].tobytes():
         found.append("the frames before the cut")
-    resumed = _recorded(rest, text, functools.partial(Resumed(first, situation.inputs()).run, where.t_end))
+    resumed = recorded(rest, text, functools.partial(Resumed(first, situation.inputs()).run, where.t_end))
     if _bits(resumed) != _bits(whole):
         found.append("the end of a run that was taken up")
     if _events(resumed) != _events(whole):

@@ -1,7 +1,9 @@
 """Forces that jump or have a kink in the state, against closed forms: `python -m tests.stress.jumping_forces`.
 
 A unit mass on a line; its force is a - k x between places at which it jumps or bends. In each region the motion is a
-parabola or a sine; where it leaves the region follows by bisection on the closed form.
+parabola or a sine; where it leaves the region follows by bisection on the closed form. Other settings have the same
+motion: along a circle that constraints keep it on, in every form (`circle`), of a body that turns meanwhile (`body`),
+with the force switched on by an input over time (`input`), and in a run that is cut and taken up again (`resumed`).
 """
 
 from __future__ import annotations
@@ -9,10 +11,14 @@ from __future__ import annotations
 import argparse
 import functools
 import math
+import re
 import sys
+import tempfile
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,14 +26,28 @@ from symgen import Model, runtime
 from symgen.link import derive_text
 from symgen.runtime import solve
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.recording.resume import Resumed
 
+from .cuts import recorded
 from .impacts import row
 from .scenario import FLAGGED, REFUSED, RIGHT, WRONG
 
+if TYPE_CHECKING:
+    from symgen.runtime.solution import Solution
+
 ADAPTIVE = tuple(name for name, method in METHODS.items() if method.adaptive)
 RTOLS = (1e-3, 1e-5, 1e-8)
+SETTINGS = ("line", "circle", "body", "input", "resumed")
+IN_FORMS = tuple(
+    f"{name}/{form}"
+    for form in FORMS
+    for name in FORMS[form]
+    if METHODS[name].adaptive and form != "projection"
+)
 _WRONG = 0.05  # of the motion
+_RADIUS = 10.0
 
 
 @dataclass(frozen=True)
@@ -64,18 +84,60 @@ KINDS = {
 
 
 @functools.cache
-def model(name: str) -> runtime.System:
-    """Return the mass under a kind of force."""
+def module(name: str, setting: str) -> str:
+    """Return the module of the mass under a kind of force, in one of SETTINGS."""
     m = Model("jumping")
-    x = m.coordinate("x", start=1.0)
+    force, along = KINDS[name].force, "x"
+    if setting == "circle":
+        x, y = m.coordinate("X", start=_RADIUS), m.coordinate("Y", start=0.0)
+        m.body("bob", mass=1.0, com=(x, y))
+        m.constraint("circle", x**2 + y**2 - _RADIUS**2)
+        along = f"({_RADIUS}*atan2(Y, X))"
+    elif setting == "body":
+        m.body("bob", mass=1.0, inertia=[0.1, 0.1, 0.1])
+        m.joint("fly", "free", child="bob")
+        along = "fly_x"
+    else:
+        m.body("bob", mass=1.0, com=(m.coordinate("x", start=1.0), 0))
+    force = re.sub(r"\bx\b", along, force)
     for key, value in (("b", 0.0), ("c", 1.0), ("k", 1.0), ("w", 0.1)):
         m.parameter(key, value)
-    m.body("bob", mass=1.0, com=(x, 0))
     if KINDS[name].in_energy:
-        m.potential(KINDS[name].force)
+        m.potential(force)
+        return derive_text(m).text
+    if setting == "input":
+        m.input("on")
+        force = f"on*({force})"
+    if setting == "circle":
+        m.force("X", f"-Y/{_RADIUS}*({force})")
+        m.force("Y", f"X/{_RADIUS}*({force})")
     else:
-        m.force(x, KINDS[name].force)
-    return runtime.load(derive_text(m).text)
+        m.force(along, force)
+    return derive_text(m).text
+
+
+@functools.cache
+def model(name: str, setting: str = "line") -> runtime.System:
+    """Return that model, loaded."""
+    return runtime.load(module(name, setting))
+
+
+def given(setting: str, x: float, v: float, t_end: float) -> dict[str, Any]:
+    """Return how a run in a setting starts, and what drives it."""
+    if setting == "circle":
+        c, s = math.cos(x / _RADIUS), math.sin(x / _RADIUS)
+        return {"start": {"X": _RADIUS * c, "Y": _RADIUS * s}, "rate": {"X": -v * s, "Y": v * c}}
+    if setting == "body":
+        return {"start": {"fly_x": x}, "rate": {"fly_vx": v, "fly_wx": 1.0, "fly_wy": -2.0, "fly_wz": 0.5}}
+    driven = {"inputs": {"on": ([0.0, t_end], [1.0, 1.0])}} if setting == "input" else {}
+    return {"start": {"x": x}, "rate": {"x": v}, **driven}
+
+
+def seen(setting: str, run: Solution) -> np.ndarray:
+    """Return x over a run."""
+    if setting == "circle":
+        return _RADIUS * np.arctan2(run["Y"], run["X"])
+    return run["fly_x"] if setting == "body" else run["x"]
 
 
 def draw(name: str, random: np.random.Generator) -> tuple[dict[str, float], float, float, float]:
@@ -168,25 +230,47 @@ def bisect(f: Callable[[float], float], before: float, past: float) -> float:
     return past
 
 
-def judge(name: str, method: str, rtol: float, random: np.random.Generator) -> tuple[str, str]:
-    """Run a random case and return verdict and reason."""
+def judge(
+    name: str, method: str, rtol: float, random: np.random.Generator, setting: str = "line"
+) -> tuple[str, str]:
+    """Run a random case and return verdict and reason; a method may be followed by a form, as in radau5/ggl."""
     p, x, v, t_end = draw(name, random)
     if name in ("abs", "max"):
         t_end = min(t_end, 20.0)
+    method, _, form = method.partition("/")
+    options = {
+        "method": method, "constraints": form or "auto", "rtol": rtol, "atol": rtol * 1e-2, "parameters": p,
+        "max_steps": 200_000, **given(setting, x, v, t_end),
+    }  # fmt: skip
     try:
-        run = solve(
-            model(name), t_end, method=method, rtol=rtol, atol=rtol * 1e-2, parameters=p, start={"x": x}, rate={"x": v},
-            max_steps=200_000,
-        )  # fmt: skip
+        if setting == "resumed":
+            run, broken = cut_and_resumed(name, options, t_end, t_end * float(random.uniform(0.02, 0.98)))
+            if broken:
+                return WRONG, broken
+        else:
+            run = solve(model(name, setting), t_end, **options)
     except RuntimeModelError as error:
         return REFUSED, str(error)
     expected, margin = exact(KINDS[name], p, x, v, run.t)
-    error = float(np.abs(run.q[:, 0] - expected).max() / np.ptp(expected))
+    error = float(np.abs(seen(setting, run) - expected).max() / np.ptp(expected))
     if not run.ok:
         return FLAGGED, run.message or "; ".join(check.check for check in run.objections)
     if error > _WRONG and margin > 1e-3:
         return WRONG, f"off by {error:.2g}: {p}, x = {x}, v = {v}, to {t_end}"
     return RIGHT, f"{error:.1e}"
+
+
+def cut_and_resumed(name: str, options: dict[str, Any], t_end: float, cut: float) -> tuple[Solution, str]:
+    """Return a run, and in which way it is not the one that is cut and taken up again."""
+    text = module(name, "resumed")
+    whole = solve(model(name, "resumed"), t_end, **options)
+    options = {**options, **({"step": whole.step} if whole.step else {})}
+    with tempfile.TemporaryDirectory() as folder:
+        first = Path(folder) / "first.rrd"
+        recorded(first, text, functools.partial(solve, model(name, "resumed"), cut, **options))
+        rest = recorded(Path(folder) / "rest.rrd", text, functools.partial(Resumed(first).run, t_end))
+    same = rest.q[-1].tobytes() == whole.q[-1].tobytes() and rest.v[-1].tobytes() == whole.v[-1].tobytes()
+    return whole, "" if same or not whole.ok else f"ends elsewhere when it is cut at {cut!r}"
 
 
 def main() -> int:
@@ -198,34 +282,40 @@ def main() -> int:
         "--count", type=int, default=100, help="cases of each force, for each method and tolerance (100)"
     )
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--methods", nargs="*", default=list(ADAPTIVE))
+    parser.add_argument("--settings", nargs="*", default=list(SETTINGS), choices=SETTINGS)
+    parser.add_argument(
+        "--methods", nargs="*", help="all that are adaptive; such as radau5, or radau5/ggl on the circle"
+    )
     chosen = parser.parse_args()
-    print("| method | tried | right | refused | flagged | wrong |\n|---|---|---|---|---|---|")
+    print("| setting, method | tried | right | refused | flagged | wrong |\n|---|---|---|---|---|---|")
     total: Counter[str] = Counter()
-    for method in chosen.methods:
-        counts: Counter[str] = Counter()
-        for name in KINDS:
-            counts += try_many(name, method, chosen.count, chosen.seed)
-        total += counts
-        print(row(method, counts), flush=True)
+    for setting in chosen.settings:
+        for method in chosen.methods or [*ADAPTIVE, *(IN_FORMS if setting == "circle" else ())]:
+            counts: Counter[str] = Counter()
+            for name in KINDS:
+                counts += try_many(name, method, chosen.count, chosen.seed, setting)
+            total += counts
+            print(row(f"{setting}, {method}", counts), flush=True)
     print(row("all", total))
     return int(total[WRONG] > 0)
 
 
-def try_many(name: str, method: str, count: int, seed: int) -> Counter[str]:
+def try_many(name: str, method: str, count: int, seed: int, setting: str = "line") -> Counter[str]:
     """Try cases of one force at all tolerances; returns how many had each verdict."""
     counts: Counter[str] = Counter()
-    if METHODS[method].refusal(model(name)):
+    if setting == "input" and KINDS[name].in_energy:
+        return counts  # no force that an input could switch
+    if "/" not in method and method != "auto" and METHODS[method].refusal(model(name, setting)):
         counts[REFUSED] = count * len(RTOLS)
         return counts
     for rtol in RTOLS:
         for number in range(count):
             verdict, why = judge(
-                name, method, rtol, np.random.default_rng([seed, list(KINDS).index(name), number])
+                name, method, rtol, np.random.default_rng([seed, list(KINDS).index(name), number]), setting
             )
             counts[verdict] += 1
             if verdict in (WRONG, FLAGGED):
-                print(f"{verdict} {name} {method} {rtol} number {number}: {why}", file=sys.stderr)
+                print(f"{verdict} {setting} {name} {method} {rtol} number {number}: {why}", file=sys.stderr)
     return counts
 
 
