@@ -95,7 +95,7 @@ class Run(RunState):
                 took = time.perf_counter() - before
                 running = self._after_call(status)
                 self._keep_checkpoint()
-            if running and self.method.adaptive and (objection := watch.objection()):
+            if running and (objection := watch.objection()):
                 self._end("failed", objection)
                 return
             if took < 0.5 * _SECONDS_PER_CALL:
@@ -148,7 +148,8 @@ class Run(RunState):
             )
             return False
         if status == at.EVENT:
-            return self._on_event()
+            there = self._is_there(self.stops[0]) if self.stops else True
+            return self._on_event() and (there or not self._steps_used_up())
         return not (status == at.RUNNING and self._steps_used_up())
 
     def _advance_over_breaks(self, n_steps: int) -> int:

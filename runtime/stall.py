@@ -46,6 +46,8 @@ class StallWatch:
         spent, t, steps, events = (b - a for a, b in zip(self._began, now, strict=True))
         if spent < _WINDOW or (steps < _STEPS and events < _EVENTS):
             return ""
+        if not self._run.method.adaptive and events < 0.5 * steps:
+            return ""  # steps of fixed length get on as they are told to
         self._began = now
         left = (self._run.t_end - now[1]) * spent
         self._slow = self._slow + 1 if left > _TOO_LONG * t else 0
@@ -55,7 +57,19 @@ class StallWatch:
             return failure_message(
                 at.PARTITION_LOST, self._run.actions.form, self._run.method, self._run.arrays
             )
-        return self._sentence(left / t if t > 0.0 else np.inf, t / max(steps, 1))
+        seconds = left / t if t > 0.0 else np.inf
+        return self._of_events() if events >= 0.5 * steps else self._sentence(seconds, t / max(steps, 1))
+
+    def _of_events(self) -> str:
+        """The sentence where each step ends at an event."""
+        names = sorted({event.name for event in self._run.actions.log[-_EVENTS:]})
+        which = f"events of {', '.join(names)}" if names else "jumps of forces"
+        how = "loosen --rtol" if self._run.method.adaptive else "shorten --step"
+        return (
+            f"The run does not get on at t = {self._run.arrays.t:.9g} s: {which} follow each other without end. Where "
+            f"something knocks ever faster, give it a state of rest: [stops] have one, and so has dry friction, "
+            f"[friction]; else {how}, or take another method, such as dop853."
+        )
 
     def _before_dependence(self) -> bool:
         """Whether independent coordinates are running out: constraints nearly depend on each other here."""

@@ -91,3 +91,19 @@ def test_rows_of_balls_of_all_kinds(seed, number):
     random = np.random.default_rng([seed, number])
     verdict, why = rows_of_balls.judge(rows_of_balls.draw(random), "dop853", random)
     assert verdict == RIGHT, why
+
+
+def test_rebounds_within_a_step_of_order_1_come_to_rest(ball):
+    """The step from such a rebound ends below the floor, and its straight line is below it all along."""
+    run = ball.run(t_end=3.0, method="implicit_euler", step=1e-2, parameters={"e": 0.5}, max_steps=5000)
+    assert run.status == "success" and run.q[-1, 0] == pytest.approx(0.0, abs=1e-9)
+    assert len(run.events) < 100
+
+
+def test_events_that_never_end_use_up_the_steps():
+    m = Model("ticking")
+    x = m.coordinate("x", rate=1.0)
+    m.body("b", mass=1.0, com=(x, 0))
+    m.event("tick", "sin(1e6*t)", then="record")
+    run = m.derive().run(t_end=1.0, method="dop853", max_steps=300)
+    assert run.status == "failed" and "All 300 steps" in run.message

@@ -12,6 +12,7 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.positions import Positions
 
 _VIOLATED = 1e-6  # gap at the start, in parts of the coordinates' sizes, from which on it is an error
+_WITHIN_STEPS = 2.0  # the pull may grow while a gap opens
 _AT_REST = 1e-6  # of what a sliding speed changes by in a step: at its event it is zero but for round-off
 
 
@@ -54,6 +55,7 @@ class Switching(Holding):
         is_fired = np.zeros(self.n, dtype=bool)
         is_fired[fired] = True
         were_held = self._at_rest
+        self._end_unseen_flights(is_fired[: self.n_stops])
         gaps = self._watched()[0]
         here = self._here()
         struck = self.closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
@@ -61,6 +63,21 @@ class Switching(Holding):
         self._decide(near, struck, self.stuck | (is_fired[self.n_stops :] & self._came_to_rest(here)))
         told = fired if len(fired) else np.flatnonzero(were_held != self._at_rest)
         return [(int(i), self._became(i, were_held[i])) for i in told]
+
+    def _end_unseen_flights(self, fired: np.ndarray) -> None:
+        """Take the speed from gaps that opened by their rates, but whose next step closes them from its start.
+
+        To a method of order 1 whose step goes where its end moves, a rise that ends within the step is none: it would
+        fall on the stop for ever.
+        """
+        here = self._here()
+        rising, pulled = here.speeds[: self.n_stops], -here.free[: self.n_stops]
+        unseen = fired & ~self.closed & (rising > self._speed_tolerances(here)[: self.n_stops])
+        unseen &= rising < _WITHIN_STEPS * pulled * float(self.arrays.control[at.H])
+        if unseen.any():
+            nq, n = self.system.nq, self.system.nq + self.system.nv
+            rows = np.concatenate([unseen, np.zeros(self.n - self.n_stops, dtype=bool)])
+            self.arrays.y[nq:n] += here.holding(rows, here.speeds)
 
     def _became(self, i: int, was_held: bool) -> str:
         if i < self.n_stops:
