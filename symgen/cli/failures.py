@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import warnings
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from symgen.cli.files import subject_of
 from symgen.cli.interrupts import answered_interrupts, interrupted_status
 from symgen.cli.terminal import accept_all_letters, complain, message
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 FAILED = 1
 NOT_TRUSTED = 3
 _TRACEBACK = "SYMGEN_TRACEBACK"
+_BEGINS_WITH_FILE = re.compile(r"[^:,;]*\.[A-Za-z]\w{1,5}[:,]")
 
 
 class FailuresAsSentences(click.Group):
@@ -52,9 +55,7 @@ def _sentence(error: Exception) -> str:
 
     subject = getattr(error, "symgen_subject", "")
     if isinstance(error, SymgenError | RuntimeModelError):
-        text = str(error)
-        named = not subject or Path(subject).name in text or Path(text.partition(":")[0]).suffix
-        return text if named else f"{subject}: {text}"
+        return _about(subject, str(error))
     if isinstance(error, MemoryError):
         return f"{subject or 'symgen'}: there is not enough memory for it ({error or 'no more is given'})"
     if isinstance(error, RecursionError):
@@ -67,6 +68,12 @@ def _sentence(error: Exception) -> str:
         f"internal error: {type(error).__name__}: {error}; please report it, "
         f"with what `{_TRACEBACK}=1 {_command_line()}` prints"
     )
+
+
+def _about(subject: str, text: str) -> str:
+    """The text behind the name of the file that it is about, unless it begins with that of another, or has it."""
+    named = not subject or Path(subject).name in text or _BEGINS_WITH_FILE.match(text)
+    return text if named else f"{subject}: {text}"
 
 
 def _command_line() -> str:
@@ -98,7 +105,8 @@ def exit_status(solution: Solution) -> int:
         complain(solution.message)
         return interrupted_status()
     if solution.status not in ("success", "terminated"):
-        complain(f"Error: {solution.message}")
+        context = click.get_current_context(silent=True)
+        complain(f"Error: {_about(subject_of(context) if context else '', solution.message)}")
         return FAILED
     for entry in solution.objections:
         complain(f"Not to be trusted: {entry.check}: {entry.says}")

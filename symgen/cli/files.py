@@ -69,11 +69,11 @@ class CarefulCommand(click.Command):
         try:
             return super().invoke(context)
         except Exception as error:
-            error.symgen_subject = _subject(context)  # messages name the file
+            error.symgen_subject = subject_of(context)  # messages name the file
             raise
 
 
-def _subject(context: click.Context) -> str:
+def subject_of(context: click.Context) -> str:
     """What a command is about: its model, as the user names it, or its recording."""
     named = (context.params.get(name) for name in ("model", "resume_file", "recording", "first"))
     return next((str(value) for value in named if value is not None), "")

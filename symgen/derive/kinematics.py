@@ -81,7 +81,8 @@ class Scene:
             if not ready:
                 stuck = ", ".join(name or base for name, base, _ in waiting)
                 raise ModelError(
-                    f"definitions, points and the bodies that carry them go round in a circle: {stuck}"
+                    f"definitions, points and the bodies that carry them go round in a circle: {stuck}",
+                    hint="write one of them without the others",
                 )
             for item in ready:
                 name, base, _ = item

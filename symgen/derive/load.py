@@ -110,7 +110,10 @@ class Loader:
             return g.div(g.one, g.call("tan", memo[e.args[0]]))
         if e.func in (sympy.re, sympy.conjugate):  # and |exp(x)| as exp(re(x)); everything here is real
             return memo[e.args[0]]
-        raise ModelError(f"{_what(e)} cannot be used in a model: {_shorten(e)}")
+        raise ModelError(
+            f"{_what(e)} cannot be used in a model: {_shorten(e)}",
+            hint="write it with the functions of the reference page",
+        )
 
     def _total_derivative(self, node: int) -> int:
         result = forward(self.g, [node], self.rates)[0]

@@ -86,12 +86,18 @@ def _inertia(model: Declared, table: str, planar: bool, inertia: Any) -> Express
     if planar:
         if is_list and len(inertia) != 1:
             raise model._sources.error(
-                table, "inertia", f"a planar body has one inertia, about z; {len(inertia)} are given"
+                table,
+                "inertia",
+                f"a planar body has one inertia, about z; {len(inertia)} are given",
+                hint="give one number, or make the body 3-D by a 'rotation' or a joint",
             )
         return (model._sources.expression(inertia[0] if is_list else inertia, table, "inertia"),)
     if not is_list:
         raise model._sources.error(
-            table, "inertia", "a 3-D body's inertia is [Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]"
+            table,
+            "inertia",
+            "a 3-D body's inertia is [Ixx, Iyy, Izz] or [Ixx, Iyy, Izz, Ixy, Ixz, Iyz]",
+            hint="give three or six elements",
         )
     return _expressions(model, inertia, table, "inertia", (3, 6))
 
@@ -113,6 +119,7 @@ def _rotation(model: Declared, table: str, rotation: Any) -> tuple[tuple[str, sy
                 table,
                 f"rotation[{k}]",
                 f'a rotation is an axis and an angle, as ["z", "psi"], not {step!r:.60}',
+                hint='for example rotation = [["z", "psi"]]',
             )
         steps.append((step[0], model._sources.expression(step[1], table, f"rotation[{k}]")))
     return tuple(steps)
@@ -135,7 +142,12 @@ def _shape(model: Declared, table: str, shape: Any) -> Shape:
     if kind == "mesh":
         return Shape("mesh", (), _mesh(model, table, key, sizes))
     if isinstance(sizes, (str, sympy.Expr)) or not isinstance(sizes, Sequence) or len(sizes) != SIZES[kind]:
-        raise sources.error(table, key, f"the sizes of a {kind} are {SIZE_NAMES[kind]}")
+        raise sources.error(
+            table,
+            key,
+            f"the sizes of a {kind} are {SIZE_NAMES[kind]}",
+            hint="give as many numbers above zero",
+        )
     return Shape(kind, _expressions(model, sizes, table, key, (SIZES[kind],)))
 
 
@@ -143,7 +155,9 @@ def _mesh(model: Declared, table: str, key: str, file: Any) -> str:
     """A mesh's path, held below the model's own folder: model files come from strangers."""
     sources = model._sources
     if not isinstance(file, str) or not file or not file.isprintable():
-        raise sources.error(table, key, f"a mesh is the name of a file, not {file!r:.60}")
+        raise sources.error(
+            table, key, f"a mesh is the name of a file, not {file!r:.60}", hint='for example mesh = "arm.stl"'
+        )
     path = PurePosixPath(file)
     foreign = path.is_absolute() or PureWindowsPath(file).anchor or "\\" in file
     if foreign or ".." in path.parts:
@@ -160,7 +174,12 @@ def _mesh(model: Declared, table: str, key: str, file: Any) -> str:
     folder = model.folder.resolve()
     found = (folder / path).resolve()
     if not found.is_relative_to(folder):
-        raise sources.error(table, key, f"the mesh {file!r:.100} leads out of the model's own folder")
+        raise sources.error(
+            table,
+            key,
+            f"the mesh {file!r:.100} leads out of the model's own folder",
+            hint="copy it beside the model",
+        )
     if not found.is_file():
         raise sources.error(table, key, f"the mesh {file!r:.100} is not there", hint=f"looked in {folder}")
     return str(path)
@@ -175,15 +194,32 @@ def make_load(model: Declared, name: str, point: Any, force: Any, body: Any, tor
         raise sources.error(table, "", message, hint="give point and force, or body and torque")
     if has_force:
         if not _given(point):
-            raise sources.error(table, "point", "the point at which the force acts is missing")
+            raise sources.error(
+                table,
+                "point",
+                "the point at which the force acts is missing",
+                hint='for example point = ["x", "0"]',
+            )
         if body is not None:
-            raise sources.error(table, "body", "a force acts at a point; 'body' goes with 'torque'")
+            raise sources.error(
+                table,
+                "body",
+                "a force acts at a point; 'body' goes with 'torque'",
+                hint="leave 'body' out, or give a 'torque'",
+            )
         place = _expressions(model, point, table, "point", (2, 3))
         return Load(name, place, _expressions(model, force, table, "force", (len(place),)))
     if name_fault(body, element=True) is not None:
-        raise sources.error(table, "body", "the body that the torque acts on is missing")
+        raise sources.error(
+            table, "body", "the body that the torque acts on is missing", hint='body = "NAME"'
+        )
     if _given(point):
-        raise sources.error(table, "point", "a torque has no point; 'point' goes with 'force'")
+        raise sources.error(
+            table,
+            "point",
+            "a torque has no point; 'point' goes with 'force'",
+            hint="leave 'point' out, or give a 'force'",
+        )
     if isinstance(torque, str) or not isinstance(torque, Sequence):
         torque = (torque,)
     return Load(name, body=body, torque=_expressions(model, torque, table, "torque", (1, 3)))

@@ -31,7 +31,12 @@ from .tree_order import coordinates_in, motion_of, moved_by
 def check_elements(d: Description, sources: Sources) -> None:
     """Whether names of coordinates and bodies in forces, loads and events exist."""
     if not d.coordinates:
-        raise sources.error("", "coordinates", "the model has no coordinates")
+        raise sources.error(
+            "",
+            "coordinates",
+            "the model has no coordinates",
+            hint="declare them in [coordinates], or let joints make them",
+        )
     _check_forces(d, sources)
     _check_resets(d, sources)
     _check_torques(d, sources)

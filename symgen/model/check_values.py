@@ -39,7 +39,10 @@ def check_velocity_constraints(d: Description, sources: Sources) -> None:
             )
         if degree >= NONLINEAR:
             raise sources.error(
-                "velocity_constraints", c.name, "a velocity constraint must be linear in the rates"
+                "velocity_constraints",
+                c.name,
+                "a velocity constraint must be linear in the rates",
+                hint="write it as a sum of rates, each times an expression of coordinates and t",
             )
 
 
@@ -109,11 +112,21 @@ def check_contact_values(d: Description, values: Mapping[Address, float | None],
         table = f"contacts.{c.name}"
         exponent = values.get((table, "exponent"))
         if exponent is not None and exponent < 1.0:
-            raise sources.error(table, "exponent", f"the exponent is {exponent:g}: it is at least 1")
+            raise sources.error(
+                table,
+                "exponent",
+                f"the exponent is {exponent:g}: it is at least 1",
+                hint="choose 1 or more; 1.5 is Hertz's",
+            )
         for key in ("stiffness", "damping", "friction"):
             value = values.get((table, key))
             if value is not None and value < 0.0:
-                raise sources.error(table, key, f"the {key} is negative at the parameters' values: {value:g}")
+                raise sources.error(
+                    table,
+                    key,
+                    f"the {key} is negative at the parameters' values: {value:g}",
+                    hint="look at the parameters in it",
+                )
     for f in d.frictions:
         for key in ("coefficient", "static") if f.normal else ():
             value = values.get((f"friction.{f.name}", key))
@@ -180,7 +193,12 @@ def _check_mass(body: Body, values: Mapping[Address, float | None], sources: Sou
     table = f"bodies.{body.name}"
     mass = values.get((table, "mass"))
     if mass is not None and mass < 0:
-        raise sources.error(table, "mass", f"the mass is negative at the parameters' values: {mass:g} kg")
+        raise sources.error(
+            table,
+            "mass",
+            f"the mass is negative at the parameters' values: {mass:g} kg",
+            hint="look at the parameters in it",
+        )
 
 
 def _check_inertia(body: Body, values: Mapping[Address, float | None], sources: Sources) -> None:
@@ -189,7 +207,10 @@ def _check_inertia(body: Body, values: Mapping[Address, float | None], sources: 
         moment = values[table, "inertia"]
         if moment is not None and moment < 0:
             raise sources.error(
-                table, "inertia", f"the inertia is negative at the parameters' values: {moment:g} kg m^2"
+                table,
+                "inertia",
+                f"the inertia is negative at the parameters' values: {moment:g} kg m^2",
+                hint="look at the parameters in it",
             )
     elif body.inertia:
         entries = [values[table, f"inertia[{k}]"] for k in range(len(body.inertia))]
@@ -198,10 +219,12 @@ def _check_inertia(body: Body, values: Mapping[Address, float | None], sources: 
             if moment < 0:
                 message = f"the inertia is negative at the parameters' values: {moment:g} kg m^2"
                 raise sources.error(table, f"inertia[{k}]", message)
+        # In parts of the largest, whose cube may be out of range.
+        largest = max(xx, yy, zz, abs(xy), abs(xz), abs(yz)) or 1.0
+        xx, yy, zz, xy, xz, yz = (entry / largest for entry in (xx, yy, zz, xy, xz, yz))
         minors = (xx * yy - xy * xy, xx * zz - xz * xz, yy * zz - yz * yz)
         determinant = xx * minors[2] - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
-        largest = max(xx, yy, zz)
-        if min(minors) < -ROUND_OFF * largest**2 or determinant < -ROUND_OFF * largest**3:
+        if min(minors) < -ROUND_OFF or determinant < -ROUND_OFF:
             message = "the inertia tensor has a negative principal moment at the parameters' values"
             raise sources.error(table, "inertia", message, hint="its elements are signed as in URDF")
 

@@ -106,7 +106,12 @@ class Contacts(Closures):
         table, sources = f"friction.{name!s:.60}", self._sources
         self._new_element(name, "friction", self._touching_names())
         if (coordinate is None) == (speed is None):
-            raise sources.error(table, "coordinate", "friction acts on one 'coordinate' or one 'speed'")
+            raise sources.error(
+                table,
+                "coordinate",
+                "friction acts on one 'coordinate' or one 'speed'",
+                hint="give one of the two",
+            )
         if sum(x is not None for x in (force, torque, coefficient)) != 1:
             raise sources.error(
                 table, "force", "friction has one 'force' or 'torque', the largest that it can take",
@@ -141,7 +146,10 @@ class Contacts(Closures):
         if (coefficient is None) != (normal is None):
             missing = "normal" if normal is None else "coefficient"
             raise sources.error(
-                table, missing, f"'coefficient' and 'normal' go together; '{missing}' is missing"
+                table,
+                missing,
+                f"'coefficient' and 'normal' go together; '{missing}' is missing",
+                hint="give both",
             )
         if normal is None:
             return ()
@@ -193,6 +201,7 @@ class Contacts(Closures):
                 table,
                 missing[0],
                 f"friction of a contact needs 'friction', 'slip' and 'smooth'; '{missing[0]}' is missing",
+                hint="give all three, or none",
             )
         given = {"exponent": exponent, "damping": damping, **together}
         values = {k: None if x is None else self._sources.expression(x, table, k) for k, x in given.items()}
@@ -204,7 +213,7 @@ class Contacts(Closures):
 
     def _required(self, table: str, key: str, value: Any) -> sympy.Expr:
         if value is None:
-            raise self._sources.error(table, key, f"the key '{key}' is missing")
+            raise self._sources.error(table, key, f"the key '{key}' is missing", hint="add it")
         return self._sources.expression(value, table, key)
 
     def _touching_names(self) -> ChainMap:

@@ -89,7 +89,8 @@ def _same(node: sympy.Basic, sizes: list[Size], verb: str) -> Size:
         if size is not first and size != first:
             raise ModelError(
                 f"units do not match: '{shortened(term)}' in {dimension_text(first)} and "
-                f"'{shortened(other)}' in {dimension_text(size)} cannot be {verb}"
+                f"'{shortened(other)}' in {dimension_text(size)} cannot be {verb}",
+                hint="look at the units of the parameters in it",
             )
     return first
 
@@ -115,7 +116,10 @@ def _is_pure(x: sympy.Basic, decimals: frozenset) -> bool:
 
 def _power(node: sympy.Basic, base: Size, exponent: Size) -> Size:
     if isinstance(exponent, tuple) and exponent != DIMENSIONLESS:
-        raise ModelError(f"the exponent '{shortened(node.exp)}' has a unit: {dimension_text(exponent)}")
+        raise ModelError(
+            f"the exponent '{shortened(node.exp)}' has a unit: {dimension_text(exponent)}",
+            hint="divide by a unit, so that it is a pure number",
+        )
     if not isinstance(base, tuple) or base == DIMENSIONLESS:
         return base
     if not node.exp.is_Number:
@@ -128,7 +132,8 @@ def _function(node: sympy.Basic, what: str, size: Size) -> Size:
     if isinstance(size, tuple) and size not in (DIMENSIONLESS, TIME):
         raise ModelError(
             f"'{what}' takes a pure number or an angle, "
-            f"but '{shortened(node.args[0])}' is in {dimension_text(size)}"
+            f"but '{shortened(node.args[0])}' is in {dimension_text(size)}",
+            hint="divide by a quantity of that unit",
         )
     return DIMENSIONLESS
 
@@ -165,5 +170,6 @@ def _check_item(item: Item, names: dict[str, Size], sources: Sources) -> Size:
                 item.key,
                 f"units do not match: this is in {dimension_text(size)}, "
                 f"and {dimension_text(item.dimension)} is expected",
+                hint="look at the units of the parameters in it",
             )
     return size

@@ -29,7 +29,12 @@ def make_event(sources: Sources, name: str, when: Any, direction: Any, then: Any
 def _action(sources: Sources, table: str, then: Any) -> tuple[str, tuple[Reset, ...]]:
     if isinstance(then, Mapping):
         if list(then) != ["reset"]:
-            raise sources.error(table, "then", 'a table here reads { reset = { "dot(x)" = "…" } }')
+            raise sources.error(
+                table,
+                "then",
+                'a table here reads { reset = { "dot(x)" = "…" } }',
+                hint='or write "record" or "terminate"',
+            )
         if not isinstance(then["reset"], Mapping) or not then["reset"]:
             message = "a reset names coordinates or rates with their new values"
             raise sources.error(table, "then.reset", message, hint='for example { "dot(x)" = "-e*dot(x)" }')
@@ -48,7 +53,7 @@ def _reset(sources: Sources, table: str, key: Any, value: Any) -> Reset:
     shown = f"dot({name})" if is_rate else name
     address = f"then.reset.{shown[:60]}"
     if sources.of(table, address):
-        raise sources.error(table, address, f"'{shown:.60}' is reset twice")
+        raise sources.error(table, address, f"'{shown:.60}' is reset twice", hint="leave one of the two out")
     return Reset(name, is_rate, sources.expression(value, table, address))
 
 

@@ -30,9 +30,14 @@ def decimal_fraction(text: str) -> Fraction:
     digits, _, exponent = text.lower().partition("e")
     whole, _, part = digits.partition(".")
     if len(whole) + len(part) > MOST_DIGITS:
-        raise ModelError(f"the number {text[:20]}… has more than {MOST_DIGITS} digits")
+        raise ModelError(
+            f"the number {text[:20]}… has more than {MOST_DIGITS} digits", hint="write fewer digits"
+        )
     if len(exponent) > 6 or abs(int(exponent or 0)) > LARGEST_DECIMAL_EXPONENT:
-        raise ModelError(f"the number {text} is outside the range of double precision")
+        raise ModelError(
+            f"the number {text} is outside the range of double precision",
+            hint="look at the exponent and the unit",
+        )
     shift = int(exponent or 0) - len(part)
     value = Fraction(int(whole + part)) if shift == 0 else int(whole + part) * Fraction(10) ** shift
     to_double(value, text)
@@ -46,7 +51,10 @@ def to_double(value: Fraction | int, shown: str = "") -> float:
     except OverflowError:
         result = math.inf
     if math.isinf(result) or (result == 0.0 and value != 0):
-        raise ModelError(f"the number {shown} is outside the range of double precision".replace("  ", " "))
+        raise ModelError(
+            f"the number {shown} is outside the range of double precision".replace("  ", " "),
+            hint="look at the exponent and the unit",
+        )
     return result
 
 
@@ -60,7 +68,7 @@ def number(value: Fraction | int | float) -> Number:
     """
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise ModelError("the value of a constant part is not finite")
+            raise ModelError("the value of a constant part is not finite", hint="look at the numbers in it")
         return sympy.Float(value)
     bits = value.numerator.bit_length() + value.denominator.bit_length()
     if bits > MOST_EXACT_BITS:
@@ -100,7 +108,7 @@ def power(base: Number, exponent: Number) -> Number:
     """base ** exponent, never larger than a double and never computed before its size is known."""
     b, e = python_number(base), python_number(exponent)
     if b == 0 and e < 0:
-        raise ModelError("division by zero")
+        raise ModelError("division by zero", hint="look at what is divided by")
     if isinstance(b, Fraction) and isinstance(e, Fraction) and e.denominator == 1:
         bits = max(b.numerator.bit_length(), b.denominator.bit_length())
         if bits * abs(e) <= MOST_EXACT_BITS:
@@ -108,9 +116,14 @@ def power(base: Number, exponent: Number) -> Number:
     try:
         return number(math.pow(b, e))
     except OverflowError:
-        raise ModelError("the value of a power of numbers is outside the range of double precision") from None
+        raise ModelError(
+            "the value of a power of numbers is outside the range of double precision",
+            hint="look at the exponent and the unit",
+        ) from None
     except ValueError:
-        raise ModelError("a negative number to a fractional power has no real value") from None
+        raise ModelError(
+            "a negative number to a fractional power has no real value", hint="look at the sign"
+        ) from None
 
 
 def call(name: str, arguments: list[Number]) -> Number:
@@ -120,6 +133,9 @@ def call(name: str, arguments: list[Number]) -> Number:
     try:
         return number(MATH[name](*(float(a) for a in arguments)))
     except OverflowError:
-        raise ModelError(f"the value of '{name}' is outside the range of double precision") from None
+        raise ModelError(
+            f"the value of '{name}' is outside the range of double precision",
+            hint="look at the exponent and the unit",
+        ) from None
     except ValueError:
-        raise ModelError(f"'{name}' has no real value here") from None
+        raise ModelError(f"'{name}' has no real value here", hint="look at its argument") from None

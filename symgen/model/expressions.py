@@ -125,7 +125,11 @@ class _Builder:
             tree = ast.parse(self.source, mode="eval")
         except (SyntaxError, ValueError) as error:
             column = self._column(getattr(error, "offset", None))
-            raise ModelError("the expression is not well formed", column=column) from None
+            raise ModelError(
+                "the expression is not well formed",
+                column=column,
+                hint="look for a missing operator or bracket",
+            ) from None
         except (RecursionError, MemoryError):
             raise ModelError(
                 "the expression has too many operators in a row", hint="name its parts in [definitions]"
@@ -156,7 +160,11 @@ class _Builder:
             return self._sum(node, depth)
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.UAdd, ast.USub)):
             return self._product(node, depth)
-        raise ModelError("this has no place in an expression", column=self._column(node.col_offset + 1))
+        raise ModelError(
+            "this has no place in an expression",
+            column=self._column(node.col_offset + 1),
+            hint="it takes numbers, names, + - * / ^, parentheses and functions",
+        )
 
     def _number(self, token: Token) -> sympy.Expr:
         try:
@@ -180,6 +188,7 @@ class _Builder:
             raise ModelError(
                 "dot(dot(…)) is a second derivative: accelerations cannot stand in a model",
                 column=self._token(node.func).column,
+                hint="write forces and constraints with positions and rates only",
             )
         return SYMPY_FUNCTIONS[name](*arguments, evaluate=False)
 
@@ -193,6 +202,7 @@ class _Builder:
                 raise ModelError(
                     f"an exponent is at most {exact.LARGEST_EXPONENT}",
                     column=None if place is None else place.column,
+                    hint="choose a smaller one",
                 )
             if exponent in (0, 1):
                 return base if exponent == 1 else sympy.S.One

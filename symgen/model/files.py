@@ -25,11 +25,21 @@ def read_plain(path: Path, largest: int = LARGEST_FILE, what: str = "file") -> b
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with os.fdopen(handle, "rb") as file:
             if not stat.S_ISREG(os.fstat(handle).st_mode):
-                raise ModelError(f"this is no {what}: a device, a pipe or a folder", file=str(path))
+                raise ModelError(
+                    f"this is no {what}: a device, a pipe or a folder",
+                    file=str(path),
+                    hint="name a plain file",
+                )
             content = file.read(largest + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise ModelError(f"the {what} cannot be read: {reason}", file=str(path)) from error
+        raise ModelError(
+            f"the {what} cannot be read: {reason}", file=str(path), hint="look at its name and permissions"
+        ) from error
     if len(content) > largest:
-        raise ModelError(f"the {what} is larger than {largest >> 20} MiB", file=str(path))
+        raise ModelError(
+            f"the {what} is larger than {largest >> 20} MiB",
+            file=str(path),
+            hint="leave out what the model does not need",
+        )
     return content

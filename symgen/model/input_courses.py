@@ -36,14 +36,24 @@ def course(
     if table is not None and polynomial is not None:
         raise sources.error("inputs", name, "a table and a polynomial are given", hint="give one of them")
     if kind is not None and table is None:
-        raise sources.error("inputs", f"{name}.kind", "a kind belongs to a table, of which there is none")
+        raise sources.error(
+            "inputs",
+            f"{name}.kind",
+            "a kind belongs to a table, of which there is none",
+            hint="give a 'table', or leave 'kind' out",
+        )
     if kind is not None and kind not in KINDS:
         hint = nearest(str(kind)[:60], KINDS, "kinds")
         raise sources.error("inputs", f"{name}.kind", f"unknown kind of table {kind!r:.60}", hint=hint)
     if polynomial is not None:
         numbers = _numbers(model, f"{name}.polynomial", polynomial)
         if not numbers:
-            raise sources.error("inputs", f"{name}.polynomial", "a polynomial has at least one coefficient")
+            raise sources.error(
+                "inputs",
+                f"{name}.polynomial",
+                "a polynomial has at least one coefficient",
+                hint="for example polynomial = [0.0, 1.0]",
+            )
         return {"polynomial": _in_si(numbers, size)}
     if table is None:
         return {}

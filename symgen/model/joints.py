@@ -38,7 +38,12 @@ def make_joint(
     given = {key: value for key, value in options.items() if value is not None}
     for key, body in (("parent", parent), ("child", child)):
         if name_fault(body, element=True) is not None:
-            raise sources.error(table, key, f"the {key} of a joint is the name of a body, not {body!r:.60}")
+            raise sources.error(
+                table,
+                key,
+                f"the {key} of a joint is the name of a body, not {body!r:.60}",
+                hint="write it in quotes",
+            )
     _check_keys(model, table, type, given)
     kind = TYPES[type]
     xyz, rpy = _origin(model, table, given.get("origin", {}))
@@ -55,7 +60,12 @@ def make_joint(
     if restitution is not None:
         restitution = sources.expression(restitution, table, "restitution")
         if not limits:
-            raise sources.error(table, "restitution", "'restitution' has no effect without 'limits'")
+            raise sources.error(
+                table,
+                "restitution",
+                "'restitution' has no effect without 'limits'",
+                hint="add them, or leave this out",
+            )
     pitch = given.get("pitch")
     return Joint(
         name, type, parent, child, xyz, rpy, axis, axis2, coordinates, rates, **elements, limits=limits,
@@ -91,7 +101,9 @@ def _check_keys(model: Declared, table: str, type: str, given: Mapping[str, Any]
         if key not in given:
             raise model._sources.error(table, key, f"a {type} joint needs a '{key}'", hint=OPTION_HINTS[key])
     if "rest" in given and "stiffness" not in given:
-        raise model._sources.error(table, "rest", "'rest' has no effect without 'stiffness'")
+        raise model._sources.error(
+            table, "rest", "'rest' has no effect without 'stiffness'", hint="add it, or leave this out"
+        )
 
 
 def _origin(
@@ -122,7 +134,9 @@ def _axes(
         axis2 = direction(model, table, "axis2", given["axis2"])
         along = dot_product(axis or (1.0, 0.0, 0.0), axis2)
         if 1 - along * along < PARALLEL**2:
-            raise model._sources.error(table, "axis2", "the two axes of a universal joint are parallel")
+            raise model._sources.error(
+                table, "axis2", "the two axes of a universal joint are parallel", hint="give two that differ"
+            )
     elif kind.axes == 2 and axis:
         axis2 = perpendicular(axis)
     return axis, axis2
@@ -147,7 +161,7 @@ def direction(model: Declared, table: str, key: str, values: Any) -> Direction:
         sources.note_two_components(table, key)
     unit = normalised([*numbers, 0.0][:3])
     if unit is None:
-        raise sources.error(table, key, "a direction cannot be of zero length")
+        raise sources.error(table, key, "a direction cannot be of zero length", hint="for example [0, 0, 1]")
     return unit
 
 
@@ -279,7 +293,9 @@ def _make_quaternion(
 ) -> None:
     first = len(kind.suffixes)
     if "start" in state and "guess" in state:
-        raise model._sources.error(table, "guess", "'start' and 'guess' are both given")
+        raise model._sources.error(
+            table, "guess", "'start' and 'guess' are both given", hint="leave one of the two out"
+        )
     key = "guess" if "guess" in state else "start"
     values = IDENTITY if key not in state else _unit_quaternion(model, table, key, state[key][first:], first)
     for name, value in zip(names, values, strict=True):

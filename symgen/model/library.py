@@ -100,7 +100,11 @@ def load(path: str | Path, options: Mapping[str, str] | None = None) -> Model:
     if path.suffix == ".py":
         return _build(path, dict(options or {}))
     if path.suffix != ".toml":
-        raise ModelError("a model is a .toml or a .py file", file=str(path))
+        raise ModelError(
+            "a model is a .toml or a .py file",
+            file=str(path),
+            hint="name one of these",
+        )
     if options:
         raise ModelError(
             f"a TOML model has no build options ({', '.join(options)})",
@@ -147,7 +151,11 @@ def _build(path: Path, options: dict[str, str]) -> Model:
     except (Exception, SystemExit) as error:
         raise _author_error(path, error) from error
     if not isinstance(model, Model):
-        raise ModelError(f"'build' returned {type(model).__name__}, not a Model", file=str(path))
+        raise ModelError(
+            f"'build' returned {type(model).__name__}, not a Model",
+            file=str(path),
+            hint="end it with `return model`",
+        )
     if model.folder is None:
         model.folder = path.parent
     return model
@@ -162,7 +170,7 @@ def _execute(path: Path) -> types.ModuleType:
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = getattr(error, "lineno", None)
         raise ModelError(
-            f"Python syntax: {getattr(error, 'msg', error)}", file=str(path), line=line
+            f"Python syntax: {getattr(error, 'msg', error)}", file=str(path), line=line, hint="mend that line"
         ) from None
     try:
         exec(code, module.__dict__)

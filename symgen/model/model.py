@@ -63,7 +63,12 @@ class Model(Contacts):
         if fault is not None:
             raise self._sources.error("", "name", fault)
         if not isinstance(description, str):
-            raise self._sources.error("", "description", f"a description is text, not {description!r:.60}")
+            raise self._sources.error(
+                "",
+                "description",
+                f"a description is text, not {description!r:.60}",
+                hint="write it in quotes",
+            )
         if impacts not in IMPACTS:
             hint = nearest(str(impacts)[:60], IMPACTS)
             raise self._sources.error("", "impacts", f"impacts are not {impacts!r:.60}", hint=hint)
@@ -92,7 +97,7 @@ class Model(Contacts):
             In world axes [m/s^2].
         """
         if self._gravity is not None:
-            raise self._sources.error("gravity", "", "gravity is set already")
+            raise self._sources.error("gravity", "", "gravity is set already", hint="set it once")
         self._gravity = tuple(
             self._sources.expression(value, "gravity", axis)
             for axis, value in zip("xyz", (x, y, z), strict=True)
@@ -155,7 +160,10 @@ class Model(Contacts):
         name = coordinate.name if isinstance(coordinate, sympy.Symbol) else coordinate
         if not isinstance(name, str):
             raise self._sources.error(
-                "forces", str(name)[:60], "a force acts on a coordinate's symbol or name"
+                "forces",
+                str(name)[:60],
+                "a force acts on a coordinate's symbol or name",
+                hint="name one of the model's coordinates",
             )
         self._add("forces", name, expression, self._forces)
 

@@ -23,10 +23,10 @@ def checked(sources: Sources, key: str, value: Any) -> Any:
         return _positive(sources, key, value)
     if key in LISTS:
         if isinstance(value, str) or not hasattr(value, "__iter__"):
-            raise sources.error("run", key, f"'{key}' is a list of times [s]")
+            raise sources.error("run", key, f"'{key}' is a list of times [s]", hint="for example [0.5, 1.0]")
         return tuple(_number(sources, key, x) for x in value)
     if not isinstance(value, str):
-        raise sources.error("run", key, f"'{key}' is text, not {value!r:.60}")
+        raise sources.error("run", key, f"'{key}' is text, not {value!r:.60}", hint="write it in quotes")
     if key == "constraints" and value not in FORMULATIONS:
         raise sources.error(
             "run",
@@ -40,7 +40,9 @@ def checked(sources: Sources, key: str, value: Any) -> Any:
 def _positive(sources: Sources, key: str, value: Any) -> float:
     number = _number(sources, key, value)
     if number < 0 or (number == 0 and key != "atol"):
-        raise sources.error("run", key, f"'{key}' must be positive, not {number:g}")
+        raise sources.error(
+            "run", key, f"'{key}' must be positive, not {number:g}", hint="give a number above zero"
+        )
     return number
 
 
@@ -50,5 +52,10 @@ def _number(sources: Sources, key: str, value: Any) -> float:
     except ModelError as error:
         raise sources.locate(error, "run", key) from None
     if unit is not None and (key not in (*TIMES, *LISTS) or unit.dimension != TIME):
-        raise sources.error("run", key, f"'{value:.60}' has a unit that does not fit '{key}'")
+        raise sources.error(
+            "run",
+            key,
+            f"'{value:.60}' has a unit that does not fit '{key}'",
+            hint="give it in its own unit, or as a bare number",
+        )
     return number

@@ -188,7 +188,7 @@ def _constant(value: sympy.Expr) -> float:
     except NotFinite:
         result = None
     if result is None:
-        raise ModelError(f"'{shortened(value)}' is not a finite number")
+        raise ModelError(f"'{shortened(value)}' is not a finite number", hint="give a number")
     return result
 
 
@@ -199,13 +199,18 @@ def _sympy_number(value: Any) -> sympy.Number:
 
 def _double(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise ModelError(f"a number, a quantity or an expression is expected here, not {_what(value)}")
+        raise ModelError(
+            f"a number, a quantity or an expression is expected here, not {_what(value)}",
+            hint='for example 0.5, "5 N/m" or "l/2*cos(phi)"',
+        )
     try:
         double = float(value)
     except OverflowError:
         double = math.inf
     if not math.isfinite(double):
-        raise ModelError("a number here is finite, and within the range of double precision")
+        raise ModelError(
+            "a number here is finite, and within the range of double precision", hint="give a smaller one"
+        )
     return double + 0.0  # zero has no sign here, nor in SymPy
 
 

@@ -52,7 +52,7 @@ def read_table_file(path: Path) -> TableFile:
         rows.append(_row(path, number, cells, len(rows[0]) if rows else len(names) or len(cells)))
         if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
             message = f"times must ascend, but {rows[-1][0]:.9g} s follows {rows[-2][0]:.9g} s"
-            raise ModelError(message, file=str(path), line=number)
+            raise ModelError(message, file=str(path), line=number, hint="sort the rows, each time once")
     if not rows:
         raise ModelError("the table has no rows of numbers", file=str(path), hint="two columns: time, value")
     times, *columns = zip(*rows)
@@ -64,7 +64,7 @@ def _text(path: Path) -> str:
         return read_plain(path, LARGEST_TABLE, "table").decode("utf-8-sig")
     except UnicodeDecodeError as error:
         message = f"the table is not UTF-8 text: byte {error.start} does not fit"
-        raise ModelError(message, file=str(path)) from None
+        raise ModelError(message, file=str(path), hint="save it as UTF-8") from None
 
 
 def _cells(line: str) -> list[str]:
@@ -90,5 +90,5 @@ def _row(path: Path, number: int, cells: list[str], n_columns: int) -> list[floa
     for column, cell in enumerate(cells, 1):
         if not _is_number(cell) or not math.isfinite(float(cell)):
             message = f"column {column} holds {cell!r:.40}, which is no finite number"
-            raise ModelError(message, file=str(path), line=number)
+            raise ModelError(message, file=str(path), line=number, hint="write a number there")
     return [float(cell) for cell in cells]

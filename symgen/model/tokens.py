@@ -51,7 +51,9 @@ def tokenise(text: str) -> list[Token]:
         if match is None or match.group() == "//":
             _refuse_character(text, position)
         if match.lastgroup == "name" and len(match.group()) > LONGEST_NAME:
-            raise ModelError(f"a name has more than {LONGEST_NAME} characters", column=position + 1)
+            raise ModelError(
+                f"a name has more than {LONGEST_NAME} characters", column=position + 1, hint="shorten it"
+            )
         if match.lastgroup != "space":
             tokens.append(Token(match.lastgroup, match.group(), position + 1))
         position = match.end()
@@ -110,10 +112,16 @@ def check_grammar(tokens: list[Token], length: int) -> None:
         else:
             want_operand = _check_operator(token, before, open_calls)
     if open_calls:
-        raise ModelError("this '(' is never closed", column=open_calls[-1][0].column)
+        raise ModelError(
+            "this '(' is never closed", column=open_calls[-1][0].column, hint="close it, or leave it out"
+        )
     if want_operand:
         what = f"something is missing after '{tokens[-1].text}'" if tokens else "the expression is empty"
-        raise ModelError(what, column=length + 1 if tokens else 1)
+        raise ModelError(
+            what,
+            column=length + 1 if tokens else 1,
+            hint="add it, or take the operator away" if tokens else "write a number or a name",
+        )
 
 
 def _check_depth(depth: int, token: Token) -> None:
@@ -129,7 +137,11 @@ def _check_operand(token: Token, before: Token | None, following: Token | None) 
     is_call = following is not None and following.text == "("
     if token.kind == "name":
         if keyword.iskeyword(token.text):
-            raise ModelError(f"'{token.text}' is a reserved word of Python, not a name", column=token.column)
+            raise ModelError(
+                f"'{token.text}' is a reserved word of Python, not a name",
+                column=token.column,
+                hint="choose another name",
+            )
         if is_call and token.text not in FUNCTION_ARITY:
             raise ModelError(
                 f"'{token.text}' is not a function", column=token.column, hint=_function_hint(token.text)
@@ -140,7 +152,11 @@ def _check_operand(token: Token, before: Token | None, following: Token | None) 
             )
     elif token.kind == "operator" and token.text not in "+-(":
         place = f"after '{before.text}'" if before is not None else "at the start"
-        raise ModelError(f"'{token.text}' {place}: a number or a name is missing", column=token.column)
+        raise ModelError(
+            f"'{token.text}' {place}: a number or a name is missing",
+            column=token.column,
+            hint="add what is missing, or leave the operator out",
+        )
 
 
 def _function_hint(name: str) -> str:
@@ -158,7 +174,9 @@ def _check_operator(token: Token, before: Token, open_calls: list[tuple[Token, T
         )
     if token.text == ")":
         if not open_calls:
-            raise ModelError("this ')' closes nothing", column=token.column)
+            raise ModelError(
+                "this ')' closes nothing", column=token.column, hint="open one before it, or leave it out"
+            )
         _, function, count = open_calls.pop()
         if function is not None:
             _check_arity(function, count)
@@ -181,4 +199,8 @@ def _check_arity(function: Token, count: int) -> None:
         wanted = (
             f"{fewest} or more arguments" if most is None else f"{most} argument{'s' if most > 1 else ''}"
         )
-        raise ModelError(f"'{function.text}' takes {wanted}, not {count}", column=function.column)
+        raise ModelError(
+            f"'{function.text}' takes {wanted}, not {count}",
+            column=function.column,
+            hint="look at its arguments",
+        )

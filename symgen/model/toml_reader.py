@@ -81,7 +81,11 @@ def read_text(
         Every value is read; what holds between the parts is checked by `Model.describe`.
     """
     if len(text) > LARGEST_FILE:
-        raise ModelError(f"the text is longer than {LARGEST_FILE >> 20} MiB", file=file)
+        raise ModelError(
+            f"the text is longer than {LARGEST_FILE >> 20} MiB",
+            file=file,
+            hint="leave out what the model does not need",
+        )
     document = parse(text, file)
     for key in document:
         if key not in READERS and key not in TOP_KEYS:
@@ -98,7 +102,12 @@ def read_text(
     for table, reader in READERS.items():
         content = document.get(table, {})
         if not isinstance(content, dict):
-            raise ModelError(f"'{table}' is a table, [{table}]", file=file, key=table)
+            raise ModelError(
+                f"'{table}' is a table, [{table}]",
+                file=file,
+                key=table,
+                hint="write it as a heading with keys below it",
+            )
         if table in document:
             reader(model, content)
     return model
@@ -115,7 +124,10 @@ def _keys(model: Model, table: str, key: str, content: Any, known: tuple[str, ..
     if not isinstance(content, dict):
         example = "{ " + ", ".join(f"{k} = …" for k in known[:2]) + " }"
         raise model._sources.error(
-            table, key, f"a table is expected here, such as {example}, not {content!r:.60}"
+            table,
+            key,
+            f"a table is expected here, such as {example}, not {content!r:.60}",
+            hint="look at the reference page for its keys",
         )
     for name in content:
         if name not in known:
@@ -186,7 +198,7 @@ def _ready_made(model: Model, name: str, value: dict[str, Any]) -> None:
     _keys(model, table, kind, arguments, (*needed, *optional))
     for key in needed:
         if key not in arguments:
-            raise model._sources.error(table, f"{kind}.{key}", f"the key '{key}' is missing")
+            raise model._sources.error(table, f"{kind}.{key}", f"the key '{key}' is missing", hint="add it")
     first, *rest = (arguments[key] for key in needed)
     place = f"{kind}.{needed[0]}"
     leading = model._vector(first, table, place, (2,)) if kind in PAIRS else [first]

@@ -28,6 +28,7 @@ def parse(text: str, file: str) -> dict[str, Any]:
             f"TOML syntax: the key {long_key[0][:40]!r}… has more than {MOST_PARTS} parts",
             file=file,
             line=text.count("\n", 0, long_key.start()) + 1,
+            hint="shorten it",
         )
     try:
         return tomllib.loads(text)
@@ -35,11 +36,17 @@ def parse(text: str, file: str) -> dict[str, Any]:
         message = str(error)
         where = _POSITION.search(message)
         if where is None:  # at the end of the document
-            raise ModelError(f"TOML syntax: {message}", file=file, line=text.count("\n") + 1) from None
+            raise ModelError(
+                f"TOML syntax: {message}", file=file, line=text.count("\n") + 1, hint="mend that line"
+            ) from None
         raise ModelError(
-            f"TOML syntax: {message[: where.start()]}", file=file, line=int(where[1]), column=int(where[2])
+            f"TOML syntax: {message[: where.start()]}",
+            file=file,
+            line=int(where[1]),
+            column=int(where[2]),
+            hint="mend that line",
         ) from None
     except (RecursionError, ValueError):  # nested too deeply; a number of thousands of digits
         raise ModelError(
-            "TOML syntax: a value is nested too deeply, or a number is too long", file=file
+            "TOML syntax: a value is nested too deeply, or a number is too long", file=file, hint="shorten it"
         ) from None

@@ -127,7 +127,7 @@ def parse_unit(text: str) -> Unit:
         With the column in `text` and the nearest unit.
     """
     if len(text) > LONGEST_UNIT:
-        raise ModelError(f"the unit is longer than {LONGEST_UNIT} characters", column=1)
+        raise ModelError(f"the unit is longer than {LONGEST_UNIT} characters", column=1, hint="shorten it")
     factor, pi_power, size = _Parser(text).parse()
     shown = text.strip()
     plain = factor == 1 and pi_power == 0
@@ -151,7 +151,11 @@ class _Parser:
             match = TOKEN.match(text, position)
             if match is None:
                 column = position + len(text[position:]) - len(text[position:].lstrip()) + 1
-                raise ModelError(f"{text[column - 1]!r} has no place in a unit", column=column)
+                raise ModelError(
+                    f"{text[column - 1]!r} has no place in a unit",
+                    column=column,
+                    hint="a unit is made of names, numbers, * / ^ and parentheses",
+                )
             kind = match.lastgroup
             self.tokens.append((kind, match[kind], match.start(kind) + 1))
             position = match.end()
@@ -161,7 +165,11 @@ class _Parser:
         value = self.product()
         if self.index < len(self.tokens):
             _, text, column = self.tokens[self.index]
-            raise ModelError(f"'{text}' has no place in a unit", column=column)
+            raise ModelError(
+                f"'{text}' has no place in a unit",
+                column=column,
+                hint="a unit is made of names, numbers, * / ^ and parentheses",
+            )
         return value
 
     def peek(self) -> tuple[str, str, int]:
@@ -193,7 +201,9 @@ class _Parser:
         if text == "(":
             self.depth += 1
             if self.depth > 20:
-                raise ModelError("the unit is nested too deeply", column=column)
+                raise ModelError(
+                    "the unit is nested too deeply", column=column, hint="write it without parentheses"
+                )
             value = self.product()
             self.close()
         elif kind == "name":
@@ -202,7 +212,7 @@ class _Parser:
             value = (Fraction(1), Fraction(0), DIMENSIONLESS)
         else:
             what = f"'{text}' stands where" if text else "there is nothing where"
-            raise ModelError(f"{what} a unit is expected", column=column)
+            raise ModelError(f"{what} a unit is expected", column=column, hint="for example N/m")
         if self.peek()[1] in ("^", "**"):
             self.take()
             return self.raised(value, self.exponent())
@@ -211,7 +221,7 @@ class _Parser:
     def close(self) -> None:
         _, text, column = self.take()
         if text != ")":
-            raise ModelError("a ')' is missing in the unit", column=column)
+            raise ModelError("a ')' is missing in the unit", column=column, hint="close it")
 
     @staticmethod
     def atom(name: str, column: int) -> Value:
@@ -243,14 +253,21 @@ class _Parser:
     def integer(self) -> Fraction:
         kind, text, column = self.take()
         if kind != "number" or len(text) > 5 or Fraction(text) > LARGEST_EXPONENT:
-            raise ModelError(f"the exponent of a unit is a number up to {LARGEST_EXPONENT}", column=column)
+            raise ModelError(
+                f"the exponent of a unit is a number up to {LARGEST_EXPONENT}",
+                column=column,
+                hint="for example m^2",
+            )
         return Fraction(text)
 
     @staticmethod
     def raised(value: Value, exponent: Fraction) -> Value:
         factor, pi_power, size = value
         if any(abs(x * exponent) > LARGEST_EXPONENT for x in size):
-            raise ModelError(f"an exponent in the unit is larger than {LARGEST_EXPONENT}")
+            raise ModelError(
+                f"an exponent in the unit is larger than {LARGEST_EXPONENT}",
+                hint="leave out what the model does not need",
+            )
         whole = exponent.denominator == 1
         scaled = (
             factor ** int(exponent) if whole or factor == 1 else Fraction(float(factor) ** float(exponent))

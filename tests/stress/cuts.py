@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 DRAWS, DRAWS_IN_SHORT = 5, 1
 _MOST_STEPS = 20_000
+_LIMIT = 900.0  # seconds; every method's loop may have to be compiled
 _SHORT = {
     "plain": ("auto", "euler", "dop853", "gauss8", "bdf"), "bounce": ("taylor", "dop853"), "friction": ("radau5",),
     "sampled controller": ("dopri5",), "closed loop": ("dop853", "rattle"), "quaternions": ("rk4",),
@@ -276,12 +277,17 @@ def scenarios() -> Iterator[Scenario]:
         for method in ("auto", *METHODS):
             short = method in _SHORT.get(name, ())
             run = functools.partial(run_cuts, name, method, "", DRAWS_IN_SHORT if short else DRAWS)
-            yield Scenario("cuts", f"cuts, {name}: {method}", run, method, short=short)
+            yield Scenario("cuts", f"cuts, {name}: {method}", run, method, short=short, limit=_LIMIT)
         for form, methods in FORMS.items():
             if form == "projection" or name not in _CONSTRAINED:
                 continue
             for method in methods:
                 run = functools.partial(run_cuts, name, method, form, DRAWS)
                 yield Scenario(
-                    "cuts", f"cuts, {name}: {method}, {form}", run, f"{method}, {form}", short=False
+                    "cuts",
+                    f"cuts, {name}: {method}, {form}",
+                    run,
+                    f"{method}, {form}",
+                    short=False,
+                    limit=_LIMIT,
                 )

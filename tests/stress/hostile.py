@@ -86,7 +86,7 @@ def bounded(run: Callable[[random.Random], Outcome], kind: str, seed: int) -> Ou
             os.chdir(here)
 
 
-def _command(*arguments: Any) -> Outcome:
+def command(*arguments: Any) -> Outcome:
     """What the command line makes of it."""
     from click.testing import CliRunner
 
@@ -109,7 +109,7 @@ def _text(name: str) -> str:
     return (ROOT / "generated" / f"{name}.py").read_text(encoding="utf-8")
 
 
-def _recorded(
+def recorded(
     path: Path, name: str, options: dict[str, Any], forge: Callable[[bytes], bytes] | None = None
 ) -> Any:
     from recorded import record
@@ -124,7 +124,7 @@ def _recorded(
     )
 
 
-def _worst(outcomes: list[Outcome]) -> Outcome:
+def worst(outcomes: list[Outcome]) -> Outcome:
     order = (RIGHT, FLAGGED, REFUSED, WRONG, CRASH)
     return max(outcomes, key=lambda outcome: order.index(outcome.verdict))
 
@@ -149,7 +149,7 @@ def checkpoint(r: random.Random) -> Outcome:
         return found.to_bytes()
 
     path = Path("run.rrd")
-    _recorded(path, name, options, forge)
+    recorded(path, name, options, forge)
     try:
         run = Resumed(path).run(max_steps=20_000)
     except RuntimeModelError as error:
@@ -232,7 +232,7 @@ def recording(r: random.Random) -> Outcome:
         else:
             RrdWriter.property = forged_property
         try:
-            _recorded(path, name, options)
+            recorded(path, name, options)
         except Exception as error:  # what cannot even be written is no recording
             return Outcome(REFUSED, f"cannot be written: {error}")
     finally:
@@ -268,17 +268,17 @@ def _used(path: Path, r: random.Random) -> Outcome:
         ("advise", "--at", f"{path}@0.0"),
     ]
     digest = hashlib.sha256(path.read_bytes()).digest()
-    outcomes = [_command(*command) for command in r.sample(commands, 3)]
+    outcomes = [command(*command) for command in r.sample(commands, 3)]
     if hashlib.sha256(path.read_bytes()).digest() != digest:
         return Outcome(WRONG, "the recording was changed")
     new = [x.name for x in set(outside.iterdir()) - before if x.suffix in (".html", ".rrd", ".json", ".png")]
-    return Outcome(WRONG, f"written outside the folder: {new}") if new else _worst(outcomes)
+    return Outcome(WRONG, f"written outside the folder: {new}") if new else worst(outcomes)
 
 
 def damaged_bytes(r: random.Random) -> Outcome:
     """Flip, cut, repeat and insert bytes of a recording."""
     path = Path("run.rrd")
-    _recorded(path, *r.choice(RUNS[:5]))
+    recorded(path, *r.choice(RUNS[:5]))
     content = bytearray(path.read_bytes())
     for _ in range(r.choice((1, 1, 3, 20))):
         place, length = r.randrange(len(content)), r.choice((1, 4, 100, 5000))
@@ -390,7 +390,7 @@ def model(r: random.Random) -> Outcome:
             k = r.randrange(len(lines[place]) + 1)
             lines[place] = lines[place][:k] + r.choice(swaps) + lines[place][k + r.randrange(3) :]
     Path("m.toml").write_text("\n".join(lines), encoding="utf-8")
-    done = _command("run", "m.toml", "--t-end", "0.2", "--no-log", "--quiet", "--method", "dopri5")
+    done = command("run", "m.toml", "--t-end", "0.2", "--no-log", "--quiet", "--method", "dopri5")
     if done.verdict == REFUSED and "m.toml" not in done.says:
         return Outcome(WRONG, f"the file is not named: {done.says}")
     return done
@@ -424,7 +424,7 @@ def table(r: random.Random) -> Outcome:
     Path("t.csv").write_bytes(content)
     os.mkfifo("pipe")
     Path("folder").mkdir()
-    done = _command("run", "cart_pole", "--t-end", "0.5", "--no-log", "--quiet", "--input", f"F={name}")
+    done = command("run", "cart_pole", "--t-end", "0.5", "--no-log", "--quiet", "--input", f"F={name}")
     if done.verdict == REFUSED and name not in done.says:
         return Outcome(WRONG, f"the file is not named: {done.says}")
     return done
@@ -443,7 +443,7 @@ def outputs(r: random.Random) -> Outcome:
     os.link("m.toml", "hard")
     Path("below").mkdir()
     Path("below/up").symlink_to("..")
-    _recorded(Path("run.rrd"), *RUNS[1])
+    recorded(Path("run.rrd"), *RUNS[1])
     os.link("run.rrd", "same")
     targets = [
         "m.toml",
@@ -471,9 +471,9 @@ def outputs(r: random.Random) -> Outcome:
         ("run", "--resume", "run.rrd", "--t-end", "6", "--log", first, "--json", second),
     ))  # fmt: skip
     read = {"run.rrd"} if "run.rrd" in command[1:3] and command[0] != "run" else set()
-    recorded = {name: Path(name).read_bytes() for name in read}
-    done = _command(*command)
-    for name, content in (inputs | recorded).items():
+    before = {name: Path(name).read_bytes() for name in read}
+    done = command(*command)
+    for name, content in (inputs | before).items():
         if Path(name).read_bytes() != content:
             return Outcome(WRONG, f"{' '.join(command)} has written over {name}")
     return done

@@ -10,12 +10,17 @@ import copy
 import functools
 import json
 import random
-from collections.abc import Iterator
+import re
+import tomllib
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
-from .hostile import ROOT
+from .hostile import ROOT, RUNS, bounded, command, recorded, worst
+from .scenario import REFUSED, WRONG, Outcome, Scenario
 
-_SHORT, _LONG = 2, 40  # batches of each kind
+_SHORT, _LONG = 1, 40  # batches of each kind
 _BATCH = 12  # changes in one scenario
 _LIMIT = 400.0
 MODELS = sorted(path.stem for path in (ROOT / "models").glob("*.toml"))
@@ -240,3 +245,127 @@ def change(r: random.Random, document: dict[str, Any]) -> str:
     else:
         holder[last] = r.choice(VALUES)
     return f"{path} = {holder[last]!r:.60}"
+
+
+_PLACE = re.compile(r"\[[\w.]+\]|line \d+|'[^']+'|column \d+|\b(t|at) = |, [\w.]+:|unknown key")
+_REMEDY = re.compile(
+    r"; |: (give|write|add|try|check|name|did you|remove|choose)"
+    r"|\b(expected here|did you mean|instead|has to be|must be|try|check|give|look for|look at)\b"
+)
+
+
+def judge(done: Outcome, file: str) -> Outcome:
+    """What was refused must say so with the file, the place in it, and what to do."""
+    if done.verdict != REFUSED:
+        return done
+    said = done.says.partition("rror: ")[2]
+    missing = [
+        what
+        for what, there in (
+            ("the file", file in said),
+            ("the place", _PLACE.search(said.replace(file, ""))),
+            ("what to do", _REMEDY.search(said)),
+        )
+        if not there
+    ]
+    return Outcome(WRONG, f"without {' and '.join(missing)}: {said}") if missing else done
+
+
+def models(r: random.Random) -> Outcome:
+    """Change one thing in a model, and run it."""
+    text = EVERYTHING if r.random() < 0.5 else (ROOT / "models" / f"{r.choice(MODELS)}.toml").read_text()
+    document = tomllib.loads(text)
+    what = change(r, document)
+    Path("odd.toml").write_text(to_toml(document), encoding="utf-8")
+    done = command("run", "odd.toml", "--t-end", "0.01", "--no-log", "--quiet", "--method", "dop853")
+    done = judge(done, "odd.toml")
+    return Outcome(done.verdict, f"{what}: {done.says}")
+
+
+def arguments(r: random.Random) -> Outcome:
+    """Run a model of one's own with an odd value of one option."""
+    Path("odd.toml").write_text(EVERYTHING, encoding="utf-8")
+    value = str(r.choice(VALUES))
+    name = r.choice(
+        ("--set", "--start", "--rate", "--input", "--t-end", "--method", "--constraints", "--rtol", "--step", "--fps",
+         "--max-step", "--breaks", "--at", "--option", "--atol")
+    )  # fmt: skip
+    if name in ("--set", "--start", "--rate", "--input", "--option"):
+        value = f"{r.choice(('m', 'x', 'F', 'turn', 'dot(x)', 'x0', 'speed', 'nothing'))}={value}"
+    done = command(
+        "run", "odd.toml", "--t-end", "0.01", "--no-log", "--quiet", "--method", "dop853", name, value
+    )
+    known = [name, value.partition("=")[0], "odd.toml"]
+    if done.verdict == REFUSED and not any(part and part in done.says for part in known):
+        return Outcome(WRONG, f"{name} {value}: {done.says}")
+    return Outcome(done.verdict, f"{name} {value}: {done.says}")
+
+
+def tables(r: random.Random) -> Outcome:
+    """Change one row of a table that a model names."""
+    document = tomllib.loads(EVERYTHING)
+    document["inputs"]["F"] = {"unit": "N", "table": "odd.csv", "kind": r.choice(("linear", "cubic", "hold"))}
+    rows = [f"{0.1 * k:.2f}, {r.random():.3f}" for k in range(20)]
+    rows[r.randrange(20)] = r.choice(
+        (
+            "nan, 1",
+            "1",
+            "1,2,3",
+            "a, b",
+            "1e999, 0",
+            "0, 0",
+            "é, ü",
+            "9" * 5000,
+            "0.1;0.2",
+            "-1,0",
+            "\x00",
+            "t, F",
+        )
+    )
+    Path("odd.csv").write_text("\n".join(rows), encoding="utf-8")
+    Path("odd.toml").write_text(to_toml(document), encoding="utf-8")
+    done = command("run", "odd.toml", "--t-end", "0.01", "--no-log", "--quiet", "--method", "dop853")
+    return judge(done, "odd.csv")
+
+
+def recordings(r: random.Random) -> Outcome:
+    """Damage a recording, or call something else one."""
+    recorded(Path("odd.rrd"), *r.choice(RUNS[:5]))
+    content = Path("odd.rrd").read_bytes()
+    place = r.randrange(len(content))
+    content = r.choice(
+        (
+            content[:place],
+            content[:place] + b"\xff" * 9 + content[place + 9 :],
+            b"",
+            b"RRF2",
+            b"{}",
+            b"\x00" * 5000,
+        )
+    )
+    Path("odd.rrd").write_bytes(content)
+    name = r.choice(
+        (("verify", "odd.rrd"), ("compare", "odd.rrd", "odd.rrd"), ("report", "odd.rrd", "--quick"),
+         ("run", "--resume", "odd.rrd", "--t-end", "6", "--no-log", "--quiet"), ("advise", "--at", "odd.rrd@0.0"))
+    )  # fmt: skip
+    done = command(*name)
+    return done if done.verdict != REFUSED or "odd.rrd" in done.says else Outcome(WRONG, done.says)
+
+
+def several(run: Callable[[random.Random], Outcome], r: random.Random) -> Outcome:
+    """The worst of a batch."""
+    outcomes = [run(r) for _ in range(_BATCH)]
+    shown = worst(outcomes)
+    counts = Counter(outcome.verdict for outcome in outcomes)
+    return Outcome(shown.verdict, f"{', '.join(f'{n} {v}' for v, n in counts.items())}; {shown.says}")
+
+
+def scenarios() -> Iterator[Scenario]:
+    """Batches of changes; the first few of each kind belong to the test suite."""
+    for run in (models, arguments, tables, recordings):
+        kind = f"messages of {run.__name__}"
+        for seed in range(_LONG):
+            yield Scenario(
+                kind, f"{kind} {seed}", functools.partial(bounded, functools.partial(several, run), kind, seed),
+                short=seed < _SHORT, limit=_LIMIT,
+            )  # fmt: skip
