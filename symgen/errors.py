@@ -102,5 +102,5 @@ def nearest(name: str, names: Iterable[str], what: str = "known names") -> str |
     if close:
         return f"did you mean '{close[0]}'?"
     if not known:
-        return None
+        return f"there are no {what}; declare it"
     return f"{what}: {', '.join(known[:12])}" + (", …" if len(known) > 12 else "")

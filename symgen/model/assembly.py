@@ -142,7 +142,10 @@ class Assembly(Declarations):
         place = f"{table}.{name}"
         if name_fault(body, element=True) is not None:
             raise self._sources.error(
-                place, "body", f"'body' is a body's name or \"world\", not {body!r:.60}"
+                place,
+                "body",
+                f"'body' is a body's name or \"world\", not {body!r:.60}",
+                hint="write it in quotes",
             )
         for component in "xyz":
             self._declare_made(f"{name}_{component}", f"{what} component", place, what)

@@ -314,7 +314,7 @@ class _Checker:
         if name == "t" or name in self.defined or kind not in (None, "definition", "output"):
             return
         if name == item.key and item.table == "definitions":
-            message, hint = f"'{name}' refers to itself", None
+            message, hint = f"'{name}' refers to itself", "write it without its own name"
         elif kind == "definition":
             message, hint = (
                 f"'{name}' is defined further down",

@@ -120,7 +120,7 @@ class Closures(Assembly):
             value = value.name
         fault = name_fault(value, element=True)
         if fault is not None:
-            raise self._sources.error(f"constraints.{name!s:.60}", key, fault)
+            raise self._sources.error(f"constraints.{name!s:.60}", key, fault, hint="name what the model has")
         return value
 
     def _guide(

@@ -41,6 +41,6 @@ def _components(model: Declared, table: str, key: str, value: Any) -> tuple[symp
         fault = name_fault(value, element=True)
         if fault is not None:
             message = f"a place is a point's name, or a list of two or three components; {fault}"
-            raise model._sources.error(table, key, message)
+            raise model._sources.error(table, key, message, hint="name a point of [points]")
         value = [f"{value}_{component}" for component in "xyz"]
     return model._components(value, table, key)

@@ -222,7 +222,9 @@ def _coordinate_names(
     for k, name in enumerate(names):
         fault = name_fault(name)
         if fault is not None:
-            raise model._sources.error(table, "coordinate" + f"[{k}]" * (kind.nq > 1), fault)
+            raise model._sources.error(
+                table, "coordinate" + f"[{k}]" * (kind.nq > 1), fault, hint="choose another name"
+            )
     return names
 
 

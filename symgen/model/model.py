@@ -61,7 +61,7 @@ class Model(Contacts):
         super().__init__(Sources(_file or str(name)[:60], _file is not None))
         fault = name_fault(name, element=True)
         if fault is not None:
-            raise self._sources.error("", "name", fault)
+            raise self._sources.error("", "name", fault, hint="choose another name")
         if not isinstance(description, str):
             raise self._sources.error(
                 "",

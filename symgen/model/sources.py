@@ -125,7 +125,12 @@ class Sources:
         if found is None:
             return (result if unit is None else _to_si(unit, result)), unit
         if unit is not None and found.dimension != unit.dimension:
-            raise self.error(table, key, f"{value!r:.60} does not fit the unit '{unit.text}'")
+            raise self.error(
+                table,
+                key,
+                f"{value!r:.60} does not fit the unit '{unit.text}'",
+                hint="give it in that unit, or change the unit",
+            )
         return result, unit or found
 
     def unit(self, value: Any, table: str, key: str) -> Unit | None:
@@ -133,7 +138,9 @@ class Sources:
         if value is None or value == "":
             return None
         if not isinstance(value, str):
-            raise self.error(table, key, f"a unit is text such as 'N/m', not {value!r:.60}")
+            raise self.error(
+                table, key, f"a unit is text such as 'N/m', not {value!r:.60}", hint="write it in quotes"
+            )
         try:
             return parse_unit(value)
         except ModelError as error:

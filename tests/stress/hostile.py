@@ -93,7 +93,7 @@ def command(*arguments: Any) -> Outcome:
     from symgen.cli import main
 
     done = CliRunner().invoke(main, [str(argument) for argument in arguments])
-    said = done.output[-300:].replace("\n", " ")
+    said = done.output[-2000:].replace("\n", " ")
     if done.exception is not None and not isinstance(done.exception, SystemExit):
         return Outcome(CRASH, f"{type(done.exception).__name__}: {done.exception}")
     if "internal error" in done.output or "Traceback" in done.output:
