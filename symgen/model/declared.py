@@ -88,10 +88,18 @@ class Declared:
 
     def _vector(self, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> list[Any]:
         if isinstance(values, str) or not isinstance(values, (Sequence, sympy.MatrixBase)):
-            raise self._sources.error(table, key, f"a list of {_either(lengths)} components is expected here")
+            raise self._sources.error(
+                table,
+                key,
+                f"a list of {_either(lengths)} components is expected here",
+                hint="write it in brackets, as [1, 2, 3]",
+            )
         if len(values) not in lengths:
             raise self._sources.error(
-                table, key, f"{_either(lengths)} components are expected here, {len(values)} are given"
+                table,
+                key,
+                f"{_either(lengths)} components are expected here, {len(values)} are given",
+                hint="write as many",
             )
         return list(values)
 
@@ -129,7 +137,9 @@ class Declared:
                 )
             unit, doc, value = value.get("unit", unit), value.get("doc", doc), value["value"]
         if not isinstance(doc, str):
-            raise self._sources.error(table, f"{name}.doc", f"'doc' is text, not {doc!r:.60}")
+            raise self._sources.error(
+                table, f"{name}.doc", f"'doc' is text, not {doc!r:.60}", hint="write it in quotes"
+            )
         return value, unit, doc
 
 
