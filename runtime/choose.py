@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers
-from symgen.runtime.checks.steps import MOST_IN_A_PERIOD, step_for_phases
+from symgen.runtime.checks.steps import MOST_IN_A_PERIOD, PERIODS, step_for_phases
 from symgen.runtime.checks.time_scales import TimeScales, change_rate, time_scales
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.integrate import layout as at
@@ -38,13 +38,24 @@ _FULL_MATRICES = ("residual_jacobian", "mass_matrix", "constraint_jacobian")
 _INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 # An explicit step can follow about one radian of a motion at usual tolerances, and decay times step of about 6.
 _STIFFNESS_RATIO = 100.0
-_MIN_DECAYS = 2000.0  # fewer time constants than this in a run are quick to step through anyway
 _MIN_DECAYS_OF_VIBRATION = 100.0  # a vibration that dies out is not worth following, one that lasts is
 _EXPLICIT_BELOW = 1e-10  # at tighter tolerances the high order wins even on stiff models
 _ORDER_9_BELOW = 1e-7  # rtol from which on the longer steps of radau9 repay their larger Newton systems
-_SCOUT_STEPS = 400
-_LONG_RUN = 5000.0  # explicit steps from which on a longer look at the choice is repaid
+_FIRST_LOOK, _SCOUT_STEPS = 100, 400
 _COMPARED_STEPS = 40
+# A choice is made as for a long run, of so many radians of the fastest motion: a run does not depend on where it ends.
+_AHEAD = 1e7
+_VISIBLE = 1e-4  # of the fastest rate: slower ones may be round-off of the differences
+_FOLLOWED = 0.5  # radians of the fastest motion in an explicit step that it may be what limits
+_LIMITS = 1.0  # decay times in an explicit step from which on stability may be what limits it
+_COME_TO_REST = (
+    1e-4  # of the fastest change met: what is left of the motion is nothing to choose a method for
+)
+_GRID = 2.0 ** np.arange(
+    -30, 21
+)  # [s] behind the start: where something may begin to act that does nothing at first
+_ACTS = 0.1  # of the largest acceleration there
+_INVISIBLE = 1e3  # times as long as the motion shows: a period that is made of round-off
 _WORTH_IMPLICIT = 20.0  # steps of the explicit method for one of the implicit one, which costs as much
 _LEAST_TICKS = 16  # of floating-point time in a step
 _STIFF_SIGNS = 15
@@ -58,6 +69,8 @@ def choose_method(
 ) -> tuple[Method, list[str]]:
     """Return the method to use, and notes on how it was chosen.
 
+    The choice is the same for runs of any length: a run does not depend on where it ends.
+
     Parameters
     ----------
     state : ndarray, shape (nq + nv,)
@@ -65,7 +78,7 @@ def choose_method(
     options : RunOptions
         Their method is a name, or "auto".
     """
-    t, t_end, rtol, atol = options.t_start, options.t_end, options.rtol, options.atol
+    t, rtol, atol = options.t_start, options.rtol, options.atol
     if options.method != "auto":
         method = find_method(options.method)
         refuse_unsuitable(method, system)
@@ -82,9 +95,9 @@ def choose_method(
         begins = form_at_start(system, METHODS[EXPLICIT], p, t, state, rtol, atol)
     form, held, first = begins
     scales = time_scales(form, held, t, first[: system.nq], first[system.nq :])
-    reason = stiff_at_start(scales, t_end - t, rtol)
-    if not reason and rtol >= _EXPLICIT_BELOW:
-        reason = scout(form, held, t, first, t_end, rtol, atol)
+    reason = stiff_at_start(scales, rtol)
+    if not reason and rtol >= _EXPLICIT_BELOW and scales.fastest > 0.0:
+        reason = scout(form, held, t, first, t + _AHEAD / scales.fastest, rtol, atol)
     if reason:
         stiff = stiff_method(rtol)
         return METHODS[stiff], [f"method auto: {stiff}, because {reason}"]
@@ -134,38 +147,53 @@ def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarr
     return is_ill_conditioned(system, p, t, state[: system.nq])
 
 
-def stiff_at_start(scales: TimeScales, span: float, rtol: float) -> str:
-    """Return why a run of length `span` [s] is stiff, judged by its start; an empty string where it is not."""
-    slow = max(scales.motion, 1.0 / span)
-    if rtol < _EXPLICIT_BELOW or scales.decay < _STIFFNESS_RATIO * slow or scales.decay * span < _MIN_DECAYS:
+def stiff_at_start(scales: TimeScales, rtol: float) -> str:
+    """Return why a run is stiff, judged by its start; an empty string where it is not, or only decays are seen."""
+    if rtol < _EXPLICIT_BELOW or not scales.decay > 0.0 or scales.motion < _VISIBLE * scales.decay:
+        return ""
+    ratio = scales.decay / scales.motion
+    if ratio < _STIFFNESS_RATIO:
         return ""
     return (
-        f"the fastest decay at the start, {scales.decay:.3g} 1/s, is {scales.decay / slow:.3g} times as fast "
-        "as the motion"
+        f"the fastest decay at the start, {scales.decay:.3g} 1/s, is {ratio:.3g} times as fast as the motion"
     )
 
 
 def scout(
-    system: System, p: np.ndarray, t: float, state: np.ndarray, t_end: float, rtol: float, atol: float
+    system: System, p: np.ndarray, t: float, state: np.ndarray, until: float, rtol: float, atol: float
 ) -> str:
-    """Take a few hundred explicit steps; returns why the motion is stiff, an empty string where it is not."""
+    """Take a few hundred explicit steps; returns why the motion is stiff, an empty string where it is not.
+
+    Parameters
+    ----------
+    until : float [s]
+        The time up to which that matters; the run may end before, or go on for longer.
+    """
     arrays = LoopArrays(
         system, METHODS[EXPLICIT], p, t, state, frame_times=np.zeros(0), rtol=rtol, atol=atol,
         with_events=False, log_length=_SCOUT_STEPS,
     )  # fmt: skip
-    status = arrays.advance(t_end, _SCOUT_STEPS)
-    if status == at.REACHED_STOP:
-        return ""
-    rest, h = t_end - arrays.t, arrays.h_last
-    q, v = arrays.y[: system.nq], arrays.y[system.nq : system.nq + system.nv]
+    changes = [change_rate(system, state[: system.nq], state[system.nq :])]
+    for n_steps in (_FIRST_LOOK, _SCOUT_STEPS - _FIRST_LOOK):
+        status = arrays.advance(until, n_steps, keep_log=True)
+        if status == at.REACHED_STOP or not np.isfinite(arrays.y).all():
+            return ""
+        rest, h = until - arrays.t, arrays.h_last
+        q, v = arrays.y[: system.nq], arrays.y[system.nq : system.nq + system.nv]
+        scales = time_scales(system, p, arrays.t, q, v)
+        changes.append(change_rate(system, q, v))
+        slow = max(changes[-1], 1.0 / rest)
+        vibrates_fast = scales.fastest >= max(_STIFFNESS_RATIO * slow, _FOLLOWED / h)
+        # What falls off a hilltop has a decay that its growth hides.
+        hidden = 2.0 * scales.eigenvalues.real.max(initial=0.0)
+        decays = scales.damping > max(_MIN_DECAYS_OF_VIBRATION / rest, _VISIBLE * scales.fastest, hidden)
+        if not vibrates_fast and not (decays and scales.damping * h >= _LIMITS):
+            return ""
     limited = arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS
-    if not limited and rest < _LONG_RUN * h:
-        return ""
-    scales = time_scales(system, p, arrays.t, q, v)
     says = f"stability limits the step of {EXPLICIT} to {h:.1e} s from t = {arrays.t:.3g} s on"
-    if limited and scales.damping * rest >= _MIN_DECAYS_OF_VIBRATION:
+    if limited and decays:
         return says
-    if not limited and scales.fastest < _STIFFNESS_RATIO * max(change_rate(system, q, v), 1.0 / rest):
+    if not limited and (not vibrates_fast or changes[-1] < _COME_TO_REST * max(changes)):
         return ""
     # A vibration that goes on has to be followed by any method, and high order follows it best; unless it is so weak
     # that nobody would miss it. One that has died out may limit explicit steps long before stability does, as
@@ -175,7 +203,7 @@ def scout(
         system, stiff, p, arrays.t, arrays.y[: system.nq + system.nv], frame_times=np.zeros(0), rtol=rtol, atol=atol,
         with_events=False, log_length=_COMPARED_STEPS,
     )  # fmt: skip
-    longer.advance(t_end, _COMPARED_STEPS)
+    longer.advance(until, _COMPARED_STEPS)
     if longer.h_last < _WORTH_IMPLICIT * h:
         return ""
     return f"{EXPLICIT} takes steps of {h:.1e} s at t = {arrays.t:.3g} s where {stiff.name} takes {longer.h_last:.1e} s"
@@ -191,7 +219,8 @@ def choose_step(
 ) -> tuple[float, list[str]]:
     """Return the step of a fixed-step method [s], 0 for an adaptive one, and notes.
 
-    The default is a share of the fastest period of the linearised motion at the start.
+    The default is a share of the fastest period of the linearised motion at the start, and the same for runs of any
+    length.
     """
     t, t_end, step = options.t_start, options.t_end, options.step
     if method.adaptive:
@@ -204,12 +233,12 @@ def choose_step(
     notes = []
     if step is None:
         scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
-        if np.isfinite(scales.fastest_period):
-            step = default_step(method, system, scales, t_end - t)
+        period, what = _period_at_start(system, p, t, state, scales.motion)
+        if scales.fastest_period < _INVISIBLE * period:
+            step = default_step(method, system, scales)
             what = "the fastest period at the start"
             part = scales.fastest_period / step
         else:
-            period, what = _period_at_start(system, p, t, state, scales.motion, t_end)
             part = method.steps_per_period
             step = period / part
         notes = [f"step: {step:.3g} s, 1/{part:.3g} of {what}; set --step to change it"]
@@ -225,25 +254,34 @@ def choose_step(
 
 
 def _period_at_start(
-    system: System, p: np.ndarray, t: float, state: np.ndarray, motion: float, t_end: float
+    system: System, p: np.ndarray, t: float, state: np.ndarray, motion: float
 ) -> tuple[float, str]:
     """Return a time [s] that tells how long steps may be where nothing swings, and what it is in words.
 
-    `motion` is how fast the state changes [1/s]. The length of the run has a part in it only where nothing moves.
+    `motion` is how fast the state changes [1/s]. Where nothing moves or is accelerated at the start, what time alone
+    brings is looked for behind it.
     """
-    a, _ = accelerations_and_multipliers(system, p, np.array([t]), state[None])
+    times = np.append(t, t + _GRID)
+    a, _ = accelerations_and_multipliers(system, p, times, np.repeat(state[None], len(times), axis=0))
     sizes = Positions(system).per_rate(np.maximum(1.0, np.abs(state[: system.nq])), 1.0)
-    rate = max(motion, float(np.sqrt(np.max(np.abs(a[0]) / sizes, initial=0.0))))
-    if np.isfinite(rate) and rate > 0.0:
+    acts = np.nan_to_num(np.max(np.abs(a) / sizes, axis=1, initial=0.0), posinf=0.0)
+    rate = max(motion, float(np.sqrt(acts[0])))
+    if rate > 0.0:
         # The fastest of the modes that such a motion meets may be twice as fast as the motion begins.
         return np.pi / rate, "half the time in which the motion at the start goes around"
-    return t_end - t, "the run, as nothing moves at the start"
+    if not acts.any():
+        # Whatever the step, all stays where it is, unless an input or a reset moves it: a second is an arbitrary unit.
+        return 1.0, "a second, as nothing moves at the start"
+    begins = np.argmax(acts[1:] >= _ACTS * acts.max())
+    moves = np.argmax(acts[1:] * _GRID**2 >= 1.0) if (acts[1:] * _GRID**2 >= 1.0).any() else begins
+    return float(_GRID[min(begins, moves)]), "the time after which something begins to move"
 
 
-def default_step(method: Method, system: System, scales: TimeScales, span: float) -> float:
-    """Return the step [s] with which motions are followed to the end of a run of length `span` [s], if not too long."""
+def default_step(method: Method, system: System, scales: TimeScales) -> float:
+    """Return the step [s] with which motions are followed for a fixed number of their periods, if not too long."""
     step = scales.fastest_period / method.steps_per_period
-    return min(step, step_for_phases(method, system, scales.eigenvalues, span, MOST_IN_A_PERIOD))
+    eigenvalues = scales.eigenvalues[np.abs(scales.eigenvalues) > _VISIBLE * scales.fastest]
+    return min(step, step_for_phases(method, system, eigenvalues, np.inf, MOST_IN_A_PERIOD, PERIODS))
 
 
 def choose_constraints(name: str, system: System, method_name: str) -> tuple[str, Method | None, list[str]]:

@@ -34,7 +34,8 @@ class RunOptions:
     rtol, atol : float
         Tolerances of adaptive methods, per step and component.
     step : float, optional [s]
-        Of fixed-step methods; 1/50 of the fastest period at the start by default, up to 1/14 with high orders.
+        Of fixed-step methods; by default a part of the fastest period at the start with which an oscillation is
+        right for a hundred of them: 1/14 with high orders, 1/50 at order 4, 1/200 at order 2.
     constraints : str
         "projection", another form of `symgen.runtime.integrate.forms.FORMS` that the method has, or "auto".
     parameters : mapping of str to float, optional

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.checks.entry import HealthCheck
+from symgen.runtime.checks.entry import HealthCheck, noted
 from symgen.runtime.checks.error_estimate import LARGEST_ERROR, LEAST_FRAMES, ErrorEstimate, estimate
 from symgen.runtime.checks.work import operations_of_run
 from symgen.runtime.failures import state_names
@@ -15,10 +16,8 @@ from symgen.runtime.failures import state_names
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
 
-_SHARE = (
-    0.02  # of the run's operations, for a companion; those of a long run take two and a half times as much
-)
-_CHEAP = 2e7  # operations that nobody waits for: some milliseconds
+_SHARE = 0.012  # of the run's operations, for a companion; those of a long run take up to 2.5 times as much
+_CHEAP = 4e6  # operations that nobody waits for: a millisecond
 _HARDLY_RESOLVED = 1e3  # times atol: ranges below this
 
 
@@ -30,20 +29,29 @@ def accuracy(solution: Solution) -> Iterator[HealthCheck]:
     solution : Solution
         With a regular end.
     """
-    if not _applies(solution):
+    # Without a log of steps it is a recording.
+    if len(solution.t) < LEAST_FRAMES or not len(solution.step_log):
         return
+    sampled = bool(getattr(solution.system, "samplers", ()))
+    if sampled:
+        # Controllers that are called may remember what they were asked: what they said is held as it was.
+        solution = replace(solution, system=solution.system.as_recorded())
     found = estimate(solution, max(_SHARE * operations_of_run(solution), _CHEAP))
     if found is not None:
-        yield _entry(solution, found)
+        entry = _entry(solution, found)
+        yield _of_sampled(entry, solution, found) if sampled else entry
 
 
-def _applies(solution: Solution) -> bool:
-    # Without a log of steps it is a recording. Controllers that are called may remember what they were asked.
-    return (
-        len(solution.t) >= LEAST_FRAMES
-        and len(solution.step_log) > 0
-        and not getattr(solution.system, "samplers", ())
+def _of_sampled(entry: HealthCheck, solution: Solution, found: ErrorEstimate) -> HealthCheck:
+    """What a companion says that repeats what controllers said: they would have acted on its errors."""
+    if entry.ok:
+        return replace(entry, says=f"{entry.says}, with what sampled controllers said held as it was")
+    says = (
+        "not estimated: with what sampled controllers said held as it was, errors exceed "
+        f"{LARGEST_ERROR:.0%} from t = {found.until(LARGEST_ERROR):.4g} s on, and whether the controllers act against "
+        f"them is not known; compare a run with {_tighter(solution, 0)}"
     )
+    return noted("accuracy", found.largest, LARGEST_ERROR, says)
 
 
 def _entry(solution: Solution, found: ErrorEstimate) -> HealthCheck:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.checks.jumped_over import jumped_over
 from symgen.runtime.driver import Run
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
@@ -19,6 +18,7 @@ from symgen.runtime.timing.timetable import timetable
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from symgen.runtime.checks.jumped_over import SharpPlaces
     from symgen.runtime.solution import Solution
     from symgen.runtime.timing.timetable import Timetable
 
@@ -130,6 +130,7 @@ def follow(
     state: np.ndarray,
     most_steps: int,
     is_lost: Callable[[np.ndarray], bool],
+    sharp: SharpPlaces | None = None,
 ) -> Followed:
     """Integrate the motion again from a state of a run, with its events and inputs.
 
@@ -141,9 +142,13 @@ def follow(
     most_steps : int
     is_lost : callable
         Called with the states so far now and then; the companion is given up where it returns True.
+    sharp : SharpPlaces, optional
+        Where to look closely.
     """
+    t, end = float(times[0]), float(times[-1])
+    kept = _timetable(solution, companion, t, end, most_steps, sharp)
     try:
-        run = _Beside(solution, companion, times, state, most_steps, is_lost)
+        run = _Beside(solution, companion, times, state, most_steps, is_lost, kept)
         run.go()
     except (ContactError, RuntimeModelError):
         return Followed(state[None], 0, float(times[0]), ended=False)
@@ -155,7 +160,12 @@ def follow(
 
 
 def _timetable(
-    solution: Solution, companion: Companion, t: float, end: float, most_steps: int
+    solution: Solution,
+    companion: Companion,
+    t: float,
+    end: float,
+    most_steps: int,
+    sharp: SharpPlaces | None,
 ) -> Timetable | None:
     """Return what the steps of a companion keep to: what those of the run do, and a limit of their own."""
     own = solution.timetable
@@ -164,7 +174,7 @@ def _timetable(
     adaptive = companion.method.adaptive
     limited = adaptive and companion.rtol < _LOOSE and looks >= 1.0
     longest = _UNLIKE * (end - t) / looks if limited else None
-    closely = jumped_over(solution, _OF_ALLOWED * most_steps) if adaptive else None
+    closely = sharp.course(_OF_ALLOWED * most_steps) if adaptive and sharp is not None else None
     if closely is not None:
         course = closely if course is None else course.within(closely)
     return timetable(
@@ -183,6 +193,7 @@ class _Beside(Run):
         state: np.ndarray,
         most_steps: int,
         is_lost: Callable[[np.ndarray], bool],
+        kept: Timetable | None,
     ):
         system, method, p = solution.system, companion.method, solution.p.copy()
         p[system.n_settable :] = 0.0  # stops and frictions are found to be held, or not, at the start
@@ -201,7 +212,7 @@ class _Beside(Run):
             inputs = InputSchedule(system, arrays, method, t)
         super().__init__(
             system, method, arrays, np.zeros(len(times), dtype=bool), [end], max_steps=most_steps, inputs=inputs,
-            timetable=_timetable(solution, companion, t, end, most_steps),
+            timetable=kept,
         )  # fmt: skip
         self._n, self._most, self._is_lost, self._seen = solution.states.shape[1], most_steps, is_lost, 0
         least = _MOST_SWITCHINGS if solution.system.switches else _MOST_EVENTS

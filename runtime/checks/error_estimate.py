@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symgen.runtime.checks.companion import Companion, finer, follow, independent, loose
 from symgen.runtime.checks.growth import growth_rate, is_exponential, running_maximum
-from symgen.runtime.checks.work import operations_per_step
+from symgen.runtime.checks.sharpness import may_be_sharp
+from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
+    from symgen.runtime.checks.jumped_over import SharpPlaces
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
@@ -28,6 +31,7 @@ _LEAST_RIPPLE = 1e-3  # of a rate's magnitude: variations that count
 _ROUND_OFF = 1e4 * np.finfo(float).eps  # of a variable's magnitude
 _OF_ATOL, _LEAST = 10.0, 1e-14  # ranges below so many atol are no motion, and below this with fixed steps
 _MORE_FOR_ACCURATE = 3.0  # times the operations
+_OPTIMISTIC = 2.0  # times the way that a companion of the run's own method is expected to come
 _MIDDLE = 0.5  # of a long run, where other companions begin
 _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
@@ -90,11 +94,13 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
             if again.known and again.largest < found.largest:
                 found = again
         return found
+    neighbour = loose(least)
     if companion.method is not beside.own:
         other = finer(solution, beside.own, least)
-        again = beside.follow(other, operations)
-        if again.t[-1] > found.t[-1]:
-            found, companion = again, other
+        if beside.reach(other, operations) > found.t[-1]:
+            again = beside.follow(other, operations)
+            if again.t[-1] > found.t[-1]:
+                found, companion, neighbour = again, other, other
     if found.known:
         return found
     if len(found.t) < _LEAST_FOLLOWED:
@@ -105,12 +111,13 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
     if beside.own.adaptive:
         # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
         parts.append(beside.follow(companion, half, _MIDDLE))
-    neighbour = companion if companion.method is beside.own else loose(least)
-    seen = [beside.follow(neighbour, half, place).rate or 0.0 for place in (0.0, _MIDDLE)]
-    for k, part in enumerate(parts):
-        seen[k] = max(seen[k], part.rate or 0.0)
-    # Motion that passes a saddle once is not chaotic.
-    return _extrapolated(solution, parts, min(seen))
+    rate = 0.0
+    if _may_be_chaotic(solution.system):
+        seen = [beside.follow(neighbour, half, place).rate or 0.0 for place in (0.0, _MIDDLE)]
+        for k, part in enumerate(parts):
+            seen[k] = max(seen[k], part.rate or 0.0)
+        rate = min(seen)  # motion that passes a saddle once is not chaotic
+    return _extrapolated(solution, parts, rate)
 
 
 class _Beside:
@@ -138,6 +145,21 @@ class _Beside:
         # A jump of the rates may come before a frame in one run, and after it in the other.
         self.jumps = any(event.action not in ("record", "terminate") for event in solution.events)
 
+    @cached_property
+    def _sharp(self) -> SharpPlaces | None:
+        """Where companions look closely; most models have nothing that asks for it."""
+        if not may_be_sharp(self._solution):
+            return None
+        from symgen.runtime.checks.jumped_over import jumped_over
+
+        return jumped_over(self._solution)
+
+    def reach(self, companion: Companion, operations: float) -> float:
+        """Return about how far a companion of the run's own method comes [s]."""
+        more = 2.0 if companion.step else (self._solution.rtol / companion.rtol) ** (1.0 / self.own.order)
+        part = operations / (more * operations_of_run(self._solution))
+        return float(self._t[0] + _OPTIMISTIC * part * (self._t[-1] - self._t[0]))
+
     def follow(self, companion: Companion, operations: float, place: float = 0.0) -> ErrorEstimate:
         """Return what a companion says that begins at some part of the run."""
         first = int(place * (len(self._t) - 1))
@@ -145,7 +167,13 @@ class _Beside:
         least = _LEAST_FOLLOWED * _FINER_STEPS * self._solution.stats["steps"] / len(self._t)
         most = int(max(operations / operations_per_step(self._solution, companion.method), least))
         found = follow(
-            self._solution, companion, t, states[0], most, lambda seen: self._is_lost(seen, states)
+            self._solution,
+            companion,
+            t,
+            states[0],
+            most,
+            lambda seen: self._is_lost(seen, states),
+            self._sharp,
         )
         n = len(found.states)
         known = n == len(t) or self._is_lost(found.states, states)

@@ -140,7 +140,7 @@ def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> It
 
 def _with_evidence(found: list[HealthCheck]) -> list[HealthCheck]:
     """Let steps that are too long for a motion count as evidence where nothing says how large their error is."""
-    if any(entry.check == "accuracy" for entry in found):
+    if any(entry.check == "accuracy" and not entry.note for entry in found):
         return found
     return [
         replace(entry, ok=False, note=False) if entry.note and entry.check in _OF_STEPS else entry

@@ -8,12 +8,11 @@ to short steps there.
 
 from __future__ import annotations
 
-import re
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.checks.work import operations_of_run
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.spread import spread_rows
 from symgen.runtime.timing.course import Course
@@ -23,13 +22,6 @@ from symgen.runtime.timing.terms import TimeTerms
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
 
-# What can be sharp in the state. Sines of coordinates are not, as long as steps follow the motion.
-_SHARP = re.compile(r"\b(?:exp|tanh|erf|atan|sinh|cosh|log|sqrt|pow|tan|asin|acos|atan2)\(|/(?:x\d|\()")
-_SMALL, _COST, _SHARE = (
-    150,
-    6e4,
-    0.02,
-)  # operations of a residual that is quick to look at; of a look; of the run
 _CELLS, _MOST_CELLS, _PARTS = 200, 4000, 8
 _OF_CELL = 0.125  # a cell is small enough when nothing in it changes in less than this part of it
 _MUCH_LONGER = 8.0  # a step than the time in which something changes
@@ -38,28 +30,38 @@ _AROUND = 50.0  # of these steps before and after: the path between frames is in
 _FINEST = 2.0**-36  # of the run
 
 
-def jumped_over(solution: Solution, most_steps: float) -> Course | None:
-    """Return where a companion of a run has to look closely, with steps how long; None where nothing calls for it.
+@dataclass(frozen=True)
+class SharpPlaces:
+    """Where steps of a run were much longer than the time in which something changes.
 
-    Parameters
+    Attributes
     ----------
-    solution : Solution
-    most_steps : float
-        How many steps it may take for this.
+    begin, end, scale : ndarray [s]
+        Of cells of time, and the time in which something changes there.
     """
-    system = solution.system
-    text = system.source.functions["residual"]
-    operations = system.operations.get("residual", 0)
-    if operations > max(_SMALL, _SHARE / _COST * operations_of_run(solution)):
-        return None
-    if len(solution.t) < 3 or not _SHARP.search(text):
-        return None
+
+    begin: np.ndarray
+    end: np.ndarray
+    scale: np.ndarray
+
+    def course(self, most_steps: float) -> Course | None:
+        """Return where a companion has to look closely, with steps how long; None where nothing calls for it.
+
+        Parameters
+        ----------
+        most_steps : float
+            How many steps it may take for this.
+        """
+        return _course(self.begin, self.end, _LOOK * self.scale, most_steps)
+
+
+def jumped_over(solution: Solution) -> SharpPlaces | None:
+    """Return what steps of a run may have gone over; None where that cannot be told."""
     try:
         with np.errstate(all="ignore"):
-            begin, end, scale = _Path(solution).sharp_places()
+            return SharpPlaces(*_Path(solution).sharp_places())
     except ModuleError:  # loops with arrays, of large models
         return None
-    return _course(begin, end, _LOOK * scale, most_steps)
 
 
 class _Path:
@@ -67,9 +69,8 @@ class _Path:
 
     def __init__(self, solution: Solution):
         self._equations = TimeTerms(solution.system, solution.p, "residual")
-        rows = np.unique(spread_rows(len(solution.t), len(solution.t)))
-        keep = np.append(True, np.diff(solution.t[rows]) > 0.0)
-        self._t, self._y = solution.t[rows][keep], solution.states[rows][keep]
+        keep = np.append(True, np.diff(solution.t) > 0.0)
+        self._t, self._y = solution.t[keep], solution.states[keep]
         nq = solution.system.nq
         slopes = np.gradient(self._y, self._t, axis=0)
         if nq == solution.system.nv:

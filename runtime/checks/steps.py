@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 # Steps of runs whose step is left open: a run that needs more is not slow without being asked to be.
 MOST_IN_A_PERIOD = 250.0
+PERIODS = 100.0  # for which they are right: how long the run is has no part in its steps
 MOST_RECOMMENDED = 1000.0  # steps: with a method that needs more, nobody follows a motion so long
 _FEWEST, _PART = 20.0, 0.7  # of what is recommended for short runs
 # What an oscillation may be off by at the end of a run: half of what the checks of accuracy and, at order 1, where the
@@ -40,19 +41,25 @@ def _error_per_radian(method: Method, system: System) -> float:
 
 
 def step_for_phases(
-    method: Method, system: System, eigenvalues: np.ndarray, span: float, most: float = np.inf
+    method: Method,
+    system: System,
+    eigenvalues: np.ndarray,
+    span: float,
+    most: float = np.inf,
+    periods: float = np.inf,
 ) -> float:
     """Return the step [s] with which motions of these eigenvalues [1/s] are right at the end of a run; infinite if any.
 
-    Errors of phase and size add up over the run, or until a motion has died out. A period takes `most` steps at most.
+    Errors of phase and size add up over the run, or until a motion has died out, or so many `periods` have passed. A
+    period takes `most` steps at most.
     """
     shortest = np.inf
     for value in np.atleast_1d(np.asarray(eigenvalues, dtype=complex)):
         rate = abs(value) if value.real > 0.0 else abs(value.imag)
-        if rate * span < 1.0:
+        if not rate > 0.0 or rate * span < 1.0:
             continue
         lasts = min(span, _DIES_OUT / -value.real) if value.real < 0.0 else span
-        needed = steps_in_a_period(method, system, rate * lasts / (2.0 * np.pi))
+        needed = steps_in_a_period(method, system, min(rate * lasts / (2.0 * np.pi), periods))
         shortest = min(shortest, 2.0 * np.pi / rate / min(needed, most))
     return float(shortest)
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.checks.entry import HealthCheck, noted
-from symgen.runtime.checks.mode_origin import fastest_origin
 from symgen.runtime.checks.time_scales import TimeScales, time_scales
 
 if TYPE_CHECKING:
@@ -49,6 +48,8 @@ def stiffness(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     if share <= _MOST_AT_LIMIT:
         yield HealthCheck("stiffness", True, share, _MOST_AT_LIMIT, found)
         return
+    from symgen.runtime.checks.mode_origin import fastest_origin
+
     which = int(np.argmax(limited))
     i = rows[which]
     origin = fastest_origin(system, solution.p, solution.t[i], solution.q[i], solution.v[i])

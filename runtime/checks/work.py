@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
 
 _OF_CALL, _OF_NEWTON = 100.0, 800.0  # operations that evaluations and iterations cost besides
+_OF_STOP = 2e5  # operations in the time that a step takes which lands on a break of an input
 
 
 def operations_of_run(solution: Solution) -> float:
@@ -39,4 +40,8 @@ def operations_per_step(solution: Solution, method: Method) -> float:
         solved = stats["factorisations"] / steps * (solution.system.nv + solution.system.m) ** 3
         derived = stats["jacobians"] / steps * operations.get("residual_jacobian", 0)
         iterations = stats["newton"] / steps * _OF_NEWTON
-    return calls * operations.get("rhs", 0) + max(calls, 1.0) * _OF_CALL + derived + solved + iterations
+    breaks = sum(len(pieces.breaks) for pieces in getattr(solution.system, "all_pieces", ()))
+    stops = _OF_STOP * min(breaks / steps, 1.0)
+    return (
+        calls * operations.get("rhs", 0) + max(calls, 1.0) * _OF_CALL + derived + solved + iterations + stops
+    )

@@ -13,7 +13,6 @@ import numpy as np
 
 from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.entry import HealthCheck, noted
-from symgen.runtime.checks.mode_origin import fastest_growth
 from symgen.runtime.checks.time_scales import motion_jacobian
 from symgen.runtime.spread import spread_rows
 
@@ -141,6 +140,8 @@ def _negative_stiffness(solution: Solution) -> Iterator[HealthCheck]:
         return
     if solution.status == "failed" and not kinetic[-1] > _RUN_AWAY * kinetic[: len(kinetic) // 10 + 1].max():
         return  # it failed for another reason while it was fast
+    from symgen.runtime.checks.mode_origin import fastest_growth
+
     rows = spread_rows(len(solution.t), _STATES)
     origins = [fastest_growth(system, solution.p, solution.t[i], solution.q[i], solution.v[i]) for i in rows]
     if any(origin is None for origin in origins):

@@ -166,6 +166,13 @@ class DrivenSystem(System):
             )
         return self.__dict__["_closed"]
 
+    def as_recorded(self) -> DrivenSystem:
+        """Return the same with what sampled controllers said held as tables; nothing of it is called again."""
+        said = {
+            number: sampler.pieces(k) for sampler in self.samplers for k, number in enumerate(sampler.inputs)
+        }
+        return DrivenSystem(self.base, {**self._pieces, **said}, (), self.feedback)
+
     @property
     def all_pieces(self) -> list[Pieces]:
         """Tables, polynomials and what was sampled so far, in the order of `places.pieces`."""

@@ -93,8 +93,8 @@ def simulate_apart(
         return why_not
     course_of_time = course_of(system, p, options.t_start, options.t_end)
     settings = Settings(options, treatment, redundant, *options.frame_times(), course_of_time)
-    found = in_groups(subsystems(system, kinds, p, state, settings), options.span)
-    if options.split is None and not pays(found, options.span):
+    found = in_groups(subsystems(system, kinds, p, state, settings))
+    if options.split is None and not pays(found):
         return "common steps cost less, as none is much faster than all others"
     method = Counter(s.choice.method.name for s in found for _ in s.titles).most_common(1)[0][0]
     step = min(s.choice.step for s in found if s.choice.method.name == method)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from symgen.runtime.subsystems.member_model import Kind
     from symgen.runtime.subsystems.settings import Settings
 
+_LEAST_RATE = 1e-30  # [1/s]: rates are compared by their ratio
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -60,7 +62,7 @@ class Chooser:
     def choose(self, p: np.ndarray, state: np.ndarray) -> Choice:
         """Return the choice for the member with these parameters and this start."""
         settings, system = self._settings, self._system
-        start, end = settings.options.t_start, settings.options.t_end
+        start = settings.options.t_start
         scales = (
             None
             if is_large(system)
@@ -71,7 +73,7 @@ class Chooser:
         rate = 1.0 / step if step else 0.0
         if scales is not None and not step:
             rate = scales.motion if method.stiff else scales.fastest
-        return Choice(method, step, self._treatment, max(rate, 1.0 / (end - start)), (*notes, *more))
+        return Choice(method, step, self._treatment, max(rate, _LEAST_RATE), (*notes, *more))
 
     def _method(
         self, p: np.ndarray, state: np.ndarray, scales: TimeScales | None

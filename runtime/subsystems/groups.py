@@ -11,7 +11,7 @@ import numpy as np
 
 from symgen.runtime.batches import evaluate
 from symgen.runtime.choose import EXPLICIT, SERIES
-from symgen.runtime.subsystems.gain import STEPS_PER_RADIAN
+from symgen.runtime.subsystems.gain import STEPS_PER_RADIAN, usual_time
 from symgen.runtime.subsystems.side_by_side import can_stand_side_by_side, side_by_side
 from symgen.runtime.subsystems.subsystem import Subsystem
 
@@ -97,13 +97,8 @@ def _by_vectors(first: Subsystem, rows: Sequence[np.ndarray]) -> np.ndarray:
     return np.concatenate([table[:, :nq].ravel(), table[:, nq:].ravel()])
 
 
-def in_groups(found: Sequence[Subsystem], span: float) -> list[Subsystem]:
+def in_groups(found: Sequence[Subsystem]) -> list[Subsystem]:
     """Join subsystems of one kind whose steps are of like length into groups; the others stay as they are.
-
-    Parameters
-    ----------
-    span : float [s]
-        Length of the run.
 
     Returns
     -------
@@ -116,6 +111,7 @@ def in_groups(found: Sequence[Subsystem], span: float) -> list[Subsystem]:
             key = id(subsystem.system), subsystem.choice.method.name
             kinds.setdefault(key, []).append(subsystem)
     group_of: dict[int, Group] = {}
+    span = usual_time(found)
     for members in kinds.values():
         if not can_stand_side_by_side(members[0].system):
             continue

@@ -260,8 +260,6 @@ def run_cuts(name: str, method: str, form: str, draws: int) -> Outcome:
         return refusal(error)
     if whole.status != "success":
         return flag(whole)
-    if whole.step:  # what is left open is chosen for the length of a run
-        options["step"] = whole.step
     random = np.random.default_rng(zlib.crc32(f"{name} {method} {form}".encode()))
     with tempfile.TemporaryDirectory() as folder:
         for number in range(draws):

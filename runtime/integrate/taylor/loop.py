@@ -79,8 +79,10 @@ MOST_VARIED, GOLDEN_RATIO = 0.05, 0.6180339887498949
 LONGER_THAN_BEFORE = 2.0
 # Towards a change point, where branches of the positions that constraints allow cross, each series reaches only a part
 # of the way. States off by round-off lie on a curve that turns from one branch into the other there, and ever shorter
-# steps would follow it: below this part of how far series reached before, a method that steps across takes over.
+# steps would follow it: below this part of how far series reached before, a method that steps across takes over. It
+# needs accelerations that round-off, which grows with the square of that part, leaves right to its tolerance.
 CREEPS, FORGET_REACH = 1e-4, 0.9
+CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF = 3e-2, 3.0
 
 
 class TaylorSeries(NamedTuple):
@@ -264,7 +266,8 @@ def choose_step(order, sizes, control, series, cell):
     control[H] = min(reach, longest_step(control))
     if sizes[NM] > 0:
         # A limit of the step, or a stop, announces what is short by itself: a pulse in time.
-        if reach < CREEPS * min(cell[REACH], longest_step(control), control[T_STOP] - control[T]):
+        creeps = max(CREEPS, min(CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF * math.sqrt(EPS / control[RTOL])))
+        if reach < creeps * min(cell[REACH], longest_step(control), control[T_STOP] - control[T]):
             return STEP_TOO_SMALL
         cell[REACH] = max(control[H], FORGET_REACH * cell[REACH])
     if control[RTOL] <= ROUND_OFF_RTOL:
