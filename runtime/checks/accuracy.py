@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
 
 _SHARE = 0.012  # of the run's operations, for a companion; those of a long run take up to 2.5 times as much
-_CHEAP = 4e6  # operations that nobody waits for: a millisecond
+# Operations that nobody waits for: some milliseconds beside runs of as many, one beside those of more than twice that.
+_CHEAP, _CHEAP_AT_LEAST, _SHORT = 2e7, 4e6, 1e8
 _HARDLY_RESOLVED = 1e3  # times atol: ranges below this
 
 
@@ -36,10 +37,16 @@ def accuracy(solution: Solution) -> Iterator[HealthCheck]:
     if sampled:
         # Controllers that are called may remember what they were asked: what they said is held as it was.
         solution = replace(solution, system=solution.system.as_recorded())
-    found = estimate(solution, max(_SHARE * operations_of_run(solution), _CHEAP))
+    found = estimate(solution, _allowed(operations_of_run(solution)))
     if found is not None:
         entry = _entry(solution, found)
         yield _of_sampled(entry, solution, found) if sampled else entry
+
+
+def _allowed(operations: float) -> float:
+    """Return the operations that a companion may take beside a run of so many: short runs are followed to their end."""
+    cheap = _CHEAP * min(1.0, _SHORT / max(operations, 1.0)) ** 2
+    return max(_SHARE * operations, cheap, _CHEAP_AT_LEAST)
 
 
 def _of_sampled(entry: HealthCheck, solution: Solution, found: ErrorEstimate) -> HealthCheck:

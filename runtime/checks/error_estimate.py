@@ -177,7 +177,7 @@ class _Beside:
         )
         n = len(found.states)
         known = n == len(t) or self._is_lost(found.states, states)
-        size = self._sizes(found.states) if n == len(t) else self._size
+        size = self._sizes(found.states, companion) if n == len(t) else self._size
         relative = companion.remains * self._off(found.states, states, size)
         if found.ended and n < len(t):
             # By an event that the run met later, or not at all.
@@ -187,8 +187,17 @@ class _Beside:
         rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
         return ErrorEstimate(t[:n], relative, known, rate)
 
-    def _sizes(self, states: np.ndarray) -> np.ndarray:
-        return np.maximum(sizes(self._solution.system, states), self._least)
+    def _sizes(self, states: np.ndarray, companion: Companion | None = None) -> np.ndarray:
+        """What errors are measured by; where a companion sees more than its own tolerances, that is motion."""
+        least = np.full(states.shape[1], self._least)
+        if companion is not None and companion.method.adaptive:
+            nq = self._solution.system.nq
+            for part in (slice(0, nq), slice(nq, None)):
+                largest = np.ptp(states[:, part], axis=0).max(initial=0.0)
+                least[part] = np.minimum(
+                    least[part], _OF_ATOL * max(companion.atol, companion.rtol * largest)
+                )
+        return np.maximum(sizes(self._solution.system, states), least)
 
     def _off(self, found: np.ndarray, states: np.ndarray, size: np.ndarray) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):
