@@ -254,7 +254,7 @@ def judge(
     expected, margin = exact(KINDS[name], p, x, v, run.t)
     error = float(np.abs(seen(setting, run) - expected).max() / np.ptp(expected))
     if not run.ok:
-        return FLAGGED, run.message or "; ".join(check.check for check in run.objections)
+        return FLAGGED, "; ".join(check.check for check in run.objections) or run.message
     if error > _WRONG and margin > 1e-3:
         return WRONG, f"off by {error:.2g}: {p}, x = {x}, v = {v}, to {t_end}"
     return RIGHT, f"{error:.1e}"
