@@ -63,7 +63,10 @@ def arm_events(
     if bands is not None:
         one_sided = ~np.isnan(bands)
         lean[one_sided] = 1.0
-        band[one_sided] = np.maximum(floor, bands)[one_sided] + np.maximum(0.0, -g)[one_sided]
+        sunk = np.maximum(0.0, -g)
+        if fired is not None:
+            sunk[fired] *= 2.0  # what sinks although its rates rise fires a few times, not for ever
+        band[one_sided] = np.maximum(floor, bands)[one_sided] + sunk[one_sided]
     arrays.event_block(at.FLOOR)[:], arrays.event_block(at.BAND)[:] = floor, band
     side[:] = np.where(np.abs(g) > band, np.sign(g), at.LEANING * lean)
 
