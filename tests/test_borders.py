@@ -28,7 +28,7 @@ NEEDED = {
         "dependencies"
     ]
 }
-DECLARED = {*NEEDED, "matplotlib"}  # diagrams are an extra
+DECLARED = {*NEEDED, "matplotlib", "pinocchio"}  # diagrams and comparisons are extras
 # A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
 EXECUTES = {"symgen/model/library.py", "runtime/code/grammar.py"}
 HEAVY = ("sympy", "numba", "rerun", "scipy", "matplotlib", "llvmlite")

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from symgen import Model, dot
 from symgen.errors import ModelError
+from symgen.link import derive
 from symgen.model.directions import exact_angle, normalised, perpendiculars
 from symgen.model.joint_types import TYPES
 from symgen.model.toml_reader import read_text
@@ -329,6 +330,7 @@ def test_other_angles_stay(given):
     assert exact_angle(sympy.Symbol("a"), {}) == sympy.Symbol("a")
 
 
+@settings(deadline=None)
 @given(
     st.tuples(*[st.floats(-1e6, 1e6, allow_subnormal=False)] * 3).filter(lambda v: max(map(abs, v)) > 1e-6)
 )
@@ -439,3 +441,15 @@ def test_models_of_the_documentation():
     assert [c.name for c in described[2].constraints] == ["slide_1", "teeth"]
     for type in TYPES:
         assert f"`{type}`" in page
+
+
+def test_zeros_and_ones_may_be_written_as_floats():
+    """A float of SymPy is equal to no integer: 0.0 in a plane's z, a mass of 0.0, a ratio of 1.0 are what they are."""
+    model = Model("floats", gravity=(0, -9.81))
+    for k, at in enumerate((0.0, 0.3)):
+        model.body(f"b{k}", mass=1.0, com=(0.1, 0.0), inertia=1.0)
+        model.joint(f"j{k}", "revolute", f"b{k}", "world", {"xyz": (at, 0.0, 0.0), "rpy": (0.0, 0.0, 0.0)})
+    model.body("sign", mass=0.0, com=(0.1, 0.0))
+    model.joint("k", "fixed", "sign", "b0", {"xyz": (0.1, 0.0, 0.0)})
+    model.gear("chain", "j0", "j1", 1.0)
+    assert derive(model).nh == 1

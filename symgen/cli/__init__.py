@@ -6,6 +6,7 @@ import atexit
 import gc
 import importlib
 import os
+from keyword import iskeyword
 
 import click
 
@@ -18,6 +19,7 @@ _COLLECT_EVERY = (
 _COMMANDS = {
     "list": "the bundled models, one line each",
     "show": "a model and its equations",
+    "import": "a robot's file (URDF) as a model file",
     "derive": "write a model's equations of motion as a Python module",
     "run": "integrate a model, check the result, record it",
     "advise": "which step and method suit a model, and why",
@@ -43,7 +45,7 @@ class LazyCommands(FailuresAsSentences, click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in _COMMANDS:
             return None
-        return importlib.import_module(f"symgen.cli.{name}").command
+        return importlib.import_module(f"symgen.cli.{name}{'_' * iskeyword(name)}").command
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):

@@ -186,7 +186,7 @@ def _pitch_radii(a: Joint, b: Joint, ratio: sympy.Expr) -> Vector:
     along = sympy.Add(*(x * n for x, n in zip(apart, first, strict=True)))
     across = [(x - along * n) ** 2 for x, n in zip(apart, first, strict=True)]
     distance = sympy.sqrt(sympy.Add(*across))
-    if distance == 0 or ratio == 1:
+    if distance.is_zero or (ratio - 1).is_zero:  # a float is equal to no integer
         return ()
     radius = distance / sympy.Abs(ratio - 1)
     return radius, sympy.Abs(ratio) * radius

@@ -183,7 +183,7 @@ def _moved_by_joints(d: Description, massless: Collection[str]) -> set[str]:
 
 def _is_point(body: Body) -> bool:
     """Whether a body is a point mass in the origin of its frame, which does not feel the joint turn."""
-    return not body.inertia and all(x == 0 for x in body.com)
+    return not body.inertia and all(x.is_zero for x in body.com)
 
 
 def _translations(joint: Joint) -> Iterator[str]:

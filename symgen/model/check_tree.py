@@ -49,7 +49,7 @@ def check_tree(d: Description, sources: Sources) -> None:
         for x in elements:
             _check_body(x.body, f"{what}.{x.name}", "body", bodies, sources)
     for p in d.points:
-        if p.body != WORLD and bodies[p.body].planar and p.at[2] != 0:
+        if p.body != WORLD and bodies[p.body].planar and not p.at[2].is_zero:
             message = f"a point of the planar body '{p.body}' has no z component"
             raise sources.error(f"points.{p.name}", "at[2]", message, hint="leave it out")
 
@@ -111,7 +111,7 @@ def _check_plane(joint: Joint, bodies: dict[str, Body], sources: Sources) -> Non
             "type", f"the joint is {joint.type}", f"types in the plane: {', '.join(IN_PLANE)}; {in_space}"
         )
     for key, value in (("rpy[0]", joint.rpy[0]), ("rpy[1]", joint.rpy[1]), ("xyz[2]", joint.xyz[2])):
-        if value != 0:
+        if not value.is_zero:
             raise error(f"origin.{key}", "this is not zero", f"set it to zero, {in_space}")
     if TYPES[joint.type].axes:
         x, y, z = map(abs, joint.axis)

@@ -174,7 +174,7 @@ def check_values(d: Description, sources: Sources) -> None:
 def is_massless(body: Body) -> bool:
     """Whether a body is drawn only: mass and inertia are zero, whatever the parameters are set to."""
     parts = [x for x in (body.mass, *body.inertia) if x is not None]
-    return all(x.is_Number and x == 0 for x in parts)
+    return all(x.is_Number and x.is_zero for x in parts)  # 0.0 is equal to no integer
 
 
 def _value(item: Item, known: Mapping[str, float | None], sources: Sources) -> float | None:

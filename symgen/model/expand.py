@@ -78,7 +78,7 @@ def _spread(values: tuple[sympy.Expr, ...], count: int) -> tuple[sympy.Expr, ...
 
 
 def _added(energy: sympy.Expr | None, terms: list[sympy.Expr]) -> sympy.Expr | None:
-    terms = [x for x in terms if x != 0]
+    terms = [x for x in terms if not x.is_zero]
     if not terms:
         return energy
     return total([*([] if energy is None else [energy]), *terms])

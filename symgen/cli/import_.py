@@ -1,0 +1,82 @@
+"""`symgen import`: a robot's file as a model file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
+from symgen.cli.terminal import say
+
+if TYPE_CHECKING:
+    from symgen.robots.build import Import
+
+_MOST_NOTES = 12
+
+
+@click.command("import", cls=CarefulCommand)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=OutputFile(".toml"), help="The model file; FILE.toml in this folder by default."
+)
+@click.option(
+    "--base",
+    type=click.Choice(["fixed", "free"]),
+    default="fixed",
+    show_default=True,
+    help="Whether the first link is fixed to the world or moves freely.",
+)
+@click.option(
+    "--expose",
+    multiple=True,
+    metavar="PATTERN",
+    help="Numbers that become parameters, such as 'wrist_*.mass' (may be repeated); all by default. "
+    "The others are folded into the code.",
+)
+@click.option("--motors/--no-motors", default=True, help="An input for the force of each joint's motor.")
+@click.option(
+    "--check", is_flag=True, help="Compare the model with Pinocchio (package pin) at random states."
+)
+def command(
+    file: Path, output: Path | None, base: str, expose: tuple[str, ...], motors: bool, check: bool
+) -> None:
+    """Write the robot of FILE (URDF) as a model file, and say what was left out."""
+    from symgen.robots.build import import_urdf
+
+    imported = import_urdf(file, base, expose or None, motors)
+    text = imported.model.to_toml()
+    path = output or claim("the model", Path(f"{imported.model.name}.toml"))
+    if path.exists():
+        raise click.UsageError(f"{path} is there already: name another file with -o")
+    agreement = _agreement(imported, file, base) if check else []
+    write_text(path, text)
+    description = imported.model.describe()
+    say(
+        f"{description.name}: {len(description.bodies)} bodies, {len(description.joints)} joints, "
+        f"{len(description.coordinates)} coordinates, {len(description.parameters)} parameters"
+    )
+    for note in imported.notes[:_MOST_NOTES]:
+        say(f"  {note}")
+    if len(imported.notes) > _MOST_NOTES:
+        say(f"  … and {len(imported.notes) - _MOST_NOTES} more of this kind")
+    for line in agreement:
+        say(f"  {line}")
+    say(f"wrote {path}")
+
+
+def _agreement(imported: Import, file: Path, base: str) -> list[str]:
+    """The lines of a comparison with Pinocchio."""
+    from symgen.link import derive
+    from symgen.robots.agreement import compare_with_pinocchio
+    from symgen.robots.urdf import read_urdf
+
+    found = compare_with_pinocchio(derive(imported.model), imported, read_urdf(file), base == "free")
+    worst = {name: value for name, value in vars(found).items() if name != "states" and value == value}
+    largest = max(worst, key=worst.get)
+    return [
+        f"against Pinocchio at {found.states} random states, relative: "
+        f"worst {largest.replace('_', ' ')} {worst[largest]:.1e}",
+        *(f"  {name.replace('_', ' ')} {value:.1e}" for name, value in worst.items()),
+    ]

@@ -1,0 +1,1 @@
+"""Robots from the files of other programs: URDF to models."""
