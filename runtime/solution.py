@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.batches import accelerations_and_multipliers, evaluate
 from symgen.runtime.errors import UnknownNameError, nearest
+from symgen.runtime.lazy import Late
 from symgen.runtime.names import acceleration_labels, rate_indices, rate_labels
 
 if TYPE_CHECKING:
@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from symgen.runtime.subsystems.report import Parts
     from symgen.runtime.system import System
     from symgen.runtime.timing.timetable import Timetable
+
+
+# Not for those who load a model without running it.
+batches = Late("symgen.runtime.batches")
 
 
 @dataclass(frozen=True)
@@ -246,7 +250,7 @@ class Solution:
     def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         if self.forms is not None:
             return self.forms.evaluate(self.system, self.p, self.t, self.states)
-        rows = accelerations_and_multipliers(self.system, self.p, self.t, self.states)
+        rows = batches.accelerations_and_multipliers(self.system, self.p, self.t, self.states)
         return *rows, np.zeros((len(self.t), len(self.system.switches)))
 
     @property
@@ -267,7 +271,7 @@ class Solution:
     @cached_property
     def outputs(self) -> np.ndarray:
         """The model's outputs at the frames, shape (n_frames, number of outputs)."""
-        return evaluate(self.system, "outputs", self.p, self.t, self.states)
+        return batches.evaluate(self.system, "outputs", self.p, self.t, self.states)
 
     @cached_property
     def input_values(self) -> np.ndarray:
@@ -275,7 +279,7 @@ class Solution:
         if not self.system.input_words:
             first, n = len(self.system.parameters), len(self.system.inputs)
             return np.tile(self.p[first : first + n], (len(self.t), 1))
-        return evaluate(self.system, "inputs", self.p, self.t, self.states)
+        return batches.evaluate(self.system, "inputs", self.p, self.t, self.states)
 
     def __repr__(self) -> str:
         return (
