@@ -8,9 +8,12 @@ import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
+
+kkt = Late("symgen.runtime.constraints.kkt")
 
 
 @jitted
@@ -45,9 +48,7 @@ def evaluate(
 def right_hand_sides(system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Return rows of `rhs`, shape (n, n_row), also where constraints are redundant."""
     if system.m:
-        from symgen.runtime.constraints.kkt import robust_rhs_address
-
-        address, _keep = robust_rhs_address(system)
+        address, _keep = kkt.robust_rhs_address(system)
     else:
         address = system.kernel("rhs").prepared_address
     return _rows(address, system.n_row, system.prepared(p), times, states)

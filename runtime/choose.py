@@ -9,10 +9,12 @@ import numpy as np
 from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.checks.steps import MOST_IN_A_PERIOD, PERIODS, step_for_phases
 from symgen.runtime.checks.time_scales import TimeScales, change_rate, time_scales
+from symgen.runtime.constraints.redundancy import has_dependence
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.large_models import has_sparse_form, suited_to_size
 from symgen.runtime.integrate.methods import METHODS, Method, find_method
+from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import RunOptions, time_resolution
 from symgen.runtime.positions import Positions
@@ -20,6 +22,10 @@ from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
+
+kkt = Late("symgen.runtime.constraints.kkt")
+at_start = Late("symgen.runtime.contact.at_start")
+forms = Late("symgen.runtime.integrate.forms")
 
 CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
 SERIES, EXPLICIT, STIFF, STIFF_TIGHT = "taylor", "dop853", "radau5", "radau9"
@@ -90,9 +96,7 @@ def choose_method(
         return METHODS[EXPLICIT], [f"method auto: {EXPLICIT}, because {why}"]
     begins = system, p, state
     if system.switches:
-        from symgen.runtime.contact.at_start import form_at_start
-
-        begins = form_at_start(system, METHODS[EXPLICIT], p, t, state, rtol, atol)
+        begins = at_start.form_at_start(system, METHODS[EXPLICIT], p, t, state, rtol, atol)
     form, held, first = begins
     scales = time_scales(form, held, t, first[: system.nq], first[system.nq :])
     reason = stiff_at_start(scales, rtol)
@@ -131,8 +135,6 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
 
 def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     """Return why the equations that leave constraints out do not hold for this run; an empty string where they do."""
-    from symgen.runtime.constraints.redundancy import has_dependence
-
     if has_dependence(system, p, t, state[: system.nq]):
         return ""
     names = ", ".join(system.constraints[k]["name"] for k in system.dependent)
@@ -142,9 +144,7 @@ def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str
 
 
 def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarray) -> bool:
-    from symgen.runtime.constraints.kkt import is_ill_conditioned
-
-    return is_ill_conditioned(system, p, t, state[: system.nq])
+    return kkt.is_ill_conditioned(system, p, t, state[: system.nq])
 
 
 def stiff_at_start(scales: TimeScales, rtol: float) -> str:
@@ -328,13 +328,11 @@ def choose_constraints(name: str, system: System, method_name: str) -> tuple[str
             f"constraints 'projection': method {method_name!r} solves constraints in the form {own!r} as it is; "
             "leave constraints to 'auto', or name another method, such as gauss8"
         )
-    from symgen.runtime.integrate.forms import SUITED, find_form
-
     if method_name != "auto":
         find_method(method_name)
-        method, notes = find_form(name, method_name), []
+        method, notes = forms.find_form(name, method_name), []
     else:
-        method = find_form(name, SUITED[name])
+        method = forms.find_form(name, forms.SUITED[name])
         notes = [f"method auto: {method.name}, which suits constraints in the form {name}"]
     refuse_unsuitable(method, system)
     return name, method, notes

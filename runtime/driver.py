@@ -18,6 +18,7 @@ from symgen.runtime.event_actions import EventRecord, ResetError
 from symgen.runtime.exchange import energy_error_so_far
 from symgen.runtime.failures import failure_message
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.lazy import Late
 from symgen.runtime.options import time_resolution
 from symgen.runtime.run_state import RunState
 from symgen.runtime.stall import StallWatch
@@ -25,6 +26,8 @@ from symgen.runtime.uninterrupted import uninterrupted
 
 if TYPE_CHECKING:
     from symgen.runtime.checkpoint_bytes import Checkpoint
+
+runtime_checkpoint = Late("symgen.runtime.checkpoint")
 
 _FRAMES_AT_ONCE = 1000
 _FIRST_STEPS = 200
@@ -112,9 +115,7 @@ class Run(RunState):
         past : ndarray, shape (n, ny)
             The frames before it, the first ones of `arrays.frames`.
         """
-        from symgen.runtime.checkpoint import put_back
-
-        put_back(checkpoint, self, past)
+        runtime_checkpoint.put_back(checkpoint, self, past)
         self.is_resumed = True
         last = self.samples[-1][0] if self.samples else -np.inf
         self.stops = [t for t in self.stops if t > last]
@@ -123,9 +124,10 @@ class Run(RunState):
         """Give a recorder that keeps checkpoints the chance to take one."""
         keep = getattr(self.recorder, "checkpoint", None)
         if keep is not None:
-            from symgen.runtime.checkpoint import take
-
-            keep(lambda: (self.at_last_step or take(self)).to_bytes(sealed=True), final=final)
+            keep(
+                lambda: (self.at_last_step or runtime_checkpoint.take(self)).to_bytes(sealed=True),
+                final=final,
+            )
 
     def pauses(self) -> bool:
         """Whether to leave the rest of the run to a later call."""
@@ -268,9 +270,7 @@ class Run(RunState):
         """Return a checkpoint where somebody keeps it."""
         if not hasattr(self.recorder, "checkpoint"):
             return None
-        from symgen.runtime.checkpoint import take
-
-        return take(self)
+        return runtime_checkpoint.take(self)
 
     def _take_sample(self, checkpoint: Checkpoint | None = None) -> None:
         """Take the present state as the one that is wanted next; but for ticks of floating-point time, it is there.

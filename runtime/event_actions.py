@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.positions import Positions
 
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from symgen.runtime.contact.switching import Switching
     from symgen.runtime.loop_arrays import LoopArrays
     from symgen.runtime.system import System
+
+after_reset = Late("symgen.runtime.constraints.after_reset")
+switching = Late("symgen.runtime.contact.switching")
 
 _PERTURBATION = 4.0 * np.finfo(float).eps
 _PROJECTION_NOISE = 4.0  # states on constraints carry the round-off of the projection as well
@@ -157,9 +161,7 @@ class EventActions:
         self.switching: Switching | None = None
         self.lowest_gaps = np.full([switch["kind"] for switch in system.switches].count("stop"), np.inf)
         if system.switches and arrays.n_events:
-            from symgen.runtime.contact.switching import Switching
-
-            self.switching = Switching(system, arrays)
+            self.switching = switching.Switching(system, arrays)
 
     def act(self) -> tuple[list[EventRecord], bool, float | None]:
         """Act on all events of the current instant, in the order of the model file.
@@ -413,10 +415,8 @@ class EventActions:
             )
         given = after != before
         if system.m and given.any():
-            from symgen.runtime.constraints.after_reset import rates_after_reset
-
             q = arrays.y[: system.nq].copy()
-            rates = rates_after_reset(system, arrays.p, arrays.t, q, after, given)
+            rates = after_reset.rates_after_reset(system, arrays.p, arrays.t, q, after, given)
             if rates is not None:
                 arrays.y[system.nq : system.nq + system.nv] = rates
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from symgen.runtime.code import cache
+from symgen.runtime.code.modules import lower_setup
 from symgen.runtime.integrate import layout as at
 
 if TYPE_CHECKING:
@@ -114,8 +115,6 @@ def _hoisted(system: System, solution: Solution) -> Iterator[Saving]:
 
 def _once(system: System) -> str:
     """How much of `rhs` depends on parameters only."""
-    from symgen.runtime.code.modules import lower_setup
-
     n_hoisted = system.source.header.get("hoisted", {}).get("rhs", 0)
     if not n_hoisted:
         return ""

@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.lazy import Late
 from symgen.runtime.names import rate_labels
 
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.loop_arrays import LoopArrays
     from symgen.runtime.system import System
+
+dependence = Late("symgen.runtime.constraints.dependence")
 
 _ROUND_OFF_RTOL = 1e-12
 _NO_GRADIENT = 1e-12
@@ -84,16 +87,14 @@ def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, 
     """Return the sentence for constraints that depend on each other where the run stopped, "" where none do."""
     if not system.m:
         return ""
-    from symgen.runtime.constraints.dependence import DEPENDENT, dependent_constraints, rank_is_lost
-
     passes = method.passes_dependence
-    part = DEPENDENT if passes else NEARLY_DEPENDENT
+    part = dependence.DEPENDENT if passes else NEARLY_DEPENDENT
     place = system, arrays.p, arrays.t, arrays.y[: system.nq]
-    names = dependent_constraints(*place, part)
+    names = dependence.dependent_constraints(*place, part)
     # Those that depend on each other everywhere are no reason to stop, unless they ask for different motions.
-    if not names or (status in _BY_ITSELF and not rank_is_lost(*place, part)):
+    if not names or (status in _BY_ITSELF and not dependence.rank_is_lost(*place, part)):
         return ""
-    nearly = "" if dependent_constraints(*place) else "nearly "
+    nearly = "" if dependence.dependent_constraints(*place) else "nearly "
     subject = ", ".join(repr(name) for name in names)
     one = len(names) == 1
     verdict = f"restricts {nearly}nothing" if one else f"{nearly}depend on each other"

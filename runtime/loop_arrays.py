@@ -10,10 +10,14 @@ import numpy as np
 
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.large_models import suited_to_size
+from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.system import System
+
+kkt = Late("symgen.runtime.constraints.kkt")
 
 _CARRIED = ("control", "counters", "y", "f", "work", "dense", "tail")  # from step to step
 _STEPS_ASIDE = 256
@@ -210,8 +214,6 @@ class LoopArrays:
         """Project the state onto the constraints, with quaternions of unit length; returns a status."""
         if self.addresses[at.PROJECT] == 0:
             return at.RUNNING
-        from symgen.runtime.integrate.projection import project_state, projection_size
-
         buffer = np.zeros(projection_size(self.sizes))
         return project_state(
             self.addresses, self.sizes, self.prepared, self.t, self.y, self.control, self.counters, buffer
@@ -355,9 +357,7 @@ def kernel_addresses(
     """
     addresses, keep = np.zeros(at.N_KERNELS, dtype=np.uint64), []
     if system.m:
-        from symgen.runtime.constraints.kkt import lease_guard
-
-        keep.append(lease_guard(system))
+        keep.append(kkt.lease_guard(system))
         addresses[at.RHS], addresses[at.PROJECT] = keep[0].rhs, keep[0].project
     else:
         for index, name in ((at.RHS, "rhs"), *(((at.PROJECT, "project"),) if system.quaternions else ())):

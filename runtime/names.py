@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from symgen.runtime.abi import closed_header
+
 Records = Sequence[Mapping[str, Any]]
 
 
@@ -43,8 +45,6 @@ def inside_dot(name: str) -> str:
 def result_label(header: Mapping[str, Any], function: str, place: int) -> str:
     """Return what a function of a module writes at a place of `out`, in words; empty where there are none."""
     if function.startswith("closed_"):
-        from symgen.runtime.abi import closed_header
-
         return result_label(closed_header(header), function.removeprefix("closed_"), place)
     coordinates, rates = header["coordinates"], header["rates"]
     constraints = [record["name"] for record in header["constraints"]]

@@ -15,6 +15,7 @@ from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.driver import Run
 from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import SMALLEST_RTOL, RunOptions
 from symgen.runtime.summary import summarise
@@ -24,6 +25,11 @@ if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
+
+drive = Late("symgen.runtime.inputs.drive")
+given = Late("symgen.runtime.inputs.given")
+schedule = Late("symgen.runtime.inputs.schedule")
+apart = Late("symgen.runtime.subsystems.apart")
 
 
 def simulate(system: System, options: RunOptions) -> Solution:
@@ -48,27 +54,21 @@ def simulate(system: System, options: RunOptions) -> Solution:
     moving, constant = _split_inputs(system, {**(options.inputs or {})}, options.parameters or {})
     p = system.parameter_values({**(options.parameters or {}), **constant})
     if moving:
-        from symgen.runtime.inputs.drive import drive
-
-        system = drive(system, moving, p, options.t_start, options.t_end)
+        system = drive.drive(system, moving, p, options.t_start, options.t_end)
     treatment, formed, form_notes = choose_constraints(options.constraints, system, options.method)
     began = time.perf_counter()
     assembly = assemble(system, p, options.start, options.rate, options.t_start)
     state = np.concatenate([assembly.q, assembly.v])
     refuse_negative_inertia(system, p, options.t_start, state)
     if moving:
-        from symgen.runtime.inputs.schedule import first_samples
-
-        first_samples(system, p, options.t_start, state)
+        schedule.first_samples(system, p, options.t_start, state)
     notes = [*_moved_notes(assembly.moved), *assembly.notes]
     if options.rtol < SMALLEST_RTOL:
         notes.append(f"rtol: {SMALLEST_RTOL:.1e} instead of {options.rtol:.1e}, which is below round-off")
         options = replace(options, rtol=SMALLEST_RTOL)
     notes += form_notes
     if options.split is not False and system.subsystems:
-        from symgen.runtime.subsystems.apart import simulate_apart
-
-        solution = simulate_apart(
+        solution = apart.simulate_apart(
             system, p, state, options, treatment, redundant=assembly.redundant, notes=notes, began=began
         )
         if not isinstance(solution, str):
@@ -121,18 +121,14 @@ def _split_inputs(
     own = [record for record in system.inputs if "table" in record or "polynomial" in record]
     if not own and all(type(value) in (int, float) for value in inputs.values()):
         return {}, inputs
-    from symgen.runtime.inputs.given import from_record, is_constant
-
     said = {name for key in (*inputs, *parameters) for name in (key if isinstance(key, tuple) else (key,))}
-    moving = {record["name"]: from_record(record) for record in own if record["name"] not in said}
-    moving |= {key: value for key, value in inputs.items() if not is_constant(value)}
-    return moving, {key: float(value) for key, value in inputs.items() if is_constant(value)}
+    moving = {record["name"]: given.from_record(record) for record in own if record["name"] not in said}
+    moving |= {key: value for key, value in inputs.items() if not given.is_constant(value)}
+    return moving, {key: float(value) for key, value in inputs.items() if given.is_constant(value)}
 
 
 def _schedule(system: System, arrays: LoopArrays, method: Method, t_start: float) -> Any:
-    from symgen.runtime.inputs.schedule import InputSchedule
-
-    return InputSchedule(system, arrays, method, t_start)
+    return schedule.InputSchedule(system, arrays, method, t_start)
 
 
 def _moved_notes(moved: Sequence[tuple[str, float, float]]) -> list[str]:

@@ -9,9 +9,12 @@ import numpy as np
 
 from symgen.runtime.failures import NEARLY_DEPENDENT, failure_message, state_names
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.runtime.run_state import RunState
+
+dependence = Late("symgen.runtime.constraints.dependence")
 
 _WINDOW = 1.0  # [s] of processor time
 _WINDOWS = 10  # near a change point some seconds of tiny steps are no stall
@@ -76,10 +79,8 @@ class StallWatch:
         run = self._run
         if run.method.form != "partition":
             return False
-        from symgen.runtime.constraints.dependence import rank_is_lost
-
         system, arrays = run.actions.form, run.arrays
-        return rank_is_lost(system, arrays.p, arrays.t, arrays.y[: system.nq], NEARLY_DEPENDENT)
+        return dependence.rank_is_lost(system, arrays.p, arrays.t, arrays.y[: system.nq], NEARLY_DEPENDENT)
 
     def _sentence(self, seconds: float, step: float) -> str:
         when, days = f"t = {self._run.arrays.t:.9g} s", seconds / _DAY

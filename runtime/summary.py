@@ -12,12 +12,16 @@ from symgen.runtime.batches import accelerations_and_multipliers, constraint_res
 from symgen.runtime.exchange import Exchange, energy_limit
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.lazy import Late
 from symgen.runtime.solution import ConstraintResidual, Energy, Sample, Solution
 
 if TYPE_CHECKING:
     from symgen.runtime.contact.forms import Forms
     from symgen.runtime.run_state import RunState
     from symgen.runtime.system import System
+
+contact_forms = Late("symgen.runtime.contact.forms")
+work_along = Late("symgen.runtime.work_along")
 
 _STATISTICS = {
     "steps": at.STEPS,
@@ -78,10 +82,8 @@ def summarise(
         and error > energy_limit(find_method(settings["method"]), settings["rtol"])
         and not _has_jumped(run)
     ):
-        from symgen.runtime.work_along import work_that_balances
-
         states = rows[:, : system.nq + system.nv]
-        along = work_that_balances(system, arrays.p, times, states, energies, work)
+        along = work_along.work_that_balances(system, arrays.p, times, states, energies, work)
         if along is not None:
             work, notes = along, [*notes, _WORK_ALONG.format(error)]
             exchange = Exchange(energies, work)
@@ -142,10 +144,8 @@ def _collected(run: RunState) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nd
 
 
 def _forms(run: RunState, n: int) -> Forms:
-    from symgen.runtime.contact.forms import Forms
-
     index = np.append(run.form_at_frames[: int(run.arrays.counters[at.NEXT_FRAME])], len(run.forms) - 1)
-    return Forms(np.array(run.forms), index[:n])
+    return contact_forms.Forms(np.array(run.forms), index[:n])
 
 
 def _samples(
@@ -160,9 +160,7 @@ def _samples(
     rows = np.vstack([entry[1] for entry in entries])
     forces = None
     if settings:
-        from symgen.runtime.contact.forms import Forms
-
-        forms = Forms(np.array(settings), np.array([entry[3] for entry in entries]))
+        forms = contact_forms.Forms(np.array(settings), np.array([entry[3] for entry in entries]))
         accelerations, multipliers, forces = forms.evaluate(system, p, times, rows)
     else:
         accelerations, multipliers = accelerations_and_multipliers(system, p, times, rows)

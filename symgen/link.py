@@ -13,6 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from symgen import runtime
+from symgen.model import library
+from symgen.model.files import LARGEST_TABLE, read_plain
+from symgen.runtime.code.cache import cache_folder, fetch, prune, store
+from symgen.runtime.errors import ModuleError
+from symgen.runtime.lazy import Late
+from symgen.runtime.module import read_module
+
 from .errors import ModelError, SymgenError
 from .version import __version__
 
@@ -21,6 +29,10 @@ if TYPE_CHECKING:
 
     from .derive.program import Program
     from .model.model import Model
+
+subsystems = Late("symgen.derive.scenes.subsystems")
+module = Late("symgen.emit.module")
+toml_text = Late("symgen.model.toml_text")
 
 _GENERATOR = ("model", "derive", "emit")  # folders whose sources decide what a generated module says
 _KEPT_GENERATORS = 20
@@ -68,8 +80,6 @@ def derive(model: Model) -> System:
     -------
     symgen.runtime.System
     """
-    from symgen import runtime
-
     return runtime.load(derive_text(model).text)
 
 
@@ -106,15 +116,12 @@ def derive_text(model: Model, source: str | None = None) -> DerivedModel:
     start = time.perf_counter()
     description = model.describe()
     checked = time.perf_counter()
-    from .derive.scenes.subsystems import derive as derive_program
-    from .emit.module import emit
-
     try:
-        program = derive_program(description, source or "")
+        program = subsystems.derive(description, source or "")
     except ModelError as error:
         raise error.located(file=f"model '{description.name}'") from None
     derived = time.perf_counter()
-    text = emit(program)
+    text = module.emit(program)
     if source is None:
         source = program.header["source"] = _hash(text.encode())
         text = text.replace('"source": ""', f'"source": "{source}"', 1)
@@ -126,9 +133,6 @@ def derive_text(model: Model, source: str | None = None) -> DerivedModel:
 
 def _check_readable(text: str, name: str) -> None:
     """Refuse to hand out a module that the run time would not take: nobody can mend that in the model."""
-    from symgen.runtime.errors import ModuleError
-    from symgen.runtime.module import read_module
-
     try:
         read_module(text)
     except ModuleError as error:
@@ -171,8 +175,6 @@ def derive_file(path: Path, options: dict[str, str] | None = None) -> DerivedMod
     -------
     DerivedModel
     """
-    from .model import library
-
     start = time.perf_counter()
     content = _read(path)
     model = library.load(path, options or {})
@@ -201,8 +203,6 @@ def module_for(
     -------
     ModuleText
     """
-    from symgen.runtime.code.cache import cache_folder, fetch, store
-
     options = options or {}
     key = hashlib.sha256()
     for part in (
@@ -233,8 +233,6 @@ def generator_hash() -> str:
 
     It is remembered for as long as they have the sizes and times that they had, as Python does with its bytecode.
     """
-    from symgen.runtime.code.cache import cache_folder, fetch, prune, store
-
     folder = str(Path(__file__).parent)
     sources = sorted(_sources(folder, _GENERATOR))
     stamp = hashlib.sha256(repr((__version__, folder, sources)).encode()).hexdigest()[:40]
@@ -268,11 +266,8 @@ def _tables_beside(path: Path) -> Iterator[bytes]:
     """The contents of the files that a TOML model's inputs name; what is wrong with them is found when it is read."""
     if path.suffix != ".toml" or b"table" not in _read(path):
         return
-    from .model.files import LARGEST_TABLE, read_plain
-    from .model.toml_text import parse
-
     try:
-        inputs = parse(_read(path).decode("utf-8-sig"), str(path)).get("inputs", {})
+        inputs = toml_text.parse(_read(path).decode("utf-8-sig"), str(path)).get("inputs", {})
         files = [entry["table"] for entry in inputs.values() if type(entry) is dict and "table" in entry]
     except (ModelError, ValueError, AttributeError):
         return
@@ -283,8 +278,6 @@ def _tables_beside(path: Path) -> Iterator[bytes]:
 
 
 def _read(path: Path) -> bytes:
-    from .model.files import read_plain
-
     return read_plain(path)
 
 

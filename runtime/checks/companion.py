@@ -11,6 +11,7 @@ from symgen.runtime.driver import Run
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS, Method
+from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import RunOptions
 from symgen.runtime.timing.timetable import timetable
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from symgen.runtime.checks.jumped_over import SharpPlaces
     from symgen.runtime.solution import Solution
     from symgen.runtime.timing.timetable import Timetable
+
+schedule = Late("symgen.runtime.inputs.schedule")
 
 _EXPLICIT = "dop853"
 _TIGHTER = 0.01
@@ -207,9 +210,7 @@ class _Beside(Run):
         arrays.control[[at.T, at.T_GRID, at.T_EVENT]] = t
         inputs = None
         if system.input_words:
-            from symgen.runtime.inputs.schedule import InputSchedule
-
-            inputs = InputSchedule(system, arrays, method, t)
+            inputs = schedule.InputSchedule(system, arrays, method, t)
         super().__init__(
             system, method, arrays, np.zeros(len(times), dtype=bool), [end], max_steps=most_steps, inputs=inputs,
             timetable=kept,

@@ -13,6 +13,7 @@ import numpy as np
 
 from symgen.runtime.batches import evaluate, right_hand_sides
 from symgen.runtime.checks.entry import HealthCheck, limited
+from symgen.runtime.lazy import Late
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Positions
 from symgen.runtime.spread import spread_numbers, spread_rows
@@ -20,6 +21,8 @@ from symgen.runtime.spread import spread_numbers, spread_rows
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
+
+forms = Late("symgen.runtime.contact.forms")
 
 _STATES = 5
 _LIMIT = 1e-8  # of the size of an equation's terms
@@ -59,13 +62,11 @@ def _forms(solution: Solution, rows: np.ndarray) -> Iterator[tuple[System, np.nd
     if solution.forms is None:
         yield solution.system, solution.p, rows
         return
-    from symgen.runtime.contact.forms import form_of
-
     index = solution.forms.index[rows]
     for k in sorted(set(index.tolist())):
         p = solution.p.copy()
         p[solution.system.n_settable :] = solution.forms.settings[k]
-        yield form_of(solution.system, solution.forms.settings[k]), p, rows[index == k]
+        yield forms.form_of(solution.system, solution.forms.settings[k]), p, rows[index == k]
 
 
 def _parts(solution: Solution, rows: np.ndarray) -> Iterator[tuple[float, str, float, str]]:

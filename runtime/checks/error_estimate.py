@@ -12,6 +12,8 @@ from symgen.runtime.checks.companion import Companion, finer, follow, independen
 from symgen.runtime.checks.growth import growth_rate, is_exponential, running_maximum
 from symgen.runtime.checks.sharpness import may_be_sharp
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
+from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.lazy import Late
 from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
+
+forms = Late("symgen.runtime.integrate.forms")
 
 LARGEST_ERROR = 0.05  # of what a coordinate or rate does
 LEAST_FRAMES = 8
@@ -237,14 +241,10 @@ def sizes(system: System, states: np.ndarray) -> np.ndarray:
 
 def method_of(solution: Solution) -> Method:
     """Return the method of a run, in the run's form of constraints."""
-    from symgen.runtime.integrate.methods import find_method
-
     method = find_method(solution.method)
     if solution.constraints in ("none", method.form):
         return method
-    from symgen.runtime.integrate.forms import FORMS  # of other forms, which most runs do without
-
-    return FORMS.get(solution.constraints, {}).get(solution.method) or method
+    return forms.FORMS.get(solution.constraints, {}).get(solution.method) or method
 
 
 def _rows(solution: Solution) -> np.ndarray:

@@ -8,20 +8,37 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.batches import evaluate
+from symgen.runtime.checks.accuracy import accuracy
 from symgen.runtime.checks.entry import HealthCheck, advised, limited, noted
+from symgen.runtime.checks.equations import equations
+from symgen.runtime.checks.mode_origin import fastest_origin
 from symgen.runtime.checks.stability import stable_radius, stable_step, unstable_rate
 from symgen.runtime.checks.steps import MOST_REJECTED, least_steps_in_a_period
+from symgen.runtime.checks.time_scales import time_scales
+from symgen.runtime.checks.wrong_signs import wrong_signs
 from symgen.runtime.constraints.drift import constraint_drift
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.exchange import energy_limit
 from symgen.runtime.failures import state_names
 from symgen.runtime.integrate.methods import Method, find_method
+from symgen.runtime.lazy import Late
 from symgen.runtime.positions import Positions
 from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
     from symgen.runtime.checks.time_scales import TimeScales
     from symgen.runtime.solution import Solution
+
+blow_up = Late("symgen.runtime.checks.blow_up")
+branches = Late("symgen.runtime.checks.branches")
+jacobian = Late("symgen.runtime.checks.jacobian")
+missed_events = Late("symgen.runtime.checks.missed_events")
+poles = Late("symgen.runtime.checks.poles")
+stiffness = Late("symgen.runtime.checks.stiffness")
+stops = Late("symgen.runtime.checks.stops")
+subsystems = Late("symgen.runtime.checks.subsystems")
+time_resolution = Late("symgen.runtime.checks.time_resolution")
 
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
 _FIXED_STEP_DRIFT = 1e-6
@@ -80,61 +97,37 @@ def check(solution: Solution) -> list[HealthCheck]:
     method = find_method(solution.method)
     found = [_status(solution), _finite(solution)]
     if solution.status == "failed" or not found[1].ok:
-        from symgen.runtime.checks.blow_up import blow_up
-
-        found += blow_up(solution, method)
+        found += blow_up.blow_up(solution, method)
     if not found[1].ok:
         return found + ([] if method.adaptive else list(_resolution(solution, method)))
     found.append(_energy(solution, method))
     if solution.system.m:
-        from symgen.runtime.checks.branches import branches
-
-        found += [*_constraints(solution, method), *_rank(solution), *branches(solution)]
+        found += [*_constraints(solution, method), *_rank(solution), *branches.branches(solution)]
     if solution.system.quaternions:
         found.append(_quaternions(solution))
-    from symgen.runtime.checks.equations import equations
-
     found += equations(solution)
     found += _steps(solution) if method.adaptive else _resolution(solution, method)
     return _with_evidence(found + list(_further(solution, method, found)))
 
 
 def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> Iterator[HealthCheck]:
-    """Yield the checks that most runs give no cause for; each is imported where there is one."""
+    """Yield the checks that most runs give no cause for; each is loaded where there is one."""
     if solution.system.events:
-        from symgen.runtime.checks.missed_events import missed_events
-
-        yield from missed_events(solution)
+        yield from missed_events.missed_events(solution)
     if any(switch["kind"] == "stop" for switch in solution.system.switches):
-        from symgen.runtime.checks.stops import stops
-
-        yield stops(solution)
+        yield stops.stops(solution)
     if "residual_jacobian" in method.kernels:
-        from symgen.runtime.checks.jacobian import jacobian
-
-        yield from jacobian(solution, method)
+        yield from jacobian.jacobian(solution, method)
     if method.adaptive and not method.stiff:
-        from symgen.runtime.checks.stiffness import stiffness
-
-        yield from stiffness(solution, method)
+        yield from stiffness.stiffness(solution, method)
     if solution.timetable is not None:
-        from symgen.runtime.checks.time_resolution import time_resolution
-
-        yield from time_resolution(solution)
+        yield from time_resolution.time_resolution(solution)
     if solution.parts is not None:
-        from symgen.runtime.checks.subsystems import subsystems
-
-        yield from subsystems(solution, method)
+        yield from subsystems.subsystems(solution, method)
     if not method.adaptive:
-        from symgen.runtime.checks.poles import poles
-
-        yield from poles(solution, method)
-    from symgen.runtime.checks.wrong_signs import wrong_signs
-
+        yield from poles.poles(solution, method)
     yield from wrong_signs(solution)
     if solution.status in _REGULAR_ENDS:
-        from symgen.runtime.checks.accuracy import accuracy
-
         yield from accuracy(solution)
 
 
@@ -200,8 +193,6 @@ def _rank(solution: Solution) -> Iterator[HealthCheck]:
     """Report where constraints came near to depending on each other, and which one does."""
     if solution.redundant or not solution.min_pivot_ratio < _NEAR_DEPENDENCE or solution.forms is not None:
         return
-    from symgen.runtime.batches import evaluate
-
     system = solution.system
     pivots = evaluate(system, "rhs", solution.p, solution.t, solution.states)[:, -1]
     frame = int(np.argmin(np.where(np.isnan(pivots), -1.0, pivots)))
@@ -295,15 +286,11 @@ def _stability(solution: Solution, method: Method, scales: list[TimeScales]) -> 
 
 def _cause(solution: Solution) -> str:
     """Return what the fastest motion belongs to, at the start, before it has grown."""
-    from symgen.runtime.checks.mode_origin import fastest_origin
-
     origin = fastest_origin(solution.system, solution.p, solution.t[0], solution.q[0], solution.v[0])
     return f"which {origin.spring} makes fast" if origin is not None else "of the model"
 
 
 def _time_scales(solution: Solution) -> list[TimeScales]:
-    from symgen.runtime.checks.time_scales import time_scales
-
     rows = _rows_for_time_scales(solution)
     return [
         time_scales(solution.system, solution.p, solution.t[i], solution.q[i], solution.v[i]) for i in rows
@@ -314,9 +301,7 @@ def _rows_for_time_scales(solution: Solution) -> np.ndarray:
     """Return frames, spread over the run, but none after it blew up: time scales there are those of garbage."""
     n = len(solution.t)
     if solution.status == "failed" or not np.isfinite(solution.states).all():
-        from symgen.runtime.checks.blow_up import first_outgrown
-
         # Half of the time to it: growth shows late.
-        n = max(1, (first_outgrown(solution) or 2 * n) // 2)
+        n = max(1, (blow_up.first_outgrown(solution) or 2 * n) // 2)
     rows = spread_rows(n, _STATES_FOR_TIME_SCALES)
     return rows[np.isfinite(solution.states[rows]).all(axis=1)]

@@ -9,6 +9,7 @@ import numpy as np
 
 from symgen.runtime.checks.entry import HealthCheck, limited
 from symgen.runtime.spread import spread_rows
+from symgen.runtime.timing.terms import Samples, TimeTerms
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
@@ -45,8 +46,6 @@ def time_resolution(solution: Solution) -> Iterator[HealthCheck]:
 
 def _left_out(solution: Solution, step: float) -> tuple[float, float]:
     """Return the largest part of a term that steps do not see, and where [s]."""
-    from symgen.runtime.timing.terms import Samples, TimeTerms
-
     course, t_start, t_end = solution.timetable.course, solution.t_start, float(solution.t[-1])
     ends = np.append(course.begin[1:], np.inf)
     terms = TimeTerms(solution.system, solution.p)

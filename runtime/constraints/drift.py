@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.batches import evaluate
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.spread import spread_rows
 
@@ -31,8 +32,6 @@ def constraint_drift(solution: Solution) -> dict[str, Drift]:
     The scale of a position is the constraint's change over the coordinates' characteristic sizes; that of a
     velocity its largest term over the run, and at least that of a motion by one size over the whole run.
     """
-    from symgen.runtime.batches import evaluate
-
     system = solution.system
     rows = np.abs(evaluate(system, "constraint_residual", solution.p, solution.t, solution.states))
     constraints = Constraints(system, solution.p, float(solution.t[0]))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
@@ -68,8 +69,6 @@ def _objection(system: System, method: Method, p: np.ndarray, t: float, state: n
 
 
 def _those_that_scale() -> list[str]:
-    from symgen.runtime.integrate.methods import METHODS
-
     return [name for name, method in METHODS.items() if method.scales_energy]
 
 

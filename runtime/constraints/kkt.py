@@ -21,6 +21,7 @@ from symgen.runtime.constraints import branch, robust_path
 from symgen.runtime.constraints import guard_code as at
 from symgen.runtime.constraints.guard_code import guard_ir
 from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.redundancy import usual_rank
 from symgen.runtime.constraints.row_weights import n_weights, row_weights
 from symgen.runtime.positions import Positions
 from symgen.runtime.size import is_large
@@ -83,8 +84,6 @@ class Lease:
 
         Straight-line code that leaves out constraints is of use only where these depend on the others.
         """
-        from symgen.runtime.constraints.redundancy import usual_rank
-
         system = self._system
         weights, smallest = row_weights(system, p, t, q)
         if len(weights):

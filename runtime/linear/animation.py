@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.positions import Positions
+from symgen.runtime.recording.recorder import RunRecorder
 
 if TYPE_CHECKING:
     from symgen.runtime.linear.model import LinearModel
@@ -52,8 +54,6 @@ def record_mode(
     RuntimeModelError
         The mode moves no coordinate, or nothing can be written there.
     """
-    from symgen.runtime.recording.recorder import RunRecorder
-
     system = model.system
     largest = float(np.abs(mode.shape / model.sizes).max(initial=0.0))
     if largest <= _CLOSED:
@@ -84,8 +84,6 @@ def record_mode(
 
 
 def _state(model: LinearModel, mode: Mode, factor: float, phase: float) -> np.ndarray:
-    from symgen.runtime.positions import Positions
-
     turned = factor * np.exp(1j * phase) * mode.shape
     rates = 1j * mode.eigenvalue.imag * turned
     positions = Positions(model.system)

@@ -17,6 +17,7 @@ import numpy as np
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.inputs.given import from_record
 from symgen.runtime.linear.duals import derivatives
 from symgen.runtime.linear.equilibrium import find_equilibrium
 from symgen.runtime.linear.model import LinearModel
@@ -392,8 +393,6 @@ def _inputs_at(system: System, t: float, said: Mapping[str, float]) -> dict[str,
     moving = [r for r in system.inputs if ("table" in r or "polynomial" in r) and r["name"] not in said]
     if not moving:
         return {}
-    from symgen.runtime.inputs.given import from_record
-
     values = {}
     for record in moving:
         pieces = from_record(record).pieces()

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.recording.reader import read_recording
 
 from .errors import RecordingError
 
@@ -40,8 +41,6 @@ def play(path: str | Path, web: bool = False) -> int:
     RuntimeModelError
         If there is no screen, or the viewer cannot be started.
     """
-    from .reader import read_recording
-
     path = Path(path)
     # The viewer would open an empty window on a damaged file.
     read_recording(path)

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.runtime.contact.forms import Forms
     from symgen.runtime.system import System
+
+forms = Late("symgen.runtime.contact.forms")
 
 
 class Quantities:
@@ -54,20 +57,16 @@ class Quantities:
 
     def forms(self, settings: np.ndarray) -> Forms:
         """Return which form of the model holds at each frame, by the settings of stops and frictions."""
-        from symgen.runtime.contact.forms import Forms
-
         distinct, index = np.unique(settings, axis=0, return_inverse=True)
-        return Forms(distinct, index.reshape(-1))
+        return forms.Forms(distinct, index.reshape(-1))
 
     def in_form(self, settings: np.ndarray) -> Quantities:
         """Return the functions of the form of the model that applies with these settings of stops and frictions."""
         if not len(settings):
             return self
-        from symgen.runtime.contact.forms import form_of
-
         p = self.p.copy()
         p[self.system.settings_of_switches] = settings
-        return Quantities(form_of(self.system, settings), p)
+        return Quantities(forms.form_of(self.system, settings), p)
 
     def accelerations_and_multipliers(self, t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return vdot, shape (n, nv), and the multipliers, shape (n, m)."""

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.checkpoint_bytes import Checkpoint
+from symgen.runtime.lazy import Late
+
 from . import schema
 from .errors import RecordingError
 from .recording import RecordedEvent, Recording
@@ -16,7 +19,8 @@ from .trusted import check_settings
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from symgen.runtime.checkpoint_bytes import Checkpoint
+
+read = Late("symgen.runtime.recording.rrd.read")
 
 
 def read_recording(path: str | Path) -> Recording:
@@ -27,11 +31,9 @@ def read_recording(path: str | Path) -> Recording:
     RecordingError
         If the file is missing, damaged, not a recording, or not one of symgen.
     """
-    from .rrd.read import read_rrd
-
     path = Path(path)
     try:
-        recording = _recording(path, *read_rrd(path, [schema.STATE, schema.EVENTS, schema.ENERGY]))
+        recording = _recording(path, *read.read_rrd(path, [schema.STATE, schema.EVENTS, schema.ENERGY]))
         check_settings(recording)
         return recording
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, RecursionError) as error:
@@ -117,11 +119,7 @@ def read_checkpoint(path: str | Path) -> tuple[Checkpoint | None, np.ndarray]:
     RecordingError, symgen.runtime.checkpoint.CheckpointError
         The file, or its last checkpoint, is damaged.
     """
-    from symgen.runtime.checkpoint_bytes import Checkpoint
-
-    from .rrd.read import read_rrd
-
-    _, batches, _ = read_rrd(Path(path), [schema.CHECKPOINT, schema.STEP_SIZE])
+    _, batches, _ = read.read_rrd(Path(path), [schema.CHECKPOINT, schema.STEP_SIZE])
     last, content = 0.0, b""
     for batch in batches.get(schema.CHECKPOINT, []):
         numbers, contents = (

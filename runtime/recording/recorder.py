@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.lazy import Late
 from symgen.runtime.uninterrupted import uninterrupted
 
 from .about import Settings
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
     from .run_writer import RunWriter
+
+run_writer = Late("symgen.runtime.recording.run_writer")
 
 _CHUNK = 4000  # frames; a chunk costs as much as some hundred of its frames
 _EARLY_CHUNK = 50
@@ -231,11 +234,11 @@ class RunRecorder:
                 if self._n_taken:
                     # Rerun takes a while to load, which a run that fails at its start should not wait for. Imports are
                     # done here and not beside the run, which may be importing too.
-                    from .run_writer import RunWriter
-
                     batches, self._batches, self._n_waiting = self._batches, [Batch()], 0
                     self._begun, self._last_flush = True, time.monotonic()
-                    make = functools.partial(RunWriter, self.path, self._of, Settings(**self._settings))
+                    make = functools.partial(
+                        run_writer.RunWriter, self.path, self._of, Settings(**self._settings)
+                    )
                     self._beside.start(self._write, make, batches)
                 if wait:
                     self._beside.wait()

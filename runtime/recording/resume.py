@@ -14,9 +14,14 @@ from symgen.runtime import solution as data
 from symgen.runtime.checkpoint_bytes import CheckpointError
 from symgen.runtime.checkpoint_check import check_facts, check_form
 from symgen.runtime.choose import choose_constraints, choose_step
+from symgen.runtime.contact.forms import form_of
 from symgen.runtime.driver import Run
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.front import Solution
+from symgen.runtime.inputs.controller import Controller
+from symgen.runtime.inputs.drive import drive
+from symgen.runtime.inputs.recorded import drive_again
+from symgen.runtime.inputs.schedule import InputSchedule
 from symgen.runtime.integrate import layout as at_index
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
@@ -233,8 +238,6 @@ class Resumed:
         p, form = self.system.with_settings(recording.p), self.system
         settings = self._checkpoint.arrays["settings"]
         if len(settings):
-            from symgen.runtime.contact.forms import form_of
-
             p[self.system.settings_of_switches] = settings[-1]
             form = form_of(self.system, settings[-1])
         start = recording.states[0, : self.system.nq + self.system.nv]
@@ -252,8 +255,6 @@ class Resumed:
         )  # fmt: skip
         inputs = None
         if recording.inputs_over_time:
-            from symgen.runtime.inputs.schedule import InputSchedule
-
             inputs = InputSchedule(self.system, arrays, method, options.t_start)
         run = Run(
             self.system, method, arrays, np.append(np.ones(n, dtype=bool), shown[later]), options.stops,
@@ -286,8 +287,6 @@ def _driven(
     """Return the system with its inputs over time; controllers are those given for the same inputs."""
     if not recording.inputs_over_time:
         return system
-    from symgen.runtime.inputs.recorded import drive_again
-
     controlled = None
     if controllers:
         given = given(system, recording.parameters) if callable(given) else given
@@ -301,9 +300,6 @@ def _driven(
 def _controlled(
     system: System, recording: Recording, wanted: list[tuple[str, ...]], given: Mapping[Any, Any]
 ) -> DrivenSystem:
-    from symgen.runtime.inputs.controller import Controller
-    from symgen.runtime.inputs.drive import drive
-
     found = {key if isinstance(key, tuple) else (key,): value for key, value in given.items()}
     missing = [name for names in wanted if not isinstance(found.get(names), Controller) for name in names]
     if missing:

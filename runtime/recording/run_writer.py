@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from symgen.runtime.exchange import Exchange
+from symgen.runtime.lazy import Late
 
 from . import about, schema
 from .about import Settings
@@ -21,6 +22,8 @@ from .layout import plot_rows
 from .quantities import Quantities
 from .rrd.write import RERUN_VERSION, RrdWriter
 from .scene import Scene
+
+recorded = Late("symgen.runtime.inputs.recorded")
 
 _OF_ONE_UNIT = ("q", "v", "outputs", "multipliers")  # plots of several quantities
 _SMALLEST_SHOWN = 1e-16  # what stands for zero where the logarithm is plotted
@@ -197,12 +200,10 @@ class RunWriter:
     def _write_inputs_over_time(self, *, done: bool) -> None:
         if not self._of.system.input_words:
             return
-        from symgen.runtime.inputs.recorded import recorded_inputs
-
         times, values = np.zeros(0), np.zeros((0, len(self._header["inputs"])))
         if self._inputs_at_frames:
             times, values = (np.concatenate(part) for part in zip(*self._inputs_at_frames))
-        text = recorded_inputs(self._of.system, *((times, values) if done else ()))
+        text = recorded.recorded_inputs(self._of.system, *((times, values) if done else ()))
         self._rrd.property(schema.INPUTS_OVER_TIME, {"pieces": text})
 
     def _document(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.lazy import Late
+
 from . import geometry, layout, schema
 from .marks import Marks, Surroundings
 from .quantities import Quantities
@@ -14,6 +16,8 @@ from .quantities import Quantities
 if TYPE_CHECKING:
     from .rrd.mark_writer import MarkWriter
     from .rrd.write import RrdWriter
+
+mark_writer = Late("symgen.runtime.recording.rrd.mark_writer")
 
 _TRAIL_PART = 0.15  # of the run's time is what a trail shows, but
 _FRAMES_FOR_BOX = 100  # of a chunk are enough to place the camera
@@ -92,9 +96,7 @@ class Scene:
             writer.origin(_CROSS * self._diagonal)
 
     def _opened(self, writer: RrdWriter) -> MarkWriter:
-        from .rrd.mark_writer import MarkWriter
-
-        marks = MarkWriter(writer)
+        marks = mark_writer.MarkWriter(writer)
         if self._marks:
             self._marks.open(marks, self._around)
         return marks

@@ -10,6 +10,8 @@ import numpy as np
 from symgen.runtime.checks.health import health_of
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.exchange import Exchange
+from symgen.runtime.inputs.given import InputFault
+from symgen.runtime.inputs.recorded import drive_again
 from symgen.runtime.module import read_module
 from symgen.runtime.system import System
 
@@ -138,9 +140,6 @@ def _driven(system: System, recording: Recording) -> tuple[System | None, Check 
     """Drive the model by the inputs over time that were recorded; None where they are not known."""
     if not recording.inputs_over_time:
         return system, None
-    from symgen.runtime.inputs.given import InputFault
-    from symgen.runtime.inputs.recorded import drive_again
-
     try:
         driven, unknown = drive_again(system, recording.inputs_over_time)
     except InputFault as fault:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers, evaluate
+from symgen.runtime.checks.convergence_text import tables
 from symgen.runtime.checks.growth import running_maximum
 from symgen.runtime.checks.health import health_of, objections_to
 from symgen.runtime.names import acceleration_labels, rate_indices, rate_labels
@@ -402,8 +403,6 @@ def _two_steps(solution: Solution, advice: Advice | None) -> list[Markup]:
 def _convergence(convergence: Convergence | None) -> list[Markup]:
     if convergence is None:
         return []
-    from symgen.runtime.checks.convergence_text import tables
-
     found = [
         part for title, (head, *rows) in tables(convergence) for part in (paragraph(title), table(head, rows))
     ]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.lazy import Late
 from symgen.runtime.timing.course import Course
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from symgen.runtime.loop_arrays import LoopArrays
     from symgen.runtime.options import RunOptions
     from symgen.runtime.system import System
+
+search = Late("symgen.runtime.timing.search")
 
 _IN_PULSE, _LONG_PULSE, _MOST_PULSES = 24, 8.0, 200  # frames in pulses; intervals between frames; pulses
 _FEW = 3  # breaks in a note
@@ -159,9 +162,7 @@ def course_of(system: System, p: np.ndarray, t_start: float, t_end: float) -> Co
     """Return what time alone does to a model; None where it does nothing beyond polynomials."""
     if not system.has("time_terms"):
         return None
-    from symgen.runtime.timing.search import known_course
-
-    return known_course(system, p, t_start, t_end)
+    return search.known_course(system, p, t_start, t_end)
 
 
 def timetable(course: Course | None, method: Method, options: RunOptions) -> Timetable | None:

@@ -8,12 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from symgen import runtime
 from symgen.cli.arguments import NameValue, as_dict, find_model
 from symgen.cli.control import with_control
 from symgen.cli.failures import NOT_TRUSTED
 from symgen.cli.files import CarefulCommand, OutputFile, write_text
+from symgen.cli.recorded_state import place_in_run, recorded_state
 from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import say
+from symgen.runtime.checks.advice import advise
+from symgen.runtime.recording.reader import read_recording
+from symgen.runtime.result_json import to_json
 
 if TYPE_CHECKING:
     from symgen.runtime.options import RunOptions
@@ -28,8 +33,6 @@ class PlaceInRun(click.ParamType):
     def convert(self, value: Any, param: Any, context: click.Context | None) -> tuple[Path, float]:
         if isinstance(value, tuple):
             return value
-        from symgen.cli.recorded_state import place_in_run
-
         place = place_in_run(value)
         if place is None:
             self.fail(f"{value!r} is not of the form RUN.rrd@TIME, such as run.rrd@2.5", param, context)
@@ -86,15 +89,11 @@ def command(
         asked = _begun_at(system, asked, *place)
     if model is not None:
         asked = with_control(find_model(model), system, asked)
-    from symgen.runtime.checks.advice import advise
-
     chosen = (given["method"], asked.step) if given["method"] not in (None, "auto") else None
     if chosen is None and given["step"] is not None:
         chosen = (asked.method, given["step"])
     advice = advise(system, asked, steps_per_period=steps_per_period, chosen=chosen)
     if json_file is not None:
-        from symgen.runtime.result_json import to_json
-
         write_text(json_file, to_json(advice.to_dict()) + "\n")
     times = f"from t = {advice.t_first:.4g} s " if advice.t_first else ""
     say(f"{system.name}: time scales at {advice.n_states} states {times}up to t = {advice.t_seen:.4g} s")
@@ -104,23 +103,16 @@ def command(
 
 
 def _recorded_model(path: Path) -> System:
-    from symgen import runtime
-    from symgen.runtime.recording.reader import read_recording
-
     return runtime.load(read_recording(path).module_text)
 
 
 def _length(path: Path) -> float:
-    from symgen.runtime.recording.reader import read_recording
-
     t = read_recording(path).t
     return float(t[-1] - t[0])
 
 
 def _begun_at(system: System, asked: RunOptions, path: Path, t: float) -> RunOptions:
     """Return options that make a run begin at the frame of a recording that is nearest to `t`."""
-    from symgen.cli.recorded_state import recorded_state
-
     state = recorded_state(system, path, t)
     start = dict(zip((c["name"] for c in system.coordinates), map(float, state.q)))
     rate = dict(zip((r["name"] for r in system.rates), map(float, state.v)))

@@ -9,6 +9,8 @@ from typing import Any
 
 import click
 
+from symgen.model.library import find
+
 
 class NameValue(click.ParamType):
     """`NAME=VALUE`, converted to the pair of texts."""
@@ -91,8 +93,6 @@ def value_options(command: Callable) -> Callable:
 
 def find_model(model: str) -> Path:
     """Return the file of MODEL."""
-    from symgen.model.library import find
-
     return Path(find(model))
 
 

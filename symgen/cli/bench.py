@@ -13,7 +13,13 @@ import click
 from symgen.cli.failures import FAILED
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.interrupts import interrupted_status
+from symgen.cli.settings import load_system
 from symgen.cli.terminal import complain, say
+from symgen.errors import SymgenError
+from symgen.model.library import bundled_folder, find
+from symgen.runtime.errors import RuntimeModelError, nearest
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.result_json import to_json
 
 if TYPE_CHECKING:
     from work_precision.case import Effort
@@ -79,9 +85,6 @@ def command(
 def _method_names(text: str | None) -> list[str] | None:
     if text is None:
         return None
-    from symgen.runtime.errors import nearest
-    from symgen.runtime.integrate.methods import METHODS
-
     names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
     for name in names:
         if name not in METHODS:
@@ -121,10 +124,6 @@ class _Bench:
                 say(line)
 
     def _prepared(self, scene: Any) -> SceneRun | None:
-        from symgen.cli.settings import load_system
-        from symgen.errors import SymgenError
-        from symgen.model.library import bundled_folder, find
-        from symgen.runtime.errors import RuntimeModelError
         from work_precision.scene_run import SceneRun
 
         try:
@@ -146,7 +145,6 @@ class _Bench:
         """Write what was measured."""
         if not self.results:
             return
-        from symgen.runtime.result_json import to_json
         from work_precision.machine import machine
 
         data = {"machine": machine(), "scenes": self.results}

@@ -14,9 +14,15 @@ from symgen.cli.failures import FAILED, NOT_TRUSTED
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import complain, say
+from symgen.runtime.checks.convergence import study
+from symgen.runtime.checks.convergence_text import lines
+from symgen.runtime.lazy import Late
+from symgen.runtime.result_json import to_json
 
 if TYPE_CHECKING:
     from symgen.runtime.checks.convergence import Convergence
+
+check_plot = Late("symgen.cli.check_plot")
 
 
 @click.command("check", cls=CarefulCommand)
@@ -50,13 +56,8 @@ def command(
     path = find_model(model)
     system, _ = load_system(path, as_dict(options, "--option"))
     asked = with_control(path, system, options_of(system, given))
-    from symgen.runtime.checks.convergence import study
-    from symgen.runtime.checks.convergence_text import lines
-
     result = study(system, asked)
     if json_file is not None:
-        from symgen.runtime.result_json import to_json
-
         write_text(json_file, to_json(result.to_dict()) + "\n")
     if result.failed:
         complain(f"Error: {result.says}")
@@ -75,7 +76,5 @@ def _plot(result: Convergence, path: Path, asked: bool) -> None:
         if asked:
             raise click.UsageError("--plot needs matplotlib: pip install 'symgen[figures]'")
         return
-    from symgen.cli.check_plot import write_plot
-
-    write_plot(result, path)
+    check_plot.write_plot(result, path)
     say(f"plot: {path}")

@@ -12,6 +12,7 @@ from symgen.cli.arguments import Positive
 from symgen.cli.failures import FAILED
 from symgen.cli.files import CarefulCommand, OutputFile, write_text
 from symgen.cli.terminal import complain, say
+from symgen.runtime.recording.compare import compare
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,8 +41,6 @@ def command(
 
     The exit status is 1 when they differ by more than the tolerance.
     """
-    from symgen.runtime.recording.compare import compare
-
     comparison = compare(first, second, tolerance=tolerance)
     if json_file is not None:
         write_text(json_file, json.dumps(comparison.to_dict(), indent=1) + "\n")

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from symgen.errors import ModelError
+from symgen.model.files import read_plain
+from symgen.model.library import run_function
 
 if TYPE_CHECKING:
     from symgen.runtime.options import RunOptions
@@ -34,8 +36,6 @@ def with_control(path: Path, system: System, options: RunOptions) -> RunOptions:
     """
     if path.suffix != ".py" or not _defines_control(path):
         return options
-    from symgen.model.library import run_function
-
     parameters = dict(options.parameters or {})
     found = run_function(path, "control", system, parameters)
     if not isinstance(found, dict):
@@ -55,8 +55,6 @@ def with_control(path: Path, system: System, options: RunOptions) -> RunOptions:
 
 
 def _defines_control(path: Path) -> bool:
-    from symgen.model.files import read_plain
-
     text = read_plain(path).decode("utf-8")
     if "def control(" not in text:
         return False

@@ -11,6 +11,7 @@ import click
 from symgen.cli.arguments import as_dict, find_model, model_argument
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.terminal import say
+from symgen.link import derive_file
 
 if TYPE_CHECKING:
     from symgen.link import DerivedModel
@@ -40,8 +41,6 @@ def command(
     model: str, options: tuple[tuple[str, str], ...], output: Path, json_file: Path | None, quiet: bool
 ) -> None:
     """Derive MODEL and write DIR/<name>.py."""
-    from symgen.link import derive_file
-
     derived = derive_file(find_model(model), as_dict(options, "--option"))
     output.mkdir(parents=True, exist_ok=True)
     path = claim("the module", output / f"{derived.name}.py")

@@ -16,9 +16,13 @@ import click
 from symgen.cli.files import subject_of
 from symgen.cli.interrupts import answered_interrupts, interrupted_status
 from symgen.cli.terminal import accept_all_letters, complain, message
+from symgen.errors import SymgenError
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
+
+errors = Late("symgen.runtime.errors")
 
 FAILED = 1
 NOT_TRUSTED = 3
@@ -50,11 +54,8 @@ class FailuresAsSentences(click.Group):
 
 
 def _sentence(error: Exception) -> str:
-    from symgen.errors import SymgenError
-    from symgen.runtime.errors import RuntimeModelError
-
     subject = getattr(error, "symgen_subject", "")
-    if isinstance(error, SymgenError | RuntimeModelError):
+    if isinstance(error, SymgenError | errors.RuntimeModelError):
         return _about(subject, str(error))
     if isinstance(error, MemoryError):
         return f"{subject or 'symgen'}: there is not enough memory for it ({error or 'no more is given'})"

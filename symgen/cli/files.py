@@ -11,6 +11,11 @@ from typing import Any
 
 import click
 
+from symgen.errors import ModelError
+from symgen.runtime.lazy import Late
+
+library = Late("symgen.model.library")
+
 # What files of these names are. A file that is to be written may have any other name, too.
 _KINDS = {
     ".toml": "a model",
@@ -191,11 +196,8 @@ def write_text(path: Path, text: str) -> None:
 
 def _model_files(model: str) -> list[Path]:
     """The file of a model, and those that it names, as far as they are there."""
-    from symgen.errors import ModelError
-    from symgen.model.library import find
-
     try:
-        path = Path(find(model))
+        path = Path(library.find(model))
     except (ModelError, OSError, ValueError):
         return []
     found = [path]

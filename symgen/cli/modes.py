@@ -14,8 +14,14 @@ import click
 
 from symgen.cli.arguments import Positive, as_dict, find_model, model_argument, value_options
 from symgen.cli.files import CarefulCommand, OutputFile, write_text
+from symgen.cli.quantities import parameter_values, start_values
+from symgen.cli.recorded_state import place_in_run, recorded_state
 from symgen.cli.settings import load_system
 from symgen.cli.terminal import say
+from symgen.runtime.linear import linearise
+from symgen.runtime.linear.animation import SECONDS, record_mode
+from symgen.runtime.linear.frequency import around_modes, spaced
+from symgen.runtime.result_json import to_json
 
 if TYPE_CHECKING:
     from symgen.runtime.linear.frequency import FrequencyResponse
@@ -100,8 +106,6 @@ def command(
     for line in _report(linear, modes, response):
         say(line)
     if json_file is not None:
-        from symgen.runtime.result_json import to_json
-
         record = {**linear.to_dict(), **modes.to_dict()}
         if response is not None:
             record["frequency_response"] = response.to_dict()
@@ -115,9 +119,6 @@ def command(
 def _linear(
     system: System, given: dict[str, Any], place: str, stable: bool, target: str | None
 ) -> LinearModel:
-    from symgen.cli.quantities import parameter_values, start_values
-    from symgen.runtime.linear import linearise
-
     values = parameter_values(system, given["set_values"])
     settings: dict[str, Any] = {
         "parameters": values,
@@ -135,8 +136,6 @@ def _linear(
 
 def _recorded(system: System, place: str, values: dict[str, float]) -> dict[str, Any]:
     """Return the state, time, and parameters of the frame that `RUN.rrd@TIME` names."""
-    from symgen.cli.recorded_state import place_in_run, recorded_state
-
     named = place_in_run(place)
     if named is None:
         raise click.UsageError(
@@ -149,8 +148,6 @@ def _recorded(system: System, place: str, values: dict[str, float]) -> dict[str,
 def _response(
     linear: LinearModel, source: str, target: str, frequencies: tuple[float, ...] | None
 ) -> FrequencyResponse:
-    from symgen.runtime.linear.frequency import around_modes, spaced
-
     if frequencies is None:
         wanted = around_modes(linear)
     elif len(frequencies) == 2 and 0.0 < frequencies[0] < frequencies[1]:
@@ -194,8 +191,6 @@ def _record(
 ) -> None:
     if number > len(modes):
         raise click.UsageError(f"--mode: model {linear.system.name!r} has {len(modes)} modes")
-    from symgen.runtime.linear.animation import SECONDS, record_mode
-
     mode = modes[number - 1]
     record_mode(
         linear,

@@ -8,6 +8,7 @@ import click
 
 from symgen.cli.failures import FAILED
 from symgen.cli.terminal import complain
+from symgen.runtime.recording.play import play
 
 
 @click.command("play")
@@ -16,8 +17,6 @@ from symgen.cli.terminal import complain
 @click.pass_context
 def command(context: click.Context, recording: Path, web: bool) -> None:
     """Show RUN.rrd in the Rerun viewer until it is closed."""
-    from symgen.runtime.recording.play import play
-
     status = play(recording, web=web)
     if status:
         complain(f"Error: the Rerun viewer ended with status {status}")

@@ -11,9 +11,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.errors import ModelError
+from symgen.runtime.errors import nearest
+from symgen.runtime.lazy import Late
+from symgen.runtime.names import inside_dot, rate_indices
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
+
+units = Late("symgen.model.units")
 
 _NUMBER = re.compile(
     r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?(?=$|[\s*]|[A-Za-z])", re.ASCII
@@ -39,8 +44,6 @@ def parameter_values(system: System, pairs: Iterable[tuple[str, str]]) -> dict[s
 
 def start_values(system: System, option: str, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
     """Return the values of `--start` or `--rate`, in SI; a rate may also be written `dot(x)` or as its coordinate."""
-    from symgen.runtime.names import inside_dot, rate_indices
-
     records = {record["name"]: record for record in system.coordinates}
     if option == "--rate":
         places = rate_indices(system.coordinates, system.rates, system.quaternions)
@@ -69,8 +72,6 @@ def _elsewhere(system: System, name: str) -> str | None:
 def _values(
     option: str, pairs, by_name: Mapping[str, dict[str, Any]], unknown: str, why_not
 ) -> dict[str, float]:
-    from symgen.runtime.errors import nearest
-
     values: dict[str, float] = {}
     for name, text in pairs:
         if name not in by_name:
@@ -113,19 +114,17 @@ def quantity(text: str, unit: str, shown: str) -> float:
 
 def _in_si(number: Fraction, given: str, unit: str, shown: str) -> float:
     # Numbers without a unit need no unit tables: they take a while to make.
-    from symgen.model.units import dimension_text, parse_unit
-
     try:
-        parsed = parse_unit(given)
+        parsed = units.parse_unit(given)
     except ModelError as error:
         raise click.UsageError(
             f"{shown}: {error.message}" + (f"; {error.hint}" if error.hint else "")
         ) from None
     if unit:
-        wanted = parse_unit(unit)
+        wanted = units.parse_unit(unit)
         if wanted.dimension != parsed.dimension:
             raise click.UsageError(
                 f"{shown}: the unit {given} does not fit {unit}, in which the model has it: "
-                f"{dimension_text(parsed.dimension)} against {dimension_text(wanted.dimension)}"
+                f"{units.dimension_text(parsed.dimension)} against {units.dimension_text(wanted.dimension)}"
             )
     return parsed.to_si(number)

@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from symgen.runtime.lazy import Late
+
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
+
+recorder = Late("symgen.runtime.recording.recorder")
 
 _PROGRESS_AFTER = 1.0  # seconds of wall time
 _PROGRESS_EVERY = 0.2
@@ -47,12 +51,10 @@ class Recorded:
     def begin(self, **settings: Any) -> Recorded:
         """Make the recorder; this is what `solve` calls once the settings are known."""
         began = time.perf_counter()
-        from symgen.runtime.recording.recorder import RunRecorder
-
         model_text = self._model_text
         if model_text is None:
             model_text = self._model.read_text(encoding="utf-8")
-        self._recorder = RunRecorder(
+        self._recorder = recorder.RunRecorder(
             self.path,
             module_text=self._module_text,
             model_text=model_text,

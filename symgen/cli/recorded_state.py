@@ -9,6 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import click
 import numpy as np
 
+from symgen.runtime.batches import evaluate
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.inputs.recorded import drive_again
+from symgen.runtime.recording.reader import read_recording
+
 if TYPE_CHECKING:
     from symgen.runtime.recording.reader import Recording
     from symgen.runtime.system import System
@@ -43,9 +48,6 @@ def recorded_state(system: System, path: Path, t: float) -> RecordedState:
     symgen.runtime.errors.RuntimeModelError
         It is of another model.
     """
-    from symgen.runtime.errors import RuntimeModelError
-    from symgen.runtime.recording.reader import read_recording
-
     recording = read_recording(path)
     if recording.q.shape[1] != system.nq or recording.v.shape[1] != system.nv:
         raise RuntimeModelError(
@@ -71,9 +73,6 @@ def _inputs_at(system: System, recording: Recording, row: int) -> dict[str, floa
     """Return the values of inputs over time at a frame, those of controllers included."""
     if not recording.inputs_over_time:
         return {}
-    from symgen.runtime.batches import evaluate
-    from symgen.runtime.inputs.recorded import drive_again
-
     driven, _ = drive_again(system, recording.inputs_over_time)
     p, rows = system.with_settings(recording.p), slice(row, row + 1)
     values = evaluate(driven, "inputs", p, recording.t[rows].copy(), recording.states[rows].copy())[0]

@@ -13,20 +13,29 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 import numpy as np
 
+from symgen import runtime
 from symgen.cli.arguments import as_dict, find_model, model_argument
 from symgen.cli.control import with_control
 from symgen.cli.failures import exit_status
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import say
+from symgen.runtime.checks.advice import advise
+from symgen.runtime.checks.convergence import study
+from symgen.runtime.front import Solution
+from symgen.runtime.lazy import Late
+from symgen.runtime.options import RunOptions
+from symgen.runtime.recording.reader import read_recording
+from symgen.runtime.recording.trusted import check_fits
+from symgen.runtime.report.page import report_page
+from symgen.runtime.simulate import simulate
 
 if TYPE_CHECKING:
     from symgen.runtime.checks.convergence import Convergence
-    from symgen.runtime.options import RunOptions
     from symgen.runtime.recording.recording import Recording
-    from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
+report_equations = Late("symgen.cli.report_equations")
 
 _OPTIONS = ("step", "t_start", "t_end", "fps", "max_step", "breaks")
 
@@ -45,11 +54,6 @@ def repeatable(path: Path, given: dict[str, Any]) -> tuple[System, RunOptions, R
     click.UsageError
         Options are given, or the run had inputs over time.
     """
-    from symgen import runtime
-    from symgen.runtime.options import RunOptions
-    from symgen.runtime.recording.reader import read_recording
-    from symgen.runtime.recording.trusted import check_fits
-
     said = sorted(
         key.removesuffix("_values") for key, value in given.items() if value and key != "input_kind_values"
     )
@@ -134,12 +138,6 @@ def command(
         asked = with_control(
             path, system, options_of(system, given | {"fps": None})
         )  # fps: that of the model
-    from symgen.cli.report_equations import report_equations
-    from symgen.runtime.checks.advice import advise
-    from symgen.runtime.front import Solution
-    from symgen.runtime.report.page import report_page
-    from symgen.runtime.simulate import simulate
-
     solution = Solution.of(simulate(system, asked))
     seconds = {
         "derive": derived,
@@ -149,7 +147,7 @@ def command(
     regular = solution.status in ("success", "terminated")
     advice = _timed(seconds, "advice", lambda: advise(system, asked))
     study = None if quick or not regular else _timed(seconds, "convergence", lambda: _study(system, asked))
-    equations = _timed(seconds, "equations", lambda: report_equations(system))
+    equations = _timed(seconds, "equations", lambda: report_equations.report_equations(system))
     target = html_file or claim("the report", Path(f"{system.name}_report.html"))
     origin = likeness(recording, solution) if recording is not None else ""
     page = report_page(solution, equations, advice, study, seconds, origin)
@@ -159,8 +157,6 @@ def command(
 
 
 def _study(system: Any, asked: RunOptions) -> Convergence:
-    from symgen.runtime.checks.convergence import study
-
     return study(system, asked)
 
 

@@ -14,8 +14,11 @@ from xml.dom import minidom
 import sympy
 from sympy.printing.mathml import MathMLPresentationPrinter
 
+from symgen.cli.equations import symbolic
+from symgen.runtime.report.html import Markup
+from symgen.runtime.report.page import Equations
+
 if TYPE_CHECKING:
-    from symgen.runtime.report.page import Equations
     from symgen.runtime.system import System
 
 
@@ -144,16 +147,11 @@ _ACCELERATION, _LAMBDA = "<mi>a</mi>", "<mi>λ</mi>"
 
 def report_equations(system: System) -> Equations:
     """Return the equations of a model as a report shows them; of long ones their form alone, with a note."""
-    from symgen.runtime.report.html import Markup
-    from symgen.runtime.report.page import Equations
-
     functions = ("mass_matrix", "forces", "constraint_jacobian", "gamma")
     operations = sum(system.operations.get(function, 0) for function in functions)
     if operations > _MOST_OPERATIONS:
         note = f"{operations} operations: too long to be read; `symgen derive` writes them to a file."
         return Equations([*map(Markup, _form(system))], [*map(Markup, _general(system))], note)
-    from symgen.cli.equations import symbolic
-
     found = {f: symbolic(system, f) for f in functions if system.has(f)}
     motion = [*_form(system), *_entries(system, found)]
     states = _written_out(system, found) or list(_general(system))

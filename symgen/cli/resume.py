@@ -11,12 +11,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.cli.arguments import find_model
+from symgen.cli.control import with_control
 from symgen.cli.files import claim
+from symgen.cli.quantities import parameter_values
 from symgen.cli.recorded import Progress, Recorded, run_recorded
+from symgen.link import module_for
+from symgen.runtime.options import RunOptions
+from symgen.runtime.recording.resume import Resumed
 
 if TYPE_CHECKING:
     from symgen.runtime.recording.recording import Recording
-    from symgen.runtime.recording.resume import Resumed
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
@@ -41,8 +45,6 @@ def resume_run(
     click.UsageError
         What is given differs from what was recorded.
     """
-    from symgen.runtime.recording.resume import Resumed
-
     path, seconds = None if model is None else find_model(model), 0.0
     resumed = Resumed(file, None if path is None else functools.partial(_controllers, path))
     recording = resumed.recording
@@ -78,15 +80,10 @@ def _unused(path: Path) -> Path:
 
 
 def _controllers(path: Path, system: System, parameters: dict[str, float]) -> dict[Any, Any]:
-    from symgen.cli.control import with_control
-    from symgen.runtime.options import RunOptions
-
     return with_control(path, system, RunOptions(parameters=parameters)).inputs or {}
 
 
 def _refuse_other_settings(resumed: Resumed, given: dict[str, Any]) -> None:
-    from symgen.cli.quantities import parameter_values
-
     recording = resumed.recording
     for key in _RECORDED:
         value, recorded = given[key], getattr(recording, key)
@@ -119,8 +116,6 @@ def _refuse_other_settings(resumed: Resumed, given: dict[str, Any]) -> None:
 
 def _refuse_other_model(recording: Recording, path: Path, build_options: dict[str, str]) -> float:
     """Derive the model again and hold its module against the recorded one; returns the seconds that took."""
-    from symgen.link import module_for
-
     module = module_for(path, build_options, None)
     if _functions(module.text) != _functions(recording.module_text):
         raise click.UsageError(

@@ -20,11 +20,18 @@ from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.recorded import Progress, Recorded, run_recorded
 from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import say
+from symgen.runtime.front import Solution
+from symgen.runtime.lazy import Late
+from symgen.runtime.simulate import simulate
 
 if TYPE_CHECKING:
-    from symgen.runtime.front import Solution
     from symgen.runtime.options import RunOptions
     from symgen.runtime.system import System
+
+resume = Late("symgen.cli.resume")
+runtime_explain = Late("symgen.runtime.explain")
+recording_play = Late("symgen.runtime.recording.play")
+result_json = Late("symgen.runtime.result_json")
 
 
 @click.command("run", cls=CarefulCommand)
@@ -82,10 +89,8 @@ def command(
         raise click.UsageError("Missing argument 'MODEL'.")
     show_progress, build_options = not quiet, as_dict(options, "--option")
     if resume_file is not None:
-        from symgen.cli.resume import resume_run
-
         given |= {"--no-energy-scaling": no_energy_scaling, "--no-split": no_split}
-        solution, recording, derived = resume_run(
+        solution, recording, derived = resume.resume_run(
             resume_file, model, build_options, given, log_file, no_log, show_progress
         )
     else:
@@ -102,9 +107,7 @@ def command(
         solution = run_recorded(functools.partial(_run, system, asked), recording, progress)
     seconds = _seconds(solution, derived, recording)
     if json_file is not None:
-        from symgen.runtime.result_json import result, to_json
-
-        write_text(json_file, to_json(result(solution, seconds)) + "\n")
+        write_text(json_file, result_json.to_json(result_json.result(solution, seconds)) + "\n")
     if not quiet:
         for line in _report(solution, seconds, recording):
             say(line)
@@ -113,16 +116,11 @@ def command(
             say(line)
     status = exit_status(solution)
     if play and recording is not None:
-        from symgen.runtime.recording.play import play as show
-
-        show(recording.path)
+        recording_play.play(recording.path)
     context.exit(status)
 
 
 def _run(system: System, asked: RunOptions, **watched: Any) -> Solution:
-    from symgen.runtime.front import Solution
-    from symgen.runtime.simulate import simulate
-
     return Solution.of(simulate(system, replace(asked, **watched)))
 
 
@@ -183,9 +181,7 @@ def explanation(solution: Solution, recorded: bool) -> list[str]:
     recorded : bool
         Whether a recording was written.
     """
-    from symgen.runtime.explain import savings
-
-    found = savings(solution, recorded)
+    found = runtime_explain.savings(solution, recorded)
     width = max(len(saving.what) for saving in found)
     lines = [f"    {saving.what:<{width}}  {saving.gain}; {saving.why}" for saving in found]
     return ["  skipped", *lines]

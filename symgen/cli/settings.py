@@ -11,16 +11,25 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from symgen import runtime
 from symgen.cli.arguments import Positive, Times, value_options
+from symgen.cli.quantities import parameter_values, start_values
 from symgen.cli.terminal import complain
+from symgen.link import module_for
+from symgen.runtime.code.engine import set_compile_listener
+from symgen.runtime.errors import nearest
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.lazy import Late
+from symgen.runtime.options import RunOptions
 
 if TYPE_CHECKING:
     from symgen.link import ModuleText
     from symgen.model.table_file import TableFile
     from symgen.runtime.inputs.given import Table
-    from symgen.runtime.options import RunOptions
     from symgen.runtime.system import System
 
+table_file = Late("symgen.model.table_file")
+inputs_given = Late("symgen.runtime.inputs.given")
 
 KINDS = ("linear", "cubic", "hold")
 
@@ -40,8 +49,6 @@ def input_tables(
     constant : iterable of str
         Names that `--set` gives.
     """
-    from symgen.runtime.errors import nearest
-
     names = [record["name"] for record in system.inputs]
     found: dict[str, Table] = {}
     for text in texts:
@@ -59,19 +66,17 @@ def input_tables(
 
 
 def _columns(path: Path, name: str, kind: str) -> dict[str, Table]:
-    from symgen.model.table_file import read_table_file
-    from symgen.runtime.inputs.given import Table
-
-    content = read_table_file(path)
+    content = table_file.read_table_file(path)
     if not name:
         if not content.names:
             raise click.UsageError(
                 f"--input {path}: its first line names no inputs; give NAME={path}, or name the columns"
             )
         return {
-            column: Table(content.times, x, kind) for column, x in zip(content.names[1:], content.columns)
+            column: inputs_given.Table(content.times, x, kind)
+            for column, x in zip(content.names[1:], content.columns)
         }
-    return {name: Table(content.times, _column(path, name, content), kind)}
+    return {name: inputs_given.Table(content.times, _column(path, name, content), kind)}
 
 
 def _column(path: Path, name: str, content: TableFile) -> tuple[float, ...]:
@@ -125,10 +130,6 @@ def run_options(command: Callable) -> Callable:
 
 def load_system(path: Path, build_options: dict[str, str], quiet: bool = False) -> tuple[System, ModuleText]:
     """Return the system of a model file, derived now or found in the cache."""
-    from symgen import runtime
-    from symgen.link import module_for
-    from symgen.runtime.code.engine import set_compile_listener
-
     if not quiet:
         set_compile_listener(_announce_compilation)
     module = module_for(path, build_options, None if quiet else _announce)
@@ -155,9 +156,6 @@ def options_of(system: System, given: dict[str, Any]) -> RunOptions:
         user said nothing. set_values, start_values, rate_values: pairs of texts; input_values, input_kind_values: of
         `--input`.
     """
-    from symgen.cli.quantities import parameter_values, start_values
-    from symgen.runtime.options import RunOptions
-
     said = {key: value for key, value in given.items() if value is not None and not key.endswith("_values")}
     defaults = {key: value for key, value in system.run_defaults.items() if key in given}
     settings = {"method": RunOptions.method, **defaults, **said}
@@ -189,9 +187,6 @@ def options_of(system: System, given: dict[str, Any]) -> RunOptions:
 
 
 def _check_method(name: str) -> None:
-    from symgen.runtime.errors import nearest
-    from symgen.runtime.integrate.methods import METHODS
-
     names = ["auto", *METHODS]
     if name not in names:
         raise click.UsageError(
@@ -200,8 +195,6 @@ def _check_method(name: str) -> None:
 
 
 def _takes_steps(name: str) -> bool:
-    from symgen.runtime.integrate.methods import METHODS
-
     return name != "auto" and not METHODS[name].adaptive
 
 

@@ -14,8 +14,15 @@ import click
 import sympy
 from sympy.printing.latex import LatexPrinter, translate
 
+from symgen import runtime
 from symgen.cli.arguments import as_dict, find_model, model_argument
+from symgen.cli.equations import symbolic
 from symgen.cli.terminal import say
+from symgen.errors import ModelError
+from symgen.link import module_for
+from symgen.model.functions import dot
+from symgen.model.library import load
+from symgen.model.printing import to_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -96,10 +103,6 @@ _LONGEST_TEXT = 2000
 @click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
 def command(model: str, options: tuple[tuple[str, str], ...], latex: bool) -> None:
     """Show MODEL as it was written, and its equations of motion."""
-    from symgen import runtime
-    from symgen.link import module_for
-    from symgen.model.library import load
-
     path, build_options = find_model(model), as_dict(options, "--option")
     description = load(path, build_options).describe()
     system = runtime.load(module_for(path, build_options).text)
@@ -112,9 +115,6 @@ def command(model: str, options: tuple[tuple[str, str], ...], latex: bool) -> No
 
 
 def _text(expression: sympy.Expr) -> str:
-    from symgen.errors import ModelError
-    from symgen.model.printing import to_text
-
     try:
         return to_text(expression, _LONGEST_TEXT)
     except ModelError:
@@ -172,8 +172,6 @@ def _orientation(body: Body, show: Callable[[sympy.Expr], str]) -> str:
 
 
 def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
-    from symgen.model.functions import dot
-
     def point(name: str, parts: tuple[sympy.Expr, ...]) -> str:
         return f"{name} ({', '.join(map(show, parts))})"
 
@@ -265,8 +263,6 @@ def _spinning(body: Body) -> str:
 
 
 def _equations(system: System, show: Callable[[sympy.Expr], str]) -> list[str]:
-    from symgen.cli.equations import symbolic
-
     names = [record["name"] for record in system.rates]
     head = "equations of motion: M a = f" + (" + G^T lambda, G a = gamma" if system.m else "")
     operations = sum(

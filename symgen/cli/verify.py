@@ -10,6 +10,9 @@ import click
 from symgen.cli.failures import NOT_TRUSTED
 from symgen.cli.files import CarefulCommand, OutputFile, write_text
 from symgen.cli.terminal import complain, say
+from symgen.runtime.lazy import Late
+
+verify = Late("symgen.runtime.recording.verify")
 
 
 @click.command("verify", cls=CarefulCommand)
@@ -22,9 +25,7 @@ def command(context: click.Context, recording: Path, json_file: Path | None, qui
 
     The exit status is 3 when a check fails.
     """
-    from symgen.runtime.recording.verify import verify
-
-    report = verify(recording)
+    report = verify.verify(recording)
     if json_file is not None:
         write_text(json_file, json.dumps(report.to_dict(), indent=1) + "\n")
     if not quiet:
