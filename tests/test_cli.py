@@ -190,12 +190,12 @@ def test_unknown_command():
 
 
 def test_internal_error_is_a_sentence(monkeypatch):
-    from symgen.runtime import simulate
+    from symgen.cli import run
 
     def broken(*arguments, **options):
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr(simulate, "simulate", broken)
+    monkeypatch.setattr(run, "simulate", broken)
     result = symgen("run", "rod.toml", "--no-log")
     assert_fails(
         result, 1, "internal error: ZeroDivisionError: division by zero; please report", "SYMGEN_TRACEBACK=1"
