@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
+jumped_over = Late("symgen.runtime.checks.jumped_over")
 forms = Late("symgen.runtime.integrate.forms")
 
 LARGEST_ERROR = 0.05  # of what a coordinate or rate does
@@ -154,9 +155,7 @@ class _Beside:
         """Where companions look closely; most models have nothing that asks for it."""
         if not may_be_sharp(self._solution):
             return None
-        from symgen.runtime.checks.jumped_over import jumped_over
-
-        return jumped_over(self._solution)
+        return jumped_over.jumped_over(self._solution)
 
     def reach(self, companion: Companion, operations: float) -> float:
         """Return about how far a companion of the run's own method comes [s]."""

@@ -12,7 +12,6 @@ from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.accuracy import accuracy
 from symgen.runtime.checks.entry import HealthCheck, advised, limited, noted
 from symgen.runtime.checks.equations import equations
-from symgen.runtime.checks.mode_origin import fastest_origin
 from symgen.runtime.checks.stability import stable_radius, stable_step, unstable_rate
 from symgen.runtime.checks.steps import MOST_REJECTED, least_steps_in_a_period
 from symgen.runtime.checks.time_scales import time_scales
@@ -34,6 +33,7 @@ blow_up = Late("symgen.runtime.checks.blow_up")
 branches = Late("symgen.runtime.checks.branches")
 jacobian = Late("symgen.runtime.checks.jacobian")
 missed_events = Late("symgen.runtime.checks.missed_events")
+mode_origin = Late("symgen.runtime.checks.mode_origin")
 poles = Late("symgen.runtime.checks.poles")
 stiffness = Late("symgen.runtime.checks.stiffness")
 stops = Late("symgen.runtime.checks.stops")
@@ -286,7 +286,9 @@ def _stability(solution: Solution, method: Method, scales: list[TimeScales]) -> 
 
 def _cause(solution: Solution) -> str:
     """Return what the fastest motion belongs to, at the start, before it has grown."""
-    origin = fastest_origin(solution.system, solution.p, solution.t[0], solution.q[0], solution.v[0])
+    origin = mode_origin.fastest_origin(
+        solution.system, solution.p, solution.t[0], solution.q[0], solution.v[0]
+    )
     return f"which {origin.spring} makes fast" if origin is not None else "of the model"
 
 

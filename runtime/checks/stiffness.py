@@ -9,10 +9,13 @@ import numpy as np
 
 from symgen.runtime.checks.entry import HealthCheck, noted
 from symgen.runtime.checks.time_scales import TimeScales, time_scales
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
+
+mode_origin = Late("symgen.runtime.checks.mode_origin")
 
 _MANY_STEPS = 5000
 _STATES = 5
@@ -48,11 +51,9 @@ def stiffness(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     if share <= _MOST_AT_LIMIT:
         yield HealthCheck("stiffness", True, share, _MOST_AT_LIMIT, found)
         return
-    from symgen.runtime.checks.mode_origin import fastest_origin
-
     which = int(np.argmax(limited))
     i = rows[which]
-    origin = fastest_origin(system, solution.p, solution.t[i], solution.q[i], solution.v[i])
+    origin = mode_origin.fastest_origin(system, solution.p, solution.t[i], solution.q[i], solution.v[i])
     says = (
         f"{found}: {dead[which]:.3g} 1/s, {dead[which] / alive[which]:.2g} times as fast as what is left "
         f"({origin.says() if origin else 'of the model'}); steps of {solution.method} are at the limit of stability, "

@@ -14,10 +14,13 @@ import numpy as np
 from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.entry import HealthCheck, noted
 from symgen.runtime.checks.time_scales import motion_jacobian
+from symgen.runtime.lazy import Late
 from symgen.runtime.spread import spread_rows
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
+
+mode_origin = Late("symgen.runtime.checks.mode_origin")
 
 _FRAMES = 200
 _LARGEST_DAMPING = 100  # rates
@@ -140,10 +143,11 @@ def _negative_stiffness(solution: Solution) -> Iterator[HealthCheck]:
         return
     if solution.status == "failed" and not kinetic[-1] > _RUN_AWAY * kinetic[: len(kinetic) // 10 + 1].max():
         return  # it failed for another reason while it was fast
-    from symgen.runtime.checks.mode_origin import fastest_growth
-
     rows = spread_rows(len(solution.t), _STATES)
-    origins = [fastest_growth(system, solution.p, solution.t[i], solution.q[i], solution.v[i]) for i in rows]
+    origins = [
+        mode_origin.fastest_growth(system, solution.p, solution.t[i], solution.q[i], solution.v[i])
+        for i in rows
+    ]
     if any(origin is None for origin in origins):
         return
     folds = float(min(origin.eigenvalue.real for origin in origins) * (solution.t[-1] - solution.t[0]))
