@@ -12,7 +12,9 @@ from symgen import Model, cos, dot, sin, t
 from symgen.link import derive
 from symgen.model.library import find, load
 from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.kkt import is_ill_conditioned, lease_guard
+from symgen.runtime.errors import RuntimeModelError
 
 STARTS = 40
 
@@ -185,14 +187,35 @@ def test_steps_grow_again_after_change_points():
     np.testing.assert_allclose(run.q[-1], [-23.0, 0.0, -23.0], rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize("rate", [-8.0, 5.0])
+def test_rates_at_a_flat_start_are_those_of_one_branch(rate):
+    """The cranks turn alike and the bar keeps its angle, or b' = 2 a' / (1 - l / r) and c' = a' + l b' / r."""
+    flat = dict.fromkeys("abc", 0.0)
+    assembly = assemble(parallelogram(), parallelogram().parameter_values(), flat, {"a": rate})
+    branches = [(1.0, 0.0, 1.0), (1.0, -4.0 / 3.0, -7.0 / 3.0)]
+    assert min(np.abs(assembly.v / rate - branch).max() for branch in branches) < 1e-9
+    assert any("singular configuration" in note for note in assembly.notes)
+
+
+def test_rates_of_no_branch_are_refused():
+    flat = dict.fromkeys("abc", 0.0)
+    system = parallelogram()
+    with pytest.raises(
+        RuntimeModelError, match=r"no motion leads on .* dot\(a\) = 8, dot\(b\) = -6\.4, dot\(c\) = -8"
+    ):
+        assemble(system, system.parameter_values(), flat, {"a": 8.0, "b": -6.4, "c": -8.0})
+
+
 def test_forms_that_do_not_pass_say_so():
-    """The motion leads on, so the mechanism is neither locked nor without mass."""
+    """The motion leads on, so the mechanism is neither locked nor without mass; a form that gets past is right."""
     start = {"a": 1.0, "b": 0.0, "c": 1.0}
     run = parallelogram().run(
         t_end=2.0, method="radau5", constraints="ggl", rtol=1e-9, atol=1e-9, start=start, rate={"a": -8.0}
     )
     if run.status == "failed":
         assert "does not get past that" in run.message and "locked" not in run.message
+    else:
+        np.testing.assert_allclose(run.q[-1], [-15.0, 0.0, -15.0], rtol=0, atol=1e-6)
 
 
 def bead(**constraints):

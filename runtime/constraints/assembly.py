@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.constraints import contradictions
+from symgen.runtime.constraints.branch_rates import branch_rates
 from symgen.runtime.constraints.contradictions import AssemblyError, joined, listed
 from symgen.runtime.constraints.large import sparse_start
 from symgen.runtime.constraints.levels import Constraints
@@ -143,6 +144,8 @@ class _Assembler:
         if idle:
             raise contradictions.gradient_vanishes(self._named(idle), listed(self.coordinates, q))
         ranks = ranks_near(everything, self.constraints, self.chart, x, v, sizes)
+        if ranks.rank_here < ranks.rank:
+            v = self._along_a_branch(q, v, v_enforced, sizes)
         moved = self._moved(q0, q, v0, v, sizes)
         return Assembly(q, v, moved, self.notes, self._note_ranks(ranks), ranks.rank)
 
@@ -261,6 +264,18 @@ class _Assembler:
             self._note_repair(_changes(self.rates, v0, repaired, np.abs(v0)), np.array(self.rates)[enforced])
             v = repaired
         return v
+
+    def _along_a_branch(
+        self, q: np.ndarray, v: np.ndarray, enforced: np.ndarray, sizes: np.ndarray
+    ) -> np.ndarray:
+        found = branch_rates(self.constraints, q, v, enforced, sizes)
+        if found is None:
+            rates = listed([self.rates[i] for i in np.flatnonzero(enforced)], v[enforced])
+            raise AssemblyError(
+                f"no motion leads on from the start at {listed(self.coordinates, q)} with the rates {rates}: branches "
+                "of the motion meet there, and these rates are of none of them; give fewer, the others follow"
+            )
+        return found
 
     def _contradiction_of_rates(self, q, rates, enforced, residual, scales) -> AssemblyError:
         v0, v, repaired = rates

@@ -50,6 +50,10 @@ class Constraints:
         """Return the velocity residual of all constraints, shape (m,)."""
         return self._call("constraint_residual", q, v)[self._system.nh :]
 
+    def accelerations_asked_for(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return γ of G a = γ, shape (m,)."""
+        return self._call("gamma", q, v)
+
     def jacobian(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
         """Return G, shape (m, nv)."""
         v = np.zeros(self._system.nv) if v is None else v
