@@ -86,7 +86,7 @@ def bounded(run: Callable[[random.Random], Outcome], kind: str, seed: int) -> Ou
             os.chdir(here)
 
 
-def command(*arguments: Any) -> Outcome:
+def invoke(*arguments: Any) -> Outcome:
     """What the command line makes of it."""
     from click.testing import CliRunner
 
@@ -268,7 +268,7 @@ def _used(path: Path, r: random.Random) -> Outcome:
         ("advise", "--at", f"{path}@0.0"),
     ]
     digest = hashlib.sha256(path.read_bytes()).digest()
-    outcomes = [command(*command) for command in r.sample(commands, 3)]
+    outcomes = [invoke(*command) for command in r.sample(commands, 3)]
     if hashlib.sha256(path.read_bytes()).digest() != digest:
         return Outcome(WRONG, "the recording was changed")
     new = [x.name for x in set(outside.iterdir()) - before if x.suffix in (".html", ".rrd", ".json", ".png")]
@@ -390,7 +390,7 @@ def model(r: random.Random) -> Outcome:
             k = r.randrange(len(lines[place]) + 1)
             lines[place] = lines[place][:k] + r.choice(swaps) + lines[place][k + r.randrange(3) :]
     Path("m.toml").write_text("\n".join(lines), encoding="utf-8")
-    done = command("run", "m.toml", "--t-end", "0.2", "--no-log", "--quiet", "--method", "dopri5")
+    done = invoke("run", "m.toml", "--t-end", "0.2", "--no-log", "--quiet", "--method", "dopri5")
     if done.verdict == REFUSED and "m.toml" not in done.says:
         return Outcome(WRONG, f"the file is not named: {done.says}")
     return done
@@ -424,7 +424,7 @@ def table(r: random.Random) -> Outcome:
     Path("t.csv").write_bytes(content)
     os.mkfifo("pipe")
     Path("folder").mkdir()
-    done = command("run", "cart_pole", "--t-end", "0.5", "--no-log", "--quiet", "--input", f"F={name}")
+    done = invoke("run", "cart_pole", "--t-end", "0.5", "--no-log", "--quiet", "--input", f"F={name}")
     if done.verdict == REFUSED and name not in done.says:
         return Outcome(WRONG, f"the file is not named: {done.says}")
     return done
@@ -472,7 +472,7 @@ def outputs(r: random.Random) -> Outcome:
     ))  # fmt: skip
     read = {"run.rrd"} if "run.rrd" in command[1:3] and command[0] != "run" else set()
     before = {name: Path(name).read_bytes() for name in read}
-    done = command(*command)
+    done = invoke(*command)
     for name, content in (inputs | before).items():
         if Path(name).read_bytes() != content:
             return Outcome(WRONG, f"{' '.join(command)} has written over {name}")

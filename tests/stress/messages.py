@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from .hostile import ROOT, RUNS, bounded, command, recorded, worst
+from .hostile import ROOT, RUNS, bounded, invoke, recorded, worst
 from .scenario import REFUSED, WRONG, Outcome, Scenario
 
 _SHORT, _LONG = 1, 40  # batches of each kind
@@ -277,7 +277,7 @@ def models(r: random.Random) -> Outcome:
     document = tomllib.loads(text)
     what = change(r, document)
     Path("odd.toml").write_text(to_toml(document), encoding="utf-8")
-    done = command("run", "odd.toml", "--t-end", "0.01", "--no-log", "--quiet", "--method", "dop853")
+    done = invoke("run", "odd.toml", "--t-end", "0.01", "--no-log", "--quiet", "--method", "dop853")
     done = judge(done, "odd.toml")
     return Outcome(done.verdict, f"{what}: {done.says}")
 
@@ -324,7 +324,7 @@ def tables(r: random.Random) -> Outcome:
     )
     Path("odd.csv").write_text("\n".join(rows), encoding="utf-8")
     Path("odd.toml").write_text(to_toml(document), encoding="utf-8")
-    done = command("run", "odd.toml", "--t-end", "0.01", "--no-log", "--quiet", "--method", "dop853")
+    done = invoke("run", "odd.toml", "--t-end", "0.01", "--no-log", "--quiet", "--method", "dop853")
     return judge(done, "odd.csv")
 
 
@@ -348,7 +348,7 @@ def recordings(r: random.Random) -> Outcome:
         (("verify", "odd.rrd"), ("compare", "odd.rrd", "odd.rrd"), ("report", "odd.rrd", "--quick"),
          ("run", "--resume", "odd.rrd", "--t-end", "6", "--no-log", "--quiet"), ("advise", "--at", "odd.rrd@0.0"))
     )  # fmt: skip
-    done = command(*name)
+    done = invoke(*name)
     return done if done.verdict != REFUSED or "odd.rrd" in done.says else Outcome(WRONG, done.says)
 
 
