@@ -292,7 +292,7 @@ def arguments(r: random.Random) -> Outcome:
     )  # fmt: skip
     if name in ("--set", "--start", "--rate", "--input", "--option"):
         value = f"{r.choice(('m', 'x', 'F', 'turn', 'dot(x)', 'x0', 'speed', 'nothing'))}={value}"
-    done = command(
+    done = invoke(
         "run", "odd.toml", "--t-end", "0.01", "--no-log", "--quiet", "--method", "dop853", name, value
     )
     known = [name, value.partition("=")[0], "odd.toml"]
