@@ -18,6 +18,7 @@ dependence = Late("symgen.runtime.constraints.dependence")
 
 _WINDOW = 1.0  # [s] of processor time
 _WINDOWS = 10  # near a change point some seconds of tiny steps are no stall
+_WINDOWS_OF_PARTITION = 3  # where its independent coordinates run out, no more will come
 _STEPS, _EVENTS = (
     1000,
     100,
@@ -54,12 +55,12 @@ class StallWatch:
         self._began = now
         left = (self._run.t_end - now[1]) * spent
         self._slow = self._slow + 1 if left > _TOO_LONG * t else 0
-        if self._slow < _WINDOWS:
-            return ""
-        if self._before_dependence():
+        if self._slow >= _WINDOWS_OF_PARTITION and self._before_dependence():
             return failure_message(
                 at.PARTITION_LOST, self._run.actions.form, self._run.method, self._run.arrays
             )
+        if self._slow < _WINDOWS:
+            return ""
         seconds = left / t if t > 0.0 else np.inf
         return self._of_events() if events >= 0.5 * steps else self._sentence(seconds, t / max(steps, 1))
 
