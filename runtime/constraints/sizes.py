@@ -21,6 +21,7 @@ _DIVIDED_BY = 4.0
 _SMALLEST = 1e-30
 _MOST_REMEMBERED = 16
 _PARTS = (1.0 / 16.0, 1.0 / 37.0)  # of a long way,
+_TURNS = 100.0  # [rad]
 _STRAIGHT = 0.3  # and what they may change of what all of it does
 
 
@@ -87,7 +88,8 @@ def _fit(constraints: PositionConstraints, q: np.ndarray, sizes: np.ndarray, bar
     terms = _terms(constraints, q, at, sizes)
     if (change(bare * (1.0 - 0.3 * np.abs(_odd(len(q))))) <= _FAR * terms).all():
         return
-    waiting = list(np.flatnonzero(bare))
+    # What returns is an angle, however small all of them are here.
+    waiting = [k for k in np.flatnonzero(bare) if _goes_on(constraints, q, at, _TURNS * each[k])]
     while waiting:
         left = [k for k in waiting if not _shrink(sizes, k, lambda k=k: change(each[k]), terms)]
         if len(left) == len(waiting):
