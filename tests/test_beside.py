@@ -11,7 +11,7 @@ import pytest
 
 from symgen.runtime import System, load
 from symgen.runtime import system as data
-from symgen.runtime.recording.beside import Beside
+from symgen.runtime.recording.recorder import Beside
 
 GENERATED = Path(__file__).resolve().parents[1] / "generated"
 

@@ -72,7 +72,7 @@ def test_stiff_motion_is_for_an_implicit_method():
 
 def test_dependent_constraints_are_for_the_explicit_method(monkeypatch):
     assert doubly_held_pendulum().run(t_end=1.0).method == "taylor"  # leaves out what repeats others
-    monkeypatch.setattr("symgen.derive.dependent.LARGEST", 0)
+    monkeypatch.setattr("symgen.derive.constraints.LARGEST", 0)
     solution = doubly_held_pendulum().run(t_end=1.0)
     assert solution.method == "dop853"
     assert "constraints depend on each other" in chosen_note(solution)

@@ -204,7 +204,7 @@ def test_undetermined_accelerations_are_refused_by_name(parts, culprit):
     ],
 )
 def test_dependent_constraints_derive_and_show_in_the_pivot_ratio(constraints, monkeypatch):
-    monkeypatch.setattr("symgen.derive.dependent.LARGEST", 0)  # else what repeats others is left out
+    monkeypatch.setattr("symgen.derive.constraints.LARGEST", 0)  # else what repeats others is left out
     system = Generated(bar(kinetic="m/2*(dot(x)**2 + dot(y)**2 + dot(z)**2)", constraints=constraints))
     y = np.array([0.3, 0.3, 0.3, 0.5, 0.5, 0.5])
     with np.errstate(all="ignore"):

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 # A C function that goes on for minutes and looks at no signal.
 STUCK = """
 import hashlib
-from symgen.cli.interrupts import answered_interrupts
+from symgen.cli.failures import answered_interrupts
 with answered_interrupts():
     print("ready", flush=True)
     hashlib.pbkdf2_hmac("sha256", b"x", b"y", 2_000_000_000)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from symgen import Model, dot, runtime
-from symgen.derive import dependent
+from symgen.derive import constraints
 from symgen.link import derive_text
 from symgen.model.library import find, load
 from symgen.runtime import RunOptions, size
@@ -79,7 +79,7 @@ def test_a_start_off_all_solutions_names_a_constraint(chain):
 
 def test_dependent_constraints_are_refused(monkeypatch):
     """In a model of more constraints than derivation looks at."""
-    n = dependent.LARGEST
+    n = constraints.LARGEST
     model = Model("repeated")
     m = model.parameter("m", 1.0)
     x = [model.coordinate(f"x{k}") for k in range(n + 1)]

@@ -12,8 +12,8 @@ import symgen
 from symgen import Model, cos, dot, sin
 from symgen.errors import ModelError
 from symgen.model.check_values import rate_degree
+from symgen.model.expression_tree import postorder, uses
 from symgen.model.printing import to_text
-from symgen.model.tree import postorder, uses
 
 
 def test_importing_symgen_imports_no_sympy():

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from symgen import Model, dot
 from symgen.errors import ModelError
 from symgen.link import derive
-from symgen.model.directions import exact_angle, normalised, perpendiculars
+from symgen.model.evaluate import exact_angle, normalised, perpendiculars
 from symgen.model.joint_types import TYPES
 from symgen.model.toml_reader import read_text
 

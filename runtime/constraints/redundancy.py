@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.constraints.levels import Constraints
-from symgen.runtime.constraints.nearest_point import SOLVED, Problem, solve, worst
-from symgen.runtime.constraints.position_problem import position_problem
+from symgen.runtime.constraints.nearest_point import SOLVED, Problem, position_problem, solve, worst
 from symgen.runtime.positions import Chart
 
 if TYPE_CHECKING:

@@ -1,11 +1,18 @@
-"""Record a run while it goes on: chunks of frames are written beside it, and what is written survives a kill."""
+"""Record a run while it goes on: chunks of frames are written beside it, and what is written survives a kill.
+
+What waits to be written at once: frames, events and steps, and a checkpoint of the moment after them.
+
+Work in a thread beside the caller's: what encodes and writes a recording lets the run go on meanwhile.
+"""
 
 from __future__ import annotations
 
 import functools
 import os
+import threading
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,15 +22,102 @@ from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
 from symgen.runtime.uninterrupted import uninterrupted
 
-from .about import Settings
-from .batch import Batch
-from .beside import Beside
 from .quantities import Quantities
+from .run_writer import Settings
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
     from .run_writer import RunWriter
+
+
+_ROWS = 16_000  # of a chunk at most: what is worked out for its frames takes many times their memory
+
+
+@dataclass
+class Batch:
+    """Parts of a recording in the order in which they came.
+
+    Attributes
+    ----------
+    frames : list of (ndarray, ndarray, float, ndarray)
+        Times, states, energy of resets, settings.
+    events, steps : list
+        As `RunWriter` takes them.
+    checkpoint : bytes
+        Of the moment after these frames, if there is one.
+    """
+
+    frames: list[tuple[np.ndarray, np.ndarray, float, np.ndarray]] = field(default_factory=list)
+    events: list[tuple[int, float, str, float]] = field(default_factory=list)
+    steps: list[np.ndarray] = field(default_factory=list)
+    checkpoint: bytes = b""
+
+    def states(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the times, shape (n,) [s], and states, shape (n, ny), of all frames."""
+        return tuple(np.concatenate([chunk[part] for chunk in self.frames]) for part in (0, 1))
+
+    def write(self, writer: RunWriter) -> None:
+        """Write all of it, in an order in which a file that is cut off still makes sense."""
+        if self.frames:
+            lengths = [len(chunk[0]) for chunk in self.frames]
+            resets, settings = (
+                np.repeat(np.array([chunk[part] for chunk in self.frames]), lengths, axis=0)
+                for part in (2, 3)
+            )
+            t, y = self.states()
+            for first in range(0, len(t), _ROWS):
+                rows = slice(first, first + _ROWS)
+                writer.frames(t[rows], y[rows], resets[rows], settings[rows])
+        if self.events:
+            writer.events(self.events)
+        if self.steps:
+            writer.steps(np.concatenate(self.steps))
+        if self.checkpoint:
+            writer.checkpoint(self.checkpoint)
+
+
+class Beside:
+    """One piece of work at a time; what it raises comes out where the caller waits for it, once."""
+
+    def __init__(self) -> None:
+        self._thread: threading.Thread | None = None
+        self._error: BaseException | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether the last piece of work is not done yet."""
+        return self._thread is not None and self._thread.is_alive()
+
+    @property
+    def failed(self) -> bool:
+        """Whether something was raised that has not come out yet."""
+        return self._error is not None
+
+    def start(self, work: Callable[..., None], *arguments: Any) -> None:
+        """Begin `work(*arguments)`, when the piece before it is done.
+
+        The interpreter does not end before it is: a chunk that was begun is written whole.
+        """
+        self.wait()
+        self._thread = threading.Thread(target=self._run, args=(work, arguments), name="recording")
+        self._thread.start()
+
+    def _run(self, work: Callable[..., None], arguments: tuple) -> None:
+        try:
+            work(*arguments)
+        except BaseException as error:
+            self._error = error
+
+    def wait(self) -> None:
+        """Return when nothing is left to do; raise what the last piece of work has raised."""
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        error, self._error = self._error, None
+        if error is not None:
+            raise error
+
 
 run_writer = Late("symgen.runtime.recording.run_writer")
 

@@ -1,33 +1,152 @@
-"""Check a recording by computing everything again from the model that it carries."""
+"""Check a recording by computing everything again from the model that it carries.
+
+What `verify` found in a recording.
+
+A recorded run as a `Solution`: energies and residuals computed again, the rest as it was recorded.
+"""
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.batches import constraint_residuals
 from symgen.runtime.checks.health import health_of
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.exchange import Exchange
 from symgen.runtime.inputs.given import InputFault
 from symgen.runtime.inputs.recorded import drive_again
 from symgen.runtime.module import read_module
+from symgen.runtime.solution import ConstraintResidual, Energy, Solution
 from symgen.runtime.system import System
+from symgen.runtime.work_along import work_that_balances
 
 from . import motion, schema
 from .errors import RecordingError
 from .quantities import Quantities
 from .reader import read_recording
 from .recording import Recording
-from .replay import replay
-from .report import Check, Report
 from .trusted import blamed_on
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from symgen.runtime.solution import Solution
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that was checked.
+
+    Attributes
+    ----------
+    name : str
+    ok : bool or None
+        None: could not be checked; `says` tells why.
+    value, limit : float
+        What was found; what it must not exceed.
+    says : str
+    """
+
+    name: str
+    ok: bool | None
+    value: float
+    limit: float
+    says: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `verify` found.
+
+    Attributes
+    ----------
+    path : Path
+    complete : bool
+        False for a run that was cut short.
+    n_frames : int
+    t_last : float [s]
+    checks : tuple of Check
+    """
+
+    path: Path
+    complete: bool
+    n_frames: int
+    t_last: float
+    checks: tuple[Check, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether no check failed. A recording that was cut short can be ok: see `complete`."""
+        return all(check.ok is not False for check in self.checks)
+
+    @property
+    def summary(self) -> str:
+        """One sentence."""
+        frames = f"{self.n_frames} frame{'s' * (self.n_frames != 1)} up to t = {self.t_last:.9g} s"
+        failed = [check.name for check in self.checks if check.ok is False]
+        state = f"complete: {frames}" if self.complete else f"incomplete: {frames}; the run was cut short"
+        return f"{state}; failed: {', '.join(failed)}" if failed else f"{state}; all checks passed"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as JSON can say it."""
+        checks = [asdict(check) for check in self.checks]
+        head = {"path": str(self.path), "ok": self.ok, "complete": self.complete, "says": self.summary}
+        return {**head, "frames": self.n_frames, "t": self.t_last, "checks": checks}
+
+
+_COUNTED = ("steps", "rejected", "rhs", "jacobians", "factorisations", "newton", "projections")
+
+
+def replay(system: System, recording: Recording, energies: np.ndarray) -> Solution:
+    """Return the run as a solution, without samples, states around events, and step log.
+
+    Parameters
+    ----------
+    system : System
+        Loaded from the recorded module.
+    recording : Recording
+    energies : ndarray, shape (n, 2)
+        T and V, computed again.
+    """
+    # Compiled code takes writable arrays only; the recording's own are not.
+    t, p, states = recording.t.copy(), system.with_settings(recording.p), recording.states
+    work = recording.w[:, 0].copy() if system.nw else np.zeros(len(t))
+    for event in recording.events:
+        work[event.frame :] += event.energy_change
+    if system.nw and recording.settings.shape[1] == 0 and not any(e.energy_change for e in recording.events):
+        along = work_that_balances(system, p, t, states[:, : system.nq + system.nv], energies, work)
+        work = work if along is None else along
+    balance = energies.sum(axis=1) - work
+    exchange = Exchange(energies, work)
+    error = float(exchange.relative(np.abs(balance - balance[0]).max()))
+    position, velocity = constraint_residuals(system, p, t, states)
+    return Solution(
+        system=system,
+        p=p,
+        t=t,
+        q=recording.q,
+        v=recording.v,
+        w=work,
+        samples=[],
+        events=[],
+        energy=Energy(energies[:, 0], energies[:, 1], work, exchange, error),
+        constraint_residual=ConstraintResidual(position, velocity, position.max(), velocity.max()),
+        step_log=np.zeros((0, 2)),
+        stats={name: int(recording.stats.get(name, 0)) for name in _COUNTED},
+        status=recording.status,
+        message="",
+        notes=[],
+        method=recording.method,
+        constraints=recording.constraints,
+        rtol=recording.rtol,
+        atol=recording.atol,
+        step=recording.options.get("step"),
+        t_start=float(t[0]),
+        t_end=float(t[-1]),
+    )
+
 
 _SAME = (
     1e-9  # what was recorded and what is computed again; another machine's libm may differ in the last bits

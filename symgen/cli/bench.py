@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen.cli.failures import FAILED
+from symgen.cli.failures import FAILED, interrupted_status
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
-from symgen.cli.interrupts import interrupted_status
 from symgen.cli.settings import load_system
 from symgen.cli.terminal import complain, say
 from symgen.errors import SymgenError

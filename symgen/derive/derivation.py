@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import sympy
 
 from ..model.description import Description
-from .constraints import Constraints, constraints, rheonomic_power
+from .constraints import Constraints, constraints, dependent_constraints, rheonomic_power
 from .contacts import NONE, Switches
-from .dependent import dependent_constraints
 from .dynamics import (
     Mechanics,
     cheapest_form,

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..model.description import Body, Description, Event, Input
 from ..version import __version__
-from .movement import Movement
-from .structure import structure
+from .structure import Movement, structure
 from .variables import with_rates
 
 if TYPE_CHECKING:

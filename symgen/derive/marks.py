@@ -11,9 +11,9 @@ import sympy
 from ..model.description import Description, Joint, Loop, Point
 from ..model.joint_types import TYPES
 from .load import Loader
-from .movement import Movement
 from .program import Function
 from .rod_ends import rod_ends
+from .structure import Movement
 
 WORLD = "world"
 MOST_BODIES = 200  # with more of them, marks would hide the picture

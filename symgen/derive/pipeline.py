@@ -9,7 +9,7 @@ from ..model.description import Description
 from .constraints import acceleration, constraint_forces
 from .contacts import SWITCHED, Switches, has_switches
 from .derivation import Derivation
-from .dynamics import Mechanics, inverse_dynamics
+from .dynamics import Mechanics, inverse_dynamics, residual_by_state
 from .graph.differentiate import jacobian, sparse_jacobian
 from .graph.gather import gather
 from .graph.nodes import SparseRows
@@ -22,7 +22,6 @@ from .solve import factorise as ldl
 from .structure import structure
 from .time_terms import own_terms, term_count, time_function
 from .trees.derivatives import add_tree_derivatives
-from .virtual_power import residual_by_state
 
 LARGEST_TREE_TRIED_ALL_WAYS = 8
 # Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.

@@ -5,17 +5,23 @@ Coordinates that the energies do not depend on, and the momenta that stay becaus
 Structure alone does not show them: the energy of a top is full of its three angles until sin² + cos² is found
 everywhere. So the functions are evaluated where only one coordinate differs: at random numbers, also for the
 parameters, no others than ignorable coordinates leave all values the same.
+
+Which expressions of a description change during a run, by the names in them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+import sympy
 
+from symgen.model.expression_tree import postorder
+
+from ..model.description import Description
 from .dynamics import applied_forces
 from .graph.evaluate import evaluate
 from .graph.kinds import INPUT, MOTION, T, V
@@ -137,3 +143,27 @@ def _findings(d: Derivation, flags: dict[str, bool]) -> Iterator[str]:
     conserved = [d.description.rates[k].name for k in conserved_momenta(d)]
     if conserved:
         yield f"conserved momenta, the derivatives of T by the rates: {', '.join(conserved)}"
+
+
+WORLD = "world"
+
+
+class Movement:
+    """Tells what moves.
+
+    Parameters
+    ----------
+    d : Description
+    """
+
+    def __init__(self, d: Description) -> None:
+        self._fixed = {x.name for x in (*d.parameters, *d.constants)}
+        self._fixed |= {f"{x.name}_{c}" for x in (*d.points, *d.axes) if x.body == WORLD for c in "xyz"}
+        for name, expression in d.definitions:
+            if not self.of([expression]):
+                self._fixed.add(name)
+
+    def of(self, expressions: Iterable[sympy.Expr]) -> bool:
+        """Whether one of the expressions depends on more than parameters and constants."""
+        nodes = postorder(expressions)
+        return any(isinstance(x, sympy.Symbol) and x.name not in self._fixed for x in nodes)

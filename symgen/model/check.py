@@ -20,12 +20,12 @@ from .check_tree import LoopChecker, check_tree
 from .check_values import check_contacts, check_velocity_constraints, is_massless
 from .description import Body, Description, Joint
 from .expand import expand
+from .expression_tree import Uses, uses
 from .items import COORDINATES, INPUTS, PLACES, RATES, TIME_ITSELF, Item, body_items, definition_items, items
+from .joint_tree import coordinates_in, motion_of, moved_by
 from .joint_types import TYPES
 from .printing import shortened
 from .sources import Sources
-from .tree import Uses, uses
-from .tree_order import coordinates_in, motion_of, moved_by
 
 
 def check_elements(d: Description, sources: Sources) -> None:

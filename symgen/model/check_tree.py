@@ -9,9 +9,9 @@ from collections.abc import Collection
 
 from ..errors import ModelError, nearest
 from .description import Body, Description, Joint, Loop
+from .joint_tree import WORLD, with_axes
 from .joint_types import TYPES
 from .sources import Sources
-from .tree_order import WORLD, with_axes
 
 IN_PLANE = tuple(name for name, kind in TYPES.items() if kind.plane)
 OFF_AXIS = 1e-12  # components of a unit vector, m, rad

@@ -13,10 +13,10 @@ import sympy
 
 from .description import Body, Description, Joint
 from .evaluate import NotFinite, evaluate
+from .expression_tree import kind, postorder
 from .items import Item, definition_items, items
 from .printing import shortened
 from .sources import Address, Sources
-from .tree import kind, postorder
 
 NONLINEAR = 2
 

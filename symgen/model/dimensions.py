@@ -20,10 +20,10 @@ from symgen.runtime.graph.functions import IN_MODELS
 from ..errors import ModelError
 from .description import Coordinate, Description
 from .exact import python_number
+from .expression_tree import kind, postorder
 from .items import Item, definition_items, items, unit_dimension
 from .printing import shortened
 from .sources import Sources
-from .tree import kind, postorder
 from .units import DIMENSIONLESS, LENGTH, TIME, Dimension, dimension_text, over, times, to_power
 
 NUMBER = "number"  # a bare number: fits any dimension

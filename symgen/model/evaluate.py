@@ -1,14 +1,17 @@
-"""Numeric values of expressions, as far as they are known before a run."""
+"""Numeric values of expressions, as far as they are known before a run.
+
+Directions and angles that are known when a model is described.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import sympy
 
 from . import exact
-from .tree import kind, postorder
+from .expression_tree import kind, postorder
 
 OPERATIONS = exact.MATH | {"cot": lambda x: 1.0 / math.tan(x), "real": lambda x: x}
 
@@ -66,3 +69,62 @@ def _apply(node: sympy.Basic, what: str | None, operands: list[float]) -> float:
     if what is None:
         raise ValueError(node)
     return OPERATIONS[what](*operands)
+
+
+Direction = tuple[float, float, float]
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+ROUND_OFF = 1e-15  # of a length that is meant to be 1
+QUARTER_TURN_TOLERANCE = 5e-8  # rad; 1.5707963 and -3.1415927 are quarter turns, 1.5708 is not
+
+
+def normalised(values: Sequence[float]) -> tuple[float, ...] | None:
+    """The unit vector along `values`; the same to the last bit where it is one already, None for zeros."""
+    largest = max(map(abs, values))
+    if largest == 0 or not math.isfinite(largest):
+        return None
+    if abs(math.hypot(*values) - 1) <= ROUND_OFF:
+        return tuple(x + 0.0 for x in values)
+    scaled = [x / largest for x in values]
+    length = math.hypot(*scaled)
+    return tuple(x / length + 0.0 for x in scaled)
+
+
+def dot_product(a: Sequence[float], b: Sequence[float]) -> float:
+    """Scalar product."""
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def cross_product(a: Direction, b: Direction) -> Direction:
+    """Vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def perpendicular(axis: Direction) -> Direction:
+    """A unit vector perpendicular to a unit vector: the y axis made so where `axis` is x or z."""
+    nearest = min((Y, Z, X), key=lambda e: abs(dot_product(e, axis)))
+    along = dot_product(nearest, axis)
+    return normalised([e - along * a for e, a in zip(nearest, axis, strict=True)])
+
+
+def perpendiculars(axis: Direction) -> tuple[Direction, Direction]:
+    """Two unit vectors that complete a unit vector to a right-handed frame."""
+    first = perpendicular(axis)
+    return first, tuple(x + 0.0 for x in cross_product(axis, first))
+
+
+def exact_angle(angle: sympy.Expr, constants: Mapping[str, float]) -> sympy.Expr:
+    """An angle whose sine and cosine vanish exactly where they are meant to.
+
+    A number within `QUARTER_TURN_TOLERANCE` of a multiple of pi/2 becomes that multiple of SymPy's pi, as robots'
+    descriptions write right angles with few digits; any other expression is returned as it is.
+    """
+    try:
+        value = evaluate(angle, constants)
+    except NotFinite:  # the check of values says where
+        return angle
+    if value is None:
+        return angle
+    quarter_turns = round(value / (math.pi / 2))
+    if abs(value - quarter_turns * (math.pi / 2)) > QUARTER_TURN_TOLERANCE:
+        return angle
+    return sympy.Rational(quarter_turns, 2) * sympy.pi

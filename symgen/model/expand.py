@@ -10,10 +10,10 @@ import sympy
 from .contact_laws import with_contact_laws, with_normals
 from .description import Axis, Body, Constraint, Description, Event, Joint, Reset
 from .functions import dot
+from .joint_tree import parents_first, with_axes
 from .joint_types import TYPES
 from .ready_made import HALF, Writer
 from .sources import Sources
-from .tree_order import parents_first, with_axes
 from .unevaluated import difference, product, squared, total
 
 

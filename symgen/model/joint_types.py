@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from .directions import Direction, X, Y, Z, cross_product, perpendicular
+from .evaluate import Direction, X, Y, Z, cross_product, perpendicular
 
 if TYPE_CHECKING:
     from .description import Joint

@@ -11,8 +11,7 @@ import sympy
 from ..errors import nearest
 from .declared import Declared
 from .description import Coordinate, Joint, Rate
-from .directions import Direction, dot_product, exact_angle, normalised, perpendicular
-from .evaluate import NotFinite, evaluate
+from .evaluate import Direction, NotFinite, dot_product, evaluate, exact_angle, normalised, perpendicular
 from .joint_types import ANGULAR_VELOCITY, TYPES, JointType
 from .names import name_fault
 from .units import Unit, parse_unit

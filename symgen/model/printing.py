@@ -5,8 +5,8 @@ from __future__ import annotations
 import sympy
 
 from ..errors import ModelError
+from .expression_tree import kind, postorder
 from .tokens import LONGEST_TEXT
-from .tree import kind, postorder
 
 SUM, PRODUCT, POWER, ATOM = range(4)  # how tightly the outermost operation of a text binds
 Piece = tuple[str, int]

@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from .description import Axis, Description, Loop
-from .directions import Direction, perpendiculars
+from .evaluate import Direction, perpendiculars
 from .unevaluated import difference, negated, product, squared, total
 
 HALF = sympy.Rational(1, 2)

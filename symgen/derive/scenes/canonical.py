@@ -7,8 +7,9 @@ from typing import Any
 
 import sympy
 
+from symgen.model.expression_tree import postorder
+
 from ...model.description import Description
-from ...model.tree import postorder
 
 
 class Canonical:

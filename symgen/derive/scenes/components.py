@@ -14,8 +14,9 @@ from typing import Any
 
 import sympy
 
+from symgen.model.expression_tree import postorder
+
 from ...model.description import Description
-from ...model.tree import postorder
 from ..places import Places
 from .canonical import Canonical
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from symgen.model.evaluate import Z
+
 from ...errors import ModelError
 from ...model.description import Body, Description, Joint
-from ...model.directions import Z
 from ...model.joint_types import TYPES
 from ..graph.kinds import MOTION
 from ..graph.quaternions import rotation_matrix

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from .description import Body, Description, Joint
-from .directions import X, Z, perpendicular
+from .evaluate import X, Z, perpendicular
 from .joint_types import TYPES
 
 WORLD = "world"
