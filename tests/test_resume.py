@@ -34,7 +34,6 @@ FAMILIES = {
     "taylor": ("double_pendulum", {"method": "taylor"}),
     "bdf": ("double_pendulum", {"method": "bdf"}),
     "radau": ("double_pendulum", {"method": "radau5"}),
-    "rosenbrock": ("double_pendulum", {"method": "rodas5p"}),
     "gauss": ("double_pendulum", {"method": "gauss8"}),
     "one stage": ("double_pendulum", {"method": "implicit_midpoint"}),
     "alpha": ("double_pendulum", {"method": "generalized_alpha"}),

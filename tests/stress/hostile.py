@@ -46,7 +46,7 @@ RUNS = (
     ("pendulum", {"method": "taylor"}), ("pendulum", {"method": "bdf"}), ("pendulum", {"method": "verlet"}),
     ("double_pendulum", {"method": "radau5"}), ("pendulum_dae", {"method": "dop853"}),
     ("pendulum_dae", {"method": "dop853", "constraints": "partition"}), ("bouncing_ball", {"method": "dopri5"}),
-    ("pendulum", {"method": "gauss8"}), ("double_pendulum", {"method": "rodas5p"}),
+    ("pendulum", {"method": "gauss8"}), ("double_pendulum", {"method": "radau9"}),
     ("pendulum", {"method": "generalized_alpha"}), ("stick_slip", {"method": "dop853"}),
 )  # fmt: skip
 

@@ -62,7 +62,7 @@ _LOST_RANK = (
 _MANY_STEPS = 3000
 _FORMS_THAT_STOP = (
     *((method, form) for method in ("radau5", "radau9", "radau13", "bdf") for form in ("projection", "ggl")),
-    ("rodas5p", "projection"), ("dop853", "partition"), ("dopri5", "partition"), ("dop853", "baumgarte"),
+    ("dop853", "partition"), ("dopri5", "partition"), ("dop853", "baumgarte"),
     *(("generalized_alpha", form) for form in ("projection", "index3", "ggl")), ("rattle", "index3"),
 )  # fmt: skip
 

@@ -57,7 +57,7 @@ ARGUMENTS: dict[str, tuple[dict[str, Any], tuple[str, ...], str]] = {
     "step infinite": ({"t_end": 1.0, "method": "rk4", "step": _INF}, (REFUSED,), "step"),
     "step for an adaptive method": ({"t_end": 1.0, "method": "dop853", "step": 0.1}, (REFUSED,), "step"),
 }  # fmt: skip
-METHODS = ("auto", "dop853", "taylor", "radau5", "bdf", "rodas5p", "rk4", "gauss8")
+METHODS = ("auto", "dop853", "taylor", "radau5", "bdf", "rk4", "gauss8")
 
 
 def odd(name: str, method: str) -> Outcome:

@@ -17,7 +17,7 @@ from .scenario import FLAGGED, REFUSED, RIGHT, Outcome, Scenario
 STIFFNESSES = (1e4, 1e6, 1e8, 1e10, 1e12)
 _FORCE = "-k*(x - cos(t)) - c*(dot(x) + sin(t)) - cos(t)"
 _T = 3.0
-_WITH_EASE = 1e8  # beyond it, bdf and rodas5p may run out of steps or miss the energy balance, and say so
+_WITH_EASE = 1e8  # beyond it, bdf may run out of steps or miss the energy balance, and say so
 
 
 def decaying(k: float, method: str) -> Outcome:

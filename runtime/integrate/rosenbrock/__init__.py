@@ -1,1 +1,0 @@
-"""Rosenbrock methods."""
