@@ -44,7 +44,7 @@ def symbolic(system: System, function: str) -> dict[int, sympy.Expr]:
 
 
 class _Evaluation:
-    """Carries out one function of the grammar in docs/architecture.md."""
+    """Carries out one function of the grammar in docs/abi.md."""
 
     def __init__(self, y: list[sympy.Symbol], p: list[sympy.Symbol], tables: dict[str, tuple[int, ...]]):
         self.arrays = {"y": y, "p": p}

@@ -17,7 +17,7 @@ ABI = 1
 
 
 def header(d: Description, derivation: Derivation, source: str, operations: dict[str, int]) -> dict[str, Any]:
-    """The `MODEL` dictionary of the ABI (docs/architecture.md)."""
+    """The `MODEL` dictionary of the ABI (docs/abi.md)."""
     rates, movement = with_rates(d).rates, Movement(d)
     return {
         "abi": ABI,

@@ -24,7 +24,7 @@ OUT_OF_PLANE = (sympy.S.Zero, sympy.S.Zero, sympy.S.One)
 
 @dataclass(frozen=True)
 class Mark:
-    """One mark: what the module's header says of it (docs/architecture.md), and what the function `marks` writes."""
+    """One mark: what the module's header says of it (docs/abi.md), and what the function `marks` writes."""
 
     kind: str
     name: str
