@@ -31,6 +31,24 @@ NEEDED = {
 DECLARED = {*NEEDED, "matplotlib", "pinocchio"}  # diagrams and comparisons are extras
 # A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
 EXECUTES = {"symgen/model/library.py", "runtime/code/grammar.py"}
+# Whose functions import modules of ours that need SymPy, Numba or LLVM, or what writes their input.
+INSIDE_FUNCTIONS = {
+    "symgen/cli/import_.py",
+    "symgen/model/library.py",
+    "runtime/code/bridge.py",
+    "runtime/code/dataflow.py",
+    "runtime/code/engine.py",
+    "runtime/code/grammar.py",
+    "runtime/code/host.py",
+    "runtime/code/jitted.py",
+    "runtime/functions.py",
+    "runtime/inputs/controller.py",
+    "runtime/inputs/driven.py",
+    "runtime/integrate/large_models.py",
+    "runtime/kernel.py",
+    "runtime/module_check.py",
+    "runtime/taylor/kernel.py",
+}
 HEAVY = ("sympy", "numba", "rerun", "scipy", "matplotlib", "llvmlite")
 
 
@@ -128,6 +146,17 @@ def test_no_code_is_executed_from_text(file):
 def test_no_circle_of_imports():
     """Over all imports: those inside functions, for types alone, and by name as well."""
     assert import_graph.circles() == []
+
+
+def test_imports_inside_functions_are_of_libraries():
+    """Our own modules that most processes do without are `Late`; what is left keeps Numba, LLVM or SymPy away."""
+    ours = import_graph.modules()
+    found = {
+        module.file.relative_to(ROOT).as_posix()
+        for module in ours.values()
+        if any(i.level == "function" and i.imported in ours for i in module.imports)
+    }
+    assert found <= INSIDE_FUNCTIONS
 
 
 def test_what_is_imported_from_our_modules_is_there():
