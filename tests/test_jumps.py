@@ -8,9 +8,13 @@ import time
 
 import numpy as np
 import pytest
+from recorded import assert_same_recording, record
 
 from symgen import Model, runtime
 from symgen.link import derive_text
+from symgen.runtime import solve
+from symgen.runtime.recording.resume import Resumed
+from symgen.runtime.recording.verify import verify
 from tests.stress.jumping_forces import KINDS, try_many
 from tests.stress.scenario import FLAGGED, RIGHT
 
@@ -131,3 +135,24 @@ def test_progress_is_shown_where_there_is_no_terminal(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert " of 0.1 s" in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("rubbing", [False, True], ids=["alone", "beside stops and friction"])
+def test_a_run_with_jumps_is_taken_up_again_and_verified(tmp_path, rubbing):
+    """A recording has the settings of stops and frictions; branches of forces follow from the state."""
+    m = Model("jumping", gravity=(0, -9.81))
+    x, y = m.coordinate("x", start=1.0, rate=2.0), m.coordinate("y", start=0.3)
+    m.body("b", mass=1.0, com=(x, y))
+    m.force(x, "-2*x - sign(x - 0.2)")
+    if rubbing:
+        m.stop("floor", y, 0.5)
+        m.friction("sole", speed="dot(x)", coefficient=0.1, normal="floor")
+    text = derive_text(m).text
+    system = runtime.load(text)
+    whole, first, rest = (tmp_path / f"{name}.rrd" for name in ("whole", "first", "rest"))
+    record(whole, text, lambda **more: solve(system, 2.0, method="dop853", **more))
+    record(first, text, lambda **more: solve(system, 2.0, method="dop853", max_steps=5, **more))
+    record(rest, text, Resumed(first).run)
+    assert_same_recording(whole, rest)
+    checked = verify(rest)
+    assert checked.ok, checked.checks

@@ -65,7 +65,7 @@ def _forms(solution: Solution, rows: np.ndarray) -> Iterator[tuple[System, np.nd
     index = solution.forms.index[rows]
     for k in sorted(set(index.tolist())):
         p = solution.p.copy()
-        p[solution.system.n_settable :] = solution.forms.settings[k]
+        p[solution.system.settings_of_switches] = solution.forms.settings[k]
         yield forms.form_of(solution.system, solution.forms.settings[k]), p, rows[index == k]
 
 
