@@ -119,7 +119,7 @@ def _once(system: System) -> str:
     if not n_hoisted:
         return ""
     code = system.function_text("rhs")
-    if " for k in " in code.text:
+    if code.form.has_loops:
         return f"{n_hoisted} values"  # lowering counts a loop once
     return (
         f"{lower_setup([(code, n_hoisted)], 'counted').operations} of {system.operations['rhs']} operations"

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from symgen.runtime.abi import ENTRIES, array_sizes
-from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.grammar import FunctionText
 from symgen.runtime.errors import UnknownNameError, nearest
 from symgen.runtime.kernel import Kernel, KernelSource, compile_kernel
 from symgen.runtime.names import acceleration_labels, rate_labels
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from symgen.runtime.code.engine import MachineCode
+    from symgen.runtime.graph.form import Form
 
 
 class ModelFunctions:
@@ -57,7 +57,7 @@ class ModelFunctions:
         """The functions that are machine code by now, by name."""
         return tuple(sorted(self._kernels))
 
-    def python_function(self, function: str, mathematics: Mapping[str, Callable] | None = None) -> Callable:
+    def python_function(self, function: str) -> Callable:
         """Return the function as plain Python: for a debugger, and as an oracle.
 
         Its text has passed the grammar's check, and it sees no names but those of the grammar.
@@ -65,15 +65,13 @@ class ModelFunctions:
         Parameters
         ----------
         function : str
-        mathematics : mapping of str to callable, optional
-            Takes the place of `math`, for arguments that are no floats.
 
         Returns
         -------
         callable
             `f(t, y, p, out)` writes `out` in place.
         """
-        return self._kernel_source(function).python_function(mathematics)
+        return self._kernel_source(function).python_function()
 
     def njit_function(self, function: str) -> Callable:
         """Return the same text compiled by Numba, an oracle for the kernel; arrays that are too short are refused."""
@@ -111,6 +109,15 @@ class ModelFunctions:
                 self.__dict__["_machine_code"] = MachineCode()
             return self.__dict__["_machine_code"]
 
+    def form(self, function: str) -> Form:
+        """Return a function's form, read on first use: what passes work on (docs/forms.md)."""
+        return self.function_text(function).form
+
+    def inputs_read(self, function: str) -> set[int]:
+        """Return the numbers of the inputs that a function reads."""
+        first = len(self.parameters)
+        return {k - first for k in self.source.facts(function).inputs if k < first + len(self.inputs)}
+
     def function_text(self, function: str) -> FunctionText:
         """Return a function's text with the lengths of its arrays, as it is lowered."""
         return self._kernel_source(function).code
@@ -118,17 +125,9 @@ class ModelFunctions:
     def _kernel_source(self, function: str) -> KernelSource:
         if function.endswith(ENTRIES) and function not in self.source.functions:
             return self._entries_source(function.removesuffix(ENTRIES))[0]
-        sizes = array_sizes(self.source.header, function)
-        if sizes is None or function not in self.source.functions:
+        code = self.source.function(function)
+        if code is None:
             raise UnknownNameError(self._no_function(function))
-        text, line = self.source.functions[function], self.source.lines[function]
-        lengths = Lengths(sizes[0], self.n_p, sizes[1])
-        tables = {
-            name: entries
-            for name, entries in self.source.tables.items()
-            if f"{name}[" in text or f", {name}, " in text
-        }
-        code = FunctionText(function, text, lengths, tables, self.file, line)
         n_hoisted, offset = self._hoisted.get(function, (0, 0))
         return KernelSource(code, n_hoisted, offset, self)
 

@@ -72,10 +72,10 @@ class KernelSource:
         lowered = lower_kernel(self.code, symbol, self.n_hoisted, self.offset)
         return lowered.ir, lowered.operations
 
-    def python_function(self, mathematics: Mapping[str, Callable] | None = None) -> Callable:
+    def python_function(self) -> Callable:
         """Return the function as plain Python, after the grammar's check."""
         self.lower("checked")
-        return self.code.python_function(mathematics=mathematics)
+        return self.code.python_function()
 
     def njit_function(self) -> Callable:
         """Return the same compiled by Numba."""
@@ -86,8 +86,8 @@ class KernelSource:
 
     def key_text(self) -> str:
         """Return all that the IR depends on."""
-        code = self.code
-        tables = {name: code.tables[name] for name in sorted(code.tables)}
+        code, source = self.code, self.system.source
+        tables = source.tables_hash if code.tables is source.tables else repr(sorted(code.tables.items()))
         return f"{code.lengths}\0{tables}\0{self.n_hoisted} {self.offset}\0{code.text}"
 
 

@@ -1,15 +1,17 @@
 """Whether the functions of a module can be those of a model: complete, each result once, nothing read uncomputed.
 
-What a text has passed is remembered in the cache folder, so that only its first reading pays.
+What has passed is remembered in the cache folder, with what is asked of its functions at every start (`code/facts.py`),
+so that only its first reading pays.
 """
 
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from symgen.runtime.abi import CLOSED, SPARSE, array_sizes, closed_header, setting_names
+from symgen.runtime.abi import CLOSED, SPARSE, closed_header
 from symgen.runtime.code.cache import cache_folder, fetch, prune, store
 
 if TYPE_CHECKING:
@@ -17,9 +19,13 @@ if TYPE_CHECKING:
 
     from symgen.runtime.module_source import ModuleSource
 
-_SOURCES = ("module_check.py", "abi.py", "code/dataflow.py", "code/grammar.py")  # decide what passes
+_SOURCES = (  # decide what passes
+    "module_check.py", "abi.py", "code/dataflow.py", "code/parse.py", "code/grammar.py", "code/facts.py",
+    "graph/form.py",
+)  # fmt: skip
 _KEPT = 1000
-_passed: set[str] = set()
+_passed: dict[str, str] = {}  # and what its functions are like, as text
+_last: list = [None, None]  # of the module that was read last: a model is derived, checked, and loaded
 
 
 def verified(source: ModuleSource) -> ModuleSource:
@@ -31,15 +37,19 @@ def verified(source: ModuleSource) -> ModuleSource:
         Names the function and the element or name that is missing, written twice or read too early.
     """
     key = _key(source)
-    if key in _passed:
-        return source
-    path = cache_folder("checked") / key
-    if fetch(path) is None:
-        _follow(source)
-        if store(path, b""):
+    if key not in _passed:
+        path = cache_folder("checked") / key
+        known = fetch(path)
+        _passed[key] = _follow(source) if known is None else known.decode()
+        if known is None and store(path, _passed[key].encode()):
             prune(path.parent, _KEPT)
-    _passed.add(key)
-    return source
+    found = replace(source, facts_text=_passed[key])
+    found.__dict__.update(source.__dict__ | found.__dict__)  # with the forms that were read
+    if "_functions" in found.__dict__:
+        _last[:] = [(key, source.file), found.__dict__["_functions"]]
+    elif _last[0] == (key, source.file):
+        found.__dict__["_functions"] = _last[1]
+    return found
 
 
 def _key(source: ModuleSource) -> str:
@@ -52,29 +62,27 @@ def _key(source: ModuleSource) -> str:
     return digest.hexdigest()[:40]
 
 
-def _follow(source: ModuleSource) -> None:
-    from symgen.runtime.code.dataflow import follow
-    from symgen.runtime.code.grammar import FunctionText, Lengths
+def _follow(source: ModuleSource) -> str:
+    from symgen.runtime.code.dataflow import facts_of, follow
+    from symgen.runtime.code.facts import as_text
     from symgen.runtime.names import result_label
 
     header = source.header
-    n_p = len(header["parameters"]) + len(header["inputs"]) + len(setting_names(header))
     written, texts = {}, {}
-    for name, text in source.functions.items():
-        sizes = array_sizes(header, name)
-        if sizes is None:
-            continue
-        lengths = Lengths(sizes[0], n_p, sizes[1])
-        texts[name] = FunctionText(name, text, lengths, source.tables, source.file, source.lines[name])
-        plain = name.removeprefix(CLOSED)
-        written[name] = follow(
-            texts[name],
-            lambda place, name=name: result_label(header, name, place),
-            sparse=plain in SPARSE,
-        )
+    for name in source.functions:
+        text = source.function(name)
+        if text is not None:
+            texts[name] = text
+            written[name] = follow(
+                text,
+                lambda place, name=name: result_label(header, name, place),
+                sparse=name.removeprefix(CLOSED) in SPARSE,
+            )
     _compare(header, written, texts, "")
     if header.get("switches"):
         _compare(closed_header(header), written, texts, CLOSED)
+    n_parameters = len(header["parameters"])
+    return as_text({name: facts_of(text.form, n_parameters) for name, text in texts.items()})
 
 
 def _compare(header: dict, written: dict[str, np.ndarray], texts: dict, prefix: str) -> None:
@@ -98,7 +106,7 @@ def _compare(header: dict, written: dict[str, np.ndarray], texts: dict, prefix: 
             i, j = (int(k) for k in np.argwhere(lacks)[0])
             place = (first[0] + i) * width + first[1] + j
             meaning = result_label(header, name.removeprefix(CLOSED), place)
-            texts[name].refuse(None, f"out[{place}] ({meaning}) is never written, but {other} has it")
+            texts[name].refuse(1, f"out[{place}] ({meaning}) is never written, but {other} has it")
 
     mass = pattern("mass_matrix", nv, nv)
     jacobian = prefix + "residual_jacobian"

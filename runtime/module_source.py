@@ -1,11 +1,20 @@
-"""A generated module as data: its header, its functions' text, and which solvers by loops it may bring."""
+"""A generated module as data: its header, its functions as texts and forms, and which solvers by loops it may bring."""
 
 from __future__ import annotations
 
 import functools
 import hashlib
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from symgen.runtime.abi import array_sizes, setting_names
+from symgen.runtime.code.facts import Facts, from_text
+from symgen.runtime.code.grammar import FunctionText
+from symgen.runtime.graph.lengths import Lengths
+
+if TYPE_CHECKING:
+    from symgen.runtime.graph.form import Form
 
 # Solvers that this run time knows under their names, and the modules that have them.
 _DENSE, _FRONTS = "symgen.runtime.code.dense_ldl", "symgen.runtime.code.front_ldl"
@@ -30,6 +39,10 @@ class ModuleSource:
         Index tables, which the functions' loops use.
     text_hash : str
         SHA-256 of the whole text.
+    forms : mapping of str to Form
+        Functions that passes have made; of the others there is only a text until someone asks for more.
+    facts_text : str
+        What functions are like, as lines (`code/facts.py`); empty where that was not looked at.
     """
 
     file: str
@@ -38,6 +51,71 @@ class ModuleSource:
     lines: dict[str, int]
     tables: dict[str, tuple[int, ...]]
     text_hash: str
+    forms: Mapping[str, Form] = field(default_factory=dict, repr=False, compare=False)
+    facts_text: str = field(default="", repr=False, compare=False)
+
+    def made(self, header: dict[str, Any], forms: Mapping[str, Form]) -> ModuleSource:
+        """Return the module of a model whose functions passes have made from this module's."""
+        from symgen.runtime.code.printing import text_of
+
+        functions = {name: text_of(form) for name, form in forms.items()}
+        digest = hashlib.sha256("".join(functions.values()).encode()).hexdigest()
+        lines = {name: self.lines.get(name, 1) for name in forms}
+        return ModuleSource(self.file, header, functions, lines, {}, digest, forms)
+
+    def renamed(self, header: dict[str, Any], names: Mapping[str, str]) -> ModuleSource:
+        """Return the module of a model that has some functions in the places of others: by name here, name there."""
+        moved = set(names.values())
+        functions, lines, facts = (
+            {name: x for name, x in old.items() if name not in moved}
+            | {n: old[there] for n, there in names.items()}
+            for old in (self.functions, self.lines, self._facts)
+        )
+        result = replace(self, header=header, functions=functions, lines=lines)
+        result.__dict__["_facts"] = facts
+        return result
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: not what was read on the way."""
+        return {name: value for name, value in self.__dict__.items() if name in self.__dataclass_fields__}
+
+    def function(self, name: str) -> FunctionText | None:
+        """Return a function, whose form is read when it is asked for, once; None if the ABI has no such function."""
+        known = self.__dict__.setdefault("_functions", {})
+        if name not in known:
+            known[name] = self._function(name)
+        return known[name]
+
+    def _function(self, name: str) -> FunctionText | None:
+        header, sizes = self.header, array_sizes(self.header, name)
+        if sizes is None or name not in self.functions:
+            return None
+        n_p = len(header["parameters"]) + len(header["inputs"]) + len(setting_names(header))
+        lengths, made = Lengths(sizes[0], n_p, sizes[1]), self.forms.get(name)
+        tables = self.tables if made is None else made.tables
+        text = FunctionText(name, self.functions[name], lengths, tables, self.file, self.lines[name])
+        if made is not None:
+            text.__dict__["form"] = replace(made, lengths=lengths)
+        return text
+
+    def facts(self, name: str) -> Facts:
+        """Return what a function is like, without reading it where that is known."""
+        return self._facts[name]
+
+    @functools.cached_property
+    def _facts(self) -> dict[str, Facts]:
+        if self.facts_text:
+            return from_text(self.facts_text)
+        from symgen.runtime.code.dataflow import facts_of
+
+        n_parameters = len(self.header["parameters"])
+        texts = {name: self.function(name) for name in self.functions}
+        return {name: facts_of(text.form, n_parameters) for name, text in texts.items() if text}
+
+    @functools.cached_property
+    def tables_hash(self) -> str:
+        """SHA-256 of the index tables."""
+        return hashlib.sha256(repr(self.tables).encode()).hexdigest()
 
     @functools.cached_property
     def functions_hash(self) -> str:

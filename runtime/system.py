@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -189,13 +188,8 @@ class System(ModelFunctions):
     def closed(self) -> System:
         """The same model with its stops and frictions as constraints that `p` switches on and off."""
         if "_closed" not in self.__dict__:
-            source, header = self.source, closed_header(self.source.header)
-            functions = {name: text for name, text in source.functions.items() if not name.startswith(CLOSED)}
-            functions |= {
-                n: source.functions[CLOSED + n].replace(f"def {CLOSED}", "def ", 1) for n in SWITCHED
-            }
-            lines = source.lines | {n: source.lines[CLOSED + n] for n in SWITCHED}
-            closed = System(replace(source, header=header, functions=functions, lines=lines))
+            names = {name: CLOSED + name for name in SWITCHED}
+            closed = System(self.source.renamed(closed_header(self.source.header), names))
             self.__dict__.setdefault("_closed", closed)
         return self.__dict__["_closed"]
 

@@ -16,7 +16,7 @@ from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.code.grammar import FunctionText, Lengths
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.linear import LinearModel, linearise
-from symgen.runtime.linear.duals import _MATHEMATICS, Dual
+from symgen.runtime.linear.duals import Dual, carried_out
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Positions
 
@@ -225,10 +225,7 @@ def test_derivatives_go_through_loops_choices_and_arrays():
         return np.array(out)
 
     y = np.array([0.7, 0.3, 0.2])
-    out = [0.0, 0.0]
-    code.python_function(mathematics=_MATHEMATICS)(
-        0.0, [Dual(x, row) for x, row in zip(y, np.eye(3))], [1.7], out
-    )
+    out = carried_out(code.form, 0.0, [Dual(x, row) for x, row in zip(y, np.eye(3))], [1.7])
     for k, direction in enumerate(np.eye(3)):
         h = 1e-3 * direction
         expected = (8 * (real(y + h) - real(y - h)) - real(y + 2 * h) + real(y - 2 * h)) / 12e-3

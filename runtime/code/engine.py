@@ -26,8 +26,8 @@ _LONG_COMPILE = 0.3  # seconds
 _SECONDS_PER_OPERATION = 6e-5
 # The files that decide what a function's machine code is.
 _SOURCES = (
-    "grammar", "expressions", "lower", "straight_line", "llvm_text",
-    "dense_ldl", "front_ldl", "modules", "compiler",
+    "parse", "grammar", "expressions", "lower", "straight_line", "llvm_text",
+    "dense_ldl", "front_ldl", "modules", "compiler", "../graph/form", "../graph/nodes",
 )  # fmt: skip
 
 _lock = threading.RLock()

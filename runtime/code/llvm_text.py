@@ -3,27 +3,11 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 
 from symgen.runtime.graph.functions import IN_CODE
 
 LIBRARY = tuple(name for name, function in IN_CODE.items() if function.llvm == "library")
 PREPARED = "_prepared"  # ends the symbol of a function that takes a prepared `p`
-
-
-@dataclass(frozen=True)
-class Index:
-    """A place in an array: `first + step*k`, or the entry `k` of a table where one is named."""
-
-    first: int
-    step: int = 0
-    table: str = ""
-
-    def label(self) -> str:
-        """A text that tells places apart within names of the IR."""
-        if self.table:
-            return f".{self.table}"
-        return f"{self.first}.{self.step}" if self.step else str(self.first)
 
 
 def function(

@@ -35,11 +35,10 @@ class _Module:
     def add(self, source: FunctionText, part: str, symbol: str, linkage: str = "internal") -> Lowering:
         """Define `symbol`: a part of a function, that takes `h` besides unless the part is "whole"."""
         lowering = Lowering(source, part)
-        statements = source.setup_statements() if part == "setup" else source.statements()
         inner = f"{symbol}.code"
-        lowering.lower(statements, inner)
+        lowering.lower(inner)
         self._called |= lowering.code.called
-        self._tables |= {name: source.tables[name] for name in sorted(lowering.used_tables)}
+        self._tables |= {name: source.tables[name] for name in sorted(lowering.code.tables)}
         self.operations += lowering.code.operations
         self._solvers |= lowering.code.solvers
         if not lowering.spaces:
@@ -124,7 +123,7 @@ def lower_kernel(source: FunctionText, symbol: str, n_hoisted: int, offset: int)
     met = module.add(source, "setup", f"{symbol}.setup").n_hoisted
     body = module.add(source, "body", f"{symbol}.body").n_hoisted
     if not met == body == n_hoisted:
-        source.refuse(None, f"it has {max(met, body)} hoisted values, but the header says {n_hoisted}")
+        source.refuse(1, f"it has {max(met, body)} hoisted values, but the header says {n_hoisted}")
     call = f"call void @{symbol}.body({_PASSED}, ptr %h)"
     begin, end = module.make_spaces({"h": n_hoisted})
     module.define(symbol, [*begin, f"call void @{symbol}.setup({_PASSED}, ptr %h)", call, *end])
@@ -143,7 +142,7 @@ def lower_setup(sources: Sequence[tuple[FunctionText, int]], symbol: str) -> Low
         name = f"{symbol}.{number}"
         met = module.add(source, "setup", name).n_hoisted
         if met != n_hoisted:
-            source.refuse(None, f"it has {met} hoisted values, but the header says {n_hoisted}")
+            source.refuse(1, f"it has {met} hoisted values, but the header says {n_hoisted}")
         lines.append(f"%h{number} = getelementptr inbounds double, ptr %out, i64 {offset}")
         lines.append(f"call void @{name}({_PASSED}, ptr %h{number})")
         offset += n_hoisted

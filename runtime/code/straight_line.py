@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from symgen.runtime.code import dense_ldl, front_ldl
-from symgen.runtime.code.llvm_text import Index, call_arguments, function, loop, math_symbol
+from symgen.runtime.code.llvm_text import call_arguments, function, loop, math_symbol
+from symgen.runtime.graph.form import Place
 
 # LLVM's time per line, be it an operation, a load or a store, grows with the length of a function.
 PIECE_LINES = 600
@@ -31,10 +32,11 @@ class StraightLine:
         self._lines = self._pieces[0]
         self._n_values = 0
         self._local: set[str] = set()  # what this piece has computed or loaded
-        self._loaded: dict[str, tuple[str, Index]] = {}  # values that stand in an array
+        self._loaded: dict[str, tuple[str, Place]] = {}  # values that stand in an array
         self._home: dict[str, int] = {}  # the piece that computes a value which later pieces need
         self._spans: dict[str, list[int]] = {}  # crossing value: the pieces that store and load it
         self.called: set[str] = set()
+        self.tables: set[str] = set()
 
     def operation(self, instruction: str, left: str, right: str) -> str:
         """Write `instruction` (fadd, fsub, fmul, fdiv) and return its value."""
@@ -56,7 +58,7 @@ class StraightLine:
         self._lines.append(f"{condition} = fcmp {comparison} double {left}, {right}")
         return self._value(f"select i1 {condition}, double {chosen}, double {other}")
 
-    def load(self, array: str, index: Index) -> str:
+    def load(self, array: str, index: Place) -> str:
         """Return the value at a place in `y`, `p` or an array that is passed besides, loaded once in each piece."""
         value = f"%{array}{index.label()}"
         if value not in self._local:
@@ -67,19 +69,19 @@ class StraightLine:
             self._lines.append(f"{value} = load double, ptr {address}, align 8")
         return value
 
-    def later_load(self, array: str, index: Index) -> str:
+    def later_load(self, array: str, index: Place) -> str:
         """Return the name of a value that `reuse` loads where it is used."""
         value = f"%{array}{index.label()}"
         self._loaded[value] = (array, index)
         return value
 
-    def fresh_load(self, array: str, index: Index) -> str:
+    def fresh_load(self, array: str, index: Place) -> str:
         """Return what stands in an array now, even if it was loaded before."""
         place = f"%f{self._n_values}"
         self._address(place, array, index)
         return self._value(f"load double, ptr {place}, align 8", free=True)
 
-    def store(self, index: Index, value: str, array: str = "out") -> None:
+    def store(self, index: Place, value: str, array: str = "out") -> None:
         """Write `out[index] = value`."""
         place = f"%o{self._n_values}.{len(self._lines)}"
         self._address(place, array, index)
@@ -88,7 +90,7 @@ class StraightLine:
     def clear(self, array: str, first: int, length: int) -> None:
         """Fill a part of an array with zeros."""
         place = f"%o{self._n_values}.{len(self._lines)}"
-        self._address(place, array, Index(first))
+        self._address(place, array, Place(first))
         self.solvers["memset"] = "declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)\n"
         self._lines.append(f"call void @llvm.memset.p0.i64(ptr {place}, i8 0, i64 {8 * length}, i1 false)")
 
@@ -103,19 +105,21 @@ class StraightLine:
     ) -> None:
         """Call a solver by `n` fronts that a table describes, given by its name and entries."""
         symbol, definition = front_ldl.definition(solver, table[1], n)
+        self.tables.add(table[0])
         self._call_solver(symbol, definition, arrays, f", ptr @{table[0]}")
 
     def _call_solver(self, symbol: str, definition: str, arrays: list[int], more: str = "") -> None:
         self.solvers[symbol] = definition
         places = [f"%o{self._n_values}.{len(self._lines)}.{k}" for k in range(len(arrays))]
         for place, first in zip(places, arrays, strict=True):
-            self._address(place, "work", Index(first))
+            self._address(place, "work", Place(first))
         self._lines.append(f"call void @{symbol}({', '.join(f'ptr {place}' for place in places)}{more})")
 
-    def _address(self, name: str, array: str, index: Index) -> None:
+    def _address(self, name: str, array: str, index: Place) -> None:
         write = self._lines.append
         offset = str(index.first)
         if index.table:
+            self.tables.add(index.table)
             write(f"{name}.t = getelementptr inbounds i64, ptr @{index.table}, i64 %k")
             write(f"{name}.i = load i64, ptr {name}.t, align 8")
             offset = f"{name}.i"
@@ -145,7 +149,7 @@ class StraightLine:
         self._lines.append(f"{value} = load double, ptr %s{value[1:]}, align 8")
         return value
 
-    def stands_in(self, value: str) -> tuple[str, Index] | None:
+    def stands_in(self, value: str) -> tuple[str, Place] | None:
         """Where a value was loaded from; None if it was computed."""
         return self._loaded.get(value)
 
@@ -156,6 +160,7 @@ class StraightLine:
         entry, lines = body.block(symbol)
         self.definitions += [*body.definitions, loop(symbol, passed, count, entry, lines)]
         self.called |= body.called
+        self.tables |= body.tables
         self.solvers |= body.solvers
         self.operations += body.operations
         self._lines.append(f"call void @{symbol}({call_arguments(passed)})")

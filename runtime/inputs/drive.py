@@ -9,7 +9,7 @@ import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.inputs.controller import CompiledFeedback, Controller, find_signals
-from symgen.runtime.inputs.driven import DrivenSystem, Feedback, reads_inputs
+from symgen.runtime.inputs.driven import DrivenSystem, Feedback
 from symgen.runtime.inputs.given import InputFault, Polynomial, Table, from_pair
 from symgen.runtime.inputs.samples import Sampler
 from symgen.runtime.options import time_resolution
@@ -89,7 +89,7 @@ def _no_input(system: System, name: Any, numbers: Mapping[str, int]) -> str:
 
 def _refuse_loop(system: System, signals: Any, places: tuple[int, ...]) -> None:
     """An output that depends on the input which is made from it is an equation for that input, which nobody solves."""
-    if not signals.outputs or not reads_inputs(system, "outputs", places):
+    if not signals.outputs or not system.inputs_read("outputs") & set(places):
         return
     kernel, p = system.kernel("outputs"), system.parameter_values()
     other = p.copy()
@@ -116,7 +116,7 @@ def _refuse_short_period(period: float, t_start: float, t_end: float) -> None:
 def _refuse_rates(system: System, places: list[int]) -> None:
     for form in (system, system.closed) if system.switches else (system,):
         for function in _FIXED:
-            if form.has(function) and _reads_plainly(form, function, places):
+            if form.has(function) and form.inputs_read(function) & set(places):
                 raise RuntimeModelError(_in_the_wrong_place(system, function, form is not system))
 
 
@@ -130,9 +130,3 @@ def _in_the_wrong_place(system: System, function: str, closed: bool) -> str:
         f"an input stands in {function!r} of model {system.name!r}, whose equations take it as constant: "
         "inputs over time act through forces and loads; derive the model again"
     )
-
-
-def _reads_plainly(system: System, function: str, places: list[int]) -> bool:
-    first = len(system.parameters)
-    text = system.source.functions[function]
-    return any(f"p[{first + k}]" in text for k in places)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -120,7 +119,7 @@ class DrivenSystem(System):
         own["n_prepared"] = len(self.prepared(base.parameter_values()))
         own["_wrapped"] = [
             name for name in base.source.functions
-            if base.has(name) and (reads_inputs(base, name) or (feedback and name == "residual_jacobian"))
+            if base.has(name) and (base.inputs_read(name) or (feedback and name == "residual_jacobian"))
         ]  # fmt: skip
         if "residual_jacobian" in own["_wrapped"] and not feedback:
             own["_wrapped"].append("residual_jacobian" + ENTRIES)
@@ -285,14 +284,3 @@ class DrivenSystem(System):
 def _words(pieces: Pieces) -> str:
     n = len(pieces.knots)
     return f"{n} pieces over time" if n > 1 else f"polynomial of degree {pieces.degree} in time"
-
-
-def reads_inputs(system: System, function: str, numbers: Sequence[int] | None = None) -> bool:
-    """Whether a function reads inputs, or those of some `numbers`; yes where that cannot be told from its text."""
-    first = len(system.parameters)
-    wanted = range(len(system.inputs)) if numbers is None else numbers
-    places = {first + k for k in wanted}
-    for index in re.findall(r"\bp\[([^\]]*)\]?", system.source.functions[function]):
-        if not index.isdigit() or int(index) in places:
-            return True
-    return False

@@ -1,4 +1,4 @@
-"""Exact derivatives of a model's functions: their text, run on numbers that carry their derivatives.
+"""Exact derivatives of a model's functions: their forms, carried out on numbers that carry their derivatives.
 
 Forward mode: Griewank, Walther, Evaluating Derivatives, 2nd ed. (2008), chapter 3.
 """
@@ -11,12 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.code import dense_ldl, front_ldl
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.graph.carry_out import carry_out
 from symgen.runtime.graph.functions import IN_CODE, sign, slopes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from symgen.runtime.graph.form import Form
     from symgen.runtime.system import System
 
 
@@ -108,11 +111,10 @@ def derivatives(
     RuntimeModelError
         It has no value or no derivative there.
     """
-    out: list[Number] = [0.0] * system.kernel(function).out_size
-    evaluate = system.python_function(function, _MATHEMATICS)
+    form = system.form(function)
     with np.errstate(all="ignore"):
         try:
-            evaluate(float(t), _seeded(y, along_y), _seeded(p, along_p), out)
+            out = carried_out(form, float(t), _seeded(y, along_y), _seeded(p, along_p))
         except (ArithmeticError, ValueError):
             out = [math.nan]
     values = np.array([_value(x) for x in out])
@@ -124,6 +126,14 @@ def derivatives(
             "choose another start, or another state to linearise about"
         )
     return values, slopes
+
+
+def carried_out(form: Form, t: float, y: list[Number], p: list[Number]) -> list[Number]:
+    """Return what a function writes for numbers of either kind."""
+    out: list[Number] = [0.0] * form.lengths.out
+    for place, value in carry_out(form, _Duals(t), y.__getitem__, p.__getitem__, solvers=_SOLVERS):
+        out[place] = value
+    return out
 
 
 def _seeded(values: np.ndarray, along: np.ndarray) -> list[Number]:
@@ -188,5 +198,27 @@ def _copysign(size: Number, sign: Number) -> Number:
     )
 
 
+class _Duals:
+    """The operations of a form on numbers of both kinds."""
+
+    neg = staticmethod(operator.neg)
+    add = staticmethod(operator.add)
+    sub = staticmethod(operator.sub)
+    mul = staticmethod(operator.mul)
+    div = staticmethod(operator.truediv)
+
+    def __init__(self, t: float):
+        self.time = lambda: t
+
+    @staticmethod
+    def call(name: str, *args: Number) -> Number:
+        return _MATHEMATICS[name](*args)
+
+    @staticmethod
+    def decide(is_strict: bool, a: Number, b: Number) -> bool:
+        return a < b if is_strict else a <= b
+
+
 # Powers and `copysign` have derivatives where those of the table have none: 0^n, and a sign that does not change.
 _MATHEMATICS = {name: _lifted(name) for name in IN_CODE} | {"pow": _pow, "copysign": _copysign}
+_SOLVERS = {name: getattr(solvers, name) for solvers in (dense_ldl, front_ldl) for name in solvers.SOLVERS}

@@ -27,9 +27,8 @@ def divide(system: System) -> tuple[list[Kind], str]:
 
 
 def _divide(system: System) -> tuple[list[Kind], str]:
-    texts = {
-        name: text for name, text in ((n, sectioned(t)) for n, t in system.source.functions.items()) if text
-    }
+    forms = (system.form(name) for name in system.source.functions if system.has(name))
+    texts = {form.name: text for form in forms if (text := sectioned(form))}
     try:
         return with_events(system, [kind_of(k, system, texts) for k in range(len(system.subsystems))]), ""
     except (NotDivisible, Shared) as error:

@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-import hashlib
-import re
 from typing import Any
 
 import numpy as np
 
+from symgen.runtime.graph.form import Form, Loop, Name, Place, Write
+from symgen.runtime.graph.lengths import Lengths
+from symgen.runtime.graph.rewrite import copied
 from symgen.runtime.module_check import verified
-from symgen.runtime.module_source import ModuleSource
 from symgen.runtime.subsystems.places import ENERGY, LAYOUTS, POWER, RATIO, Places
-from symgen.runtime.subsystems.sections import PLACE
+from symgen.runtime.subsystems.sections import is_total, total_name
 from symgen.runtime.system import System
 
-_START, _TOTAL = re.compile(r"    (e\d+) = 0\.0"), re.compile(r"    out\[(\d+)\] = (e\d+)")
-_SIMPLE = re.compile(r"    (?:[A-Za-z_]\w*|out\[\d+\]) = (?!\[)")
 _PER_MEMBER = ("coordinates", "rates", "parameters", "inputs")
 
 
 def can_stand_side_by_side(member: System) -> bool:
-    """Whether each line of a model's functions makes a number of its own: no constraints, events, solves by loops."""
+    """Whether each statement of a model's functions makes a number: no constraints, events, loops, solves by loops."""
     plain = not (member.m or member.events or member.switches)
-    return plain and all(
-        _SIMPLE.match(line) for name in _functions(member) for line in _lines(member.source.functions[name])
-    )
+    forms = (member.form(name) for name in _functions(member) if plain)
+    return plain and all(type(x) is Name or type(x) is Write for form in forms for x in form.body)
 
 
 def side_by_side(member: System, count: int) -> System:
@@ -61,24 +58,18 @@ def _joined(member: System, count: int) -> System:
         "operations": {name: count * head["operations"].get(name, 0) for name in functions},
         "hoisted": {name: count * n for name, n in head.get("hoisted", {}).items() if name in functions},
     }
-    digest = hashlib.sha256("".join(functions.values()).encode()).hexdigest()
-    lines = {name: source.lines[name] for name in functions}
-    return System(verified(ModuleSource(source.file, header, functions, lines, {}, digest)))
+    return System(verified(source.made(header, functions)))
 
 
 def _functions(member: System) -> list[str]:
     return [name for name in LAYOUTS if name in member.source.functions and member.has(name)]
 
 
-def _lines(text: str) -> list[str]:
-    return text.rstrip().split("\n")[1:]
-
-
 def _named(record: dict[str, Any], k: int) -> dict[str, Any]:
     return {**record, "name": f"{record['name']}.{k + 1}"}
 
 
-def _function(name: str, member: System, places: Places, count: int) -> str:
+def _function(name: str, member: System, places: Places, count: int) -> Form:
     """One function: sums of all members begin before the loop and are written behind it."""
     read = places.read(name)
     written = places.written(name, {POWER: member.nw, RATIO: 0, ENERGY: 1})
@@ -88,24 +79,24 @@ def _function(name: str, member: System, places: Places, count: int) -> str:
         first, stride = (k, n_parameters) if k < n_parameters else (k - n_parameters, n_inputs)
         return first + (n_parameters * count if k >= n_parameters else 0) + stride * np.arange(count)
 
-    def moved(found: re.Match[str]) -> str:
-        array, k = found[1], int(found[2])
-        where = parameter(k) if array == "p" else (read if array == "y" else written)[:, k]
-        return f"{array}[{_index(where)}]"
+    source = member.form(name)
+    form = Form(name, Lengths(read.size, count * source.lengths.p, int(written.max(initial=-1)) + 1))
+    body = copied(
+        source,
+        source.body,
+        form,
+        y=lambda place: _along(read[:, place.first]),
+        p=lambda place: _along(parameter(place.first)),
+        out=lambda place: _along(written[:, place.first]),
+    )
+    totals = [x for x in body if is_total(form, x)]
+    names = {total_name(form, x) for x in totals}
+    starts = [x for x in body if type(x) is Name and x.name in names and form.nodes.op[x.node] == "const"]
+    inside = tuple(x for x in body if x not in totals and x not in starts)
+    form.body = [*starts, *([Loop(count, inside, inside[0].line)] if inside else []), *totals]
+    return form
 
-    lines = _lines(member.source.functions[name])
-    totals = [line for line in lines if _TOTAL.fullmatch(line)]
-    starts = [line for line in lines if _START.fullmatch(line)]
-    inside = [line for line in lines if line not in totals and line not in starts]
-    loop = [f"    for k in range({count}):", *(f"    {PLACE.sub(moved, line)}" for line in inside)]
-    body = [*starts, *(loop if inside else []), *(PLACE.sub(moved, line) for line in totals)]
-    return "\n".join((f"def {name}(t, y, p, out):", *body)) + "\n"
 
-
-def _index(places: np.ndarray) -> str:
+def _along(places: np.ndarray) -> Place:
     """The index of a loop that runs through places at equal distances."""
-    first, step = int(places[0]), int(places[1] - places[0])
-    if not step:
-        return str(first)
-    multiple = "k" if step == 1 else f"{step}*k"
-    return f"{first} + {multiple}" if first else multiple
+    return Place(int(places[0]), int(places[1] - places[0]))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.graph.form import Form, Loop, Name, Place, Statement, Write, Y
+from symgen.runtime.graph.lengths import Lengths
+from symgen.runtime.graph.rewrite import copied, needed
 from symgen.runtime.module_check import verified
-from symgen.runtime.module_source import ModuleSource
-from symgen.runtime.subsystems.sections import PLACE, needed_lines, operations
 from symgen.runtime.system import System
 
 if TYPE_CHECKING:
@@ -18,12 +18,9 @@ if TYPE_CHECKING:
 
     from symgen.runtime.subsystems.member_model import Kind
 
-_WRITTEN = re.compile(r"    out\[(\d+)\] = (.*)")
-_HOISTED = re.compile(r"    c\d+ = ")
-
 
 class Shared(Exception):
-    """An event looks at several subsystems, or its text cannot be told apart; says which."""
+    """An event looks at several subsystems, or cannot be told apart; says which."""
 
 
 def with_events(whole: System, kinds: Sequence[Kind]) -> list[Kind]:
@@ -63,8 +60,7 @@ def _owners(whole: System, kinds: Sequence[Kind]) -> np.ndarray:
 def _looked_at(whole: System, number: int, owner: np.ndarray) -> tuple[int, int]:
     """The subsystem that an event reads, and its reset reads and writes; the first where it reads none."""
     event = whole.events[number]
-    lines = _slice(whole, "events", {number})
-    places = _read(whole, "events", lines)
+    places = _read(whole, "events", _slice(whole, "events", {number}))
     if event["action"] == "reset":
         name = f"reset_{event['name']}"
         changed = _changed(whole, name)
@@ -75,42 +71,45 @@ def _looked_at(whole: System, number: int, owner: np.ndarray) -> tuple[int, int]
     return found.pop() if found else (0, 0)
 
 
-def _assignments(whole: System, function: str) -> tuple[list[str], dict[int, str]]:
-    """The lines of a function that give names a value, and those that write `out`, by place."""
-    lines = [
-        x
-        for x in whole.source.functions[function].rstrip().split("\n")[1:]
-        if not x.lstrip().startswith(('"', "#"))
-    ]
+def _assignments(whole: System, function: str) -> tuple[list[Name], dict[int, Write]]:
+    """What a function gives names to, and what it writes to `out` outside of loops, by place."""
+    form = whole.form(function)
     named, written = [], {}
-    copied = re.compile(r"    for k in range\((\d+)\):")
-    for line in lines:
-        if found := _WRITTEN.fullmatch(line):
-            written[int(found[1])] = line
-        elif re.match(r"    \w+ = ", line):
-            named.append(line)
-        elif not (copied.fullmatch(line) or re.fullmatch(r"        out\[(.*)\] = y\[\1\]", line)):
+    for statement in form.body:
+        if type(statement) is Name:
+            named.append(statement)
+        elif type(statement) is Write:
+            written[statement.place.first] = statement
+        elif not (type(statement) is Loop and all(_copies(form, x) for x in statement.body)):
             raise Shared(f"its function {function!r} has loops")
     return named, written
 
 
+def _copies(form: Form, statement: Statement) -> bool:
+    """Whether a statement leaves an entry of the state as it is."""
+    nodes = form.nodes
+    if type(statement) is not Write or nodes.op[statement.node] != "var":
+        return False
+    return nodes.args[statement.node] == (Y, statement.place)
+
+
 def _changed(whole: System, reset: str) -> set[int]:
     """Places of the state that a reset does not copy."""
-    return {k for k, line in _assignments(whole, reset)[1].items() if line != f"    out[{k}] = y[{k}]"}
+    form = whole.form(reset)
+    return {k for k, write in _assignments(whole, reset)[1].items() if not _copies(form, write)}
 
 
-def _slice(whole: System, function: str, places: set[int]) -> list[str]:
-    """The lines of a function that write some places of `out`, and all that these need."""
+def _slice(whole: System, function: str, places: set[int]) -> list[Statement]:
+    """The statements of a function that write some places of `out`, and all that these need."""
     named, written = _assignments(whole, function)
     results = [written[k] for k in sorted(places)]
-    return [*needed_lines(named, results), *results]
+    return [*needed(whole.form(function), named, results), *results]
 
 
-def _read(whole: System, function: str, lines: Sequence[str]) -> set[int]:
-    places = [found for line in lines for found in PLACE.finditer(line) if found[1] == "y"]
-    if not all(found[2].isdigit() for found in places):
-        raise Shared(f"its function {function!r} has loops")
-    return {int(found[2]) for found in places}
+def _read(whole: System, function: str, statements: Sequence[Statement]) -> set[int]:
+    nodes = whole.form(function).nodes
+    below = nodes.reachable((x.node for x in statements), Y)
+    return {nodes.args[node][1].first for node in below if nodes.op[node] == "var"}
 
 
 def _watched(whole: System, kind: Kind, numbers: Sequence[int]) -> Kind:
@@ -118,24 +117,20 @@ def _watched(whole: System, kind: Kind, numbers: Sequence[int]) -> Kind:
     state = np.concatenate([kind.q[0], whole.nq + kind.v[0]]).tolist()
     at_state = {place: k for k, place in enumerate(state)}
     p = kind.p[0].tolist()
-    texts = {
-        "events": _moved(
-            _slice(whole, "events", set(numbers)), at_state, p, {n: k for k, n in enumerate(numbers)}
-        )
+    made = {
+        "events": _moved(whole, "events", set(numbers), at_state, p, {n: k for k, n in enumerate(numbers)})
     }
     for n in numbers:
         name = f"reset_{whole.events[n]['name']}"
         if whole.events[n]["action"] == "reset":
             changed = _changed(whole, name)
-            lines = _moved(_slice(whole, name, changed), at_state, p, at_state)
-            texts[name] = [
-                *lines,
-                *(f"    out[{k}] = y[{k}]" for place, k in at_state.items() if place not in changed),
+            form = made[name] = _moved(whole, name, changed, at_state, p, at_state)
+            form.body += [
+                Write("out", Place(k), form.nodes.var(Y, Place(k)), 1)
+                for place, k in at_state.items()
+                if place not in changed
             ]
     source, header = kind.system.source, kind.system.source.header
-    functions = {
-        name: "\n".join((f"def {name}(t, y, p, out):", *lines)) + "\n" for name, lines in texts.items()
-    }
     records = [*whole.parameters, *whole.inputs]
     known = len(header["parameters"])
     header = {
@@ -147,28 +142,30 @@ def _watched(whole: System, kind: Kind, numbers: Sequence[int]) -> Kind:
         "rates": [whole.rates[k] for k in kind.v[0]],
         "constraints": [whole.constraints[k] for k in kind.c[0]],
         "events": [whole.events[n] for n in numbers],
-        "operations": header["operations"] | {name: operations(lines) for name, lines in texts.items()},
-        "hoisted": header["hoisted"] | {name: n for name, lines in texts.items() if (n := _n_hoisted(lines))},
+        "operations": header["operations"] | {name: form.operations() for name, form in made.items()},
+        "hoisted": header["hoisted"] | {name: n for name, form in made.items() if (n := form.n_hoisted)},
     }
-    lines = source.lines | {name: whole.source.lines[name] for name in functions}
-    system = System(
-        verified(ModuleSource(source.file, header, source.functions | functions, lines, {}, source.text_hash))
+    return replace(kind, system=System(verified(source.made(header, source.forms | made))), p=np.array([p]))
+
+
+def _moved(
+    whole: System, function: str, places: set[int], y: dict[int, int], p: list[int], out: dict[int, int]
+) -> Form:
+    """Some results of a function in one subsystem's places; what is read of the whole `p` joins the list `p`."""
+
+    def parameter(place: Place) -> Place:
+        if place.first not in p:
+            p.append(place.first)
+        return Place(p.index(place.first))
+
+    source = whole.form(function)
+    form = Form(function, Lengths(len(y), 0, len(out)))
+    form.body = copied(
+        source,
+        _slice(whole, function, places),
+        form,
+        y=lambda place: Place(y[place.first]),
+        p=parameter,
+        out=lambda place: Place(out[place.first]),
     )
-    return replace(kind, system=system, p=np.array([p]))
-
-
-def _n_hoisted(lines: Sequence[str]) -> int:
-    return sum(_HOISTED.match(line) is not None for line in lines)
-
-
-def _moved(lines: Sequence[str], y: dict[int, int], p: list[int], out: dict[int, int]) -> list[str]:
-    """Lines with the places of one subsystem; what they read of the whole `p` joins the end of the list `p`."""
-
-    def moved(found: re.Match[str]) -> str:
-        place = int(found[2])
-        if found[1] == "p" and place not in p:
-            p.append(place)
-        own = p.index(place) if found[1] == "p" else (y if found[1] == "y" else out)[place]
-        return f"{found[1]}[{own}]"
-
-    return [PLACE.sub(moved, line) for line in lines]
+    return form

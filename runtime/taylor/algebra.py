@@ -6,46 +6,46 @@ m / r · (1 / r) · (1 / r) with r = sqrt(u) is m u^(-3/2).
 
 from __future__ import annotations
 
-from symgen.runtime.taylor.nodes import Nodes
+from symgen.runtime.taylor.nodes import SeriesNodes
 from symgen.runtime.taylor.refusal import Refusal
 
 _MOST_FACTORS = 8
 
 
-class Algebra(Nodes):
+class Algebra(SeriesNodes):
     """What is made of series by arithmetic and by differentiation."""
 
     def add(self, a: int, b: int) -> int:
-        if self.constant[a] and self.constant[b]:
+        if self.is_constant(a) and self.is_constant(b):
             return self._node("fadd", (a, b))
-        if self.kinds[b] == "neg":
+        if self.op[b] == "neg":
             return self.sub(a, self.args[b][0])
-        if self.kinds[a] == "neg":
+        if self.op[a] == "neg":
             return self.sub(b, self.args[a][0])
         return self._node("add", (a, b))
 
     def sub(self, a: int, b: int) -> int:
-        if self.constant[a] and self.constant[b]:
+        if self.is_constant(a) and self.is_constant(b):
             return self._node("fsub", (a, b))
-        if self.kinds[b] == "neg":
+        if self.op[b] == "neg":
             return self.add(a, self.args[b][0])
         return self._node("sub", (a, b))
 
     def neg(self, a: int) -> int:
-        if self.kinds[a] == "number":
+        if self.op[a] == "number":
             return self.number(-self.data[a][0])
-        if self.kinds[a] == "neg":
+        if self.op[a] == "neg":
             return self.args[a][0]
-        if self.kinds[a] == "scale":
+        if self.op[a] == "scale":
             return self.scale(self.neg(self.args[a][0]), self.args[a][1])
         return self._node("neg", (a,))
 
     def mul(self, a: int, b: int) -> int:
         """A product; constant factors and signs come to its outside."""
-        if self.constant[a] and self.constant[b]:
+        if self.is_constant(a) and self.is_constant(b):
             return self._constant_product(a, b)
-        if self.constant[a] or self.constant[b]:
-            return self.scale(a, b) if self.constant[a] else self.scale(b, a)
+        if self.is_constant(a) or self.is_constant(b):
+            return self.scale(a, b) if self.is_constant(a) else self.scale(b, a)
         factor, a = self._split(a)
         other, b = self._split(b)
         return self.scale(self._constant_product(factor, other), self._product(a, b))
@@ -67,22 +67,22 @@ class Algebra(Nodes):
         Where r is near c, its value is still that of the product.
         """
         base, exponent = self._as_power(factor)
-        if exponent == 1.0 or self.kinds[total] not in ("add", "sub"):
+        if exponent == 1.0 or self.op[total] not in ("add", "sub"):
             return None
         left, right = self.args[total]
-        if self.constant[left] == self.constant[right]:
+        if self.is_constant(left) == self.is_constant(right):
             return None
-        other, more = self._as_power(self._split(right if self.constant[left] else left)[1])
+        other, more = self._as_power(self._split(right if self.is_constant(left) else left)[1])
         if other != base or exponent + more not in (0.0, 1.0):
             return None
-        found = getattr(self, self.kinds[total])(self.mul(left, factor), self.mul(right, factor))
+        found = getattr(self, self.op[total])(self.mul(left, factor), self.mul(right, factor))
         self.products[found] = total, factor
         return found
 
     def _merged(self, product: int, factor: int) -> int | None:
         """(w / r) times 1 / r as w / r^2, one quotient for two products: the force of a damper."""
         base, exponent = self._as_power(factor)
-        if exponent == 1.0 or self.kinds[product] != "mul":
+        if exponent == 1.0 or self.op[product] != "mul":
             return None
         for inner, rest in (self.args[product], self.args[product][::-1]):
             other, more = self._as_power(inner)
@@ -92,7 +92,7 @@ class Algebra(Nodes):
 
     def _as_power(self, a: int) -> tuple[int, float]:
         """A series as base and exponent."""
-        kind, args = self.kinds[a], self.args[a]
+        kind, args = self.op[a], self.args[a]
         if kind == "sqrt":
             return args[0], 0.5
         if kind == "power":
@@ -120,41 +120,41 @@ class Algebra(Nodes):
 
     def scale(self, constant: int, a: int) -> int:
         """A constant times a series."""
-        if self.constant[a]:
+        if self.is_constant(a):
             return self._constant_product(constant, a)
         factor, a = self._split(a)
         constant = self._constant_product(constant, factor)
-        if self.kinds[constant] == "number" and abs(self.data[constant][0]) == 1.0:
+        if self.op[constant] == "number" and abs(self.data[constant][0]) == 1.0:
             return a if self.data[constant][0] > 0.0 else self.neg(a)
         return self._node("scale", (constant, a))
 
     def _split(self, a: int) -> tuple[int, int]:
         """A constant factor and the rest."""
-        if self.kinds[a] == "scale":
+        if self.op[a] == "scale":
             return self.args[a]
-        if self.kinds[a] == "neg" and not self.constant[a]:
+        if self.op[a] == "neg" and not self.is_constant(a):
             return self.number(-1.0), self.args[a][0]
         return self.number(1.0), a
 
     def _constant_product(self, a: int, b: int) -> int:
-        if self.kinds[b] == "number":
+        if self.op[b] == "number":
             a, b = b, a
-        if self.kinds[a] == "number":
+        if self.op[a] == "number":
             value = self.data[a][0]
-            if self.kinds[b] == "number":
+            if self.op[b] == "number":
                 return self.number(value * self.data[b][0])
             if abs(value) == 1.0:
                 return b if value > 0.0 else self.neg(b)
         return self._node("fmul", (a, b))
 
     def div(self, a: int, b: int) -> int:
-        if self.constant[a] and self.constant[b]:
+        if self.is_constant(a) and self.is_constant(b):
             return self._node("fdiv", (a, b))
-        if self.constant[b]:
+        if self.is_constant(b):
             return self.scale(self._node("fdiv", (self.number(1.0), b)), a)
         divisor, b = self._split(b)
-        factor, a = (a, self.number(1.0)) if self.constant[a] else self._split(a)
-        if self.kinds[divisor] == "number" and abs(self.data[divisor][0]) == 1.0:
+        factor, a = (a, self.number(1.0)) if self.is_constant(a) else self._split(a)
+        if self.op[divisor] == "number" and abs(self.data[divisor][0]) == 1.0:
             factor = self._constant_product(factor, divisor)
         else:
             factor = self._node("fdiv", (factor, divisor))
@@ -175,7 +175,7 @@ class Algebra(Nodes):
         sides = self.at_start(left), self.at_start(right)
         if None in sides:
             raise Refusal("a choice (minimum, maximum, a switch) has no Taylor series where it switches")
-        if self.constant[chosen] and self.constant[other]:
+        if self.is_constant(chosen) and self.is_constant(other):
             return self._node("select", (*sides, chosen, other), (comparison,))
         one, none = self.number(1.0), self.number(0.0)
         taken = self._node("select", (*sides, one, none), (comparison,))
@@ -184,11 +184,11 @@ class Algebra(Nodes):
 
     def at_start(self, a: int) -> int | None:
         """What time alone decides, as the constant that it is at the start of a step; None for all else."""
-        if self.constant[a]:
+        if self.is_constant(a):
             return a
         if not self.stops_at_choices:
             return None
-        kind = self.kinds[a]
+        kind = self.op[a]
         if kind == "time":
             return self.now()
         if kind == "integral":
@@ -208,8 +208,8 @@ class Algebra(Nodes):
 
     def shift(self, a: int) -> int:
         """The derivative with respect to time, carried down through linear operations."""
-        kind, args = self.kinds[a], self.args[a]
-        if self.constant[a]:
+        kind, args = self.op[a], self.args[a]
+        if self.is_constant(a):
             return self.number(0.0)
         if kind == "time":
             return self.number(1.0)
@@ -221,9 +221,9 @@ class Algebra(Nodes):
             return self.mul(args[0], self.shift(args[1]))
         if kind in ("add", "sub"):
             left, right = self.shift(args[0]), self.shift(args[1])
-            if self.constant[args[0]]:
+            if self.is_constant(args[0]):
                 return right if kind == "add" else self.neg(right)
-            if self.constant[args[1]]:
+            if self.is_constant(args[1]):
                 return left
             return self.add(left, right) if kind == "add" else self.sub(left, right)
         return self._node("shift", (a,))

@@ -43,8 +43,8 @@ class Values:
 
     def _needs(self, node: int, n: int) -> list[tuple[int, int]]:
         g = self.graph
-        kind, args = g.kinds[node], g.args[node]
-        if g.constant[node]:
+        kind, args = g.op[node], g.args[node]
+        if g.is_constant(node):
             return [] if n else [(a, 0) for a in args]
         if kind == "integral":
             return [(args[0], n - 1)] if n else [(a, 0) for a in g.begins_with(node)]
@@ -61,8 +61,8 @@ class Values:
 
     def _value(self, node: int, n: int) -> int:
         g, v = self.graph, self._known
-        kind, args, data = g.kinds[node], g.args[node], g.data[node]
-        if g.constant[node]:
+        kind, args, data = g.op[node], g.args[node], g.data[node]
+        if g.is_constant(node):
             return self._constant(node) if n == 0 else 0
         if kind == "integral":
             if n:
@@ -110,7 +110,7 @@ class Values:
 
     def _constant(self, node: int) -> int:
         g, v = self.graph, self._known
-        kind, data = g.kinds[node], g.data[node]
+        kind, data = g.op[node], g.data[node]
         args = [v[a, 0] for a in g.args[node]]
         if kind == "number":
             if not math.isfinite(data[0]):
@@ -144,7 +144,7 @@ def levels(graph: SeriesGraph, nodes: list[int]) -> dict[int, int]:
     """The highest derivative of positions in each node: 0 positions, 1 rates, 2 accelerations."""
     level: dict[int, int] = {}
     for node in nodes:  # by number: what a node is made of comes first
-        kind, args = graph.kinds[node], graph.args[node]
+        kind, args = graph.op[node], graph.args[node]
         if kind == "acceleration":
             level[node] = 2
         elif kind == "multiplier":
@@ -172,7 +172,9 @@ def use_derivatives(graph: SeriesGraph, roots: list[int], candidates: list[int])
     values = Values(graph)
     level = levels(graph, graph.reachable([*roots, *candidates]))
     series = [
-        n for n in (*nodes, *sorted(level.keys() - set(nodes))) if not graph.constant[n] and level[n] < _NEVER
+        n
+        for n in (*nodes, *sorted(level.keys() - set(nodes)))
+        if not graph.is_constant(n) and level[n] < _NEVER
     ]
     equal: dict[tuple[int, int], int] = {}
     derived: dict[tuple[int, int], tuple[int, int]] = {}
@@ -184,7 +186,7 @@ def use_derivatives(graph: SeriesGraph, roots: list[int], candidates: list[int])
                 derived.setdefault((values(node, order), level[node] + order), (node, order))
     replaced = {}
     for node in nodes:
-        if not graph.constant[node] and graph.kinds[node] in _REPLACEABLE and level[node] < _NEVER:
+        if not graph.is_constant(node) and graph.op[node] in _REPLACEABLE and level[node] < _NEVER:
             found = _found(graph, derived, equal, values(node, 0), level[node])
             if found is not None and found != node:
                 replaced[node] = found

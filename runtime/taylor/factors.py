@@ -17,12 +17,10 @@ def share_factors(graph: SeriesGraph, roots: list[int]) -> list[int]:
         nodes = graph.reachable(roots)
         uses = Counter(a for node in nodes for a in graph.args[node])
         uses.update(roots)
-        inside = {
-            a for node in nodes if graph.kinds[node] in _LINEAR for a in graph.args[node] if uses[a] == 1
-        }
+        inside = {a for node in nodes if graph.op[node] in _LINEAR for a in graph.args[node] if uses[a] == 1}
         replaced = {}
         for node in nodes:
-            if graph.kinds[node] in _LINEAR and not graph.constant[node] and node not in inside:
+            if graph.op[node] in _LINEAR and not graph.is_constant(node) and node not in inside:
                 better = _with_shared_factors(graph, node, uses)
                 if better is not None:
                     replaced[node] = better
@@ -35,7 +33,7 @@ def _with_shared_factors(graph: SeriesGraph, node: int, uses: Counter) -> int | 
     terms = _terms(graph, node, uses)
     changed = False
     while True:
-        single = [t for t in terms if graph.kinds[t[1]] == "mul" and uses[t[1]] == 1]
+        single = [t for t in terms if graph.op[t[1]] == "mul" and uses[t[1]] == 1]
         counts = Counter(a for _, product in single for a in set(graph.args[product]))
         factor = min(counts, key=lambda a: (-counts[a], a), default=None)
         if factor is None or counts[factor] < 2:
@@ -57,8 +55,8 @@ def _terms(graph: SeriesGraph, node: int, uses: Counter) -> list[Term]:
     pending = [(graph.number(1.0), node)]
     while pending:
         constant, term = pending.pop()
-        kind, args = graph.kinds[term], graph.args[term]
-        if graph.constant[term] or kind not in _LINEAR or (term != node and uses[term] > 1):
+        kind, args = graph.op[term], graph.args[term]
+        if graph.is_constant(term) or kind not in _LINEAR or (term != node and uses[term] > 1):
             found.append((constant, term))
         elif kind == "scale":
             pending.append((graph.mul(constant, args[0]), args[1]))

@@ -12,13 +12,13 @@ from symgen.runtime.taylor.refusal import Refusal
 
 
 class SeriesGraph(Algebra):
-    """Nodes by number, see `Nodes`; elementary functions are made of what arithmetic offers."""
+    """Nodes by number, see `SeriesNodes`; elementary functions are made of what arithmetic offers."""
 
     const = Algebra.number  # as the operation graph calls it
 
     def call(self, name: str, *args: int) -> int:
         """A mathematical function of constants, or of series where it is smooth."""
-        if all(self.constant[a] for a in args):
+        if all(self.is_constant(a) for a in args):
             return self._node("call", args, (name,))
         if name == "fabs" and self.at_start(args[0]) is not None:
             return self.select("olt", args[0], self.number(0.0), self.neg(args[0]), args[0])
@@ -52,7 +52,7 @@ class SeriesGraph(Algebra):
         """The derivative of a function with respect to time."""
         above: dict[int | None, int] = {}  # sums of numerators, by their denominator
         for a, (numerator, denominator) in zip(args, slopes(self, name, args, value), strict=True):
-            if not self.constant[a]:
+            if not self.is_constant(a):
                 term = self.mul(numerator, self.shift(a))
                 above[denominator] = self.add(above[denominator], term) if denominator in above else term
         (total, *others) = (
@@ -64,7 +64,7 @@ class SeriesGraph(Algebra):
         return total
 
     def _power(self, base: int, exponent: int) -> int:
-        if self.kinds[exponent] == "number":
+        if self.op[exponent] == "number":
             n = self.data[exponent][0]
             inner, of_inner = self._as_power(base)
             # What is below a root is positive; (u^2)^0.5 is not u.
@@ -73,10 +73,10 @@ class SeriesGraph(Algebra):
         if key not in self._cycles:
             node = self._cycles[key] = self._append("integral", (), key, False)
             slope = self.mul(exponent, self._slope_of_log(base))
-            if not self.constant[exponent]:
+            if not self.is_constant(exponent):
                 slope = self.add(slope, self.mul(self.shift(exponent), self.call("log", base)))
             self.args[node] = (self.mul(node, slope),)
         return self._cycles[key]
 
     def _slope_of_log(self, base: int) -> int:
-        return self.number(0.0) if self.constant[base] else self.div(self.shift(base), base)
+        return self.number(0.0) if self.is_constant(base) else self.div(self.shift(base), base)

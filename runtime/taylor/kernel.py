@@ -110,6 +110,7 @@ def _lower(system: System, symbol: str) -> tuple[str, int]:
 def _generator() -> str:
     """Hash of the sources that decide what a kernel is."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    folder = Path(__file__).parent
+    for path in (*sorted(folder.glob("*.py")), *sorted((folder.parent / "graph").glob("*.py"))):
         digest.update(path.read_bytes())
     return digest.hexdigest()

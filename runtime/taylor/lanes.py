@@ -69,7 +69,7 @@ class LaneTable:
         self.place = {node: (item, i) for item in self.lanes for i, node in enumerate(item.nodes)}
 
     def _place(self, nodes: list[int], lead: int) -> None:
-        factors, kinds = {node: self.plan.factors(node) for node in nodes}, self.plan.graph.kinds
+        factors, kinds = {node: self.plan.factors(node) for node in nodes}, self.plan.graph.op
         powers = {factors[node]: node for node in nodes if kinds[node] == "power"}
         squares = {factors[node]: node for node in nodes if len(set(factors[node])) == 1}
         if len(squares) < self.fewest_squares:

@@ -12,9 +12,9 @@ from symgen.runtime.taylor.derivatives import use_derivatives
 from symgen.runtime.taylor.factors import share_factors
 from symgen.runtime.taylor.graph import SeriesGraph
 from symgen.runtime.taylor.nodes import CONVOLUTIONS
+from symgen.runtime.taylor.outputs import named_outputs, read_outputs
 from symgen.runtime.taylor.reactions import Reactions, read_reactions
 from symgen.runtime.taylor.refusal import Refusal
-from symgen.runtime.taylor.text import named_outputs, read_outputs
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -68,7 +68,7 @@ class Motion:
             *self.coordinates,
             *([] if self.power is None else [self.power]),
         ]
-        return sum(g.kinds[node] in CONVOLUTIONS for node in g.reachable(roots))
+        return sum(g.op[node] in CONVOLUTIONS for node in g.reachable(roots))
 
 
 def read_motion(system: System) -> Motion:
@@ -90,22 +90,18 @@ def read_motion(system: System) -> Motion:
     return replace(best, reactions=read_reactions(system, functools.partial(_outputs, system)))
 
 
-def _text(system: System, name: str) -> str:
-    return system.source.functions[name]
-
-
 def _outputs(
     system: System,
     graph: SeriesGraph,
     name: str,
     state: Callable[[int], int],
     wanted: set[int] | None = None,
-    given: dict[str, int] | None = None,
+    given: dict[int, int] | None = None,
     moving: dict[int, int] | None = None,
 ) -> dict[int, int]:
     moving = dict(moving or {})
     moving |= {index: _polynomial(graph, *place) for index, place in system.input_polynomials.items()}
-    return read_outputs(graph, _text(system, name), state, wanted, given, system.source.tables, moving)
+    return read_outputs(graph, system.form(name), state, wanted, given, moving)
 
 
 def _polynomial(graph: SeriesGraph, knot: int, first: int, degree: int) -> int:
@@ -190,12 +186,12 @@ def _after(values, skipped: int):
 
 def _power(system: System, graph: SeriesGraph, state, a: list[int], multipliers: list[int]) -> int:
     """The power as `rhs` computes it, with the accelerations and multipliers that it solves for taken as given."""
-    text, first = _text(system, "rhs"), system.nq
+    first = system.nq
     solved = {first + i: node for i, node in enumerate(a)}
     solved |= {system.ny + i: node for i, node in enumerate(multipliers)}
     given = {
-        name: graph.neg(solved[index]) if negative else solved[index]
-        for index, (name, negative) in named_outputs(text).items()
+        node: graph.neg(solved[index]) if negative else solved[index]
+        for index, (node, negative) in named_outputs(system.form("rhs")).items()
         if index in solved
     }
     index = system.nq + system.nv

@@ -1,14 +1,17 @@
-"""The nodes of a graph of power series in time, hash-consed: what each is, and what it is made of."""
+"""The nodes of a graph of power series in time: what each is, and what it is made of."""
 
 from __future__ import annotations
 
 import math
 
+from symgen.runtime.graph.nodes import Nodes
+
+MOVING = 1  # a node's mask, if it changes during a step
 CONVOLUTIONS = ("mul", "div", "sqrt", "power")
 
 
-class Nodes:
-    """Nodes by number: `kinds`, `args` and `data`, in an order in which values come after what they are made of.
+class SeriesNodes(Nodes):
+    """Nodes in an order in which values come after what they are made of, but for integrals (`integrate`).
 
     Kinds of constants (of a step): number, parameter, now (the time at its start), and operations on these: fadd,
     fsub, fmul, fdiv, neg, call, select. Kinds of series: time, acceleration, multiplier, add, sub, neg, scale (constant
@@ -21,12 +24,9 @@ class Nodes:
     """
 
     def __init__(self, *, stops_at_choices: bool = False) -> None:
+        super().__init__()
         self.stops_at_choices = stops_at_choices
-        self.kinds: list[str] = []
-        self.args: list[tuple[int, ...]] = []
-        self.data: list[tuple] = []
-        self.constant: list[bool] = []
-        self._known: dict[tuple, int] = {}
+        self.data: list[tuple] = []  # what a node is besides its operands
         self._cycles: dict[tuple, int] = {}
         self._states: dict[int, int] = {}
         self.products: dict[int, tuple[int, int]] = {}
@@ -35,18 +35,20 @@ class Nodes:
     def _node(
         self, kind: str, args: tuple[int, ...], data: tuple = (), *, constant: bool | None = None
     ) -> int:
-        key = (kind, args, data)
-        found = self._known.get(key)
+        table = self._index[kind, data]
+        found = table.get(args)
         if found is None:
-            found = self._known[key] = self._append(kind, args, data, constant)
+            found = table[args] = self._append(kind, args, data, constant)
         return found
 
     def _append(self, kind: str, args: tuple[int, ...], data: tuple, constant: bool | None) -> int:
-        self.kinds.append(kind)
-        self.args.append(args)
         self.data.append(data)
-        self.constant.append(all(self.constant[a] for a in args) if constant is None else constant)
-        return len(self.kinds) - 1
+        moves = any(self.mask[a] for a in args) if constant is None else not constant
+        return super()._append(kind, args, MOVING if moves else 0)
+
+    def is_constant(self, node: int) -> bool:
+        """Whether a node is the same all through a step."""
+        return not self.mask[node]
 
     def number(self, value: float) -> int:
         return self._node("number", (), (value, math.copysign(1.0, value)))
@@ -85,7 +87,7 @@ class Nodes:
         while pending:
             node = pending.pop()
             below = self.args[node]
-            if self.kinds[node] == "integral":
+            if self.op[node] == "integral":
                 below += self.begins_with(node)
             for a in below:
                 if a not in found:
@@ -101,9 +103,9 @@ class Nodes:
                 node = replaced[node]
             return node
 
-        for node in range(len(self.kinds)):
+        for node in range(len(self.op)):
             self.args[node] = tuple(last(a) for a in self.args[node])
-            if self.kinds[node] == "integral" and self.data[node][0] != "state":
+            if self.op[node] == "integral" and self.data[node][0] != "state":
                 self.data[node] = (self.data[node][0], *(last(a) for a in self.data[node][1:]))
         self.products = {last(node): (last(a), last(b)) for node, (a, b) in self.products.items()}
         return [last(node) for node in roots]

@@ -47,17 +47,17 @@ class Plan:
     @functools.cached_property
     def convolutions(self) -> list[int]:
         """Series that are products, quotients, roots or powers."""
-        return [node for node in self.order if self.graph.kinds[node] in CONVOLUTIONS]
+        return [node for node in self.order if self.graph.op[node] in CONVOLUTIONS]
 
     def series_args(self, node: int) -> list[tuple[int, int]]:
         """What the coefficient of order n of `node` is made of: (node, offset): its coefficient n + offset."""
         g = self.graph
-        offset = {"integral": -1, "shift": 1}.get(g.kinds[node], 0)
-        return [(a, offset) for a in g.args[node] if not g.constant[a]]
+        offset = {"integral": -1, "shift": 1}.get(g.op[node], 0)
+        return [(a, offset) for a in g.args[node] if not g.is_constant(a)]
 
     def factors(self, node: int) -> tuple[int, int]:
         """The two series whose convolution a product, quotient, root or power needs."""
-        kind, args = self.graph.kinds[node], self.graph.args[node]
+        kind, args = self.graph.op[node], self.graph.args[node]
         return {"mul": args, "sqrt": (node, node)}.get(kind, (args[-1], node))
 
     def _demand(self) -> None:
@@ -69,7 +69,7 @@ class Plan:
             pending.append((q, 0 if plain else _OUTPUT_LEAD))
         if m.power is not None:
             pending.append((m.power, 0))
-        pending = [(node, lead) for node, lead in pending if not g.constant[node]]
+        pending = [(node, lead) for node, lead in pending if not g.is_constant(node)]
         while pending:
             node, lead = pending.pop()
             if self.lead.get(node, -1) >= lead:
@@ -117,8 +117,8 @@ class Plan:
         pending = [([], False, node)]
         while pending:
             factors, negative, term = pending.pop()
-            kind, args = g.kinds[term], g.args[term]
-            if g.constant[term] or kind not in ("add", "sub", "neg", "scale"):
+            kind, args = g.op[term], g.args[term]
+            if g.is_constant(term) or kind not in ("add", "sub", "neg", "scale"):
                 found.append((factors, negative, term))
             elif kind == "scale":
                 pending.append(([*factors, args[0]], negative, args[1]))
@@ -132,9 +132,9 @@ class Plan:
         """Series of which older coefficients are read; of these and what they are made of, the open ones."""
         kept = set()
         for node in self.order:
-            if self.graph.kinds[node] in CONVOLUTIONS:
+            if self.graph.op[node] in CONVOLUTIONS:
                 kept.update(a for a in self.factors(node))
-                if self.graph.kinds[node] != "mul":
+                if self.graph.op[node] != "mul":
                     kept.add(node)
             for a, offset in self.series_args(node):
                 if self.lead[a] > self.lead[node] + offset:

@@ -62,7 +62,7 @@ class _Rolled(Steps):
         return self._integers[key]
 
     def at(self, node: int, n: int) -> Value:
-        if n < _ANY // 2 or self.graph.constant[node] or (node, n) in self.values:
+        if n < _ANY // 2 or self.graph.is_constant(node) or (node, n) in self.values:
             return super().at(node, n)
         value = self.code.load("scratch", self._row(self.history[node], 1, n))
         self.values[node, n] = value
@@ -101,7 +101,7 @@ class _Rolled(Steps):
             return super().convolution(node, n)
         total = self._sum(node)
         x, y = self.plan.factors(node)
-        kind, code = self.graph.kinds[node], self.code
+        kind, code = self.graph.op[node], self.code
         if x == y:
             if self.ends == 2:
                 total = code.fma(code.add(self.at(x, 1), self.at(x, 1)), self.at(x, n - 1), total)

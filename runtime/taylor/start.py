@@ -36,7 +36,7 @@ class Start:
             if (wanted, 0) in self.values:
                 pending.pop()
                 continue
-            kind = self.graph.kinds[wanted]
+            kind = self.graph.op[wanted]
             below = self._below(wanted)
             missing = [a for a in below if kind != "shift" and (a, 0) not in self.values]
             if missing:
@@ -49,11 +49,11 @@ class Start:
         """The nodes whose values give that of a node."""
         if node in self.graph.products:
             return self.graph.products[node]
-        return self.graph.begins_with(node) if self.graph.kinds[node] == "integral" else self.graph.args[node]
+        return self.graph.begins_with(node) if self.graph.op[node] == "integral" else self.graph.args[node]
 
     def _initial(self, node: int) -> Value:
         g, code = self.graph, self.code
-        kind, args, data = g.kinds[node], self._below(node), g.data[node]
+        kind, args, data = g.op[node], self._below(node), g.data[node]
         if node in g.products:
             return code.mul(*(self.values[a, 0] for a in args))
         if kind == "number":
@@ -105,7 +105,7 @@ class Start:
     def inverse(self, node: int) -> str:
         """1 / c of a quotient b / c or a power of c, 1 / (2 u) of a root u, at the start of the step."""
         if node not in self._inverses:
-            half = self.graph.kinds[node] == "sqrt"
+            half = self.graph.op[node] == "sqrt"
             divisor = self.initial(node if half else self.graph.args[node][-1])
             self._inverses[node] = self.code.div(constant(0.5) if half else ONE, divisor or constant(0.0))
         return self._inverses[node]

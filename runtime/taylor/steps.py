@@ -63,7 +63,7 @@ class Steps(Start):
 
     def _coefficient(self, node: int, n: int) -> Value:
         g, code = self.graph, self.code
-        kind, args = g.kinds[node], g.args[node]
+        kind, args = g.op[node], g.args[node]
         if kind in ("acceleration", "multiplier"):
             return None
         if kind == "time":
@@ -73,7 +73,7 @@ class Steps(Start):
             return getattr(code, kind)(*parts)
         if kind == "scale":
             constant, inner = self.constant(args[0]), args[1]
-            if g.kinds[inner] == "shift":  # two factors that are known long before the series
+            if g.op[inner] == "shift":  # two factors that are known long before the series
                 return code.mul(code.mul(constant, self.whole(n + 1)), self.at(g.args[inner][0], n + 1))
             return code.mul(constant, self.at(inner, n))
         if kind == "integral":
@@ -90,7 +90,7 @@ class Steps(Start):
 
     def at(self, node: int, n: int) -> Value:
         """The coefficient of order n; of a constant, it is there at order 0 only."""
-        if self.graph.constant[node]:
+        if self.graph.is_constant(node):
             return self.constant(node) if n == 0 else None
         return self.values[node, n]
 
@@ -112,7 +112,7 @@ class Steps(Start):
     def convolution(self, node: int, n: int) -> Value:
         """The sum of products in the coefficient n of a product, quotient or root, the newest terms last."""
         x, y = self.plan.factors(node)
-        kind = self.graph.kinds[node]
+        kind = self.graph.op[node]
         first, last = {"mul": (0, n), "div": (1, n), "sqrt": (1, n - 1)}[kind]
         code = self.code
         if x != y:
@@ -244,7 +244,7 @@ class Steps(Start):
     def _change(self, node: int, change: dict[int, Value]) -> Value:
         """The correction of a series, times (k + lead)! / k!, from those of what it is made of."""
         g, code = self.graph, self.code
-        kind, args = g.kinds[node], g.args[node]
+        kind, args = g.op[node], g.args[node]
         newest = {
             a
             for a, offset in self.plan.series_args(node)
