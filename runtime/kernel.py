@@ -13,6 +13,7 @@ import numpy as np
 from symgen.runtime.code.grammar import FunctionText, Lengths
 from symgen.runtime.code.llvm_text import PREPARED
 from symgen.runtime.errors import ModuleError
+from symgen.runtime.module_source import ModuleSource
 
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 
@@ -26,6 +27,7 @@ class Owner(Protocol):
 
     name: str
     operations: Mapping[str, int]
+    source: ModuleSource
 
     def machine_code(self) -> Any:
         """Return the place of the model's machine code."""
