@@ -9,9 +9,6 @@ from symgen.runtime.checks.work import operations_of_run
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
 
-# Sines of coordinates are not sharp, as long as steps follow the motion.
-_SHARP = tuple(f"{name}(" for name in "exp tanh erf atan sinh cosh log sqrt pow tan asin acos atan2".split())
-_SHARP += ("/x", "/(")  # quotients of what is computed
 _SMALL = 150  # operations of a residual that is quick to look at
 _COST, _SHARE = 6e4, 0.02  # operations of a look, for each of the residual's; of the run
 
@@ -21,5 +18,4 @@ def may_be_sharp(solution: Solution) -> bool:
     operations = solution.system.operations.get("residual", 0)
     if operations > max(_SMALL, _SHARE / _COST * operations_of_run(solution)) or len(solution.t) < 3:
         return False
-    text = solution.system.source.functions["residual"]
-    return any(part in text for part in _SHARP)
+    return solution.system.source.facts("residual").is_sharp
