@@ -12,9 +12,13 @@ from symgen.runtime.abi import array_sizes, setting_names
 from symgen.runtime.code.facts import Facts, from_text
 from symgen.runtime.code.grammar import FunctionText
 from symgen.runtime.graph.lengths import Lengths
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.runtime.graph.form import Form
+
+dataflow = Late("symgen.runtime.code.dataflow")
+printing = Late("symgen.runtime.code.printing")
 
 # Solvers that this run time knows under their names, and the modules that have them.
 _DENSE, _FRONTS = "symgen.runtime.code.dense_ldl", "symgen.runtime.code.front_ldl"
@@ -56,9 +60,7 @@ class ModuleSource:
 
     def made(self, header: dict[str, Any], forms: Mapping[str, Form]) -> ModuleSource:
         """Return the module of a model whose functions passes have made from this module's."""
-        from symgen.runtime.code.printing import text_of
-
-        functions = {name: text_of(form) for name, form in forms.items()}
+        functions = {name: printing.text_of(form) for name, form in forms.items()}
         digest = hashlib.sha256("".join(functions.values()).encode()).hexdigest()
         lines = {name: self.lines.get(name, 1) for name in forms}
         return ModuleSource(self.file, header, functions, lines, {}, digest, forms)
@@ -106,11 +108,9 @@ class ModuleSource:
     def _facts(self) -> dict[str, Facts]:
         if self.facts_text:
             return from_text(self.facts_text)
-        from symgen.runtime.code.dataflow import facts_of
-
         n_parameters = len(self.header["parameters"])
         texts = {name: self.function(name) for name in self.functions}
-        return {name: facts_of(text.form, n_parameters) for name, text in texts.items() if text}
+        return {name: dataflow.facts_of(text.form, n_parameters) for name, text in texts.items() if text}
 
     @functools.cached_property
     def tables_hash(self) -> str:
