@@ -207,8 +207,11 @@ def _check_motion(checkpoint: Checkpoint, run: RunState) -> None:
     if control[at.ERROR_OLD] <= 0.0:
         raise CheckpointError("the checkpoint's last error is not above zero")
     blocks = control[at.N_CONTROL :].reshape(at.N_EVENT_BLOCKS, -1)
-    if not np.isin(blocks[[at.SIDE, at.FIRED]], (-1.0, 0.0, 1.0)).all() or (blocks[at.FLOOR] < 0.0).any():
-        raise CheckpointError("the checkpoint's event functions have sides other than -1, 0 and 1")
+    sides = (-1.0, -at.LEANING, 0.0, at.LEANING, 1.0)
+    if not (np.isin(blocks[at.SIDE], sides).all() and np.isin(blocks[at.FIRED], (0.0, 1.0)).all()):
+        raise CheckpointError("the checkpoint's event functions are on no side of zero that there is")
+    if (blocks[at.FLOOR] < 0.0).any():
+        raise CheckpointError("the checkpoint's event functions have a round-off below zero")
     if not ((counters[: at.NEXT_FRAME] >= 0) & (counters[: at.NEXT_FRAME] < _MOST_COUNTED)).all():
         raise CheckpointError("the checkpoint counts steps below zero, or more than there can be")
     if counters[at.LAST_REJECTED] not in (0, 1):

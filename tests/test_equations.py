@@ -3,9 +3,9 @@
 import pytest
 import sympy
 
+from symgen import Model
 from symgen.cli.equations import symbolic
 from symgen.model.library import bundled, load
-from symgen.model.toml_reader import read_text
 
 
 def test_loops_are_written_out():
@@ -23,7 +23,7 @@ def test_loops_are_written_out():
 def test_rates_of_a_ball():
     """Euler's equations: A dw/dt = (B - C) w_y w_z and so on."""
     text = '[bodies.b]\nmass = 1\ninertia = [1, 2, 4]\n[joints.j]\ntype = "spherical"\nchild = "b"'
-    system = read_text(text).derive()
+    system = Model.from_toml(text).derive()
     wx, wy, wz = sympy.symbols("j_wx j_wy j_wz")
     forces = symbolic(system, "forces")
     for k, expected in enumerate((-2 * wy * wz, 3 * wx * wz, -wx * wy)):
