@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:430798b679b53b09d512de222e615ca46ff51f221a09d6f38f0c39920462daed",
+    "source": "sha256:9ba83944cd932119e04c2ff7ded75caea8d2f6a796f62a53612a8140eda90893",
     "name": "cart_pole_lqr",
     "description": "Pole on a cart, balanced by a linear-quadratic regulator",
     "nq": 2,

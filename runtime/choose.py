@@ -179,6 +179,8 @@ def scout(
         if status == at.REACHED_STOP or not np.isfinite(arrays.y).all():
             return ""
         rest, h = until - arrays.t, arrays.h_last
+        if not h > 0.0:  # no step was taken: the run will say why
+            return ""
         q, v = arrays.y[: system.nq], arrays.y[system.nq : system.nq + system.nv]
         scales = time_scales(system, p, arrays.t, q, v)
         changes.append(change_rate(system, q, v))

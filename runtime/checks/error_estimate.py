@@ -197,9 +197,10 @@ class _Beside:
             nq = self._solution.system.nq
             for part in (slice(0, nq), slice(nq, None)):
                 largest = np.ptp(states[:, part], axis=0).max(initial=0.0)
-                least[part] = np.minimum(
-                    least[part], _OF_ATOL * max(companion.atol, companion.rtol * largest)
-                )
+                seen = max(
+                    _LEAST, _OF_ATOL * max(companion.atol, companion.rtol * largest)
+                )  # rest is no motion
+                least[part] = np.minimum(least[part], seen)
         return np.maximum(sizes(self._solution.system, states), least)
 
     def _off(self, found: np.ndarray, states: np.ndarray, size: np.ndarray) -> np.ndarray:

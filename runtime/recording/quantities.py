@@ -1,8 +1,10 @@
-"""What a recording shows besides the states, for many frames at once."""
+"""What a recording shows besides the states, for many frames at once; and what is known of a run before it begins."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +16,21 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 forms = Late("symgen.runtime.contact.forms")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is known of a run before it begins; see `RunRecorder`."""
+
+    title: str
+    method: str
+    constraints: str
+    rtol: float
+    atol: float
+    module_text: str
+    model_text: str
+    options: dict[str, Any]
+    mesh_folder: Path | None
 
 
 class Quantities:

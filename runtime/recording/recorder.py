@@ -22,8 +22,7 @@ from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
 from symgen.runtime.uninterrupted import uninterrupted
 
-from .quantities import Quantities
-from .run_writer import Settings
+from .quantities import Quantities, Settings
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

@@ -10,7 +10,6 @@ import hashlib
 import json
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -22,26 +21,11 @@ from symgen.runtime.lazy import Late
 
 from . import schema
 from .layout import plot_rows
-from .quantities import Quantities
+from .quantities import Quantities, Settings
 from .rrd.write import RERUN_VERSION, RrdWriter
 from .scene import Scene
 
 _MOST_PARAMETERS = 60
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What is known of a run before it begins; see `RunRecorder`."""
-
-    title: str
-    method: str
-    constraints: str
-    rtol: float
-    atol: float
-    module_text: str
-    model_text: str
-    options: dict[str, Any]
-    mesh_folder: Path | None
 
 
 def page(

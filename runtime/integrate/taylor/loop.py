@@ -82,7 +82,7 @@ LONGER_THAN_BEFORE = 2.0
 # steps would follow it: below this part of how far series reached before, a method that steps across takes over. It
 # needs accelerations that round-off, which grows with the square of that part, leaves right to its tolerance.
 CREEPS, FORGET_REACH = 1e-4, 0.9
-CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF = 3e-2, 3.0
+CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF = 3e-2, 0.5
 
 
 class TaylorSeries(NamedTuple):
