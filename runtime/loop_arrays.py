@@ -10,6 +10,7 @@ import numpy as np
 
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.large_models import suited_to_size
+from symgen.runtime.integrate.loop import Loop
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.lazy import Late
 
@@ -141,13 +142,13 @@ class LoopArrays:
             self.counters[at.N_LOGGED_STEPS] = 0
         if self._bound is None:
             bind = getattr(self._advance, "bind", None) or functools.partial(functools.partial, self._advance)
-            self._bound = bind(*self.arguments())
+            self._bound = bind(self.coefficients, self.loop())
         return self._bound()
 
-    def arguments(self) -> tuple[Any, ...]:
-        """Return the arguments of the loop."""
-        return (
-            self.coefficients, self.addresses, self.sizes, self.prepared, self.control, self.counters, self.y, self.f,
+    def loop(self) -> Loop:
+        """Return the record that the loop takes."""
+        return Loop(
+            self.addresses, self.sizes, self.prepared, self.control, self.counters, self.y, self.f,
             self.work, self.frame_times, self.frames, self.step_log, self.dense,
         )  # fmt: skip
 
@@ -215,9 +216,7 @@ class LoopArrays:
         if self.addresses[at.PROJECT] == 0:
             return at.RUNNING
         buffer = np.zeros(projection_size(self.sizes))
-        return project_state(
-            self.addresses, self.sizes, self.prepared, self.t, self.y, self.control, self.counters, buffer
-        )
+        return project_state(self.loop(), self.t, self.y, buffer)
 
     def restart(self, *, state_changed: bool) -> None:
         """Forget what no longer holds after the state was changed from outside."""

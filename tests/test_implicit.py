@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from loops import bare_loop
 from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 
@@ -65,10 +66,9 @@ def jacobian_at(system, t, state, p, residual_jacobian=0, row=None):
     work = np.zeros(jacobian_work_size(sizes))
     row = system.kernel("rhs")(t, state, p) if row is None else row
     out = np.zeros((system.nv, system.nq + system.nv))
-    counters = np.zeros(at.N_COUNTERS, dtype=np.int64)
-    y = np.concatenate([state, np.zeros(system.nw)])
-    status = acceleration_jacobian(addresses, sizes, p, counters, t, y, row, work, out)
-    assert counters[at.JACOBIANS] == 1
+    bare = bare_loop(sizes, p, addresses, np.concatenate([state, np.zeros(system.nw)]))
+    status = acceleration_jacobian(bare, t, bare.y, row, work, out)
+    assert bare.counters[at.JACOBIANS] == 1
     return status, out
 
 

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from loops import bare_loop
 from quaternion_models import MODELS, module_text
 from references import load_reference, numbers
 from scipy.integrate import solve_ivp
@@ -135,10 +136,8 @@ def test_jacobian_agrees_with_differences_of_the_accelerations(name):
     addresses = np.zeros(at.N_KERNELS, dtype=np.uint64)
     addresses[at.RESIDUAL_JACOBIAN] = system.kernel("residual_jacobian").prepared_address
     work, out = np.zeros(jacobian_work_size(sizes)), np.zeros((nv, 2 * nv))
-    y, counters = np.concatenate([state, np.zeros(system.nw)]), np.zeros(at.N_COUNTERS, dtype=np.int64)
-    status = acceleration_jacobian(
-        addresses, sizes, system.prepared(p), counters, 0.0, y, rhs(0.0, state, p), work, out
-    )
+    bare = bare_loop(sizes, system.prepared(p), addresses, np.concatenate([state, np.zeros(system.nw)]))
+    status = acceleration_jacobian(bare, 0.0, bare.y, rhs(0.0, state, p), work, out)
     assert status == at.RUNNING
 
     def acceleration(step):

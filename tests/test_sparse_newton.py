@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from loops import bare_loop
 from scipy.sparse import csc_matrix
 from scipy.sparse import random as sparse_random
 
@@ -198,14 +199,12 @@ def test_newton_systems_are_those_of_full_matrices(model, g, request):
         loop_sizes(system, with_events=False),
         system.parameter_values(),
     )
-    addresses, counters = np.zeros(at.N_KERNELS, dtype=np.uint64), np.zeros(at.N_COUNTERS, dtype=np.int64)
+    addresses = np.zeros(at.N_KERNELS, dtype=np.uint64)
     kernel = system.kernel("residual_jacobian_entries")
     addresses[at.RESIDUAL_JACOBIAN] = kernel.prepared_address
     arguments, entries = np.zeros(nq + nv + n), np.zeros(len(pattern.kind))
-    prepared = system.prepared(p)
-    status = differentiate_sparse(
-        pattern, addresses, sizes, prepared, counters, 0.0, y, row, arguments, entries
-    )
+    loop = bare_loop(sizes, system.prepared(p), addresses, y)
+    status = differentiate_sparse(pattern, loop, 0.0, row, arguments, entries)
     assert status == RUNNING
     whole = system.kernel("residual_jacobian")(0.0, arguments, p).reshape(n, -1)
     by_state = -np.linalg.solve(whole[:, nq + nv :], whole[:, : nq + nv])[:nv]

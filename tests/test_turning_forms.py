@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from loops import bare_loop
 from quaternion_models import module_text
 from references import load_reference, numbers
 from scipy.integrate import solve_ivp
@@ -112,10 +113,11 @@ def test_reduced_newton_systems_are_the_derivatives_of_the_equations(which, axes
     sizes, row = loop_sizes(system, with_events=False), system.kernel("rhs")(0.0, np.append(q, v), p)
     addresses, _keep = kernel_addresses(system, FORMS["ggl"]["radau5"], with_events=False)
     b = as_written(divide_blocks)(sizes, np.zeros(blocks_size(sizes)))
-    counters, scratch = np.zeros(at.N_COUNTERS, dtype=np.int64), np.zeros(jacobian_work_size(sizes))
-    assert (
-        set_blocks(addresses, sizes, system.prepared(p), counters, 0.0, np.append(q, v), row, scratch, b) == 0
+    bare, scratch = (
+        bare_loop(sizes, system.prepared(p), addresses, np.append(q, v)),
+        np.zeros(jacobian_work_size(sizes)),
     )
+    assert set_blocks(bare, 0.0, bare.y, row, scratch, b) == 0
     sense = 1.0
     if axes == "start":
         as_written(turn_blocks)(sizes, np.append(q, v), row, b)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from numba.core.dispatcher import Dispatcher
 
 _SPEED_LEVEL = 2
-_LARGEST_INLINED = 3000  # lines of LLVM IR; inlining longer functions doubles compile time and gains nothing
+_LARGEST_INLINED = 300  # lines of LLVM IR; inlining longer functions costs compile time, and run time
 _dispatchers: dict[Jitted, Dispatcher] = {}
 teach(call_kernel)
 
@@ -140,9 +140,11 @@ def _link(library: Any, symbol: str) -> llvm.ModuleRef:
         seen.add(other)
         pending += other._linking_libraries
         module.link_in(other._final_module, preserve=True)
+    inner = [f for f in module.functions if not f.is_declaration and f.name != symbol]
+    for function in inner:
+        function.linkage = llvm.Linkage.internal
+    compiler.drop_unused_arguments(module)
     for function in module.functions:
-        if not function.is_declaration and function.name != symbol:
-            function.linkage = llvm.Linkage.internal
-            if str(function).count("\n") > _LARGEST_INLINED:
-                function.add_function_attribute("noinline")
+        if not function.is_declaration and str(function).count("\n") > _LARGEST_INLINED:
+            function.add_function_attribute("noinline")
     return module

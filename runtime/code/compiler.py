@@ -43,6 +43,19 @@ def optimise(module: llvm.ModuleRef, speed_level: int) -> None:
         builder.getModulePassManager().run(module, builder)
 
 
+def drop_unused_arguments(module: llvm.ModuleRef) -> None:
+    """Take off what internal functions do not read of their arguments, most of a record: LLVM's pipeline looks too early."""
+    with _lock:
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_sroa_pass()
+        passes.add_instruction_combine_pass()
+        passes.add_simplify_cfg_pass()
+        passes.add_dead_arg_elimination_pass()
+        passes.run(
+            module, llvm.create_pass_builder(_target_machine(), llvm.create_pipeline_tuning_options(2))
+        )
+
+
 def emit(module: llvm.ModuleRef) -> bytes:
     """Return a module's object code for this machine."""
     with _lock:

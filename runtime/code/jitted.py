@@ -12,7 +12,7 @@ import os
 import platform
 import threading
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -110,10 +110,8 @@ class Jitted:
             for code in _code_objects(function.__code__):
                 constants = [c for c in code.co_consts if not isinstance(c, types.CodeType)]
                 digest.update(repr((code.co_code, constants, code.co_names, code.co_varnames)).encode())
-                for name in code.co_names:
-                    value = function.__globals__.get(name)
-                    if isinstance(value, (int, float, str, tuple)):
-                        digest.update(f"{name}={value!r}\0".encode())
+                for name, value in _constants(code, function.__globals__):
+                    digest.update(f"{name}={value!r}\0".encode())
         return digest.hexdigest()
 
 
@@ -129,6 +127,17 @@ def jitted(function: Callable | None = None, *, distinct_arrays: bool = False) -
     if function is None:
         return functools.partial(jitted, distinct_arrays=distinct_arrays)
     return function if DISABLE_JIT else Jitted(function, distinct_arrays=distinct_arrays)
+
+
+def _constants(code: types.CodeType, known: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the constants that code names, in its own module or in one that it names (`at.NQ`)."""
+    for name in code.co_names:
+        value = known.get(name)
+        if isinstance(value, (int, float, str, tuple)):
+            yield name, value
+        elif isinstance(value, types.ModuleType):
+            of_module = {key: vars(value)[key] for key in code.co_names if key in vars(value)}
+            yield from ((k, v) for k, v in of_module.items() if isinstance(v, (int, float, str, tuple)))
 
 
 def _code_objects(code: types.CodeType) -> list[types.CodeType]:

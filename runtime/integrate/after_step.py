@@ -1,54 +1,40 @@
 """What every method does after an accepted step: events, frames, the step log."""
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.events import event_scratch_size, find_event
 from symgen.runtime.integrate.frames import frame_is_due, write_frames
-from symgen.runtime.integrate.layout import (
-    ASIDE,
-    EVENT,
-    F_VALID,
-    H_LAST,
-    N_LOGGED_STEPS,
-    NE,
-    NEXT_FRAME,
-    NY,
-    REACHED_STOP,
-    RUNNING,
-    STEPS,
-    T_EVENT,
-    T_STOP,
-    T,
-)
 from symgen.runtime.integrate.projection import projection_size
 
 
 @jitted
 def finish_scratch_size(sizes):
     """Length of the scratch array that `finish_step` needs."""
-    return projection_size(sizes) + sizes[NY] + event_scratch_size(sizes)
+    return projection_size(sizes) + sizes[at.NY] + event_scratch_size(sizes)
 
 
 @jitted
-def needs_dense(sizes, counters, frame_times, t1):
+def needs_dense(loop, t1):
     """Whether `finish_step` for a step that ends at `t1` will read the dense output."""
-    if sizes[NE] > 0:
+    if loop.sizes[at.NE] > 0:
         return True
-    return counters[NEXT_FRAME] < frame_times.shape[0] and frame_times[counters[NEXT_FRAME]] < t1
+    return (
+        loop.counters[at.NEXT_FRAME] < loop.frame_times.shape[0]
+        and loop.frame_times[loop.counters[at.NEXT_FRAME]] < t1
+    )
 
 
 @jitted
-def finish_step(
-    addresses, sizes, p, control, counters, t0, t1, y, dense, n_terms, scratch, frame_times, frames, step_log
-):
+def finish_step(loop, t0, t1, dense, n_terms, scratch):
     """Record an accepted step from `t0` to `t1`; stop it short at the first event in it.
+
+    `loop.y` is the state at `t1`, already on the constraints. At an event it becomes the state just past it, and
+    `control[T]` its time.
 
     Parameters
     ----------
     t0, t1 : float [s]
-    y : ndarray, shape (NY,)
-        The state at `t1`, already on the constraints. At an event it becomes the state just past it, and
-        `control[T]` its time.
     dense : ndarray, shape (8, NY)
         Dense output of the step, `n_terms` rows of it; read only if `needs_dense`.
     scratch : ndarray, shape (finish_scratch_size(sizes),)
@@ -59,30 +45,27 @@ def finish_step(
         RUNNING, REACHED_STOP or EVENT. After EVENT the derivative row is no longer valid.
     """
     h = t1 - t0
-    buffer = scratch[: projection_size(sizes)]
-    status = RUNNING
+    buffer = scratch[: projection_size(loop.sizes)]
+    status = at.RUNNING
     end = t1
-    if sizes[NE] > 0 and control[ASIDE] == 0.0:
-        rest = scratch[projection_size(sizes) :]
-        model = (addresses, sizes, p, control, counters)
-        theta = find_event(model, (t0, h, dense, n_terms), y, buffer, rest)
+    if loop.sizes[at.NE] > 0 and loop.control[at.ASIDE] == 0.0:
+        rest = scratch[projection_size(loop.sizes) :]
+        theta = find_event(loop, t0, h, dense, n_terms, loop.y, buffer, rest)
         if theta >= 0.0:
-            status = EVENT
+            status = at.EVENT
             end = t1 if theta == 1.0 else t0 + theta * h
-            copy(rest[: sizes[NY]], y)
-            control[T_EVENT] = end
-            counters[F_VALID] = 0
-    if frame_is_due(counters, frame_times, end):
-        write_frames(
-            addresses, sizes, p, control, counters, t0, h, end, y, dense, n_terms, buffer, frame_times, frames
-        )
-    counters[STEPS] += 1
-    row = counters[N_LOGGED_STEPS]
-    step_log[row, 0] = end
-    step_log[row, 1] = end - t0
-    counters[N_LOGGED_STEPS] = row + 1
-    control[T] = end
-    control[H_LAST] = end - t0
-    if status == RUNNING and end >= control[T_STOP]:
-        status = REACHED_STOP
+            copy(rest[: loop.sizes[at.NY]], loop.y)
+            loop.control[at.T_EVENT] = end
+            loop.counters[at.F_VALID] = 0
+    if frame_is_due(loop, end):
+        write_frames(loop, t0, h, end, loop.y, dense, n_terms, buffer)
+    loop.counters[at.STEPS] += 1
+    row = loop.counters[at.N_LOGGED_STEPS]
+    loop.step_log[row, 0] = end
+    loop.step_log[row, 1] = end - t0
+    loop.counters[at.N_LOGGED_STEPS] = row + 1
+    loop.control[at.T] = end
+    loop.control[at.H_LAST] = end - t0
+    if status == at.RUNNING and end >= loop.control[at.T_STOP]:
+        status = at.REACHED_STOP
     return status

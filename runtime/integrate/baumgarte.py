@@ -2,7 +2,7 @@
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import NQ, NV, STABILISE
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, turn_between
 
 # Behind the prepared p: h² and h times the gains of position and velocity, then an acceleration for every rate.
@@ -11,7 +11,7 @@ N_GAINS = 2
 
 
 @jitted
-def hold_stabilisation(addresses, sizes, p, t, h, y, row, buffer):
+def hold_stabilisation(loop, t, h, row, buffer):
     """Hold a new stabilising acceleration for a step of length `h` from (t, y), and add it to its rhs row.
 
     Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1, asks for G a = γ - 2α Φ' - β² Φ. With gains as large as
@@ -20,34 +20,34 @@ def hold_stabilisation(addresses, sizes, p, t, h, y, row, buffer):
     the kernel `project` moves the state by.
     Nothing happens in runs that do not stabilise (`addresses[STABILISE]` is 0).
     """
-    if addresses[STABILISE] == 0:
+    if loop.addresses[at.STABILISE] == 0:
         return
-    nq, nv = sizes[NQ], sizes[NV]
-    gains = p[p.shape[0] - nv - N_GAINS :]
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
+    gains = loop.p[loop.p.shape[0] - nv - N_GAINS :]
     held = gains[N_GAINS:]
-    call_kernel(addresses[STABILISE], t, y, p, buffer)
+    call_kernel(loop.addresses[at.STABILISE], t, loop.y, loop.p, buffer)
     by_position, by_velocity = gains[POSITION_GAIN] / (h * h), gains[VELOCITY_GAIN] / h
     start = 0
-    for k in range(n_quaternions(sizes) + 1):
-        end = quaternion_at(sizes, k)
+    for k in range(n_quaternions(loop.sizes) + 1):
+        end = quaternion_at(loop.sizes, k)
         for i in range(start, end):
-            held[i - k] = by_position * (buffer[i] - y[i])
+            held[i - k] = by_position * (buffer[i] - loop.y[i])
         if end < nq:
-            a, b, c = turn_between(y, buffer, end)
+            a, b, c = turn_between(loop.y, buffer, end)
             held[end - k] = by_position * a
             held[end - k + 1] = by_position * b
             held[end - k + 2] = by_position * c
         start = end + 4
     for i in range(nv):
-        held[i] += by_velocity * (buffer[nq + i] - y[nq + i])
+        held[i] += by_velocity * (buffer[nq + i] - loop.y[nq + i])
         row[nq + i] += held[i]
 
 
 @jitted
-def release_stabilisation(addresses, sizes, p):
+def release_stabilisation(loop):
     """Hold no acceleration any more; returns whether the run stabilises, so that rows have to be evaluated anew."""
-    if addresses[STABILISE] == 0:
+    if loop.addresses[at.STABILISE] == 0:
         return False
-    for i in range(p.shape[0] - sizes[NV], p.shape[0]):
-        p[i] = 0.0
+    for i in range(loop.p.shape[0] - loop.sizes[at.NV], loop.p.shape[0]):
+        loop.p[i] = 0.0
     return True

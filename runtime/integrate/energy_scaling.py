@@ -4,16 +4,7 @@ import math
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import (
-    ENERGY,
-    ENERGY_LEVEL,
-    ENERGY_STEP,
-    ENERGY_TAKEN,
-    MOST_ENERGY_TAKEN,
-    NQ,
-    NV,
-    NY,
-)
+from symgen.runtime.integrate import layout as at
 
 # Near rest the rates hold too little of the energy to carry its whole error.
 LEAST_KINETIC = 0.05
@@ -22,7 +13,7 @@ LARGEST_ERROR = 0.05
 
 
 @jitted
-def scale_energy(addresses, sizes, p, t, y, control, buffer):
+def scale_energy(loop, t, y, buffer):
     """Scale the rates of `y` so that T + V - work is `control[ENERGY_LEVEL]`; what that took goes to ENERGY_STEP.
 
     Scaled rates satisfy constraints that do not move as they did before. Nothing happens in runs without energy scaling
@@ -35,13 +26,13 @@ def scale_energy(addresses, sizes, p, t, y, control, buffer):
     buffer : ndarray
         Overwritten; two entries at least.
     """
-    if addresses[ENERGY] == 0:
+    if loop.addresses[at.ENERGY] == 0:
         return
-    level = control[ENERGY_LEVEL]
-    if sizes[NY] > sizes[NQ] + sizes[NV]:
-        level += y[sizes[NQ] + sizes[NV]]
-    control[ENERGY_STEP] = 0.0
-    call_kernel(addresses[ENERGY], t, y, p, buffer)
+    level = loop.control[at.ENERGY_LEVEL]
+    if loop.sizes[at.NY] > loop.sizes[at.NQ] + loop.sizes[at.NV]:
+        level += y[loop.sizes[at.NQ] + loop.sizes[at.NV]]
+    loop.control[at.ENERGY_STEP] = 0.0
+    call_kernel(loop.addresses[at.ENERGY], t, y, loop.p, buffer)
     kinetic, potential = buffer[0], buffer[1]
     error = kinetic + potential - level
     if not (
@@ -49,15 +40,17 @@ def scale_energy(addresses, sizes, p, t, y, control, buffer):
     ):
         return
     factor = math.sqrt((kinetic - error) / kinetic)
-    for i in range(sizes[NQ], sizes[NQ] + sizes[NV]):
+    for i in range(loop.sizes[at.NQ], loop.sizes[at.NQ] + loop.sizes[at.NV]):
         y[i] *= factor
-    control[ENERGY_STEP] = error
+    loop.control[at.ENERGY_STEP] = error
 
 
 @jitted
-def count_energy(addresses, control):
+def count_energy(loop):
     """Add what the accepted step took to the sum, which is the error that the run would have."""
-    if addresses[ENERGY] == 0:
+    if loop.addresses[at.ENERGY] == 0:
         return
-    control[ENERGY_TAKEN] += control[ENERGY_STEP]
-    control[MOST_ENERGY_TAKEN] = max(control[MOST_ENERGY_TAKEN], abs(control[ENERGY_TAKEN]))
+    loop.control[at.ENERGY_TAKEN] += loop.control[at.ENERGY_STEP]
+    loop.control[at.MOST_ENERGY_TAKEN] = max(
+        loop.control[at.MOST_ENERGY_TAKEN], abs(loop.control[at.ENERGY_TAKEN])
+    )

@@ -2,7 +2,7 @@
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import NY, RHS, RHS_CALLS
+from symgen.runtime.integrate import layout as at
 
 
 @jitted
@@ -15,8 +15,8 @@ def all_finite(values, n):
 
 
 @jitted
-def evaluate(addresses, sizes, p, counters, t, y, row):
+def evaluate(loop, t, y, row):
     """Evaluate the right-hand side into `row`; returns whether its derivatives are finite."""
-    call_kernel(addresses[RHS], t, y, p, row)
-    counters[RHS_CALLS] += 1
-    return all_finite(row, sizes[NY])
+    call_kernel(loop.addresses[at.RHS], t, y, loop.p, row)
+    loop.counters[at.RHS_CALLS] += 1
+    return all_finite(row, loop.sizes[at.NY])

@@ -12,29 +12,14 @@ event of another function, and the start of the next step:
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.dense import evaluate_dense
-from symgen.runtime.integrate.layout import (
-    BAND,
-    BRANCH,
-    EVENT_INDEX,
-    EVENTS,
-    FIRED,
-    FLOOR,
-    LOWEST,
-    N_CONTROL,
-    N_SIZES,
-    NE,
-    NY,
-    PASSED,
-    SIDE,
-    STEPS,
-    T_PASSED,
-)
 from symgen.runtime.integrate.projection import project_state
 
 # A step is looked at in Chebyshev points, dense at its ends, where a dip is not flanked by other points.
@@ -51,33 +36,61 @@ GOLDEN = (3.0 - math.sqrt(5.0)) / 2.0
 EPS = float(np.finfo(float).eps)
 
 
+class Scan(NamedTuple):
+    """A step that is searched for events.
+
+    Attributes
+    ----------
+    t0, h : float [s]
+    dense : ndarray, shape (8, NY)
+        Its dense output, `n_terms` rows of it.
+    y : ndarray, shape (NY,)
+        The state at the place that was looked at last.
+    buffer : ndarray
+        See `projection.projection_size`.
+    g : ndarray, shape (NE,)
+        The event functions there.
+    thetas : ndarray, shape (N_POINTS,)
+        Places of the samples, 0 to 1.
+    table : ndarray, shape (N_POINTS * NE,)
+        The event functions at these.
+    """
+
+    t0: float
+    h: float
+    dense: np.ndarray
+    n_terms: int
+    y: np.ndarray
+    buffer: np.ndarray
+    g: np.ndarray
+    thetas: np.ndarray
+    table: np.ndarray
+
+
 @jitted
 def event_scratch_size(sizes):
     """Length of the scratch array that `find_event` needs, beyond one state."""
-    return (N_POINTS + 1) * sizes[NE] + N_POINTS + 2 * sizes[NE]
+    return (N_POINTS + 1) * sizes[at.NE] + N_POINTS + 2 * sizes[at.NE]
 
 
 @jitted
-def event_values(theta, on_constraints, model, step, y, buffer, g):
+def event_values(theta, on_constraints, loop, scan, g):
     """Write the event functions at place `theta` of a step to `g`, and the state there to `y`."""
-    addresses, sizes, p, control, counters = model
-    t0, h, dense, n_terms = step
-    evaluate_dense(theta, dense, n_terms, sizes[NY], y)
+    evaluate_dense(theta, scan.dense, scan.n_terms, loop.sizes[at.NY], scan.y)
     if on_constraints:
-        project_state(addresses, sizes, p, t0 + theta * h, y, control, counters, buffer)
-    call_kernel(addresses[EVENTS], t0 + theta * h, y, p, g)
+        project_state(loop, scan.t0 + theta * scan.h, scan.y, scan.buffer)
+    call_kernel(loop.addresses[at.EVENTS], scan.t0 + theta * scan.h, scan.y, loop.p, g)
 
 
 @jitted
-def find_event(model, step, y1, buffer, scratch):
+def find_event(loop, t0, h, dense, n_terms, y1, buffer, scratch):
     """Find the first event of a step; sets SIDE, FIRED and EVENT_INDEX.
 
     Parameters
     ----------
-    model : tuple
-        (addresses, sizes, p, control, counters), see `layout.py`.
-    step : tuple
-        (t0, h, dense, n_terms).
+    t0, h : float [s]
+    dense : ndarray, shape (8, NY)
+        Dense output of the step, `n_terms` rows of it.
     y1 : ndarray, shape (NY,)
         State at the end of the step.
     buffer : ndarray
@@ -90,58 +103,56 @@ def find_event(model, step, y1, buffer, scratch):
     float
         Place of the event in the step, 0 to 1, where its function is zero or has its new sign; -1 if there is none.
     """
-    addresses, sizes, p, _, _ = model
-    ne = sizes[NE]
-    y, rest = scratch[: sizes[NY]], scratch[sizes[NY] :]
+    ne = loop.sizes[at.NE]
+    y, rest = scratch[: loop.sizes[at.NY]], scratch[loop.sizes[at.NY] :]
     thetas = rest[:N_POINTS]
     g = rest[N_POINTS : N_POINTS + ne]
     roots = rest[N_POINTS + ne : N_POINTS + 2 * ne]
     table = rest[N_POINTS + 3 * ne : N_POINTS + 3 * ne + N_POINTS * ne]
-    n_points = scan_points(model, thetas)
+    scan = Scan(t0, h, dense, n_terms, y, buffer, g, thetas, table)
+    n_points = scan_points(loop, thetas)
     for k in range(n_points):
-        event_values(thetas[k], False, model, step, y, buffer, table[k * ne : (k + 1) * ne])
+        event_values(thetas[k], False, loop, scan, table[k * ne : (k + 1) * ne])
     # The end is the state that the run goes on from, not its interpolant.
-    call_kernel(addresses[EVENTS], step[0] + step[1], y1, p, table[(n_points - 1) * ne : n_points * ne])
+    call_kernel(loop.addresses[at.EVENTS], t0 + h, y1, loop.p, table[(n_points - 1) * ne : n_points * ne])
     first = 2.0
     for e in range(ne):
-        roots[e] = first_root(e, n_points, thetas, table, model, step, y, buffer, g)
+        roots[e] = first_root(e, n_points, loop, scan)
         first = min(first, roots[e])
     if first > 1.0:
-        look_again(n_points, thetas, table, model, step, y, buffer, g)
-        follow_sides(model, n_points, thetas, table, 2.0)
+        look_again(n_points, loop, scan)
+        follow_sides(n_points, loop, scan, 2.0)
         return -1.0
-    return gather(first, roots, n_points, thetas, table, model, step, y, buffer, g)
+    return gather(first, roots, n_points, loop, scan)
 
 
 @jitted
-def look_again(n_points, thetas, table, model, step, y, buffer, g):
+def look_again(n_points, loop, scan):
     """Look at one more place, another in every step: count where a function has crossed zero between two samples."""
-    _, sizes, _, control, counters = model
-    ne = sizes[NE]
-    theta = (GOLDEN * (counters[STEPS] + 1.0)) % 1.0
+    ne = loop.sizes[at.NE]
+    theta = (GOLDEN * (loop.counters[at.STEPS] + 1.0)) % 1.0
     k = 1
-    while thetas[k] < theta:
+    while scan.thetas[k] < theta:
         k += 1
-    event_values(theta, False, model, step, y, buffer, g)
+    event_values(theta, False, loop, scan, scan.g)
     for e in range(ne):
-        before, after = table[(k - 1) * ne + e], table[k * ne + e]
-        if g[e] * before < 0.0 and g[e] * after < 0.0:
-            band = control[N_CONTROL + BAND * ne + e]
-            if min(abs(g[e]), abs(before), abs(after)) > band:
-                control[N_CONTROL + PASSED * ne + e] += 1.0
-                control[N_CONTROL + T_PASSED * ne + e] = step[0] + theta * step[1]
+        before, after = scan.table[(k - 1) * ne + e], scan.table[k * ne + e]
+        if scan.g[e] * before < 0.0 and scan.g[e] * after < 0.0:
+            band = loop.control[at.N_CONTROL + at.BAND * ne + e]
+            if min(abs(scan.g[e]), abs(before), abs(after)) > band:
+                loop.control[at.N_CONTROL + at.PASSED * ne + e] += 1.0
+                loop.control[at.N_CONTROL + at.T_PASSED * ne + e] = scan.t0 + theta * scan.h
         # The end of a step.
-        lowest = N_CONTROL + LOWEST * ne + e
-        control[lowest] = min(control[lowest], table[(n_points - 1) * ne + e])
+        lowest = at.N_CONTROL + at.LOWEST * ne + e
+        loop.control[lowest] = min(loop.control[lowest], scan.table[(n_points - 1) * ne + e])
 
 
 @jitted
-def scan_points(model, thetas):
+def scan_points(loop, thetas):
     """Write the places at which a step is looked at; returns how many."""
-    _, sizes, _, control, _ = model
     early = False
-    for e in range(sizes[NE]):
-        early = early or abs(control[N_CONTROL + SIDE * sizes[NE] + e]) < 1.0
+    for e in range(loop.sizes[at.NE]):
+        early = early or abs(loop.control[at.N_CONTROL + at.SIDE * loop.sizes[at.NE] + e]) < 1.0
     thetas[0] = 0.0
     n = 1
     if early:
@@ -157,39 +168,38 @@ def scan_points(model, thetas):
 
 
 @jitted
-def first_root(e, n_points, thetas, table, model, step, y, buffer, g):
+def first_root(e, n_points, loop, scan):
     """Return the place just past the first crossing of event `e` in its direction, 2 if there is none."""
-    _, sizes, _, control, _ = model
-    ne = sizes[NE]
-    side = control[N_CONTROL + SIDE * ne + e]
-    band = control[N_CONTROL + BAND * ne + e]
+    ne = loop.sizes[at.NE]
+    side = loop.control[at.N_CONTROL + at.SIDE * ne + e]
+    band = loop.control[at.N_CONTROL + at.BAND * ne + e]
     if abs(side) == 1.0:
-        root = first_dip(e, side, n_points, thetas, table, model, step, y, buffer, g)
+        root = first_dip(e, side, n_points, loop, scan)
         if root <= 1.0:
             return root
     for k in range(1, n_points):
-        here = table[k * ne + e]
+        here = scan.table[k * ne + e]
         if abs(side) == 1.0:
-            if side * here <= 0.0 and wanted(sizes, e, side):
-                root = locate(e, side, 0.0, thetas[k - 1], thetas[k], model, step, y, buffer, g)
-                if root <= 1.0 or side * table[(n_points - 1) * ne + e] <= 0.0:
+            if side * here <= 0.0 and wanted(loop.sizes, e, side):
+                root = locate(e, side, 0.0, scan.thetas[k - 1], scan.thetas[k], loop, scan)
+                if root <= 1.0 or side * scan.table[(n_points - 1) * ne + e] <= 0.0:
                     return min(root, 1.0)
                 return 2.0  # states on the constraints stay on its side up to the end
             if side * here > 0.0 and k + 1 < n_points:
-                root = dip_at(e, k, side, thetas, table, model, step, y, buffer, g)
+                root = dip_at(e, k, side, loop, scan)
                 if root <= 1.0:
                     return root
-        elif abs(here) > band and side * here < 0.0 and wanted(sizes, e, side):
+        elif abs(here) > band and side * here < 0.0 and wanted(loop.sizes, e, side):
             was = math.copysign(1.0, side)
             # At zero it may come and go within round-off: what counts is where it leaves that for good.
-            level = 0.0 if was * table[(k - 1) * ne + e] > 0.0 else -band
-            root = locate(e, was, level, thetas[k - 1], thetas[k], model, step, y, buffer, g)
-            if root <= 1.0 or was * table[(n_points - 1) * ne + e] <= band:
+            level = 0.0 if was * scan.table[(k - 1) * ne + e] > 0.0 else -band
+            root = locate(e, was, level, scan.thetas[k - 1], scan.thetas[k], loop, scan)
+            if root <= 1.0 or was * scan.table[(n_points - 1) * ne + e] <= band:
                 return min(root, 1.0)
             return 2.0
         side = follow(side, here, band)
     if abs(side) == 1.0:
-        return last_dip(e, side, n_points, thetas, table, model, step, y, buffer, g)
+        return last_dip(e, side, n_points, loop, scan)
     return 2.0
 
 
@@ -202,70 +212,66 @@ def follow(side, here, band):
 
 
 @jitted
-def dip_at(e, k, side, thetas, table, model, step, y, buffer, g):
+def dip_at(e, k, side, loop, scan):
     """Return the place just past a crossing that is hidden by a minimum of |g| near sample `k`, 2 if there is none."""
-    _, sizes, _, _, _ = model
-    ne = sizes[NE]
-    here = table[k * ne + e]
-    if not dips(side, table[(k - 1) * ne + e], here, table[(k + 1) * ne + e]):
+    ne = loop.sizes[at.NE]
+    here = scan.table[k * ne + e]
+    if not dips(side, scan.table[(k - 1) * ne + e], here, scan.table[(k + 1) * ne + e]):
         return 2.0
-    left, middle, right = thetas[k - 1], thetas[k], thetas[k + 1]
-    low = dip(e, side, left, middle, right, side * here, model, step, y, buffer, g)
-    return dip_root(e, side, left, low, right, model, step, y, buffer, g)
+    left, middle, right = scan.thetas[k - 1], scan.thetas[k], scan.thetas[k + 1]
+    low = dip(e, side, left, middle, right, side * here, loop, scan)
+    return dip_root(e, side, left, low, right, loop, scan)
 
 
 @jitted
-def first_dip(e, side, n_points, thetas, table, model, step, y, buffer, g):
+def first_dip(e, side, n_points, loop, scan):
     """Return the same for a minimum between the start of a step and its first sample."""
-    _, sizes, _, _, _ = model
-    here, after = side * table[e], side * table[sizes[NE] + e]
-    if not (0.0 < here <= after and here <= 0.5 * max(after, side * table[2 * sizes[NE] + e])):
+    here, after = side * scan.table[e], side * scan.table[loop.sizes[at.NE] + e]
+    if not (0.0 < here <= after and here <= 0.5 * max(after, side * scan.table[2 * loop.sizes[at.NE] + e])):
         return 2.0
-    theta = INWARDS * thetas[1]
-    return dip_inwards(e, side, 0.0, theta, thetas[1], here, model, step, y, buffer, g)
+    theta = INWARDS * scan.thetas[1]
+    return dip_inwards(e, side, 0.0, theta, scan.thetas[1], here, loop, scan)
 
 
 @jitted
-def last_dip(e, side, n_points, thetas, table, model, step, y, buffer, g):
+def last_dip(e, side, n_points, loop, scan):
     """Return the same for a minimum between the last sample of a step and its end."""
-    _, sizes, _, _, _ = model
-    ne = sizes[NE]
-    before, here = side * table[(n_points - 2) * ne + e], side * table[(n_points - 1) * ne + e]
-    if not (0.0 < here <= before and here <= 0.5 * max(before, side * table[(n_points - 3) * ne + e])):
+    ne = loop.sizes[at.NE]
+    before, here = side * scan.table[(n_points - 2) * ne + e], side * scan.table[(n_points - 1) * ne + e]
+    if not (0.0 < here <= before and here <= 0.5 * max(before, side * scan.table[(n_points - 3) * ne + e])):
         return 2.0
-    left = thetas[n_points - 2]
+    left = scan.thetas[n_points - 2]
     theta = 1.0 - INWARDS * (1.0 - left)
-    return dip_inwards(e, side, left, theta, 1.0, here, model, step, y, buffer, g)
+    return dip_inwards(e, side, left, theta, 1.0, here, loop, scan)
 
 
 @jitted
-def dip_inwards(e, side, left, middle, right, end, model, step, y, buffer, g):
+def dip_inwards(e, side, left, middle, right, end, loop, scan):
     """Return the same between `left` and `right`, if |g| at `middle` is below its value at the `end` nearby."""
-    event_values(middle, False, model, step, y, buffer, g)
-    lowest = side * g[e]
+    event_values(middle, False, loop, scan, scan.g)
+    lowest = side * scan.g[e]
     if not lowest < end:
         return 2.0
-    low = middle if lowest < 0.0 else dip(e, side, left, middle, right, lowest, model, step, y, buffer, g)
-    return dip_root(e, side, left, low, right, model, step, y, buffer, g)
+    low = middle if lowest < 0.0 else dip(e, side, left, middle, right, lowest, loop, scan)
+    return dip_root(e, side, left, low, right, loop, scan)
 
 
 @jitted
-def dip_root(e, side, left, low, right, model, step, y, buffer, g):
+def dip_root(e, side, left, low, right, loop, scan):
     """Return the place just past the crossing that event `e` waits for, next to a place `low` beyond zero; 2: none."""
-    _, sizes, _, _, _ = model
     if low < 0.0:
         return 2.0
-    if wanted(sizes, e, side):
-        return locate(e, side, 0.0, left, low, model, step, y, buffer, g)
-    if wanted(sizes, e, -side):
-        return locate(e, -side, 0.0, low, right, model, step, y, buffer, g)
+    if wanted(loop.sizes, e, side):
+        return locate(e, side, 0.0, left, low, loop, scan)
+    if wanted(loop.sizes, e, -side):
+        return locate(e, -side, 0.0, low, right, loop, scan)
     return 2.0
 
 
 @jitted
 def wanted(sizes, e, side):
     """Whether leaving `side` of zero is the crossing that event `e` waits for."""
-    direction = sizes[N_SIZES + e]
+    direction = sizes[at.N_SIZES + e]
     return direction == 0 or (abs(direction) == 1 and direction * side < 0.0)
 
 
@@ -277,13 +283,13 @@ def dips(side, before, here, after):
 
 
 @jitted
-def dip(e, side, left, middle, right, lowest, model, step, y, buffer, g):
+def dip(e, side, left, middle, right, lowest, loop, scan):
     """Search the minimum of side * g by golden sections; returns a place beyond zero, -1 if there is none."""
     for _ in range(REFINEMENTS):
         in_right = right - middle > middle - left
         theta = middle + GOLDEN * (right - middle) if in_right else middle - GOLDEN * (middle - left)
-        event_values(theta, False, model, step, y, buffer, g)
-        value = side * g[e]
+        event_values(theta, False, loop, scan, scan.g)
+        value = side * scan.g[e]
         if value < 0.0:
             return theta
         if value < lowest:
@@ -301,70 +307,73 @@ def dip(e, side, left, middle, right, lowest, model, step, y, buffer, g):
 
 
 @jitted
-def locate(e, side, level, before, past, model, step, y, buffer, g):
+def locate(e, side, level, before, past, loop, scan):
     """Bisect where side * g of event `e` falls to `level`; returns the place just past it, 2 if there is none.
 
     The state is left on the constraints.
     """
-    t0, h = step[0], step[1]
+    t0, h = scan.t0, scan.h
     # States on the constraints may cross a little sooner or later than their interpolant.
-    event_values(past, True, model, step, y, buffer, g)
-    while side * g[e] > level:
+    event_values(past, True, loop, scan, scan.g)
+    while side * scan.g[e] > level:
         if past >= 1.0:
             return 2.0
         before, past = past, min(1.0, past + 1e-3)
-        event_values(past, True, model, step, y, buffer, g)
+        event_values(past, True, loop, scan, scan.g)
     while True:
         middle = 0.5 * (before + past)
         if t0 + middle * h in (t0 + before * h, t0 + past * h) or middle in (before, past):
             return past
-        event_values(middle, True, model, step, y, buffer, g)
-        if side * g[e] > level:
+        event_values(middle, True, loop, scan, scan.g)
+        if side * scan.g[e] > level:
             before = middle
         else:
             past = middle
 
 
 @jitted
-def gather(first, roots, n_points, thetas, table, model, step, y, buffer, g):
+def gather(first, roots, n_points, loop, scan):
     """Mark all events of the instant `first`; leave the state just past them in `y`, and return their place."""
-    _, sizes, _, control, counters = model
-    ne = sizes[NE]
-    t0, h = step[0], step[1]
+    ne = loop.sizes[at.NE]
+    t0, h = scan.t0, scan.h
     same = 8.0 * EPS * max(abs(t0 + h), h)
     last = first
     for e in range(ne):
         fired = roots[e] <= 1.0 and (roots[e] - first) * h <= same
         if roots[e] <= 1.0 and not fired:
             # Its function may only be rounded differently: then it is at zero all the way to its own root.
-            event_values(0.5 * (first + roots[e]), True, model, step, y, buffer, g)
-            fired = abs(g[e]) <= control[N_CONTROL + FLOOR * ne + e]
-        control[N_CONTROL + FIRED * ne + e] = 1.0 if fired else 0.0
+            event_values(0.5 * (first + roots[e]), True, loop, scan, scan.g)
+            fired = abs(scan.g[e]) <= loop.control[at.N_CONTROL + at.FLOOR * ne + e]
+        loop.control[at.N_CONTROL + at.FIRED * ne + e] = 1.0 if fired else 0.0
         if fired:
             last = max(last, roots[e])
-    follow_sides(model, n_points, thetas, table, last)
-    event_values(last, True, model, step, y, buffer, g)
+    follow_sides(n_points, loop, scan, last)
+    event_values(last, True, loop, scan, scan.g)
     for e in range(ne - 1, -1, -1):
-        side = N_CONTROL + SIDE * ne + e
-        if control[N_CONTROL + FIRED * ne + e] == 1.0:
-            counters[EVENT_INDEX] = e
-            control[side] = 0.0
+        side = at.N_CONTROL + at.SIDE * ne + e
+        if loop.control[at.N_CONTROL + at.FIRED * ne + e] == 1.0:
+            loop.counters[at.EVENT_INDEX] = e
+            loop.control[side] = 0.0
         elif roots[e] > 1.0:  # else it is on the side that it is about to leave
-            control[side] = follow(control[side], g[e], control[N_CONTROL + BAND * ne + e])
+            loop.control[side] = follow(
+                loop.control[side], scan.g[e], loop.control[at.N_CONTROL + at.BAND * ne + e]
+            )
     return last
 
 
 @jitted
-def follow_sides(model, n_points, thetas, table, end):
+def follow_sides(n_points, loop, scan, end):
     """Take the sides of all event functions along, over the samples before place `end`; branches without one get it."""
-    _, sizes, p, control, _ = model
-    ne = sizes[NE]
+    ne = loop.sizes[at.NE]
     for e in range(ne):
-        side, band = control[N_CONTROL + SIDE * ne + e], control[N_CONTROL + BAND * ne + e]
+        side, band = (
+            loop.control[at.N_CONTROL + at.SIDE * ne + e],
+            loop.control[at.N_CONTROL + at.BAND * ne + e],
+        )
         for k in range(1, n_points):
-            if thetas[k] < end:
-                side = follow(side, table[k * ne + e], band)
-        control[N_CONTROL + SIDE * ne + e] = side
-        branch = int(control[N_CONTROL + BRANCH * ne + e])
-        if branch > 0 and p[branch] == 0.0 and abs(side) == 1.0:
-            p[branch] = side
+            if scan.thetas[k] < end:
+                side = follow(side, scan.table[k * ne + e], band)
+        loop.control[at.N_CONTROL + at.SIDE * ne + e] = side
+        branch = int(loop.control[at.N_CONTROL + at.BRANCH * ne + e])
+        if branch > 0 and loop.p[branch] == 0.0 and abs(side) == 1.0:
+            loop.p[branch] = side

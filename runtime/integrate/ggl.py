@@ -27,18 +27,9 @@ import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.idle import leave_idle, leave_open
 from symgen.runtime.integrate.jacobian import TRUSTED_PIVOT_RATIO, derive_equations, jacobian_work
-from symgen.runtime.integrate.layout import (
-    CONSTRAINT_RESIDUAL,
-    NH,
-    NM,
-    NQ,
-    NV,
-    RESIDUAL,
-    RUNNING,
-    SINGULAR_MATRIX,
-)
 from symgen.runtime.integrate.linear import lu_factor, lu_solve, pivot_ratio
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 
@@ -87,14 +78,14 @@ class Blocks(NamedTuple):
 @jitted
 def blocks_size(sizes):
     """Length of the array that `divide_blocks` divides."""
-    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    nv, m, nh = sizes[at.NV], sizes[at.NM], sizes[at.NH]
     return 3 * nv * nv + 3 * m * nv + 2 * nv * nh + m * nh + nv + m + 1
 
 
 @jitted
 def divide_blocks(sizes, work):
     """Divide `work`, of length `blocks_size(sizes)`, into `Blocks`."""
-    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    nv, m, nh = sizes[at.NV], sizes[at.NM], sizes[at.NH]
     squares, rest = work[: 3 * nv * nv].reshape((3, nv, nv)), work[3 * nv * nv :]
     rows, rest = rest[: 2 * m * nv].reshape((2, m, nv)), rest[2 * m * nv :]
     reactions, rest = rest[: nv * m].reshape((nv, m)), rest[nv * m :]
@@ -107,7 +98,7 @@ def divide_blocks(sizes, work):
 
 
 @jitted
-def set_blocks(addresses, sizes, p, counters, t, y, row, implicit, b):
+def set_blocks(loop, t, y, row, implicit, b):
     """Take the derivatives at (t, y), where the rhs row is `row`.
 
     Returns
@@ -115,9 +106,9 @@ def set_blocks(addresses, sizes, p, counters, t, y, row, implicit, b):
     int
         RUNNING, or SINGULAR_MATRIX where fewer constraints are independent than at an earlier state.
     """
-    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
-    w = jacobian_work(sizes, implicit)
-    derive_equations(addresses, sizes, p, counters, t, y, row, w)
+    nv, m, nh = loop.sizes[at.NV], loop.sizes[at.NM], loop.sizes[at.NH]
+    w = jacobian_work(loop.sizes, implicit)
+    derive_equations(loop, t, y, row, w)
     for i in range(nv):
         for j in range(nv):
             b.mass[i, j] = w.block[i, j]
@@ -129,15 +120,15 @@ def set_blocks(addresses, sizes, p, counters, t, y, row, implicit, b):
             b.gradients[k, j] = w.block[nv + k, j]
             b.reactions[j, k] = w.block[j, nv + k]
             b.turning[k, j] = -0.5 * w.right[nv + k, nv + j]
-    n_off = leave_open(sizes, b, w)
+    n_off = leave_open(loop.sizes, b, w)
     n_dependent, regular = 0, factor_block(w)
     if not regular:
-        n_dependent = leave_idle(sizes, b, w) - n_off
+        n_dependent = leave_idle(loop.sizes, b, w) - n_off
         regular = n_dependent > 0 and factor_block(w)
     if not regular:
-        return SINGULAR_MATRIX
+        return at.SINGULAR_MATRIX
     if m - n_dependent + 1 < b.idle[m]:
-        return SINGULAR_MATRIX
+        return at.SINGULAR_MATRIX
     b.idle[m] = m - n_dependent + 1
     for k in range(nh):
         for i in range(nv + m):
@@ -154,19 +145,19 @@ def set_blocks(addresses, sizes, p, counters, t, y, row, implicit, b):
             for j in range(nv):
                 b.by_positions[i, j] -= b.damped[i, k] * b.turning[k, j]
     for j in range(nv):
-        b.spin[j] = y[sizes[NQ] + j]
-    for k in range(n_quaternions(sizes)):
-        j = quaternion_at(sizes, k) - k
+        b.spin[j] = y[loop.sizes[at.NQ] + j]
+    for k in range(n_quaternions(loop.sizes)):
+        j = quaternion_at(loop.sizes, k) - k
         for i in range(nv):
             add_turned_row(j, b.spin, b.by_rates[i], b.by_positions[i])
             add_turned_row(j, b.spin, b.mass[i], b.by_rates[i])
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
 def factor_block(w):
     """Factor [M -L; G 0]; returns whether the factors can be trusted."""
-    return lu_factor(w.block, w.pivots) == RUNNING and pivot_ratio(w.block) > TRUSTED_PIVOT_RATIO
+    return lu_factor(w.block, w.pivots) == at.RUNNING and pivot_ratio(w.block) > TRUSTED_PIVOT_RATIO
 
 
 @jitted
@@ -225,7 +216,7 @@ def solve_shifted(g, sizes, b, matrix, pivots, x):
     x : ndarray, shape (nv + m + nh,), real or complex
         Of (r₂, r₃, r₄) becomes (Δv, Δλ, Δμ).
     """
-    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    nv, m, nh = sizes[at.NV], sizes[at.NM], sizes[at.NH]
     n = nv + m
     for k in range(m):
         if b.idle[k] == 1.0:
@@ -250,7 +241,7 @@ def solve_shifted(g, sizes, b, matrix, pivots, x):
 @jitted
 def recover(g, sizes, b, x):
     """From (Δu, Δλ + g Λ Δμ, Δμ - H Δu / g) make (Δv, Δλ, Δμ)."""
-    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    nv, m, nh = sizes[at.NV], sizes[at.NM], sizes[at.NH]
     n = nv + m
     inverse = 1.0 / g
     for k in range(nh):
@@ -273,11 +264,11 @@ def recover(g, sizes, b, x):
 @jitted
 def equations_size(sizes):
     """Length of what the kernels `residual` and `constraint_residual` write, the longer of the two."""
-    return sizes[NM] + max(sizes[NV], sizes[NH])
+    return sizes[at.NM] + max(sizes[at.NV], sizes[at.NH])
 
 
 @jitted
-def equation_residuals(addresses, sizes, p, t, y, arguments, equations, out):
+def equation_residuals(loop, t, y, arguments, equations, out):
     """Write (r₂, r₃, r₄) at (t, y).
 
     Parameters
@@ -290,13 +281,13 @@ def equation_residuals(addresses, sizes, p, t, y, arguments, equations, out):
         What kernels write.
     out : ndarray, shape (nv + m + nh,)
     """
-    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
-    for i in range(sizes[NQ] + nv):
+    nv, m, nh = loop.sizes[at.NV], loop.sizes[at.NM], loop.sizes[at.NH]
+    for i in range(loop.sizes[at.NQ] + nv):
         arguments[i] = y[i]
-    call_kernel(addresses[RESIDUAL], t, arguments, p, equations)
+    call_kernel(loop.addresses[at.RESIDUAL], t, arguments, loop.p, equations)
     for i in range(nv):
         out[i] = equations[i]
-    call_kernel(addresses[CONSTRAINT_RESIDUAL], t, arguments, p, equations)
+    call_kernel(loop.addresses[at.CONSTRAINT_RESIDUAL], t, arguments, loop.p, equations)
     for k in range(m):
         out[nv + k] = equations[nh + k]
     for k in range(nh):

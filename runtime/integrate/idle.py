@@ -3,15 +3,15 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import NH, NM, NV
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.row_rank import independent_rows
 
 
 @jitted
 def leave_open(sizes, b, w):
     """Take constraints that are switched off (λ = 0 instead) off the derivatives; returns how many there are."""
-    nv, n_off = sizes[NV], 0
-    for k in range(sizes[NM]):
+    nv, n_off = sizes[at.NV], 0
+    for k in range(sizes[at.NM]):
         if w.block[nv + k, nv + k] != 0.0:
             n_off += 1
             b.idle[k] = 1.0
@@ -23,7 +23,7 @@ def leave_open(sizes, b, w):
 @jitted
 def leave_idle(sizes, b, w):
     """Take constraints that depend on others off the derivatives and `w.block`; returns how many there are."""
-    nv, m, nh = sizes[NV], sizes[NM], sizes[NH]
+    nv, m, nh = sizes[at.NV], sizes[at.NM], sizes[at.NH]
     scaled = w.right[:m, :nv]
     scale_gradients(sizes, b, scaled)
     rows, columns = w.pivots[:m], w.pivots[m:]
@@ -50,10 +50,10 @@ def leave_idle(sizes, b, w):
 @jitted
 def scale_gradients(sizes, b, scaled):
     """Write G with columns in units of equal kinetic energy, rows in units of their largest entry."""
-    nv, heaviest = sizes[NV], 0.0
+    nv, heaviest = sizes[at.NV], 0.0
     for j in range(nv):
         heaviest = max(heaviest, b.mass[j, j])
-    for k in range(sizes[NM]):
+    for k in range(sizes[at.NM]):
         largest = 0.0
         for j in range(nv):
             inertia = max(b.mass[j, j], 1e-6 * heaviest)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import NOT_FINITE, RUNNING, SINGULAR_MATRIX
+from symgen.runtime.integrate import layout as at
 
 RANK_TOLERANCE = 1e-10
 # Numba checks every signed index for "from the end", which costs half the speed of these loops.
@@ -60,7 +60,7 @@ def lu_factor(a, pivots):
                 best, chosen = size, i
         pivots[k] = chosen
         if not (math.isfinite(best) and best > 0.0):
-            return SINGULAR_MATRIX
+            return at.SINGULAR_MATRIX
         if chosen != k:
             swap_rows(a, k, chosen)
         inverse = 1.0 / a[k, k]
@@ -70,7 +70,7 @@ def lu_factor(a, pivots):
             a[i, k] = factor
             for j in range(k + ONE, n):
                 a[i, j] -= factor * a[k, j]
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
@@ -160,7 +160,7 @@ def solve_rank_deficient(a, b, n_required, columns, scale):
     """
     n = a.shape[0]
     if not equilibrate(a, b, scale):
-        return NOT_FINITE
+        return at.NOT_FINITE
     for k in range(n):
         columns[k] = k
     rank = n
@@ -179,10 +179,10 @@ def solve_rank_deficient(a, b, n_required, columns, scale):
             subtract_row(b, a[i, j], j, i)
         for j in range(b.shape[1]):
             b[i, j] /= a[i, i]
-    status = RUNNING
+    status = at.RUNNING
     for i in range(rank, n):
         if columns[i] < n_required:
-            status = SINGULAR_MATRIX
+            status = at.SINGULAR_MATRIX
         for j in range(b.shape[1]):
             b[i, j] = 0.0
     restore_order(b, columns, scale)

@@ -4,20 +4,8 @@ import math
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.evaluation import all_finite
-from symgen.runtime.integrate.layout import (
-    MAX_RESIDUAL,
-    NH,
-    NM,
-    NQ,
-    NV,
-    PROJECT,
-    PROJECTION_FAILED,
-    PROJECTION_TOL,
-    PROJECTIONS,
-    RTOL,
-    RUNNING,
-)
 from symgen.runtime.integrate.quaternions import scale_to_unit
 from symgen.runtime.integrate.step_control import error_scale
 
@@ -31,11 +19,11 @@ LARGEST_IN_PASSING = 10.0
 @jitted
 def projection_size(sizes):
     """Length of the buffer that `project_state` needs: the row that the kernel `project` writes."""
-    return sizes[NQ] + sizes[NV] + sizes[NH] + sizes[NM]
+    return sizes[at.NQ] + sizes[at.NV] + sizes[at.NH] + sizes[at.NM]
 
 
 @jitted
-def project_state(addresses, sizes, p, t, y, control, counters, buffer):
+def project_state(loop, t, y, buffer):
     """Project (q, v) in `y` onto the constraints, in place, with quaternions of unit length.
 
     Nothing happens where the model has neither (`addresses[PROJECT]` is 0).
@@ -47,10 +35,6 @@ def project_state(addresses, sizes, p, t, y, control, counters, buffer):
 
     Parameters
     ----------
-    addresses, sizes, control, counters : ndarray
-        See `layout.py`.
-    p : ndarray
-        Parameters and inputs.
     t : float [s]
     y : ndarray, shape (NY,)
     buffer : ndarray, shape (projection_size(sizes),)
@@ -60,11 +44,11 @@ def project_state(addresses, sizes, p, t, y, control, counters, buffer):
     int
         RUNNING, or PROJECTION_FAILED where the residual does not become small (`y` is then of no use).
     """
-    return gauss_steps(addresses, sizes, p, t, y, control, counters, buffer, False)
+    return gauss_steps(loop, t, y, buffer, False)
 
 
 @jitted
-def project_in_passing(addresses, sizes, p, t, y, control, counters, buffer):
+def project_in_passing(loop, t, y, buffer):
     """Project a state that nobody sees, but the next step starts from: as far as matters to the error of a step.
 
     A Gauss step that moves the state by a part d of its size leaves d² of it. Where the tolerance is loose, that is far
@@ -72,35 +56,35 @@ def project_in_passing(addresses, sizes, p, t, y, control, counters, buffer):
 
     Parameters and result are those of `project_state`.
     """
-    return gauss_steps(addresses, sizes, p, t, y, control, counters, buffer, True)
+    return gauss_steps(loop, t, y, buffer, True)
 
 
 @jitted
-def gauss_steps(addresses, sizes, p, t, y, control, counters, buffer, in_passing):
+def gauss_steps(loop, t, y, buffer, in_passing):
     """Project (q, v) in `y`: until the residual is small, or `in_passing` until what is left does not matter."""
-    if addresses[PROJECT] == 0:
-        return RUNNING
-    n = sizes[NQ] + sizes[NV]
-    if sizes[NM] > 0:
-        scale_to_unit(sizes, y)
-    enough = math.sqrt(control[PROJECTION_TOL])
+    if loop.addresses[at.PROJECT] == 0:
+        return at.RUNNING
+    n = loop.sizes[at.NQ] + loop.sizes[at.NV]
+    if loop.sizes[at.NM] > 0:
+        scale_to_unit(loop.sizes, y)
+    enough = math.sqrt(loop.control[at.PROJECTION_TOL])
     for _ in range(MAX_GAUSS_STEPS):
-        call_kernel(addresses[PROJECT], t, y, p, buffer)
-        counters[PROJECTIONS] += 1
-        if not all_finite(buffer, projection_size(sizes)):
-            return PROJECTION_FAILED
+        call_kernel(loop.addresses[at.PROJECT], t, y, loop.p, buffer)
+        loop.counters[at.PROJECTIONS] += 1
+        if not all_finite(buffer, projection_size(loop.sizes)):
+            return at.PROJECTION_FAILED
         residual = 0.0
-        for i in range(n, projection_size(sizes)):
+        for i in range(n, projection_size(loop.sizes)):
             residual = max(residual, abs(buffer[i]))
         converged = residual <= enough
-        if in_passing and not converged and residual <= LARGEST_IN_PASSING * control[RTOL]:
-            converged = moves_little(control, n, y, buffer)
+        if in_passing and not converged and residual <= LARGEST_IN_PASSING * loop.control[at.RTOL]:
+            converged = moves_little(loop.control, n, y, buffer)
         for i in range(n):
             y[i] = buffer[i]
         if converged:
-            control[MAX_RESIDUAL] = max(control[MAX_RESIDUAL], residual)
-            return RUNNING
-    return PROJECTION_FAILED
+            loop.control[at.MAX_RESIDUAL] = max(loop.control[at.MAX_RESIDUAL], residual)
+            return at.RUNNING
+    return at.PROJECTION_FAILED
 
 
 @jitted
@@ -111,4 +95,4 @@ def moves_little(control, n, y, moved):
         ratio = (moved[i] - y[i]) / error_scale(control, y[i], moved[i])
         total += ratio * ratio
     # In units of the tolerance, d is ratio * RTOL, and what is left is d² / RTOL.
-    return control[RTOL] * total <= LEFT_IN_PASSING * n
+    return control[at.RTOL] * total <= LEFT_IN_PASSING * n

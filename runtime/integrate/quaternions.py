@@ -9,8 +9,8 @@ and has `k` others before it has the rates `i - k`, `i - k + 1` and `i - k + 2`.
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.compensated import add_compensated
-from symgen.runtime.integrate.layout import N_SIZES, NE, NQ, NV
 
 _SMALL = 1e-2  # square of an angle below which series are exact to round-off
 
@@ -18,13 +18,13 @@ _SMALL = 1e-2  # square of an angle below which series are exact to round-off
 @jitted
 def n_quaternions(sizes):
     """Return how many quaternions q holds."""
-    return sizes[NQ] - sizes[NV]
+    return sizes[at.NQ] - sizes[at.NV]
 
 
 @jitted
 def quaternion_at(sizes, k):
     """Return where quaternion `k` begins in q; NQ for the one behind the last."""
-    return sizes[N_SIZES + sizes[NE] + k]
+    return sizes[at.N_SIZES + sizes[at.NE] + k]
 
 
 @jitted
@@ -91,7 +91,7 @@ def move(sizes, q, scale, rates, first, out):
         end = quaternion_at(sizes, k)
         for i in range(start, end):
             out[i] = q[i] + scale * rates[first + i - k]
-        if end < sizes[NQ]:
+        if end < sizes[at.NQ]:
             j = first + end - k
             rotate(q, end, scale * rates[j], scale * rates[j + 1], scale * rates[j + 2], out)
         start = end + 4

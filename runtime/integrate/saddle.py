@@ -5,8 +5,8 @@ and `scale`, shape (k,).
 """
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.copying import copy
-from symgen.runtime.integrate.layout import FACTORISATIONS, RUNNING
 from symgen.runtime.integrate.linear import lu_factor, lu_solve, pivot_ratio, solve_rank_deficient
 
 # Below this the factors are not trusted, and elimination with complete pivoting decides on the rank.
@@ -30,8 +30,8 @@ def factor(counters, w):
     """Factor a copy of `w.matrix`; returns whether the factors can be trusted."""
     for i in range(w.matrix.shape[0]):
         copy(w.matrix[i], w.factors[i])
-    counters[FACTORISATIONS] += 1
-    return lu_factor(w.factors, w.pivots) == RUNNING and pivot_ratio(w.factors) > TRUSTED_PIVOT_RATIO
+    counters[at.FACTORISATIONS] += 1
+    return lu_factor(w.factors, w.pivots) == at.RUNNING and pivot_ratio(w.factors) > TRUSTED_PIVOT_RATIO
 
 
 @jitted
@@ -45,7 +45,7 @@ def solve(trusted, nv, w):
     """
     if trusted:
         lu_solve(w.factors, w.pivots, w.right[:, 0])
-        return RUNNING
+        return at.RUNNING
     for i in range(w.matrix.shape[0]):
         copy(w.matrix[i], w.factors[i])
     return solve_rank_deficient(w.factors, w.right, nv, w.pivots, w.scale)

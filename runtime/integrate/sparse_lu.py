@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import RUNNING, SINGULAR_MATRIX
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.linear import magnitude
 
 # A diagonal entry becomes the pivot unless another in its column is this many times larger. The second number is for
@@ -116,7 +116,7 @@ def sparse_factor(start, row, values, order, lu):
     status = eliminate(start, row, values, order, LEAST_DIAGONAL, lu)
     if status == NO_ROOM:
         status = eliminate(start, row, values, order, LEAST_DIAGONAL_WITHOUT_ROOM, lu)
-    return RUNNING if status == RUNNING else SINGULAR_MATRIX
+    return at.RUNNING if status == at.RUNNING else at.SINGULAR_MATRIX
 
 
 @jitted
@@ -152,7 +152,7 @@ def eliminate(start, row, values, order, least, lu):
             if place[i] < 0 and magnitude(lu.x[i]) > best:
                 best, pivot_row = magnitude(lu.x[i]), i
         if pivot_row < 0 or not math.isfinite(best):
-            return SINGULAR_MATRIX
+            return at.SINGULAR_MATRIX
         if place[column] < 0 and marks[column] == k and magnitude(lu.x[column]) >= least * best:
             pivot_row = column
         inverse = 1.0 / lu.x[pivot_row]
@@ -169,7 +169,7 @@ def eliminate(start, row, values, order, least, lu):
     lu.lower_start[n], lu.upper_start[n] = n_lower, n_upper
     for e in range(n_lower):
         lu.lower_row[e] = place[lu.lower_row[e]]
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted

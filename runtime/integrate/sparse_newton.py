@@ -16,16 +16,7 @@ import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import (
-    JACOBIANS,
-    NM,
-    NOT_FINITE,
-    NQ,
-    NV,
-    NW,
-    RESIDUAL_JACOBIAN,
-    RUNNING,
-)
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.linear import magnitude
 from symgen.runtime.integrate.quaternions import by_turning, solve_turning
 from symgen.runtime.integrate.sparse_lu import sparse_factor, sparse_solve
@@ -70,7 +61,7 @@ class NewtonPattern(NamedTuple):
 
 
 @jitted
-def differentiate_sparse(pattern, addresses, sizes, p, counters, t, y, row, arguments, entries):
+def differentiate_sparse(pattern, loop, t, row, arguments, entries):
     """Write the derivative of the equations at (t, y) to `entries`; `row` is the rhs row there.
 
     Returns
@@ -78,20 +69,20 @@ def differentiate_sparse(pattern, addresses, sizes, p, counters, t, y, row, argu
     int
         RUNNING or NOT_FINITE.
     """
-    n_state, nv = sizes[NQ] + sizes[NV], sizes[NV]
+    n_state, nv = loop.sizes[at.NQ] + loop.sizes[at.NV], loop.sizes[at.NV]
     for i in range(n_state):
-        arguments[i] = y[i]
+        arguments[i] = loop.y[i]
     for i in range(nv):
-        arguments[n_state + i] = row[sizes[NQ] + i]
-    for i in range(sizes[NM]):
-        arguments[n_state + nv + i] = row[n_state + sizes[NW] + i]
-    call_kernel(addresses[RESIDUAL_JACOBIAN], t, arguments, p, entries)
-    counters[JACOBIANS] += 1
-    turn_entries(pattern, y, entries)
+        arguments[n_state + i] = row[loop.sizes[at.NQ] + i]
+    for i in range(loop.sizes[at.NM]):
+        arguments[n_state + nv + i] = row[n_state + loop.sizes[at.NW] + i]
+    call_kernel(loop.addresses[at.RESIDUAL_JACOBIAN], t, arguments, loop.p, entries)
+    loop.counters[at.JACOBIANS] += 1
+    turn_entries(pattern, loop.y, entries)
     total = 0.0
     for e in range(pattern.kind.shape[0]):
         total += 0.0 * entries[e]
-    return RUNNING if math.isfinite(total) else NOT_FINITE
+    return at.RUNNING if math.isfinite(total) else at.NOT_FINITE
 
 
 @jitted
@@ -138,13 +129,13 @@ def factor_shifted(pattern, g, sizes, y, entries, values, lu):
             values[pattern.slot[e]] += inverse * entries[e]
     first = pattern.kind.shape[0] - 3 * pattern.turns.shape[0]
     for k in range(pattern.turns.shape[0]):
-        e, j = first + 3 * k, sizes[NQ] + pattern.turns[k, 1]
+        e, j = first + 3 * k, sizes[at.NQ] + pattern.turns[k, 1]
         # A row times the inverse of a matrix: the inverse of its transpose, which turns the other way.
         u, v, w = solve_turning(g, -y[j], -y[j + 1], -y[j + 2], entries[e], entries[e + 1], entries[e + 2])
         values[pattern.slot[e]] += u
         values[pattern.slot[e + 1]] += v
         values[pattern.slot[e + 2]] += w
-    scale_constraints(pattern, sizes[NV], values, lu)
+    scale_constraints(pattern, sizes[at.NV], values, lu)
     return sparse_factor(pattern.start, pattern.rows, values, pattern.order, lu)
 
 

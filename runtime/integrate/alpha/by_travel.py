@@ -1,10 +1,10 @@
 """Derivatives at the end of a step of the generalised-α method by what it travels: rotation vectors for quaternions."""
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.alpha.constrained_work import SLOPE, TRAVEL
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.jacobian import by_positions
-from symgen.runtime.integrate.layout import NQ, NV
 from symgen.runtime.integrate.quaternions import chart_variation, n_quaternions, quaternion_at
 
 
@@ -13,7 +13,7 @@ def by_travel(sizes, row, w):
     """Write the derivative by what the step travels, of which `row` holds that by q, to `w.vectors[SLOPE]`."""
     slope = w.vectors[SLOPE]
     by_positions(sizes, w.arguments, row, slope)
-    for i in range(sizes[NV]):
+    for i in range(sizes[at.NV]):
         slope[i] = -slope[i]
     turn_back(sizes, w)
 
@@ -21,8 +21,8 @@ def by_travel(sizes, row, w):
 @jitted
 def gradient_by_travel(k, sizes, w):
     """Write row `k` of G at the end of the step, by what it travels, to `w.vectors[SLOPE]`."""
-    first = (sizes[NV] + k) * w.arguments.shape[0] + sizes[NQ] + sizes[NV]
-    copy(w.derivative[first : first + sizes[NV]], w.vectors[SLOPE])
+    first = (sizes[at.NV] + k) * w.arguments.shape[0] + sizes[at.NQ] + sizes[at.NV]
+    copy(w.derivative[first : first + sizes[at.NV]], w.vectors[SLOPE])
     turn_back(sizes, w)
 
 

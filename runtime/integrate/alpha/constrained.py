@@ -15,6 +15,7 @@ import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.alpha.by_travel import by_travel, dot, gradient_by_travel
 from symgen.runtime.integrate.alpha.constrained_work import (
     ACCELERATION,
@@ -32,21 +33,6 @@ from symgen.runtime.integrate.alpha.constrained_work import (
     TRUSTED,
 )
 from symgen.runtime.integrate.copying import copy
-from symgen.runtime.integrate.layout import (
-    CONSTRAINT_JACOBIAN,
-    CONSTRAINT_RESIDUAL,
-    JACOBIANS,
-    NEWTON_FAILED,
-    NEWTON_ITERATIONS,
-    NEWTON_TOL,
-    NH,
-    NM,
-    NQ,
-    NV,
-    RESIDUAL,
-    RESIDUAL_JACOBIAN,
-    RUNNING,
-)
 from symgen.runtime.integrate.newton import (
     DIVERGED,
     ITERATING,
@@ -66,19 +52,19 @@ ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 
 
 @jitted
-def solve_end(method, h, addresses, sizes, p, control, counters, t0, t1, y, w):
+def solve_end(method, h, loop, t0, t1, w):
     """Solve for accelerations and multipliers at `t1` from the guess; where that fails, once more from the start's."""
     if method.stabilised:
-        call_kernel(addresses[CONSTRAINT_JACOBIAN], t0, y, p, w.gradient)
-    place_end(method, h, sizes, y, w)
+        call_kernel(loop.addresses[at.CONSTRAINT_JACOBIAN], t0, loop.y, loop.p, w.gradient)
+    place_end(method, h, loop.sizes, loop.y, w)
     # Lengths of steps on the grid differ by round-off of time, which is nothing to Newton.
-    if counters[HAVE_FACTORS] and abs(h - w.numbers[FACTORED_FOR]) <= 1e-6 * h:
-        if iterate(method, h, addresses, sizes, p, control, counters, t1, y, w) == RUNNING:
-            return RUNNING
-        guess_start(sizes, w)
-        place_end(method, h, sizes, y, w)
-    factor_end(method, h, addresses, sizes, p, counters, t1, w)
-    return iterate(method, h, addresses, sizes, p, control, counters, t1, y, w)
+    if loop.counters[HAVE_FACTORS] and abs(h - w.numbers[FACTORED_FOR]) <= 1e-6 * h:
+        if iterate(method, h, loop, t1, w) == at.RUNNING:
+            return at.RUNNING
+        guess_start(loop.sizes, w)
+        place_end(method, h, loop.sizes, loop.y, w)
+    factor_end(method, h, loop, t1, w)
+    return iterate(method, h, loop, t1, w)
 
 
 @jitted
@@ -86,7 +72,7 @@ def guess_start(sizes, w):
     """Guess that accelerations and multipliers stay."""
     copy(w.vectors[ACCELERATION], w.vectors[NEW_ACCELERATION])
     copy(w.multipliers[START], w.multipliers[END])
-    for k in range(sizes[NH]):
+    for k in range(sizes[at.NH]):
         w.stabiliser[k] = 0.0
 
 
@@ -95,29 +81,29 @@ def carry_on(sizes, w):
     """Make the end of the step the start of the next; accelerations and multipliers are guessed to go on."""
     copy(w.vectors[NEW_AVERAGE], w.vectors[AVERAGE])
     copy(w.vectors[NEW_RATE], w.vectors[RATE])
-    for i in range(sizes[NV]):
+    for i in range(sizes[at.NV]):
         old, new = w.vectors[ACCELERATION, i], w.vectors[NEW_ACCELERATION, i]
         w.vectors[ACCELERATION, i] = new
         w.vectors[NEW_ACCELERATION, i] = 2.0 * new - old
-    for k in range(sizes[NM]):
+    for k in range(sizes[at.NM]):
         before, now = w.multipliers[START, k], w.multipliers[END, k]
         w.multipliers[START, k] = now
         w.multipliers[END, k] = 2.0 * now - before
 
 
 @jitted
-def iterate(method, h, addresses, sizes, p, control, counters, t1, y, w):
+def iterate(method, h, loop, t1, w):
     """Improve the guess by simplified Newton; returns a status."""
-    nv, m = sizes[NV], sizes[NM]
-    tolerance = control[NEWTON_TOL] if control[NEWTON_TOL] > 0.0 else DEFAULT_NEWTON_TOL
+    nv, m = loop.sizes[at.NV], loop.sizes[at.NM]
+    tolerance = loop.control[at.NEWTON_TOL] if loop.control[at.NEWTON_TOL] > 0.0 else DEFAULT_NEWTON_TOL
     start_newton(w.numbers)
     verdict = ITERATING
     iteration = 0
     while verdict == ITERATING:
         iteration += 1
-        place_residual(method, h, addresses, sizes, p, t1, w)
-        status = solve(counters[TRUSTED], nv, w)
-        if status != RUNNING:
+        place_residual(method, h, loop, t1, w)
+        status = solve(loop.counters[TRUSTED], nv, w)
+        if status != at.RUNNING:
             return status
         for i in range(nv):
             w.vectors[NEW_ACCELERATION, i] -= w.right[i, 0]
@@ -125,15 +111,15 @@ def iterate(method, h, addresses, sizes, p, control, counters, t1, y, w):
             w.multipliers[END, k] -= w.right[nv + k, 0]
         for k in range(w.right.shape[0] - nv - m):
             w.stabiliser[k] -= w.right[nv + m + k, 0]
-        place_end(method, h, sizes, y, w)
-        counters[NEWTON_ITERATIONS] += 1
-        size = size_of_correction(method, h, sizes, control, w)
+        place_end(method, h, loop.sizes, loop.y, w)
+        loop.counters[at.NEWTON_ITERATIONS] += 1
+        size = size_of_correction(method, h, loop, w)
         verdict = judge_correction(iteration, size, tolerance, w.numbers)
     if verdict == DIVERGED:
-        return NEWTON_FAILED
+        return at.NEWTON_FAILED
     if w.numbers[CONTRACTION] > KEEP_JACOBIAN_RATE:
-        counters[HAVE_FACTORS] = 0
-    return RUNNING
+        loop.counters[HAVE_FACTORS] = 0
+    return at.RUNNING
 
 
 @jitted
@@ -146,7 +132,7 @@ def leverage(method, h):
 @jitted
 def place_end(method, h, sizes, y, w):
     """Write A, v, and (q, v, a, λ) at the end of the step, in `w.arguments`, that belong to a, λ and η there."""
-    nq, nv = sizes[NQ], sizes[NV]
+    nq, nv = sizes[at.NQ], sizes[at.NV]
     beta, gamma = method.beta, method.gamma
     by_q, _ = leverage(method, h)
     for i in range(nv):
@@ -158,23 +144,23 @@ def place_end(method, h, sizes, y, w):
         w.vectors[NEW_RATE, i] = rate
         travel = h * (w.vectors[RATE, i] + h * ((0.5 - beta) * old + beta * new))
         if method.stabilised:
-            for k in range(sizes[NH]):
+            for k in range(sizes[at.NH]):
                 travel += by_q * w.gradient[k * nv + i] * w.stabiliser[k]
         w.vectors[TRAVEL, i] = travel
         w.arguments[nq + i] = rate
         w.arguments[nq + nv + i] = now
     move(sizes, y, 1.0, w.vectors[TRAVEL], 0, w.arguments)
-    for k in range(sizes[NM]):
+    for k in range(sizes[at.NM]):
         w.arguments[nq + 2 * nv + k] = w.multipliers[END, k]
 
 
 @jitted
-def place_residual(method, h, addresses, sizes, p, t1, w):
+def place_residual(method, h, loop, t1, w):
     """Write what the equations leave at the end of the step to `w.right`."""
-    nv, nh, m = sizes[NV], sizes[NH], sizes[NM]
+    nv, nh, m = loop.sizes[at.NV], loop.sizes[at.NH], loop.sizes[at.NM]
     by_q, by_v = leverage(method, h)
-    call_kernel(addresses[RESIDUAL], t1, w.arguments, p, w.residual)
-    call_kernel(addresses[CONSTRAINT_RESIDUAL], t1, w.arguments, p, w.drift)
+    call_kernel(loop.addresses[at.RESIDUAL], t1, w.arguments, loop.p, w.residual)
+    call_kernel(loop.addresses[at.CONSTRAINT_RESIDUAL], t1, w.arguments, loop.p, w.drift)
     for i in range(nv):
         w.right[i, 0] = w.residual[i]
     for k in range(m):
@@ -187,66 +173,66 @@ def place_residual(method, h, addresses, sizes, p, t1, w):
 
 
 @jitted
-def factor_end(method, h, addresses, sizes, p, counters, t1, w):
+def factor_end(method, h, loop, t1, w):
     """Factor the derivative of `place_residual` by (a, λ, η)."""
-    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
+    nq, nv, m = loop.sizes[at.NQ], loop.sizes[at.NV], loop.sizes[at.NM]
     n_columns, n_state = w.arguments.shape[0], nq + nv
     by_q, by_v = leverage(method, h)
-    if method.stabilised or m > sizes[NH]:
-        turn_of_constraints(addresses, sizes, p, counters, t1, w)
-    call_kernel(addresses[RESIDUAL_JACOBIAN], t1, w.arguments, p, w.derivative)
-    counters[JACOBIANS] += 1
+    if method.stabilised or m > loop.sizes[at.NH]:
+        turn_of_constraints(loop, t1, w)
+    call_kernel(loop.addresses[at.RESIDUAL_JACOBIAN], t1, w.arguments, loop.p, w.derivative)
+    loop.counters[at.JACOBIANS] += 1
     for i in range(w.matrix.shape[0]):
         for j in range(w.matrix.shape[0]):
             w.matrix[i, j] = 0.0
     for i in range(nv):
         row = w.derivative[i * n_columns : (i + 1) * n_columns]
-        by_travel(sizes, row, w)
+        by_travel(loop.sizes, row, w)
         for j in range(nv):
             w.matrix[i, j] = row[n_state + j] + by_v * row[nq + j] + by_q * w.vectors[SLOPE, j]
         for k in range(m):
             w.matrix[i, nv + k] = row[n_state + nv + k]
     for k in range(m):
-        if method.stabilised or k >= sizes[NH]:
+        if method.stabilised or k >= loop.sizes[at.NH]:
             first = (nv + k) * n_columns + n_state
             for j in range(nv):
                 w.matrix[nv + k, j] = w.derivative[first + j] + by_q / by_v * w.turn[k, j]
         else:
-            gradient_by_travel(k, sizes, w)
+            gradient_by_travel(k, loop.sizes, w)
             for j in range(nv):
                 w.matrix[nv + k, j] = w.vectors[SLOPE, j]
     if method.stabilised:
-        border_with_stabiliser(by_q, by_v, sizes, w)
-    counters[TRUSTED] = 1 if factor(counters, w) else 0
-    counters[HAVE_FACTORS] = 1
+        border_with_stabiliser(by_q, by_v, loop.sizes, w)
+    loop.counters[TRUSTED] = 1 if factor(loop.counters, w) else 0
+    loop.counters[HAVE_FACTORS] = 1
     w.numbers[FACTORED_FOR] = h
     forget_rate(w.numbers)
 
 
 @jitted
-def turn_of_constraints(addresses, sizes, p, counters, t1, w):
+def turn_of_constraints(loop, t1, w):
     """Write ∂(G v)/∂q to `w.turn`: what ∂(G a - γ)/∂q, linear in a, gains from a + v in place of a."""
-    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
+    nq, nv, m = loop.sizes[at.NQ], loop.sizes[at.NV], loop.sizes[at.NM]
     n_columns, first = w.arguments.shape[0], nq + nv
     for more in range(2):
         for i in range(nv):
             a = w.vectors[NEW_ACCELERATION, i]
             w.arguments[first + i] = a + w.arguments[nq + i] if more else a
-        call_kernel(addresses[RESIDUAL_JACOBIAN], t1, w.arguments, p, w.derivative)
+        call_kernel(loop.addresses[at.RESIDUAL_JACOBIAN], t1, w.arguments, loop.p, w.derivative)
         for k in range(m):
-            by_travel(sizes, w.derivative[(nv + k) * n_columns : (nv + k + 1) * n_columns], w)
+            by_travel(loop.sizes, w.derivative[(nv + k) * n_columns : (nv + k + 1) * n_columns], w)
             for j in range(nv):
                 entry = w.vectors[SLOPE, j]
                 w.turn[k, j] = entry - w.turn[k, j] if more else entry
     for i in range(nv):
         w.arguments[first + i] = w.vectors[NEW_ACCELERATION, i]
-    counters[JACOBIANS] += 2
+    loop.counters[at.JACOBIANS] += 2
 
 
 @jitted
 def border_with_stabiliser(by_q, by_v, sizes, w):
     """Write the rows of g = 0 and the columns of η, which moves positions along G at the start, to `w.matrix`."""
-    nv, nh, m, n_columns = sizes[NV], sizes[NH], sizes[NM], w.arguments.shape[0]
+    nv, nh, m, n_columns = sizes[at.NV], sizes[at.NH], sizes[at.NM], w.arguments.shape[0]
     slope = w.vectors[SLOPE]
     for i in range(nv):
         by_travel(sizes, w.derivative[i * n_columns : (i + 1) * n_columns], w)
@@ -263,25 +249,25 @@ def border_with_stabiliser(by_q, by_v, sizes, w):
 
 
 @jitted
-def size_of_correction(method, h, sizes, control, w):
+def size_of_correction(method, h, loop, w):
     """Return the size of the correction `w.right` in positions and rates, in tolerances, beyond round-off.
 
     Constraints hold to round-off of positions, which shows divided by h in rates.
     """
-    nq, nv = sizes[NQ], sizes[NV]
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
     by_q, by_v = leverage(method, h)
     farthest = 0.0
     for i in range(nq):
         farthest = max(farthest, abs(w.arguments[i]))
     noise = ROUND_OFF * farthest
     total, start = 0.0, 0
-    for k in range(n_quaternions(sizes) + 1):
-        end = quaternion_at(sizes, k)
+    for k in range(n_quaternions(loop.sizes) + 1):
+        end = quaternion_at(loop.sizes, k)
         for i in range(start, min(end + 3, nq)):
             j = i - k
             change, v, q = abs(w.right[j, 0]), w.arguments[nq + j], w.arguments[i] if i < end else 1.0
-            in_q = max(0.0, by_q * change - noise) / error_scale(control, q, q)
-            in_v = max(0.0, by_v * change - noise / h) / error_scale(control, v, v)
+            in_q = max(0.0, by_q * change - noise) / error_scale(loop.control, q, q)
+            in_v = max(0.0, by_v * change - noise / h) / error_scale(loop.control, v, v)
             total += in_q * in_q + in_v * in_v + 0.0 * change
         start = end + 4
     return math.sqrt(total / (2 * nv))

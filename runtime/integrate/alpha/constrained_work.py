@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
-from symgen.runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
 from symgen.runtime.integrate.newton import N_MONITOR
 
 # Counters of this family: whether work holds what a step starts from, and factors (for steps of length FACTORED_FOR).
@@ -76,28 +76,28 @@ class ConstrainedAlphaWork(NamedTuple):
 @jitted
 def n_unknowns(method, sizes):
     """Return how many unknowns a step has: accelerations, multipliers, and what stabilises positions."""
-    return sizes[NV] + sizes[NM] + (sizes[NH] if method.stabilised else 0)
+    return sizes[at.NV] + sizes[at.NM] + (sizes[at.NH] if method.stabilised else 0)
 
 
 @jitted
 def constrained_alpha_work_size(method, sizes):
     """Length of `work` for `advance_constrained_alpha`."""
-    nv, nh, m, k = sizes[NV], sizes[NH], sizes[NM], n_unknowns(method, sizes)
-    n_arguments = sizes[NQ] + 2 * nv + m
+    nv, nh, m, k = sizes[at.NV], sizes[at.NH], sizes[at.NM], n_unknowns(method, sizes)
+    n_arguments = sizes[at.NQ] + 2 * nv + m
     own = N_NUMBERS + N_VECTORS * nv + 2 * m + nh + 2 * m * nv + n_arguments * (1 + nv + m) + nv + m + nh + m
-    return own + 2 * k * k + 3 * k + sizes[NY] + sizes[N_ROW] + finish_scratch_size(sizes)
+    return own + 2 * k * k + 3 * k + sizes[at.NY] + sizes[at.N_ROW] + finish_scratch_size(sizes)
 
 
 @jitted
 def constrained_alpha_work(method, sizes, work):
     """Divide `work`, of length `constrained_alpha_work_size(method, sizes)`, into a `ConstrainedAlphaWork`."""
-    nv, nh, m, k = sizes[NV], sizes[NH], sizes[NM], n_unknowns(method, sizes)
+    nv, nh, m, k = sizes[at.NV], sizes[at.NH], sizes[at.NM], n_unknowns(method, sizes)
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     vectors, rest = rest[: N_VECTORS * nv].reshape((N_VECTORS, nv)), rest[N_VECTORS * nv :]
     multipliers, rest = rest[: 2 * m].reshape((2, m)), rest[2 * m :]
     stabiliser, rest = rest[:nh], rest[nh:]
     gradient, rest = rest[: m * nv], rest[m * nv :]
-    n_arguments = sizes[NQ] + 2 * nv + m
+    n_arguments = sizes[at.NQ] + 2 * nv + m
     turn, rest = rest[: m * nv].reshape((m, nv)), rest[m * nv :]
     arguments, rest = rest[:n_arguments], rest[n_arguments:]
     derivative, rest = rest[: (nv + m) * n_arguments], rest[(nv + m) * n_arguments :]
@@ -108,8 +108,8 @@ def constrained_alpha_work(method, sizes, work):
     right, rest = rest[:k].reshape((k, 1)), rest[k:]
     pivots, rest = rest[:k].view(np.int64), rest[k:]
     scale, rest = rest[:k], rest[k:]
-    y_new, rest = rest[: sizes[NY]], rest[sizes[NY] :]
-    row, rest = rest[: sizes[N_ROW]], rest[sizes[N_ROW] :]
+    y_new, rest = rest[: sizes[at.NY]], rest[sizes[at.NY] :]
+    row, rest = rest[: sizes[at.N_ROW]], rest[sizes[at.N_ROW] :]
     return ConstrainedAlphaWork(
         numbers, vectors, multipliers, stabiliser, gradient, turn, arguments, derivative, residual, drift, matrix,
         factors, right, pivots, scale, y_new, row, rest,

@@ -3,6 +3,7 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step, needs_dense
 from symgen.runtime.integrate.alpha.work import (
     ACCELERATION,
@@ -18,26 +19,6 @@ from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.dense import hermite_dense
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.jacobian import acceleration_jacobian
-from symgen.runtime.integrate.layout import (
-    F_VALID,
-    FACTORISATIONS,
-    MAX_STEPS_PER_CALL,
-    MIN_PIVOT_RATIO,
-    N_LOGGED_STEPS,
-    N_ROW,
-    NEAR_WATCH,
-    NEWTON_FAILED,
-    NEWTON_ITERATIONS,
-    NEWTON_TOL,
-    NM,
-    NOT_FINITE,
-    NQ,
-    NV,
-    NW,
-    NY,
-    RUNNING,
-    T,
-)
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.newton import (
     DIVERGED,
@@ -58,9 +39,7 @@ N_DENSE_TERMS = 4
 
 
 @jitted
-def advance_generalized_alpha(
-    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
-):
+def advance_generalized_alpha(method, loop):
     """Advance with a `GeneralizedAlpha` method until something is for Python to do.
 
     In the form of Arnold and Brüls, Multibody Syst. Dyn. 18 (2007) 185, the equations of motion hold at the ends of
@@ -69,80 +48,80 @@ def advance_generalized_alpha(
     accelerations and projected after every step. `control[NEWTON_TOL]` is in units of the error tolerance; 0 means
     DEFAULT_NEWTON_TOL. Arguments and result are those of all step loops, see docs/architecture.md.
     """
-    w = alpha_work(sizes, work)
-    if not counters[F_VALID]:
-        if not evaluate(addresses, sizes, p, counters, control[T], y, f):
-            return NOT_FINITE
-        counters[F_VALID] = 1
-        for i in range(sizes[NV]):
-            w.vectors[AVERAGE, i] = f[sizes[NQ] + i]
+    w = alpha_work(loop.sizes, loop.work)
+    if not loop.counters[at.F_VALID]:
+        if not evaluate(loop, loop.control[at.T], loop.y, loop.f):
+            return at.NOT_FINITE
+        loop.counters[at.F_VALID] = 1
+        for i in range(loop.sizes[at.NV]):
+            w.vectors[AVERAGE, i] = loop.f[loop.sizes[at.NQ] + i]
     done = 0
-    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
-        if watch_is_near(control):
-            return NEAR_WATCH
-        t0 = control[T]
-        t1 = grid_end(control, counters)
-        status = solve_step(method, t1 - t0, addresses, sizes, p, control, counters, t1, y, f, w)
-        if status == RUNNING:
-            status = reach_end(t1 - t0, addresses, sizes, p, control, counters, t1, y, f, w)
-        if status != RUNNING:
+    while (
+        done < loop.counters[at.MAX_STEPS_PER_CALL]
+        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
+    ):
+        if watch_is_near(loop.control):
+            return at.NEAR_WATCH
+        t0 = loop.control[at.T]
+        t1 = grid_end(loop)
+        status = solve_step(method, t1 - t0, loop, t1, w)
+        if status == at.RUNNING:
+            status = reach_end(t1 - t0, loop, t1, w)
+        if status != at.RUNNING:
             return status
-        if needs_dense(sizes, counters, frame_times, t1):
-            hermite_dense(y, w.y_new, f, w.row, t1 - t0, sizes[NY], dense)
-        copy(w.y_new, y)
-        copy(w.row, f)
+        if needs_dense(loop, t1):
+            hermite_dense(loop.y, w.y_new, loop.f, w.row, t1 - t0, loop.sizes[at.NY], loop.dense)
+        copy(w.y_new, loop.y)
+        copy(w.row, loop.f)
         copy(w.vectors[NEW_AVERAGE], w.vectors[AVERAGE])
-        status = finish_step(
-            addresses, sizes, p, control, counters, t0, t1, y, dense, N_DENSE_TERMS, w.scratch,
-            frame_times, frames, step_log,
-        )  # fmt: skip
-        if status != RUNNING:
+        status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
+        if status != at.RUNNING:
             return status
         done += 1
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
-def solve_step(method, h, addresses, sizes, p, control, counters, t1, y, f, w):
+def solve_step(method, h, loop, t1, w):
     """Solve for the accelerations at `t1`; where that fails, once more with a fresh Jacobian."""
-    if counters[HAVE_JACOBIAN]:
-        if iterate(method, h, addresses, sizes, p, control, counters, t1, y, f, w) == RUNNING:
-            return RUNNING
-    status = acceleration_jacobian(addresses, sizes, p, counters, control[T], y, f, w.implicit, w.jacobian)
-    if status != RUNNING:
+    if loop.counters[HAVE_JACOBIAN]:
+        if iterate(method, h, loop, t1, w) == at.RUNNING:
+            return at.RUNNING
+    status = acceleration_jacobian(loop, loop.control[at.T], loop.y, loop.f, w.implicit, w.jacobian)
+    if status != at.RUNNING:
         return status
-    counters[HAVE_JACOBIAN], counters[HAVE_FACTORS] = 1, 0
-    return iterate(method, h, addresses, sizes, p, control, counters, t1, y, f, w)
+    loop.counters[HAVE_JACOBIAN], loop.counters[HAVE_FACTORS] = 1, 0
+    return iterate(method, h, loop, t1, w)
 
 
 @jitted
-def iterate(method, h, addresses, sizes, p, control, counters, t1, y, f, w):
+def iterate(method, h, loop, t1, w):
     """Improve the accelerations at `t1` by simplified Newton from those at the start; returns a status."""
     # Lengths of steps on the grid differ by round-off of time, which is nothing to Newton.
-    if not counters[HAVE_FACTORS] or abs(h - w.numbers[FACTORED_FOR]) > 1e-6 * h:
-        status = factor_step(method, h, counters, w)
-        if status != RUNNING:
+    if not loop.counters[HAVE_FACTORS] or abs(h - w.numbers[FACTORED_FOR]) > 1e-6 * h:
+        status = factor_step(method, h, loop.counters, w)
+        if status != at.RUNNING:
             return status
-    for i in range(sizes[NV]):
-        w.vectors[ACCELERATION, i] = f[sizes[NQ] + i]
-    tolerance = control[NEWTON_TOL] if control[NEWTON_TOL] > 0.0 else DEFAULT_NEWTON_TOL
+    for i in range(loop.sizes[at.NV]):
+        w.vectors[ACCELERATION, i] = loop.f[loop.sizes[at.NQ] + i]
+    tolerance = loop.control[at.NEWTON_TOL] if loop.control[at.NEWTON_TOL] > 0.0 else DEFAULT_NEWTON_TOL
     start_newton(w.numbers)
     verdict = ITERATING
     iteration = 0
     while verdict == ITERATING:
         iteration += 1
-        place_end(method, h, sizes, y, f, w)
-        if not evaluate(addresses, sizes, p, counters, t1, w.y_new, w.row):
-            return NOT_FINITE
-        size = correct_end(method, h, sizes, control, y, w)
-        counters[NEWTON_ITERATIONS] += 1
+        place_end(method, h, loop.sizes, loop.y, loop.f, w)
+        if not evaluate(loop, t1, w.y_new, w.row):
+            return at.NOT_FINITE
+        size = correct_end(method, h, loop, w)
+        loop.counters[at.NEWTON_ITERATIONS] += 1
         verdict = judge_correction(iteration, size, tolerance, w.numbers)
     if verdict == DIVERGED:
-        return NEWTON_FAILED
-    place_end(method, h, sizes, y, f, w)
+        return at.NEWTON_FAILED
+    place_end(method, h, loop.sizes, loop.y, loop.f, w)
     if w.numbers[RATE] > KEEP_JACOBIAN_RATE:
-        counters[HAVE_JACOBIAN] = 0
-    return RUNNING
+        loop.counters[HAVE_JACOBIAN] = 0
+    return at.RUNNING
 
 
 @jitted
@@ -161,7 +140,7 @@ def factor_step(method, h, counters, w):
         for j in range(nv):
             w.matrix[i, j] = -by_v * w.jacobian[i, nv + j] - by_q * w.jacobian[i, j]
         w.matrix[i, i] += 1.0
-    counters[FACTORISATIONS] += 1
+    counters[at.FACTORISATIONS] += 1
     counters[HAVE_FACTORS] = 1
     w.numbers[FACTORED_FOR] = h
     forget_rate(w.numbers)
@@ -171,7 +150,7 @@ def factor_step(method, h, counters, w):
 @jitted
 def place_end(method, h, sizes, y, f, w):
     """Write the averaged accelerations, rates and positions at the end of the step that belong to a there."""
-    nq, nv, start = sizes[NQ], sizes[NV], 0
+    nq, nv, start = sizes[at.NQ], sizes[at.NV], 0
     if nq == nv:  # loops from 0 need no checks of their indexes
         for i in range(nv):
             w.y_new[i] = y[i] + place_rate(i, method, h, nv, y, f, w)
@@ -200,9 +179,9 @@ def place_rate(i, method, h, nq, y, f, w):
 
 
 @jitted
-def correct_end(method, h, sizes, control, y, w):
+def correct_end(method, h, loop, w):
     """Correct the accelerations, for which `w.row` gives others, by Newton; returns the size of the correction."""
-    nq, nv = sizes[NQ], sizes[NV]
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
     for i in range(nv):
         w.vectors[CORRECTION, i] = w.row[nq + i] - w.vectors[ACCELERATION, i]
     lu_solve(w.matrix, w.pivots, w.vectors[CORRECTION])
@@ -210,19 +189,21 @@ def correct_end(method, h, sizes, control, y, w):
     total, start = 0.0, 0
     if nq == nv:
         for i in range(nv):
-            total += (by_q * w.vectors[CORRECTION, i] / error_scale(control, y[i], w.y_new[i])) ** 2
-            total += correct_rate(i, by_v, nv, control, y, w)
+            total += (by_q * w.vectors[CORRECTION, i] / error_scale(loop.control, loop.y[i], w.y_new[i])) ** 2
+            total += correct_rate(i, by_v, nv, loop.control, loop.y, w)
         return math.sqrt(total / (2 * nv))
-    for k in range(n_quaternions(sizes) + 1):
-        end = quaternion_at(sizes, k)
+    for k in range(n_quaternions(loop.sizes) + 1):
+        end = quaternion_at(loop.sizes, k)
         for i in range(start, end):
-            total += (by_q * w.vectors[CORRECTION, i - k] / error_scale(control, y[i], w.y_new[i])) ** 2
-            total += correct_rate(i - k, by_v, nq, control, y, w)
+            total += (
+                by_q * w.vectors[CORRECTION, i - k] / error_scale(loop.control, loop.y[i], w.y_new[i])
+            ) ** 2
+            total += correct_rate(i - k, by_v, nq, loop.control, loop.y, w)
         if end < nq:
-            tolerance = error_scale(control, 1.0, 1.0)
+            tolerance = error_scale(loop.control, 1.0, 1.0)
             for i in range(end - k, end - k + 3):
                 total += (by_q * w.vectors[CORRECTION, i] / tolerance) ** 2
-                total += correct_rate(i, by_v, nq, control, y, w)
+                total += correct_rate(i, by_v, nq, loop.control, loop.y, w)
         start = end + 4
     return math.sqrt(total / (2 * nv))
 
@@ -236,18 +217,18 @@ def correct_rate(i, by_v, nq, control, y, w):
 
 
 @jitted
-def reach_end(h, addresses, sizes, p, control, counters, t1, y, f, w):
+def reach_end(h, loop, t1, w):
     """Project the new state, evaluate its rhs row, add the work (trapezoidal rule); returns a status."""
-    if sizes[NM] > 0:
-        control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.row[sizes[N_ROW] - 1])
-    status = project_state(
-        addresses, sizes, p, t1, w.y_new, control, counters, w.scratch[: projection_size(sizes)]
-    )
-    if status != RUNNING:
+    if loop.sizes[at.NM] > 0:
+        loop.control[at.MIN_PIVOT_RATIO] = min(
+            loop.control[at.MIN_PIVOT_RATIO], w.row[loop.sizes[at.N_ROW] - 1]
+        )
+    status = project_state(loop, t1, w.y_new, w.scratch[: projection_size(loop.sizes)])
+    if status != at.RUNNING:
         return status
-    if not evaluate(addresses, sizes, p, counters, t1, w.y_new, w.row):
-        return NOT_FINITE
-    n = sizes[NQ] + sizes[NV]
-    for i in range(n, n + sizes[NW]):
-        w.y_new[i] = y[i] + 0.5 * h * (f[i] + w.row[i])
-    return RUNNING if all_finite(w.y_new, sizes[NY]) else NOT_FINITE
+    if not evaluate(loop, t1, w.y_new, w.row):
+        return at.NOT_FINITE
+    n = loop.sizes[at.NQ] + loop.sizes[at.NV]
+    for i in range(n, n + loop.sizes[at.NW]):
+        w.y_new[i] = loop.y[i] + 0.5 * h * (loop.f[i] + w.row[i])
+    return at.RUNNING if all_finite(w.y_new, loop.sizes[at.NY]) else at.NOT_FINITE

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
 from symgen.runtime.integrate.jacobian import jacobian_work_size
-from symgen.runtime.integrate.layout import N_ROW, NV, NY
 from symgen.runtime.integrate.newton import N_MONITOR
 
 # Counters of this family: whether work holds a Jacobian, and factors (for steps of length FACTORED_FOR).
@@ -53,15 +53,15 @@ class AlphaWork(NamedTuple):
 @jitted
 def alpha_work_size(sizes):
     """Length of `work` for `advance_generalized_alpha`."""
-    nv = sizes[NV]
-    own = N_NUMBERS + 3 * nv * nv + 5 * nv + sizes[NY] + sizes[N_ROW]
+    nv = sizes[at.NV]
+    own = N_NUMBERS + 3 * nv * nv + 5 * nv + sizes[at.NY] + sizes[at.N_ROW]
     return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
 
 
 @jitted
 def alpha_work(sizes, work):
     """Divide `work`, of length `alpha_work_size(sizes)`, into an `AlphaWork`."""
-    nv, ny, n_row = sizes[NV], sizes[NY], sizes[N_ROW]
+    nv, ny, n_row = sizes[at.NV], sizes[at.NY], sizes[at.N_ROW]
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     jacobian, rest = rest[: 2 * nv * nv].reshape((nv, 2 * nv)), rest[2 * nv * nv :]
     matrix, rest = rest[: nv * nv].reshape((nv, nv)), rest[nv * nv :]

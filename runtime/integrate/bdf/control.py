@@ -3,6 +3,7 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.bdf.coefficients import MAX_ORDER
 from symgen.runtime.integrate.bdf.work import (
     FAILURES,
@@ -13,7 +14,6 @@ from symgen.runtime.integrate.bdf.work import (
     SCALE,
     SPACING,
 )
-from symgen.runtime.integrate.layout import LAST_REJECTED, NQ, NV, REJECTED, H
 from symgen.runtime.integrate.newton import MAX_ITERATIONS, RATE
 from symgen.runtime.integrate.step_control import SAFETY, longest_step
 
@@ -32,7 +32,7 @@ def safety(w):
 @jitted
 def growth(method, order, sizes, w):
     """Return by how much the step of formula `order` could grow, by the last difference of the history."""
-    n = sizes[NQ] + sizes[NV]
+    n = sizes[at.NQ] + sizes[at.NV]
     total = 0.0
     for i in range(n):
         total += (w.differences[order + 1, i] / w.states[SCALE, i]) ** 2
@@ -41,42 +41,42 @@ def growth(method, order, sizes, w):
 
 
 @jitted
-def choose_step_and_order(method, error, sizes, control, counters, w):
+def choose_step_and_order(method, error, loop, w):
     """Choose them after an accepted step, from order + 1 equal steps on (Shampine, Reichelt 1997, section 2.3)."""
-    order, h = counters[ORDER], w.numbers[SPACING]
+    order, h = loop.counters[ORDER], w.numbers[SPACING]
     if w.numbers[RATE] > KEEP_JACOBIAN_RATE:
-        counters[HAVE_JACOBIAN] = 0
-    counters[N_EQUAL] += 1
-    control[H] = h
-    if counters[N_EQUAL] <= order:
+        loop.counters[HAVE_JACOBIAN] = 0
+    loop.counters[N_EQUAL] += 1
+    loop.control[at.H] = h
+    if loop.counters[N_EQUAL] <= order:
         return
     best, factor = order, max(error, 1e-10) ** (-1.0 / (order + 1.0))
     if order > 1:
-        lower = growth(method, order - 1, sizes, w)
+        lower = growth(method, order - 1, loop.sizes, w)
         if lower > factor:
             best, factor = order - 1, lower
     if order < MAX_ORDER:
-        higher = growth(method, order + 1, sizes, w)
+        higher = growth(method, order + 1, loop.sizes, w)
         if higher > factor:
             best, factor = order + 1, higher
-    factor = min(GROW, safety(w) * factor, longest_step(control) / h)
+    factor = min(GROW, safety(w) * factor, longest_step(loop.control) / h)
     if factor < KEEP_STEP and best >= order:
         return
-    counters[ORDER], counters[N_EQUAL] = best, 0
-    control[H] = h * factor
+    loop.counters[ORDER], loop.counters[N_EQUAL] = best, 0
+    loop.control[at.H] = h * factor
 
 
 @jitted
-def shorten_step(solved, error, h, control, counters, w):
+def shorten_step(solved, error, h, loop, w):
     """Shorten the step after its error was too large or, to half, when Newton failed."""
     factor = 0.5
     if solved:
         factor = SHRINK
         if math.isfinite(error):
-            factor = max(SHRINK, safety(w) * error ** (-1.0 / (counters[ORDER] + 1.0)))
+            factor = max(SHRINK, safety(w) * error ** (-1.0 / (loop.counters[ORDER] + 1.0)))
     else:
-        counters[HAVE_JACOBIAN] = 0
-    control[H] = h * factor
-    counters[LAST_REJECTED] = 1
-    counters[FAILURES] += 1
-    counters[REJECTED] += 1
+        loop.counters[HAVE_JACOBIAN] = 0
+    loop.control[at.H] = h * factor
+    loop.counters[at.LAST_REJECTED] = 1
+    loop.counters[FAILURES] += 1
+    loop.counters[at.REJECTED] += 1

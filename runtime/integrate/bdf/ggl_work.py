@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
 from symgen.runtime.integrate.bdf.work import N_COLUMNS, N_DIFFERENCES, N_NUMBERS, N_STATES
 from symgen.runtime.integrate.ggl import blocks_size, equations_size
 from symgen.runtime.integrate.jacobian import jacobian_work_size
-from symgen.runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
 
 
 class BdfGglWork(NamedTuple):
@@ -51,17 +51,19 @@ class BdfGglWork(NamedTuple):
 @jitted
 def bdf_ggl_work_size(sizes):
     """Length of `work` for `advance_bdf_ggl`."""
-    nv, ny, m, nh = sizes[NV], sizes[NY], sizes[NM], sizes[NH]
+    nv, ny, m, nh = sizes[at.NV], sizes[at.NY], sizes[at.NM], sizes[at.NH]
     n = nv + m
-    own = N_NUMBERS + (N_DIFFERENCES + N_STATES) * ny + 2 * N_COLUMNS**2 + sizes[N_ROW] + blocks_size(sizes)
-    own += n * n + n + m + nh + n + nh + nv + sizes[NQ] + nv + n + equations_size(sizes)
+    own = (
+        N_NUMBERS + (N_DIFFERENCES + N_STATES) * ny + 2 * N_COLUMNS**2 + sizes[at.N_ROW] + blocks_size(sizes)
+    )
+    own += n * n + n + m + nh + n + nh + nv + sizes[at.NQ] + nv + n + equations_size(sizes)
     return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
 
 
 @jitted
 def bdf_ggl_work(sizes, work):
     """Divide `work`, of length `bdf_ggl_work_size(sizes)`, into a `BdfGglWork`."""
-    nv, ny, m, nh = sizes[NV], sizes[NY], sizes[NM], sizes[NH]
+    nv, ny, m, nh = sizes[at.NV], sizes[at.NY], sizes[at.NM], sizes[at.NH]
     n = nv + m
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     size = N_DIFFERENCES * ny
@@ -69,7 +71,7 @@ def bdf_ggl_work(sizes, work):
     states, rest = rest[: N_STATES * ny].reshape((N_STATES, ny)), rest[N_STATES * ny :]
     size = 2 * N_COLUMNS * N_COLUMNS
     weights, rest = rest[:size].reshape((2, N_COLUMNS, N_COLUMNS)), rest[size:]
-    row, rest = rest[: sizes[N_ROW]], rest[sizes[N_ROW] :]
+    row, rest = rest[: sizes[at.N_ROW]], rest[sizes[at.N_ROW] :]
     size = blocks_size(sizes)
     blocks, rest = rest[:size], rest[size:]
     matrix, rest = rest[: n * n].reshape((n, n)), rest[n * n :]
@@ -77,7 +79,7 @@ def bdf_ggl_work(sizes, work):
     multipliers, rest = rest[: m + nh], rest[m + nh :]
     correction, rest = rest[: n + nh], rest[n + nh :]
     rates, rest = rest[:nv], rest[nv:]
-    size = sizes[NQ] + nv + n
+    size = sizes[at.NQ] + nv + n
     arguments, rest = rest[:size], rest[size:]
     size = equations_size(sizes)
     equations, rest = rest[:size], rest[size:]

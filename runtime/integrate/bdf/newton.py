@@ -3,6 +3,7 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.bdf.work import (
     CHANGE,
     FACTORED_FOR,
@@ -19,15 +20,6 @@ from symgen.runtime.integrate.bdf.work import (
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.evaluation import evaluate
 from symgen.runtime.integrate.jacobian import acceleration_jacobian
-from symgen.runtime.integrate.layout import (
-    FACTORISATIONS,
-    NEWTON_FAILED,
-    NEWTON_ITERATIONS,
-    NOT_FINITE,
-    NQ,
-    NV,
-    RUNNING,
-)
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.newton import CONVERGED, ITERATING, forget_rate, judge_correction, start_newton
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
@@ -35,44 +27,44 @@ from symgen.runtime.integrate.radau.turns import factor_turns
 
 
 @jitted
-def solve_step(g, addresses, sizes, p, counters, t1, w):
+def solve_step(g, loop, t1, w):
     """Solve g (d + past) = f(t1, predicted + d) for d, g = α/h; where that fails, once more with a fresh Jacobian.
 
     Writes `w.states[Y_NEW]` and, but for work, `w.states[CHANGE]`. Returns RUNNING, or why there is no solution.
     """
-    if counters[HAVE_JACOBIAN]:
-        if iterate(g, addresses, sizes, p, counters, t1, w) == RUNNING:
-            return RUNNING
-        if counters[JACOBIAN_IS_FRESH]:
-            return NEWTON_FAILED
-        counters[HAVE_JACOBIAN] = 0
-    return iterate(g, addresses, sizes, p, counters, t1, w)
+    if loop.counters[HAVE_JACOBIAN]:
+        if iterate(g, loop, t1, w) == at.RUNNING:
+            return at.RUNNING
+        if loop.counters[JACOBIAN_IS_FRESH]:
+            return at.NEWTON_FAILED
+        loop.counters[HAVE_JACOBIAN] = 0
+    return iterate(g, loop, t1, w)
 
 
 @jitted
-def iterate(g, addresses, sizes, p, counters, t1, w):
+def iterate(g, loop, t1, w):
     """Improve the new state from the predicted one by simplified Newton; returns RUNNING, or why not."""
-    nq = sizes[NQ]
+    nq = loop.sizes[at.NQ]
     copy(w.states[PREDICTED], w.states[Y_NEW])
-    for i in range(sizes[NV]):
+    for i in range(loop.sizes[at.NV]):
         w.states[CHANGE, nq + i] = 0.0
-    move_positions(1.0 / g, sizes, w.states[Y_NEW], nq, w)
+    move_positions(1.0 / g, loop.sizes, w.states[Y_NEW], nq, w)
     start_newton(w.numbers)
     verdict = ITERATING
     iteration = 0
     while verdict == ITERATING:
         iteration += 1
-        if not evaluate(addresses, sizes, p, counters, t1, w.states[Y_NEW], w.row):
-            return NOT_FINITE
+        if not evaluate(loop, t1, w.states[Y_NEW], w.row):
+            return at.NOT_FINITE
         if iteration == 1:
-            status = prepare_matrix(g, addresses, sizes, p, counters, t1, w)
-            if status != RUNNING:
+            status = prepare_matrix(g, loop, t1, w)
+            if status != at.RUNNING:
                 return status
-        size = correct(g, sizes, w)
-        counters[NEWTON_ITERATIONS] += 1
+        size = correct(g, loop.sizes, w)
+        loop.counters[at.NEWTON_ITERATIONS] += 1
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
     w.numbers[ITERATIONS] = iteration
-    return RUNNING if verdict == CONVERGED else NEWTON_FAILED
+    return at.RUNNING if verdict == CONVERGED else at.NEWTON_FAILED
 
 
 @jitted
@@ -82,7 +74,7 @@ def move_positions(step, sizes, rates, first, w):
     q = b + step q'(q, v), with b the predicted value less the past; so a quaternion is b, multiplied by the inverse of
     1 - step (0, ω)/2.
     """
-    nq = sizes[NQ]
+    nq = sizes[at.NQ]
     predicted, past, change, y = w.states[PREDICTED], w.states[PAST], w.states[CHANGE], w.states[Y_NEW]
     start = 0
     for k in range(n_quaternions(sizes) + 1):
@@ -104,27 +96,25 @@ def move_positions(step, sizes, rates, first, w):
 
 
 @jitted
-def prepare_matrix(g, addresses, sizes, p, counters, t1, w):
+def prepare_matrix(g, loop, t1, w):
     """Renew the Jacobian where there is none, and the factors where they are for another γ; returns a status."""
-    if not counters[HAVE_JACOBIAN]:
-        status = acceleration_jacobian(
-            addresses, sizes, p, counters, t1, w.states[Y_NEW], w.row, w.implicit, w.jacobian
-        )
-        if status != RUNNING:
+    if not loop.counters[HAVE_JACOBIAN]:
+        status = acceleration_jacobian(loop, t1, w.states[Y_NEW], w.row, w.implicit, w.jacobian)
+        if status != at.RUNNING:
             return status
-        counters[HAVE_JACOBIAN], counters[JACOBIAN_IS_FRESH], counters[HAVE_FACTORS] = 1, 1, 0
+        loop.counters[HAVE_JACOBIAN], loop.counters[JACOBIAN_IS_FRESH], loop.counters[HAVE_FACTORS] = 1, 1, 0
     # Lengths of equal steps differ by round-off of time, which is nothing to Newton.
-    if counters[HAVE_FACTORS] and abs(g - w.numbers[FACTORED_FOR]) <= 1e-6 * g:
-        return RUNNING
-    counters[HAVE_FACTORS] = 0
-    status = factor(g, sizes, counters, w)
-    if status == RUNNING:
-        counters[HAVE_FACTORS] = 1
+    if loop.counters[HAVE_FACTORS] and abs(g - w.numbers[FACTORED_FOR]) <= 1e-6 * g:
+        return at.RUNNING
+    loop.counters[HAVE_FACTORS] = 0
+    status = factor(g, loop, w)
+    if status == at.RUNNING:
+        loop.counters[HAVE_FACTORS] = 1
     return status
 
 
 @jitted
-def factor(g, sizes, counters, w):
+def factor(g, loop, w):
     """Factor g - B - A/g; returns a status.
 
     With J = [0 I; A B], (g - J) (Δq, Δv) = (0, r) is Δq = Δv / g and (g - B - A/g) Δv = r: the positions satisfy
@@ -135,10 +125,10 @@ def factor(g, sizes, counters, w):
         for j in range(nv):
             w.matrix[i, j] = -w.jacobian[i, nv + j] - w.jacobian[i, j] / g
         w.matrix[i, i] += g
-    for k in range(n_quaternions(sizes)):
-        j = quaternion_at(sizes, k) - k
-        factor_turns(g, j, w.states[Y_NEW], sizes[NQ] + j, w.jacobian, w.matrix)
-    counters[FACTORISATIONS] += 1
+    for k in range(n_quaternions(loop.sizes)):
+        j = quaternion_at(loop.sizes, k) - k
+        factor_turns(g, j, w.states[Y_NEW], loop.sizes[at.NQ] + j, w.jacobian, w.matrix)
+    loop.counters[at.FACTORISATIONS] += 1
     w.numbers[FACTORED_FOR] = g
     forget_rate(w.numbers)
     return lu_factor(w.matrix, w.pivots)
@@ -147,7 +137,7 @@ def factor(g, sizes, counters, w):
 @jitted
 def correct(g, sizes, w):
     """Correct the new state, whose derivative is `w.row`; returns the size of the correction in tolerances."""
-    nq, nv = sizes[NQ], sizes[NV]
+    nq, nv = sizes[at.NQ], sizes[at.NV]
     for i in range(nv):
         j = nq + i
         w.correction[i] = w.row[j] - g * (w.states[PAST, j] + w.states[CHANGE, j])

@@ -3,8 +3,8 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.bdf.work import FAR_STEP, LEFT_OPEN, PIVOT_RATIO, PREDICTED, SCALE, SPACING
-from symgen.runtime.integrate.layout import N_ROW, NM, NQ, NV, H
 
 # Pivot ratios, which are d² at the distance d from there. Nearer than the smaller one, accelerations are taken without
 # the constraint.
@@ -22,9 +22,9 @@ def allow_for_singularity(sizes, w):
     however short, has smaller errors, and shorter ones do not lead away from there. Where the pivot ratio is zero all
     the time, constraints are redundant, and nothing is near.
     """
-    if sizes[NM] == 0:
+    if sizes[at.NM] == 0:
         return
-    ratio, nq = w.row[sizes[N_ROW] - 1], sizes[NQ]
+    ratio, nq = w.row[sizes[at.N_ROW] - 1], sizes[at.NQ]
     if ratio > 0.0:
         w.numbers[PIVOT_RATIO] = ratio
     if is_near_singular(sizes, w):
@@ -33,17 +33,17 @@ def allow_for_singularity(sizes, w):
     if w.numbers[LEFT_OPEN] == 0.0:
         return
     largest = 0.0
-    for i in range(nq, nq + sizes[NV]):
+    for i in range(nq, nq + sizes[at.NV]):
         largest = max(largest, abs(w.states[PREDICTED, i]))
-    for i in range(nq, nq + sizes[NV]):
+    for i in range(nq, nq + sizes[at.NV]):
         w.states[SCALE, i] = max(w.states[SCALE, i], w.numbers[LEFT_OPEN] * largest)
 
 
 @jitted
 def is_near_singular(sizes, w):
     """Whether constraints lose rank near the last state: what the projection does to its rates is noise."""
-    ratio = w.row[sizes[N_ROW] - 1]
-    return sizes[NM] > 0 and ratio < NEAR_SINGULAR and w.numbers[PIVOT_RATIO] >= ON_SINGULAR
+    ratio = w.row[sizes[at.N_ROW] - 1]
+    return sizes[at.NM] > 0 and ratio < NEAR_SINGULAR and w.numbers[PIVOT_RATIO] >= ON_SINGULAR
 
 
 @jitted
@@ -56,4 +56,4 @@ def leave_singularity(control, w):
     if w.numbers[LEFT_OPEN] < NOTHING * MET_TO:
         w.numbers[LEFT_OPEN] = 0.0
     if w.numbers[FAR_STEP] > 0.0:
-        control[H] = min(control[H], w.numbers[FAR_STEP])
+        control[at.H] = min(control[at.H], w.numbers[FAR_STEP])

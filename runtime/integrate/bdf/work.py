@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
 from symgen.runtime.integrate.bdf.coefficients import MAX_ORDER
 from symgen.runtime.integrate.jacobian import jacobian_work_size
-from symgen.runtime.integrate.layout import N_ROW, NV, NY
 from symgen.runtime.integrate.newton import N_MONITOR
 
 # Counters of this family: the order; steps of equal length and order; failures in a row; whether work holds a history
@@ -72,15 +72,22 @@ class BdfWork(NamedTuple):
 @jitted
 def bdf_work_size(sizes):
     """Length of `work` for `advance_bdf`."""
-    nv, ny = sizes[NV], sizes[NY]
-    own = N_NUMBERS + (N_DIFFERENCES + N_STATES) * ny + 2 * N_COLUMNS**2 + 3 * nv * nv + 2 * nv + sizes[N_ROW]
+    nv, ny = sizes[at.NV], sizes[at.NY]
+    own = (
+        N_NUMBERS
+        + (N_DIFFERENCES + N_STATES) * ny
+        + 2 * N_COLUMNS**2
+        + 3 * nv * nv
+        + 2 * nv
+        + sizes[at.N_ROW]
+    )
     return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
 
 
 @jitted
 def bdf_work(sizes, work):
     """Divide `work`, of length `bdf_work_size(sizes)`, into a `BdfWork`."""
-    nv, ny = sizes[NV], sizes[NY]
+    nv, ny = sizes[at.NV], sizes[at.NY]
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     n = N_DIFFERENCES * ny
     differences, rest = rest[:n].reshape((N_DIFFERENCES, ny)), rest[n:]
@@ -91,7 +98,7 @@ def bdf_work(sizes, work):
     matrix, rest = rest[: nv * nv].reshape((nv, nv)), rest[nv * nv :]
     pivots, rest = rest[:nv].view(np.int64), rest[nv:]
     correction, rest = rest[:nv], rest[nv:]
-    row, rest = rest[: sizes[N_ROW]], rest[sizes[N_ROW] :]
+    row, rest = rest[: sizes[at.N_ROW]], rest[sizes[at.N_ROW] :]
     n = jacobian_work_size(sizes)
     return BdfWork(
         numbers, differences, states, weights, jacobian, matrix, pivots, correction, row, rest[:n], rest[n:]

@@ -4,6 +4,7 @@ import math
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
 from symgen.runtime.integrate.baumgarte import hold_stabilisation, release_stabilisation
 from symgen.runtime.integrate.copying import copy
@@ -13,30 +14,6 @@ from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.explicit.dop853 import dop853_error, dop853_new_state, dop853_stages
 from symgen.runtime.integrate.explicit.stiffness import watch_stiffness
 from symgen.runtime.integrate.explicit.tableau import NO_ESTIMATE, TWO_ESTIMATES
-from symgen.runtime.integrate.layout import (
-    ERROR_OLD,
-    F_VALID,
-    MAX_STEPS_PER_CALL,
-    MIN_PIVOT_RATIO,
-    N_LOGGED_STEPS,
-    N_ROW,
-    NEAR_WATCH,
-    NEXT_FRAME,
-    NM,
-    NOT_FINITE,
-    NQ,
-    NV,
-    NY,
-    PROJECT,
-    REJECTED,
-    RHS,
-    RHS_CALLS,
-    RUNNING,
-    STEP_TOO_SMALL,
-    T_STOP,
-    H,
-    T,
-)
 from symgen.runtime.integrate.projection import project_in_passing, project_state, projection_size
 from symgen.runtime.integrate.step_control import (
     accept_step,
@@ -56,53 +33,49 @@ N_STATES = 4  # stage argument, new state, two error estimates
 @jitted
 def erk_work_size(n_rows, sizes):
     """Length of `work` for a tableau of `n_rows` rows."""
-    return n_rows * sizes[N_ROW] + N_STATES * sizes[NY] + finish_scratch_size(sizes)
+    return n_rows * sizes[at.N_ROW] + N_STATES * sizes[at.NY] + finish_scratch_size(sizes)
 
 
 @jitted
-def advance_erk(
-    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
-):
+def advance_erk(method, loop):
     """Advance with an explicit Runge-Kutta method until something is for Python to do.
 
     Arguments and result are those of all step loops, see docs/architecture.md; `method` is an `ErkTableau`.
     """
-    ny, n_row = sizes[NY], sizes[N_ROW]
-    k = work[: method.n_rows * n_row].reshape((method.n_rows, n_row))
-    states = work[method.n_rows * n_row :][: N_STATES * ny].reshape((N_STATES, ny))
-    scratch = work[method.n_rows * n_row + N_STATES * ny :]
-    if not counters[F_VALID]:
-        if not evaluate(addresses, sizes, p, counters, control[T], y, f):
-            return NOT_FINITE
-        counters[F_VALID] = 1
-    if method.estimate != NO_ESTIMATE and control[H] <= 0.0:
-        control[H] = first_step(method.order, addresses, sizes, p, control, counters, y, f, k[0], states[0])
-        control[ERROR_OLD] = 1e-4
+    ny, n_row = loop.sizes[at.NY], loop.sizes[at.N_ROW]
+    k = loop.work[: method.n_rows * n_row].reshape((method.n_rows, n_row))
+    states = loop.work[method.n_rows * n_row :][: N_STATES * ny].reshape((N_STATES, ny))
+    scratch = loop.work[method.n_rows * n_row + N_STATES * ny :]
+    if not loop.counters[at.F_VALID]:
+        if not evaluate(loop, loop.control[at.T], loop.y, loop.f):
+            return at.NOT_FINITE
+        loop.counters[at.F_VALID] = 1
+    if method.estimate != NO_ESTIMATE and loop.control[at.H] <= 0.0:
+        loop.control[at.H] = first_step(method.order, loop, k[0], states[0])
+        loop.control[at.ERROR_OLD] = 1e-4
     done = 0
-    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
-        if watch_is_near(control):
-            return NEAR_WATCH
-        t0 = control[T]
+    while (
+        done < loop.counters[at.MAX_STEPS_PER_CALL]
+        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
+    ):
+        if watch_is_near(loop.control):
+            return at.NEAR_WATCH
+        t0 = loop.control[at.T]
         if method.estimate == NO_ESTIMATE:
-            status, t1 = fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch)
+            status, t1 = fixed_step(method, loop, k, states, scratch)
         else:
-            status, t1 = adaptive_step(
-                method, addresses, sizes, p, control, counters, y, f, k, states, scratch
-            )
-        if status != RUNNING:
+            status, t1 = adaptive_step(method, loop, k, states, scratch)
+        if status != at.RUNNING:
             return status
-        status = commit_step(
-            method, addresses, sizes, p, control, counters, t0, t1, y, f, k, states, scratch,
-            frame_times, frames, step_log, dense,
-        )  # fmt: skip
-        if status != RUNNING:
+        status = commit_step(method, loop, t0, t1, k, states, scratch)
+        if status != at.RUNNING:
             return status
         done += 1
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
-def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch):
+def adaptive_step(method, loop, k, states, scratch):
     """Try steps until one is accepted: `states[1]` is then the new state, row `n_stages - fsal` its derivative.
 
     Returns
@@ -110,64 +83,62 @@ def adaptive_step(method, addresses, sizes, p, control, counters, y, f, k, state
     tuple
         Status and the time of the new state [s].
     """
-    cause = STEP_TOO_SMALL
+    cause = at.STEP_TOO_SMALL
     while True:
-        t, t1 = control[T], step_end(control)
+        t, t1 = loop.control[at.T], step_end(loop.control)
         h = t1 - t
-        if too_small(control):
+        if too_small(loop.control):
             return cause, t
-        copy(f, k[0])
-        hold_stabilisation(addresses, sizes, p, t, h, y, k[0], scratch[: projection_size(sizes)])
-        take_stages(method, addresses, p, counters, t, h, y, k, states)
-        error = estimate_error(method, sizes, control, h, y, k, states)
-        cause = STEP_TOO_SMALL
+        copy(loop.f, k[0])
+        hold_stabilisation(loop, t, h, k[0], scratch[: projection_size(loop.sizes)])
+        take_stages(method, loop, t, h, k, states)
+        error = estimate_error(method, loop, h, k, states)
+        cause = at.STEP_TOO_SMALL
         if error <= 1.0:
-            cause = reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch)
-            if cause == RUNNING:
+            cause = reach_end(method, loop, t1, k, states, scratch)
+            if cause == at.RUNNING:
                 accept_step(
-                    method.exponent, method.beta, method.shrink, method.grow, method.safety, error, h, control,
-                    counters,
+                    method.exponent, method.beta, method.shrink, method.grow, method.safety, error, h, loop,
                 )  # fmt: skip
-                return RUNNING, t1
+                return at.RUNNING, t1
             error = math.inf
         elif not math.isfinite(error):
-            cause = NOT_FINITE
-        reject_step(method.exponent, method.shrink, method.safety, error, h, control, counters)
-        counters[REJECTED] += 1
+            cause = at.NOT_FINITE
+        reject_step(method.exponent, method.shrink, method.safety, error, h, loop)
+        loop.counters[at.REJECTED] += 1
 
 
 @jitted
-def fixed_step(method, addresses, sizes, p, control, counters, y, f, k, states, scratch):
+def fixed_step(method, loop, k, states, scratch):
     """Take one step of the fixed grid; returns status and the time of the new state [s]."""
-    copy(f, k[0])
-    t, t1 = control[T], grid_end(control, counters)
-    hold_stabilisation(addresses, sizes, p, t, t1 - t, y, k[0], scratch[: projection_size(sizes)])
-    take_stages(method, addresses, p, counters, t, t1 - t, y, k, states)
-    return reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch), t1
+    copy(loop.f, k[0])
+    t, t1 = loop.control[at.T], grid_end(loop)
+    hold_stabilisation(loop, t, t1 - t, k[0], scratch[: projection_size(loop.sizes)])
+    take_stages(method, loop, t, t1 - t, k, states)
+    return reach_end(method, loop, t1, k, states, scratch), t1
 
 
 @jitted
-def take_stages(method, addresses, p, counters, t, h, y, k, states):
+def take_stages(method, loop, t, h, k, states):
     """Fill the rows of `k` from 1 on, `states[0]` (argument of the stage before the new state), `states[1]`."""
     if method.estimate == TWO_ESTIMATES:
-        dop853_stages(method.a, method.c, addresses[RHS], t, h, y, p, k, states[0])
-        dop853_new_state(method.b, h, y, k, states[1])
+        dop853_stages(method.a, method.c, loop.addresses[at.RHS], t, h, loop.y, loop.p, k, states[0])
+        dop853_new_state(method.b, h, loop.y, k, states[1])
     else:
-        erk_stages(
-            method.a, method.c, 1, method.n_stages - method.fsal, addresses[RHS], t, h, y, p, k, states[0]
-        )
-        erk_sum(method.a[method.n_stages - method.fsal], method.n_stages - method.fsal, h, y, k, states[1])
+        last = method.n_stages - method.fsal
+        erk_stages(method, loop, 1, last, t, h, k, states[0])
+        erk_sum(method.a[last], last, h, loop.y, k, states[1])
         if method.fsal:
-            call_kernel(addresses[RHS], t + h, states[1], p, k[method.n_stages - 1])
-    counters[RHS_CALLS] += method.n_stages - 1
+            call_kernel(loop.addresses[at.RHS], t + h, states[1], loop.p, k[method.n_stages - 1])
+    loop.counters[at.RHS_CALLS] += method.n_stages - 1
 
 
 @jitted
-def erk_stages(a, c, first, end, rhs, t, h, y, p, k, y_stage):
+def erk_stages(method, loop, first, end, t, h, k, y_stage):
     """Fill rows `first` to `end` - 1 of `k`; rows before are given, `y_stage` is left at the last argument."""
     for s in range(first, end):
-        erk_sum(a[s], s, h, y, k, y_stage)
-        call_kernel(rhs, t + c[s] * h, y_stage, p, k[s])
+        erk_sum(method.a[s], s, h, loop.y, k, y_stage)
+        call_kernel(loop.addresses[at.RHS], t + method.c[s] * h, y_stage, loop.p, k[s])
 
 
 @jitted(distinct_arrays=True)
@@ -185,21 +156,21 @@ def erk_sum(weights, n_rows, h, y, k, out):
 
 
 @jitted
-def estimate_error(method, sizes, control, h, y, k, states):
+def estimate_error(method, loop, h, k, states):
     """Return the error of the step in units of the tolerance; work w is left out, it follows the motion."""
-    n = sizes[NQ] + sizes[NV]
+    n = loop.sizes[at.NQ] + loop.sizes[at.NV]
     y_new, error = states[1], states[2]
     if method.estimate == TWO_ESTIMATES:
         third = states[3]
         dop853_error(method.error, k, n, error, third)
-        return h * norm_of_two(control, n, y, y_new, error, third)
+        return h * norm_of_two(loop.control, n, loop.y, y_new, error, third)
     for i in range(n):
         error[i] = 0.0
     for j in range(method.n_stages):
         weight = h * method.error[0, j]
         for i in range(n):
             error[i] += weight * k[j, i]
-    return error_norm(control, n, y, y_new, error)
+    return error_norm(loop.control, n, loop.y, y_new, error)
 
 
 @jitted
@@ -216,73 +187,65 @@ def norm_of_two(control, n, y0, y1, fifth, third):
 
 
 @jitted
-def reach_end(method, addresses, sizes, p, control, counters, t1, k, states, scratch):
+def reach_end(method, loop, t1, k, states, scratch):
     """Project the new state and evaluate its derivative; returns why that failed, or RUNNING."""
     y_new, row = states[1], k[method.n_stages - method.fsal]
-    if addresses[PROJECT] != 0:
-        buffer = scratch[: projection_size(sizes)]
-        if method.estimate == NO_ESTIMATE or t1 >= control[T_STOP]:
-            status = project_state(addresses, sizes, p, t1, y_new, control, counters, buffer)
+    if loop.addresses[at.PROJECT] != 0:
+        buffer = scratch[: projection_size(loop.sizes)]
+        if method.estimate == NO_ESTIMATE or t1 >= loop.control[at.T_STOP]:
+            status = project_state(loop, t1, y_new, buffer)
         else:
-            status = project_in_passing(addresses, sizes, p, t1, y_new, control, counters, buffer)
-        if status != RUNNING:
+            status = project_in_passing(loop, t1, y_new, buffer)
+        if status != at.RUNNING:
             return status
-        scale_energy(addresses, sizes, p, t1, y_new, control, scratch)
-    held = release_stabilisation(addresses, sizes, p)
-    if held or addresses[PROJECT] != 0 or not method.fsal:
-        if not evaluate(addresses, sizes, p, counters, t1, y_new, row):
-            return NOT_FINITE
-    if sizes[NM] > 0:
-        least = control[MIN_PIVOT_RATIO]
+        scale_energy(loop, t1, y_new, scratch)
+    held = release_stabilisation(loop)
+    if held or loop.addresses[at.PROJECT] != 0 or not method.fsal:
+        if not evaluate(loop, t1, y_new, row):
+            return at.NOT_FINITE
+    if loop.sizes[at.NM] > 0:
+        least = loop.control[at.MIN_PIVOT_RATIO]
         for s in range(1, method.n_stages - method.fsal + 1):
-            least = min(least, k[s, sizes[N_ROW] - 1])
-        control[MIN_PIVOT_RATIO] = least
-    if not (all_finite(y_new, sizes[NY]) and all_finite(row, sizes[NY])):
-        return NOT_FINITE
+            least = min(least, k[s, loop.sizes[at.N_ROW] - 1])
+        loop.control[at.MIN_PIVOT_RATIO] = least
+    if not (all_finite(y_new, loop.sizes[at.NY]) and all_finite(row, loop.sizes[at.NY])):
+        return at.NOT_FINITE
     if method.stiff_bound > 0.0:
         before = k[method.n_stages - method.fsal - 1]
-        watch_stiffness(method.stiff_bound, sizes, counters, t1 - control[T], y_new, row, states[0], before)
-    return RUNNING
+        watch_stiffness(method.stiff_bound, loop, t1 - loop.control[at.T], y_new, row, states[0], before)
+    return at.RUNNING
 
 
 @jitted
-def commit_step(
-    method, addresses, sizes, p, control, counters, t0, t1, y, f, k, states, scratch,
-    frame_times, frames, step_log, dense,
-):  # fmt: skip
+def commit_step(method, loop, t0, t1, k, states, scratch):
     """Make the new state the current one, with dense output where somebody reads it, and record the step."""
-    if needs_dense(sizes, counters, frame_times, t1):
-        erk_dense(method, addresses, sizes, p, counters, t0, t1 - t0, y, k, states, dense)
-    count_energy(addresses, control)
-    copy(states[1], y)
-    copy(k[method.n_stages - method.fsal], f)
-    status = finish_step(
-        addresses, sizes, p, control, counters, t0, t1, y, dense, method.n_dense, scratch,
-        frame_times, frames, step_log,
-    )  # fmt: skip
-    row = counters[NEXT_FRAME] - 1
-    in_passing = status == RUNNING and method.estimate != NO_ESTIMATE and addresses[PROJECT] != 0
-    if in_passing and row >= 0 and frame_times[row] == t1:
+    if needs_dense(loop, t1):
+        erk_dense(method, loop, t0, t1 - t0, k, states)
+    count_energy(loop)
+    copy(states[1], loop.y)
+    copy(k[method.n_stages - method.fsal], loop.f)
+    status = finish_step(loop, t0, t1, loop.dense, method.n_dense, scratch)
+    row = loop.counters[at.NEXT_FRAME] - 1
+    in_passing = status == at.RUNNING and method.estimate != NO_ESTIMATE and loop.addresses[at.PROJECT] != 0
+    if in_passing and row >= 0 and loop.frame_times[row] == t1:
         # The state goes on as it is, watched or not; what is shown is on the constraints.
-        project_state(
-            addresses, sizes, p, t1, frames[row], control, counters, scratch[: projection_size(sizes)]
-        )
+        project_state(loop, t1, loop.frames[row], scratch[: projection_size(loop.sizes)])
     return status
 
 
 @jitted
-def erk_dense(method, addresses, sizes, p, counters, t, h, y, k, states, dense):
+def erk_dense(method, loop, t, h, k, states):
     """Fill the dense output of the step; further stages are taken here, so only for steps that need them."""
     first_extra = method.n_stages + 1 - method.fsal
-    erk_stages(method.a, method.c, first_extra, method.n_rows, addresses[RHS], t, h, y, p, k, states[0])
-    counters[RHS_CALLS] += method.n_rows - first_extra
-    combine_dense(method, sizes, h, y, k, states, dense)
+    erk_stages(method, loop, first_extra, method.n_rows, t, h, k, states[0])
+    loop.counters[at.RHS_CALLS] += method.n_rows - first_extra
+    combine_dense(method, loop.sizes, h, loop.y, k, states, loop.dense)
 
 
 @jitted
 def combine_dense(method, sizes, h, y, k, states, dense):
     """Fill the dense output from all stages, those that it takes for itself among them."""
-    ny = sizes[NY]
+    ny = sizes[at.NY]
     hermite_dense(y, states[1], k[0], k[method.n_stages - method.fsal], h, ny, dense)
     for r in range(method.n_dense - 4):
         for i in range(ny):

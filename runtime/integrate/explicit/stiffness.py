@@ -3,7 +3,7 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import NON_STIFF_COUNT, NQ, NV, STEPS, STIFF_COUNT
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.step_control import EPS
 
 STIFF_AFTER = 15  # signs in a row, with fewer than NON_STIFF_AFTER steps in between that say otherwise
@@ -12,7 +12,7 @@ LOOK_EVERY = 8
 
 
 @jitted
-def watch_stiffness(bound, sizes, counters, h, y_new, f_new, y_stage, f_stage):
+def watch_stiffness(bound, loop, h, y_new, f_new, y_stage, f_stage):
     """Count signs that stability, not accuracy, limits the step: h |f1 - f2| / |y1 - y2| > bound.
 
     Hairer, Wanner, Solving ODEs II (1996), IV.2, and dopri5.f, dop853.f.
@@ -26,9 +26,9 @@ def watch_stiffness(bound, sizes, counters, h, y_new, f_new, y_stage, f_stage):
     y_stage, f_stage : ndarray
         The same of another stage with node 1.
     """
-    if counters[STIFF_COUNT] == 0 and counters[STEPS] % LOOK_EVERY != 0:
+    if loop.counters[at.STIFF_COUNT] == 0 and loop.counters[at.STEPS] % LOOK_EVERY != 0:
         return
-    n = sizes[NQ] + sizes[NV]
+    n = loop.sizes[at.NQ] + loop.sizes[at.NV]
     df, dy, size = 0.0, 0.0, 0.0
     for i in range(n):
         df += (f_new[i] - f_stage[i]) ** 2
@@ -36,10 +36,13 @@ def watch_stiffness(bound, sizes, counters, h, y_new, f_new, y_stage, f_stage):
         size += y_new[i] ** 2
     # Two stages that agree to round-off say nothing.
     if dy > (64.0 * EPS) ** 2 * size and h * math.sqrt(df / dy) > bound:
-        counters[NON_STIFF_COUNT] = 0
-        counters[STIFF_COUNT] += 1
-    elif counters[STIFF_COUNT] > 0:
-        counters[NON_STIFF_COUNT] += 1
-        if counters[NON_STIFF_COUNT] >= NON_STIFF_AFTER and counters[STIFF_COUNT] < STIFF_AFTER:
-            counters[STIFF_COUNT] = 0
-            counters[NON_STIFF_COUNT] = 0
+        loop.counters[at.NON_STIFF_COUNT] = 0
+        loop.counters[at.STIFF_COUNT] += 1
+    elif loop.counters[at.STIFF_COUNT] > 0:
+        loop.counters[at.NON_STIFF_COUNT] += 1
+        if (
+            loop.counters[at.NON_STIFF_COUNT] >= NON_STIFF_AFTER
+            and loop.counters[at.STIFF_COUNT] < STIFF_AFTER
+        ):
+            loop.counters[at.STIFF_COUNT] = 0
+            loop.counters[at.NON_STIFF_COUNT] = 0

@@ -1,6 +1,7 @@
 """Gauss collocation of order 4 to 16 with a fixed step: symmetric, and symplectic where the mass matrix is constant."""
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step, needs_dense
 from symgen.runtime.integrate.compensated import add_compensated
 from symgen.runtime.integrate.copying import copy
@@ -17,24 +18,6 @@ from symgen.runtime.integrate.gauss.work import (
     NEXT_STEP,
     gauss_work,
 )
-from symgen.runtime.integrate.layout import (
-    F_VALID,
-    MAX_STEPS_PER_CALL,
-    MIN_PIVOT_RATIO,
-    N_LOGGED_STEPS,
-    N_ROW,
-    NEAR_WATCH,
-    NEWTON_FAILED,
-    NEXT_FRAME,
-    NM,
-    NOT_FINITE,
-    NQ,
-    NV,
-    NW,
-    NY,
-    RUNNING,
-    T,
-)
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.quaternions import keep_lengths, n_quaternions, quaternion_at
 from symgen.runtime.integrate.step_control import grid_end, grid_length, watch_is_near
@@ -43,9 +26,7 @@ N_DENSE_TERMS = 8
 
 
 @jitted
-def advance_gauss(
-    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
-):
+def advance_gauss(method, loop):
     """Advance with a `Gauss` method until something is for Python to do.
 
     Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), VIII.6, for q'' = a(t, q, v): the unknowns are
@@ -54,47 +35,45 @@ def advance_gauss(
     their length, see `turns`. The row `f` is not used; F_VALID says that nobody has changed the state. Arguments and
     result are those of all step loops, see docs/architecture.md.
     """
-    w = gauss_work(method, sizes, work)
+    w = gauss_work(method, loop.sizes, loop.work)
     n = method.c.shape[0]
     y_new, rest, y_old = w.states[n], w.states[n + 1], w.states[n + 2]
-    if not counters[F_VALID]:
-        counters[F_VALID] = 1
-        counters[HAVE_HISTORY], counters[HAVE_JACOBIAN], counters[HAVE_FACTORS] = 0, 0, 0
-        for i in range(sizes[NY]):
+    if not loop.counters[at.F_VALID]:
+        loop.counters[at.F_VALID] = 1
+        loop.counters[HAVE_HISTORY], loop.counters[HAVE_JACOBIAN], loop.counters[HAVE_FACTORS] = 0, 0, 0
+        for i in range(loop.sizes[at.NY]):
             rest[i] = 0.0
     done = 0
-    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
-        if watch_is_near(control):
-            return NEAR_WATCH
-        t0 = control[T]
-        t1 = grid_end(control, counters)
-        h = grid_length(control, t0, t1)
-        prepare_history(method, h, counters, w)
-        status = solve_stages(NEXT_STEP, method, h, addresses, sizes, p, control, counters, t0, y, w)
-        if status == RUNNING:
-            copy(y, y_old)
-            copy(y, y_new)
-            status = reach_end(method, h, addresses, sizes, p, control, counters, t1, y, y_new, rest, w)
-        if status != RUNNING:
+    while (
+        done < loop.counters[at.MAX_STEPS_PER_CALL]
+        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
+    ):
+        if watch_is_near(loop.control):
+            return at.NEAR_WATCH
+        t0 = loop.control[at.T]
+        t1 = grid_end(loop)
+        h = grid_length(loop.control, t0, t1)
+        prepare_history(method, h, loop.counters, w)
+        status = solve_stages(NEXT_STEP, method, h, loop, t0, loop.y, w)
+        if status == at.RUNNING:
+            copy(loop.y, y_old)
+            copy(loop.y, y_new)
+            status = reach_end(method, h, loop, t1, y_new, rest, w)
+        if status != at.RUNNING:
             return status
-        keep_history(h, sizes, counters, w)
-        dense_is_read = needs_dense(sizes, counters, frame_times, t1)
+        keep_history(h, loop, w)
+        dense_is_read = needs_dense(loop, t1)
         if dense_is_read:
-            gauss_dense(method, h, sizes, y, y_new, w, dense)
-        copy(y_new, y)
-        first_frame = counters[NEXT_FRAME]
-        status = finish_step(
-            addresses, sizes, p, control, counters, t0, t1, y, dense, N_DENSE_TERMS, w.scratch,
-            frame_times, frames, step_log,
-        )  # fmt: skip
+            gauss_dense(method, h, loop.sizes, loop.y, y_new, w, loop.dense)
+        copy(y_new, loop.y)
+        first_frame = loop.counters[at.NEXT_FRAME]
+        status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
         if dense_is_read:
-            refine_frames(
-                method, h, addresses, sizes, p, control, counters, t0, first_frame, frame_times, frames, w
-            )
-        if status != RUNNING:
+            refine_frames(method, h, loop, t0, first_frame, w)
+        if status != at.RUNNING:
             return status
         done += 1
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
@@ -108,22 +87,22 @@ def prepare_history(method, h, counters, w):
 
 
 @jitted
-def keep_history(h, sizes, counters, w):
+def keep_history(h, loop, w):
     """Keep the accelerations of the stages for the next step."""
-    nq = sizes[NQ]
-    for i in range(sizes[NV]):
+    nq = loop.sizes[at.NQ]
+    for i in range(loop.sizes[at.NV]):
         for s in range(w.rows.shape[0]):
             w.history[i, s] = w.rows[s, nq + i]
     w.numbers[H_HISTORY] = h
-    counters[HAVE_HISTORY] = 1
+    loop.counters[HAVE_HISTORY] = 1
 
 
 @jitted
-def reach_end(method, h, addresses, sizes, p, control, counters, t1, y, y_new, rest, w):
+def reach_end(method, h, loop, t1, y_new, rest, w):
     """Add the step to `y_new`, which is `y` so far, and project it onto the constraints; returns a status."""
-    n, nq, nv = method.c.shape[0], sizes[NQ], sizes[NV]
-    if not place_stages(method, h, MAX_SWEEPS, sizes, y, w):
-        return NEWTON_FAILED
+    n, nq, nv = method.c.shape[0], loop.sizes[at.NQ], loop.sizes[at.NV]
+    if not place_stages(method, h, MAX_SWEEPS, loop.sizes, loop.y, w):
+        return at.NEWTON_FAILED
     for i in range(nq):
         travel = 0.0
         for s in range(n):
@@ -134,30 +113,30 @@ def reach_end(method, h, addresses, sizes, p, control, counters, t1, y, y_new, r
         for s in range(n):
             impulse += w.impulses[i, s]
         add_compensated(impulse, nq + i, y_new, rest)
-    keep_lengths(sizes, y_new, rest)
-    if sizes[NW] > 0:
+    keep_lengths(loop.sizes, y_new, rest)
+    if loop.sizes[at.NW] > 0:
         work = 0.0
         for s in range(n):
             work += h * method.b[s] * w.rows[s, nq + nv]
         add_compensated(work, nq + nv, y_new, rest)
-    if sizes[NM] > 0:
+    if loop.sizes[at.NM] > 0:
         for s in range(n):
-            control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.rows[s, sizes[N_ROW] - 1])
-        status = project_state(
-            addresses, sizes, p, t1, y_new, control, counters, w.scratch[: projection_size(sizes)]
-        )
-        if status != RUNNING:
+            loop.control[at.MIN_PIVOT_RATIO] = min(
+                loop.control[at.MIN_PIVOT_RATIO], w.rows[s, loop.sizes[at.N_ROW] - 1]
+            )
+        status = project_state(loop, t1, y_new, w.scratch[: projection_size(loop.sizes)])
+        if status != at.RUNNING:
             return status
         # What is left of the sums stays: mostly projection moves the state by less than round-off, and to forget them
         # each time would let energy drift by it.
-    return RUNNING if all_finite(y_new, sizes[NY]) else NOT_FINITE
+    return at.RUNNING if all_finite(y_new, loop.sizes[at.NY]) else at.NOT_FINITE
 
 
 @jitted
 def gauss_dense(method, h, sizes, y, y_new, w, dense):
     """Fill `dense` with the collocation polynomial, up to degree 7; what projection moved is added in proportion."""
-    n, nq = method.c.shape[0], sizes[NQ]
-    for i in range(sizes[NY]):
+    n, nq = method.c.shape[0], sizes[at.NQ]
+    for i in range(sizes[at.NY]):
         dense[0, i] = y[i]
         dense[1, i] = y_new[i] - y[i]
     for r in range(6):
@@ -172,7 +151,7 @@ def gauss_dense(method, h, sizes, y, y_new, w, dense):
             for i in range(end, end + 4 if end < nq else end):
                 dense[2 + r, i] = h * dot(method.dense_v[r], w.rows, i)
             start = end + 4
-        for i in range(nq, sizes[NY]):
+        for i in range(nq, sizes[at.NY]):
             dense[2 + r, i] = h * dot(method.dense_v[r], w.rows, i)
 
 
@@ -186,26 +165,28 @@ def dot(weights, rows, i):
 
 
 @jitted
-def refine_frames(method, h, addresses, sizes, p, control, counters, t0, first_frame, frame_times, frames, w):
+def refine_frames(method, h, loop, t0, first_frame, w):
     """Replace frames that dense output has written by steps from the start of the step to their times.
 
     The stages start from the collocation polynomial, so few iterations do. Where they do not converge the frame stays.
     """
-    n, nq, nv, y_old = method.c.shape[0], sizes[NQ], sizes[NV], w.states[method.c.shape[0] + 2]
-    for row in range(first_frame, counters[NEXT_FRAME]):
-        length = frame_times[row] - t0
-        if length <= 0.0 or frame_times[row] >= control[T]:
+    n, nq, nv, y_old = (
+        method.c.shape[0],
+        loop.sizes[at.NQ],
+        loop.sizes[at.NV],
+        w.states[method.c.shape[0] + 2],
+    )
+    for row in range(first_frame, loop.counters[at.NEXT_FRAME]):
+        length = loop.frame_times[row] - t0
+        if length <= 0.0 or loop.frame_times[row] >= loop.control[at.T]:
             continue
         interpolation(method, 0.0, length / h, w.weights[FRAME])
-        if (
-            solve_stages(FRAME, method, length, addresses, sizes, p, control, counters, t0, y_old, w)
-            != RUNNING
-        ):
+        if solve_stages(FRAME, method, length, loop, t0, y_old, w) != at.RUNNING:
             continue
-        if not place_stages(method, length, MAX_SWEEPS, sizes, y_old, w):
+        if not place_stages(method, length, MAX_SWEEPS, loop.sizes, y_old, w):
             continue
-        frame = frames[row]
-        for i in range(sizes[NY]):
+        frame = loop.frames[row]
+        for i in range(loop.sizes[at.NY]):
             total = 0.0
             for s in range(n):
                 if i < nq:
@@ -215,6 +196,6 @@ def refine_frames(method, h, addresses, sizes, p, control, counters, t0, first_f
                 else:
                     total += length * method.b[s] * w.rows[s, i]
             frame[i] = y_old[i] + total
-        if sizes[NM] > 0:
-            buffer = w.scratch[: projection_size(sizes)]
-            project_state(addresses, sizes, p, frame_times[row], frame, control, counters, buffer)
+        if loop.sizes[at.NM] > 0:
+            buffer = w.scratch[: projection_size(loop.sizes)]
+            project_state(loop, loop.frame_times[row], frame, buffer)

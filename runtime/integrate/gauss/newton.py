@@ -1,20 +1,20 @@
 """Newton's iteration for the stages of the Gauss methods: a system of the size of v for each eigenvalue of a."""
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.gauss.work import FACTORED_FOR, HAVE_FACTORS
-from symgen.runtime.integrate.layout import FACTORISATIONS, NQ, NV, RUNNING
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, solve_turning
 
 
 @jitted
-def factor_stages(method, h, sizes, counters, y, w):
+def factor_stages(method, h, loop, y, w):
     """Factor the Newton matrix of every eigenvalue, unless that was done for steps of length `h`.
 
     With g = hλ it is 1 - g ∂a/∂v - g² ∂a/∂q, where a quaternion's g² is g times the inverse of 1/g + ω× / 2.
     """
-    if counters[HAVE_FACTORS] and w.numbers[FACTORED_FOR] == h:
-        return RUNNING
+    if loop.counters[HAVE_FACTORS] and w.numbers[FACTORED_FOR] == h:
+        return at.RUNNING
     nv = w.jacobian.shape[0]
     for k in range(method.eigenvalues.shape[0]):
         g = h * method.eigenvalues[k]
@@ -22,16 +22,16 @@ def factor_stages(method, h, sizes, counters, y, w):
             for j in range(nv):
                 w.matrices[k, i, j] = -g * (w.jacobian[i, nv + j] + g * w.jacobian[i, j])
             w.matrices[k, i, i] += 1.0
-        for turning in range(n_quaternions(sizes)):
-            j = quaternion_at(sizes, turning) - turning
-            factor_turns(g, j, sizes[NQ] + j, y, w.jacobian, w.matrices[k])
+        for turning in range(n_quaternions(loop.sizes)):
+            j = quaternion_at(loop.sizes, turning) - turning
+            factor_turns(g, j, loop.sizes[at.NQ] + j, y, w.jacobian, w.matrices[k])
         status = lu_factor(w.matrices[k], w.pivots[k])
-        if status != RUNNING:
+        if status != at.RUNNING:
             return status
-    counters[FACTORISATIONS] += 1
-    counters[HAVE_FACTORS] = 1
+    loop.counters[at.FACTORISATIONS] += 1
+    loop.counters[HAVE_FACTORS] = 1
     w.numbers[FACTORED_FOR] = h
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
@@ -48,7 +48,7 @@ def factor_turns(g, j, first, y, jacobian, matrix):
 @jitted
 def correct_by_newton(method, h, sizes, w):
     """Correct the impulses by simplified Newton in the eigenvectors of a, a system of size nv for each eigenvalue."""
-    n, nq, nv = method.c.shape[0], sizes[NQ], sizes[NV]
+    n, nq, nv = method.c.shape[0], sizes[at.NQ], sizes[at.NV]
     for i in range(nv):
         for s in range(n):
             w.sums[i, s] = 0.0

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.evaluation import evaluate
 from symgen.runtime.integrate.gauss.newton import correct_by_newton, factor_stages
 from symgen.runtime.integrate.gauss.sums import add_up
@@ -18,7 +19,6 @@ from symgen.runtime.integrate.gauss.work import (
     STIFF,
 )
 from symgen.runtime.integrate.jacobian import acceleration_jacobian
-from symgen.runtime.integrate.layout import NEWTON_FAILED, NEWTON_ITERATIONS, NOT_FINITE, NQ, NV, RUNNING
 from symgen.runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 from symgen.runtime.integrate.step_control import error_scale
@@ -51,14 +51,14 @@ def interpolation(method, start, stretch, weights):
 
 
 @jitted
-def predict(which, method, h, addresses, sizes, p, counters, t, y, w):
+def predict(which, method, h, loop, t, y, w):
     """Guess the impulses: the last step's collocation polynomial goes on, or the acceleration at the start does.
 
     `which` says which of `w.weights` to use. Returns whether accelerations are finite.
     """
-    n, nq, nv = method.c.shape[0], sizes[NQ], sizes[NV]
-    if not counters[HAVE_HISTORY]:
-        if not evaluate(addresses, sizes, p, counters, t, y, w.rows[0]):
+    n, nq, nv = method.c.shape[0], loop.sizes[at.NQ], loop.sizes[at.NV]
+    if not loop.counters[HAVE_HISTORY]:
+        if not evaluate(loop, t, y, w.rows[0]):
             return False
         for i in range(nv):
             for s in range(n):
@@ -77,69 +77,69 @@ def predict(which, method, h, addresses, sizes, p, counters, t, y, w):
 
 
 @jitted
-def solve_stages(which, method, h, addresses, sizes, p, control, counters, t0, y, w):
+def solve_stages(which, method, h, loop, t0, y, w):
     """Solve for the impulses of a step of length `h`; returns RUNNING, or why that failed."""
-    if not predict(which, method, h, addresses, sizes, p, counters, t0, y, w):
-        return NOT_FINITE
-    if not counters[STIFF]:
-        if iterate(method, h, addresses, sizes, p, control, counters, t0, y, w) == RUNNING:
-            return RUNNING
-        counters[STIFF] = 1
-        counters[HAVE_HISTORY] = 0
-        if not predict(which, method, h, addresses, sizes, p, counters, t0, y, w):
-            return NOT_FINITE
-    if counters[HAVE_JACOBIAN]:
-        status = factor_stages(method, h, sizes, counters, y, w)
-        if status == RUNNING:
-            status = iterate(method, h, addresses, sizes, p, control, counters, t0, y, w)
-        if status == RUNNING:
-            return RUNNING
+    if not predict(which, method, h, loop, t0, y, w):
+        return at.NOT_FINITE
+    if not loop.counters[STIFF]:
+        if iterate(method, h, loop, t0, y, w) == at.RUNNING:
+            return at.RUNNING
+        loop.counters[STIFF] = 1
+        loop.counters[HAVE_HISTORY] = 0
+        if not predict(which, method, h, loop, t0, y, w):
+            return at.NOT_FINITE
+    if loop.counters[HAVE_JACOBIAN]:
+        status = factor_stages(method, h, loop, y, w)
+        if status == at.RUNNING:
+            status = iterate(method, h, loop, t0, y, w)
+        if status == at.RUNNING:
+            return at.RUNNING
         # What the last step says may be what misled Newton.
-        counters[HAVE_HISTORY] = 0
-        if not predict(which, method, h, addresses, sizes, p, counters, t0, y, w):
-            return NOT_FINITE
-    if not evaluate(addresses, sizes, p, counters, t0, y, w.rows[0]):
-        return NOT_FINITE
-    status = acceleration_jacobian(addresses, sizes, p, counters, t0, y, w.rows[0], w.implicit, w.jacobian)
-    if status != RUNNING:
+        loop.counters[HAVE_HISTORY] = 0
+        if not predict(which, method, h, loop, t0, y, w):
+            return at.NOT_FINITE
+    if not evaluate(loop, t0, y, w.rows[0]):
+        return at.NOT_FINITE
+    status = acceleration_jacobian(loop, t0, y, w.rows[0], w.implicit, w.jacobian)
+    if status != at.RUNNING:
         return status
-    counters[HAVE_JACOBIAN], counters[HAVE_FACTORS] = 1, 0
-    status = factor_stages(method, h, sizes, counters, y, w)
-    if status != RUNNING:
+    loop.counters[HAVE_JACOBIAN], loop.counters[HAVE_FACTORS] = 1, 0
+    status = factor_stages(method, h, loop, y, w)
+    if status != at.RUNNING:
         return status
-    return iterate(method, h, addresses, sizes, p, control, counters, t0, y, w)
+    return iterate(method, h, loop, t0, y, w)
 
 
 @jitted
-def iterate(method, h, addresses, sizes, p, control, counters, t0, y, w):
+def iterate(method, h, loop, t0, y, w):
     """Improve the impulses until rounding keeps them from changing less; returns RUNNING, or why not.
 
     To stop at a tolerance would leave errors of one sign, and energy would drift (Hairer, McLachlan, Razakarivony, BIT
     48 (2008) 231).
     """
     n = method.c.shape[0]
-    forget_turns(method, sizes, y, w)
+    forget_turns(method, loop.sizes, y, w)
     w.numbers[SMALLEST], w.numbers[STALLS] = math.inf, 0.0
-    max_stalls = MAX_STALLS_OF_NEWTON if counters[STIFF] else MAX_STALLS
+    max_stalls = MAX_STALLS_OF_NEWTON if loop.counters[STIFF] else MAX_STALLS
     verdict = ITERATING
     iteration = 0
     while verdict == ITERATING:
         iteration += 1
         # Iterations of fixed points sweep over quaternions as they go; Newton's take rates for all that is unknown.
-        n_sweeps = MAX_SWEEPS if counters[STIFF] or iteration == 1 else 1
-        place_stages(method, h, n_sweeps, sizes, y, w)
+        n_sweeps = MAX_SWEEPS if loop.counters[STIFF] or iteration == 1 else 1
+        place_stages(method, h, n_sweeps, loop.sizes, y, w)
         for s in range(n):
-            if not evaluate(addresses, sizes, p, counters, t0 + method.c[s] * h, w.states[s], w.rows[s]):
-                return NOT_FINITE
-        if counters[STIFF]:
-            correct_by_newton(method, h, sizes, w)
+            if not evaluate(loop, t0 + method.c[s] * h, w.states[s], w.rows[s]):
+                return at.NOT_FINITE
+        if loop.counters[STIFF]:
+            correct_by_newton(method, h, loop.sizes, w)
         else:
-            correct_by_substitution(method, h, sizes, w)
-        counters[NEWTON_ITERATIONS] += 1
-        verdict = judge_change(iteration, max_stalls, control, sizes, y, w)
+            correct_by_substitution(method, h, loop.sizes, w)
+        loop.counters[at.NEWTON_ITERATIONS] += 1
+        verdict = judge_change(iteration, max_stalls, loop, y, w)
     if iteration > KEEP_JACOBIAN_ITERATIONS:
-        counters[HAVE_JACOBIAN] = 0
-    return RUNNING if verdict == CONVERGED else NEWTON_FAILED
+        loop.counters[HAVE_JACOBIAN] = 0
+    return at.RUNNING if verdict == CONVERGED else at.NEWTON_FAILED
 
 
 @jitted
@@ -148,7 +148,7 @@ def place_stages(method, h, n_sweeps, sizes, y, w):
 
     Returns whether the sweeps over quaternions have settled.
     """
-    n, nq, nv = method.c.shape[0], sizes[NQ], sizes[NV]
+    n, nq, nv = method.c.shape[0], sizes[at.NQ], sizes[at.NV]
     rest = w.states[n + 1]
     add_up(method.mu, w.impulses, w.sums)
     if nq == nv:  # loops from 0 need no checks of their indexes
@@ -184,8 +184,8 @@ def place_stages(method, h, n_sweeps, sizes, y, w):
 @jitted
 def correct_by_substitution(method, h, sizes, w):
     """Replace the impulses by those of the accelerations at the stages; their largest changes go to `w.change`."""
-    nq = sizes[NQ]
-    for i in range(sizes[NV]):
+    nq = sizes[at.NQ]
+    for i in range(sizes[at.NV]):
         largest = 0.0
         for s in range(method.c.shape[0]):
             impulse = h * method.b[s] * w.rows[s, nq + i]
@@ -195,14 +195,14 @@ def correct_by_substitution(method, h, sizes, w):
 
 
 @jitted
-def judge_change(iteration, max_stalls, control, sizes, y, w):
+def judge_change(iteration, max_stalls, loop, y, w):
     """Judge the changes `w.change` of the impulses: ITERATING, CONVERGED or DIVERGED.
 
     Converged is what no longer shrinks, once it is as small as round-off of the rates. Forces that nearly cancel leave
     more round-off than that: changes that make no progress for several iterations, but are well below the tolerance,
     are taken for it.
     """
-    nq, nv = sizes[NQ], sizes[NV]
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
     largest = 0.0
     for i in range(nv):
         largest = max(largest, abs(y[nq + i]) + abs(w.impulses[i, 0]))
@@ -218,7 +218,7 @@ def judge_change(iteration, max_stalls, control, sizes, y, w):
         return CONVERGED
     w.numbers[STALLS] = 0.0 if size < PROGRESS * w.numbers[SMALLEST] else w.numbers[STALLS] + 1.0
     if w.numbers[STALLS] > 0.0:
-        is_noise = size_in_tolerances(control, sizes, y, w) <= NOISE_TOL
+        is_noise = size_in_tolerances(loop, y, w) <= NOISE_TOL
         if size > DIVERGENCE * w.numbers[SMALLEST] and not is_noise:
             return DIVERGED
         if w.numbers[STALLS] >= max_stalls:
@@ -228,10 +228,10 @@ def judge_change(iteration, max_stalls, control, sizes, y, w):
 
 
 @jitted
-def size_in_tolerances(control, sizes, y, w):
+def size_in_tolerances(loop, y, w):
     """Return the largest change of an impulse in units of its rate's tolerance."""
     size = 0.0
-    for i in range(sizes[NV]):
-        rate = abs(y[sizes[NQ] + i]) + abs(w.impulses[i, 0])
-        size = max(size, w.change[i] / error_scale(control, rate, rate))
+    for i in range(loop.sizes[at.NV]):
+        rate = abs(y[loop.sizes[at.NQ] + i]) + abs(w.impulses[i, 0])
+        size = max(size, w.change[i] / error_scale(loop.control, rate, rate))
     return size

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
 from symgen.runtime.integrate.jacobian import jacobian_work_size
-from symgen.runtime.integrate.layout import N_ROW, NQ, NV, NY
 
 # Counters of this family: whether work holds the last step's accelerations, a Jacobian, factors; and whether the
 # fixed-point iteration has once failed, so that Newton's is used.
@@ -70,8 +70,8 @@ class GaussWork(NamedTuple):
 @jitted
 def gauss_work_size(method, sizes):
     """Length of `work` for `advance_gauss`."""
-    s, k, nq, nv = method.c.shape[0], method.eigenvalues.shape[0], sizes[NQ], sizes[NV]
-    own = N_NUMBERS + 2 * s * (nq + nv) + 2 * s * s + (s + N_STATES) * sizes[NY] + s * sizes[N_ROW] + nv
+    s, k, nq, nv = method.c.shape[0], method.eigenvalues.shape[0], sizes[at.NQ], sizes[at.NV]
+    own = N_NUMBERS + 2 * s * (nq + nv) + 2 * s * s + (s + N_STATES) * sizes[at.NY] + s * sizes[at.N_ROW] + nv
     own += 2 * nv * nv + 2 * k * nv * nv + k * nv + 2 * nv
     return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
 
@@ -79,8 +79,8 @@ def gauss_work_size(method, sizes):
 @jitted
 def gauss_work(method, sizes, work):
     """Divide `work`, of length `gauss_work_size(method, sizes)`, into a `GaussWork`."""
-    s, k, nq, nv = method.c.shape[0], method.eigenvalues.shape[0], sizes[NQ], sizes[NV]
-    ny, n_row = sizes[NY], sizes[N_ROW]
+    s, k, nq, nv = method.c.shape[0], method.eigenvalues.shape[0], sizes[at.NQ], sizes[at.NV]
+    ny, n_row = sizes[at.NY], sizes[at.N_ROW]
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     history, rest = rest[: s * nv].reshape((nv, s)), rest[s * nv :]
     impulses, rest = rest[: s * nv].reshape((nv, s)), rest[s * nv :]

@@ -1,15 +1,15 @@
 """Dense output of the one-stage implicit methods."""
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import NQ, NY
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
 
 
 @jitted
 def one_stage_dense(method, sizes, h, y0, y1, dense):
     """Fill `dense` with the method's own interpolant: v linear, q linear (Euler) or the integral of v."""
-    nq = sizes[NQ]
-    for i in range(sizes[NY]):
+    nq = sizes[at.NQ]
+    for i in range(sizes[at.NY]):
         dense[0, i] = y0[i]
         dense[1, i] = y1[i] - y0[i]
         dense[2, i] = 0.0

@@ -8,7 +8,7 @@ import math
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import MASS_MATRIX, NH, NM, NV, PARTITION_LOST, RUNNING
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.linear import lu_solve
 from symgen.runtime.integrate.partition.dependents import evaluate_jacobian, factor_dependents
 from symgen.runtime.integrate.partition.work import (
@@ -42,32 +42,32 @@ _EXCHANGES = 8
 
 
 @jitted
-def choose_partition(addresses, sizes, p, counters, t, y, w):
+def choose_partition(loop, t, w):
     """Choose the dependent coordinates at a state on the constraints; returns a status.
 
     PARTITION_LOST where fewer constraints are independent than at the first choice, or nearly so: no coordinates serve.
     """
-    n_before = counters[N_RATES]
+    n_before = loop.counters[N_RATES]
     for k in range(n_before):
         w.pivots[k] = w.columns[k]
-    scale_jacobian(not counters[HAVE_PARTITION], addresses, sizes, p, t, y, w)
-    n_positions, n_rates, quality = independent_rows(sizes[NH], w.scaled, w.rows, w.columns)
+    scale_jacobian(not loop.counters[HAVE_PARTITION], loop, t, w)
+    n_positions, n_rates, quality = independent_rows(loop.sizes[at.NH], w.scaled, w.rows, w.columns)
     exchange(0, n_positions, w.scaled, w.columns)
     if n_rates > n_positions:
         n_rates, _ = eliminate(n_positions, n_rates, w.scaled, w.rows, w.columns)
         exchange(n_positions, n_rates, w.scaled, w.columns)
-    if counters[HAVE_PARTITION]:
-        counters[SWITCHES] += differ(w.pivots, n_before, w.columns, n_rates)
+    if loop.counters[HAVE_PARTITION]:
+        loop.counters[SWITCHES] += differ(w.pivots, n_before, w.columns, n_rates)
     else:
-        counters[FIRST_RANK] = n_rates
+        loop.counters[FIRST_RANK] = n_rates
         w.numbers[FIRST_QUALITY] = quality
-    counters[HAVE_PARTITION] = 1
-    counters[N_POSITIONS], counters[N_RATES] = n_positions, n_rates
-    kept = n_rates >= counters[FIRST_RANK] and quality >= LOST * w.numbers[FIRST_QUALITY]
-    if not (kept and measure(START, addresses, sizes, p, counters, t, y, w)):
-        return PARTITION_LOST
+    loop.counters[HAVE_PARTITION] = 1
+    loop.counters[N_POSITIONS], loop.counters[N_RATES] = n_positions, n_rates
+    kept = n_rates >= loop.counters[FIRST_RANK] and quality >= LOST * w.numbers[FIRST_QUALITY]
+    if not (kept and measure(START, loop, t, loop.y, w)):
+        return at.PARTITION_LOST
     w.numbers[FOLLOWED_FIRST] = w.numbers[START + FOLLOWED]
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
@@ -115,28 +115,28 @@ def solve_row(k, first, end, scaled):
 
 
 @jitted
-def measure(first, addresses, sizes, p, counters, t, y, w):
+def measure(first, loop, t, y, w):
     """Write how well the partition serves at a state to `w.numbers`, from `first` on; whether it does at all."""
-    n_positions, n_rates = counters[N_POSITIONS], counters[N_RATES]
+    n_positions, n_rates = loop.counters[N_POSITIONS], loop.counters[N_RATES]
     followed = 0.0
     if 0 < n_positions < n_rates:
-        if not factor_dependents(n_positions, addresses, sizes, p, t, y, w):
+        if not factor_dependents(n_positions, loop, t, y, w):
             return False
-        followed = most_followed(n_positions, sizes, w)
+        followed = most_followed(n_positions, loop.sizes, w)
         w.numbers[first + POSITIONS_PIVOT] = w.numbers[LATEST]
-    if n_rates > 0 and not factor_dependents(n_rates, addresses, sizes, p, t, y, w):
+    if n_rates > 0 and not factor_dependents(n_rates, loop, t, y, w):
         return False
     w.numbers[first + RATES_PIVOT] = w.numbers[LATEST]
     if n_positions == n_rates:
         w.numbers[first + POSITIONS_PIVOT] = w.numbers[LATEST]
-    w.numbers[first + FOLLOWED] = max(followed, most_followed(n_rates, sizes, w))
+    w.numbers[first + FOLLOWED] = max(followed, most_followed(n_rates, loop.sizes, w))
     return True
 
 
 @jitted
 def most_followed(n, sizes, w):
     """Return how fast one of `n` dependent rates changes at most where an independent one does, with their factors."""
-    nv = sizes[NV]
+    nv = sizes[at.NV]
     most = 0.0
     for j in range(n, nv):
         column = w.columns[j]
@@ -162,19 +162,19 @@ def differ(some, n, others, n_others):
 
 
 @jitted
-def scale_jacobian(first, addresses, sizes, p, t, y, w):
+def scale_jacobian(first, loop, t, w):
     """Write G to `w.scaled`, columns in units of equal kinetic energy, rows in units of the largest entry so far.
 
     Not of the largest entry now: a row that vanishes as a whole loses rank as well.
     """
-    nv, m = sizes[NV], sizes[NM]
-    call_kernel(addresses[MASS_MATRIX], t, y, p, w.mass)
-    evaluate_jacobian(addresses, sizes, p, t, y, w)
+    nv, m = loop.sizes[at.NV], loop.sizes[at.NM]
+    call_kernel(loop.addresses[at.MASS_MATRIX], t, loop.y, loop.p, w.mass)
+    evaluate_jacobian(loop, t, loop.y, w)
     heaviest = 0.0
     for j in range(nv):
         w.column_scale[j] = w.mass[j * nv + j]
         heaviest = max(heaviest, w.column_scale[j])
-    turn_inertias(sizes, w)
+    turn_inertias(loop.sizes, w)
     for j in range(nv):
         # What has no mass of its own is best left to the constraints.
         inertia = max(w.column_scale[j], 1e-6 * heaviest)
@@ -193,7 +193,7 @@ def scale_jacobian(first, addresses, sizes, p, t, y, w):
 @jitted
 def turn_inertias(sizes, w):
     """Put the inertias about the axes `w.axes` in place of those about axes of bodies in `w.column_scale`."""
-    nv = sizes[NV]
+    nv = sizes[at.NV]
     for k in range(n_quaternions(sizes)):
         first = quaternion_at(sizes, k) - k
         for c in range(3):

@@ -4,17 +4,7 @@ import math
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import (
-    CONSTRAINT_JACOBIAN,
-    CONSTRAINT_RESIDUAL,
-    NEWTON_ITERATIONS,
-    NH,
-    NM,
-    NQ,
-    NV,
-    PROJECTION_FAILED,
-    RUNNING,
-)
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.partition.work import LATEST, LATEST_POSITIONS, N_POSITIONS, N_RATES
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate, scale_to_unit
@@ -25,7 +15,7 @@ LAST_CORRECTION = 1e-9
 
 
 @jitted
-def solve_dependents(addresses, sizes, p, control, counters, t, y, w):
+def solve_dependents(loop, t, y, w):
     """Move the dependent coordinates and rates of `y` onto the constraints; the independent ones stay.
 
     Quaternions are scaled to unit length first; then turns about axes of their joint's frame depend on others, or do
@@ -36,46 +26,46 @@ def solve_dependents(addresses, sizes, p, control, counters, t, y, w):
     int
         RUNNING, or PROJECTION_FAILED where there is no solution near.
     """
-    scale_to_unit(sizes, y)
-    n = counters[N_POSITIONS]
+    scale_to_unit(loop.sizes, y)
+    n = loop.counters[N_POSITIONS]
     size = math.inf if n > 0 else 0.0
     iteration = 0
-    while size > LAST_CORRECTION * extent(sizes, y, w):
+    while size > LAST_CORRECTION * extent(loop.sizes, y, w):
         if iteration == MAX_ITERATIONS:
-            return PROJECTION_FAILED
+            return at.PROJECTION_FAILED
         iteration += 1
-        call_kernel(addresses[CONSTRAINT_RESIDUAL], t, y, p, w.residual)
-        if not factor_dependents(n, addresses, sizes, p, t, y, w):
-            return PROJECTION_FAILED
+        call_kernel(loop.addresses[at.CONSTRAINT_RESIDUAL], t, y, loop.p, w.residual)
+        if not factor_dependents(n, loop, t, y, w):
+            return at.PROJECTION_FAILED
         solve_factored(n, 0, w)
-        counters[NEWTON_ITERATIONS] += 1
+        loop.counters[at.NEWTON_ITERATIONS] += 1
         size = largest_of(n, w)
         if not math.isfinite(size):
-            return PROJECTION_FAILED
-        move_positions(n, sizes, y, w)
+            return at.PROJECTION_FAILED
+        move_positions(n, loop.sizes, y, w)
         w.numbers[LATEST_POSITIONS] = w.numbers[LATEST]
-    return solve_rates(n > 0 and n == counters[N_RATES], addresses, sizes, p, t, counters, y, w)
+    return solve_rates(n > 0 and n == loop.counters[N_RATES], loop, t, y, w)
 
 
 @jitted
-def solve_rates(factored, addresses, sizes, p, t, counters, y, w):
+def solve_rates(factored, loop, t, y, w):
     """Move the dependent rates, with the factors for positions where these serve; returns a status."""
-    n = counters[N_RATES]
+    n = loop.counters[N_RATES]
     if n == 0:
-        return RUNNING
-    if not factored and not factor_dependents(n, addresses, sizes, p, t, y, w):
-        return PROJECTION_FAILED
+        return at.RUNNING
+    if not factored and not factor_dependents(n, loop, t, y, w):
+        return at.PROJECTION_FAILED
     size, iteration = math.inf, 0
     # Factors of the last place but one leave a small part of the first correction, and nothing of the second.
-    while size > LAST_CORRECTION * speed(sizes, y, w) and iteration < MAX_ITERATIONS:
+    while size > LAST_CORRECTION * speed(loop.sizes, y, w) and iteration < MAX_ITERATIONS:
         iteration += 1
-        call_kernel(addresses[CONSTRAINT_RESIDUAL], t, y, p, w.residual)
-        solve_factored(n, sizes[NH], w)
+        call_kernel(loop.addresses[at.CONSTRAINT_RESIDUAL], t, y, loop.p, w.residual)
+        solve_factored(n, loop.sizes[at.NH], w)
         size = largest_of(n, w)
         if not math.isfinite(size):
-            return PROJECTION_FAILED
-        move_rates(n, sizes, y, w)
-    return RUNNING
+            return at.PROJECTION_FAILED
+        move_rates(n, loop.sizes, y, w)
+    return at.RUNNING
 
 
 @jitted
@@ -105,7 +95,7 @@ def extent(sizes, y, w):
         end = quaternion_at(sizes, k)
         for i in range(start, end):
             largest = max(largest, abs(y[i]) / w.column_scale[i - k])
-        if end < sizes[NQ]:
+        if end < sizes[at.NQ]:
             largest = max(largest, 1.0 / w.column_scale[end - k])
         start = end + 4
     return largest
@@ -115,8 +105,8 @@ def extent(sizes, y, w):
 def speed(sizes, y, w):
     """Return the size of the rates in the units of `largest_of`."""
     largest = 0.0
-    for j in range(sizes[NV]):
-        largest = max(largest, abs(y[sizes[NQ] + j]) / w.column_scale[j])
+    for j in range(sizes[at.NV]):
+        largest = max(largest, abs(y[sizes[at.NQ] + j]) / w.column_scale[j])
     return largest
 
 
@@ -138,7 +128,7 @@ def move_positions(n, sizes, y, w):
 @jitted
 def move_rates(n, sizes, y, w):
     """Take `w.right` off the dependent rates."""
-    nq = sizes[NQ]
+    nq = sizes[at.NQ]
     for i in range(n):
         j = w.columns[i]
         change = -w.column_scale[j] * w.right[i]
@@ -161,16 +151,16 @@ def quaternion_of(sizes, j):
 
 
 @jitted
-def evaluate_jacobian(addresses, sizes, p, t, y, w):
+def evaluate_jacobian(loop, t, y, w):
     """Write G to `w.jacobian`, by angular velocities in the axes of the joint's frame, and these axes to `w.axes`."""
-    nv, m = sizes[NV], sizes[NM]
-    if n_quaternions(sizes) > 0:
+    nv, m = loop.sizes[at.NV], loop.sizes[at.NM]
+    if n_quaternions(loop.sizes) > 0:
         # The kernel leaves zeros alone that are always there, but turned columns are full.
         for i in range(m * nv):
             w.jacobian[i] = 0.0
-    call_kernel(addresses[CONSTRAINT_JACOBIAN], t, y, p, w.jacobian)
-    for k in range(n_quaternions(sizes)):
-        i = quaternion_at(sizes, k)
+    call_kernel(loop.addresses[at.CONSTRAINT_JACOBIAN], t, y, loop.p, w.jacobian)
+    for k in range(n_quaternions(loop.sizes)):
+        i = quaternion_at(loop.sizes, k)
         set_axes(y[i], y[i + 1], y[i + 2], y[i + 3], w.axes[k])
         for row in range(m):
             j = row * nv + i - k
@@ -200,17 +190,17 @@ def set_axes(w, x, y, z, axes):
 
 
 @jitted
-def factor_dependents(n, addresses, sizes, p, t, y, w):
+def factor_dependents(n, loop, t, y, w):
     """Factor the first `n` rows and columns of the scaled G in the order of the partition; whether that succeeds."""
-    nv = sizes[NV]
-    evaluate_jacobian(addresses, sizes, p, t, y, w)
+    nv = loop.sizes[at.NV]
+    evaluate_jacobian(loop, t, y, w)
     matrix = w.square[: n * n].reshape((n, n))
     for k in range(n):
         row = w.rows[k]
         for j in range(n):
             column = w.columns[j]
             matrix[k, j] = w.jacobian[row * nv + column] * w.row_scale[row] * w.column_scale[column]
-    if lu_factor(matrix, w.pivots) != RUNNING:
+    if lu_factor(matrix, w.pivots) != at.RUNNING:
         return False
     # The diagonal holds reciprocals of the pivots.
     largest, sign = 0.0, 1.0

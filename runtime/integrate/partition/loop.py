@@ -4,34 +4,13 @@ import math
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step, needs_dense
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.explicit.loop import combine_dense, erk_sum, norm_of_two
 from symgen.runtime.integrate.explicit.tableau import NO_ESTIMATE, TWO_ESTIMATES
-from symgen.runtime.integrate.layout import (
-    ERROR_OLD,
-    F_VALID,
-    MAX_STEPS_PER_CALL,
-    MIN_PIVOT_RATIO,
-    N_LOGGED_STEPS,
-    N_ROW,
-    NEAR_WATCH,
-    NOT_FINITE,
-    NQ,
-    NV,
-    NY,
-    PARTITION_LOST,
-    PROJECTION_FAILED,
-    REJECTED,
-    RHS,
-    RHS_CALLS,
-    RUNNING,
-    STEP_TOO_SMALL,
-    H,
-    T,
-)
 from symgen.runtime.integrate.partition.choice import LEAST, choose_partition, is_worn, measure, serves
 from symgen.runtime.integrate.partition.dependents import solve_dependents
 from symgen.runtime.integrate.partition.work import END, LATEST, N_NUMBERS, START, partition_work
@@ -55,9 +34,7 @@ _CAUTION = 2.0
 
 
 @jitted
-def advance_partition(
-    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
-):
+def advance_partition(method, loop):
     """Advance with an explicit Runge-Kutta method in independent coordinates until something is for Python to do.
 
     `y` holds all coordinates and rates; those that depend on the others are solved for before every evaluation, so that
@@ -65,126 +42,125 @@ def advance_partition(
     events use the method's dense output. Arguments and result are those of all step loops, see
     docs/architecture.md; `method` is an `ErkTableau`.
     """
-    w = partition_work(method.n_rows, sizes, work)
-    if not counters[F_VALID]:
-        status = begin(method, addresses, sizes, p, control, counters, y, f, w)
-        if status != RUNNING:
+    w = partition_work(method.n_rows, loop.sizes, loop.work)
+    if not loop.counters[at.F_VALID]:
+        status = begin(method, loop, w)
+        if status != at.RUNNING:
             return status
     done = 0
-    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
-        if watch_is_near(control):
-            return NEAR_WATCH
-        t0 = control[T]
+    while (
+        done < loop.counters[at.MAX_STEPS_PER_CALL]
+        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
+    ):
+        if watch_is_near(loop.control):
+            return at.NEAR_WATCH
+        t0 = loop.control[at.T]
         if is_worn(w):
-            status = choose_partition(addresses, sizes, p, counters, t0, y, w)
-            if status != RUNNING:
+            status = choose_partition(loop, t0, w)
+            if status != at.RUNNING:
                 return status
         if method.estimate == NO_ESTIMATE:
-            t1 = grid_end(control, counters)
-            status = fixed_step(method, addresses, sizes, p, control, counters, t0, t1, y, f, w)
+            t1 = grid_end(loop)
+            status = fixed_step(method, loop, t0, t1, w)
         else:
-            status, t1 = adaptive_step(method, addresses, sizes, p, control, counters, y, f, w)
-        if status != RUNNING:
+            status, t1 = adaptive_step(method, loop, w)
+        if status != at.RUNNING:
             return status
-        if needs_dense(sizes, counters, frame_times, t1):
-            take_dense(method, addresses, sizes, p, control, counters, t0, t1 - t0, y, w, dense)
-        count_energy(addresses, control)
+        if needs_dense(loop, t1):
+            take_dense(method, loop, t0, t1 - t0, w)
+        count_energy(loop)
         copy(w.numbers[END:N_NUMBERS], w.numbers[START:END])
-        copy(w.states[1], y)
-        copy(w.stages[method.n_stages - method.fsal], f)
-        status = finish_step(
-            addresses, sizes, p, control, counters, t0, t1, y, dense, method.n_dense, w.scratch,
-            frame_times, frames, step_log,
-        )  # fmt: skip
-        if status != RUNNING:
+        copy(w.states[1], loop.y)
+        copy(w.stages[method.n_stages - method.fsal], loop.f)
+        status = finish_step(loop, t0, t1, loop.dense, method.n_dense, w.scratch)
+        if status != at.RUNNING:
             return status
         done += 1
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
-def begin(method, addresses, sizes, p, control, counters, y, f, w):
+def begin(method, loop, w):
     """Choose a partition and, where that is open, the first step; returns a status."""
-    t = control[T]
-    status = choose_partition(addresses, sizes, p, counters, t, y, w)
-    if status != RUNNING:
+    t = loop.control[at.T]
+    status = choose_partition(loop, t, w)
+    if status != at.RUNNING:
         return status
-    if not evaluate(addresses, sizes, p, counters, t, y, f):
-        return NOT_FINITE
-    counters[F_VALID] = 1
-    if method.estimate != NO_ESTIMATE and control[H] <= 0.0:
-        control[H] = first_step(
-            method.order, addresses, sizes, p, control, counters, y, f, w.stages[0], w.states[0]
-        )
-        control[ERROR_OLD] = 1e-4
-    return RUNNING
+    if not evaluate(loop, t, loop.y, loop.f):
+        return at.NOT_FINITE
+    loop.counters[at.F_VALID] = 1
+    if method.estimate != NO_ESTIMATE and loop.control[at.H] <= 0.0:
+        loop.control[at.H] = first_step(method.order, loop, w.stages[0], w.states[0])
+        loop.control[at.ERROR_OLD] = 1e-4
+    return at.RUNNING
 
 
 @jitted
-def adaptive_step(method, addresses, sizes, p, control, counters, y, f, w):
+def adaptive_step(method, loop, w):
     """Try steps until one is accepted; returns status and the time of the new state [s]."""
-    cause = STEP_TOO_SMALL
+    cause = at.STEP_TOO_SMALL
     while True:
-        t, t1 = control[T], step_end(control)
+        t, t1 = loop.control[at.T], step_end(loop.control)
         h = t1 - t
-        if too_small(control):
-            lost = cause == PROJECTION_FAILED or abs(w.numbers[LATEST]) < _NEARLY_LOST
-            return (PARTITION_LOST if lost else cause), t
-        cause = take_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w)
+        if too_small(loop.control):
+            lost = cause == at.PROJECTION_FAILED or abs(w.numbers[LATEST]) < _NEARLY_LOST
+            return (at.PARTITION_LOST if lost else cause), t
+        cause = take_step(method, loop, t, t1, w)
         error = math.inf
-        if cause == RUNNING:
-            error = step_error(method, addresses, sizes, p, control, counters, t1, h, y, w)
+        if cause == at.RUNNING:
+            error = step_error(method, loop, t1, h, w)
             if error <= 1.0:
                 accept_step(
-                    method.exponent, method.beta, method.shrink, method.grow, method.safety, error, h, control,
-                    counters,
+                    method.exponent, method.beta, method.shrink, method.grow, method.safety, error, h, loop,
                 )  # fmt: skip
-                return RUNNING, t1
-            cause = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
-        reject_step(method.exponent, method.shrink, method.safety, error, h, control, counters)
-        counters[REJECTED] += 1
+                return at.RUNNING, t1
+            cause = at.STEP_TOO_SMALL if math.isfinite(error) else at.NOT_FINITE
+        reject_step(method.exponent, method.shrink, method.safety, error, h, loop)
+        loop.counters[at.REJECTED] += 1
 
 
 @jitted
-def fixed_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w):
+def fixed_step(method, loop, t, t1, w):
     """Take a step of the grid; where it leaves what the partition can describe, with another; returns a status."""
-    status = take_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w)
-    if status == PROJECTION_FAILED:
-        status = choose_partition(addresses, sizes, p, counters, t, y, w)
-        if status == RUNNING:
-            status = take_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w)
+    status = take_step(method, loop, t, t1, w)
+    if status == at.PROJECTION_FAILED:
+        status = choose_partition(loop, t, w)
+        if status == at.RUNNING:
+            status = take_step(method, loop, t, t1, w)
     return status
 
 
 @jitted
-def take_step(method, addresses, sizes, p, control, counters, t, t1, y, f, w):
+def take_step(method, loop, t, t1, w):
     """Fill the stages of a step from `t` to `t1`, the new state and its derivative; returns a status."""
     h, last = t1 - t, method.n_stages - method.fsal
     least = LEAST if method.estimate != NO_ESTIMATE else 0.0
-    copy(f, w.stages[0])
+    copy(loop.f, w.stages[0])
     for s in range(1, last + 1):
         argument = w.states[1] if s == last else w.states[0]
         place = t1 if s == last else t + method.c[s] * h
-        erk_sum(method.a[s], s, h, y, w.stages, argument)
-        status = solve_dependents(addresses, sizes, p, control, counters, place, argument, w)
-        if status == RUNNING and not serves(least, counters, w):
-            status = PROJECTION_FAILED
-        if status != RUNNING:
+        erk_sum(method.a[s], s, h, loop.y, w.stages, argument)
+        status = solve_dependents(loop, place, argument, w)
+        if status == at.RUNNING and not serves(least, loop.counters, w):
+            status = at.PROJECTION_FAILED
+        if status != at.RUNNING:
             return status
         if s == last:
-            scale_energy(addresses, sizes, p, t1, argument, control, w.scratch)
-        call_kernel(addresses[RHS], place, argument, p, w.stages[s])
-        counters[RHS_CALLS] += 1
-        control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.stages[s, sizes[N_ROW] - 1])
-    if not measure(END, addresses, sizes, p, counters, t1, w.states[1], w):
-        return PROJECTION_FAILED
-    if all_finite(w.states[1], sizes[NY]) and all_finite(w.stages[last], sizes[NY]):
-        return RUNNING
-    return NOT_FINITE
+            scale_energy(loop, t1, argument, w.scratch)
+        call_kernel(loop.addresses[at.RHS], place, argument, loop.p, w.stages[s])
+        loop.counters[at.RHS_CALLS] += 1
+        loop.control[at.MIN_PIVOT_RATIO] = min(
+            loop.control[at.MIN_PIVOT_RATIO], w.stages[s, loop.sizes[at.N_ROW] - 1]
+        )
+    if not measure(END, loop, t1, w.states[1], w):
+        return at.PROJECTION_FAILED
+    if all_finite(w.states[1], loop.sizes[at.NY]) and all_finite(w.stages[last], loop.sizes[at.NY]):
+        return at.RUNNING
+    return at.NOT_FINITE
 
 
 @jitted
-def step_error(method, addresses, sizes, p, control, counters, t1, h, y, w):
+def step_error(method, loop, t1, h, w):
     """Return the error of a step in units of the tolerance, in the dependent coordinates and rates as well.
 
     Their error is what that of the others makes of them, so they are solved for in the solutions of lower order too.
@@ -192,50 +168,50 @@ def step_error(method, addresses, sizes, p, control, counters, t1, h, y, w):
     """
     y_new = w.states[1]
     for e in range(method.estimate):
-        sum_errors(method, e, sizes, h, w.stages, w.states[2 + e])
-    error = estimates_norm(method, sizes, control, y, w)
+        sum_errors(method, e, loop.sizes, h, w.stages, w.states[2 + e])
+    error = estimates_norm(method, loop, w)
     if not error <= 1.0:
         return error
     for e in range(method.estimate):
         difference = w.states[2 + e]
         # The difference of two solutions that are very near each other would be the rounding of both.
-        apart = part_of_motion(sizes, y_new, difference)
+        apart = part_of_motion(loop.sizes, y_new, difference)
         scale = max(1.0, _APART / apart) if apart > 0.0 else 1.0
-        for i in range(sizes[NY]):
+        for i in range(loop.sizes[at.NY]):
             difference[i] = y_new[i] - scale * difference[i]
-        if solve_dependents(addresses, sizes, p, control, counters, t1, difference, w) != RUNNING:
+        if solve_dependents(loop, t1, difference, w) != at.RUNNING:
             return math.inf
-        for i in range(sizes[NY]):
+        for i in range(loop.sizes[at.NY]):
             difference[i] = (y_new[i] - difference[i]) / scale
-    return _CAUTION * max(error, estimates_norm(method, sizes, control, y, w))
+    return _CAUTION * max(error, estimates_norm(method, loop, w))
 
 
 @jitted
 def sum_errors(method, e, sizes, h, k, out):
     """Write estimate `e` of the error of (q, v) to `out`; work is left out, it follows the motion."""
-    for i in range(sizes[NY]):
+    for i in range(sizes[at.NY]):
         out[i] = 0.0
     for j in range(method.n_stages):
         weight = h * method.error[e, j]
         if weight != 0.0:
-            for i in range(sizes[NQ] + sizes[NV]):
+            for i in range(sizes[at.NQ] + sizes[at.NV]):
                 out[i] += weight * k[j, i]
 
 
 @jitted
-def estimates_norm(method, sizes, control, y, w):
+def estimates_norm(method, loop, w):
     """Return the size of the estimates in `w.states` in units of the tolerance."""
-    n = sizes[NQ] + sizes[NV]
+    n = loop.sizes[at.NQ] + loop.sizes[at.NV]
     if method.estimate == TWO_ESTIMATES:
-        return norm_of_two(control, n, y, w.states[1], w.states[2], w.states[3])
-    return error_norm(control, n, y, w.states[1], w.states[2])
+        return norm_of_two(loop.control, n, loop.y, w.states[1], w.states[2], w.states[3])
+    return error_norm(loop.control, n, loop.y, w.states[1], w.states[2])
 
 
 @jitted
 def part_of_motion(sizes, y, change):
     """Return the largest change of a coordinate in parts of the largest coordinate, or of a rate likewise."""
     largest = 0.0
-    for first, end in ((0, sizes[NQ]), (sizes[NQ], sizes[NQ] + sizes[NV])):
+    for first, end in ((0, sizes[at.NQ]), (sizes[at.NQ], sizes[at.NQ] + sizes[at.NV])):
         moved, size = 0.0, 0.0
         for i in range(first, end):
             moved, size = max(moved, abs(change[i])), max(size, abs(y[i]))
@@ -245,11 +221,11 @@ def part_of_motion(sizes, y, change):
 
 
 @jitted
-def take_dense(method, addresses, sizes, p, control, counters, t, h, y, w, dense):
+def take_dense(method, loop, t, h, w):
     """Fill the dense output of the step, whose further stages lie on the constraints as all others do."""
     for s in range(method.n_stages + 1 - method.fsal, method.n_rows):
-        erk_sum(method.a[s], s, h, y, w.stages, w.states[0])
-        solve_dependents(addresses, sizes, p, control, counters, t + method.c[s] * h, w.states[0], w)
-        call_kernel(addresses[RHS], t + method.c[s] * h, w.states[0], p, w.stages[s])
-        counters[RHS_CALLS] += 1
-    combine_dense(method, sizes, h, y, w.stages, w.states, dense)
+        erk_sum(method.a[s], s, h, loop.y, w.stages, w.states[0])
+        solve_dependents(loop, t + method.c[s] * h, w.states[0], w)
+        call_kernel(loop.addresses[at.RHS], t + method.c[s] * h, w.states[0], loop.p, w.stages[s])
+        loop.counters[at.RHS_CALLS] += 1
+    combine_dense(method, loop.sizes, h, loop.y, w.stages, w.states, loop.dense)

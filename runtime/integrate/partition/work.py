@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
 from symgen.runtime.integrate.explicit.loop import N_STATES
-from symgen.runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
 
 # Counters of this family: whether a partition has been chosen; how many coordinates and how many rates depend on the
 # others; how many did at the first choice; how often another partition was taken since.
@@ -71,24 +71,24 @@ class PartitionWork(NamedTuple):
 @jitted
 def partition_work_size(n_rows, sizes):
     """Length of `work` for a tableau of `n_rows` rows."""
-    nv, nh, m = sizes[NV], sizes[NH], sizes[NM]
-    own = N_NUMBERS + n_rows * sizes[N_ROW] + N_STATES * sizes[NY] + nv * nv + 2 * m * nv + nh + m
-    return own + 9 * (sizes[NQ] - nv) + 2 * m + 2 * nv + m * m + 2 * m + finish_scratch_size(sizes)
+    nv, nh, m = sizes[at.NV], sizes[at.NH], sizes[at.NM]
+    own = N_NUMBERS + n_rows * sizes[at.N_ROW] + N_STATES * sizes[at.NY] + nv * nv + 2 * m * nv + nh + m
+    return own + 9 * (sizes[at.NQ] - nv) + 2 * m + 2 * nv + m * m + 2 * m + finish_scratch_size(sizes)
 
 
 @jitted
 def partition_work(n_rows, sizes, work):
     """Divide `work`, of length `partition_work_size(n_rows, sizes)`, into a `PartitionWork`."""
-    nv, m, ny, n_row = sizes[NV], sizes[NM], sizes[NY], sizes[N_ROW]
+    nv, m, ny, n_row = sizes[at.NV], sizes[at.NM], sizes[at.NY], sizes[at.N_ROW]
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     stages, rest = rest[: n_rows * n_row].reshape((n_rows, n_row)), rest[n_rows * n_row :]
     states, rest = rest[: N_STATES * ny].reshape((N_STATES, ny)), rest[N_STATES * ny :]
     mass, rest = rest[: nv * nv], rest[nv * nv :]
     jacobian, rest = rest[: m * nv], rest[m * nv :]
     scaled, rest = rest[: m * nv].reshape((m, nv)), rest[m * nv :]
-    n = sizes[NQ] - nv
+    n = sizes[at.NQ] - nv
     axes, rest = rest[: 9 * n].reshape((n, 3, 3)), rest[9 * n :]
-    residual, rest = rest[: sizes[NH] + m], rest[sizes[NH] + m :]
+    residual, rest = rest[: sizes[at.NH] + m], rest[sizes[at.NH] + m :]
     row_scale, rest = rest[:m], rest[m:]
     column_scale, rest = rest[:nv], rest[nv:]
     rows, rest = rest[:m].view(np.int64), rest[m:]

@@ -3,8 +3,8 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.evaluation import evaluate
-from symgen.runtime.integrate.layout import ATOL, LAST_REJECTED, NEWTON_TOL, NQ, NV, RTOL
 from symgen.runtime.integrate.linear import lu_solve
 from symgen.runtime.integrate.newton import EPS
 from symgen.runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at, solve_turning
@@ -21,7 +21,7 @@ from symgen.runtime.integrate.radau.work import (
 
 
 @jitted
-def set_tolerances(method, sizes, control, y, w):
+def set_tolerances(method, loop, w):
     """Set the tolerance of every component, and Newton's.
 
     The error is estimated with order s for a method of order 2 s - 1; radau.f therefore works with
@@ -29,21 +29,25 @@ def set_tolerances(method, sizes, control, y, w):
     """
     n = len(method.c)
     power = (n + 1.0) / (2.0 * n)
-    rtol = 0.1 * control[RTOL] ** power if control[RTOL] > 0.0 else 0.0
-    atol = control[ATOL] * (rtol / control[RTOL]) if rtol > 0.0 else 0.1 * control[ATOL] ** power
-    for i in range(sizes[NV]):
-        w.pairs[SCALE, sizes[NV] + i] = tolerance(rtol, atol, y[sizes[NQ] + i])
+    rtol = 0.1 * loop.control[at.RTOL] ** power if loop.control[at.RTOL] > 0.0 else 0.0
+    atol = (
+        loop.control[at.ATOL] * (rtol / loop.control[at.RTOL])
+        if rtol > 0.0
+        else 0.1 * loop.control[at.ATOL] ** power
+    )
+    for i in range(loop.sizes[at.NV]):
+        w.pairs[SCALE, loop.sizes[at.NV] + i] = tolerance(rtol, atol, loop.y[loop.sizes[at.NQ] + i])
     start = 0
-    for k in range(n_quaternions(sizes) + 1):
-        end = quaternion_at(sizes, k)
+    for k in range(n_quaternions(loop.sizes) + 1):
+        end = quaternion_at(loop.sizes, k)
         for i in range(start, end):
-            w.pairs[SCALE, i - k] = tolerance(rtol, atol, y[i])
-        if end < sizes[NQ]:
+            w.pairs[SCALE, i - k] = tolerance(rtol, atol, loop.y[i])
+        if end < loop.sizes[at.NQ]:
             for i in range(end - k, end - k + 3):
                 w.pairs[SCALE, i] = tolerance(rtol, atol, 1.0)
         start = end + 4
-    w.numbers[NEWTON_BOUND] = control[NEWTON_TOL]
-    if control[NEWTON_TOL] <= 0.0:
+    w.numbers[NEWTON_BOUND] = loop.control[at.NEWTON_TOL]
+    if loop.control[at.NEWTON_TOL] <= 0.0:
         w.numbers[NEWTON_BOUND] = max(10.0 * EPS / max(rtol, EPS), min(0.03, rtol ** (1.0 / power - 1.0)))
 
 
@@ -54,27 +58,29 @@ def tolerance(rtol, atol, value):
 
 
 @jitted
-def estimate_error(method, h, addresses, sizes, p, counters, t, y, f, w):
+def estimate_error(method, h, loop, t, w):
     """Return the estimated error of the step in units of the tolerance; work has no part in it.
 
     The estimate of the embedded method is filtered by (1 - h J / μ)⁻¹; in the first step, and after a
     rejected one, a large estimate is filtered once more (Hairer, Wanner 1996, IV.8, (8.19) and (8.20)).
     """
-    error = filter_error(method, h, sizes, y, f, False, w)
-    if error >= 1.0 and (counters[LAST_REJECTED] or not counters[HAVE_HISTORY]):
-        move(sizes, y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
-        for i in range(sizes[NV]):
-            w.states[Y_STAGE, sizes[NQ] + i] = y[sizes[NQ] + i] + w.pairs[ERROR, sizes[NV] + i]
-        if not evaluate(addresses, sizes, p, counters, t, w.states[Y_STAGE], w.rows[F_NEW]):
+    error = filter_error(method, h, loop.sizes, loop.y, loop.f, False, w)
+    if error >= 1.0 and (loop.counters[at.LAST_REJECTED] or not loop.counters[HAVE_HISTORY]):
+        move(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
+        for i in range(loop.sizes[at.NV]):
+            w.states[Y_STAGE, loop.sizes[at.NQ] + i] = (
+                loop.y[loop.sizes[at.NQ] + i] + w.pairs[ERROR, loop.sizes[at.NV] + i]
+            )
+        if not evaluate(loop, t, w.states[Y_STAGE], w.rows[F_NEW]):
             return math.inf
-        error = filter_error(method, h, sizes, y, w.rows[F_NEW], True, w)
+        error = filter_error(method, h, loop.sizes, loop.y, w.rows[F_NEW], True, w)
     return max(error, 1e-10) if math.isfinite(error) else error
 
 
 @jitted
 def filter_error(method, h, sizes, y, row, again, w):
     """Write the filtered error to `w.pairs[ERROR]`; `again`: it is there already, and `row` belongs to y + error."""
-    nq, nv = sizes[NQ], sizes[NV]
+    nq, nv = sizes[at.NQ], sizes[at.NV]
     shift = h / method.mu
     unfiltered_positions(method, h, sizes, y, again, w)
     for i in range(nv):
@@ -110,7 +116,7 @@ def weighted(method, weights, i, w):
 @jitted
 def unfiltered_positions(method, h, sizes, y, again, w):
     """Write the positions' part of the error, divided by μ/h (for quaternions, by `solve_turning`)."""
-    nq, nv = sizes[NQ], sizes[NV]
+    nq, nv = sizes[at.NQ], sizes[at.NV]
     shift = h / method.mu
     start = 0
     for k in range(n_quaternions(sizes) + 1):

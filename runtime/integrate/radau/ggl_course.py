@@ -8,7 +8,7 @@ Loops run over `w.turns.shape[0]` stages, not over `len(method.c)`, which compil
 """
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import H_LAST, NQ
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate, turned
 from symgen.runtime.integrate.radau.work import STAGES, Y_STAGE
 
@@ -16,7 +16,7 @@ from symgen.runtime.integrate.radau.work import STAGES, Y_STAGE
 @jitted
 def keep_course(method, sizes, y, w):
     """Keep the polynomials of angular velocities, in body axes of the end of the step, for the next one."""
-    n, nq = w.turns.shape[0], sizes[NQ]
+    n, nq = w.turns.shape[0], sizes[at.NQ]
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
         z = w.states[STAGES + n - 1]
@@ -52,16 +52,16 @@ def weighted_turns(weights, w):
 
 
 @jitted
-def predict_turning(method, h, extrapolate, sizes, control, w):
+def predict_turning(method, h, extrapolate, loop, w):
     """Set the stages' increments of angular velocities to those of the last step's polynomial, or to zero."""
-    n, nq = w.turns.shape[0], sizes[NQ]
-    for k in range(n_quaternions(sizes)):
+    n, nq = w.turns.shape[0], loop.sizes[at.NQ]
+    for k in range(n_quaternions(loop.sizes)):
         for axis in range(3):
-            column, i = 3 * k + axis, nq + quaternion_at(sizes, k) - k + axis
+            column, i = 3 * k + axis, nq + quaternion_at(loop.sizes, k) - k + axis
             for s in range(n):
                 w.states[STAGES + s, i] = 0.0
                 if extrapolate:
-                    theta = 1.0 + method.c[s] * h / control[H_LAST]
+                    theta = 1.0 + method.c[s] * h / loop.control[at.H_LAST]
                     bend = w.course[n - 1, column]
                     for j in range(n - 2, 0, -1):
                         bend = bend * (1.0 - theta if j % 2 == 0 else theta) + w.course[j, column]
@@ -71,7 +71,7 @@ def predict_turning(method, h, extrapolate, sizes, control, w):
 @jitted
 def sample_turns(method, sizes, y, w):
     """Write how far quaternions and their rates are from the chord between the ends of the step to `w.samples`."""
-    nq, n_places = sizes[NQ], method.places.shape[0]
+    nq, n_places = sizes[at.NQ], method.places.shape[0]
     end, there = w.states[STAGES + w.turns.shape[0] - 1], w.states[Y_STAGE]
     for k in range(n_quaternions(sizes)):
         i, j = quaternion_at(sizes, k), 7 * k
@@ -113,7 +113,7 @@ def fit_turns(method, sizes, w, dense):
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
         for entry in range(7):
-            place = i + entry if entry < 4 else sizes[NQ] + i - k + entry - 4
+            place = i + entry if entry < 4 else sizes[at.NQ] + i - k + entry - 4
             for r in range(method.fit.shape[0]):
                 total = 0.0
                 for m in range(method.fit.shape[1]):

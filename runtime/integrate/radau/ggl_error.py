@@ -3,9 +3,9 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.evaluation import evaluate
 from symgen.runtime.integrate.ggl import divide_blocks, half_turned, recover
-from symgen.runtime.integrate.layout import LAST_REJECTED, NH, NM, NQ, NV
 from symgen.runtime.integrate.linear import lu_solve
 from symgen.runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at
 from symgen.runtime.integrate.radau.error import weighted
@@ -14,24 +14,24 @@ from symgen.runtime.integrate.radau.work import ERROR, F_NEW, HAVE_HISTORY, SCAL
 
 
 @jitted
-def estimate_index2(method, h, addresses, sizes, p, counters, t, y, f, w):
+def estimate_index2(method, h, loop, t, w):
     """Return the estimated error of the step in units of the tolerance.
 
     The estimate is that of `estimate_error`, filtered by the Newton matrix with its constraints, as radau5.f does for
     implicit systems: so it satisfies them. λ and μ, whose index is 2, have no part in it: multipliers of results come
     from positions and rates.
     """
-    nq, nv = sizes[NQ], sizes[NV]
-    error = filter_index2(method, h, sizes, y, f, False, w)
-    if error >= 1.0 and (counters[LAST_REJECTED] or not counters[HAVE_HISTORY]):
-        move(sizes, y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
+    error = filter_index2(method, h, loop.sizes, loop.y, loop.f, False, w)
+    if error >= 1.0 and (loop.counters[at.LAST_REJECTED] or not loop.counters[HAVE_HISTORY]):
+        move(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
         for i in range(nv):
-            w.states[Y_STAGE, nq + i] = y[nq + i] + w.pairs[ERROR, nv + i]
-        turn_all(-1.0, sizes, w.pairs[ERROR], w.states[Y_STAGE])
-        if not evaluate(addresses, sizes, p, counters, t, w.states[Y_STAGE], w.rows[F_NEW]):
+            w.states[Y_STAGE, nq + i] = loop.y[nq + i] + w.pairs[ERROR, nv + i]
+        turn_all(-1.0, loop.sizes, w.pairs[ERROR], w.states[Y_STAGE])
+        if not evaluate(loop, t, w.states[Y_STAGE], w.rows[F_NEW]):
             return math.inf
-        turn_all(1.0, sizes, w.pairs[ERROR], w.rows[F_NEW])
-        error = filter_index2(method, h, sizes, y, w.rows[F_NEW], True, w)
+        turn_all(1.0, loop.sizes, w.pairs[ERROR], w.rows[F_NEW])
+        error = filter_index2(method, h, loop.sizes, loop.y, w.rows[F_NEW], True, w)
     return max(error, 1e-10) if math.isfinite(error) else error
 
 
@@ -42,7 +42,7 @@ def filter_index2(method, h, sizes, y, row, again, w):
     With s₁, s₂ the defects of positions and rates, which take the place of 0 and -r₂ in the module `ggl`:
     Δv = Δu - C Δμ - s₁ and Δμ = H Δu / g - G s₁.
     """
-    nq, nv, m, nh = sizes[NQ], sizes[NV], sizes[NM], sizes[NH]
+    nq, nv, m, nh = sizes[at.NQ], sizes[at.NV], sizes[at.NM], sizes[at.NH]
     b = divide_blocks(sizes, w.blocks)
     g = method.mu / h
     x = w.real_vector
@@ -94,7 +94,7 @@ def turn_all(sense, sizes, error, x):
     """Turn angular velocities of a state, or their derivatives in an rhs row, by `sense` times errors of rotation."""
     for k in range(n_quaternions(sizes)):
         j = quaternion_at(sizes, k) - k
-        turn_entries(sense, error, j, x, sizes[NQ] + j)
+        turn_entries(sense, error, j, x, sizes[at.NQ] + j)
 
 
 @jitted

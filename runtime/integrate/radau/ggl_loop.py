@@ -3,24 +3,11 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step, needs_dense
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.ggl import divide_blocks, set_blocks
-from symgen.runtime.integrate.layout import (
-    MAX_STEPS_PER_CALL,
-    MIN_PIVOT_RATIO,
-    N_LOGGED_STEPS,
-    N_ROW,
-    NEAR_WATCH,
-    NOT_FINITE,
-    NQ,
-    NV,
-    NY,
-    RUNNING,
-    STEP_TOO_SMALL,
-    T,
-)
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.radau.error import set_tolerances
 from symgen.runtime.integrate.radau.ggl_course import fit_turns, keep_course, sample_turns
@@ -51,9 +38,7 @@ from symgen.runtime.integrate.step_control import step_end, too_small, watch_is_
 
 
 @jitted
-def advance_radau_ggl(
-    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
-):
+def advance_radau_ggl(method, loop):
     """Advance with Radau IIA on index-2 equations until something is for Python to do.
 
     Hairer, Lubich, Roche, The Numerical Solution of Differential-Algebraic Systems by Runge-Kutta Methods (1989): order
@@ -61,28 +46,29 @@ def advance_radau_ggl(
     satisfies the constraints up to Newton's remainder, which the projection takes away.
     Arguments and result are those of all step loops, see docs/architecture.md; `method` is a `RadauGgl`.
     """
-    w = ggl_work(method, sizes, work)
-    if not begin_radau(method, addresses, sizes, p, control, counters, y, f, w):
-        return NOT_FINITE
+    w = ggl_work(method, loop.sizes, loop.work)
+    if not begin_radau(method, loop, w):
+        return at.NOT_FINITE
     done = 0
-    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
-        if watch_is_near(control):
-            return NEAR_WATCH
-        t0 = control[T]
-        status, t1 = index2_step(method, addresses, sizes, p, control, counters, y, f, w, dense)
-        if status != RUNNING:
+    while (
+        done < loop.counters[at.MAX_STEPS_PER_CALL]
+        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
+    ):
+        if watch_is_near(loop.control):
+            return at.NEAR_WATCH
+        t0 = loop.control[at.T]
+        status, t1 = index2_step(method, loop, w)
+        if status != at.RUNNING:
             return status
-        status = commit_index2(
-            method, addresses, sizes, p, control, counters, t0, t1, y, f, w, frame_times, frames, step_log, dense
-        )  # fmt: skip
-        if status != RUNNING:
+        status = commit_index2(method, loop, t0, t1, w)
+        if status != at.RUNNING:
             return status
         done += 1
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
-def index2_step(method, addresses, sizes, p, control, counters, y, f, w, dense):
+def index2_step(method, loop, w):
     """Try steps until one is accepted: `w.states[Y_NEW]` is then the new state, `w.rows[F_NEW]` its rhs row.
 
     Returns
@@ -90,88 +76,85 @@ def index2_step(method, addresses, sizes, p, control, counters, y, f, w, dense):
     tuple
         Status and the time of the new state [s].
     """
-    set_tolerances(method, sizes, control, y, w)
-    cause = STEP_TOO_SMALL
+    set_tolerances(method, loop, w)
+    cause = at.STEP_TOO_SMALL
     while True:
-        t, t1 = control[T], step_end(control)
+        t, t1 = loop.control[at.T], step_end(loop.control)
         h = t1 - t
-        if too_small(control):
+        if too_small(loop.control):
             return cause, t
-        if not counters[HAVE_JACOBIAN]:
-            b = divide_blocks(sizes, w.blocks)
-            status = set_blocks(addresses, sizes, p, counters, t, y, f, w.implicit, b)
-            if status != RUNNING:
+        if not loop.counters[HAVE_JACOBIAN]:
+            b = divide_blocks(loop.sizes, w.blocks)
+            status = set_blocks(loop, t, loop.y, loop.f, w.implicit, b)
+            if status != at.RUNNING:
                 return status, t
-            turn_blocks(sizes, y, f, b)
-            counters[HAVE_JACOBIAN], counters[JACOBIAN_IS_FRESH], counters[HAVE_FACTORS] = 1, 1, 0
-        cause = try_index2(method, h, addresses, sizes, p, control, counters, t, y, w, dense)
-        if cause != RUNNING:
-            shrink_step(cause, h, control, counters, w)
+            turn_blocks(loop.sizes, loop.y, loop.f, b)
+            loop.counters[HAVE_JACOBIAN], loop.counters[JACOBIAN_IS_FRESH], loop.counters[HAVE_FACTORS] = (
+                1,
+                1,
+                0,
+            )
+        cause = try_index2(method, h, loop, t, w)
+        if cause != at.RUNNING:
+            shrink_step(cause, h, loop, w)
             continue
-        error = estimate_index2(method, h, addresses, sizes, p, counters, t, y, f, w)
-        cause = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
+        error = estimate_index2(method, h, loop, t, w)
+        cause = at.STEP_TOO_SMALL if math.isfinite(error) else at.NOT_FINITE
         if error < 1.0:
-            cause = reach_end(method, h, addresses, sizes, p, control, counters, t, t1, y, w)
-            if cause == RUNNING:
-                accept_radau(method, error, h, control, counters, w)
-                if largest_turn(sizes, w) > KEEP_TURN:
-                    counters[HAVE_JACOBIAN] = 0
-                return RUNNING, t1
+            cause = reach_end(method, h, loop, t, t1, w)
+            if cause == at.RUNNING:
+                accept_radau(method, error, h, loop, w)
+                if largest_turn(loop.sizes, w) > KEEP_TURN:
+                    loop.counters[HAVE_JACOBIAN] = 0
+                return at.RUNNING, t1
             error = math.inf
-        reject_radau(method, error, h, control, counters, w)
+        reject_radau(method, error, h, loop, w)
 
 
 @jitted
-def try_index2(method, h, addresses, sizes, p, control, counters, t, y, w, dense):
+def try_index2(method, h, loop, t, w):
     """Solve the stages of a step of length `h`; returns RUNNING or why that failed."""
     # Lengths of equal steps differ by round-off of time, which is nothing to Newton.
-    if not counters[HAVE_FACTORS] or abs(h - w.numbers[FACTORED_FOR]) > 1e-6 * h:
-        counters[HAVE_FACTORS] = 0
-        status = factor_index2(method, h, sizes, counters, w)
-        if status != RUNNING:
+    if not loop.counters[HAVE_FACTORS] or abs(h - w.numbers[FACTORED_FOR]) > 1e-6 * h:
+        loop.counters[HAVE_FACTORS] = 0
+        status = factor_index2(method, h, loop, w)
+        if status != at.RUNNING:
             return status
-        counters[HAVE_FACTORS] = 1
-    extrapolate = counters[HAVE_HISTORY] != 0
-    if not predict_index2(method, h, extrapolate, addresses, sizes, p, control, counters, t, y, dense, w):
-        return NOT_FINITE
-    return solve_index2(method, h, addresses, sizes, p, counters, t, y, w)
+        loop.counters[HAVE_FACTORS] = 1
+    extrapolate = loop.counters[HAVE_HISTORY] != 0
+    if not predict_index2(method, h, extrapolate, loop, t, w):
+        return at.NOT_FINITE
+    return solve_index2(method, h, loop, t, w)
 
 
 @jitted
-def reach_end(method, h, addresses, sizes, p, control, counters, t0, t1, y, w):
+def reach_end(method, h, loop, t0, t1, w):
     """Write the new state and its rhs row; returns why not, or RUNNING."""
-    to_body_axes(sizes, y, w)
-    if not integrate_work(method, h, addresses, sizes, p, counters, t0, y, w):
-        return NOT_FINITE
+    to_body_axes(loop.sizes, loop.y, w)
+    if not integrate_work(method, h, loop, t0, w):
+        return at.NOT_FINITE
     y_new, row = w.states[Y_NEW], w.rows[F_NEW]
-    place(sizes, y, w.states[STAGES + len(method.c) - 1], y_new)
-    status = project_state(
-        addresses, sizes, p, t1, y_new, control, counters, w.scratch[: projection_size(sizes)]
-    )
-    if status != RUNNING:
+    place(loop.sizes, loop.y, w.states[STAGES + len(method.c) - 1], y_new)
+    status = project_state(loop, t1, y_new, w.scratch[: projection_size(loop.sizes)])
+    if status != at.RUNNING:
         return status
-    if not evaluate(addresses, sizes, p, counters, t1, y_new, row):
-        return NOT_FINITE
-    control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], row[sizes[N_ROW] - 1])
-    return RUNNING if all_finite(y_new, sizes[NY]) else NOT_FINITE
+    if not evaluate(loop, t1, y_new, row):
+        return at.NOT_FINITE
+    loop.control[at.MIN_PIVOT_RATIO] = min(loop.control[at.MIN_PIVOT_RATIO], row[loop.sizes[at.N_ROW] - 1])
+    return at.RUNNING if all_finite(y_new, loop.sizes[at.NY]) else at.NOT_FINITE
 
 
 @jitted
-def commit_index2(
-    method, addresses, sizes, p, control, counters, t0, t1, y, f, w, frame_times, frames, step_log, dense
-):
+def commit_index2(method, loop, t0, t1, w):
     """Make the new state the current one, with dense output, and record the step."""
-    keep_course(method, sizes, y, w)
+    keep_course(method, loop.sizes, loop.y, w)
     n_terms, turned_is_read = len(method.c) + 1, False
-    if sizes[NQ] > sizes[NV] and needs_dense(sizes, counters, frame_times, t1):
-        n_terms, turned_is_read = dense.shape[0], True
-        sample_turns(method, sizes, y, w)
-    radau_dense(method, sizes, y, w, dense)
+    if loop.sizes[at.NQ] > loop.sizes[at.NV] and needs_dense(loop, t1):
+        n_terms, turned_is_read = loop.dense.shape[0], True
+        sample_turns(method, loop.sizes, loop.y, w)
+    radau_dense(method, loop.sizes, loop.y, w, loop.dense)
     if turned_is_read:
-        fit_turns(method, sizes, w, dense)
-    copy(w.states[Y_NEW], y)
-    copy(w.rows[F_NEW], f)
-    return finish_step(
-        addresses, sizes, p, control, counters, t0, t1, y, dense, n_terms, w.scratch,
-        frame_times, frames, step_log,
-    )  # fmt: skip
+        fit_turns(method, loop.sizes, w, loop.dense)
+    copy(w.states[Y_NEW], loop.y)
+    copy(w.rows[F_NEW], loop.f)
+    return finish_step(loop, t0, t1, loop.dense, n_terms, w.scratch)

@@ -3,19 +3,8 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.ggl import divide_blocks, equation_residuals, set_shifted, solve_shifted
-from symgen.runtime.integrate.layout import (
-    FACTORISATIONS,
-    NEWTON_FAILED,
-    NEWTON_ITERATIONS,
-    NH,
-    NM,
-    NOT_FINITE,
-    NQ,
-    NV,
-    NW,
-    RUNNING,
-)
 from symgen.runtime.integrate.linear import lu_factor
 from symgen.runtime.integrate.newton import (
     ITERATING,
@@ -47,23 +36,23 @@ from symgen.runtime.integrate.radau.work import (
 
 
 @jitted
-def factor_index2(method, h, sizes, counters, w):
+def factor_index2(method, h, loop, w):
     """Factor the real and the complex Newton matrices for a step of length `h`; returns a status."""
-    b = divide_blocks(sizes, w.blocks)
-    set_shifted(method.mu / h, sizes[NH], b, w.real)
-    counters[FACTORISATIONS] += 1
+    b = divide_blocks(loop.sizes, w.blocks)
+    set_shifted(method.mu / h, loop.sizes[at.NH], b, w.real)
+    loop.counters[at.FACTORISATIONS] += 1
     w.numbers[FACTORED_FOR] = h
     forget_rate(w.numbers)
     status = lu_factor(w.real, w.pivots[0])
     for k in range(len(method.c) // 2):
-        if status == RUNNING:
-            set_shifted(shift_of(method, k, 1.0 / h), sizes[NH], b, w.complex[k])
+        if status == at.RUNNING:
+            set_shifted(shift_of(method, k, 1.0 / h), loop.sizes[at.NH], b, w.complex[k])
             status = lu_factor(w.complex[k], w.pivots[k + 1])
     return status
 
 
 @jitted
-def predict_index2(method, h, extrapolate, addresses, sizes, p, control, counters, t0, y, dense, w):
+def predict_index2(method, h, extrapolate, loop, t0, w):
     """Start Newton as `predict_stages` does, with the multipliers that the accelerations of that motion take.
 
     Those of the start of the step would do for convergence, but their first correction would dwarf that of the rates,
@@ -74,34 +63,34 @@ def predict_index2(method, h, extrapolate, addresses, sizes, p, control, counter
     bool
         Whether all is finite.
     """
-    first = sizes[NQ] + sizes[NV] + sizes[NW]
-    predict_rates(method, h, extrapolate, sizes, control, dense, w)
-    predict_turning(method, h, extrapolate, sizes, control, w)
+    first = loop.sizes[at.NQ] + loop.sizes[at.NV] + loop.sizes[at.NW]
+    predict_rates(method, h, extrapolate, loop, w)
+    predict_turning(method, h, extrapolate, loop, w)
     for s in range(len(method.c)):
-        for k in range(sizes[NM], sizes[NM] + sizes[NH]):
+        for k in range(loop.sizes[at.NM], loop.sizes[at.NM] + loop.sizes[at.NH]):
             w.multipliers[s, k] = 0.0
-    forget_turns(method, sizes, w)
-    if not move_index2(method, h, sizes, y, w):
+    forget_turns(method, loop.sizes, w)
+    if not move_index2(method, h, loop.sizes, loop.y, w):
         return False
-    to_body_axes(sizes, y, w)
+    to_body_axes(loop.sizes, loop.y, w)
     for s in range(len(method.c)):
-        if not evaluate_stage(s, method, h, addresses, sizes, p, counters, t0, y, w):
+        if not evaluate_stage(s, method, h, loop, t0, w):
             return False
-        for k in range(sizes[NM]):
+        for k in range(loop.sizes[at.NM]):
             w.multipliers[s, k] = w.rows[F_STAGES + s, first + k]
-    to_start_axes(sizes, y, w)
+    to_start_axes(loop.sizes, loop.y, w)
     return True
 
 
 @jitted
 def move_index2(method, h, sizes, y, w):
     """Set the stages' increments of q to the integral of v + C μ; returns whether quaternions could be turned by it."""
-    nq, n = sizes[NQ], len(method.c)
+    nq, n = sizes[at.NQ], len(method.c)
     b = divide_blocks(sizes, w.blocks)
     for s in range(n):
-        steer(b, w.states[STAGES + s, nq:], w.multipliers[s, sizes[NM] :], w.steered[s])
+        steer(b, w.states[STAGES + s, nq:], w.multipliers[s, sizes[at.NM] :], w.steered[s])
     settled, start = True, 0
-    if nq == sizes[NV]:  # loops from 0 need no checks of their indexes
+    if nq == sizes[at.NV]:  # loops from 0 need no checks of their indexes
         for i in range(nq):
             travel_index2(method, h, i, i, nq, y, w)
         return True
@@ -137,7 +126,7 @@ def steer(b, rates, multipliers, out):
 
 
 @jitted
-def solve_index2(method, h, addresses, sizes, p, counters, t0, y, w):
+def solve_index2(method, h, loop, t0, w):
     """Improve the stages by simplified Newton; returns RUNNING, or why it does not converge."""
     start_newton(w.numbers)
     verdict, size, rate = ITERATING, 0.0, 0.0
@@ -145,40 +134,40 @@ def solve_index2(method, h, addresses, sizes, p, counters, t0, y, w):
     while verdict == ITERATING:
         iteration += 1
         for s in range(len(method.c)):
-            stage_residuals(s, method, h, addresses, sizes, p, t0, y, w)
-        correct_residuals(method, h, sizes, w)
-        size = correct_index2(method, h, sizes, w)
+            stage_residuals(s, method, h, loop, t0, w)
+        correct_residuals(method, h, loop.sizes, w)
+        size = correct_index2(method, h, loop.sizes, w)
         if not math.isfinite(size):
-            return NOT_FINITE
-        if not move_index2(method, h, sizes, y, w):
-            return NEWTON_FAILED
-        counters[NEWTON_ITERATIONS] += 1
+            return at.NOT_FINITE
+        if not move_index2(method, h, loop.sizes, loop.y, w):
+            return at.NEWTON_FAILED
+        loop.counters[at.NEWTON_ITERATIONS] += 1
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
         if iteration == 2:
             rate = w.numbers[RATE]
-    return finish_newton(verdict, iteration, size, rate, method, h, sizes, y, w)
+    return finish_newton(verdict, iteration, size, rate, method, h, loop.sizes, loop.y, w)
 
 
 @jitted
-def stage_residuals(s, method, h, addresses, sizes, p, t0, y, w):
+def stage_residuals(s, method, h, loop, t0, w):
     """Write the residuals of stage `s`, with the accelerations that the stages' rates say."""
-    nq, nv, stage = sizes[NQ], sizes[NV], w.states[STAGES + s]
-    place(sizes, y, stage, w.states[Y_STAGE])
+    nq, nv, stage = loop.sizes[at.NQ], loop.sizes[at.NV], w.states[STAGES + s]
+    place(loop.sizes, loop.y, stage, w.states[Y_STAGE])
     for i in range(nv):
         total = 0.0
         for r in range(len(method.c)):
             total += method.a_inverse[s, r] * w.states[STAGES + r, nq + i]
         w.arguments[nq + nv + i] = total / h
-    for k in range(sizes[NM]):
+    for k in range(loop.sizes[at.NM]):
         w.arguments[nq + 2 * nv + k] = w.multipliers[s, k]
-    for k in range(n_quaternions(sizes)):
-        i = quaternion_at(sizes, k)
+    for k in range(n_quaternions(loop.sizes)):
+        i = quaternion_at(loop.sizes, k)
         turn_entries(-1.0, stage, i, w.states[Y_STAGE], nq + i - k)
         turn_entries(-1.0, stage, i, w.arguments, nq + nv + i - k)
     t = t0 + method.c[s] * h
-    equation_residuals(addresses, sizes, p, t, w.states[Y_STAGE], w.arguments, w.equations, w.residuals[s])
-    for k in range(n_quaternions(sizes)):
-        i = quaternion_at(sizes, k)
+    equation_residuals(loop, t, w.states[Y_STAGE], w.arguments, w.equations, w.residuals[s])
+    for k in range(n_quaternions(loop.sizes)):
+        i = quaternion_at(loop.sizes, k)
         turn_entries(1.0, stage, i, w.residuals[s], i - k)
 
 
@@ -218,17 +207,17 @@ def correct_index2(method, h, sizes, w):
 
     Multipliers have no part in it: they follow from the rates, and what is left of them is gone in the next iteration.
     """
-    nq, nv, n = sizes[NQ], sizes[NV], len(method.c)
+    nq, nv, n = sizes[at.NQ], sizes[at.NV], len(method.c)
     b = divide_blocks(sizes, w.blocks)
     total = 0.0
     for s in range(n):
         change = w.residuals[s]
-        for k in range(sizes[NM] + sizes[NH]):
+        for k in range(sizes[at.NM] + sizes[at.NH]):
             w.multipliers[s, k] += change[nv + k]
         for i in range(nv):
             w.states[STAGES + s, nq + i] += change[i]
             total += (change[i] / w.pairs[SCALE, nv + i]) ** 2
-        steer(b, change, change[nv + sizes[NM] :], w.steered[s])
+        steer(b, change, change[nv + sizes[at.NM] :], w.steered[s])
     for i in range(nv):
         for s in range(n):
             moved = 0.0

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import NQ, NV
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at, turned
 from symgen.runtime.integrate.radau.work import STAGES
 
@@ -39,7 +39,7 @@ def turn_index2(method, h, i, j, sizes, y, w):
 
     Iserles, Munthe-Kaas, Nørsett, Zanna, Acta Numerica 9 (2000) 215: θ' = `chart_rate`(-θ, u), collocated.
     """
-    n, first, turns = len(method.c), sizes[NQ] + j, w.turns
+    n, first, turns = len(method.c), sizes[at.NQ] + j, w.turns
     largest, smallest = 0.0, math.inf
     for _ in range(_MAX_SWEEPS):
         for s in range(n):
@@ -77,7 +77,7 @@ def turn_blocks(sizes, y, row, b):
     With δω = δu - δθ×u and likewise for u', D + M W becomes D - M W, and K + D W becomes K + D W + M [v'×]; the first
     equation has -W, and G's derivatives add up to the same.
     """
-    nq, nv = sizes[NQ], sizes[NV]
+    nq, nv = sizes[at.NQ], sizes[at.NV]
     for k in range(n_quaternions(sizes)):
         j = quaternion_at(sizes, k) - k
         a, b_, c = y[nq + j], y[nq + j + 1], y[nq + j + 2]
@@ -113,7 +113,7 @@ def to_body_axes(sizes, y, w):
 @jitted
 def turn_rates(sense, sizes, y, increments):
     """Turn the angular velocities that are `increments` away from `y`, by `sense` times the rotation vectors."""
-    nq = sizes[NQ]
+    nq = sizes[at.NQ]
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
         j = nq + i - k

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
 from symgen.runtime.integrate.ggl import blocks_size, equations_size
 from symgen.runtime.integrate.jacobian import jacobian_work_size
-from symgen.runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
 from symgen.runtime.integrate.nested_basis import N_ROWS, fit_rows, values
 from symgen.runtime.integrate.quaternions import n_quaternions
 from symgen.runtime.integrate.radau.coefficients import RadauIIA, radau
@@ -86,10 +86,12 @@ class GglWork(NamedTuple):
 def ggl_work_size(method, sizes):
     """Length of `work` for `advance_radau_ggl`."""
     s, k = len(method.c), len(method.c) // 2
-    nv, ny, n_row, m = sizes[NV], sizes[NY], sizes[N_ROW], sizes[NM]
-    n, n_all, r = nv + m, nv + m + sizes[NH], n_quaternions(sizes)
+    nv, ny, n_row, m = sizes[at.NV], sizes[at.NY], sizes[at.N_ROW], sizes[at.NM]
+    n, n_all, r = nv + m, nv + m + sizes[at.NH], n_quaternions(sizes)
     own = N_NUMBERS + blocks_size(sizes) + (1 + 2 * k) * n * n + (k + 1) * n + (s + 2) * ny + (s + 1) * n_row
-    own += 4 * nv + s * (n_all - nv) + s * n_all + (1 + 2 * k) * n_all + s * nv + 3 * s + sizes[NQ] + nv + n
+    own += (
+        4 * nv + s * (n_all - nv) + s * n_all + (1 + 2 * k) * n_all + s * nv + 3 * s + sizes[at.NQ] + nv + n
+    )
     own += 3 * s * r + 7 * (N_ROWS - 2) * r
     return own + equations_size(sizes) + jacobian_work_size(sizes) + finish_scratch_size(sizes)
 
@@ -98,8 +100,8 @@ def ggl_work_size(method, sizes):
 def ggl_work(method, sizes, work):
     """Divide `work`, of length `ggl_work_size(method, sizes)`, into a `GglWork`."""
     s, k = len(method.c), len(method.c) // 2
-    nv, ny, n_row, m = sizes[NV], sizes[NY], sizes[N_ROW], sizes[NM]
-    n, n_all, r = nv + m, nv + m + sizes[NH], n_quaternions(sizes)
+    nv, ny, n_row, m = sizes[at.NV], sizes[at.NY], sizes[at.N_ROW], sizes[at.NM]
+    n, n_all, r = nv + m, nv + m + sizes[at.NH], n_quaternions(sizes)
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     size = blocks_size(sizes)
     blocks, rest = rest[:size], rest[size:]
@@ -125,7 +127,7 @@ def ggl_work(method, sizes, work):
     course, rest = rest[:size].reshape((s, 3 * r)), rest[size:]
     size = 7 * (N_ROWS - 2) * r
     samples, rest = rest[:size].reshape((N_ROWS - 2, 7 * r)), rest[size:]
-    size = sizes[NQ] + nv + n
+    size = sizes[at.NQ] + nv + n
     arguments, rest = rest[:size], rest[size:]
     size = equations_size(sizes)
     equations, rest = rest[:size], rest[size:]

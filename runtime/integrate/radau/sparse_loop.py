@@ -6,15 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import (
-    MAX_STEPS_PER_CALL,
-    N_LOGGED_STEPS,
-    NEAR_WATCH,
-    NOT_FINITE,
-    RUNNING,
-    STEP_TOO_SMALL,
-    T,
-)
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.radau.error import set_tolerances
 from symgen.runtime.integrate.radau.loop import (
     accept_radau,
@@ -60,85 +52,78 @@ class SparseRadauIIA(NamedTuple):
 
 
 @jitted
-def advance_radau_sparse(
-    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
-):
+def advance_radau_sparse(method, loop):
     """Advance as `advance_radau` does; `method` is a `SparseRadauIIA`."""
-    w = sparse_radau_work(method, sizes, work)
-    if not begin_radau(method, addresses, sizes, p, control, counters, y, f, w):
-        return NOT_FINITE
+    w = sparse_radau_work(method, loop.sizes, loop.work)
+    if not begin_radau(method, loop, w):
+        return at.NOT_FINITE
     done = 0
-    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
-        if watch_is_near(control):
-            return NEAR_WATCH
-        t0 = control[T]
-        status, t1 = sparse_radau_step(method, addresses, sizes, p, control, counters, y, f, w, dense)
-        if status != RUNNING:
+    while (
+        done < loop.counters[at.MAX_STEPS_PER_CALL]
+        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
+    ):
+        if watch_is_near(loop.control):
+            return at.NEAR_WATCH
+        t0 = loop.control[at.T]
+        status, t1 = sparse_radau_step(method, loop, w)
+        if status != at.RUNNING:
             return status
         status = commit_radau(
             method,
-            addresses,
-            sizes,
-            p,
-            control,
-            counters,
+            loop,
             t0,
             t1,
-            y,
-            f,
             w,
-            frame_times,
-            frames,
-            step_log,
-            dense,
         )
-        if status != RUNNING:
+        if status != at.RUNNING:
             return status
         done += 1
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
-def sparse_radau_step(method, addresses, sizes, p, control, counters, y, f, w, dense):
+def sparse_radau_step(method, loop, w):
     """Try steps until one is accepted; see `radau_step`."""
-    set_tolerances(method, sizes, control, y, w)
-    cause = STEP_TOO_SMALL
+    set_tolerances(method, loop, w)
+    cause = at.STEP_TOO_SMALL
     while True:
-        t, t1 = control[T], step_end(control)
+        t, t1 = loop.control[at.T], step_end(loop.control)
         h = t1 - t
-        if too_small(control):
+        if too_small(loop.control):
             return cause, t
-        if not counters[HAVE_JACOBIAN]:
-            status = differentiate_sparse(
-                method.pattern, addresses, sizes, p, counters, t, y, f, w.arguments, w.entries
-            )
-            if status != RUNNING:
+        if not loop.counters[HAVE_JACOBIAN]:
+            status = differentiate_sparse(method.pattern, loop, t, loop.f, w.arguments, w.entries)
+            if status != at.RUNNING:
                 return status, t
-            counters[HAVE_JACOBIAN], counters[JACOBIAN_IS_FRESH], counters[HAVE_FACTORS] = 1, 1, 0
-        cause = try_sparse_step(method, h, addresses, sizes, p, control, counters, t, y, w, dense)
-        if cause != RUNNING:
-            shrink_step(cause, h, control, counters, w)
+            loop.counters[HAVE_JACOBIAN], loop.counters[JACOBIAN_IS_FRESH], loop.counters[HAVE_FACTORS] = (
+                1,
+                1,
+                0,
+            )
+        cause = try_sparse_step(method, h, loop, t, w)
+        if cause != at.RUNNING:
+            shrink_step(cause, h, loop, w)
             continue
-        error = estimate_sparse_error(method, h, addresses, sizes, p, counters, t, y, f, w)
-        cause = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
+        error = estimate_sparse_error(method, h, loop, t, w)
+        cause = at.STEP_TOO_SMALL if math.isfinite(error) else at.NOT_FINITE
         if error < 1.0:
-            cause = reach_end(method, h, addresses, sizes, p, control, counters, t, t1, y, w)
-            if cause == RUNNING:
-                accept_radau(method, error, h, control, counters, w)
-                return RUNNING, t1
+            cause = reach_end(method, h, loop, t, t1, w)
+            if cause == at.RUNNING:
+                accept_radau(method, error, h, loop, w)
+                return at.RUNNING, t1
             error = math.inf
-        reject_radau(method, error, h, control, counters, w)
+        reject_radau(method, error, h, loop, w)
 
 
 @jitted
-def try_sparse_step(method, h, addresses, sizes, p, control, counters, t, y, w, dense):
+def try_sparse_step(method, h, loop, t, w):
     """Solve the stages of a step of length `h`; returns RUNNING or why that failed."""
     # Lengths of equal steps differ by round-off of time, which is nothing to Newton.
-    if not counters[HAVE_FACTORS] or abs(h - w.numbers[FACTORED_FOR]) > 1e-6 * h:
-        counters[HAVE_FACTORS] = 0
-        status = factor_sparse_stages(method, h, sizes, counters, y, w)
-        if status != RUNNING:
+    if not loop.counters[HAVE_FACTORS] or abs(h - w.numbers[FACTORED_FOR]) > 1e-6 * h:
+        loop.counters[HAVE_FACTORS] = 0
+        status = factor_sparse_stages(method, h, loop, w)
+        if status != at.RUNNING:
             return status
-        counters[HAVE_FACTORS] = 1
-    predict_stages(method, h, counters[HAVE_HISTORY] != 0, sizes, control, y, dense, w)
-    return solve_sparse_stages(method, h, addresses, sizes, p, control, counters, t, y, w)
+        loop.counters[HAVE_FACTORS] = 1
+    predict_stages(method, h, loop.counters[HAVE_HISTORY] != 0, loop, w)
+    return solve_sparse_stages(method, h, loop, t, w)

@@ -3,16 +3,8 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.evaluation import evaluate
-from symgen.runtime.integrate.layout import (
-    FACTORISATIONS,
-    LAST_REJECTED,
-    NEWTON_ITERATIONS,
-    NOT_FINITE,
-    NQ,
-    NV,
-    RUNNING,
-)
 from symgen.runtime.integrate.newton import (
     ITERATING,
     RATE,
@@ -50,22 +42,22 @@ from symgen.runtime.integrate.sparse_newton import (
 
 
 @jitted
-def factor_sparse_stages(method, h, sizes, counters, y, w):
+def factor_sparse_stages(method, h, loop, w):
     """Factor the real and the complex Newton matrices for a step of length `h`; returns a status."""
     pattern = method.pattern
-    counters[FACTORISATIONS] += 1
+    loop.counters[at.FACTORISATIONS] += 1
     w.numbers[FACTORED_FOR] = h
     forget_rate(w.numbers)
-    status = factor_shifted(pattern, method.mu / h, sizes, y, w.entries, w.values, w.real)
+    status = factor_shifted(pattern, method.mu / h, loop.sizes, loop.y, w.entries, w.values, w.real)
     for k in range(len(method.c) // 2):
-        if status == RUNNING:
+        if status == at.RUNNING:
             g, lu = shift_of(method, k, 1.0 / h), pair_factors(method, k, w)
-            status = factor_shifted(pattern, g, sizes, y, w.entries, w.complex_values, lu)
+            status = factor_shifted(pattern, g, loop.sizes, loop.y, w.entries, w.complex_values, lu)
     return status
 
 
 @jitted
-def solve_sparse_stages(method, h, addresses, sizes, p, control, counters, t0, y, w):
+def solve_sparse_stages(method, h, loop, t0, w):
     """Improve the stages by simplified Newton, as `solve_stages` does; returns RUNNING, or why it does not converge."""
     start_newton(w.numbers)
     verdict, size, rate = ITERATING, 0.0, 0.0
@@ -73,21 +65,21 @@ def solve_sparse_stages(method, h, addresses, sizes, p, control, counters, t0, y
     while verdict == ITERATING:
         iteration += 1
         for s in range(len(method.c)):
-            if not evaluate_stage(s, method, h, addresses, sizes, p, counters, t0, y, w):
-                return NOT_FINITE
-        size = correct_sparse_stages(method, h, sizes, y, w)
-        move_stages(method, h, sizes, y, w)
-        counters[NEWTON_ITERATIONS] += 1
+            if not evaluate_stage(s, method, h, loop, t0, w):
+                return at.NOT_FINITE
+        size = correct_sparse_stages(method, h, loop.sizes, loop.y, w)
+        move_stages(method, h, loop.sizes, loop.y, w)
+        loop.counters[at.NEWTON_ITERATIONS] += 1
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
         if iteration == 2:
             rate = w.numbers[RATE]
-    return finish_newton(verdict, iteration, size, rate, method, h, sizes, y, w)
+    return finish_newton(verdict, iteration, size, rate, method, h, loop.sizes, loop.y, w)
 
 
 @jitted
 def correct_sparse_stages(method, h, sizes, y, w):
     """Correct the transformed increments; returns the size of the correction in tolerances."""
-    nq, nv, n_pairs, pattern, per_h = sizes[NQ], sizes[NV], len(method.c) // 2, method.pattern, 1.0 / h
+    nq, nv, n_pairs, pattern, per_h = sizes[at.NQ], sizes[at.NV], len(method.c) // 2, method.pattern, 1.0 / h
     for i in range(nv):
         set_defect(method, per_h, w.rows, F_STAGES, nq + i, nv + i, w)
     for k in range(n_quaternions(sizes)):
@@ -125,24 +117,24 @@ def set_turning_defect(method, per_h, i, column, first, y, w):
 
 
 @jitted
-def estimate_sparse_error(method, h, addresses, sizes, p, counters, t, y, f, w):
+def estimate_sparse_error(method, h, loop, t, w):
     """Return the estimated error of the step in units of the tolerance, as `estimate_error` does."""
-    nq, nv = sizes[NQ], sizes[NV]
-    error = filter_sparse_error(method, h, sizes, y, f, False, w)
-    if error >= 1.0 and (counters[LAST_REJECTED] or not counters[HAVE_HISTORY]):
-        move(sizes, y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
+    error = filter_sparse_error(method, h, loop.sizes, loop.y, loop.f, False, w)
+    if error >= 1.0 and (loop.counters[at.LAST_REJECTED] or not loop.counters[HAVE_HISTORY]):
+        move(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
         for i in range(nv):
-            w.states[Y_STAGE, nq + i] = y[nq + i] + w.pairs[ERROR, nv + i]
-        if not evaluate(addresses, sizes, p, counters, t, w.states[Y_STAGE], w.rows[F_NEW]):
+            w.states[Y_STAGE, nq + i] = loop.y[nq + i] + w.pairs[ERROR, nv + i]
+        if not evaluate(loop, t, w.states[Y_STAGE], w.rows[F_NEW]):
             return math.inf
-        error = filter_sparse_error(method, h, sizes, y, w.rows[F_NEW], True, w)
+        error = filter_sparse_error(method, h, loop.sizes, loop.y, w.rows[F_NEW], True, w)
     return max(error, 1e-10) if math.isfinite(error) else error
 
 
 @jitted
 def filter_sparse_error(method, h, sizes, y, row, again, w):
     """Write the filtered error to `w.pairs[ERROR]`; `again`: it is there already, and `row` belongs to y + error."""
-    nq, nv, pattern = sizes[NQ], sizes[NV], method.pattern
+    nq, nv, pattern = sizes[at.NQ], sizes[at.NV], method.pattern
     positions, rates = w.pairs[ERROR, :nv], w.pairs[ERROR, nv:]
     shift = h / method.mu
     unfiltered_positions(method, h, sizes, y, again, w)

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
-from symgen.runtime.integrate.layout import N_ROW, NM, NQ, NV, NY
 from symgen.runtime.integrate.radau.work import N_NUMBERS
 from symgen.runtime.integrate.sparse_lu import SparseLU, complex_sparse_lu, sparse_lu, sparse_lu_size
 
@@ -53,9 +53,9 @@ class SparseRadauWork(NamedTuple):
 def sparse_radau_work_size(method, sizes):
     """Length of `work` for `advance_radau_sparse`."""
     s, k, pattern = len(method.c), len(method.c) // 2, method.pattern
-    nv, ny, n = sizes[NV], sizes[NY], sizes[NV] + sizes[NM]
-    own = N_NUMBERS + (s + 2) * ny + (s + 1) * sizes[N_ROW] + (8 + 8 * k) * nv + 3 * s
-    own += sizes[NQ] + nv + n + pattern.kind.shape[0] + 3 * pattern.rows.shape[0] + 3 * n
+    nv, ny, n = sizes[at.NV], sizes[at.NY], sizes[at.NV] + sizes[at.NM]
+    own = N_NUMBERS + (s + 2) * ny + (s + 1) * sizes[at.N_ROW] + (8 + 8 * k) * nv + 3 * s
+    own += sizes[at.NQ] + nv + n + pattern.kind.shape[0] + 3 * pattern.rows.shape[0] + 3 * n
     factors = sparse_lu_size(n, pattern.room, 1) + k * sparse_lu_size(n, pattern.room, 2)
     return own + factors + finish_scratch_size(sizes)
 
@@ -64,7 +64,7 @@ def sparse_radau_work_size(method, sizes):
 def sparse_radau_work(method, sizes, work):
     """Divide `work`, of length `sparse_radau_work_size(method, sizes)`, into a `SparseRadauWork`."""
     s, k, pattern = len(method.c), len(method.c) // 2, method.pattern
-    nv, ny, n_row, n = sizes[NV], sizes[NY], sizes[N_ROW], sizes[NV] + sizes[NM]
+    nv, ny, n_row, n = sizes[at.NV], sizes[at.NY], sizes[at.N_ROW], sizes[at.NV] + sizes[at.NM]
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     states, rest = rest[: (s + 2) * ny].reshape((s + 2, ny)), rest[(s + 2) * ny :]
     rows, rest = rest[: (s + 1) * n_row].reshape((s + 1, n_row)), rest[(s + 1) * n_row :]
@@ -73,7 +73,7 @@ def sparse_radau_work(method, sizes, work):
     complex_vectors, rest = rest[:size].view(np.complex128).reshape((2 * k, 2 * nv)), rest[size:]
     pairs, rest = rest[: 4 * nv].reshape((2, 2 * nv)), rest[4 * nv :]
     turns, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
-    size = sizes[NQ] + nv + n
+    size = sizes[at.NQ] + nv + n
     arguments, rest = rest[:size], rest[size:]
     size = pattern.kind.shape[0]
     entries, rest = rest[:size], rest[size:]

@@ -3,18 +3,8 @@
 import math
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.evaluation import evaluate
-from symgen.runtime.integrate.layout import (
-    FACTORISATIONS,
-    H_LAST,
-    NEWTON_FAILED,
-    NEWTON_ITERATIONS,
-    NOT_FINITE,
-    NQ,
-    NV,
-    NW,
-    RUNNING,
-)
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.newton import (
     CONVERGED,
@@ -59,21 +49,21 @@ _FADING = 0.5
 
 
 @jitted
-def factor_stages(method, h, sizes, counters, y, w):
+def factor_stages(method, h, loop, w):
     """Factor the real and the complex Newton matrices for a step of length `h`; returns a status.
 
     With J = [0 I; A B], (g - J) (Δq, Δv) = (0, r) is Δq = Δv / g and (g - B - A/g) Δv = r: as q' = v is
     linear, the stages satisfy it exactly, and its residual is zero. For the rotation vector of a quaternion, 1/g
     becomes the inverse of g + ω× / 2 (`solve_turning`), and its equation has a residual.
     """
-    set_matrix(method.mu / h, sizes, y, w.jacobian, w.real)
-    counters[FACTORISATIONS] += 1
+    set_matrix(method.mu / h, loop.sizes, loop.y, w.jacobian, w.real)
+    loop.counters[at.FACTORISATIONS] += 1
     w.numbers[FACTORED_FOR] = h
     forget_rate(w.numbers)
     status = lu_factor(w.real, w.pivots[0])
     for k in range(len(method.c) // 2):
-        if status == RUNNING:
-            set_matrix(shift_of(method, k, 1.0 / h), sizes, y, w.jacobian, w.complex[k])
+        if status == at.RUNNING:
+            set_matrix(shift_of(method, k, 1.0 / h), loop.sizes, loop.y, w.jacobian, w.complex[k])
             status = lu_factor(w.complex[k], w.pivots[k + 1])
     return status
 
@@ -89,35 +79,35 @@ def set_matrix(g, sizes, y, jacobian, matrix):
         matrix[i, i] += g
     for k in range(n_quaternions(sizes)):
         j = quaternion_at(sizes, k) - k
-        factor_turns(g, j, y, sizes[NQ] + j, jacobian, matrix)
+        factor_turns(g, j, y, sizes[at.NQ] + j, jacobian, matrix)
 
 
 @jitted
-def predict_stages(method, h, extrapolate, sizes, control, y, dense, w):
+def predict_stages(method, h, extrapolate, loop, w):
     """Start Newton from the last step's collocation polynomial, or from zero increments of v."""
-    nq, nv = sizes[NQ], sizes[NV]
-    predict_rates(method, h, extrapolate, sizes, control, dense, w)
+    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
+    predict_rates(method, h, extrapolate, loop, w)
     for i in range(nv):
         transform_stages(method, nq + i, nv + i, w)
-    move_positions(method, h, sizes, y, w)
-    for k in range(n_quaternions(sizes)):
-        i = quaternion_at(sizes, k)
-        predict_turns(method, h, i, i - k, nq + i - k, y, w)
+    move_positions(method, h, loop.sizes, loop.y, w)
+    for k in range(n_quaternions(loop.sizes)):
+        i = quaternion_at(loop.sizes, k)
+        predict_turns(method, h, i, i - k, nq + i - k, loop.y, w)
 
 
 @jitted
-def predict_rates(method, h, extrapolate, sizes, control, dense, w):
+def predict_rates(method, h, extrapolate, loop, w):
     """Set the stages' increments of v to those of the last step's collocation polynomial, or to zero."""
-    nq, nv, n = sizes[NQ], sizes[NV], len(method.c)
+    nq, nv, n = loop.sizes[at.NQ], loop.sizes[at.NV], len(method.c)
     for s in range(n):
-        theta = 1.0 + method.c[s] * h / control[H_LAST] if extrapolate else 1.0
+        theta = 1.0 + method.c[s] * h / loop.control[at.H_LAST] if extrapolate else 1.0
         for i in range(nq, nq + nv):
             w.states[STAGES + s, i] = 0.0
             if extrapolate:
-                bend = dense[n, i]
+                bend = loop.dense[n, i]
                 for j in range(n - 1, 1, -1):
-                    bend = bend * (theta if j % 2 == 0 else 1.0 - theta) + dense[j, i]
-                w.states[STAGES + s, i] = (theta - 1.0) * (dense[1, i] - theta * bend)
+                    bend = bend * (theta if j % 2 == 0 else 1.0 - theta) + loop.dense[j, i]
+                w.states[STAGES + s, i] = (theta - 1.0) * (loop.dense[1, i] - theta * bend)
 
 
 @jitted
@@ -128,7 +118,7 @@ def move_positions(method, h, sizes, y, w):
     for k in range(n_quaternions(sizes) + 1):
         end = quaternion_at(sizes, k)
         for i in range(start, end):
-            j = sizes[NQ] + i - k
+            j = sizes[at.NQ] + i - k
             for s in range(n):
                 total = method.c[s] * y[j]
                 for r in range(n):
@@ -138,7 +128,7 @@ def move_positions(method, h, sizes, y, w):
 
 
 @jitted
-def solve_stages(method, h, addresses, sizes, p, control, counters, t0, y, w):
+def solve_stages(method, h, loop, t0, w):
     """Improve the stages by simplified Newton; returns RUNNING, or why it does not converge."""
     start_newton(w.numbers)
     verdict, size, rate = ITERATING, 0.0, 0.0
@@ -146,15 +136,15 @@ def solve_stages(method, h, addresses, sizes, p, control, counters, t0, y, w):
     while verdict == ITERATING:
         iteration += 1
         for s in range(len(method.c)):
-            if not evaluate_stage(s, method, h, addresses, sizes, p, counters, t0, y, w):
-                return NOT_FINITE
-        size = correct_stages(method, h, sizes, y, w)
-        move_stages(method, h, sizes, y, w)
-        counters[NEWTON_ITERATIONS] += 1
+            if not evaluate_stage(s, method, h, loop, t0, w):
+                return at.NOT_FINITE
+        size = correct_stages(method, h, loop.sizes, loop.y, w)
+        move_stages(method, h, loop.sizes, loop.y, w)
+        loop.counters[at.NEWTON_ITERATIONS] += 1
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
         if iteration == 2:
             rate = w.numbers[RATE]
-    return finish_newton(verdict, iteration, size, rate, method, h, sizes, y, w)
+    return finish_newton(verdict, iteration, size, rate, method, h, loop.sizes, loop.y, w)
 
 
 @jitted
@@ -174,7 +164,7 @@ def finish_newton(verdict, iteration, size, rate, method, h, sizes, y, w):
     w.numbers[ITERATIONS] = iteration
     # One iteration tells nothing of the rate: what was known of it fades, or steps would never grow again.
     w.numbers[LAST_RATE] = w.numbers[RATE] if iteration > 1 else _FADING * w.numbers[LAST_RATE]
-    return RUNNING if verdict == CONVERGED else NEWTON_FAILED
+    return at.RUNNING if verdict == CONVERGED else at.NEWTON_FAILED
 
 
 @jitted
@@ -188,26 +178,26 @@ def round_off(method, h, sizes, y, w):
     for k in range(n_quaternions(sizes) + 1):
         end = quaternion_at(sizes, k)
         for i in range(start, end):
-            total += (y[i] / w.pairs[SCALE, sizes[NV] + i - k]) ** 2
-        if end < sizes[NQ]:
+            total += (y[i] / w.pairs[SCALE, sizes[at.NV] + i - k]) ** 2
+        if end < sizes[at.NQ]:
             for i in range(end - k, end - k + 3):
-                total += 1.0 / w.pairs[SCALE, sizes[NV] + i] ** 2
+                total += 1.0 / w.pairs[SCALE, sizes[at.NV] + i] ** 2
         start = end + 4
-    return EPS * method.amplification * method.mu / h * math.sqrt(total / (2 * sizes[NV]))
+    return EPS * method.amplification * method.mu / h * math.sqrt(total / (2 * sizes[at.NV]))
 
 
 @jitted
-def evaluate_stage(s, method, h, addresses, sizes, p, counters, t0, y, w):
+def evaluate_stage(s, method, h, loop, t0, w):
     """Evaluate the rhs row of stage `s`; returns whether its derivatives are finite."""
-    place(sizes, y, w.states[STAGES + s], w.states[Y_STAGE])
+    place(loop.sizes, loop.y, w.states[STAGES + s], w.states[Y_STAGE])
     t = t0 + method.c[s] * h
-    return evaluate(addresses, sizes, p, counters, t, w.states[Y_STAGE], w.rows[F_STAGES + s])
+    return evaluate(loop, t, w.states[Y_STAGE], w.rows[F_STAGES + s])
 
 
 @jitted
 def correct_stages(method, h, sizes, y, w):
     """Correct the transformed increments; returns the size of the correction in tolerances."""
-    nq, nv, n_pairs = sizes[NQ], sizes[NV], len(method.c) // 2
+    nq, nv, n_pairs = sizes[at.NQ], sizes[at.NV], len(method.c) // 2
     per_h = 1.0 / h
     for i in range(nv):
         set_defect(method, per_h, w.rows, F_STAGES, nq + i, nv + i, w)
@@ -245,7 +235,7 @@ def squared_move(method, h, column, w):
 @jitted
 def move_stages(method, h, sizes, y, w):
     """Set the stages from the transformed increments."""
-    nq, nv = sizes[NQ], sizes[NV]
+    nq, nv = sizes[at.NQ], sizes[at.NV]
     for i in range(nv):
         restore_stages(method, nq + i, nv + i, w)
     move_positions(method, h, sizes, y, w)
@@ -256,16 +246,16 @@ def move_stages(method, h, sizes, y, w):
 
 
 @jitted
-def integrate_work(method, h, addresses, sizes, p, counters, t0, y, w):
+def integrate_work(method, h, loop, t0, w):
     """Set the stages' increments of work by the method's quadrature; returns whether power is finite.
 
     Newton's last rows belong to the iterate before the last correction: too crude for an energy balance.
     """
-    if sizes[NW] == 0:
+    if loop.sizes[at.NW] == 0:
         return True
-    n, n_stages = sizes[NQ] + sizes[NV], len(method.c)
+    n, n_stages = loop.sizes[at.NQ] + loop.sizes[at.NV], len(method.c)
     for s in range(n_stages):
-        if not evaluate_stage(s, method, h, addresses, sizes, p, counters, t0, y, w):
+        if not evaluate_stage(s, method, h, loop, t0, w):
             return False
     for s in range(n_stages):
         total = 0.0

@@ -1,7 +1,7 @@
 """Quaternions in the stages of the Radau methods: rotation vectors from the start of the step, solved for."""
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import NV, NY
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.quaternions import (
     chart_rate,
     n_quaternions,
@@ -16,7 +16,7 @@ from symgen.runtime.integrate.radau.work import DX, SCALE, STAGES
 @jitted
 def place(sizes, y, increments, out):
     """Write the state that is `increments` away from `y`: rotation vectors turn quaternions, the rest is added."""
-    for i in range(sizes[NY]):
+    for i in range(sizes[at.NY]):
         out[i] = y[i] + increments[i]
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
@@ -95,7 +95,7 @@ def turning_defect(method, per_h, sizes, i, column, first, y, w):
 @jitted
 def pass_on(column, sizes, jacobian, vector):
     """Add what the three entries of `vector` from `column` on, of a rotation vector, change the accelerations."""
-    nv = sizes[NV]
+    nv = sizes[at.NV]
     for j in range(nv):
         for axis in range(3):
             vector[nv + j] += jacobian[j, column + axis] * vector[column + axis]
@@ -121,7 +121,7 @@ def add_turn(g, column, j, first, y, vector):
 @jitted
 def correct_turns(method, per_h, sizes, column, first, y, w):
     """Correct a quaternion's transformed rotation vectors after the rates; returns the squares, in tolerances."""
-    j, n_pairs = sizes[NV] + column, len(method.c) // 2
+    j, n_pairs = sizes[at.NV] + column, len(method.c) // 2
     add_turn(method.mu * per_h, column, j, first, y, w.real_vectors[DX])
     for k in range(n_pairs):
         add_turn(shift_of(method, k, per_h), column, j, first, y, w.complex_vectors[n_pairs + k])

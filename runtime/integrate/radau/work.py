@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
 from symgen.runtime.integrate.jacobian import jacobian_work_size
-from symgen.runtime.integrate.layout import N_ROW, NV, NY
 from symgen.runtime.integrate.newton import N_MONITOR
 
 # Counters of this family: whether work holds a Jacobian, one of the present state, factors; and whether
@@ -79,7 +79,7 @@ class RadauWork(NamedTuple):
 def radau_work_size(method, sizes):
     """Length of `work` for `advance_radau`."""
     s, k = len(method.c), len(method.c) // 2
-    nv, ny, n_row = sizes[NV], sizes[NY], sizes[N_ROW]
+    nv, ny, n_row = sizes[at.NV], sizes[at.NY], sizes[at.N_ROW]
     own = N_NUMBERS + (3 + 2 * k) * nv * nv + (k + 1) * nv + (s + 2) * ny + (s + 1) * n_row
     own += (8 + 8 * k) * nv + 3 * s
     return own + jacobian_work_size(sizes) + finish_scratch_size(sizes)
@@ -89,7 +89,7 @@ def radau_work_size(method, sizes):
 def radau_work(method, sizes, work):
     """Divide `work`, of length `radau_work_size(method, sizes)`, into a `RadauWork`."""
     s, k = len(method.c), len(method.c) // 2
-    nv, ny, n_row = sizes[NV], sizes[NY], sizes[N_ROW]
+    nv, ny, n_row = sizes[at.NV], sizes[at.NY], sizes[at.N_ROW]
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     jacobian, rest = rest[: 2 * nv * nv].reshape((nv, 2 * nv)), rest[2 * nv * nv :]
     real, rest = rest[: nv * nv].reshape((nv, nv)), rest[nv * nv :]

@@ -1,26 +1,10 @@
 """RATTLE and symmetric compositions of it with a fixed step: symmetric, symplectic, on the constraints."""
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step, needs_dense
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
-from symgen.runtime.integrate.layout import (
-    F_VALID,
-    MAX_STEPS_PER_CALL,
-    MIN_PIVOT_RATIO,
-    N_LOGGED_STEPS,
-    N_ROW,
-    NEAR_WATCH,
-    NEXT_FRAME,
-    NM,
-    NOT_FINITE,
-    NQ,
-    NV,
-    NW,
-    NY,
-    RUNNING,
-    T,
-)
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
 from symgen.runtime.integrate.rattle.step import rattle_step, take_start
 from symgen.runtime.integrate.rattle.work import (
@@ -40,99 +24,95 @@ N_DENSE_TERMS = 8
 
 
 @jitted
-def advance_rattle(
-    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
-):
+def advance_rattle(method, loop):
     """Advance with a `Rattle` composition until something is for Python to do.
 
     Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), VII.1.4 and V.3.2. Frames are steps of their own
     from the step's start, so they have the method's order; a quintic serves events. Arguments and result are those
     of all step loops, see docs/architecture.md.
     """
-    w = rattle_work(sizes, work)
-    if not counters[F_VALID]:
-        if not evaluate(addresses, sizes, p, counters, control[T], y, f):
-            return NOT_FINITE
-        counters[F_VALID], counters[HAVE_START], counters[HAVE_GUESS] = 1, 0, 0
-        for i in range(sizes[NV]):
-            w.vectors[PROBE, i] = y[sizes[NQ] + i]
-        for i in range(sizes[NQ]):
+    w = rattle_work(loop.sizes, loop.work)
+    if not loop.counters[at.F_VALID]:
+        if not evaluate(loop, loop.control[at.T], loop.y, loop.f):
+            return at.NOT_FINITE
+        loop.counters[at.F_VALID], loop.counters[HAVE_START], loop.counters[HAVE_GUESS] = 1, 0, 0
+        for i in range(loop.sizes[at.NV]):
+            w.vectors[PROBE, i] = loop.y[loop.sizes[at.NQ] + i]
+        for i in range(loop.sizes[at.NQ]):
             w.states[REST, i] = 0.0
     done = 0
-    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
-        if watch_is_near(control):
-            return NEAR_WATCH
-        t0 = control[T]
-        t1 = grid_end(control, counters)
-        h = grid_length(control, t0, t1)
-        if not counters[HAVE_START]:
-            take_start(method, addresses, sizes, p, counters, t0, y, w)
-            counters[HAVE_START] = 1
-        copy(y, w.states[Y_OLD])
-        status = compose(method, h, addresses, sizes, p, control, counters, t0, f, w)
-        if status == RUNNING:
-            status = reach_end(addresses, sizes, p, control, counters, t1, w)
-        if status != RUNNING:
+    while (
+        done < loop.counters[at.MAX_STEPS_PER_CALL]
+        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
+    ):
+        if watch_is_near(loop.control):
+            return at.NEAR_WATCH
+        t0 = loop.control[at.T]
+        t1 = grid_end(loop)
+        h = grid_length(loop.control, t0, t1)
+        if not loop.counters[HAVE_START]:
+            take_start(method, loop, t0, loop.y, w)
+            loop.counters[HAVE_START] = 1
+        copy(loop.y, w.states[Y_OLD])
+        status = compose(method, h, loop, t0, loop.f, w)
+        if status == at.RUNNING:
+            status = reach_end(loop, t1, w)
+        if status != at.RUNNING:
             return status
-        first_frame = counters[NEXT_FRAME]
-        dense_is_read = needs_dense(sizes, counters, frame_times, t1)
+        first_frame = loop.counters[at.NEXT_FRAME]
+        dense_is_read = needs_dense(loop, t1)
         if dense_is_read:
-            rattle_dense(method, h, sizes, y, w.states[Y_SUB], f, w.row, dense)
-        copy(w.states[Y_SUB], y)
-        copy(w.row, f)
-        status = finish_step(
-            addresses, sizes, p, control, counters, t0, t1, y, dense, N_DENSE_TERMS, w.scratch,
-            frame_times, frames, step_log,
-        )  # fmt: skip
+            rattle_dense(method, h, loop.sizes, loop.y, w.states[Y_SUB], loop.f, w.row, loop.dense)
+        copy(w.states[Y_SUB], loop.y)
+        copy(w.row, loop.f)
+        status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
         if dense_is_read:
-            refine_frames(
-                method, addresses, sizes, p, control, counters, t0, first_frame, frame_times, frames, w
-            )
-        if status != RUNNING:
+            refine_frames(method, loop, t0, first_frame, w)
+        if status != at.RUNNING:
             return status
         done += 1
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
-def compose(method, h, addresses, sizes, p, control, counters, t0, f, w):
+def compose(method, h, loop, t0, f, w):
     """Take the RATTLE steps of a step of length `h` from Y_OLD, whose rhs row is `f`, to Y_SUB; returns a status.
 
     Work is integrated by the trapezoidal rule over each of them, so with the composition's order.
     """
-    n, y = sizes[NQ] + sizes[NV], w.states[Y_SUB]
+    n, y = loop.sizes[at.NQ] + loop.sizes[at.NV], w.states[Y_SUB]
     copy(w.states[Y_OLD], y)
-    if sizes[NW] > 0:
+    if loop.sizes[at.NW] > 0:
         copy(f, w.row)
     for s in range(method.steps.shape[0]):
         part = h * method.steps[s]
-        status = rattle_step(
-            method, part, addresses, sizes, p, control, counters, t0 + h * method.times[s], y, w
-        )
-        if status != RUNNING:
+        status = rattle_step(method, part, loop, t0 + h * method.times[s], y, w)
+        if status != at.RUNNING:
             return status
-        if sizes[NW] > 0:
+        if loop.sizes[at.NW] > 0:
             before = w.row[n]
-            if not evaluate(addresses, sizes, p, counters, t0 + h * method.times[s + 1], y, w.row):
-                return NOT_FINITE
+            if not evaluate(loop, t0 + h * method.times[s + 1], y, w.row):
+                return at.NOT_FINITE
             y[n] += 0.5 * part * (before + w.row[n])
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
-def reach_end(addresses, sizes, p, control, counters, t1, w):
+def reach_end(loop, t1, w):
     """Evaluate the rhs row of the new state; returns a status."""
-    if not evaluate(addresses, sizes, p, counters, t1, w.states[Y_SUB], w.row):
-        return NOT_FINITE
-    if sizes[NM] > 0:
-        control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], w.row[sizes[N_ROW] - 1])
-    return RUNNING if all_finite(w.states[Y_SUB], sizes[NY]) else NOT_FINITE
+    if not evaluate(loop, t1, w.states[Y_SUB], w.row):
+        return at.NOT_FINITE
+    if loop.sizes[at.NM] > 0:
+        loop.control[at.MIN_PIVOT_RATIO] = min(
+            loop.control[at.MIN_PIVOT_RATIO], w.row[loop.sizes[at.N_ROW] - 1]
+        )
+    return at.RUNNING if all_finite(w.states[Y_SUB], loop.sizes[at.NY]) else at.NOT_FINITE
 
 
 @jitted
 def rattle_dense(method, h, sizes, y, y_new, f, row, dense):
     """Fill `dense`: quintics for positions, their derivatives for velocities, cubics for work and for what turns."""
-    nq, nv, ny = sizes[NQ], sizes[NV], sizes[NY]
+    nq, nv, ny = sizes[at.NQ], sizes[at.NV], sizes[at.NY]
     for i in range(ny):
         dense[0, i] = y[i]
         dense[1, i] = y_new[i] - y[i]
@@ -184,21 +164,21 @@ def second_derivative(y, f, i, j):
 
 
 @jitted
-def refine_frames(method, addresses, sizes, p, control, counters, t0, first_frame, frame_times, frames, w):
+def refine_frames(method, loop, t0, first_frame, w):
     """Replace frames that dense output has written by steps from the start of the step to their times.
 
     Where such a step does not converge the frame stays. The next step is not to notice: it starts as it would have.
     """
     keep_guess(w)
     y, row = w.states[Y_SUB], w.row
-    for k in range(first_frame, counters[NEXT_FRAME]):
-        length = frame_times[k] - t0
-        if length <= 0.0 or frame_times[k] >= control[T]:
+    for k in range(first_frame, loop.counters[at.NEXT_FRAME]):
+        length = loop.frame_times[k] - t0
+        if length <= 0.0 or loop.frame_times[k] >= loop.control[at.T]:
             continue
-        take_start(method, addresses, sizes, p, counters, t0, w.states[Y_OLD], w)
-        if sizes[NW] > 0 and not evaluate(addresses, sizes, p, counters, t0, w.states[Y_OLD], row):
+        take_start(method, loop, t0, w.states[Y_OLD], w)
+        if loop.sizes[at.NW] > 0 and not evaluate(loop, t0, w.states[Y_OLD], row):
             continue
-        if compose(method, length, addresses, sizes, p, control, counters, t0, row, w) == RUNNING:
-            copy(y, frames[k])
+        if compose(method, length, loop, t0, row, w) == at.RUNNING:
+            copy(y, loop.frames[k])
         restore_guess(w)
-    counters[HAVE_START] = 0
+    loop.counters[HAVE_START] = 0

@@ -6,17 +6,7 @@ import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import (
-    CONSTRAINT_JACOBIAN,
-    CONSTRAINT_RESIDUAL,
-    MASS_MATRIX,
-    NEWTON_FAILED,
-    NEWTON_ITERATIONS,
-    NM,
-    NQ,
-    NV,
-    RUNNING,
-)
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING
 from symgen.runtime.integrate.quaternions import by_turning, n_quaternions, quaternion_at
 from symgen.runtime.integrate.rattle.push import push
@@ -51,16 +41,16 @@ NEGLIGIBLE = EPS / 64.0
 
 
 @jitted
-def solve_mean(method, h, addresses, sizes, p, control, counters, t0, y, w):
+def solve_mean(method, h, loop, t0, y, w):
     """Solve for the mean rate and the impulses at the start, until rounding keeps them from changing less.
 
     To stop at a tolerance would leave errors of one sign, and energy would drift.
     """
-    nv, m = sizes[NV], sizes[NM]
+    nv, m = loop.sizes[at.NV], loop.sizes[at.NM]
     for i in range(nv):
         total = 0.0
         for j in range(nv):
-            total += w.masses[START, i * nv + j] * y[sizes[NQ] + j]
+            total += w.masses[START, i * nv + j] * y[loop.sizes[at.NQ] + j]
         w.vectors[MOMENTUM, i] = total
     w.numbers[SMALLEST], w.numbers[STALLS] = math.inf, 0.0
     trusted = False
@@ -68,32 +58,32 @@ def solve_mean(method, h, addresses, sizes, p, control, counters, t0, y, w):
     iteration = 0
     while verdict == ITERATING:
         iteration += 1
-        place_residual(method, h, addresses, sizes, p, counters, t0, y, w)
+        place_residual(method, h, loop, t0, y, w)
         if iteration == 1:
-            trusted = factor_newton(method, h, addresses, sizes, p, counters, t0 + h, w)
+            trusted = factor_newton(method, h, loop, t0 + h, w)
         status = solve(trusted, nv, w)
-        if status != RUNNING:
+        if status != at.RUNNING:
             return status
-        counters[NEWTON_ITERATIONS] += 1
-        verdict = judge_correction(iteration, h, control, sizes, y, w)
+        loop.counters[at.NEWTON_ITERATIONS] += 1
+        verdict = judge_correction(iteration, h, loop, y, w)
         for i in range(nv):
             w.vectors[MEAN, i] -= w.right[i, 0]
         for k in range(m):
             w.impulses[START, k] -= w.right[nv + k, 0]
-    return RUNNING if verdict == CONVERGED else NEWTON_FAILED
+    return at.RUNNING if verdict == CONVERGED else at.NEWTON_FAILED
 
 
 @jitted
-def place_residual(method, h, addresses, sizes, p, counters, t0, y, w):
+def place_residual(method, h, loop, t0, y, w):
     """Write the residual of the first line, then g(q1)/h, to `w.right`; leaves q1 in TRIAL."""
-    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
+    nq, nv, m = loop.sizes[at.NQ], loop.sizes[at.NV], loop.sizes[at.NM]
     q1 = w.states[TRIAL]
-    push(method, START, h, addresses, sizes, p, counters, t0, y, w)
-    travel(h, sizes, y, w)
+    push(method, START, h, loop, t0, y, w)
+    travel(h, loop.sizes, y, w)
     for i in range(nq):
         q1[i] = y[i] + (w.states[REST, i] + w.states[TRAVEL, i])
     if not method.constant_mass:
-        call_kernel(addresses[MASS_MATRIX], t0 + h, q1, p, w.masses[END])
+        call_kernel(loop.addresses[at.MASS_MATRIX], t0 + h, q1, loop.p, w.masses[END])
     for i in range(nv):
         total = -w.vectors[MOMENTUM, i] - w.vectors[PUSH, i]
         for j in range(nv):
@@ -102,10 +92,10 @@ def place_residual(method, h, addresses, sizes, p, counters, t0, y, w):
         for k in range(m):
             total -= w.gradients[START, k * nv + i] * w.impulses[START, k]
         w.right[i, 0] = total
-    add_turned(h, sizes, w)
+    add_turned(h, loop.sizes, w)
     if m > 0:
-        call_kernel(addresses[CONSTRAINT_RESIDUAL], t0 + h, q1, p, w.residual)
-        add_rounded(sizes, y, q1, w)
+        call_kernel(loop.addresses[at.CONSTRAINT_RESIDUAL], t0 + h, q1, loop.p, w.residual)
+        add_rounded(loop.sizes, y, q1, w)
     for k in range(m):
         w.right[nv + k, 0] = w.residual[k] / h
 
@@ -116,12 +106,12 @@ def add_rounded(sizes, y, q1, w):
 
     An angle that has turned many times is coarse; divided by h, that would jolt the rates.
     """
-    nv, m, start = sizes[NV], sizes[NM], 0
+    nv, m, start = sizes[at.NV], sizes[at.NM], 0
     for k in range(n_quaternions(sizes) + 1):
         end = quaternion_at(sizes, k)
         for i in range(start, end):
             add_dropped(dropped(i, y, q1, w), i - k, nv, m, w)
-        if end < sizes[NQ]:
+        if end < sizes[at.NQ]:
             a, b, c = by_turning(
                 q1, end, dropped(end, y, q1, w), dropped(end + 1, y, q1, w), dropped(end + 2, y, q1, w),
                 dropped(end + 3, y, q1, w),
@@ -147,32 +137,32 @@ def add_dropped(move, j, nv, m, w):
 
 
 @jitted
-def factor_newton(method, h, addresses, sizes, p, counters, t1, w):
+def factor_newton(method, h, loop, t1, w):
     """Factor the derivative of the residual, but for terms of h² and forces that depend on rates."""
-    nv = sizes[NV]
+    nv = loop.sizes[at.NV]
     for i in range(nv):
         for j in range(nv):
             w.matrix[i, j] = 0.5 * (w.masses[START, i * nv + j] + w.masses[END, i * nv + j])
             if not method.constant_mass:
                 w.matrix[i, j] -= 0.5 * h * (w.slopes[TURN, i, j] - w.slopes[TURN, j, i])
-    if sizes[NM] > 0:
-        call_kernel(addresses[CONSTRAINT_JACOBIAN], t1, w.states[TRIAL], p, w.gradients[END])
+    if loop.sizes[at.NM] > 0:
+        call_kernel(loop.addresses[at.CONSTRAINT_JACOBIAN], t1, w.states[TRIAL], loop.p, w.gradients[END])
     border(w.gradients[START], w.gradients[END], nv, w)
-    turn_newton(h, sizes, w)
-    return factor(counters, w)
+    turn_newton(h, loop.sizes, w)
+    return factor(loop.counters, w)
 
 
 @jitted
-def judge_correction(iteration, h, control, sizes, y, w):
+def judge_correction(iteration, h, loop, y, w):
     """Judge the correction `w.right` of the mean rate: ITERATING, CONVERGED or DIVERGED.
 
     Converged is what no longer shrinks, once it is as small as round-off of rates and positions. Forces that nearly
     cancel leave more than that: corrections that make no progress, but are well below the tolerance, are taken for it.
     """
-    fastest, farthest, nv = 0.0, 0.0, sizes[NV]
+    fastest, farthest, nv = 0.0, 0.0, loop.sizes[at.NV]
     for i in range(nv):
         fastest = max(fastest, abs(w.vectors[MEAN, i]))
-    for i in range(sizes[NQ]):
+    for i in range(loop.sizes[at.NQ]):
         farthest = max(farthest, abs(y[i]))
     size, largest, in_tolerances = 0.0, 0.0, 0.0
     for i in range(nv):
@@ -182,7 +172,7 @@ def judge_correction(iteration, h, control, sizes, y, w):
         if change > 0.0:
             largest = max(largest, change)
             size = max(size, change / max(rate, 1e-3 * fastest, change))
-            in_tolerances = max(in_tolerances, change / error_scale(control, rate, rate))
+            in_tolerances = max(in_tolerances, change / error_scale(loop.control, rate, rate))
     smallest = w.numbers[SMALLEST]
     is_noise = size <= ROUND_OFF or largest <= ROUND_OFF_OF_POSITIONS * farthest / abs(h)
     if size == 0.0 or (smallest <= size and is_noise):

@@ -13,19 +13,9 @@ constraints determine them. Quaternions are turned by h u: see `turns`.
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.compensated import add_compensated
 from symgen.runtime.integrate.copying import copy
-from symgen.runtime.integrate.layout import (
-    CONSTRAINT_JACOBIAN,
-    CONSTRAINT_RESIDUAL,
-    MASS_MATRIX,
-    NH,
-    NM,
-    NOT_FINITE,
-    NQ,
-    NV,
-    RUNNING,
-)
 from symgen.runtime.integrate.quaternions import keep_lengths
 from symgen.runtime.integrate.rattle.mean_rate import solve_mean
 from symgen.runtime.integrate.rattle.push import push, slope
@@ -47,19 +37,19 @@ from symgen.runtime.integrate.saddle import border, factor, solve
 
 
 @jitted
-def rattle_step(method, h, addresses, sizes, p, control, counters, t0, y, w):
+def rattle_step(method, h, loop, t0, y, w):
     """Advance (q, v) in `y` by `h` [s], in place; the arrays of the END become those of the START. Returns a status."""
-    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
-    guess(h, counters, nq, nv, y, w)
-    status = solve_mean(method, h, addresses, sizes, p, control, counters, t0, y, w)
-    if status != RUNNING:
+    nq, nv, m = loop.sizes[at.NQ], loop.sizes[at.NV], loop.sizes[at.NM]
+    guess(h, loop.counters, nq, nv, y, w)
+    status = solve_mean(method, h, loop, t0, y, w)
+    if status != at.RUNNING:
         return status
-    travel(h, sizes, y, w)
+    travel(h, loop.sizes, y, w)
     for i in range(nq):
         add_compensated(w.states[TRAVEL, i], i, y, w.states[REST])
-    keep_lengths(sizes, y, w.states[REST])
-    status = end_rates(method, h, addresses, sizes, p, counters, t0 + h, y, w)
-    if status != RUNNING:
+    keep_lengths(loop.sizes, y, w.states[REST])
+    status = end_rates(method, h, loop, t0 + h, y, w)
+    if status != at.RUNNING:
         return status
     for i in range(nv):
         w.vectors[HALF_CHANGE, i] = y[nq + i] - w.vectors[MEAN, i]
@@ -70,20 +60,20 @@ def rattle_step(method, h, addresses, sizes, p, control, counters, t0, y, w):
     for i in range(nv):
         copy(w.slopes[END, i], w.slopes[START, i])
     w.numbers[H_GUESS] = h
-    counters[HAVE_GUESS] = 1
-    return RUNNING
+    loop.counters[HAVE_GUESS] = 1
+    return at.RUNNING
 
 
 @jitted
-def take_start(method, addresses, sizes, p, counters, t, y, w):
+def take_start(method, loop, t, y, w):
     """Evaluate what a step needs of the positions that it starts from."""
-    call_kernel(addresses[MASS_MATRIX], t, y, p, w.masses[START])
+    call_kernel(loop.addresses[at.MASS_MATRIX], t, y, loop.p, w.masses[START])
     copy(w.masses[START], w.masses[END])
-    if sizes[NM] > 0:
-        call_kernel(addresses[CONSTRAINT_JACOBIAN], t, y, p, w.gradients[START])
+    if loop.sizes[at.NM] > 0:
+        call_kernel(loop.addresses[at.CONSTRAINT_JACOBIAN], t, y, loop.p, w.gradients[START])
         copy(w.gradients[START], w.gradients[END])
     if not method.constant_mass:
-        slope(addresses, sizes, p, counters, t, y, False, w, w.slopes[START])
+        slope(loop, t, y, False, w, w.slopes[START])
 
 
 @jitted
@@ -97,18 +87,18 @@ def guess(h, counters, nq, nv, y, w):
 
 
 @jitted
-def end_rates(method, h, addresses, sizes, p, counters, t1, y, w):
+def end_rates(method, h, loop, t1, y, w):
     """Replace the rates in `y`, whose positions are those at `t1`, by the end's; returns a status."""
-    nq, nv, m = sizes[NQ], sizes[NV], sizes[NM]
+    nq, nv, m = loop.sizes[at.NQ], loop.sizes[at.NV], loop.sizes[at.NM]
     if not method.constant_mass:
-        call_kernel(addresses[MASS_MATRIX], t1, y, p, w.masses[END])
+        call_kernel(loop.addresses[at.MASS_MATRIX], t1, y, loop.p, w.masses[END])
         for i in range(nv):
             w.vectors[PROBE, i] = w.vectors[MEAN, i]
-        slope(addresses, sizes, p, counters, t1, y, False, w, w.slopes[END])
-    push(method, END, h, addresses, sizes, p, counters, t1, y, w)
+        slope(loop, t1, y, False, w, w.slopes[END])
+    push(method, END, h, loop, t1, y, w)
     if m > 0:
-        call_kernel(addresses[CONSTRAINT_JACOBIAN], t1, y, p, w.gradients[END])
-        call_kernel(addresses[CONSTRAINT_RESIDUAL], t1, w.states[TRIAL], p, w.residual)
+        call_kernel(loop.addresses[at.CONSTRAINT_JACOBIAN], t1, y, loop.p, w.gradients[END])
+        call_kernel(loop.addresses[at.CONSTRAINT_RESIDUAL], t1, w.states[TRIAL], loop.p, w.residual)
     # The unknown is v1 - u: what the constraints' residual at u says includes their rate in time.
     for i in range(nv):
         total = w.vectors[PUSH, i]
@@ -117,17 +107,17 @@ def end_rates(method, h, addresses, sizes, p, counters, t1, y, w):
             difference = w.masses[START, i * nv + j] - w.masses[END, i * nv + j]
             total += 0.5 * difference * w.vectors[MEAN, j]
         w.right[i, 0] = total
-    add_turned(-h, sizes, w)
+    add_turned(-h, loop.sizes, w)
     for k in range(m):
-        w.right[nv + k, 0] = -w.residual[sizes[NH] + k]
+        w.right[nv + k, 0] = -w.residual[loop.sizes[at.NH] + k]
     border(w.gradients[END], w.gradients[END], nv, w)
-    status = solve(factor(counters, w), nv, w)
+    status = solve(factor(loop.counters, w), nv, w)
     finite = 0.0
     for i in range(nv):
         y[nq + i] = w.vectors[MEAN, i] + w.right[i, 0]
         finite += 0.0 * y[nq + i]
     for k in range(m):
         w.impulses[END, k] = w.right[nv + k, 0]
-    if status != RUNNING:
+    if status != at.RUNNING:
         return status
-    return RUNNING if finite == 0.0 else NOT_FINITE
+    return at.RUNNING if finite == 0.0 else at.NOT_FINITE

@@ -8,7 +8,7 @@ it at the start and R(-θ) times it at the end. These are one vector in space, s
 import math
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import NM, NQ, NV
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.quaternions import chart_rate, chart_variation, n_quaternions, quaternion_at
 from symgen.runtime.integrate.rattle.push import momentum
 from symgen.runtime.integrate.rattle.work import END, MEAN, START, TRAVEL
@@ -23,7 +23,7 @@ def travel(h, sizes, y, w):
         end = quaternion_at(sizes, k)
         for i in range(start, end):
             out[i] = h * u[i - k]
-        if end < sizes[NQ]:
+        if end < sizes[at.NQ]:
             j = end - k
             change = turn_change(y, end, h * u[j], h * u[j + 1], h * u[j + 2])
             out[end], out[end + 1], out[end + 2], out[end + 3] = change
@@ -64,7 +64,7 @@ def add_turned(h, sizes, w):
     u = w.vectors[MEAN]
     for k in range(n_quaternions(sizes)):
         j = quaternion_at(sizes, k) - k
-        before = mean_momentum(j, sizes[NV], w)
+        before = mean_momentum(j, sizes[at.NV], w)
         after = chart_rate(h * u[j], h * u[j + 1], h * u[j + 2], before[0], before[1], before[2])
         for axis in range(3):
             w.right[j + axis, 0] += after[axis] - before[axis]
@@ -73,7 +73,7 @@ def add_turned(h, sizes, w):
 @jitted
 def turn_newton(h, sizes, w):
     """Make `w.matrix`, with its borders, that of a step that turns: R(θ) p is p + θ×p/2 but for terms of h²."""
-    nv, u = sizes[NV], w.vectors[MEAN]
+    nv, u = sizes[at.NV], w.vectors[MEAN]
     for k in range(n_quaternions(sizes)):
         j = quaternion_at(sizes, k) - k
         x, y, z = 0.5 * h * u[j], 0.5 * h * u[j + 1], 0.5 * h * u[j + 2]
@@ -87,7 +87,7 @@ def turn_newton(h, sizes, w):
             after, last = (axis + 1) % 3, (axis + 2) % 3
             w.matrix[j + axis, j + after] += 0.5 * h * p[last]
             w.matrix[j + axis, j + last] -= 0.5 * h * p[after]
-        for r in range(nv, nv + sizes[NM]):
+        for r in range(nv, nv + sizes[at.NM]):
             # A row times the matrix of `chart_variation`: its transpose, which is that of the opposite turn.
             row = w.matrix[r]
             turned = chart_variation(-h * u[j], -h * u[j + 1], -h * u[j + 2], row[j], row[j + 1], row[j + 2])

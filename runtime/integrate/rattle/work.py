@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
 from symgen.runtime.integrate.copying import copy
-from symgen.runtime.integrate.layout import N_ROW, NH, NM, NQ, NV, NY
 
 # Counters of this family: whether work holds M, G and ∂M/∂q of the current positions, and guesses for the next step.
 HAVE_START, HAVE_GUESS = range(16, 18)
@@ -83,18 +83,20 @@ class RattleWork(NamedTuple):
 @jitted
 def rattle_work_size(sizes):
     """Length of `work` for `advance_rattle`."""
-    nv, m = sizes[NV], sizes[NM]
+    nv, m = sizes[at.NV], sizes[at.NM]
     k = nv + m
-    n_arguments = sizes[NQ] + nv + k
-    own = N_NUMBERS + N_STATES * sizes[NY] + N_VECTORS * nv + 3 * m + 5 * nv * nv + 2 * m * nv + n_arguments
-    own += k * n_arguments + sizes[NH] + m + 2 * k * k + 3 * k + sizes[N_ROW]
+    n_arguments = sizes[at.NQ] + nv + k
+    own = (
+        N_NUMBERS + N_STATES * sizes[at.NY] + N_VECTORS * nv + 3 * m + 5 * nv * nv + 2 * m * nv + n_arguments
+    )
+    own += k * n_arguments + sizes[at.NH] + m + 2 * k * k + 3 * k + sizes[at.N_ROW]
     return own + finish_scratch_size(sizes)
 
 
 @jitted
 def rattle_work(sizes, work):
     """Divide `work`, of length `rattle_work_size(sizes)`, into a `RattleWork`."""
-    nv, m, ny = sizes[NV], sizes[NM], sizes[NY]
+    nv, m, ny = sizes[at.NV], sizes[at.NM], sizes[at.NY]
     k = nv + m
     numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
     states, rest = rest[: N_STATES * ny].reshape((N_STATES, ny)), rest[N_STATES * ny :]
@@ -103,16 +105,16 @@ def rattle_work(sizes, work):
     masses, rest = rest[: 2 * nv * nv].reshape((2, nv * nv)), rest[2 * nv * nv :]
     slopes, rest = rest[: 3 * nv * nv].reshape((3, nv, nv)), rest[3 * nv * nv :]
     gradients, rest = rest[: 2 * m * nv].reshape((2, m * nv)), rest[2 * m * nv :]
-    n_arguments = sizes[NQ] + nv + k
+    n_arguments = sizes[at.NQ] + nv + k
     arguments, rest = rest[:n_arguments], rest[n_arguments:]
     derivative, rest = rest[: k * n_arguments], rest[k * n_arguments :]
-    residual, rest = rest[: sizes[NH] + m], rest[sizes[NH] + m :]
+    residual, rest = rest[: sizes[at.NH] + m], rest[sizes[at.NH] + m :]
     matrix, rest = rest[: k * k].reshape((k, k)), rest[k * k :]
     factors, rest = rest[: k * k].reshape((k, k)), rest[k * k :]
     right, rest = rest[:k].reshape((k, 1)), rest[k:]
     pivots, rest = rest[:k].view(np.int64), rest[k:]
     scale, rest = rest[:k], rest[k:]
-    row, rest = rest[: sizes[N_ROW]], rest[sizes[N_ROW] :]
+    row, rest = rest[: sizes[at.N_ROW]], rest[sizes[at.N_ROW] :]
     return RattleWork(
         numbers, states, vectors, impulses, masses, slopes, gradients, arguments, derivative, residual, matrix,
         factors, right, pivots, scale, row, rest,

@@ -5,24 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
 from symgen.runtime.integrate.compensated import add_compensated
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
-from symgen.runtime.integrate.layout import (
-    F_VALID,
-    MAX_STEPS_PER_CALL,
-    N_LOGGED_STEPS,
-    N_ROW,
-    NEAR_WATCH,
-    NOT_FINITE,
-    NQ,
-    NV,
-    NW,
-    NY,
-    RUNNING,
-    T,
-)
 from symgen.runtime.integrate.step_control import grid_end, grid_length, watch_is_near
 from symgen.runtime.integrate.symplectic.composition_coefficients import PLACES
 
@@ -57,143 +44,143 @@ class CompositionWork(NamedTuple):
 @jitted
 def composition_work_size(sizes):
     """Length of `work` for `advance_composition`."""
-    return 3 * sizes[NY] + 3 * sizes[N_ROW] + 6 + finish_scratch_size(sizes)
+    return 3 * sizes[at.NY] + 3 * sizes[at.N_ROW] + 6 + finish_scratch_size(sizes)
 
 
 @jitted
 def composition_work(sizes, work):
     """Divide `work`, of length `composition_work_size(sizes)`, into a `CompositionWork`."""
-    ny, n_row = sizes[NY], sizes[N_ROW]
+    ny, n_row = sizes[at.NY], sizes[at.N_ROW]
     states, rest = work[: 3 * ny].reshape((3, ny)), work[3 * ny :]
     rows, rest = rest[: 3 * n_row].reshape((3, n_row)), rest[3 * n_row :]
     return CompositionWork(states, rows, rest[:6], rest[6:])
 
 
 @jitted
-def advance_composition(
-    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
-):
+def advance_composition(method, loop):
     """Advance with a `Composition` until something is for Python to do.
 
     Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), V.3.2, with the compensated summation of VIII.5.
     Time moves with the positions, so forces may depend on it. Arguments and result are those of all step loops, see
     docs/architecture.md.
     """
-    w = composition_work(sizes, work)
-    if not counters[F_VALID]:
-        if not evaluate(addresses, sizes, p, counters, control[T], y, f):
-            return NOT_FINITE
-        counters[F_VALID] = 1
-        for i in range(sizes[NY]):
+    w = composition_work(loop.sizes, loop.work)
+    if not loop.counters[at.F_VALID]:
+        if not evaluate(loop, loop.control[at.T], loop.y, loop.f):
+            return at.NOT_FINITE
+        loop.counters[at.F_VALID] = 1
+        for i in range(loop.sizes[at.NY]):
             w.states[REST, i] = 0.0
     done = 0
-    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
-        if watch_is_near(control):
-            return NEAR_WATCH
-        t0 = control[T]
-        t1 = grid_end(control, counters)
-        h = grid_length(control, t0, t1)
-        status = compose_step(method, addresses, sizes, p, counters, t0, t1, h, y, f, w)
-        if status != RUNNING:
+    while (
+        done < loop.counters[at.MAX_STEPS_PER_CALL]
+        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
+    ):
+        if watch_is_near(loop.control):
+            return at.NEAR_WATCH
+        t0 = loop.control[at.T]
+        t1 = grid_end(loop)
+        h = grid_length(loop.control, t0, t1)
+        status = compose_step(method, loop, t0, t1, h, w)
+        if status != at.RUNNING:
             return status
-        if needs_dense(sizes, counters, frame_times, t1):
-            composition_dense(method, addresses, sizes, p, counters, t0, h, y, f, w, dense)
-        copy(w.states[Y_NEW], y)
-        copy(w.rows[F_NEW], f)
-        status = finish_step(
-            addresses, sizes, p, control, counters, t0, t1, y, dense, N_DENSE_TERMS, w.scratch,
-            frame_times, frames, step_log,
-        )  # fmt: skip
-        if status != RUNNING:
+        if needs_dense(loop, t1):
+            composition_dense(method, loop, t0, h, w)
+        copy(w.states[Y_NEW], loop.y)
+        copy(w.rows[F_NEW], loop.f)
+        status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
+        if status != at.RUNNING:
             return status
         done += 1
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
-def compose_step(method, addresses, sizes, p, counters, t0, t1, h, y, f, w):
+def compose_step(method, loop, t0, t1, h, w):
     """Write the new state to `w.states[Y_NEW]` and its rhs row to `w.rows[F_NEW]`; returns a status."""
-    nq, nv, n_steps = sizes[NQ], sizes[NV], method.drifts.shape[0]
+    nq, nv, n_steps = loop.sizes[at.NQ], loop.sizes[at.NV], method.drifts.shape[0]
     y_new, rest, row = w.states[Y_NEW], w.states[REST], w.rows[F_NEW]
-    copy(y, y_new)
-    copy(f, row)
+    copy(loop.y, y_new)
+    copy(loop.f, row)
     for s in range(n_steps):
-        kick(h * method.kicks[s], addresses, sizes, p, counters, t0 + h * method.times[s], w)
+        kick(h * method.kicks[s], loop, t0 + h * method.times[s], w)
         for i in range(nq):
             add_compensated(h * method.drifts[s] * y_new[nq + i], i, y_new, rest)
         t = t1 if s == n_steps - 1 else t0 + h * method.times[s + 1]
-        evaluate(addresses, sizes, p, counters, t, y_new, row)
-    kick(h * method.kicks[n_steps], addresses, sizes, p, counters, t1, w)
-    if sizes[NW] > 0:
-        evaluate(addresses, sizes, p, counters, t1, y_new, row)
+        evaluate(loop, t, y_new, row)
+    kick(h * method.kicks[n_steps], loop, t1, w)
+    if loop.sizes[at.NW] > 0:
+        evaluate(loop, t1, y_new, row)
     else:
         for i in range(nv):
             row[i] = y_new[nq + i]
-    return RUNNING if all_finite(y_new, sizes[NY]) and all_finite(row, sizes[NY]) else NOT_FINITE
+    return (
+        at.RUNNING
+        if all_finite(y_new, loop.sizes[at.NY]) and all_finite(row, loop.sizes[at.NY])
+        else at.NOT_FINITE
+    )
 
 
 @jitted
-def kick(length, addresses, sizes, p, counters, t, w):
+def kick(length, loop, t, w):
     """Move the velocities by `length` [s] with the accelerations in `w.rows[F_NEW]`, and work with its power.
 
     Positions and forces stay, so power is linear in v: its value at the mean velocity is its mean.
     """
-    nq, n = sizes[NQ], sizes[NQ] + sizes[NV]
+    nq, n = loop.sizes[at.NQ], loop.sizes[at.NQ] + loop.sizes[at.NV]
     y_new, rest, row = w.states[Y_NEW], w.states[REST], w.rows[F_NEW]
-    if sizes[NW] > 0:
+    if loop.sizes[at.NW] > 0:
         copy(y_new, w.states[Y_BETWEEN])
         for i in range(nq, n):
             w.states[Y_BETWEEN, i] += 0.5 * length * row[i]
-        evaluate(addresses, sizes, p, counters, t, w.states[Y_BETWEEN], w.rows[F_BETWEEN])
+        evaluate(loop, t, w.states[Y_BETWEEN], w.rows[F_BETWEEN])
         add_compensated(length * w.rows[F_BETWEEN, n], n, y_new, rest)
     for i in range(nq, n):
         add_compensated(length * row[i], i, y_new, rest)
 
 
 @jitted
-def composition_dense(method, addresses, sizes, p, counters, t0, h, y, f, w, dense):
+def composition_dense(method, loop, t0, h, w):
     """Fill `dense`: positions of degree 7 with the accelerations at both ends and at two places between.
 
     The accelerations between are taken on the quintic through q, v and a of both ends, as dense output of dop853
     takes further stages; so this costs two evaluations, and only steps that need it pay them.
     """
-    nq, ny = sizes[NQ], sizes[NY]
+    nq, ny = loop.sizes[at.NQ], loop.sizes[at.NY]
     y_new = w.states[Y_NEW]
     for i in range(ny):
-        dense[0, i] = y[i]
-        dense[1, i] = y_new[i] - y[i]
+        loop.dense[0, i] = loop.y[i]
+        loop.dense[1, i] = y_new[i] - loop.y[i]
     for k in range(2):
-        copy(y, w.states[Y_BETWEEN])
+        copy(loop.y, w.states[Y_BETWEEN])
         for i in range(nq):
-            end_data(h, i, nq, y, f, w, dense)
+            end_data(h, i, nq, loop.y, loop.f, w, loop.dense)
             bump, slope = 0.0, 0.0
             for j in range(4):
                 bump += method.between[k, j] * w.data[j]
                 slope += method.between[2 + k, j] * w.data[j]
-            w.states[Y_BETWEEN, i] = y[i] + PLACES[k] * dense[1, i] + bump
-            w.states[Y_BETWEEN, nq + i] = (dense[1, i] + slope) / h
-        evaluate(
-            addresses, sizes, p, counters, t0 + PLACES[k] * h, w.states[Y_BETWEEN], w.rows[F_BETWEEN + k]
-        )
+            w.states[Y_BETWEEN, i] = loop.y[i] + PLACES[k] * loop.dense[1, i] + bump
+            w.states[Y_BETWEEN, nq + i] = (loop.dense[1, i] + slope) / h
+        evaluate(loop, t0 + PLACES[k] * h, w.states[Y_BETWEEN], w.rows[F_BETWEEN + k])
     for i in range(nq):
-        end_data(h, i, nq, y, f, w, dense)
+        end_data(h, i, nq, loop.y, loop.f, w, loop.dense)
         for k in range(2):
             w.data[4 + k] = h * h * w.rows[F_BETWEEN + k, nq + i]
-        combine(method.bends, w.data, i, dense)
+        combine(method.bends, w.data, i, loop.dense)
         for r in range(5):
             total = 0.0
             for j in range(6):
-                total += method.rates[r, j] * dense[2 + j, i]
-            dense[2 + r, nq + i] = total / h
-        dense[7, nq + i] = 0.0
-    if sizes[NW] > 0:
+                total += method.rates[r, j] * loop.dense[2 + j, i]
+            loop.dense[2 + r, nq + i] = total / h
+        loop.dense[7, nq + i] = 0.0
+    if loop.sizes[at.NW] > 0:
         n = ny - 1
-        w.data[0], w.data[1] = h * f[n] - dense[1, n], h * w.rows[F_NEW, n] - dense[1, n]
+        w.data[0], w.data[1] = h * loop.f[n] - loop.dense[1, n], h * w.rows[F_NEW, n] - loop.dense[1, n]
         for k in range(2):
-            w.data[2 + k] = h * w.rows[F_BETWEEN + k, n] - dense[1, n]
-        combine(method.work, w.data, n, dense)
-        dense[6, n] = 0.0
-        dense[7, n] = 0.0
+            w.data[2 + k] = h * w.rows[F_BETWEEN + k, n] - loop.dense[1, n]
+        combine(method.work, w.data, n, loop.dense)
+        loop.dense[6, n] = 0.0
+        loop.dense[7, n] = 0.0
 
 
 @jitted

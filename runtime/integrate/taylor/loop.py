@@ -7,35 +7,11 @@ import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
-from symgen.runtime.integrate.layout import (
-    ERROR_OLD,
-    EVENT,
-    F_VALID,
-    H_MIN,
-    MAX_STEPS_PER_CALL,
-    MIN_PIVOT_RATIO,
-    N_LOGGED_STEPS,
-    NEAR_WATCH,
-    NM,
-    NOT_FINITE,
-    NY,
-    PROJECT,
-    PROJECTION_FAILED,
-    REJECTED,
-    RHS_CALLS,
-    RTOL,
-    RUNNING,
-    SINGULAR_MATRIX,
-    STEP_TOO_SMALL,
-    T_EVENT,
-    T_STOP,
-    H,
-    T,
-)
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.step_control import longest_step, step_end, too_small, watch_is_near
 from symgen.runtime.integrate.taylor.step import (
@@ -114,7 +90,7 @@ class TaylorSeries(NamedTuple):
 @jitted
 def taylor_work_size(n_rows, sizes):
     """Length of `work`: two series with their pivot ratio, the rows of NEW and what follows, five numbers."""
-    return 2 * (n_rows * sizes[NY] + 1) + N_STATES * sizes[NY] + N_CELLS + finish_scratch_size(sizes)
+    return 2 * (n_rows * sizes[at.NY] + 1) + N_STATES * sizes[at.NY] + N_CELLS + finish_scratch_size(sizes)
 
 
 @jitted
@@ -131,77 +107,73 @@ def order_for(method, rtol):
 
 
 @jitted
-def compute_series(method, order, p, control, counters, t, y, series):
+def compute_series(method, order, loop, t, y, series):
     """Compute the coefficients at (t, y) into `series`; returns RUNNING, or why they are of no use."""
     series[0] = order
-    call_kernel(method.address, t, y, p, series)
-    counters[RHS_CALLS] += 1
+    call_kernel(method.address, t, y, loop.p, series)
+    loop.counters[at.RHS_CALLS] += 1
     ratio = series[series.shape[0] - 1]
-    control[MIN_PIVOT_RATIO] = min(control[MIN_PIVOT_RATIO], ratio)
+    loop.control[at.MIN_PIVOT_RATIO] = min(loop.control[at.MIN_PIVOT_RATIO], ratio)
     if not ratio >= MIN_PIVOT:
-        return SINGULAR_MATRIX
-    return RUNNING
+        return at.SINGULAR_MATRIX
+    return at.RUNNING
 
 
 @jitted
-def advance_taylor(
-    method, addresses, sizes, p, control, counters, y, f, work, frame_times, frames, step_log, dense
-):
+def advance_taylor(method, loop):
     """Advance with Taylor series until something is for Python to do.
 
     Arguments and result are those of all step loops, see docs/architecture.md; `method` is a `TaylorSeries`.
     Dense output is the series itself. `counters[F_VALID]` says that the series of the current state is there.
     """
-    ny, length = sizes[NY], method.n_rows * sizes[NY] + 1
-    pair = work[: 2 * length].reshape((2, length))
-    states = work[2 * length :][: N_STATES * ny].reshape((N_STATES, ny))
-    cell = work[2 * length + N_STATES * ny :][:N_CELLS]
-    scratch = work[2 * length + N_STATES * ny + N_CELLS :]
-    order = method.order if method.order > 0 else order_for(method, control[RTOL])
+    ny, length = loop.sizes[at.NY], method.n_rows * loop.sizes[at.NY] + 1
+    pair = loop.work[: 2 * length].reshape((2, length))
+    states = loop.work[2 * length :][: N_STATES * ny].reshape((N_STATES, ny))
+    cell = loop.work[2 * length + N_STATES * ny :][:N_CELLS]
+    scratch = loop.work[2 * length + N_STATES * ny + N_CELLS :]
+    order = method.order if method.order > 0 else order_for(method, loop.control[at.RTOL])
     done = 0
-    while done < counters[MAX_STEPS_PER_CALL] and counters[N_LOGGED_STEPS] < step_log.shape[0]:
-        if not counters[F_VALID]:
+    while (
+        done < loop.counters[at.MAX_STEPS_PER_CALL]
+        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
+    ):
+        if not loop.counters[at.F_VALID]:
             status = compute_series(
-                method, order, p, control, counters, control[T], y, pair[counters[CURRENT]]
+                method, order, loop, loop.control[at.T], loop.y, pair[loop.counters[CURRENT]]
             )
-            if status != RUNNING:
+            if status != at.RUNNING:
                 return status
-            counters[F_VALID] = 1
-        t0 = control[T]
-        status, t1 = take_step(
-            method, order, addresses, sizes, p, control, counters, y, f, pair, states, cell, scratch
-        )
-        if status != RUNNING:
+            loop.counters[at.F_VALID] = 1
+        t0 = loop.control[at.T]
+        status, t1 = take_step(method, order, loop, pair, states, cell, scratch)
+        if status != at.RUNNING:
             return status
-        old = pair[1 - counters[CURRENT]][: (order + 1) * ny].reshape((order + 1, ny))
-        dense_wanted = needs_dense(sizes, counters, frame_times, t1)
+        old = pair[1 - loop.counters[CURRENT]][: (order + 1) * ny].reshape((order + 1, ny))
+        dense_wanted = needs_dense(loop, t1)
         if dense_wanted:
             scale_series(t1 - t0, order, old)
-            append_tail(order, sizes, old)
-        count_energy(addresses, control)
-        copy(states[NEW], y)
+            append_tail(order, loop.sizes, old)
+        count_energy(loop)
+        copy(states[NEW], loop.y)
         copy(states[LOST], states[CARRY])
-        previous_event = control[T_EVENT]
-        status = finish_step(
-            addresses, sizes, p, control, counters, t0, t1, y, old, -(order + 1), scratch,
-            frame_times, frames, step_log,
-        )  # fmt: skip
+        previous_event = loop.control[at.T_EVENT]
+        status = finish_step(loop, t0, t1, old, -(order + 1), scratch)
         if dense_wanted:
-            drop_tail(order, sizes, old)
-        if status == EVENT:
+            drop_tail(order, loop.sizes, old)
+        if status == at.EVENT:
             for i in range(ny):
                 states[CARRY, i] = 0.0
             cell[REACH] = 0.0
-            least = max(2.0 * control[H_MIN], 8.0 * EPS * abs(control[T]))
-            cell[LIMIT] = max(LONGER_THAN_BEFORE * (control[T_EVENT] - previous_event), least)
-        if status != RUNNING:
+            least = max(2.0 * loop.control[at.H_MIN], 8.0 * EPS * abs(loop.control[at.T]))
+            cell[LIMIT] = max(LONGER_THAN_BEFORE * (loop.control[at.T_EVENT] - previous_event), least)
+        if status != at.RUNNING:
             return status
         done += 1
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
-def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair, states, cell, scratch):
+def take_step(method, order, loop, pair, states, cell, scratch):
     """Step as far as the series reaches, less where it does not: `states[NEW]` is then the new state.
 
     The accelerations at the new state, which its series begins with, must be those that the old series predicts.
@@ -211,90 +183,91 @@ def take_step(method, order, addresses, sizes, p, control, counters, y, f, pair,
     tuple
         Status and the time of the new state [s].
     """
-    ny, t = sizes[NY], control[T]
-    current = counters[CURRENT]
+    ny, t = loop.sizes[at.NY], loop.control[at.T]
+    current = loop.counters[CURRENT]
     old = pair[current][: (order + 1) * ny].reshape((order + 1, ny))
     sums = states[NEW:CARRY].reshape(CARRY * ny)
-    if not counters[CHOSEN]:
-        status = choose_step(order, sizes, control, old, cell)
-        if status != RUNNING:
+    if not loop.counters[CHOSEN]:
+        status = choose_step(order, loop, old, cell)
+        if status != at.RUNNING:
             return status, t
-    if watch_is_near(control):
-        counters[CHOSEN] = 1
-        return NEAR_WATCH, t
-    counters[CHOSEN] = 0
-    cause, before = STEP_TOO_SMALL, math.inf
+    if watch_is_near(loop.control):
+        loop.counters[CHOSEN] = 1
+        return at.NEAR_WATCH, t
+    loop.counters[CHOSEN] = 0
+    cause, before = at.STEP_TOO_SMALL, math.inf
     while True:
         shorter = 0.5
-        if not control[H] > 0.0 or too_small(control):
-            return (NOT_FINITE if not all_finite(pair[current], (order + 1) * ny) else cause), t
-        t1 = step_end(control)
+        if not loop.control[at.H] > 0.0 or too_small(loop.control):
+            return (at.NOT_FINITE if not all_finite(pair[current], (order + 1) * ny) else cause), t
+        t1 = step_end(loop.control)
         h = t1 - t
-        before, last = tail_factors(h, order, sizes, old)
+        before, last = tail_factors(h, order, loop.sizes, old)
         sums[0] = order
         call_kernel(method.sum_address, h, pair[current], states[CARRY], sums)
         if last != 0.0 or before != 0.0:
-            add_tail(before, last, h, order, sizes, old, states[NEW], states[LOST], states[SLOPE])
-        cause = reach_end(method, order, addresses, sizes, p, control, counters, t1, f, pair, states, scratch)
-        if cause == RUNNING:
-            if t1 >= control[T_STOP]:
-                error = defect(h, order, sizes, control, old, f, states[SLOPE])
+            add_tail(before, last, h, order, loop.sizes, old, states[NEW], states[LOST], states[SLOPE])
+        cause = reach_end(method, order, loop, t1, pair, states, scratch)
+        if cause == at.RUNNING:
+            if t1 >= loop.control[at.T_STOP]:
+                error = defect(h, order, loop, old, loop.f, states[SLOPE])
             else:
-                error = defect(h, order, sizes, control, old, pair[1 - current][ny:], states[SLOPE])
+                error = defect(h, order, loop, old, pair[1 - current][ny:], states[SLOPE])
             if (
                 error > max(DEFECT_LIMIT, before / ROUND_OFF_GAIN)
-                and error * control[RTOL] <= LARGEST_ROUND_OFF
+                and error * loop.control[at.RTOL] <= LARGEST_ROUND_OFF
             ):
-                control[ERROR_OLD] = error
-            if error <= max(DEFECT_LIMIT, ROUND_OFF_GAIN * control[ERROR_OLD]):
-                counters[CURRENT] = 1 - current
-                counters[F_VALID] = 0 if t1 >= control[T_STOP] else 1
+                loop.control[at.ERROR_OLD] = error
+            if error <= max(DEFECT_LIMIT, ROUND_OFF_GAIN * loop.control[at.ERROR_OLD]):
+                loop.counters[CURRENT] = 1 - current
+                loop.counters[at.F_VALID] = 0 if t1 >= loop.control[at.T_STOP] else 1
                 cell[SHORTER] *= FORGET
-                return RUNNING, t1
+                return at.RUNNING, t1
             before = error
-            cause = STEP_TOO_SMALL
+            cause = at.STEP_TOO_SMALL
             shorter = max(0.5, 0.85 * (DEFECT_LIMIT / error) ** (1.0 / (order - 1)))
             cell[SHORTER] = min(0.5, 1.0 - (1.0 - cell[SHORTER]) * (1.0 - CAUTION))
-        control[H] = shorter * h
-        counters[REJECTED] += 1
+        loop.control[at.H] = shorter * h
+        loop.counters[at.REJECTED] += 1
 
 
 @jitted
-def choose_step(order, sizes, control, series, cell):
+def choose_step(order, loop, series, cell):
     """Set `control[H]` to how far the series of the current state reaches; returns RUNNING, or why to give up."""
-    reach = (1.0 - cell[SHORTER]) * series_step(order, sizes, control, series, cell)
-    control[H] = min(reach, longest_step(control))
-    if sizes[NM] > 0:
+    reach = (1.0 - cell[SHORTER]) * series_step(order, loop, series, cell)
+    loop.control[at.H] = min(reach, longest_step(loop.control))
+    if loop.sizes[at.NM] > 0:
         # A limit of the step, or a stop, announces what is short by itself: a pulse in time.
-        creeps = max(CREEPS, min(CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF * math.sqrt(EPS / control[RTOL])))
-        if reach < creeps * min(cell[REACH], longest_step(control), control[T_STOP] - control[T]):
-            return STEP_TOO_SMALL
-        cell[REACH] = max(control[H], FORGET_REACH * cell[REACH])
-    if control[RTOL] <= ROUND_OFF_RTOL:
+        creeps = max(
+            CREEPS, min(CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF * math.sqrt(EPS / loop.control[at.RTOL]))
+        )
+        left = loop.control[at.T_STOP] - loop.control[at.T]
+        if reach < creeps * min(cell[REACH], longest_step(loop.control), left):
+            return at.STEP_TOO_SMALL
+        cell[REACH] = max(loop.control[at.H], FORGET_REACH * cell[REACH])
+    if loop.control[at.RTOL] <= ROUND_OFF_RTOL:
         cell[VARIED] = (cell[VARIED] + GOLDEN_RATIO) % 1.0
-        control[H] *= 1.0 - MOST_VARIED * cell[VARIED]
+        loop.control[at.H] *= 1.0 - MOST_VARIED * cell[VARIED]
     if cell[LIMIT] > 0.0:
-        control[H] = min(control[H], cell[LIMIT])
+        loop.control[at.H] = min(loop.control[at.H], cell[LIMIT])
         cell[LIMIT] = 0.0
-    return RUNNING
+    return at.RUNNING
 
 
 @jitted
-def reach_end(method, order, addresses, sizes, p, control, counters, t1, f, pair, states, scratch):
+def reach_end(method, order, loop, t1, pair, states, scratch):
     """Project the new state and compute its series; at a stop time, only its derivative."""
     y_new = states[NEW]
-    if addresses[PROJECT] != 0:
-        if project_state(
-            addresses, sizes, p, t1, y_new, control, counters, scratch[: projection_size(sizes)]
-        ):
-            return PROJECTION_FAILED
-        scale_energy(addresses, sizes, p, t1, y_new, control, scratch)
-        for i in range(sizes[NY]):
+    if loop.addresses[at.PROJECT] != 0:
+        if project_state(loop, t1, y_new, scratch[: projection_size(loop.sizes)]):
+            return at.PROJECTION_FAILED
+        scale_energy(loop, t1, y_new, scratch)
+        for i in range(loop.sizes[at.NY]):
             states[LOST, i] = 0.0
-    if t1 >= control[T_STOP]:
-        return RUNNING if evaluate(addresses, sizes, p, counters, t1, y_new, f) else NOT_FINITE
-    series = pair[1 - counters[CURRENT]]
-    status = compute_series(method, order, p, control, counters, t1, y_new, series)
-    if status != RUNNING and sizes[NM] > 0:
+    if t1 >= loop.control[at.T_STOP]:
+        return at.RUNNING if evaluate(loop, t1, y_new, loop.f) else at.NOT_FINITE
+    series = pair[1 - loop.counters[CURRENT]]
+    status = compute_series(method, order, loop, t1, y_new, series)
+    if status != at.RUNNING and loop.sizes[at.NM] > 0:
         return status
-    return RUNNING if all_finite(series, 2 * sizes[NY]) else NOT_FINITE
+    return at.RUNNING if all_finite(series, 2 * loop.sizes[at.NY]) else at.NOT_FINITE

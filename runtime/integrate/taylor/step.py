@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import ATOL, NQ, NV, NY, RTOL, H
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.step_control import longest_step
 from symgen.runtime.integrate.taylor.tail import has_tail
 
@@ -25,11 +25,11 @@ def rate_tolerance(control, h, i, series):
     for k in range(1, _SIZES):
         size = max(size, power * abs(series[k, i]))
         power *= h
-    return max(control[ATOL] + control[RTOL] * size, 1e-300)
+    return max(control[at.ATOL] + control[at.RTOL] * size, 1e-300)
 
 
 @jitted
-def series_step(order, sizes, control, series, cell):
+def series_step(order, loop, series, cell):
     """Return the step [s] over which the terms left out stay below the tolerance.
 
     With terms |v_k| h^k of the rates and the work (orders 0 to p - 1), relative to their sizes,
@@ -45,13 +45,13 @@ def series_step(order, sizes, control, series, cell):
         Its first number is scratch.
     """
     last = order - 1
-    h = control[H] if control[H] > 0.0 else first_guess(order, sizes, control, series)
+    h = loop.control[at.H] if loop.control[at.H] > 0.0 else first_guess(order, loop, series)
     if not h < math.inf:
-        return longest_step(control)
-    tolerance = max(control[RTOL], 1e-17)
+        return longest_step(loop.control)
+    tolerance = max(loop.control[at.RTOL], 1e-17)
     t0, t1, t2, t3 = 0.0, 0.0, 0.0, 0.0
-    for i in range(sizes[NQ], sizes[NY]):
-        weight = tolerance / rate_tolerance(control, h, i, series)
+    for i in range(loop.sizes[at.NQ], loop.sizes[at.NY]):
+        weight = tolerance / rate_tolerance(loop.control, h, i, series)
         t0 = max(t0, weight * abs(series[last, i]))
         t1 = max(t1, weight * abs(series[last - 1, i]))
         t2 = max(t2, weight * abs(series[last - 2, i]))
@@ -68,12 +68,12 @@ def series_step(order, sizes, control, series, cell):
     if t3 > 0.0:
         highest = max(highest, log2(t3, cell) / (last - 3))
     if highest == -math.inf:
-        highest = first_term_below(last - WINDOW, last // 2, h, tolerance, sizes, control, series, cell)
+        highest = first_term_below(last - WINDOW, last // 2, h, tolerance, loop, series, cell)
         if highest == -math.inf:
-            return longest_step(control)
+            return longest_step(loop.control)
     # At the limit of round-off, what is left out must not add up over many steps where rounding does not.
     left_out = tolerance if tolerance > ROUND_OFF_RTOL else 1e-3 * tolerance
-    left_out *= SHARE_WITH_TAIL if has_tail(sizes) else SHARE
+    left_out *= SHARE_WITH_TAIL if has_tail(loop.sizes) else SHARE
     return math.exp((log2(left_out, cell) / last - highest) * LOG_2)
 
 
@@ -84,12 +84,12 @@ def all_finite_sum(a, b, c, d):
 
 
 @jitted
-def first_term_below(k, end, h, tolerance, sizes, control, series, cell):
+def first_term_below(k, end, h, tolerance, loop, series, cell):
     """Return log2 of the highest term from order `k` down to `end` that is not zero, divided by its order."""
     while k >= end:
         largest = 0.0
-        for i in range(sizes[NQ], sizes[NY]):
-            largest = max(largest, abs(series[k, i]) * tolerance / rate_tolerance(control, h, i, series))
+        for i in range(loop.sizes[at.NQ], loop.sizes[at.NY]):
+            largest = max(largest, abs(series[k, i]) * tolerance / rate_tolerance(loop.control, h, i, series))
         if largest > 0.0:
             return log2(largest, cell) / k
         k -= 1
@@ -104,12 +104,12 @@ def log2(x, cell):
 
 
 @jitted
-def first_guess(order, sizes, control, series):
+def first_guess(order, loop, series):
     """Return a length [s] for the sizes of rates during a first step: the radius that the last terms show."""
-    nq, longest = sizes[NQ], math.inf
+    nq, longest = loop.sizes[at.NQ], math.inf
     for k in range(order - 1, 0, -1):
         largest, size = 0.0, 0.0
-        for i in range(nq, nq + sizes[NV]):
+        for i in range(nq, nq + loop.sizes[at.NV]):
             largest = max(largest, abs(series[k, i]))
             size = max(size, abs(series[1, i]), abs(series[0, i]))
         if largest > 0.0:
@@ -120,14 +120,14 @@ def first_guess(order, sizes, control, series):
 
 
 @jitted
-def defect(h, order, sizes, control, series, slope, predicted):
+def defect(h, order, loop, series, slope, predicted):
     """Return how far the accelerations in `slope` are from those that the series predicts at `h`.
 
     In units of the tolerance of the rates, whose error is about h / order times that of their derivative at the end.
     """
     worst = 0.0
-    for i in range(sizes[NQ], sizes[NQ] + sizes[NV]):
-        error = abs(slope[i] - predicted[i]) * h / (order * rate_tolerance(control, h, i, series))
+    for i in range(loop.sizes[at.NQ], loop.sizes[at.NQ] + loop.sizes[at.NV]):
+        error = abs(slope[i] - predicted[i]) * h / (order * rate_tolerance(loop.control, h, i, series))
         if not error <= worst:
             worst = error
     return worst

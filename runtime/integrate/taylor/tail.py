@@ -1,7 +1,7 @@
 """What a Taylor series leaves out, estimated from its last terms."""
 
 from symgen.runtime.code.jitted import jitted
-from symgen.runtime.integrate.layout import NQ, NY
+from symgen.runtime.integrate import layout as at
 
 # A recurrence that leaves more than this of the last terms, squared, tells nothing about the next ones.
 _MOST_LEFT = 0.25
@@ -15,7 +15,7 @@ _TINY = 1e-200  # sums of squares below it are not exact, and what follows such 
 @jitted
 def has_tail(sizes):
     """Whether there are more terms than it takes to find a recurrence: those of a single rate fit one in any case."""
-    return sizes[NY] - sizes[NQ] > 1
+    return sizes[at.NY] - sizes[at.NQ] > 1
 
 
 @jitted
@@ -46,7 +46,7 @@ def tail_factors(h, order, sizes, series):
     scale1 = scale2 * h
     scale0 = scale1 * h
     aa, ab, bb, ya, yb, yy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(sizes[NQ], sizes[NY]):
+    for i in range(sizes[at.NQ], sizes[at.NY]):
         y0 = scale0 * series[order - 1, i]
         y1 = scale1 * series[order - 2, i]
         y2 = scale2 * series[order - 3, i]
@@ -86,7 +86,7 @@ def add_tail(before, last, h, order, sizes, series, total, lost, slope):
         Changed in place.
     """
     turns = order / h
-    for i in range(sizes[NQ], sizes[NY]):
+    for i in range(sizes[at.NQ], sizes[at.NY]):
         tail = before * series[order - 2, i] + last * series[order - 1, i]
         rounded = total[i] + tail
         lost[i] += tail - (rounded - total[i])
@@ -98,12 +98,12 @@ def add_tail(before, last, h, order, sizes, series, total, lost, slope):
 def append_tail(order, sizes, series):
     """Make what follows the last terms of a series in the place θ of a step its last row, for dense output."""
     before, last = tail_factors(1.0, order, sizes, series)
-    for i in range(sizes[NQ], sizes[NY]):
+    for i in range(sizes[at.NQ], sizes[at.NY]):
         series[order, i] = before * series[order - 2, i] + last * series[order - 1, i]
 
 
 @jitted
 def drop_tail(order, sizes, series):
     """Clear the last row of rates and work again: the kernel that computes series does not write it."""
-    for i in range(sizes[NQ], sizes[NY]):
+    for i in range(sizes[at.NQ], sizes[at.NY]):
         series[order, i] = 0.0
