@@ -44,7 +44,7 @@ def optimise(module: llvm.ModuleRef, speed_level: int) -> None:
 
 
 def drop_unused_arguments(module: llvm.ModuleRef) -> None:
-    """Take off what internal functions do not read of their arguments, most of a record: LLVM's pipeline looks too early."""
+    """Take off arguments, parts of records, that internal functions do not read: LLVM's pipeline looks too early."""
     with _lock:
         passes = llvm.create_new_module_pass_manager()
         passes.add_sroa_pass()
