@@ -128,7 +128,7 @@ def test_history_is_moved_on_its_polynomial(shift, factor):
     polynomials = [np.polynomial.Polynomial(random.normal(size=6)) for _ in range(3)]
     arrays = loop(fixture("oscillator"), t_end=1.0)
     w = history(polynomials, 0.1, arrays, 5)
-    python(resample)(arrays.sizes, arrays.counters, shift, factor, w)
+    python(resample)(arrays, shift, factor, w)
     points = 0.1 * (shift - factor * np.arange(6.0))
     values = np.array([polynomial(points) for polynomial in polynomials]).T
     expected = [np.diff(values[::-1], i, axis=0)[-1] for i in range(6)]
