@@ -50,7 +50,7 @@ def command(
     path = output or claim("the model", Path(f"{imported.model.name}.toml"))
     if path.exists():
         raise click.UsageError(f"{path} is there already: name another file with -o")
-    agreement = _agreement(imported, file, base) if check else []
+    agreement = _agreement(imported) if check else []
     write_text(path, text)
     description = imported.model.describe()
     say(
@@ -66,13 +66,12 @@ def command(
     say(f"wrote {path}")
 
 
-def _agreement(imported: Import, file: Path, base: str) -> list[str]:
+def _agreement(imported: Import) -> list[str]:
     """The lines of a comparison with Pinocchio."""
     from symgen.link import derive
     from symgen.robots.agreement import compare_with_pinocchio
-    from symgen.robots.urdf import read_urdf
 
-    found = compare_with_pinocchio(derive(imported.model), imported, read_urdf(file), base == "free")
+    found = compare_with_pinocchio(derive(imported.model), imported)
     worst = {name: value for name, value in vars(found).items() if name != "states" and value == value}
     largest = max(worst, key=worst.get)
     return [

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..errors import ModelError
 from .build import Import
-from .urdf import Robot
 
 if TYPE_CHECKING:
     from symgen.runtime import System
@@ -41,9 +40,7 @@ class Agreement:
     accelerations: float
 
 
-def compare_with_pinocchio(
-    system: System, imported: Import, robot: Robot, free: bool, states: int = 20
-) -> Agreement:
+def compare_with_pinocchio(system: System, imported: Import, states: int = 20) -> Agreement:
     """Compare an imported robot with what Pinocchio reads from the file.
 
     Parameters
@@ -51,10 +48,6 @@ def compare_with_pinocchio(
     system : System
         Derived from `imported.model`.
     imported : Import
-    robot : Robot
-        As the file has it.
-    free : bool
-        Whether its base is free.
     states : int
         How many random states.
 
@@ -68,15 +61,16 @@ def compare_with_pinocchio(
     except ImportError:
         raise ModelError("comparing needs Pinocchio", hint="pip install pin") from None
     try:
-        base = (pin.JointModelFreeFlyer(),) if free else ()
-        theirs = pin.buildModelFromUrdf(robot.file, *base)
+        base = (pin.JointModelFreeFlyer(),) if imported.base == "free" else ()
+        theirs = pin.buildModelFromUrdf(imported.robot.file, *base)
     except Exception as error:  # of a compiled library, with a type of its own
-        raise ModelError(f"Pinocchio refuses the file: {error}"[:400], file=robot.file) from None
-    return _Comparison(pin, theirs, system, imported, robot, free).over(states)
+        raise ModelError(f"Pinocchio refuses the file: {error}"[:400], file=imported.robot.file) from None
+    return _Comparison(pin, theirs, system, imported).over(states)
 
 
 class _Comparison:
-    def __init__(self, pin: Any, theirs: Any, system: System, imported: Import, robot: Robot, free: bool):
+    def __init__(self, pin: Any, theirs: Any, system: System, imported: Import):
+        robot, free = imported.robot, imported.base == "free"
         self._pin, self._model, self._system, self._free = pin, theirs, system, free
         self._data, self._rng = theirs.createData(), np.random.default_rng(1)
         self._places = {name: k for k, name in enumerate(c["name"] for c in system.coordinates)}
@@ -102,22 +96,12 @@ class _Comparison:
             for name, body in imported.bodies.items()
             if body in numbers
         ]
-        self._p = system.parameter_values(
-            {
-                p["name"]: 0.0
-                for p in system.parameters
-                if p["doc"].startswith(("friction of ", "damping of "))
-            }
-        )
-        self._armature = self._armatures(robot, imported)
-
-    def _armatures(self, robot: Robot, imported: Import) -> np.ndarray:
-        """The rotors' inertias, which Pinocchio does not read."""
-        found = np.zeros(self._system.nv)
+        self._p = system.parameter_values()
+        # What Pinocchio does not read. Dry friction does not act in either: nothing says which way it slides.
+        self._armature, self._damping = np.zeros(system.nv), np.zeros(system.nv)
         for joint in robot.joints:
-            if imported.joints[joint.name] in self._rates:
-                found[self._rates[imported.joints[joint.name]]] = joint.armature
-        return found
+            if (rate := self._rates.get(imported.joints[joint.name])) is not None:
+                self._armature[rate], self._damping[rate] = joint.armature, joint.damping
 
     def over(self, states: int) -> Agreement:
         """The worst of some random states."""
@@ -133,10 +117,9 @@ class _Comparison:
         pin, model, data, system = self._pin, self._model, self._data, self._system
         y, q, v, B, b = self._state()
         nv = system.nv
-        M = self._full("mass_matrix", y, nv)
-        T, V = self._call("energy", y, 2)
-        forces = self._call("forces", y, nv)
-        poses = self._call("poses", y, 12 * len(system.bodies)).reshape(-1, 12)
+        M = self._call("mass_matrix", y).reshape(nv, nv)
+        T, V = self._call("energy", y)
+        poses = self._call("poses", y).reshape(-1, 12)
         pin.forwardKinematics(model, data, q, v)
         pin.updateFramePlacements(model, data)
         mass = pin.crba(model, data, q)
@@ -145,22 +128,20 @@ class _Comparison:
             pin.computeKineticEnergy(model, data, q, v),
             pin.computePotentialEnergy(model, data, q),
         )
-        bias = pin.rnea(model, data, q, v, b)
+        bias = B.T @ pin.rnea(model, data, q, v, b) + self._damping * y[-nv:]
         frames = [(data.oMf[frame], com) for _, frame, com in self._bodies]
         own = [k for k, _, _ in self._bodies]
         expected = B.T @ mass @ B + np.diag(self._armature)
-        free_motion = np.linalg.solve(expected, -B.T @ bias)
-        coupled = system.nh > 0
+        free_motion = np.linalg.solve(expected, -bias)
+        ours = np.full(nv, np.nan) if system.nh else self._call("rhs", y)[system.nq : system.nq + nv]
         return {
             "places": (poses[own, :3], np.array([frame.act(com) for frame, com in frames])),
             "rotations": (poses[own, 3:], np.array([frame.rotation.ravel() for frame, _ in frames])),
             "kinetic": (T, kinetic + self._armature @ (y[-nv:] ** 2) / 2),
             "potential": (V, potential),
             "mass_matrix": (M, expected),
-            "bias": (-forces, B.T @ bias),
-            "accelerations": (
-                (np.full(nv, np.nan), free_motion) if coupled else (self._accelerations(y), free_motion)
-            ),
+            "bias": (-self._call("forces", y), bias),
+            "accelerations": (ours, free_motion),
         }
 
     def _state(self) -> tuple[np.ndarray, ...]:
@@ -186,16 +167,8 @@ class _Comparison:
             b[:3] = -np.cross(u[3:6], R.T @ u[:3])
         return y, q, B @ y[system.nq :], B, b
 
-    def _call(self, name: str, y: np.ndarray, size: int) -> np.ndarray:
-        out = self._system.kernel(name)(0.0, y, self._p)
-        return out[:size]
-
-    def _full(self, name: str, y: np.ndarray, n: int) -> np.ndarray:
-        return self._system.kernel(name)(0.0, y, self._p).reshape(n, n)
-
-    def _accelerations(self, y: np.ndarray) -> np.ndarray:
-        system = self._system
-        return system.kernel("rhs")(0.0, y, self._p)[system.nq : system.nq + system.nv]
+    def _call(self, name: str, y: np.ndarray) -> np.ndarray:
+        return self._system.kernel(name)(0.0, y, self._p)
 
 
 def _apart(pairs: list[tuple[Any, Any]]) -> float:

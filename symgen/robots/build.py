@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..errors import ModelError, nearest
+from ..model.joint_types import ANGULAR_VELOCITY, TYPES
 from ..model.model import Model
 from ..model.names import LONGEST_NAME, name_fault
 from .urdf import Link, Robot, RobotJoint, Vector, read_urdf
@@ -19,6 +20,7 @@ EARTH = (0, 0, "-9.81 m/s^2")
 ROOT_JOINT, WORLD = "root", "world"
 _TYPES = {"floating": "free"}
 _INERTIA_KEYS = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+_ROUND_OFF = 1e-9  # of the largest moment: a negative one of this size is not worth a word
 
 
 @dataclass
@@ -27,6 +29,10 @@ class Import:
 
     Attributes
     ----------
+    robot : Robot
+        As the file has it.
+    base : str
+        "fixed" or "free".
     model : Model
     bodies, joints : dict of str to str
         Names in the model by those in the file.
@@ -34,6 +40,8 @@ class Import:
         What was left out or is odd, a sentence each.
     """
 
+    robot: Robot
+    base: str
     model: Model
     bodies: dict[str, str] = field(default_factory=dict)
     joints: dict[str, str] = field(default_factory=dict)
@@ -81,28 +89,29 @@ class _Builder:
         self._patterns = None if expose is None else list(expose)
         self._matched: set[str] = set()
         self._taken = {WORLD}  # in lower case
-        stem = _identifier(robot.name)
         described = f"Robot {robot.name!r:.60}, from {Path(robot.file).name!r:.60}"
-        self._model = make(stem, described, gravity=gravity, folder=Path(robot.file).parent)
-        self._result = Import(self._model)
+        self._model = make(
+            _identifier(robot.name), described, gravity=gravity, folder=Path(robot.file).parent
+        )
+        self._result = Import(robot, base, self._model)
 
     def build(self) -> Import:
         robot, result = self._robot, self._result
-        massive = self._with_mass_below()
-        if self._base == "fixed" and not any(self._moves(joint, massive) for joint in robot.joints):
+        moving = self._moving()
+        if self._base == "fixed" and not moving:
             raise robot.root.place.error(
-                "nothing moves: it has no joint that moves a mass", "let its base move freely"
+                "nothing moves: it has no joint that moves a mass", "let its base move freely (--base free)"
             )
         for joint in robot.joints:  # coordinates have the joints' names, so these come first
-            result.joints[joint.name] = self._name(joint.name)
+            result.joints[joint.name] = self._name(joint.name, _TYPES.get(joint.type, joint.type))
         self._root()
         for joint in robot.joints:
             self._body(robot.links[joint.child])
         for joint in robot.joints:
-            self._joint(joint, self._moves(joint, massive))
+            self._joint(joint, joint.name in moving)
         for joint in robot.joints:
-            if self._moves(joint, massive):
-                self._mimic(joint)
+            if joint.mimic is not None and joint.name in moving:
+                self._mimic(joint, *joint.mimic)
         for pattern in self._patterns or ():
             if pattern not in self._matched:
                 raise ModelError(
@@ -111,30 +120,35 @@ class _Builder:
                 )  # fmt: skip
         return result
 
-    @staticmethod
-    def _moves(joint: RobotJoint, massive: set[str]) -> bool:
-        return joint.type != "fixed" and joint.child in massive
-
-    def _with_mass_below(self) -> set[str]:
-        """The links below which, themselves included, something has mass."""
-        found = {link.name for link in self._robot.links.values() if link.mass or any(link.inertia)}
+    def _moving(self) -> set[str]:
+        """The joints that move something that has mass, by themselves or through joints that mimic them."""
+        massive = {link.name for link in self._robot.links.values() if link.mass or any(link.inertia)}
         for joint in reversed(self._robot.joints):
-            if joint.child in found:
-                found.add(joint.parent)
+            if joint.child in massive:
+                massive.add(joint.parent)
+        found = {
+            joint.name for joint in self._robot.joints if joint.type != "fixed" and joint.child in massive
+        }
+        followed = {joint.name: joint.mimic[0] for joint in self._robot.joints if joint.mimic is not None}
+        for name in list(found):
+            while (name := followed.get(name)) is not None and name not in found:
+                found.add(name)
         return found
 
-    def _name(self, source: str) -> str:
-        """A name of the model for one of the file, unique among all of them."""
+    def _name(self, source: str, joint_type: str = "") -> str:
+        """A name of the model for one of the file; it is free, and so is what a joint of this name makes."""
         stem = _identifier(source)
         name, number = stem, 2
-        while name.lower() in self._taken or name_fault(name) is not None:
+        while (
+            not self._taken.isdisjoint(made := _made_names(name, joint_type)) or name_fault(name) is not None
+        ):
             name, number = f"{stem}_{number}", number + 1
-        self._taken.add(name.lower())
+        self._taken |= made
         return name
 
-    def _number(self, source: str, key: str, value: float, unit: str, most: bool = True) -> float | str:
+    def _number(self, source: str, key: str, value: float, unit: str) -> float | str:
         """A number of a link or joint: a parameter's name where it is exposed, itself otherwise."""
-        exposed = most and value != 0
+        exposed = value != 0
         if self._patterns is not None:
             fitting = [p for p in self._patterns if fnmatch.fnmatchcase(f"{source}.{key}", p)]
             self._matched.update(fitting)
@@ -164,17 +178,13 @@ class _Builder:
 
     def _possible_inertia(self, link: Link) -> tuple[float, ...]:
         """The tensor in the link's axes, without negative moments; other things that no body has are said and kept."""
-        tensor = _turned(link.inertia, link.rpy)
-        moments, axes = _principal(tensor)
+        tensor, (a, b, c) = inertia_in_link(link.inertia, link.rpy)
         place = f"line {link.place.line}: the link {link.name!r:.60}"
-        a, b, c = moments
-        if a < 0:
-            if a < -1e-9 * c:
-                self._result.notes.append(
-                    f"{place} has a negative principal moment of inertia, {a:.4g} kg m^2; it is taken as 0"
-                )
-            return _tensor([max(x, 0.0) for x in moments], axes)
-        if a + b < c * (1 - 1e-6):
+        if a < -_ROUND_OFF * c:
+            self._result.notes.append(
+                f"{place} has a negative principal moment of inertia, {a:.4g} kg m^2; it is taken as 0"
+            )
+        elif 0 <= a and a + b < c * (1 - 1e-6):
             self._result.notes.append(
                 f"{place} has principal moments that no rigid body has, and they are kept: "
                 f"{a:.4g} + {b:.4g} < {c:.4g} kg m^2"
@@ -188,8 +198,8 @@ class _Builder:
             self._result.bodies[root.name] = WORLD
             return
         self._body(root)
-        kind = "free" if self._base == "free" else "fixed"
-        self._model.joint(self._name(ROOT_JOINT), kind, self._result.bodies[root.name])
+        name = self._name(ROOT_JOINT, self._base)
+        self._model.joint(name, self._base, self._result.bodies[root.name])
 
     def _joint(self, joint: RobotJoint, moves: bool) -> None:
         bodies, name = self._result.bodies, self._result.joints[joint.name]
@@ -216,7 +226,8 @@ class _Builder:
             if joint.limits:
                 lower, upper = joint.limits
                 more["limits"] = joint.limits
-                more["start"] = min(max(0.0, lower), upper)
+                # What mimics starts where the joint that it follows says.
+                more["start" if joint.mimic is None else "guess"] = min(max(0.0, lower), upper)
         self._model.joint(name, kind, bodies[joint.child], bodies[joint.parent], origin or None, **more)
         if kind in ("revolute", "continuous", "prismatic"):
             self._forces(joint, name, "force" if linear else "torque")
@@ -231,10 +242,7 @@ class _Builder:
             self._model.input(motor, "N" if what == "force" else "N*m")
             self._model.force(name, motor)
 
-    def _mimic(self, joint: RobotJoint) -> None:
-        if joint.mimic is None:
-            return
-        followed, ratio, offset = joint.mimic
+    def _mimic(self, joint: RobotJoint, followed: str, ratio: float, offset: float) -> None:
         first, second = self._result.joints[joint.name], self._result.joints[followed]
         self._model.gear(self._name(f"{first}_mimic"), first, second, ratio, offset)
 
@@ -247,41 +255,49 @@ def _identifier(source: str) -> str:
     return name if name_fault(name) is None else f"{name}_"
 
 
-def rotation(rpy: Vector) -> list[list[float]]:
-    """The rotation matrix of roll, pitch and yaw: about the fixed axes x, y, z, in this order."""
+def _made_names(name: str, joint_type: str) -> set[str]:
+    """A name in lower case, and those of the coordinates and rates that a joint of this name and type has."""
+    made = {name}
+    if joint_type:
+        kind = TYPES[joint_type]
+        made |= {*kind.coordinate_names(name), *(name + suffix for suffix in kind.velocities)}
+        made |= {name + suffix for suffix in ANGULAR_VELOCITY if kind.quaternion}
+    return {one.lower() for one in made}
+
+
+def inertia_in_link(
+    inertia: Sequence[float], rpy: Vector
+) -> tuple[tuple[float, ...], tuple[float, float, float]]:
+    """Return a tensor in the axes of the link, and its principal moments.
+
+    Parameters
+    ----------
+    inertia : sequence of 6
+        Ixx, Iyy, Izz, Ixy, Ixz, Iyz in the axes of the inertial frame [kg m^2].
+    rpy : tuple of 3 floats
+        Roll, pitch and yaw of that frame: about the fixed axes x, y, z of the link, in this order [rad].
+
+    Returns
+    -------
+    tensor : tuple of 6 floats
+        R I Rᵀ; negative principal moments are taken as 0.
+    moments : tuple of 3 floats
+        As they are in the file, smallest first.
+    """
+    # Models are built without NumPy, which takes longer to load than most of them; robots are not.
+    import numpy as np
+
+    xx, yy, zz, xy, xz, yz = inertia
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(x), math.cos(x)) for x in rpy)
-    return [
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ]
-
-
-def _turned(inertia: Sequence[float], rpy: Vector) -> tuple[float, ...]:
-    """The tensor in the axes of the link: R I Rᵀ."""
-    if not any(rpy):
-        return tuple(inertia)
-    xx, yy, zz, xy, xz, yz = inertia
-    tensor, turn = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], rotation(rpy)
-    half = [[sum(turn[i][k] * tensor[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
-    full = [[sum(half[i][k] * turn[j][k] for k in range(3)) for j in range(3)] for i in range(3)]
-    return tuple(full[i][j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-
-
-def _principal(inertia: Sequence[float]) -> tuple[list[float], list[list[float]]]:
-    """Principal moments, smallest first, and their axes as columns."""
-    from numpy.linalg import (
-        eigh,  # models are built without NumPy, which takes longer to load than most of them
+    turn = np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
     )
-
-    xx, yy, zz, xy, xz, yz = inertia
-    moments, axes = eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    return moments.tolist(), axes.tolist()
-
-
-def _tensor(moments: Sequence[float], axes: Sequence[Sequence[float]]) -> tuple[float, ...]:
-    """Ixx, Iyy, Izz, Ixy, Ixz, Iyz of principal moments and axes."""
-    return tuple(
-        sum(moments[k] * axes[i][k] * axes[j][k] for k in range(3))
-        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    )
+    tensor = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
+    moments, axes = np.linalg.eigh(tensor)
+    if moments[0] < 0.0:
+        tensor = axes @ np.diag(np.maximum(moments, 0.0)) @ axes.T
+    return tuple(tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist()), tuple(moments.tolist())
