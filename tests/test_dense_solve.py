@@ -226,6 +226,7 @@ def test_what_does_not_fit_is_refused():
     text = emit(derive(chain(26)))
     refused(text.replace("factor_ldl(w0, 26, 26)", "factor_ldl(w0, 27, 26)"), "do not fit")
     refused(text.replace("solve_ldl(w0, b0, 26)", "solve_ldl(w0, w0, 26)"), "do not fit")
+    refused(text.replace("solve_ldl(w0, b0, 26)", f"solve_ldl(w0, b0, {'2' * 5000})"), "do not fit")
     refused(text.replace("w0[1] = ", "w0[702] = "), "702 values")
     with pytest.raises(ModuleError, match="is not the one that this run time knows"):
         runtime.load(text.replace("s = s + a[k * n + i] * b[i]", "s = s - a[k * n + i] * b[i]"))

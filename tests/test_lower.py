@@ -213,6 +213,8 @@ def test_no_fused_multiply_add():
         "out[0] = [1.0 for i in y][0]",
         "exec('1')",
         "out[0] = eval('1')",
+        pytest.param(f"out[0] = {'9' * 5000}", id="more digits than Python reads"),
+        "out[0] = \u0663",  # a digit, though none of Python's
         "y[0] = 1.0",
         "out = y",
         "sin = y[0]",

@@ -43,6 +43,7 @@ _DOCSTRING = re.compile(r' {4}"""((?:[^"\\]|"(?!""))*)"""')
 _ASSIGNMENT = re.compile(r"( {4}| {8})([A-Za-z_]\w*)(?:\[([\w +*]+(?:\[k\])?)\])? = (.+)")
 _LOOP = re.compile(r" {4}for k in range\((\d{1,15})\):")
 _CALL = re.compile(r"( {4}| {8})(\w+)\(([\w, ]*)\)")
+_SIZE = re.compile(r"[0-9]{1,15}")
 _ZEROS = re.compile(r"\[0\.0\] ?\* ?(\d{1,15})")
 _PLACE = re.compile(r"(?:(\d{1,15})|(?:(\d{1,15}) \+ )?(?:(\d{1,15}) ?\* ?)?k|(\w+)\[k\])")
 _TOKEN = re.compile(
@@ -56,6 +57,7 @@ _TOTAL = re.compile(r"e[0-9]+")  # a number that subsystems or passes of a loop 
 _BINARY = {"+": ("add", 1), "-": ("sub", 1), "*": ("mul", 2), "/": ("div", 2)}
 _STRENGTH = {"add": 1, "sub": 1, "mul": 2, "div": 2}
 _EXACT_INTEGERS = 2**53
+_MOST_DIGITS = 400  # of an integer; Python refuses to read thousands of them
 _NO_READS: tuple = ()
 _SOLVERS_WITH_TABLES = {"factor_fronts": 1, "solve_fronts": 2}  # and how many arrays they take
 _SOLVERS = {"factor_ldl": (1, 2), "solve_ldl": (2, 1)}  # how many arrays and numbers
@@ -332,7 +334,7 @@ class _Parser:
         missing = [name for name in arrays if name not in self.arrays]
         if missing:
             self.refuse(f"{solver} is called with an array that is not there")
-        if len(set(arrays)) != n or len(numbers) != rest or not all(word.isdecimal() for word in numbers):
+        if len(set(arrays)) != n or len(numbers) != rest or not all(map(_SIZE.fullmatch, numbers)):
             self.refuse(f"{solver} is called with local arrays that do not fit its sizes")
         for name in arrays:
             self.versions[name] += 1
@@ -385,8 +387,10 @@ class _Parser:
         self.refuse(f"{word!r} is read before it is computed")
 
     def _number(self, word: str) -> int:
+        if not word.isascii():  # a digit of another script, which is none in Python
+            raise _OtherFormError(word)
         if word.isdecimal():
-            if int(word) > _EXACT_INTEGERS:
+            if len(word) > _MOST_DIGITS or int(word) > _EXACT_INTEGERS:
                 self.refuse(f"{word:.40} is not a number of float64")
             return self.nodes.const(int(word))
         value = float(word)
