@@ -182,3 +182,37 @@ def test_importing_runtime_brings_neither_sympy_nor_the_compile_time_half_nor_re
 
 def test_the_command_starts_without_heavy_imports():
     assert not loaded_by("import symgen.cli") & {"sympy", "rerun", "scipy", "matplotlib"}
+
+
+CODE_OF_KERNELS = ("symgen.runtime.code.modules", "symgen.runtime.code.compiler")
+NOTHING_TO_DECIDE = {  # what they do leaves no trace in what is kept
+    "symgen.runtime.errors", "symgen.runtime.code.cache", "symgen.runtime.code.ownership",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "keyed_by, starts",
+    [
+        ("runtime/code/engine.py", CODE_OF_KERNELS),
+        ("runtime/module_check.py", ("symgen.runtime.module_check",)),
+    ],
+)
+def test_what_is_kept_is_keyed_by_all_files_that_decide_it(keyed_by, starts):
+    """An edit of a file that is left out would go on with the machine code, or the verdict, of before."""
+    tree = ast.parse((ROOT / keyed_by).read_text(encoding="utf-8"))
+    names = next(
+        ast.literal_eval(node.value)
+        for node in tree.body
+        if isinstance(node, ast.Assign) and node.targets[0].id == "_SOURCES"
+    )
+    folder = (ROOT / keyed_by).parent
+    listed = {(folder / name).with_suffix(".py").resolve() for name in names}
+    known = import_graph.modules()
+    needed, pending = set(), list(starts)
+    while pending:
+        module = known.get(pending.pop())
+        if module is None or module.name in needed | NOTHING_TO_DECIDE:
+            continue
+        needed.add(module.name)
+        pending += [i.imported for i in module.imports if i.level in ("module", "function")]
+    assert listed == {known[name].file for name in needed}
