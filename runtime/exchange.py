@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.batches import evaluate
-from symgen.runtime.spread import spread_rows
+from symgen.runtime.sampling import sample_rows
 
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
@@ -100,7 +100,7 @@ def energy_error_so_far(
         What resets of events have added to T + V.
     """
     n = system.nq + system.nv
-    rows = spread_rows(n_frames, _LOOKED_AT)
+    rows = sample_rows(n_frames, _LOOKED_AT)
     times, states = np.append(arrays.frame_times[rows], t), np.vstack([arrays.frames[rows], y])
     energies = evaluate(system, "energy", arrays.p, times, states)
     work = states[:, n:].sum(axis=1)

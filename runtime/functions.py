@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from symgen.runtime.abi import ENTRIES, array_sizes
-from symgen.runtime.code.grammar import FunctionText
+from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.errors import UnknownNameError, nearest
 from symgen.runtime.kernel import Kernel, KernelSource, compile_kernel
 from symgen.runtime.names import acceleration_labels, rate_labels

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.llvm_text import PREPARED
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.module_source import ModuleSource

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 contact_forms = Late("symgen.runtime.contact.forms")
-work_along = Late("symgen.runtime.work_along")
+work_quadrature = Late("symgen.runtime.work_quadrature")
 
 _STATISTICS = {
     "steps": at.STEPS,
@@ -83,7 +83,7 @@ def summarise(
         and not _has_jumped(run)
     ):
         states = rows[:, : system.nq + system.nv]
-        along = work_along.work_that_balances(system, arrays.p, times, states, energies, work)
+        along = work_quadrature.work_that_balances(system, arrays.p, times, states, energies, work)
         if along is not None:
             work, notes = along, [*notes, _WORK_ALONG.format(error)]
             exchange = Exchange(energies, work)

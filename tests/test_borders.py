@@ -30,7 +30,7 @@ NEEDED = {
 }
 DECLARED = {*NEEDED, "matplotlib", "pinocchio"}  # diagrams and comparisons are extras
 # A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
-EXECUTES = {"symgen/model/library.py", "runtime/code/grammar.py"}
+EXECUTES = {"symgen/model/library.py", "runtime/code/function_text.py"}
 # Whose functions import modules of ours that need SymPy, Numba or LLVM, or what writes their input.
 INSIDE_FUNCTIONS = {
     "symgen/cli/import_.py",
@@ -38,7 +38,7 @@ INSIDE_FUNCTIONS = {
     "runtime/code/bridge.py",
     "runtime/code/dataflow.py",
     "runtime/code/engine.py",
-    "runtime/code/grammar.py",
+    "runtime/code/function_text.py",
     "runtime/code/host.py",
     "runtime/code/jitted.py",
     "runtime/functions.py",

@@ -16,7 +16,7 @@ from symgen.emit import function as function_text
 from symgen.emit.module import emit
 from symgen.model.library import find, load
 from symgen.runtime.code.dataflow import follow
-from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.module import read_module
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from symgen.runtime.code import cache, compiler, engine
-from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.modules import lower_function
 
 ROOT = Path(__file__).parent.parent

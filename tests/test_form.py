@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from symgen.runtime import load
-from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.modules import lower_function
 from symgen.runtime.code.printing import text_of
 from symgen.runtime.errors import ModuleError

@@ -22,7 +22,7 @@ from symgen.derive.load import Loader
 from symgen.model.expressions import parse
 from symgen.model.functions import CLASSES
 from symgen.runtime.code import compiler, engine
-from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.modules import lower_function
 from symgen.runtime.graph.functions import ENTRIES, IN_CODE, IN_MODELS, Arithmetic, slopes
 from symgen.runtime.linear.duals import _MATHEMATICS, Dual

@@ -13,7 +13,7 @@ from symgen import Model
 from symgen.link import derive
 from symgen.model.library import find, load
 from symgen.runtime.batches import accelerations_and_multipliers
-from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.linear import LinearModel, linearise
 from symgen.runtime.linear.duals import Dual, carried_out

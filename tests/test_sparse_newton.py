@@ -14,7 +14,7 @@ from symgen.model.library import find, load
 from symgen.runtime.checks.extreme_rates import extreme_eigenvalues
 from symgen.runtime.checks.time_scales import motion_jacobian
 from symgen.runtime.code.compact import compact
-from symgen.runtime.code.grammar import FunctionText, Lengths
+from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.errors import ModuleError

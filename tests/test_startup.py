@@ -19,7 +19,7 @@ from symgen.model import library
 from symgen.runtime import RunOptions, System, load, module, solve
 from symgen.runtime.code import dense_ldl, front_ldl
 from symgen.runtime.explain import savings
-from symgen.runtime.spread import spread_rows
+from symgen.runtime.sampling import sample_rows
 from symgen.runtime.taylor.kernel import taylor_refusal
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -120,7 +120,7 @@ def test_the_generators_hash_is_remembered_while_its_sources_stay(tmp_path, monk
 @pytest.mark.parametrize("n", [1, 2, 3, 10, 101])
 @pytest.mark.parametrize("most", [1, 2, 5, 50, 200])
 def test_spread_rows_are_those_of_a_plain_formula(n, most):
-    rows = spread_rows(n, most)
+    rows = sample_rows(n, most)
     assert rows.tolist() == np.unique(np.linspace(0, n - 1, most).astype(int)).tolist()
 
 

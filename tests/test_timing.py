@@ -17,7 +17,7 @@ from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.recording.resume import Resumed
 from symgen.runtime.recording.verify import verify
-from symgen.runtime.timing.search import find_course
+from symgen.runtime.timing.search import find_step_limits
 
 MODEL = """
 name = "hit"
@@ -67,27 +67,27 @@ def values(**changed):
     return {"a": 1000.0, "tp": 5.0, "w": 1e-3, "b": 0.0, "d": 0.02, "c": 0.0} | changed
 
 
-def course(system, t_end=10.0, **changed):
-    return find_course(system, system.parameter_values(changed), 0.0, t_end)
+def step_limits(system, t_end=10.0, **changed):
+    return find_step_limits(system, system.parameter_values(changed), 0.0, t_end)
 
 
 @pytest.mark.parametrize("w", [1e-1, 1e-3, 1e-6, 1e-10])
 def test_a_pulse_is_found_however_narrow(hit, w):
-    found = course(hit, t_end=1000.0, w=w, tp=777.77)
+    found = step_limits(hit, t_end=1000.0, w=w, tp=777.77)
     assert np.isinf(found.longest[[0, -1]]).all() and (found.longest[1:-1] <= 2.0 * w).all()
     assert 777.77 - 20.0 * w < found.begin[1] < 777.77 - 5.0 * w < 777.77 + 5.0 * w < found.begin[-1]
 
 
 def test_jumps_are_found_to_the_last_bit(hit):
-    found = course(hit, **BOX, tp=math.pi)
-    inside = find_course(hit, hit.parameter_values({**BOX, "tp": math.pi, "d": 1e-9}), 0.0, 10.0)
+    found = step_limits(hit, **BOX, tp=math.pi)
+    inside = find_step_limits(hit, hit.parameter_values({**BOX, "tp": math.pi, "d": 1e-9}), 0.0, 10.0)
     assert found.before[0] < math.pi < found.after[0]
     assert found.after[0] == np.nextafter(math.pi, 4.0) and found.before[0] == np.nextafter(math.pi, 3.0)
     assert len(found.before) == len(inside.before) == 2
 
 
 def test_what_is_found_does_not_depend_on_the_end(hit):
-    shorter, longer = course(hit, t_end=7.3, **BOX), course(hit, t_end=5000.0, **BOX)
+    shorter, longer = step_limits(hit, t_end=7.3, **BOX), step_limits(hit, t_end=5000.0, **BOX)
     assert np.array_equal(shorter.before, longer.before) and np.array_equal(shorter.after, longer.after)
 
 

@@ -172,16 +172,16 @@ def _timetable(
 ) -> Timetable | None:
     """Return what the steps of a companion keep to: what those of the run do, and a limit of their own."""
     own = solution.timetable
-    course, breaks = (own.course, own.breaks) if own is not None else (None, ())
+    step_limits, breaks = (own.step_limits, own.breaks) if own is not None else (None, ())
     looks = min(_LOOKS, _OF_ALLOWED * most_steps)
     adaptive = companion.method.adaptive
     limited = adaptive and companion.rtol < _LOOSE and looks >= 1.0
     longest = _UNLIKE * (end - t) / looks if limited else None
-    closely = sharp.course(_OF_ALLOWED * most_steps) if adaptive and sharp is not None else None
+    closely = sharp.step_limits(_OF_ALLOWED * most_steps) if adaptive and sharp is not None else None
     if closely is not None:
-        course = closely if course is None else course.within(closely)
+        step_limits = closely if step_limits is None else step_limits.within(closely)
     return timetable(
-        course, companion.method, RunOptions(t_start=t, t_end=end, max_step=longest, breaks=breaks)
+        step_limits, companion.method, RunOptions(t_start=t, t_end=end, max_step=longest, breaks=breaks)
     )
 
 

@@ -16,7 +16,7 @@ from symgen.runtime.checks.entry import HealthCheck, limited
 from symgen.runtime.lazy import Late
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Positions
-from symgen.runtime.spread import spread_numbers, spread_rows
+from symgen.runtime.sampling import quasi_random, sample_rows
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
@@ -39,7 +39,7 @@ _LARGEST_MATRIX = 200  # rates
 
 def equations(solution: Solution) -> Iterator[HealthCheck]:
     """Yield one entry: the largest that is left of any equation, in parts of its terms, and where."""
-    rows = spread_rows(len(solution.t), _STATES)
+    rows = sample_rows(len(solution.t), _STATES)
     rows = rows[np.isfinite(solution.states[rows]).all(axis=1)]
     worst = (0.0, "", 0.0, "")
     for system, p, of in _forms(solution, rows):
@@ -113,7 +113,7 @@ class _Held:
     def _weighted(self, values: np.ndarray) -> Iterator[np.ndarray]:
         """Yield the numbers of each state with weights between -1 and 1."""
         n = values.shape[1]
-        for weights in spread_numbers(_PROBES * n).reshape(_PROBES, n):
+        for weights in quasi_random(_PROBES * n).reshape(_PROBES, n):
             yield weights * values
 
     def _residuals(self, pairs: list[tuple[np.ndarray, np.ndarray]]) -> list[np.ndarray]:
@@ -154,7 +154,7 @@ class _Held:
 
     def _changed(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         n, n_set = self.states.shape[1], self.system.n_settable
-        numbers = spread_numbers(k * (n + n_set))[-(n + n_set) :]
+        numbers = quasi_random(k * (n + n_set))[-(n + n_set) :]
         p = self.p.copy()
         p[:n_set] *= 1.0 + _CHANGE * numbers[n:]
         return self.states * (1.0 + _CHANGE * numbers[:n]), p

@@ -14,7 +14,7 @@ from symgen.runtime.checks.sharpness import may_be_sharp
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
-from symgen.runtime.spread import spread_rows
+from symgen.runtime.sampling import sample_rows
 
 if TYPE_CHECKING:
     from symgen.runtime.checks.jumped_over import SharpPlaces
@@ -251,7 +251,7 @@ def _rows(solution: Solution) -> np.ndarray:
     """Return the frames at which states are compared; no two of them have one time."""
     different = np.flatnonzero(np.append(True, np.diff(solution.t) > 0.0))
     most = max(min(_MOST_FRAMES, _MOST_NUMBERS // solution.states.shape[1]), LEAST_FRAMES)
-    return different[spread_rows(len(different), most)]
+    return different[sample_rows(len(different), most)]
 
 
 def _extrapolated(solution: Solution, parts: list[ErrorEstimate], rate: float) -> ErrorEstimate:

@@ -23,7 +23,7 @@ from symgen.runtime.failures import state_names
 from symgen.runtime.integrate.methods import Method, find_method
 from symgen.runtime.lazy import Late
 from symgen.runtime.positions import Positions
-from symgen.runtime.spread import spread_rows
+from symgen.runtime.sampling import sample_rows
 
 if TYPE_CHECKING:
     from symgen.runtime.checks.time_scales import TimeScales
@@ -305,5 +305,5 @@ def _rows_for_time_scales(solution: Solution) -> np.ndarray:
     if solution.status == "failed" or not np.isfinite(solution.states).all():
         # Half of the time to it: growth shows late.
         n = max(1, (blow_up.first_outgrown(solution) or 2 * n) // 2)
-    rows = spread_rows(n, _STATES_FOR_TIME_SCALES)
+    rows = sample_rows(n, _STATES_FOR_TIME_SCALES)
     return rows[np.isfinite(solution.states[rows]).all(axis=1)]

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.errors import ModuleError
-from symgen.runtime.spread import spread_rows
-from symgen.runtime.timing.course import Course
+from symgen.runtime.sampling import sample_rows
 from symgen.runtime.timing.intervals import Intervals, Range
+from symgen.runtime.timing.step_limits import StepLimits
 from symgen.runtime.timing.terms import TimeTerms
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class SharpPlaces:
     end: np.ndarray
     scale: np.ndarray
 
-    def course(self, most_steps: float) -> Course | None:
+    def step_limits(self, most_steps: float) -> StepLimits | None:
         """Return where a companion has to look closely, with steps how long; None where nothing calls for it.
 
         Parameters
@@ -52,7 +52,7 @@ class SharpPlaces:
         most_steps : float
             How many steps it may take for this.
         """
-        return _course(self.begin, self.end, _LOOK * self.scale, most_steps)
+        return _step_limits(self.begin, self.end, _LOOK * self.scale, most_steps)
 
 
 def jumped_over(solution: Solution) -> SharpPlaces | None:
@@ -90,7 +90,7 @@ class _Path:
 
     def sharp_places(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return begins and ends of cells in which something changes much faster than steps were, and how fast [s]."""
-        marks = self._t[spread_rows(len(self._t), _CELLS + 1)]
+        marks = self._t[sample_rows(len(self._t), _CELLS + 1)]
         begin, end = marks[:-1], marks[1:]
         found: list[tuple[np.ndarray, ...]] = []
         looked = 0
@@ -145,7 +145,9 @@ class _Path:
         return np.maximum(longest, self._lengths[first])
 
 
-def _course(begin: np.ndarray, end: np.ndarray, longest: np.ndarray, most_steps: float) -> Course | None:
+def _step_limits(
+    begin: np.ndarray, end: np.ndarray, longest: np.ndarray, most_steps: float
+) -> StepLimits | None:
     """Return limits of the step around some cells, those that cost least first, as far as the steps go."""
     before, after = begin - _AROUND * longest, end + _AROUND * longest
     with np.errstate(divide="ignore"):  # what changes in no time at all costs too much
@@ -160,4 +162,4 @@ def _course(begin: np.ndarray, end: np.ndarray, longest: np.ndarray, most_steps:
         inside = slice(*np.searchsorted(edges, [before[k], after[k]]))
         limits[inside] = np.minimum(limits[inside], longest[k])
     changes = np.append(True, limits[1:] != limits[:-1])
-    return Course(np.zeros(0), np.zeros(0), edges[changes], limits[changes])
+    return StepLimits(np.zeros(0), np.zeros(0), edges[changes], limits[changes])

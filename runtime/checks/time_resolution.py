@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.checks.entry import HealthCheck, limited
-from symgen.runtime.spread import spread_rows
+from symgen.runtime.sampling import sample_rows
 from symgen.runtime.timing.terms import Samples, TimeTerms
 
 if TYPE_CHECKING:
@@ -29,13 +29,13 @@ def time_resolution(solution: Solution) -> Iterator[HealthCheck]:
     timetable = solution.timetable
     if timetable is None:
         return
-    course = timetable.course
-    if course.missed:
+    step_limits = timetable.step_limits
+    if step_limits.missed:
         says = (
-            f"forces or constraints change with time alone within {course.missed:.2g} s, too often for steps to "
+            f"forces or constraints change with time alone within {step_limits.missed:.2g} s, too often for steps to "
             "follow: take their mean, or a shorter run"
         )
-        yield HealthCheck("time terms", False, course.missed, 0.0, says)
+        yield HealthCheck("time terms", False, step_limits.missed, 0.0, says)
     elif solution.step and solution.system.has("time_terms"):
         left_out, t = _left_out(solution, solution.step)
         found = f"steps of {solution.step:.3g} s leave out {left_out:.2g} of what time alone does at t = {t:.6g} s"
@@ -46,16 +46,16 @@ def time_resolution(solution: Solution) -> Iterator[HealthCheck]:
 
 def _left_out(solution: Solution, step: float) -> tuple[float, float]:
     """Return the largest part of a term that steps do not see, and where [s]."""
-    course, t_start, t_end = solution.timetable.course, solution.t_start, float(solution.t[-1])
-    ends = np.append(course.begin[1:], np.inf)
+    step_limits, t_start, t_end = solution.timetable.step_limits, solution.t_start, float(solution.t[-1])
+    ends = np.append(step_limits.begin[1:], np.inf)
     terms = TimeTerms(solution.system, solution.p)
     worst, where = 0.0, t_start
-    for begin, end, limit in zip(course.begin, ends, course.longest, strict=True):
+    for begin, end, limit in zip(step_limits.begin, ends, step_limits.longest, strict=True):
         begin, end = max(begin, t_start), min(end, t_end)
         if step <= limit or end <= begin:
             continue
         first, last = np.floor((begin - t_start) / step), np.ceil((end - t_start) / step)
-        numbers = first + spread_rows(int(last - first), _MOST_STEPS)
+        numbers = first + sample_rows(int(last - first), _MOST_STEPS)
         starts = t_start + step * numbers
         parts = 2 * int(np.clip(_FINER * step / limit, 2, _MOST_PARTS // 2))
         times = starts[:, None] + step * np.arange(parts + 1) / parts

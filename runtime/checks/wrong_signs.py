@@ -15,7 +15,7 @@ from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.entry import HealthCheck, noted
 from symgen.runtime.checks.time_scales import motion_jacobian
 from symgen.runtime.lazy import Late
-from symgen.runtime.spread import spread_rows
+from symgen.runtime.sampling import sample_rows
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
@@ -77,7 +77,7 @@ def _negative_damping(solution: Solution) -> Iterator[HealthCheck]:
 def _even_power(solution: Solution, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the part of the power that is even in the rates, and the size of its parts, at some frames [W]."""
     system, column = solution.system, solution.system.nq + solution.system.nv
-    rows = spread_rows(len(solution.t), _FRAMES)
+    rows = sample_rows(len(solution.t), _FRAMES)
     t, q, v = solution.t[rows], solution.q[rows], solution.v[rows]
     forth, back = (evaluate(system, "rhs", p, t, np.hstack([q, sign * v]))[:, column] for sign in (1.0, -1.0))
     return 0.5 * (forth + back), 0.5 * (np.abs(forth) + np.abs(back))
@@ -143,7 +143,7 @@ def _negative_stiffness(solution: Solution) -> Iterator[HealthCheck]:
         return
     if solution.status == "failed" and not kinetic[-1] > _RUN_AWAY * kinetic[: len(kinetic) // 10 + 1].max():
         return  # it failed for another reason while it was fast
-    rows = spread_rows(len(solution.t), _STATES)
+    rows = sample_rows(len(solution.t), _STATES)
     origins = [
         mode_origin.fastest_growth(system, solution.p, solution.t[i], solution.q[i], solution.v[i])
         for i in rows

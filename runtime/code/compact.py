@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from symgen.runtime.abi import ENTRIES
-from symgen.runtime.code.grammar import FunctionText
+from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.graph.form import OUT, Form, Loop, Place, Statement, Write
 
 

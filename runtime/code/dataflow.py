@@ -11,7 +11,7 @@ from typing import NoReturn
 import numpy as np
 
 from symgen.runtime.code.facts import Facts
-from symgen.runtime.code.grammar import FunctionText
+from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.graph.form import OUT, Array, Form, Loop, Name, P, Place, Solve, Statement, Write
 
 _FACTORS = ("factor_ldl", "factor_fronts")

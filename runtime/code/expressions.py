@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-from symgen.runtime.code.grammar import FunctionText
+from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.code.llvm_text import constant
 from symgen.runtime.code.straight_line import StraightLine
 from symgen.runtime.graph.form import ELEMENT, HELD, P, Place, T

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from symgen.runtime.code import dense_ldl, front_ldl
 from symgen.runtime.code.expressions import ExpressionLowering
-from symgen.runtime.code.grammar import FunctionText
+from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.code.parse import LARGEST
 from symgen.runtime.code.straight_line import StraightLine
 from symgen.runtime.graph.form import OUT, Array, Loop, Name, P, Place, Solve, Statement, T

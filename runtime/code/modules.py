@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symgen.runtime.code.grammar import FunctionText
+from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.code.llvm_text import PREPARED, declarations, function, table
 from symgen.runtime.code.lower import Lowering
 

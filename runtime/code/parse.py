@@ -65,7 +65,7 @@ SOLVERS = (*_SOLVERS, *_SOLVERS_WITH_TABLES)
 
 
 class Text(Protocol):
-    """A function's text, see `symgen.runtime.code.grammar.FunctionText`."""
+    """A function's text, see `symgen.runtime.code.function_text.FunctionText`."""
 
     name: str
     text: str

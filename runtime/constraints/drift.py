@@ -9,7 +9,7 @@ import numpy as np
 
 from symgen.runtime.batches import evaluate
 from symgen.runtime.constraints.levels import Constraints
-from symgen.runtime.spread import spread_rows
+from symgen.runtime.sampling import sample_rows
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
@@ -54,7 +54,7 @@ def _worst(rows: np.ndarray, names: list[str], solution: Solution) -> Drift:
 def _velocity_scales(solution: Solution, sizes: np.ndarray) -> np.ndarray:
     duration = float(solution.t[-1] - solution.t[0])
     slow = sizes / duration if duration > 0.0 else np.zeros_like(sizes)
-    frames = spread_rows(len(solution.t), _STATES_FOR_SCALES)
+    frames = sample_rows(len(solution.t), _STATES_FOR_SCALES)
     scales = np.zeros(solution.system.m)
     for i in frames:
         here = Constraints(solution.system, solution.p, float(solution.t[i]))

@@ -11,13 +11,13 @@ from scipy.integrate import solve_ivp
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.constraints.kkt import robust_rhs_address
-from symgen.runtime.timing.timetable import course_of
+from symgen.runtime.timing.timetable import step_limits_of
 
 from .quantities import Quantities
 from .recording import Recording
 
 if TYPE_CHECKING:
-    from symgen.runtime.timing.course import Course
+    from symgen.runtime.timing.step_limits import StepLimits
 
 _MOST_EVALUATIONS = 20_000  # of the right-hand side for one interval and method
 _LIMIT = 1e3  # differences in units of the run's tolerance: several steps, and interpolation between them
@@ -76,12 +76,12 @@ def reintegrate(of: Quantities, recording: Recording, intervals: int, seed: int)
     random = np.random.default_rng(seed)
     chosen = np.sort(random.choice(free, min(intervals, len(free)), replace=False))
     nudge = _NUDGE * random.choice([-1.0, 1.0], y.shape[1])
-    course = course_of(of.system, of.p, float(t[0]), float(t[-1]))
+    step_limits = step_limits_of(of.system, of.p, float(t[0]), float(t[-1]))
     differences, times, methods, skipped = [], [], [], []
     for i in chosen.astype(int):
         form = of.in_form(recording.settings[i])
-        end, method = _integrate(form, course, t[i], t[i + 1], y[i], 1e-2 * tolerance)
-        nudged, _ = _integrate(form, course, t[i], t[i + 1], y[i] + nudge * tolerance, 1e-2 * tolerance)
+        end, method = _integrate(form, step_limits, t[i], t[i + 1], y[i], 1e-2 * tolerance)
+        nudged, _ = _integrate(form, step_limits, t[i], t[i + 1], y[i] + nudge * tolerance, 1e-2 * tolerance)
         if end is None or nudged is None:
             skipped.append(f"{t[i]:.9g} s")
             continue
@@ -122,13 +122,15 @@ def _scales(of: Quantities, y: np.ndarray) -> np.ndarray:
 
 
 def _integrate(
-    of: Quantities, course: Course | None, t0: float, t1: float, y0: np.ndarray, atol: np.ndarray
+    of: Quantities, step_limits: StepLimits | None, t0: float, t1: float, y0: np.ndarray, atol: np.ndarray
 ) -> tuple[np.ndarray | None, str]:
     for method in ("DOP853", "Radau"):
         y, times = y0, [t0, *of.system.input_breaks(t0, t1), t1]
         try:
             for start, end in pairwise(times):
-                for piece in [(start, end, np.inf)] if course is None else course.pieces(start, end):
+                for piece in (
+                    [(start, end, np.inf)] if step_limits is None else step_limits.pieces(start, end)
+                ):
                     y = _integrate_smooth(of, *piece, y, method, atol)
         except _TooManyEvaluations:
             continue

@@ -22,7 +22,7 @@ from symgen.runtime.inputs.recorded import drive_again
 from symgen.runtime.module import read_module
 from symgen.runtime.solution import ConstraintResidual, Energy, Solution
 from symgen.runtime.system import System
-from symgen.runtime.work_along import work_that_balances
+from symgen.runtime.work_quadrature import work_that_balances
 
 from . import motion, schema
 from .errors import RecordingError

@@ -20,7 +20,7 @@ from symgen.runtime.subsystems.settings import Settings
 from symgen.runtime.subsystems.subsystem import subsystems
 from symgen.runtime.subsystems.words import say
 from symgen.runtime.summary import summarise
-from symgen.runtime.timing.timetable import course_of
+from symgen.runtime.timing.timetable import step_limits_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -91,8 +91,8 @@ def simulate_apart(
     kinds, why_not = divide(system)
     if not kinds:
         return why_not
-    course_of_time = course_of(system, p, options.t_start, options.t_end)
-    settings = Settings(options, treatment, redundant, *options.frame_times(), course_of_time)
+    step_limits = step_limits_of(system, p, options.t_start, options.t_end)
+    settings = Settings(options, treatment, redundant, *options.frame_times(), step_limits)
     found = in_groups(subsystems(system, kinds, p, state, settings))
     if options.split is None and not pays(found):
         return "common steps cost less, as none is much faster than all others"

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.options import RunOptions
     from symgen.runtime.system import System
-    from symgen.runtime.timing.course import Course
+    from symgen.runtime.timing.step_limits import StepLimits
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Settings:
         Constraints that follow from the others.
     times, shown : ndarray
         Frames from start to end, and which of them were asked for.
-    course : symgen.runtime.timing.course.Course or None
+    step_limits : symgen.runtime.timing.step_limits.StepLimits or None
         What time alone does to the whole model.
     """
 
@@ -39,11 +39,11 @@ class Settings:
     redundant: list[str]
     times: np.ndarray
     shown: np.ndarray
-    course: Course | None = None
+    step_limits: StepLimits | None = None
 
     def timetable_of(self, system: System, method: Method) -> Timetable | None:
         """Return what the steps of a subsystem keep to: what time does to the whole, if it depends on time."""
-        course = self.course if system.structure["time_dependent"] else None
-        if course is None and self.options.max_step is None and not len(self.options.breaks):
+        step_limits = self.step_limits if system.structure["time_dependent"] else None
+        if step_limits is None and self.options.max_step is None and not len(self.options.breaks):
             return None
-        return timetable(course, method, self.options)
+        return timetable(step_limits, method, self.options)

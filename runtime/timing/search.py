@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.timing.course import Course
 from symgen.runtime.timing.intervals import INFINITE
+from symgen.runtime.timing.step_limits import StepLimits
 from symgen.runtime.timing.terms import Samples, TimeTerms, all_times, ranges
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ _LIKE = 4.0  # neighbouring cells whose limits differ by less share one
 _ULPS = 4.0
 
 
-def find_course(system: System, p: np.ndarray, t_start: float, t_end: float) -> Course:
+def find_step_limits(system: System, p: np.ndarray, t_start: float, t_end: float) -> StepLimits:
     """Return what time alone does to a model between two times [s].
 
     Parameters
@@ -53,15 +53,15 @@ def find_course(system: System, p: np.ndarray, t_start: float, t_end: float) -> 
         return _joined(before[inside], after[inside], begin, end - begin, reach, limit, uncut)
 
 
-def known_course(system: System, p: np.ndarray, t_start: float, t_end: float) -> Course:
-    """Return `find_course`, kept for the next run with the same numbers where time alone acts."""
+def known_step_limits(system: System, p: np.ndarray, t_start: float, t_end: float) -> StepLimits:
+    """Return `find_step_limits`, kept for the next run with the same numbers where time alone acts."""
     read = system.__dict__.get("_read_with_time")
     if read is None:
         read = system.__dict__["_read_with_time"] = list(TimeTerms(system, p).numbers_read())
     key = (p[read].tobytes(), t_start, t_end)
-    last = system.__dict__.get("_course")
+    last = system.__dict__.get("_step_limits")
     if last is None or last[0] != key:
-        last = system.__dict__["_course"] = (key, find_course(system, p, t_start, t_end))
+        last = system.__dict__["_step_limits"] = (key, find_step_limits(system, p, t_start, t_end))
     return last[1]
 
 
@@ -162,7 +162,7 @@ def _joined(
     reach: np.ndarray,
     limit: np.ndarray,
     uncut: float,
-) -> Course:
+) -> StepLimits:
     """Join neighbouring cells of like limits, and give up what would take more steps than any run.
 
     What a block shows must not change what holds before it.
@@ -185,4 +185,4 @@ def _joined(
             starts.append(t)
             longest.append(h)
             most, block = h, own
-    return Course(before, after, np.array(starts), np.array(longest), missed)
+    return StepLimits(before, after, np.array(starts), np.array(longest), missed)

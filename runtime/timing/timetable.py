@@ -11,7 +11,7 @@ import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
-from symgen.runtime.timing.course import Course
+from symgen.runtime.timing.step_limits import StepLimits
 
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
@@ -25,7 +25,7 @@ _IN_PULSE, _LONG_PULSE, _MOST_PULSES = 24, 8.0, 200  # frames in pulses; interva
 _FEW = 3  # breaks in a note
 _NEAR = 8.0  # units of the last digit of a time: it is reached
 
-_FREE = Course(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
+_FREE = StepLimits(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 class Timetable:
@@ -36,7 +36,7 @@ class Timetable:
 
     Parameters
     ----------
-    course : Course
+    step_limits : StepLimits
         What time alone does.
     breaks : sequence of float [s]
         Times that users want steps to land on.
@@ -49,14 +49,27 @@ class Timetable:
     """
 
     def __init__(
-        self, course: Course, breaks: Sequence[float], max_step: float, *, adaptive: bool, t_end: float
+        self,
+        step_limits: StepLimits,
+        breaks: Sequence[float],
+        max_step: float,
+        *,
+        adaptive: bool,
+        t_end: float,
     ):
         self._t_end = t_end
-        self.course, self.breaks, self.max_step, self.adaptive = course, tuple(breaks), max_step, adaptive
-        entries = [(a, b, True) for a, b in zip(course.before.tolist(), course.after.tolist(), strict=True)]
+        self.step_limits, self.breaks, self.max_step, self.adaptive = (
+            step_limits,
+            tuple(breaks),
+            max_step,
+            adaptive,
+        )
+        entries = [
+            (a, b, True) for a, b in zip(step_limits.before.tolist(), step_limits.after.tolist(), strict=True)
+        ]
         entries += [(t, t, True) for t in breaks]
-        self._begins = course.begin.tolist() if adaptive else []
-        self._longest = course.longest.tolist() if adaptive else []
+        self._begins = step_limits.begin.tolist() if adaptive else []
+        self._longest = step_limits.longest.tolist() if adaptive else []
         entries += [(t, t, False) for t in self._begins[1:]]
         joined: list[tuple[float, float, bool]] = []
         for before, after, anew in sorted(entries):
@@ -71,17 +84,17 @@ class Timetable:
     @property
     def notes(self) -> list[str]:
         """What the model's time makes of the steps, in words."""
-        course, found = self.course, []
-        landed = course.before[course.before < self._t_end]
+        step_limits, found = self.step_limits, []
+        landed = step_limits.before[step_limits.before < self._t_end]
         if len(landed):
             where = _times(landed)
             found.append(f"time: steps land on {where}, where forces or constraints jump or bend with time")
-        longest = course.longest[course.begin < self._t_end]
+        longest = step_limits.longest[step_limits.begin < self._t_end]
         if self.adaptive and np.isfinite(longest).any():
             least = int(np.argmin(longest))
             found.append(
-                f"time: steps are at most {course.longest[least]:.2g} s from t = {max(course.begin[least], 0.0):.9g} s "
-                "on, as long as what time alone does there demands"
+                f"time: steps are at most {step_limits.longest[least]:.2g} s from "
+                f"t = {max(step_limits.begin[least], 0.0):.9g} s on, as long as what time alone does there demands"
             )
         if self.breaks and not self.adaptive:
             found.append("breaks: steps of fixed length are cut short there")
@@ -128,7 +141,7 @@ class Timetable:
         What a pulse gives and takes is part of what the motion exchanges: the energy balance is judged by that.
         """
         spacing = (times[-1] - times[0]) / (len(times) - 1)
-        begin, longest = self.course.begin, self.course.longest
+        begin, longest = self.step_limits.begin, self.step_limits.longest
         end = np.append(begin[1:], times[-1])
         short = np.isfinite(longest) & (end - begin < _LONG_PULSE * spacing)
         pulses = np.flatnonzero(short)[:_MOST_PULSES]
@@ -155,24 +168,24 @@ def make_timetable(system: System, p: np.ndarray, method: Method, options: RunOp
     """
     if options.max_step is None and not len(options.breaks) and not system.has("time_terms"):
         return None
-    return timetable(course_of(system, p, options.t_start, options.t_end), method, options)
+    return timetable(step_limits_of(system, p, options.t_start, options.t_end), method, options)
 
 
-def course_of(system: System, p: np.ndarray, t_start: float, t_end: float) -> Course | None:
+def step_limits_of(system: System, p: np.ndarray, t_start: float, t_end: float) -> StepLimits | None:
     """Return what time alone does to a model; None where it does nothing beyond polynomials."""
     if not system.has("time_terms"):
         return None
-    return search.known_course(system, p, t_start, t_end)
+    return search.known_step_limits(system, p, t_start, t_end)
 
 
-def timetable(course: Course | None, method: Method, options: RunOptions) -> Timetable | None:
-    """Return the timetable of a course; None where nothing is to be kept to."""
-    course = course or _FREE
+def timetable(step_limits: StepLimits | None, method: Method, options: RunOptions) -> Timetable | None:
+    """Return the timetable of limits; None where nothing is to be kept to."""
+    step_limits = step_limits or _FREE
     times = checked_breaks(options.breaks, options.t_start)
     longest = checked_max_step(options.max_step, method, options.t_start, options.t_end)
-    if course.is_empty and not times and longest == math.inf:
+    if step_limits.is_empty and not times and longest == math.inf:
         return None
-    return Timetable(course, times, longest, adaptive=method.adaptive, t_end=options.t_end)
+    return Timetable(step_limits, times, longest, adaptive=method.adaptive, t_end=options.t_end)
 
 
 def checked_breaks(breaks: Sequence[float], t_start: float) -> list[float]:

@@ -7,12 +7,12 @@ import numpy as np
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
-def spread_rows(n: int, most: int) -> np.ndarray:
+def sample_rows(n: int, most: int) -> np.ndarray:
     """Return at most `most` of the indices 0 to n - 1, the first and the last among them, in ascending order."""
     return np.linspace(0, n - 1, min(n, most)).astype(int)
 
 
-def spread_numbers(n: int) -> np.ndarray:
+def quasi_random(n: int) -> np.ndarray:
     """Return n numbers between -1 and 1, the same each time and without a pattern that a model could have.
 
     Weyl's sequence of the golden ratio: multiples of an irrational number modulo one.
@@ -20,6 +20,6 @@ def spread_numbers(n: int) -> np.ndarray:
     return 2.0 * ((np.arange(1, n + 1) * _GOLDEN) % 1.0) - 1.0
 
 
-def middle(values: np.ndarray) -> float:
+def upper_median(values: np.ndarray) -> float:
     """Return the median; of an even number of values the upper one of the two in the middle."""
     return float(np.sort(values)[len(values) // 2])

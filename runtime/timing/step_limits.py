@@ -11,7 +11,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Course:
+class StepLimits:
     """What steps have to keep to.
 
     Attributes
@@ -33,16 +33,18 @@ class Course:
     longest: np.ndarray
     missed: float = 0.0
 
-    def within(self, other: Course) -> Course:
-        """Return the course that keeps to both."""
+    def within(self, other: StepLimits) -> StepLimits:
+        """Return the limits that keep to both."""
         begin = np.union1d(self.begin, other.begin)
         limits = [
-            np.append(np.inf, course.longest)[np.searchsorted(course.begin, begin, side="right")]
-            for course in (self, other)
+            np.append(np.inf, step_limits.longest)[np.searchsorted(step_limits.begin, begin, side="right")]
+            for step_limits in (self, other)
         ]
         before, after = np.append(self.before, other.before), np.append(self.after, other.after)
         order = np.argsort(before, kind="stable")
-        return Course(before[order], after[order], begin, np.minimum(*limits), max(self.missed, other.missed))
+        return StepLimits(
+            before[order], after[order], begin, np.minimum(*limits), max(self.missed, other.missed)
+        )
 
     def pieces(self, t0: float, t1: float) -> Iterator[tuple[float, float, float]]:
         """Yield begin and end [s] of what lies between two times without a break inside, and the longest step there."""

@@ -37,14 +37,14 @@ def work_that_balances(
     energies : ndarray, shape (n, 2) [J]
     work : ndarray, shape (n,) [J]
     """
-    again = work_along(system, p, t, states)
+    again = work_by_quadrature(system, p, t, states)
     if again is None:
         return None
     off = [np.abs(np.ptp(energies.sum(axis=1) - done)) for done in (work, again)]
     return again if off[1] < _BETTER * off[0] else None
 
 
-def work_along(system: System, p: np.ndarray, t: np.ndarray, states: np.ndarray) -> np.ndarray | None:
+def work_by_quadrature(system: System, p: np.ndarray, t: np.ndarray, states: np.ndarray) -> np.ndarray | None:
     """Return the work done on the system up to each frame [J], shape (n,); None where that cannot be told.
 
     Between frames the motion is the polynomial through coordinates, rates and accelerations on both sides.
