@@ -145,6 +145,13 @@ class LoopArrays:
             self._bound = bind(self.coefficients, self.loop())
         return self._bound()
 
+    def load(self) -> None:
+        """Compile the loop, or read it from the cache: it takes no step, but an adaptive method chooses its first one.
+
+        There is no end to look at: where a run is cut must not change how it begins.
+        """
+        self.advance(np.inf, 0)
+
     def loop(self) -> Loop:
         """Return the record that the loop takes."""
         return Loop(

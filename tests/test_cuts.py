@@ -113,3 +113,17 @@ def test_times_of_events_do_not_depend_on_the_end():
     for t_end in (0.7, 1.1, 1.5):
         short = solve(ball, t_end, method="dop853")
         assert [e.t for e in short.events] == [e.t for e in long.events if e.t <= t_end]
+
+
+@pytest.mark.parametrize("form", ["projection", "baumgarte", "partition"])
+@pytest.mark.parametrize("part", [0.2, 0.9])
+def test_a_cut_within_the_first_step_does_not_change_it(tmp_path, form, part):
+    """How long it is was found by trial steps that did not go beyond the end of the run."""
+    text = (ROOT / "generated" / "heavy_top_absolute.py").read_text(encoding="utf-8")
+    options = {"method": "dop853", "constraints": form}
+    whole = solve(load(text), 0.05, **options)
+    cut, first = part * float(whole.step_log[0, 1]), tmp_path / "first.rrd"
+    record(first, text, lambda **more: solve(load(text), cut, **options, **more))
+    rest = Resumed(first).run(0.05)
+    assert rest.step_log.tobytes() == whole.step_log.tobytes()
+    assert rest.q[-1].tobytes() + rest.v[-1].tobytes() == whole.q[-1].tobytes() + whole.v[-1].tobytes()

@@ -195,7 +195,7 @@ class Resumed:
         run.recorder = options.recorder_for(self.system, p, recording.method, recording.constraints, asked)
         if run.recorder is not None:
             self.copy_past(run.recorder)
-        run.arrays.advance(options.t_end, 0)
+        run.arrays.load()
         prepared = time.perf_counter()
         run.go()
         seconds = {"prepare": prepared - began, "compile": 0.0, "run": run.seconds}

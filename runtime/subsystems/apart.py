@@ -106,7 +106,7 @@ def simulate_apart(
     for subsystem in found:
         subsystem.prepare(course.times, course.shown, course.stops(subsystem, settings), settings)
     for run in {s.choice.method.name + s.system.name: s.run for s in found}.values():
-        run.arrays.advance(options.t_end, 0)  # no steps: loops are compiled before the run is timed
+        run.arrays.load()
     compiled = time.perf_counter()
     joined = Joined(system, p, found, course, settings)
     joined.timetable = settings.timetable_of(system, METHODS[method])
