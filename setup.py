@@ -19,5 +19,5 @@ setup(
         *(f"symgen.{name}" for name in find_packages("symgen")),
         *(f"symgen.runtime.{name}" for name in find_packages("runtime")),
     ],
-    package_data={"symgen.bundled": ["*.toml", "references/*.json"]},
+    package_data={"symgen": ["py.typed"], "symgen.bundled": ["*.toml", "references/*.json"]},
 )

@@ -1,6 +1,19 @@
 """Run time of symgen: load a generated module, integrate, check, record. Never imports SymPy or symgen."""
 
+from typing import TYPE_CHECKING
+
 from symgen.runtime.lazy import lazy_exports
+
+if TYPE_CHECKING:
+    from symgen.runtime.errors import ModuleError as ModuleError
+    from symgen.runtime.errors import RuntimeModelError as RuntimeModelError
+    from symgen.runtime.front import Solution as Solution
+    from symgen.runtime.front import System as System
+    from symgen.runtime.front import load as load
+    from symgen.runtime.front import solve as solve
+    from symgen.runtime.kernel import Kernel as Kernel
+    from symgen.runtime.module import read_module as read_module
+    from symgen.runtime.options import RunOptions as RunOptions
 
 _EXPORTS = {
     "Kernel": "symgen.runtime.kernel",

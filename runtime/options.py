@@ -9,11 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
+# Most runs are given numbers.
+quantities = Late("symgen.runtime.quantities")
+
+Quantity = float | str  # an SI value, or text such as "20 deg"
 SMALLEST_RTOL = 1e-15  # a few units of the last digit
+_TIMES, _LISTS_OF_TIMES = ("t_end", "t_start", "step", "max_step"), ("at", "breaks", "t_eval")
 _FPS = 60.0
 _LEAST_FRAMES, _MOST_FRAMES = 200, 20_000
 _FRAMES_IN_MEMORY = 1_000_000_000
@@ -27,8 +33,9 @@ class RunOptions:
 
     Attributes
     ----------
-    t_end : float, optional [s]
-        The model's own `[run]` table by default.
+    t_end : float or str, optional [s]
+        The model's own `[run]` table by default. Times, parameters, starts and inputs may be quantities as text, as
+        in model files: "2 min", "50 cm", "20 deg".
     method : str
         One of `symgen.runtime.integrate.methods.METHODS`, or "auto".
     rtol, atol : float
@@ -38,17 +45,21 @@ class RunOptions:
         right for a hundred of them: 1/14 with high orders, 1/50 at order 4, 1/200 at order 2.
     constraints : str
         "projection", another form of `symgen.runtime.integrate.forms.FORMS` that the method has, or "auto".
-    parameters : mapping of str to float, optional
+    parameters : mapping of str to float or str, optional
         Values other than the model's.
-    start, rate : mapping of str to float, optional
+    start, rate : mapping of str to float or str, optional
         Initial values of coordinates and rates, enforced.
     inputs : mapping, optional
-        By name: a number, a pair (times, values), or a Table, Polynomial or Controller of `symgen.runtime.inputs`; the
-        latter also by a tuple of names, for several inputs at once. The model's own otherwise.
+        By name: a number, a quantity, a pair (times, values), or a Table, Polynomial or Controller of
+        `symgen.runtime.inputs`; the latter also by a tuple of names, for several inputs at once. The model's own
+        otherwise.
     at : sequence of float [s]
         Times at which states are kept as samples; they change no step.
     fps : float, optional
         Frames per second of simulated time; by default 60, but at least 200 and at most 20 000 frames in all.
+    t_eval : sequence of float, optional [s]
+        The times of the frames, instead of `fps`; the start and the end of the run are frames in any case. As with
+        all frames, states there come from dense output of the method, and change no step.
     t_start : float [s]
     progress : callable, optional
         Called with (t, steps) now and then.
@@ -74,28 +85,37 @@ class RunOptions:
         An option makes no sense, whatever the model.
     """
 
-    t_end: float | None = None
+    t_end: Quantity | None = None
     method: str = "auto"
     rtol: float = 1e-8
     atol: float = 1e-10
-    step: float | None = None
+    step: Quantity | None = None
     constraints: str = "auto"
-    parameters: Mapping[str, float] | None = None
-    start: Mapping[str, float] | None = None
-    rate: Mapping[str, float] | None = None
+    parameters: Mapping[str, Quantity] | None = None
+    start: Mapping[str, Quantity] | None = None
+    rate: Mapping[str, Quantity] | None = None
     inputs: Mapping[Any, Any] | None = None
-    at: Sequence[float] = ()
+    at: Sequence[Quantity] = ()
     fps: float | None = None
-    t_start: float = 0.0
+    t_eval: Sequence[Quantity] | None = None
+    t_start: Quantity = 0.0
     progress: Callable[[float, int], None] | None = field(default=None, repr=False)
     recorder: Any = field(default=None, repr=False)
     max_steps: int | None = None
     energy_scaling: bool | None = None
     split: bool | None = None
-    max_step: float | None = None
-    breaks: Sequence[float] = ()
+    max_step: Quantity | None = None
+    breaks: Sequence[Quantity] = ()
 
     def __post_init__(self):
+        for name in _TIMES:
+            if isinstance(getattr(self, name), str):
+                object.__setattr__(self, name, quantities.in_si(getattr(self, name), "s", name))
+        for name in _LISTS_OF_TIMES:
+            values = getattr(self, name)
+            if values is not None and any(isinstance(value, str) for value in values):
+                values = tuple(quantities.in_si(value, "s", name) for value in values)
+                object.__setattr__(self, name, values)
         for name in ("rtol", "atol"):
             value = float(getattr(self, name))
             if not (np.isfinite(value) and value >= 0.0):
@@ -108,6 +128,8 @@ class RunOptions:
             raise RuntimeModelError(
                 f"max_steps is {self.max_steps}: allow at least one step, or leave it out"
             )
+        if self.fps is not None and self.t_eval is not None:
+            raise RuntimeModelError("fps and t_eval both say which frames there are: give one of them")
         if self.fps is not None and not (np.isfinite(self.fps) and self.fps > 0.0):
             raise RuntimeModelError(f"fps is {self.fps}: give a positive number of frames per second")
 
@@ -137,6 +159,9 @@ class RunOptions:
         for t in self.at:
             if not t_start <= t <= t_end:
                 raise RuntimeModelError(f"at: {t} s is outside the run, from {t_start} s to {t_end} s")
+        if self.t_eval is not None and not all(t_start <= t <= t_end for t in self.t_eval):
+            outside = next(t for t in self.t_eval if not t_start <= t <= t_end)
+            raise RuntimeModelError(f"t_eval: {outside} s is outside the run, from {t_start} s to {t_end} s")
         return replace(self, t_end=t_end)
 
     def recorder_for(
@@ -181,6 +206,8 @@ class RunOptions:
         """
         t_start, t_end, fps, span = self.t_start, self.t_end, self.fps, self.span
         filled = np.linspace(t_start, t_end, _LEAST_FRAMES + 1)
+        if self.t_eval is not None:
+            return _filled_up(np.unique([t_start, *self.t_eval, t_end]), filled)
         if fps is None:
             n = int(np.clip(np.ceil(_FPS * span), _LEAST_FRAMES, _MOST_FRAMES))
             return np.linspace(t_start, t_end, n + 1), np.ones(n + 1, dtype=bool)
@@ -191,13 +218,18 @@ class RunOptions:
             )
         wanted = t_start + np.arange(int(np.floor(span * fps * (1.0 + 1e-12))) + 1) / fps
         wanted = np.append(wanted[wanted < t_end - 1e-9 * span], t_end)
-        if len(wanted) > _LEAST_FRAMES:
-            return wanted, np.ones(len(wanted), dtype=bool)
-        times = np.sort(np.concatenate([wanted, filled]))
-        times = times[np.append(True, np.diff(times) > 0.0)]
-        shown = np.zeros(len(times), dtype=bool)
-        shown[np.searchsorted(times, wanted)] = True
-        return times, shown
+        return _filled_up(wanted, filled)
+
+
+def _filled_up(wanted: np.ndarray, more: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times that are wanted, with others between them where they are few, and which are which."""
+    if len(wanted) > _LEAST_FRAMES:
+        return wanted, np.ones(len(wanted), dtype=bool)
+    times = np.sort(np.concatenate([wanted, more]))
+    times = times[np.append(True, np.diff(times) > 0.0)]
+    shown = np.zeros(len(times), dtype=bool)
+    shown[np.searchsorted(times, wanted)] = True
+    return times, shown
 
 
 def time_resolution(*times: float) -> float:

@@ -114,8 +114,8 @@ def simulate(system: System, options: RunOptions) -> Solution:
 
 
 def _split_inputs(
-    system: System, inputs: dict[Any, Any], parameters: Mapping[str, float]
-) -> tuple[dict[Any, Any], dict[str, float]]:
+    system: System, inputs: dict[Any, Any], parameters: Mapping[str, float | str]
+) -> tuple[dict[Any, Any], dict[Any, float | str]]:
     """Return inputs over time, those of the model included where nothing else is said, and constant ones."""
     own = [record for record in system.inputs if "table" in record or "polynomial" in record]
     if not own and all(type(value) in (int, float) for value in inputs.values()):
@@ -123,7 +123,7 @@ def _split_inputs(
     said = {name for key in (*inputs, *parameters) for name in (key if isinstance(key, tuple) else (key,))}
     moving = {record["name"]: given.from_record(record) for record in own if record["name"] not in said}
     moving |= {key: value for key, value in inputs.items() if not given.is_constant(value)}
-    return moving, {key: float(value) for key, value in inputs.items() if given.is_constant(value)}
+    return moving, {key: value for key, value in inputs.items() if given.is_constant(value)}
 
 
 def _schedule(system: System, arrays: LoopArrays, method: Method, t_start: float) -> Any:

@@ -13,7 +13,11 @@ from symgen.runtime.abi import CLOSED, JUMP, SWITCHED, closed_header, setting_na
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.functions import ModelFunctions
 from symgen.runtime.kernel import compile_setup
+from symgen.runtime.lazy import Late
 from symgen.runtime.module_source import ModuleSource
+
+# Most runs are given numbers.
+quantities = Late("symgen.runtime.quantities")
 
 
 class System(ModelFunctions):
@@ -86,6 +90,7 @@ class System(ModelFunctions):
         set_("_p", np.array(values))
         names = [record["name"] for record in (*self.parameters, *self.inputs)]
         set_("_p_index", {name: index for index, name in enumerate(names)})
+        set_("_p_units", {record["name"]: record["unit"] for record in (*self.parameters, *self.inputs)})
         hoisted, end = {}, len(values)
         for name, count in header.get("hoisted", {}).items():
             if name.startswith(CLOSED):
@@ -127,13 +132,13 @@ class System(ModelFunctions):
         """The length of `p`: parameters, inputs, and the settings of switches."""
         return len(self._p)
 
-    def parameter_values(self, overrides: Mapping[str, float] | None = None) -> np.ndarray:
+    def parameter_values(self, overrides: Mapping[str, float | str] | None = None) -> np.ndarray:
         """Return `p`: the model's parameters and inputs, some of them with other values.
 
         Parameters
         ----------
-        overrides : mapping of str to float, optional
-            In the units in which the model states them.
+        overrides : mapping of str to float or str, optional
+            In SI, or quantities such as "50 cm".
 
         Returns
         -------
@@ -143,6 +148,8 @@ class System(ModelFunctions):
         for name, value in (overrides or {}).items():
             if name not in self._p_index:
                 raise UnknownNameError(self._not_settable(name))
+            if isinstance(value, str):
+                value = quantities.in_si(value, self._p_units[name], name)
             if not math.isfinite(value):
                 raise RuntimeModelError(f"{name!r} is {value}: give a finite number")
             p[self._p_index[name]] = float(value)

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from sympy import acos, asin, atan, atan2, cos, cosh, erf, exp, log, pi, sign, sin, sinh, sqrt, tan, tanh
 
     from .front import Model
+    from .link import load
     from .model.functions import dot, maximum, minimum, t
     from .version import __version__ as __version__
 
@@ -23,6 +24,7 @@ __all__ = [
     "dot",
     "erf",
     "exp",
+    "load",
     "log",
     "maximum",
     "minimum",
@@ -37,6 +39,7 @@ __all__ = [
 ]
 _OWN = {
     "Model": ".front",
+    "load": ".link",
     "__version__": ".version",
     **dict.fromkeys(("dot", "minimum", "maximum", "t"), ".model.functions"),
 }

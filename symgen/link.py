@@ -34,7 +34,8 @@ subsystems = Late("symgen.derive.scenes.subsystems")
 module = Late("symgen.emit.module")
 toml_text = Late("symgen.model.toml_text")
 
-_GENERATOR = ("model", "derive", "emit")  # folders whose sources decide what a generated module says
+_GENERATOR = ("model", "derive", "emit")  # folders whose sources decide what a generated module says,
+_SHARED = Path(runtime.__file__).parent / "graph"  # with what both halves know: functions, units
 _KEPT_GENERATORS = 20
 
 
@@ -81,6 +82,38 @@ def derive(model: Model) -> System:
     symgen.runtime.System
     """
     return runtime.load(derive_text(model).text)
+
+
+def load(model: str | Path, **options: Any) -> System:
+    """Load a model, ready to run: derived now, or found in the cache.
+
+    Parameters
+    ----------
+    model : path or str
+        A `.toml` or `.py` file, or the name of a bundled model.
+    **options
+        Build options of a `.py` model, which is executed.
+
+    Returns
+    -------
+    symgen.runtime.System
+
+    Raises
+    ------
+    ModelError
+        There is no such model, or it is wrong.
+
+    Examples
+    --------
+    >>> symgen.load("four_bar").run("2 s")
+    >>> symgen.load("n_pendulum", N=5).run("2 s")
+    """
+    path = library.find(model)
+    try:
+        text = module_for(path, {name: str(value) for name, value in options.items()}).text
+    except ModelError as error:
+        raise error.located(file=str(path)) from None
+    return runtime.load(text)
 
 
 def _uncollected(function: Callable[..., DerivedModel]) -> Callable[..., DerivedModel]:
@@ -235,15 +268,17 @@ def generator_hash() -> str:
     """
     folder = str(Path(__file__).parent)
     sources = sorted(_sources(folder, _GENERATOR))
-    stamp = hashlib.sha256(repr((__version__, folder, sources)).encode()).hexdigest()[:40]
+    shared = sorted(_sources(str(_SHARED.parent), (_SHARED.name,)))
+    stamp = hashlib.sha256(repr((__version__, folder, sources, shared)).encode()).hexdigest()[:40]
     remembered = cache_folder("generators") / stamp
     known = fetch(remembered)
     if known is not None:
         return known.decode()
     digest = hashlib.sha256(__version__.encode())
-    for name, _, _ in sources:
-        digest.update(name.encode() + b"\0")
-        digest.update(Path(folder, name).read_bytes())
+    for place, files in ((folder, sources), (_SHARED.parent, shared)):
+        for name, _, _ in files:
+            digest.update(name.encode() + b"\0")
+            digest.update(Path(place, name).read_bytes())
     if store(remembered, digest.hexdigest().encode()):
         prune(remembered.parent, _KEPT_GENERATORS)
     return digest.hexdigest()

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from symgen.runtime.constraints.contradictions import AssemblyError
 from symgen.runtime.errors import UnknownNameError, nearest
+from symgen.runtime.lazy import Late
 from symgen.runtime.names import inside_dot, rate_indices
 from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
+
+# Most runs are given numbers.
+quantities = Late("symgen.runtime.quantities")
 
 _UNIT_LENGTH = 1e-9  # what a quaternion's length may be off without a word
 
@@ -36,7 +40,7 @@ class StartValues(NamedTuple):
 
 
 def start_values(
-    system: System, start: Mapping[str, float] | None, rate: Mapping[str, float] | None
+    system: System, start: Mapping[str, float | str] | None, rate: Mapping[str, float | str] | None
 ) -> StartValues:
     """Return the model's start with the values of `start` and `rate`, which are enforced.
 
@@ -50,10 +54,10 @@ def start_values(
     q, v, q_enforced, v_enforced = system.initial_state()
     coordinates = {record["name"]: index for index, record in enumerate(system.coordinates)}
     for name, value in (start or {}).items():
-        _enforce(system, "start", name, name, coordinates, value, q, q_enforced)
+        _enforce(system, "start", name, name, coordinates, value, q, q_enforced, system.coordinates)
     rates = rate_indices(system.coordinates, system.rates, system.quaternions)
     for name, value in (rate or {}).items():
-        _enforce(system, "rate", name, inside_dot(name), rates, value, v, v_enforced)
+        _enforce(system, "rate", name, inside_dot(name), rates, value, v, v_enforced, system.rates)
     q, notes = _unit_quaternions(system, q)
     return StartValues(q, v, q_enforced, v_enforced, notes)
 
@@ -64,15 +68,18 @@ def _enforce(
     given: str,
     name: str,
     places: Mapping[str, int],
-    value: float,
+    value: float | str,
     state: np.ndarray,
     enforced: np.ndarray,
+    records: Sequence[Mapping[str, Any]],
 ) -> None:
     if name not in places:
         what = "coordinate" if option == "start" or system.nq == system.nv else "rate"
         raise UnknownNameError(
             f"{option}: model {system.name!r} has no {what} {given!r}: {nearest(name, places)}"
         )
+    if isinstance(value, str):
+        value = quantities.in_si(value, records[places[name]]["unit"], f"{option} {given}")
     if not np.isfinite(value):
         raise AssemblyError(f"{option}: {given} is {value}; give a finite number")
     state[places[name]] = float(value)

@@ -223,8 +223,10 @@ def _numbers(name: str, values: Any) -> np.ndarray:
 
 
 def is_constant(value: Any) -> bool:
-    """Whether what is given for an input is a plain number."""
-    return isinstance(value, (int, float, np.number)) or (isinstance(value, np.ndarray) and value.ndim == 0)
+    """Whether what is given for an input is a plain number, or a quantity as text."""
+    return isinstance(value, (int, float, np.number, str)) or (
+        isinstance(value, np.ndarray) and value.ndim == 0
+    )
 
 
 def from_pair(value: Sequence[Any]) -> Table:

@@ -26,6 +26,7 @@ from symgen.runtime.names import acceleration_labels, inside_dot, rate_indices, 
 from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
+    from symgen.runtime.options import Quantity
     from symgen.runtime.system import System
 
 
@@ -283,9 +284,9 @@ def linearise(
     system: System,
     at: str | tuple[Sequence[float], Sequence[float]] = "equilibrium",
     *,
-    parameters: Mapping[str, float] | None = None,
-    start: Mapping[str, float] | None = None,
-    rate: Mapping[str, float] | None = None,
+    parameters: Mapping[str, Quantity] | None = None,
+    start: Mapping[str, Quantity] | None = None,
+    rate: Mapping[str, Quantity] | None = None,
     t: float = 0.0,
     stable: bool = False,
     outputs: Sequence[str] | None = None,
@@ -301,9 +302,9 @@ def linearise(
     system : System
     at : {"equilibrium", "start"} or (q, v)
         Where: a state of rest near the start, see `find_equilibrium`; the start itself, moving or not; or a state.
-    parameters : mapping of str to float, optional
+    parameters : mapping of str to float or str, optional
         Values of parameters and inputs. An input over time has its value at `t`.
-    start, rate : mapping of str to float, optional
+    start, rate : mapping of str to float or str, optional
         Start values of coordinates and rates.
     t : float [s]
     stable : bool
@@ -378,7 +379,7 @@ def _check_closed(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.
 
 
 def _given(
-    system: System, start: Mapping[str, float], rate: Mapping[str, float]
+    system: System, start: Mapping[str, Quantity], rate: Mapping[str, Quantity]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return which displacements and rates the model or the user gives, rather than guesses."""
     _, _, enforced, rates = system.initial_state()
@@ -388,7 +389,7 @@ def _given(
     return Positions(system).held(enforced), rates
 
 
-def _inputs_at(system: System, t: float, said: Mapping[str, float]) -> dict[str, float]:
+def _inputs_at(system: System, t: float, said: Mapping[str, Quantity]) -> dict[str, float]:
     """Return the values at `t` of the model's own inputs over time."""
     moving = [r for r in system.inputs if ("table" in r or "polynomial" in r) and r["name"] not in said]
     if not moving:

@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Iterable, Mapping
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from symgen.errors import ModelError
 from symgen.runtime.errors import nearest
-from symgen.runtime.lazy import Late
 from symgen.runtime.names import inside_dot, rate_indices
+from symgen.runtime.quantities import QuantityError, in_si
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
-
-units = Late("symgen.model.units")
-
-_NUMBER = re.compile(
-    r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?(?=$|[\s*]|[A-Za-z])", re.ASCII
-)
 
 
 def parameter_values(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
@@ -78,53 +68,8 @@ def _values(
             raise click.UsageError(why_not(name) or f"{option}: {unknown} {name!r}: {nearest(name, by_name)}")
         if name in values:
             raise click.UsageError(f"{option} gives {name!r} twice")
-        values[name] = quantity(text, by_name[name]["unit"], f"{option} {name}={text}")
+        try:
+            values[name] = in_si(text, by_name[name]["unit"], f"{option} {name}={text}")
+        except QuantityError as error:
+            raise click.UsageError(str(error)) from None
     return values
-
-
-def quantity(text: str, unit: str, shown: str) -> float:
-    """Return a number, or a number with a unit, in SI.
-
-    Parameters
-    ----------
-    text : str
-    unit : str
-        The unit that the value must fit; "" fits all.
-    shown : str
-        What the user wrote, for messages.
-
-    Raises
-    ------
-    click.UsageError
-        It is no quantity, or its unit does not fit.
-    """
-    match = _NUMBER.match(text)
-    if match is None:
-        raise click.UsageError(
-            f"{shown}: {text!r} is neither a number nor a quantity such as '0.2 {unit or 'm'}'"
-        )
-    number, rest = match.group(), text[match.end() :].strip()
-    value = float(number)
-    if rest:
-        value = _in_si(Fraction(number), rest.removeprefix("*").strip(), unit, shown)
-    if not math.isfinite(value):
-        raise click.UsageError(f"{shown}: {number} is outside the range of double precision")
-    return value
-
-
-def _in_si(number: Fraction, given: str, unit: str, shown: str) -> float:
-    # Numbers without a unit need no unit tables: they take a while to make.
-    try:
-        parsed = units.parse_unit(given)
-    except ModelError as error:
-        raise click.UsageError(
-            f"{shown}: {error.message}" + (f"; {error.hint}" if error.hint else "")
-        ) from None
-    if unit:
-        wanted = units.parse_unit(unit)
-        if wanted.dimension != parsed.dimension:
-            raise click.UsageError(
-                f"{shown}: the unit {given} does not fit {unit}, in which the model has it: "
-                f"{units.dimension_text(parsed.dimension)} against {units.dimension_text(wanted.dimension)}"
-            )
-    return parsed.to_si(number)
