@@ -1,18 +1,47 @@
 """Baumgarte's stabilisation with gains from the step: a force towards the constraints, held over each step."""
 
+import math
+
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, turn_between
+from symgen.runtime.integrate.step_control import EPS, error_scale
 
 # Behind the prepared p: h² and h times the gains of position and velocity, then an acceleration for every rate.
 POSITION_GAIN, VELOCITY_GAIN = range(2)
 N_GAINS = 2
+_ROUNDED = 0.1  # of the tolerance of a rate: what the last digits of coordinates may do to it in a step
 
 
 @jitted
-def hold_stabilisation(loop, t, h, row, buffer):
-    """Hold a new stabilising acceleration for a step of length `h` from (t, y), and add it to its rhs row.
+def relaxation_time(loop, h):
+    """Return how fast a step of length `h` is to take drift back [s]: in one step, but for round-off.
+
+    A correction of coordinates has their last digit at best, and what is rounded off it is not along M⁻¹Gᵀ: as an
+    acceleration over the time τ it changes rates by h eps |q| / τ² in a step, along the motion too, where nothing takes
+    it back. At tight tolerances the short steps of a method of low order (τ = h) would be wrong by that.
+    """
+    if loop.addresses[at.STABILISE] == 0:
+        return h
+    nq, start, most = loop.sizes[at.NQ], 0, 0.0
+    for k in range(n_quaternions(loop.sizes) + 1):
+        end = quaternion_at(loop.sizes, k)
+        for i in range(start, end):
+            rate = loop.y[nq + i - k]
+            most = max(most, abs(loop.y[i]) / error_scale(loop.control, rate, rate))
+        if end < nq:
+            for i in range(end - k, end - k + 3):
+                most = max(most, 1.0 / error_scale(loop.control, loop.y[nq + i], loop.y[nq + i]))
+        start = end + 4
+    return max(h, math.sqrt(h * EPS * most / _ROUNDED))
+
+
+@jitted
+def hold_stabilisation(loop, t, over, row, buffer):
+    """Hold a new stabilising acceleration, which takes back drift over a time [s], for a step from (t, y).
+
+    It is added to the rhs row of its start.
 
     Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1, asks for G a = γ - 2α Φ' - β² Φ. With gains as large as
     the step allows (β = 1/h), stages, whose own residuals are of order h², would see forces of order 1, and the method
@@ -26,7 +55,7 @@ def hold_stabilisation(loop, t, h, row, buffer):
     gains = loop.p[loop.p.shape[0] - nv - N_GAINS :]
     held = gains[N_GAINS:]
     call_kernel(loop.addresses[at.STABILISE], t, loop.y, loop.p, buffer)
-    by_position, by_velocity = gains[POSITION_GAIN] / (h * h), gains[VELOCITY_GAIN] / h
+    by_position, by_velocity = gains[POSITION_GAIN] / (over * over), gains[VELOCITY_GAIN] / over
     start = 0
     for k in range(n_quaternions(loop.sizes) + 1):
         end = quaternion_at(loop.sizes, k)

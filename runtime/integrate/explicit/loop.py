@@ -6,7 +6,11 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
-from symgen.runtime.integrate.baumgarte import hold_stabilisation, release_stabilisation
+from symgen.runtime.integrate.baumgarte import (
+    hold_stabilisation,
+    relaxation_time,
+    release_stabilisation,
+)
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.dense import hermite_dense
 from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
@@ -90,7 +94,7 @@ def adaptive_step(method, loop, k, states, scratch):
         if too_small(loop.control):
             return cause, t
         copy(loop.f, k[0])
-        hold_stabilisation(loop, t, h, k[0], scratch[: projection_size(loop.sizes)])
+        hold_stabilisation(loop, t, relaxation_time(loop, h), k[0], scratch[: projection_size(loop.sizes)])
         take_stages(method, loop, t, h, k, states)
         error = estimate_error(method, loop, h, k, states)
         cause = at.STEP_TOO_SMALL
