@@ -174,7 +174,7 @@ def test_stops_that_round_off_sets_apart_are_one():
         ({"u": (T, X * np.nan)}, "number 1 of values is nan"),
         ({"u": ([], [])}, "without rows"),
         ({"u": Table}, "give a number, a pair"),
-        ({"u": "road.csv"}, "give a number, a pair"),
+        ({"u": "road.csv"}, "'road.csv' is neither a number nor a quantity"),
         ({("u", "u"): Controller(lambda t, x: (x[0], x[1]))}, "given twice"),
     ],
 )
