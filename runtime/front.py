@@ -7,9 +7,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
 from symgen.runtime.module import read_module
 from symgen.runtime.options import Quantity, RunOptions
@@ -17,6 +21,10 @@ from symgen.runtime.solution import Solution as SolutionData
 from symgen.runtime.system import System as SystemData
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
     from symgen.runtime.checks.entry import HealthCheck
     from symgen.runtime.linear.model import LinearModel
     from symgen.runtime.linear.modes import Modes
@@ -26,6 +34,8 @@ simulation = Late("symgen.runtime.simulate")
 health = Late("symgen.runtime.checks.health")
 linear = Late("symgen.runtime.linear")
 saving = Late("symgen.runtime.recording.save")
+tables = Late("symgen.runtime.tables")
+notebook = Late("symgen.runtime.report.notebook")
 
 
 def load(path_or_text: str | os.PathLike[str]) -> System:
@@ -177,6 +187,8 @@ class System(SystemData):
 class Solution(SolutionData):
     __doc__ = SolutionData.__doc__
 
+    asked: RunOptions | None = None
+
     @classmethod
     def of(cls, plain: SolutionData, asked: RunOptions | None = None) -> Solution:
         """Return a result with doors.
@@ -210,6 +222,104 @@ class Solution(SolutionData):
     def ok(self) -> bool:
         """Whether the run came to a regular end and no health check objects."""
         return self.status in ("success", "terminated") and not self.objections
+
+    def __call__(self, t: float | Sequence[float] | np.ndarray) -> np.ndarray:
+        """Return the state at any time of the run, by dense output of the method.
+
+        Frames change no step, so the run is repeated with these as its frames: states between frames are as
+        exact as those at frames, for any method, with constraints and events. Each call takes as long as the run:
+        ask for many times at once, or give them to the run as `t_eval`.
+
+        Parameters
+        ----------
+        t : float or array_like [s]
+
+        Returns
+        -------
+        ndarray, shape (nq + nv,), or t.shape + (nq + nv,)
+            (q, v).
+
+        Raises
+        ------
+        RuntimeModelError
+            A time lies outside the run, or the run cannot be repeated.
+        """
+        times = np.asarray(t, dtype=float)
+        if self.asked is None:
+            raise RuntimeModelError(
+                "it is not known how this run was asked for, so it cannot be repeated: use t_eval"
+            )
+        first, last = self.t[0], self.t[-1]
+        if not np.all((times >= first) & (times <= last)):
+            raise RuntimeModelError(
+                f"t: the run is from {first:.9g} s to {last:.9g} s, and knows no state outside"
+            )
+        asked = replace(self.asked, t_eval=np.unique(times), fps=None, at=(), progress=None, recorder=None)
+        again = simulation.simulate(self.system, asked)
+        if again.stats["steps"] != self.stats["steps"] or not np.array_equal(
+            again.states[-1], self.states[-1]
+        ):
+            raise RuntimeModelError(
+                "the run went another way when it was repeated, as with controllers that remember former runs: "
+                "use t_eval"
+            )
+        return again.states[np.searchsorted(again.t, times)]
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write all series over time as text: a line of names, then numbers that read back bit for bit."""
+        tables.columns_of(self).write_csv(path)
+
+    def to_parquet(self, path: str | os.PathLike[str]) -> None:
+        """Write all series over time as a Parquet file, with units as metadata of its fields."""
+        tables.columns_of(self).write_parquet(path)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return all series as a pandas DataFrame over the time; `attrs["units"]` has the units.
+
+        Raises
+        ------
+        symgen.runtime.tables.MissingPackage
+            pandas is not installed.
+        """
+        tables.need("pandas", "tables", "to_dataframe")
+        return tables.columns_of(self).to_dataframe()
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return all series as an xarray Dataset over the time, with units as attributes.
+
+        Raises
+        ------
+        symgen.runtime.tables.MissingPackage
+            xarray is not installed.
+        """
+        tables.need("xarray", "tables", "to_xarray")
+        return tables.columns_of(self).to_xarray(
+            model=self.system.name, method=self.method, status=self.status
+        )
+
+    def plot(self, *names: str) -> Figure:
+        """Draw series over time, those of a unit in one diagram.
+
+        Parameters
+        ----------
+        *names : str
+            What `solution[name]` knows; all coordinates by default.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Notebooks show it; `figure.savefig(path)` writes it.
+
+        Raises
+        ------
+        symgen.runtime.tables.MissingPackage
+            matplotlib is not installed.
+        """
+        tables.need("matplotlib", "figures", "plot")
+        return notebook.plot(self, names)
+
+    def _repr_html_(self) -> str:
+        return notebook.html(self)
 
     def save(
         self,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -219,32 +219,26 @@ class Solution:
         """Return all names that `solution[name]` knows."""
         return list(self._series())
 
+    keys = names  # with `solution[name]` it makes `dict(solution)`
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._series()
+
     def _series(self) -> dict[str, tuple[str, int]]:
-        coordinates, rates = self.system.coordinates, self.system.rates
-        named = {
-            "q": [record["name"] for record in coordinates],
-            "v": rate_labels(coordinates, rates),
-            "accelerations": acceleration_labels(coordinates, rates),
-            "multipliers": [f"lambda({record['name']})" for record in self.system.constraints],
-            "outputs": [record["name"] for record in self.system.outputs],
-            "input_values": [record["name"] for record in self.system.inputs],
-            "contact_forces": [f"force({record['name']})" for record in self.system.switches],
-        }
-        series: dict[str, tuple[str, int]] = {}
-        for attribute, names in named.items():
-            for column, name in enumerate(names):
-                series.setdefault(name, (attribute, column))
-        for name, column in rate_indices(coordinates, rates, self.system.quaternions).items():
-            # A rate of another name than its coordinate's, as `ball_vx` of `ball_x`, is its derivative as well.
-            if name in series and series[name][0] == "q":
-                series.setdefault(f"dot({name})", ("v", column))
-                series.setdefault(f"dot(dot({name}))", ("accelerations", column))
-        return series
+        return series_of(self.system)
 
     @cached_property
     def states(self) -> np.ndarray:
         """(q, v), shape (n_frames, nq + nv)."""
         return np.ascontiguousarray(np.hstack([self.q, self.v]))
+
+    @property
+    def y(self) -> np.ndarray:
+        """The same as `states`: a row for each frame, (q, v), shape (n_frames, nq + nv)."""
+        return self.states
 
     @cached_property
     def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -286,3 +280,27 @@ class Solution:
             f"<Solution of {self.system.name!r}: {self.status} at t = {self.t[-1]:.6g} s by {self.method}, "
             f"{self.stats['steps']} steps>"
         )
+
+
+def series_of(system: System) -> dict[str, tuple[str, int]]:
+    """Return where each series of a run stands: attribute of `Solution`, and column."""
+    coordinates, rates = system.coordinates, system.rates
+    named = {
+        "q": [record["name"] for record in coordinates],
+        "v": rate_labels(coordinates, rates),
+        "accelerations": acceleration_labels(coordinates, rates),
+        "multipliers": [f"lambda({record['name']})" for record in system.constraints],
+        "outputs": [record["name"] for record in system.outputs],
+        "input_values": [record["name"] for record in system.inputs],
+        "contact_forces": [f"force({record['name']})" for record in system.switches],
+    }
+    series: dict[str, tuple[str, int]] = {}
+    for attribute, names in named.items():
+        for column, name in enumerate(names):
+            series.setdefault(name, (attribute, column))
+    for name, column in rate_indices(coordinates, rates, system.quaternions).items():
+        # A rate of another name than its coordinate's, as `ball_vx` of `ball_x`, is its derivative as well.
+        if name in series and series[name][0] == "q":
+            series.setdefault(f"dot({name})", ("v", column))
+            series.setdefault(f"dot(dot({name}))", ("accelerations", column))
+    return series

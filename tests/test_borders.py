@@ -28,7 +28,7 @@ NEEDED = {
         "dependencies"
     ]
 }
-DECLARED = {*NEEDED, "matplotlib", "pinocchio"}  # diagrams and comparisons are extras
+DECLARED = {*NEEDED, "matplotlib", "pandas", "xarray", "control", "pinocchio"}  # these are extras
 # A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
 EXECUTES = {"symgen/model/library.py", "runtime/code/function_text.py"}
 # Whose functions import modules of ours that need SymPy, Numba or LLVM, or what writes their input.

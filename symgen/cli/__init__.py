@@ -28,6 +28,7 @@ _COMMANDS = {
     "check": "how far a result can be trusted: convergence, energy, constraints",
     "report": "a model, its equations and a checked run as one HTML file",
     "play": "show a recording in the Rerun viewer",
+    "export": "a recording as a table, CSV or Parquet",
     "verify": "re-read a recording and check it again",
     "compare": "where and by how much two recordings differ",
 }

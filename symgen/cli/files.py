@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from symgen.errors import ModelError
 from symgen.runtime.lazy import Late
 
+if TYPE_CHECKING:
+    from symgen.runtime.tables import Columns
+
 library = Late("symgen.model.library")
+tables = Late("symgen.runtime.tables")
 
 # What files of these names are. A file that is to be written may have any other name, too.
 _KINDS = {
@@ -22,6 +27,7 @@ _KINDS = {
     ".py": "a Python file",
     ".rrd": "a recording",
     ".csv": "a table",
+    ".parquet": "a table of columns",
     ".json": "a JSON file",
     ".html": "a page",
     ".png": "a figure",
@@ -35,7 +41,10 @@ _BEGINNINGS = {
     ".rrd": (b"RRF2",),
     ".html": (b"<!DOCTYPE html",),
     ".png": (b"\x89PNG",),
+    ".parquet": (b"PAR1",),
 }
+STANDARD_OUTPUT = Path("-")
+_TEXTS = (".json", ".csv")  # what may go to the standard output
 _TEXT_IN_TOML = re.compile(r"""["']([^"'\n]{1,1000})["']""")
 _LARGEST_MODEL = 4 << 20
 
@@ -56,6 +65,8 @@ class OutputFile(click.ParamType):
 
     def convert(self, value: Any, param: Any, context: click.Context | None) -> Path:
         path = Path(value)
+        if path == STANDARD_OUTPUT and self.suffix in _TEXTS:
+            return path
         if path.is_dir():
             self.fail(f"{value!r} is a folder", param, context)
         if not path.absolute().parent.is_dir():
@@ -106,6 +117,7 @@ class FilesInUse:
                 self._reads += _model_files(value)
             else:
                 self._reads += [path for text in _texts(value) for path in _named(text)]
+        self.standard_output_taken = any(path == STANDARD_OUTPUT for _, path, _ in outputs)
         for label, path, suffix in outputs:
             self.claim(label, path, suffix=suffix, instead_of=resumed if label == "--log" else None)
 
@@ -125,7 +137,7 @@ class FilesInUse:
         ------
         click.UsageError
         """
-        for read in self._reads:
+        for read in self._reads if path != STANDARD_OUTPUT else ():
             if same_file(path, read) and not (instead_of is not None and same_file(read, instead_of)):
                 how = (
                     ""
@@ -143,6 +155,8 @@ class FilesInUse:
 
 def _refuse_other_kind(label: str, path: Path, suffix: str) -> None:
     """A file takes the place of one of its kind only: what is there may be somebody's, under another name, too."""
+    if path == STANDARD_OUTPUT:
+        return
     beginnings = _BEGINNINGS.get(suffix)
     of_other_form = suffix == ".png" and path.suffix not in ("", ".png")  # a figure may be a .pdf, too
     if beginnings is None or of_other_form or not path.is_file():
@@ -160,6 +174,37 @@ def claim(label: str, path: Path, *, instead_of: Path | None = None) -> Path:
     return click.get_current_context().obj.claim(label, path, instead_of=instead_of)
 
 
+def refuse_other_table(label: str, path: Path | None, names: Sequence[str]) -> None:
+    """Refuse to write a table over one with other columns: what is there may be somebody's measurements.
+
+    Raises
+    ------
+    click.UsageError
+    """
+    if path is None or path == STANDARD_OUTPUT or not path.is_file() or not path.stat().st_size:
+        return
+    if list(tables.columns_in(path)) != list(names):
+        raise click.UsageError(
+            f"{label} {path}: what is there is a table with other columns, or none, so it is not written over"
+        )
+
+
+def write_tables(columns: Columns, csv_file: Path | None, parquet_file: Path | None) -> None:
+    """Write a run as tables, each file whole or not at all."""
+    if csv_file is not None:
+        text = io.StringIO()
+        columns.write_text(text)
+        write_text(csv_file, text.getvalue())
+    if parquet_file is not None:
+        partial = parquet_file.with_name(f".{parquet_file.name[:100]}.{os.getpid()}.part")
+        try:
+            columns.write_parquet(partial)
+            os.replace(partial, parquet_file)
+        except BaseException:
+            partial.unlink(missing_ok=True)
+            raise
+
+
 def same_file(a: Path, b: Path) -> bool:
     """Whether two names are those of one file, also through links, and where it is not there yet."""
     try:
@@ -171,8 +216,11 @@ def same_file(a: Path, b: Path) -> bool:
 def write_text(path: Path, text: str) -> None:
     """Write a file whole or not at all: what was there before stays if the disk is full.
 
-    What is no regular file, such as /dev/stdout, is written to as it is.
+    `-` is the standard output. What is no regular file, such as /dev/stdout, is written to as it is.
     """
+    if path == STANDARD_OUTPUT:
+        click.echo(text, nl=False)
+        return
     content = text.encode("utf-8", errors="backslashreplace")
     target = Path(os.path.realpath(path))
     try:

@@ -16,7 +16,14 @@ import click
 from symgen.cli.arguments import Positive, Times, as_dict, find_model, model_argument
 from symgen.cli.control import with_control
 from symgen.cli.failures import exit_status
-from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
+from symgen.cli.files import (
+    CarefulCommand,
+    OutputFile,
+    claim,
+    refuse_other_table,
+    write_tables,
+    write_text,
+)
 from symgen.cli.recorded import Progress, Recorded, run_recorded
 from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import say
@@ -32,6 +39,7 @@ resume = Late("symgen.cli.resume")
 runtime_explain = Late("symgen.runtime.explain")
 recording_play = Late("symgen.runtime.recording.play")
 result_json = Late("symgen.runtime.result_json")
+tables = Late("symgen.runtime.tables")
 
 
 @click.command("run", cls=CarefulCommand)
@@ -59,7 +67,16 @@ result_json = Late("symgen.runtime.result_json")
     type=click.Path(path_type=Path),
     help="Go on with a recorded run as if it had never stopped; MODEL may be left out.",
 )
-@click.option("--json", "json_file", type=OutputFile(".json"), help="Write the result to a file.")
+@click.option(
+    "--json",
+    "json_file",
+    type=OutputFile(".json"),
+    help="Write the result to a file; - is the standard output.",
+)
+@click.option("--csv", "csv_file", type=OutputFile(".csv"), help="Write all series over time as text.")
+@click.option(
+    "--parquet", "parquet_file", type=OutputFile(".parquet"), help="Write all series over time as Parquet."
+)
 @click.option("--explain", is_flag=True, help="Say what the run skipped, and why.")
 @click.option("--play", is_flag=True, help="Show the recording when the run is over.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
@@ -74,6 +91,8 @@ def command(
     no_log: bool,
     resume_file: Path | None,
     json_file: Path | None,
+    csv_file: Path | None,
+    parquet_file: Path | None,
     explain: bool,
     play: bool,
     quiet: bool,
@@ -96,6 +115,7 @@ def command(
     else:
         path = find_model(model)
         system, module = load_system(path, build_options, quiet)
+        _refuse_other_tables(system, csv_file, parquet_file)
         asked, derived = with_control(path, system, options_of(system, given)), module.seconds
         if no_energy_scaling:
             asked = replace(asked, energy_scaling=False)
@@ -108,6 +128,10 @@ def command(
     seconds = _seconds(solution, derived, recording)
     if json_file is not None:
         write_text(json_file, result_json.to_json(result_json.result(solution, seconds)) + "\n")
+    if csv_file is not None or parquet_file is not None:
+        if resume_file is not None:
+            _refuse_other_tables(solution.system, csv_file, parquet_file)
+        write_tables(tables.columns_of(solution), csv_file, parquet_file)
     if not quiet:
         for line in _report(solution, seconds, recording):
             say(line)
@@ -118,6 +142,13 @@ def command(
     if play and recording is not None:
         recording_play.play(recording.path)
     context.exit(status)
+
+
+def _refuse_other_tables(system: System, csv_file: Path | None, parquet_file: Path | None) -> None:
+    if csv_file is not None or parquet_file is not None:
+        names = tables.names_of(system)
+        refuse_other_table("--csv", csv_file, names)
+        refuse_other_table("--parquet", parquet_file, names)
 
 
 def _run(system: System, asked: RunOptions, **watched: Any) -> Solution:

@@ -13,8 +13,10 @@ _LONGEST_MESSAGE = 4000
 
 
 def say(text: str, *, err: bool = False) -> None:
-    """Print a line, or several."""
-    click.echo(plain(text), err=err)
+    """Print a line, or several; on standard error where the result itself goes to standard output."""
+    context = click.get_current_context(silent=True)
+    taken = context is not None and getattr(context.obj, "standard_output_taken", False)
+    click.echo(plain(text), err=err or taken)
 
 
 def complain(text: str) -> None:
