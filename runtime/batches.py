@@ -42,7 +42,7 @@ def evaluate(
     if not system.has(function):
         return np.zeros((len(times), 0))
     kernel = system.kernel(function)
-    return _rows(kernel.prepared_address, kernel.out_size, system.prepared(p), times, states)
+    return _rows(kernel.precomputed_address, kernel.out_size, system.precomputed(p), times, states)
 
 
 def right_hand_sides(system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
@@ -50,8 +50,8 @@ def right_hand_sides(system: System, p: np.ndarray, times: np.ndarray, states: n
     if system.m:
         address, _keep = kkt.robust_rhs_address(system)
     else:
-        address = system.kernel("rhs").prepared_address
-    return _rows(address, system.n_row, system.prepared(p), times, states)
+        address = system.kernel("rhs").precomputed_address
+    return _rows(address, system.n_row, system.precomputed(p), times, states)
 
 
 def accelerations_and_multipliers(

@@ -92,7 +92,7 @@ def _heading(system: System, arrays: LoopArrays, g: np.ndarray, floor: np.ndarra
     if not np.isfinite(speed) or speed == 0.0:
         return np.zeros(len(g))
     dt = _AHEAD * size / speed
-    y = np.concatenate([Positions(system).move(q, dt * v), v])
+    y = np.concatenate([Positions(system).retract(q, dt * v), v])
     rise = system.kernel("events")(t + dt, y, arrays.p) - g
     return np.where(np.abs(rise) > _CLEAR * floor, np.sign(rise), 0.0)
 
@@ -287,7 +287,7 @@ class EventActions:
     def _change_branches(self, which: np.ndarray) -> None:
         """Let forces go over to the other side of their jumps."""
         arrays = self.arrays
-        before = arrays.prepared[arrays.branches].copy()
+        before = arrays.precomputed[arrays.branches].copy()
         chosen = np.isin(arrays.jumps, which)
         values = self.form.kernel("events")(arrays.t, arrays.y[: self.system.nq + self.system.nv], arrays.p)
         after = np.where(chosen, np.where(before != 0.0, -before, np.sign(values[arrays.jumps])), before)

@@ -104,9 +104,9 @@ def _kernels(system: System) -> Iterator[Saving]:
 
 def _hoisted(system: System, solution: Solution) -> Iterator[Saving]:
     once = _once(system) if "rhs" in system.compiled else ""
-    if not (once and system.n_preparations):
+    if not (once and system.n_precomputations):
         return
-    n, calls = system.n_preparations, solution.stats["rhs"]
+    n, calls = system.n_precomputations, solution.stats["rhs"]
     times = f"{n} time{'s' * (n > 1)} for {calls} evaluations"
     yield Saving("work on parameters", f"{once} of rhs: {times}", "parameters do not change during a run")
     if system.structure["constant_mass"] and not system.m:

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from symgen.runtime.code.function_text import FunctionText, Lengths
-from symgen.runtime.code.llvm_text import PREPARED
+from symgen.runtime.code.llvm_text import PRECOMPUTED
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.module_source import ModuleSource
 
@@ -41,7 +41,7 @@ class Owner(Protocol):
 
 @dataclass(frozen=True)
 class KernelSource:
-    """A function of a model, and where its hoisted values stand in a prepared `p`."""
+    """A function of a model, and where its hoisted values stand in a precomputed `p`."""
 
     code: FunctionText
     n_hoisted: int
@@ -66,7 +66,7 @@ class KernelSource:
         return lowered.ir, lowered.operations
 
     def lower_apart(self, symbol: str) -> tuple[str, int]:
-        """Return LLVM IR that defines `symbol` and, where work is hoisted, `symbol_prepared` as well."""
+        """Return LLVM IR that defines `symbol` and, where work is hoisted, `symbol_precomputed` as well."""
         if not self.n_hoisted:
             return self.lower(symbol)
         from symgen.runtime.code.modules import lower_kernel
@@ -102,15 +102,15 @@ class Kernel:
     name : str
     address : int
         Of the machine code, for `symgen.runtime.code.bridge.call_kernel`. Valid as long as this kernel lives.
-    prepared_address : int
-        The same for a `p` that `System.prepared` has made: without the work that depends on parameters only.
+    precomputed_address : int
+        The same for a `p` that `System.precomputed` has made: without the work that depends on parameters only.
     out_size : int
         The number of values that it may write. Structural zeros are not written.
     """
 
     name: str
     address: int
-    prepared_address: int
+    precomputed_address: int
     source: KernelSource = field(repr=False)
     _owner: Any = field(repr=False)
     _call: Any = field(repr=False)
@@ -188,7 +188,7 @@ def compile_kernel(source: KernelSource) -> Kernel:
         owner, symbol = source.system.machine_code(), f"symgen_{source.name}"
         key = engine.cache_key(f"{symbol}\0{source.key_text()}")
         address = owner.add(engine.object_code(key, source.name, symbol, source.lower_apart), symbol)
-        prepared = owner.address(symbol + PREPARED) if source.n_hoisted else address
+        precomputed = owner.address(symbol + PRECOMPUTED) if source.n_hoisted else address
     except ModuleError:
         raise
     except Exception as error:
@@ -200,8 +200,8 @@ def compile_kernel(source: KernelSource) -> Kernel:
             stacklevel=3,
         )
         owner = _compile_with_numba(source)
-        address = prepared = owner.address
-    return Kernel(source.name, address, prepared, source, owner, _PROTOTYPE(address))
+        address = precomputed = owner.address
+    return Kernel(source.name, address, precomputed, source, owner, _PROTOTYPE(address))
 
 
 def compile_setup(sources: Sequence[KernelSource]) -> Callable[[np.ndarray, int], None]:

@@ -155,7 +155,7 @@ class LoopArrays:
     def loop(self) -> Loop:
         """Return the record that the loop takes."""
         return Loop(
-            self.addresses, self.sizes, self.prepared, self.control, self.counters, self.y, self.f,
+            self.addresses, self.sizes, self.precomputed, self.control, self.counters, self.y, self.f,
             self.work, self.frame_times, self.frames, self.step_log, self.dense,
         )  # fmt: skip
 
@@ -277,7 +277,7 @@ class LoopArrays:
             return
         self.event_block(at.BRANCH)[:] = 0.0
         self.event_block(at.BRANCH)[self.jumps] = np.arange(self.branches.start, self.branches.stop)
-        self.prepared[self.branches] = np.sign(self.event_block(at.SIDE)[self.jumps])
+        self.precomputed[self.branches] = np.sign(self.event_block(at.SIDE)[self.jumps])
 
     def with_branches(self, branches: np.ndarray) -> np.ndarray:
         """Return `p` with other branches of forces that jump."""
@@ -287,19 +287,19 @@ class LoopArrays:
 
     def _prepare(self, system: System, method: Method) -> None:
         self.branches = slice(system.n_p - len(self.jumps), system.n_p)
-        self.prepared, tail = system.prepared(self.p), np.zeros(0)
+        self.precomputed, tail = system.precomputed(self.p), np.zeros(0)
         if self.jumps:
-            self.prepared = np.array(self.prepared)  # `p` itself, where nothing is prepared
+            self.precomputed = np.array(self.precomputed)  # `p` itself, where nothing is precomputed
             self.take_branches()
         if method.tail is not None:
             tail = method.tail(system)
-            self.prepared = np.concatenate([self.prepared, tail])
+            self.precomputed = np.concatenate([self.precomputed, tail])
         self._n_tail = len(tail)
 
     @property
     def tail(self) -> np.ndarray:
-        """A view of what the method carries behind the prepared `p`."""
-        return self.prepared[len(self.prepared) - self._n_tail :]
+        """A view of what the method carries behind the precomputed `p`."""
+        return self.precomputed[len(self.precomputed) - self._n_tail :]
 
     def _take_kernels(self, system: System, method: Method) -> None:
         with_events = self.n_events > 0
@@ -356,7 +356,7 @@ class LoopArrays:
 def kernel_addresses(
     system: System, method: Method, *, with_events: bool, with_energy: bool = False
 ) -> tuple[np.ndarray, list[Any]]:
-    """Return the addresses of the kernels that a run needs, and what keeps their code alive; they take a prepared `p`.
+    """Return the addresses of the kernels that a run needs, and what keeps their code; they take a precomputed `p`.
 
     Constrained models get the guarded versions of `rhs` and `project`, which survive dependent constraints; versions
     of the method's own take the place of either.
@@ -368,13 +368,13 @@ def kernel_addresses(
     else:
         for index, name in ((at.RHS, "rhs"), *(((at.PROJECT, "project"),) if system.quaternions else ())):
             keep.append(system.kernel(name))
-            addresses[index] = keep[-1].prepared_address
+            addresses[index] = keep[-1].precomputed_address
     more = [
         name for name, used in (("events", with_events and system.events), ("energy", with_energy)) if used
     ]
     for name in (*method.kernels, *more):
         keep.append(system.kernel(name))
-        addresses[_KERNELS[name]] = keep[-1].prepared_address
+        addresses[_KERNELS[name]] = keep[-1].precomputed_address
     if method.versions is not None:
         for index, (address, owner) in method.versions(system).items():
             addresses[index] = address

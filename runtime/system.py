@@ -32,9 +32,9 @@ class System(ModelFunctions):
         nh + nn, the number of multipliers.
     ny : int
         nq + nv + nw, the length of the state that integrators carry.
-    n_prepared : int
-        The length of a prepared `p`.
-    n_preparations : int
+    n_precomputed : int
+        The length of a precomputed `p`.
+    n_precomputations : int
         How often hoisted work was done so far.
     n_row : int
         The length of a row that `rhs` writes.
@@ -98,9 +98,9 @@ class System(ModelFunctions):
             hoisted[name] = (count, end)
             end += count
         set_("_hoisted", hoisted)
-        set_("n_prepared", end)
+        set_("n_precomputed", end)
         set_("_kernels", {})
-        set_("n_preparations", 0)
+        set_("n_precomputations", 0)
         set_("_lock", threading.RLock())
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -200,8 +200,8 @@ class System(ModelFunctions):
             self.__dict__.setdefault("_closed", closed)
         return self.__dict__["_closed"]
 
-    def prepared(self, p: np.ndarray) -> np.ndarray:
-        """Return `p` with all that depends on it alone worked out behind it, for kernels' `prepared_address`.
+    def precomputed(self, p: np.ndarray) -> np.ndarray:
+        """Return `p` with all that depends on it alone worked out behind it, for kernels' `precomputed_address`.
 
         Do it again after a change of `p`. What was worked out last is kept: a run asks for it several times.
 
@@ -211,7 +211,7 @@ class System(ModelFunctions):
 
         Returns
         -------
-        ndarray, shape (n_prepared,)
+        ndarray, shape (n_precomputed,)
         """
         p = np.ascontiguousarray(p, dtype=float)
         if not self._hoisted:
@@ -222,17 +222,17 @@ class System(ModelFunctions):
                     sources = [self._kernel_source(name) for name in self._hoisted]
                     self.__dict__["_setup"] = compile_setup(sources)
         key = p.tobytes()
-        last = self.__dict__.get("_last_prepared", (b"", p))
+        last = self.__dict__.get("_last_precomputed", (b"", p))
         if last[0] != key:
-            longer = np.concatenate([p, np.zeros(self.n_prepared - self.n_p)])
+            longer = np.concatenate([p, np.zeros(self.n_precomputed - self.n_p)])
             self._setup(longer, self.n_p)
-            last = self.__dict__["_last_prepared"] = (key, longer)
-            self.__dict__["n_preparations"] += 1
+            last = self.__dict__["_last_precomputed"] = (key, longer)
+            self.__dict__["n_precomputations"] += 1
         return last[1].copy()
 
-    def prepared_between(self, p: np.ndarray, t0: float, t1: float) -> np.ndarray:
-        """Return `prepared(p)` for times between two neighbouring `input_breaks` [s]."""
-        return self.prepared(p)
+    def precomputed_between(self, p: np.ndarray, t0: float, t1: float) -> np.ndarray:
+        """Return `precomputed(p)` for times between two neighbouring `input_breaks` [s]."""
+        return self.precomputed(p)
 
     def input_breaks(self, t0: float, t1: float) -> Sequence[float]:
         """Return the times [s] between `t0` and `t1` at which inputs over time are not smooth."""

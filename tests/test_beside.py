@@ -64,10 +64,10 @@ def test_a_run_and_its_recording_may_ask_for_the_same_kernels_at_once(monkeypatc
     def work() -> None:
         gate.wait(60)
         try:
-            prepared = system.prepared(system.parameter_values())
+            precomputed = system.precomputed(system.parameter_values())
             y, out = np.linspace(0.1, 0.5, system.nq + system.nv), np.zeros(2)
             system.kernel("energy")(0.0, y, system.parameter_values(), out)
-            results.append((prepared.tobytes(), out.tobytes(), id(system.machine_code())))
+            results.append((precomputed.tobytes(), out.tobytes(), id(system.machine_code())))
         except Exception as error:
             errors.append(error)
 

@@ -178,8 +178,8 @@ def test_an_open_stop_is_no_singular_configuration(mixed):
     lease.expect(p, 0.0, np.array([0.1]))
     assert lease.memory[-1] == 0.0
     project = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(lease.project)
-    y, prepared, out = np.array([0.1, 0.0]), closed.prepared(p), np.zeros(2 + closed.nh + closed.m)
-    project(0.0, y.ctypes.data, prepared.ctypes.data, out.ctypes.data)
+    y, precomputed, out = np.array([0.1, 0.0]), closed.precomputed(p), np.zeros(2 + closed.nh + closed.m)
+    project(0.0, y.ctypes.data, precomputed.ctypes.data, out.ctypes.data)
     assert lease.memory[-1] == 0.0
     np.testing.assert_allclose(out[:2], [0.1, 0.0], atol=1e-15)
 

@@ -54,7 +54,7 @@ def test_a_constant_mass_matrix_is_factored_once(n):
     assert found.operations["rhs"] - found.once["rhs"] <= 2 * n * n + n
     p, y = system.parameter_values({"a": 0.7}), np.linspace(0.1, 0.9, 2 * n)
     row = np.zeros(2 * n)
-    call_kernel(system.kernel("rhs").prepared_address, 0.0, y, system.prepared(p), row)
+    call_kernel(system.kernel("rhs").precomputed_address, 0.0, y, system.precomputed(p), row)
     weights = np.arange(1.0, n + 1)
     mass = np.eye(n) + 0.7 * np.outer(weights, weights)
     np.testing.assert_allclose(row[n:], np.linalg.solve(mass, -20.0 * y[:n]), rtol=1e-9)
@@ -67,7 +67,7 @@ def test_what_depends_on_inputs_and_time_is_not_hoisted():
     assert text.index("c0 = ") < text.index("q_theta = ") < text.index("u_u = p[3]")
 
 
-def test_other_parameters_are_prepared_anew():
+def test_other_parameters_are_computed_anew():
     """A run with changed parameters is the run of a model with these values."""
     model = swing()
     system, changed = model.derive(), {"m": 0.8, "l": 1.3, "u": -0.4}
@@ -85,15 +85,15 @@ def test_every_way_to_call_keeps_to_the_contract():
     kernel = system.kernel("rhs")
     for values in ({}, {"l": 0.2}, {"m": 3.0, "g": 1.6}):
         p = system.parameter_values(values)
-        prepared = system.prepared(p)
-        assert len(p) == system.n_p == 4 and len(prepared) == system.n_prepared > 4
+        precomputed = system.precomputed(p)
+        assert len(p) == system.n_p == 4 and len(precomputed) == system.n_precomputed > 4
         expected = np.zeros(2 + system.nw)
         system.python_function("rhs")(0.0, y, p, expected)
         assert_same_bits(kernel(0.0, y, p), expected)
         for address, passed in (
             (kernel.address, p),
-            (kernel.address, prepared),
-            (kernel.prepared_address, prepared),
+            (kernel.address, precomputed),
+            (kernel.precomputed_address, precomputed),
         ):
             out = np.zeros(len(expected))
             call_kernel(address, 0.0, y, passed, out)
@@ -108,9 +108,9 @@ def test_nothing_to_hoist_changes_nothing():
     m.kinetic(dot(m.coordinate("x")) ** 2 / 2)
     system = m.derive()
     p = system.parameter_values()
-    assert system.source.header["hoisted"] == {} and len(system.prepared(p)) == 0
+    assert system.source.header["hoisted"] == {} and len(system.precomputed(p)) == 0
     kernel = system.kernel("rhs")
-    assert kernel.address == kernel.prepared_address
+    assert kernel.address == kernel.precomputed_address
 
 
 @pytest.mark.parametrize(

@@ -49,10 +49,10 @@ class Motion:
             def closed(y: np.ndarray) -> np.ndarray:
                 trial = move.copy()
                 trial[bound_q] = y
-                return self.residual(self.positions.move(linear.q, trial), linear.v)[rows]
+                return self.residual(self.positions.retract(linear.q, trial), linear.v)[rows]
 
             move[bound_q] = root(closed, np.zeros(len(bound_q)), tol=1e-14).x
-        q, v = self.positions.move(linear.q, move), linear.v.copy()
+        q, v = self.positions.retract(linear.q, move), linear.v.copy()
         v[self.free_v] += x[len(self.free_q) :]
         if system.m:
             matrix = system.kernel("constraint_jacobian")(linear.t, np.concatenate([q, v]), linear.p)
@@ -117,7 +117,7 @@ def test_small_motions_follow_the_linear_model(name):
 
 def turning(linear: LinearModel) -> np.ndarray:
     matrix = np.zeros((linear.system.nv, linear.system.nv))
-    for _, j in Positions(linear.system).turns:
+    for _, j in Positions(linear.system).quaternions:
         for k in range(3):
             matrix[j : j + 3, j + k] = -np.cross(linear.v[j : j + 3], np.eye(3)[k])
     return matrix

@@ -370,7 +370,7 @@ def test_hoisted_work_apart_changes_nothing(monkeypatch, piece):
     monkeypatch.setattr(straight_line, "PIECE_LINES", piece)
     source, offset = loops(), N_P + 2
     ir = lower_kernel(source, "kernel", N_HOISTED, offset).ir
-    _keep, (whole, prepared) = machine_code(ir, "kernel", "kernel_prepared")
+    _keep, (whole, precomputed) = machine_code(ir, "kernel", "kernel_precomputed")
     _keep_too, (setup,) = machine_code(lower_setup([(source, N_HOISTED)] * 2, "setup").ir, "setup")
     y, p = np.linspace(-1.0, 2.0, N_Y), np.array([9.81, 0.3, -0.2, 1.5])
     expected = evaluate(source.python_function(), 0.3, y.tolist(), p.tolist())
@@ -379,18 +379,18 @@ def test_hoisted_work_apart_changes_nothing(monkeypatch, piece):
     assert_same_bits(values[:N_HOISTED], values[N_HOISTED:])
     assert values[0] == 2 * 9.81 and values[2] == math.sqrt(values[1]) and values[-1] == p[1] - p[3]
     longer = np.concatenate([p, [7.0, 7.0], values[:N_HOISTED]])
-    for call, passed in ((whole, p), (prepared, longer), (whole, longer)):
+    for call, passed in ((whole, p), (precomputed, longer), (whole, longer)):
         out = np.zeros(N_OUT)
         call(0.3, y.ctypes.data, passed.ctypes.data, out.ctypes.data)
         assert_same_bits(out, expected)
 
 
-def test_a_prepared_kernel_reads_its_hoisted_values_only():
+def test_a_precomputed_kernel_reads_its_hoisted_values_only():
     """The values in the longer p count, not what they were computed from."""
     source = FunctionText("rhs", "def rhs(t, y, p, out):\n    c0 = p[0]*2.0\n    out[0] = c0\n", LENGTHS)
-    _keep, (prepared,) = machine_code(lower_kernel(source, "kernel", 1, N_P).ir, "kernel_prepared")
+    _keep, (precomputed,) = machine_code(lower_kernel(source, "kernel", 1, N_P).ir, "kernel_precomputed")
     p, out = np.array([1.0, 0, 0, 0, 5.5]), np.zeros(N_OUT)
-    prepared(0.0, None, p.ctypes.data, out.ctypes.data)
+    precomputed(0.0, None, p.ctypes.data, out.ctypes.data)
     assert out[0] == 5.5
 
 

@@ -101,7 +101,7 @@ def test_kinematics_is_how_positions_are_moved(name):
     h = 1e-5
     for i, e in enumerate(np.eye(system.nv)):
         assert np.allclose(
-            (positions.move(q, h * e) - positions.move(q, -h * e)) / (2 * h), n[:, i], atol=1e-10
+            (positions.retract(q, h * e) - positions.retract(q, -h * e)) / (2 * h), n[:, i], atol=1e-10
         )
     rhs = system.kernel("rhs")(0.0, np.concatenate([q, v]), system.parameter_values())
     assert np.allclose(rhs[: system.nq], n @ v, atol=1e-14)
@@ -118,7 +118,7 @@ def test_chart_turns_by_rotation_vectors_and_knows_its_derivative(size):
     assert np.allclose(rotations(chart.q(x)[1:5]), turned, atol=1e-14)
     gradient = random.normal(size=system.nq)  # of a function of q
     by_rates = gradient @ np.column_stack(
-        [(Positions(system).move(chart.q(x), 1e-5 * e) - chart.q(x)) / 1e-5 for e in np.eye(system.nv)]
+        [(Positions(system).retract(chart.q(x), 1e-5 * e) - chart.q(x)) / 1e-5 for e in np.eye(system.nv)]
     )
     by_x = [(gradient @ (chart.q(x + 1e-5 * e) - chart.q(x))) / 1e-5 for e in np.eye(system.nv)]
     assert np.allclose(chart.by_unknowns(x, by_rates), by_x, atol=2e-4)
@@ -134,14 +134,14 @@ def test_jacobian_agrees_with_differences_of_the_accelerations(name):
     rhs, positions, sizes = system.kernel("rhs"), Positions(system), loop_sizes(system, with_events=False)
     state = np.concatenate([q, v])
     addresses = np.zeros(at.N_KERNELS, dtype=np.uint64)
-    addresses[at.RESIDUAL_JACOBIAN] = system.kernel("residual_jacobian").prepared_address
+    addresses[at.RESIDUAL_JACOBIAN] = system.kernel("residual_jacobian").precomputed_address
     work, out = np.zeros(jacobian_work_size(sizes)), np.zeros((nv, 2 * nv))
-    bare = bare_loop(sizes, system.prepared(p), addresses, np.concatenate([state, np.zeros(system.nw)]))
+    bare = bare_loop(sizes, system.precomputed(p), addresses, np.concatenate([state, np.zeros(system.nw)]))
     status = acceleration_jacobian(bare, 0.0, bare.y, rhs(0.0, state, p), work, out)
     assert status == at.RUNNING
 
     def acceleration(step):
-        moved = np.concatenate([positions.move(q, step[:nv]), v + step[nv:]])
+        moved = np.concatenate([positions.retract(q, step[:nv]), v + step[nv:]])
         return rhs(0.0, moved, p)[system.nq : system.nq + nv]
 
     h = 1e-5
@@ -248,7 +248,7 @@ def test_dependent_constraints_path_is_the_same_with_quaternions():
     p, out = system.parameter_values(), np.zeros(system.nq + system.nv + 6)
     near = np.concatenate([rotations(q[3:]) @ ARM + 0.01, q[3:], v])
     address, _keep = robust_project_address(system)
-    call_kernel(address, 0.0, near, system.prepared(p), out)
+    call_kernel(address, 0.0, near, system.precomputed(p), out)
     assert np.abs(np.linalg.norm(out[3:7]) - 1.0) < UNIT
     expected = near
     for _ in range(6):  # the robust path goes all the way, and then turns to the velocities

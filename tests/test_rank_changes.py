@@ -284,18 +284,18 @@ def test_accelerations_next_to_a_change_point(distance):
     assert not is_ill_conditioned(system, p, 0.0, upright)  # forces balance there but for round-off
     guard = lease_guard(system)
     guard.expect(p, 0.0, upright)
-    prepared, row = system.prepared(p), np.zeros(system.n_row)
+    precomputed, row = system.precomputed(p), np.zeros(system.n_row)
     beside = np.concatenate([np.where(rocker, 0.1, 0.0), np.where(rocker, -3.5, 0.0)])
     projected = np.zeros(2 * system.nq + system.nh + system.m)
     call_kernel(
-        np.uint64(guard.project), 0.0, beside, prepared, projected
+        np.uint64(guard.project), 0.0, beside, precomputed, projected
     )  # sees that a singular place is near
     y = np.concatenate([np.where(rocker, distance, 0.0), np.where(rocker, -3.5, 0.0)])
     expected = -9.81 * ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * np.cos(distance)
     random = np.random.default_rng(3)
     for off in (0.0, 1e-12, 1e-9):
         stage = y + off * random.uniform(-1.0, 1.0, len(y))
-        call_kernel(np.uint64(guard.rhs), 0.0, stage, prepared, row)
+        call_kernel(np.uint64(guard.rhs), 0.0, stage, precomputed, row)
         np.testing.assert_allclose(
             row[system.nq : 2 * system.nq], np.where(rocker, expected, 0.0), rtol=0, atol=1e-9 + 100 * off
         )

@@ -74,12 +74,12 @@ def test_same_numbers_in_every_form(pair):
         scale = np.abs(expected).max()
         assert by_python == pytest.approx(expected, rel=1e-9, abs=1e-11 * scale), name
         assert np.array_equal(kernel(0.3, y, p), by_python), name
-        assert np.array_equal(_prepared(rolled, kernel, y, p), by_python), name
+        assert np.array_equal(_precomputed(rolled, kernel, y, p), by_python), name
 
 
-def _prepared(system, kernel, y, p):
-    p, out = system.prepared(p), np.zeros(kernel.out_size)
-    call = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(kernel.prepared_address)
+def _precomputed(system, kernel, y, p):
+    p, out = system.precomputed(p), np.zeros(kernel.out_size)
+    call = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(kernel.precomputed_address)
     call(0.3, y.ctypes.data, p.ctypes.data, out.ctypes.data)
     return out
 

@@ -109,9 +109,11 @@ class TestEntries:
         found, expected = np.zeros(whole.out_size), whole(0.5, y, p)
         found[system.entry_places(function)] = entries(0.5, y, p)
         assert np.array_equal(found, expected)
-        prepared = np.zeros(entries.out_size)
-        runtime.code.bridge.call_kernel(entries.prepared_address, 0.5, y, system.prepared(p), prepared)
-        assert np.array_equal(prepared, entries(0.5, y, p))
+        precomputed = np.zeros(entries.out_size)
+        runtime.code.bridge.call_kernel(
+            entries.precomputed_address, 0.5, y, system.precomputed(p), precomputed
+        )
+        assert np.array_equal(precomputed, entries(0.5, y, p))
 
     def test_places_that_are_written_twice_or_in_no_progression_go_through_a_table(self):
         text = (
@@ -201,9 +203,9 @@ def test_newton_systems_are_those_of_full_matrices(model, g, request):
     )
     addresses = np.zeros(at.N_KERNELS, dtype=np.uint64)
     kernel = system.kernel("residual_jacobian_entries")
-    addresses[at.RESIDUAL_JACOBIAN] = kernel.prepared_address
+    addresses[at.RESIDUAL_JACOBIAN] = kernel.precomputed_address
     arguments, entries = np.zeros(nq + nv + n), np.zeros(len(pattern.kind))
-    loop = bare_loop(sizes, system.prepared(p), addresses, y)
+    loop = bare_loop(sizes, system.precomputed(p), addresses, y)
     status = differentiate_sparse(pattern, loop, 0.0, row, arguments, entries)
     assert status == RUNNING
     whole = system.kernel("residual_jacobian")(0.0, arguments, p).reshape(n, -1)

@@ -180,16 +180,16 @@ def test_a_constant_mass_matrix_is_factored_once():
     system = chain(8)
     solution = solve(system, 1.0, method="dop853", at=[0.5])
     assert solution.stats["rhs"] > 100
-    assert system.n_preparations == 1
+    assert system.n_precomputations == 1
     (line,) = [saving for saving in savings(solution) if saving.what == "factors of the mass matrix"]
     assert line.gain == f"factored 1 time for {solution.stats['rhs']} evaluations"
     # Other parameters, other factors; and those of before are not what is handed out.
     heavier = system.parameter_values({"m": 2.0})
-    prepared = system.prepared(heavier)
-    assert system.n_preparations == 2
-    prepared[:] = 0.0
-    np.testing.assert_array_equal(system.prepared(heavier)[: system.n_p], heavier)
-    assert system.n_preparations == 2
+    precomputed = system.precomputed(heavier)
+    assert system.n_precomputations == 2
+    precomputed[:] = 0.0
+    np.testing.assert_array_equal(system.precomputed(heavier)[: system.n_p], heavier)
+    assert system.n_precomputations == 2
 
 
 def test_savings_count_what_a_run_left_out():

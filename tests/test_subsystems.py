@@ -141,14 +141,14 @@ def test_machine_code_is_the_text(scene):
     system = runtime.load(emit(subsystems.derive(scene)))
     head, p = system.source.header, system.parameter_values()
     rng = np.random.default_rng(4)
-    prepared = system.prepared(p)
+    precomputed = system.precomputed(p)
     for name in system.source.functions:
         y, kernel = states(head, name, rng), system.kernel(name)
         expected = np.zeros(kernel.out_size)
         system.python_function(name)(0.3, y.tolist(), p.tolist(), expected)
         assert_same_bits(kernel(0.3, y, p), expected)
         out = np.zeros(kernel.out_size)
-        call_kernel(kernel.prepared_address, 0.3, y, prepared, out)
+        call_kernel(kernel.precomputed_address, 0.3, y, precomputed, out)
         assert_same_bits(out, expected)
 
 

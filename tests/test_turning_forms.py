@@ -28,7 +28,7 @@ from symgen.runtime.integrate.jacobian import jacobian_work_size
 from symgen.runtime.integrate.linear import lu_factor
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.partition.work import SWITCHES
-from symgen.runtime.integrate.radau.ggl_turns import turn_blocks
+from symgen.runtime.integrate.radau.ggl_rotations import rotate_blocks
 from symgen.runtime.loop_arrays import LoopArrays, kernel_addresses, loop_sizes
 from symgen.runtime.positions import Positions
 
@@ -114,13 +114,13 @@ def test_reduced_newton_systems_are_the_derivatives_of_the_equations(which, axes
     addresses, _keep = kernel_addresses(system, FORMS["ggl"]["radau5"], with_events=False)
     b = as_written(divide_blocks)(sizes, np.zeros(blocks_size(sizes)))
     bare, scratch = (
-        bare_loop(sizes, system.prepared(p), addresses, np.append(q, v)),
+        bare_loop(sizes, system.precomputed(p), addresses, np.append(q, v)),
         np.zeros(jacobian_work_size(sizes)),
     )
     assert set_blocks(bare, 0.0, bare.y, row, scratch, b) == 0
     sense = 1.0
     if axes == "start":
-        as_written(turn_blocks)(sizes, np.append(q, v), row, b)
+        as_written(rotate_blocks)(sizes, np.append(q, v), row, b)
         sense = -1.0
     g, n = 50.0, nv + m
     matrix, pivots, x = (
@@ -133,19 +133,19 @@ def test_reduced_newton_systems_are_the_derivatives_of_the_equations(which, axes
     assert lu_factor(matrix, pivots) == 0
     solve_shifted(g, sizes, b, matrix, pivots, x)
     turning = np.zeros((nv, nv))
-    for _, j in positions.turns:
+    for _, j in positions.quaternions:
         turning[j : j + 3, j : j + 3] = 0.5 * sense * np.cross(v[j : j + 3], np.eye(3)).T
     move = np.linalg.solve(g * np.eye(nv) + turning, x[:nv] + b.steer @ x[n:])
     a, lam = row[nq : nq + nv], row[system.ny : system.ny + m]
 
     def turned_by(step, vector):
         out = vector.copy()
-        for _, j in positions.turns if axes == "start" else ():
+        for _, j in positions.quaternions if axes == "start" else ():
             out[j : j + 3] = Rotation.from_rotvec(step * move[j : j + 3]).apply(vector[j : j + 3])
         return out
 
     def equations(step):
-        state = np.append(positions.move(q, step * move), turned_by(-step, v + step * x[:nv]))
+        state = np.append(positions.retract(q, step * move), turned_by(-step, v + step * x[:nv]))
         rates = turned_by(-step, a + step * g * x[:nv])
         arguments = np.concatenate([state, rates, lam + step * x[nv:n]])
         drift = system.kernel("constraint_residual")(0.0, state, p)

@@ -54,23 +54,23 @@ def hoisting() -> Iterator[Row]:
         yield Row(f"{scene}, rhs", saving, *seconds, difference(*values))
 
 
-def prepared() -> Iterator[Row]:
-    """Prepared parameters kept from one call to the next."""
+def precomputed() -> Iterator[Row]:
+    """Precomputed parameters kept from one call to the next."""
     system = tied_masses(200)
     p, other = system.parameter_values(), system.parameter_values({"m": 0.6})
-    first = system.prepared(p)
+    first = system.precomputed(p)
 
     def kept() -> None:
         for _ in range(2 * CALLS):
-            system.prepared(p)
+            system.precomputed(p)
 
     def anew() -> None:
         for _ in range(CALLS):
-            system.prepared(other)
-            system.prepared(p)
+            system.precomputed(other)
+            system.precomputed(p)
 
     seconds = [total / (2 * CALLS) for total in by_turns(kept, anew)]
-    yield Row("tied masses, 200", "prepared p kept", *seconds, difference(first, system.prepared(p)))
+    yield Row("tied masses, 200", "precomputed p kept", *seconds, difference(first, system.precomputed(p)))
 
 
 def gathered() -> Iterator[Row]:
@@ -182,5 +182,6 @@ def absent() -> Iterator[Row]:
 
 
 CASES = (
-    hoisting, prepared, gathered, articulated, structural_zeros, sparse_factors, linear_constraints, block_mass, absent,
+    hoisting, precomputed, gathered, articulated, structural_zeros, sparse_factors, linear_constraints, block_mass,
+    absent,
 )  # fmt: skip

@@ -94,8 +94,8 @@ def calls(*systems: System, function: str = "rhs") -> tuple[list[np.ndarray], li
     states = np.random.default_rng(7).normal(center, 0.1, (n_calls, len(center)))
     times, rows, works = np.zeros(n_calls), [], []
     for system in systems:
-        p = system.prepared(system.parameter_values())
-        address = np.uint64(system.kernel(function).prepared_address)
+        p = system.precomputed(system.parameter_values())
+        address = np.uint64(system.kernel(function).precomputed_address)
         out = np.zeros((n_calls, system.n_row if function == "rhs" else lengths[function]))
         works.append(lambda a=address, p=p, out=out: evaluate_rows(a, times, states, p, out))
         works[-1]()

@@ -37,7 +37,7 @@ def rhs_seconds(case: Case) -> float:
         system, METHODS["rk4"], reference.p, 0.0, reference.start, frame_times=np.zeros(0), rtol=1e-8, atol=1e-10,
         with_events=False, log_length=1,
     )  # fmt: skip
-    arguments = (arrays.addresses[at.RHS], 0.0, arrays.y, arrays.prepared, arrays.f)
+    arguments = (arrays.addresses[at.RHS], 0.0, arrays.y, arrays.precomputed, arrays.f)
     once = best_seconds(lambda: call_again(*arguments, 10), 3, 0.0) / 10
     n = max(10, int(_BATCH_SECONDS / once))
     return best_seconds(lambda: call_again(*arguments, n), _BATCHES, 0.0) / n

@@ -124,7 +124,7 @@ class _Between:
             if np.all(np.abs(residual) <= _ON_CONSTRAINTS * self._range * np.abs(rows).max()):
                 return q
             step = -np.linalg.lstsq(rows * scale, residual, rcond=1e-14)[0]
-            q = self._positions.normalised(self._positions.move(q, scale * step))
+            q = self._positions.normalised(self._positions.retract(q, scale * step))
             if not np.all(np.isfinite(q)):
                 return None
         return None

@@ -88,12 +88,12 @@ class _Motion:
         ahead, behind = (self._accelerations(s * step * change) for s in (1.0, -1.0))
         rates = (ahead - behind) / (2.0 * step)
         turned = by_rate.copy()
-        for _, j in self._positions.turns:  # δ' = δω - ω × δ
+        for _, j in self._positions.quaternions:  # δ' = δω - ω × δ
             turned[j : j + 3] -= np.cross(self._v[j : j + 3], by_position[j : j + 3])
         image = np.concatenate([turned, rates / self._rate])
         return np.where(np.isfinite(image), image, 0.0)
 
     def _accelerations(self, change: np.ndarray) -> np.ndarray:
         nq, nv = self._system.nq, self._system.nv
-        state = np.concatenate([self._positions.move(self._q, change[:nv]), self._v + change[nv:]])
+        state = np.concatenate([self._positions.retract(self._q, change[:nv]), self._v + change[nv:]])
         return self._kernel(self._t, state, self._p)[nq : nq + nv]

@@ -128,7 +128,7 @@ def _bodies(system: System, p, t, q, v, x: np.ndarray) -> tuple[tuple[str, float
     moved = []
     for part in (x.real, x.imag):
         moves = [
-            np.concatenate([positions.move(q, sign * step * part[: system.nv]), v]) for sign in (1.0, -1.0)
+            np.concatenate([positions.retract(q, sign * step * part[: system.nv]), v]) for sign in (1.0, -1.0)
         ]
         poses = evaluate(system, "poses", p, np.full(2, t), np.array(moves))
         moved.append((poses[0] - poses[1]).reshape(len(system.bodies), 12))
@@ -173,7 +173,7 @@ def _accelerations_along(system: System, p, t, q, v, x: np.ndarray) -> np.ndarra
     positions, step, nv = Positions(system), _step(system, q, v, x), system.nv
     states = np.array(
         [
-            np.concatenate([positions.move(q, sign * step * part[:nv]), v + sign * step * part[nv:]])
+            np.concatenate([positions.retract(q, sign * step * part[:nv]), v + sign * step * part[nv:]])
             for part in (x.real, x.imag)
             for sign in (1.0, -1.0)
         ]

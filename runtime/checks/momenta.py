@@ -110,8 +110,8 @@ def _moved(system: System, states: np.ndarray, steps: np.ndarray) -> np.ndarray:
     positions, nq = Positions(system), system.nq
     rows = np.repeat(states, len(steps), axis=0)
     every = np.tile(steps, (len(states), 1))
-    if positions.turns:
-        rows[:, :nq] = [positions.move(q, step) for q, step in zip(rows[:, :nq], every, strict=True)]
+    if positions.quaternions:
+        rows[:, :nq] = [positions.retract(q, step) for q, step in zip(rows[:, :nq], every, strict=True)]
     else:
         rows[:, :nq] += every
     return rows
@@ -220,7 +220,7 @@ class _BesideTheRun:
 
     def _ahead(self, positions: Positions, dq: np.ndarray, dv: np.ndarray) -> np.ndarray:
         nq = self._system.nq
-        q = [positions.move(q, step) for q, step in zip(self.states[:, :nq], dq, strict=True)]
+        q = [positions.retract(q, step) for q, step in zip(self.states[:, :nq], dq, strict=True)]
         return np.hstack([q, self.states[:, nq:] + dv])
 
     def keeps(self, direction: Direction) -> bool:

@@ -89,7 +89,7 @@ def _turning(system: System, v: np.ndarray) -> float:
     angles = [
         j for i, j in zip(positions.plain_q, positions.plain_v) if system.coordinates[i].get("unit") == "rad"
     ]
-    spins = [np.linalg.norm(v[j : j + 3]) for _, j in positions.turns]
+    spins = [np.linalg.norm(v[j : j + 3]) for _, j in positions.quaternions]
     return float(max([*np.abs(v[angles]), *spins], default=0.0))
 
 
@@ -112,11 +112,11 @@ def motion_jacobian(system: System, p: np.ndarray, t: float, q: np.ndarray, v: n
     sizes = [positions.per_rate(np.maximum(1.0, np.abs(q)), 1.0), np.maximum(1.0, np.abs(v))]
     steps = _DIFFERENCE * np.concatenate(sizes)
     changes = np.vstack([np.diag(steps), -np.diag(steps)])
-    states = np.array([[*positions.move(q, change[:nv]), *(v + change[nv:])] for change in changes])
+    states = np.array([[*positions.retract(q, change[:nv]), *(v + change[nv:])] for change in changes])
     a, _ = accelerations_and_multipliers(system, p, np.full(4 * nv, t), states)
     jacobian = np.zeros((2 * nv, 2 * nv))
     jacobian[:nv, nv:] = np.eye(nv)
-    for _, j in positions.turns:
+    for _, j in positions.quaternions:
         x, y, z = v[j : j + 3]
         jacobian[j : j + 3, j : j + 3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
     with np.errstate(invalid="ignore", over="ignore"):

@@ -7,7 +7,7 @@ import struct
 from symgen.runtime.graph.functions import IN_CODE
 
 LIBRARY = tuple(name for name, function in IN_CODE.items() if function.llvm == "library")
-PREPARED = "_prepared"  # ends the symbol of a function that takes a prepared `p`
+PRECOMPUTED = "_precomputed"  # ends the symbol of a function that takes a precomputed `p`
 
 
 def function(

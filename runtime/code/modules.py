@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symgen.runtime.code.function_text import FunctionText
-from symgen.runtime.code.llvm_text import PREPARED, declarations, function, table
+from symgen.runtime.code.llvm_text import PRECOMPUTED, declarations, function, table
 from symgen.runtime.code.lower import Lowering
 
 _ABI = {"t": "double", "y": "ptr", "p": "ptr", "out": "ptr"}
@@ -112,8 +112,8 @@ def lower_kernel(source: FunctionText, symbol: str, n_hoisted: int, offset: int)
     ----------
     source : FunctionText
     symbol : str
-        Keeps to the ABI: it does the hoisted work on every call. `symbol_prepared` takes a longer `p`, from
-        `System.prepared`, in which the hoisted values stand.
+        Keeps to the ABI: it does the hoisted work on every call. `symbol_precomputed` takes a longer `p`, from
+        `System.precomputed`, in which the hoisted values stand.
     n_hoisted : int
         How many hoisted values the header says that the function has.
     offset : int
@@ -128,7 +128,7 @@ def lower_kernel(source: FunctionText, symbol: str, n_hoisted: int, offset: int)
     begin, end = module.make_spaces({"h": n_hoisted})
     module.define(symbol, [*begin, f"call void @{symbol}.setup({_PASSED}, ptr %h)", call, *end])
     there = f"%h = getelementptr inbounds double, ptr %p, i64 {offset}"
-    module.define(symbol + PREPARED, [there, f"tail {call}"])
+    module.define(symbol + PRECOMPUTED, [there, f"tail {call}"])
     return module.lowered()
 
 

@@ -21,7 +21,7 @@ _lock = threading.Lock()
 def baumgarte_versions(system: System) -> dict[int, tuple[int, Any]]:
     """Return the kernels that stabilised runs call, see `Method.versions`.
 
-    RHS adds the accelerations that stand behind the prepared `p` and the gains. STABILISE is the guarded `project`,
+    RHS adds the accelerations that stand behind the precomputed `p` and the gains. STABILISE is the guarded `project`,
     from which `integrate.baumgarte` takes them. PROJECT leaves the state as it is: only quaternions are to be scaled,
     which `project_state` does before it.
     """
@@ -36,7 +36,7 @@ def baumgarte_versions(system: System) -> dict[int, tuple[int, Any]]:
 
 
 def baumgarte_tail(system: System, gains: tuple[float, float]) -> np.ndarray:
-    """Return what runs carry behind the prepared `p`: the gains, then accelerations, none so far."""
+    """Return what runs carry behind the precomputed `p`: the gains, then accelerations, none so far."""
     return np.concatenate([gains, np.zeros(system.nv)])
 
 
@@ -46,7 +46,7 @@ def _rhs(system: System) -> tuple[int, Any]:
         "add_held", {"p": "ptr", "out": "ptr"}, str(system.nv), [],
         [
             f"%i = add i64 %k, {system.nq}",
-            f"%j = add i64 %k, {system.n_prepared + N_GAINS}",
+            f"%j = add i64 %k, {system.n_precomputed + N_GAINS}",
             "%to = getelementptr inbounds double, ptr %out, i64 %i",
             "%from = getelementptr inbounds double, ptr %p, i64 %j",
             "%a = load double, ptr %to",

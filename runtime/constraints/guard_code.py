@@ -31,7 +31,8 @@ def guard_ir(system: System, n_context: int, n_weights: int, n_work: int) -> str
     """Return a module with `guarded_rhs`, `guarded_project`, `call_rhs` and `call_project`, and their table."""
     n = system.nq + system.nv
     lengths = {
-        "context": n_context, "y": n, "p": system.n_prepared, "weights": n_weights, "order": system.m, "work": n_work,
+        "context": n_context, "y": n, "p": system.n_precomputed, "weights": n_weights, "order": system.m,
+        "work": n_work,
     }  # fmt: skip
     return (
         f"@{TABLE} = global [{N_SLOTS} x ptr] zeroinitializer\ndeclare double @llvm.fabs.f64(double)\n"

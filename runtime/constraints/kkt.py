@@ -39,13 +39,13 @@ _lock = threading.Lock()
 def robust_rhs_address(system: System) -> tuple[int, Any]:
     """Return the address of a `rhs` that survives dependent constraints, and what must be kept alive with it.
 
-    It takes a prepared `p` (`System.prepared`) and writes the same row. Where the straight-line pivot ratio is below
-    1e-6 or not a number, accelerations and multipliers come from a pivoted factorisation; multipliers that are not
+    It takes a precomputed `p` (`System.precomputed`) and writes the same row. Where the straight-line pivot ratio is
+    below 1e-6 or not a number, accelerations and multipliers come from a pivoted factorisation; multipliers that are not
     unique are those of least norm, and the pivot ratio in the row is 0. See `robust_path.robust_rhs` for the power.
     """
     if not system.m or is_large(system):  # the path for dependent constraints factorises full matrices
         kernel = system.kernel("rhs")
-        return kernel.prepared_address, kernel
+        return kernel.precomputed_address, kernel
     lease = lease_guard(system)
     lease.take_all_constraints()
     return lease.rhs, lease
@@ -55,7 +55,7 @@ def robust_project_address(system: System) -> tuple[int, Any]:
     """Return the address of a `project` that survives dependent constraints, and what it needs alive."""
     if not system.m or is_large(system):  # the path for dependent constraints factorises full matrices
         kernel = system.kernel("project")
-        return kernel.prepared_address, kernel
+        return kernel.precomputed_address, kernel
     lease = lease_guard(system)
     lease.take_all_constraints()
     return lease.project, lease
@@ -150,8 +150,8 @@ class _Guard:
         places = np.array(system.quaternions, dtype=np.int64)
         context = np.append(np.zeros(branch.N_CONTEXT, dtype=np.int64), places)
         for index, key in enumerate(_USED):
-            context[index] = self._kernels[key].prepared_address
-        sizes = (system.nq, system.nv, system.nh, system.m, system.nw, system.n_prepared)
+            context[index] = self._kernels[key].precomputed_address
+        sizes = (system.nq, system.nv, system.nh, system.m, system.nw, system.n_precomputed)
         context[branch.NQ : branch.TIME_DEPENDENT] = sizes
         context[branch.TIME_DEPENDENT] = system.structure["time_dependent"]
         context[branch.N_QUATERNIONS] = len(places)
@@ -161,7 +161,7 @@ class _Guard:
         slots = ctypes.c_uint64 * at.N_SLOTS
         self._table = slots.from_address(self._code.address(at.TABLE))
         for slot, name in ((at.RHS, "rhs"), (at.PROJECT, "project"), (at.JACOBIAN, "constraint_jacobian")):
-            self._table[slot] = self._kernels[name].prepared_address
+            self._table[slot] = self._kernels[name].precomputed_address
         for slot, stand_in in zip((at.RHS_PATH, at.PROJECT_PATH), self._stand_ins):
             self._table[slot] = ctypes.cast(stand_in, ctypes.c_void_p).value
         for slot, array in (
@@ -228,7 +228,7 @@ def is_ill_conditioned(system: System, p: np.ndarray, t: float, q: np.ndarray) -
         p = p.copy()
         p[list(system.switched.values())] = 0.0
     random = np.random.default_rng(20240229)
-    nearby = Positions(system).move(q, _NEARBY * random.uniform(-1.0, 1.0, system.nv))
+    nearby = Positions(system).retract(q, _NEARBY * random.uniform(-1.0, 1.0, system.nv))
     rates = Constraints(system, p, t).characteristic_sizes(q) * random.uniform(-1.0, 1.0, system.nv)
     # Forces that nearly balance leave accelerations as small as round-off. With some rates they do not.
     return all(_misses(system, p, t, np.concatenate([nearby, speed * rates])) for speed in _SPEEDS)

@@ -71,7 +71,7 @@ class _Start:
             return constraints.position(q) / scales
 
         def solve(enforced: np.ndarray) -> np.ndarray:
-            return self._newton(given.q, constraints.positions.move, residual, scales, enforced)
+            return self._newton(given.q, constraints.positions.retract, residual, scales, enforced)
 
         enforced = constraints.positions.held(given.q_enforced)
         q = solve(enforced)

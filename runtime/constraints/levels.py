@@ -112,7 +112,7 @@ class Constraints:
         """
         random = np.random.default_rng(20240229)
         steps = [_NEAR * sizes * random.uniform(-1.0, 1.0, sizes.size) for _ in range(2)]
-        near = [q, *(self.positions.move(q, step) for step in steps)]
+        near = [q, *(self.positions.retract(q, step) for step in steps)]
         scales = np.zeros(self._system.nh)
         for place in near:
             change = self.largest_in_rows(place, np.zeros_like(sizes), sizes)[: self._system.nh]

@@ -51,7 +51,9 @@ def row_weights(system: System, p: np.ndarray, t: float, q: np.ndarray) -> tuple
     random = np.random.default_rng(20240229)
     places = [q]
     for _ in range(_NEIGHBOURS):
-        places.append(constraints.positions.move(q, _SPREAD * sizes * random.uniform(-1.0, 1.0, sizes.size)))
+        places.append(
+            constraints.positions.retract(q, _SPREAD * sizes * random.uniform(-1.0, 1.0, sizes.size))
+        )
     squares = np.array([((constraints.jacobian(place) * sizes) ** 2).sum(axis=1) for place in places])
     largest = np.max(np.where(np.isfinite(squares), squares, 0.0), axis=0)
     scales = np.where(largest > 0.0, largest, 1.0)

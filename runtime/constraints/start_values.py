@@ -88,7 +88,7 @@ def _enforce(
 
 def _unit_quaternions(system: System, q: np.ndarray) -> tuple[np.ndarray, list[str]]:
     positions, notes = Positions(system), []
-    for (i, _), length in zip(positions.turns, positions.lengths(q)):
+    for (i, _), length in zip(positions.quaternions, positions.lengths(q)):
         names = f"{system.coordinates[i]['name']}, …, {system.coordinates[i + 3]['name']}"
         if not (np.isfinite(length) and length > 0.0):
             raise AssemblyError(

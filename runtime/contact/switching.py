@@ -130,7 +130,7 @@ class Holding(Instant):
         speed = max(np.abs(v).max(initial=0.0), np.abs(change).max(initial=0.0))
         size = max(1.0, np.abs(here.state).max(initial=0.0))
         ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
-        state = np.concatenate([Positions(system).move(q, ahead * v), v + ahead * change])
+        state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
         return LocalDynamics(system, self.arrays.p, here.t + ahead, state)
 
     def _share(self, here: LocalDynamics, others: np.ndarray, forces: np.ndarray) -> None:
@@ -374,7 +374,7 @@ class Switching(Holding):
         arrays, nq, n = self.arrays, self.system.nq, self.system.nq + self.system.nv
         h = float(arrays.control[at.H_LAST])
         y = arrays.y[:n].copy()
-        y = Positions(self.system).move(y[:nq], h * y[nq:]), y[nq:]
+        y = Positions(self.system).retract(y[:nq], h * y[nq:]), y[nq:]
         return LocalDynamics(self.system, arrays.p, arrays.t + h, np.concatenate(y))
 
     def _came_to_rest(self, here: LocalDynamics) -> np.ndarray:

@@ -41,15 +41,15 @@ class DrivenKernel:
     Attributes
     ----------
     name : str
-    prepared_address : int
-        For a `p` from `DrivenSystem.prepared`, in which the inputs' places are written by every call.
+    precomputed_address : int
+        For a `p` from `DrivenSystem.precomputed`, in which the inputs' places are written by every call.
     out_size : int
     source : symgen.runtime.kernel.KernelSource
         Of the model's own function.
     """
 
     name: str
-    prepared_address: int
+    precomputed_address: int
     out_size: int
     source: Any = field(repr=False)
     _system: DrivenSystem = field(repr=False)
@@ -59,9 +59,9 @@ class DrivenKernel:
         y = np.ascontiguousarray(y, dtype=float)
         out = np.zeros(self.out_size) if out is None else out
         with self._system._lock:
-            prepared = self._system.remembered(np.ascontiguousarray(p, dtype=float))
-            KERNEL_PROTOTYPE(self.prepared_address)(
-                float(t), y.ctypes.data, prepared.ctypes.data, out.ctypes.data
+            precomputed = self._system.remembered(np.ascontiguousarray(p, dtype=float))
+            KERNEL_PROTOTYPE(self.precomputed_address)(
+                float(t), y.ctypes.data, precomputed.ctypes.data, out.ctypes.data
             )
             self._system.refuse_faults()
         return out
@@ -107,7 +107,7 @@ class DrivenSystem(System):
         own["places"] = lay_out(
             len(base.parameters),
             len(base.inputs),
-            base.n_prepared,
+            base.n_precomputed,
             [(number, x.degree) for number, x in own["_pieces"].items()] + sampled,
             [(x.inputs, x.signals.places) for x in feedback],
             len(base.outputs),
@@ -116,7 +116,7 @@ class DrivenSystem(System):
         own["_polynomials"] = {
             first + x.number: (x.block + KNOT, x.block + COEFFICIENTS, x.degree) for x in self.places.pieces
         }
-        own["n_prepared"] = len(self.prepared(base.parameter_values()))
+        own["n_precomputed"] = len(self.precomputed(base.parameter_values()))
         own["_wrapped"] = [
             name for name in base.source.functions
             if base.has(name) and (base.inputs_read(name) or (feedback and name == "residual_jacobian"))
@@ -178,17 +178,19 @@ class DrivenSystem(System):
         sampled = (sampler.pieces(k) for sampler in self.samplers for k in range(len(sampler.inputs)))
         return [*self._pieces.values(), *sampled]
 
-    def prepared(self, p: np.ndarray) -> np.ndarray:
-        """Return a new `p` for kernels' `prepared_address`; pieces are searched for at the time of each call."""
+    def precomputed(self, p: np.ndarray) -> np.ndarray:
+        """Return a new `p` for kernels' `precomputed_address`; pieces are searched for at the time of each call."""
         addresses = [x.code.address for x in self.feedback]
-        return fill(self.places, np.asarray(self.base.prepared(p), dtype=float), self.all_pieces, addresses)
+        return fill(
+            self.places, np.asarray(self.base.precomputed(p), dtype=float), self.all_pieces, addresses
+        )
 
-    def prepared_between(self, p: np.ndarray, t0: float, t1: float) -> np.ndarray:
-        """Return a prepared `p` in which the pieces that hold between two neighbouring breaks are fixed."""
-        prepared = self.prepared(p)
+    def precomputed_between(self, p: np.ndarray, t0: float, t1: float) -> np.ndarray:
+        """Return a precomputed `p` in which the pieces that hold between two neighbouring breaks are fixed."""
+        precomputed = self.precomputed(p)
         for place, pieces in zip(self.places.pieces, self.all_pieces):
-            fix_piece(place, prepared, pieces, 0.5 * (t0 + t1))
-        return prepared
+            fix_piece(place, precomputed, pieces, 0.5 * (t0 + t1))
+        return precomputed
 
     def input_breaks(self, t0: float, t1: float) -> np.ndarray:
         """Return the times [s] between `t0` and `t1`, exclusive, at which a piece of an input ends."""
@@ -196,10 +198,10 @@ class DrivenSystem(System):
         return times[(times > t0) & (times < t1)]
 
     def remembered(self, p: np.ndarray) -> np.ndarray:
-        """Return `prepared(p)`, kept for the next call with the same `p`; under the system's lock."""
+        """Return `precomputed(p)`, kept for the next call with the same `p`; under the system's lock."""
         key = (p.tobytes(), tuple(len(sampler.times) for sampler in self.samplers))
         if self.__dict__.get("_remembered", (None, None))[0] != key:
-            self.__dict__["_remembered"] = (key, self.prepared(p))
+            self.__dict__["_remembered"] = (key, self.precomputed(p))
         return self.__dict__["_remembered"][1]
 
     def has(self, function: str) -> bool:
@@ -223,7 +225,7 @@ class DrivenSystem(System):
         if function == "residual_jacobian" and self.feedback:
             self._connect_path(table)
         else:
-            table[self._wrapped.index(function)] = kernel.prepared_address
+            table[self._wrapped.index(function)] = kernel.precomputed_address
         return DrivenKernel(
             function, code.address(driven_symbol(function)), kernel.out_size, kernel.source, self
         )
@@ -241,7 +243,7 @@ class DrivenSystem(System):
             )
             table = (ctypes.c_uint64 * (len(self._wrapped) + 3)).from_address(code.address(TABLE))
             if any(place.outputs != place.values for place in self.places.feedback):
-                table[len(self._wrapped)] = self.base.kernel("outputs").prepared_address
+                table[len(self._wrapped)] = self.base.kernel("outputs").precomputed_address
             self.__dict__["_driven_code"] = (code, table)
         return self.__dict__["_driven_code"]
 
@@ -251,11 +253,11 @@ class DrivenSystem(System):
         from symgen.runtime.inputs import feedback_jacobian as path
 
         context = np.zeros(path.N_CONTEXT + len(self.inputs), dtype=np.int64)
-        context[path.JACOBIAN] = self.base.kernel("residual_jacobian").prepared_address
-        context[path.RESIDUAL] = self.base.kernel("residual").prepared_address
-        context[path.INPUTS] = self.kernel("inputs").prepared_address
+        context[path.JACOBIAN] = self.base.kernel("residual_jacobian").precomputed_address
+        context[path.RESIDUAL] = self.base.kernel("residual").precomputed_address
+        context[path.INPUTS] = self.kernel("inputs").precomputed_address
         context[path.N], context[path.ROWS] = self.nq + self.nv, self.nv + self.m
-        context[path.NP], context[path.FIRST_INPUT] = self.n_prepared, self.places.first_input
+        context[path.NP], context[path.FIRST_INPUT] = self.n_precomputed, self.places.first_input
         context[path.N_INPUTS] = len(self.inputs)
         for place in self.places.feedback:
             context[path.N_CONTEXT + np.array(place.inputs)] = 1
@@ -274,7 +276,7 @@ class DrivenSystem(System):
 
         rows = self.nv + self.m
         width = self.nq + self.nv + rows
-        lengths = (width, self.n_prepared, rows * width)
+        lengths = (width, self.n_precomputed, rows * width)
         arrays = [
             np.ctypeslib.as_array((ctypes.c_double * n).from_address(x)) for x, n in zip((y, p, out), lengths)
         ]

@@ -1,4 +1,4 @@
-"""Where a driven system keeps its inputs: the numbers behind a prepared `p` that its kernels work on.
+"""Where a driven system keeps its inputs: the numbers behind a precomputed `p` that its kernels work on.
 
 There is a block for each input in pieces: whether the piece in use is fixed, the number of pieces, where they are
 kept, and the piece in use, its knot and coefficients. In a run where no step reaches over a break, the piece is known
@@ -79,13 +79,13 @@ class Places:
 def lay_out(
     n_parameters: int,
     n_inputs: int,
-    n_prepared: int,
+    n_precomputed: int,
     degrees: Sequence[tuple[int, int]],
     controllers: Sequence[tuple[tuple[int, ...], tuple[int, ...]]],
     n_outputs: int,
 ) -> Places:
     """Return the places for inputs in pieces, (number, degree) each, and controllers, (inputs, reads) each."""
-    end = n_prepared
+    end = n_precomputed
     pieces, feedback = [], []
     for number, degree in degrees:
         pieces.append(PiecesPlace(number, end, degree))
@@ -101,7 +101,7 @@ def lay_out(
 def fill(
     places: Places, longer: np.ndarray, all_pieces: Sequence[Pieces], addresses: Sequence[int]
 ) -> np.ndarray:
-    """Return a prepared `p` with the blocks and pieces behind it; pieces are searched for."""
+    """Return a precomputed `p` with the blocks and pieces behind it; pieces are searched for."""
     blocks = np.zeros(places.end - len(longer))
     tables, first = [], places.end
     for place, pieces in zip(places.pieces, all_pieces):
@@ -114,9 +114,9 @@ def fill(
     return np.concatenate([longer, blocks, *tables])
 
 
-def fix_piece(place: PiecesPlace, prepared: np.ndarray, pieces: Pieces, t: float) -> None:
+def fix_piece(place: PiecesPlace, precomputed: np.ndarray, pieces: Pieces, t: float) -> None:
     """Put the piece that begins or holds at `t` into use, whatever the time of a call."""
     k = pieces.piece_at(t)
-    prepared[place.block + FIXED] = 1.0
-    prepared[place.block + KNOT] = pieces.knots[k]
-    prepared[place.block + COEFFICIENTS :][: place.width] = pieces.coefficients[k]
+    precomputed[place.block + FIXED] = 1.0
+    precomputed[place.block + KNOT] = pieces.knots[k]
+    precomputed[place.block + COEFFICIENTS :][: place.width] = pieces.coefficients[k]

@@ -36,7 +36,7 @@ class InputSchedule:
     ----------
     system : DrivenSystem
     arrays : LoopArrays
-        Of the run: the pieces in use are fixed in their `prepared`.
+        Of the run: the pieces in use are fixed in their `precomputed`.
     method : Method
     t_start : float [s]
     """
@@ -70,7 +70,7 @@ class InputSchedule:
         for sampler in self._system.samplers:
             if sampler.next_time <= t + self._near(t):
                 before = sampler.values[-1]
-                seen = read_signals(self._system, sampler.signals.places, t, state, self._arrays.prepared)
+                seen = read_signals(self._system, sampler.signals.places, t, state, self._arrays.precomputed)
                 sampler.call(t, seen)
                 jumped = jumped or not np.array_equal(before, sampler.values[-1])
         return self._fix(t) or jumped
@@ -80,7 +80,7 @@ class InputSchedule:
         return _SAME_TIME * max(self._t_start, abs(t)) if t < math.inf else 0.0
 
     def take_new_arrays(self, system: DrivenSystem, t: float) -> None:
-        """Go on with another form of the model, and with a `prepared` that was made anew."""
+        """Go on with another form of the model, and with a `precomputed` that was made anew."""
         self._system = system
         n = len(self._courses)
         for course, place in zip(self._courses, system.places.pieces):
@@ -90,15 +90,15 @@ class InputSchedule:
 
     def _fix(self, t: float) -> bool:
         """Fix the pieces that hold after `t`, and find out until when; returns whether a value jumps there."""
-        prepared, jumped, until = self._arrays.prepared, False, math.inf
+        precomputed, jumped, until = self._arrays.precomputed, False, math.inf
         for course in self._courses:
-            jumped = course.enter(t + self._near(t), prepared) or jumped
+            jumped = course.enter(t + self._near(t), precomputed) or jumped
             until = min(until, course.until)
         k = 0
         for sampler in self._system.samplers:
             for value in sampler.values[-1]:
-                prepared[self._sampled[k].block + FIXED] = 1.0
-                prepared[self._sampled[k].block + COEFFICIENTS] = value
+                precomputed[self._sampled[k].block + FIXED] = 1.0
+                precomputed[self._sampled[k].block + COEFFICIENTS] = value
                 k += 1
             until = min(until, sampler.next_time)
         self._until = until
@@ -123,7 +123,7 @@ class _Course:
         self._next = 0
         self.until = math.inf
 
-    def enter(self, t: float, prepared: np.ndarray) -> bool:
+    def enter(self, t: float, precomputed: np.ndarray) -> bool:
         """Put the piece that holds at `t` into use; returns whether the value jumped at a stop since the last call."""
         jumped = False
         while self._next < len(self._stops) and self._stops[self._next] <= t:
@@ -132,25 +132,25 @@ class _Course:
         self.until = self._stops[self._next] if self._next < len(self._stops) else math.inf
         if self._fixed:  # else steps go over breaks, and the piece is searched for
             block = self.place.block
-            prepared[block + FIXED], prepared[block + KNOT] = 1.0, self._pieces.knots[k := self._next]
-            prepared[block + COEFFICIENTS : block + COEFFICIENTS + self.place.width] = (
+            precomputed[block + FIXED], precomputed[block + KNOT] = 1.0, self._pieces.knots[k := self._next]
+            precomputed[block + COEFFICIENTS : block + COEFFICIENTS + self.place.width] = (
                 self._pieces.coefficients[k]
             )
         return jumped
 
 
 def read_signals(
-    system: DrivenSystem, places: tuple[int, ...], t: float, state: np.ndarray, prepared: np.ndarray
+    system: DrivenSystem, places: tuple[int, ...], t: float, state: np.ndarray, precomputed: np.ndarray
 ) -> np.ndarray:
     """Return signals by their places, see `controller.Signals`."""
     outputs = np.zeros(len(system.outputs))
     if any(place < 0 for place in places):
         kernel = system.kernel("outputs")
-        call_kernel(np.uint64(kernel.prepared_address), t, state, prepared, outputs)
+        call_kernel(np.uint64(kernel.precomputed_address), t, state, precomputed, outputs)
     return np.array([state[place] if place >= 0 else outputs[-1 - place] for place in places])
 
 
 def first_samples(system: DrivenSystem, p: np.ndarray, t: float, state: np.ndarray) -> None:
     """Call all sampled controllers at the start of a run."""
     for sampler in system.samplers:
-        sampler.call(t, read_signals(system, sampler.signals.places, t, state, system.prepared(p)))
+        sampler.call(t, read_signals(system, sampler.signals.places, t, state, system.precomputed(p)))

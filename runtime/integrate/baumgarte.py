@@ -5,10 +5,10 @@ import math
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, turn_between
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, rotation_between
 from symgen.runtime.integrate.step_control import EPS, error_scale
 
-# Behind the prepared p: h² and h times the gains of position and velocity, then an acceleration for every rate.
+# Behind the precomputed p: h² and h times the gains of position and velocity, then an acceleration for every rate.
 POSITION_GAIN, VELOCITY_GAIN = range(2)
 N_GAINS = 2
 _ROUNDED = 0.1  # of the tolerance of a rate: what the last digits of coordinates may do to it in a step
@@ -62,7 +62,7 @@ def hold_stabilisation(loop, t, over, row, buffer):
         for i in range(start, end):
             held[i - k] = by_position * (buffer[i] - loop.y[i])
         if end < nq:
-            a, b, c = turn_between(loop.y, buffer, end)
+            a, b, c = rotation_between(loop.y, buffer, end)
             held[end - k] = by_position * a
             held[end - k + 1] = by_position * b
             held[end - k + 2] = by_position * c

@@ -49,7 +49,7 @@ class Blocks(NamedTuple):
         G, without the rows of idle constraints.
     reactions : ndarray, shape (nv, m)
         -L, without the columns of idle constraints.
-    turning : ndarray, shape (m, nv)
+    rotated_gradients : ndarray, shape (m, nv)
         H + G W, likewise; H is the derivative of the velocities' residuals by q. The sum is half the derivative of
         their time derivative by v. For velocity constraints this is an estimate, which costs iterations, not accuracy.
     steer, damped : ndarray, shape (nv, nh)
@@ -67,7 +67,7 @@ class Blocks(NamedTuple):
     by_positions: np.ndarray
     gradients: np.ndarray
     reactions: np.ndarray
-    turning: np.ndarray
+    rotated_gradients: np.ndarray
     steer: np.ndarray
     damped: np.ndarray
     lift: np.ndarray
@@ -119,7 +119,7 @@ def set_blocks(loop, t, y, row, implicit, b):
         for j in range(nv):
             b.gradients[k, j] = w.block[nv + k, j]
             b.reactions[j, k] = w.block[j, nv + k]
-            b.turning[k, j] = -0.5 * w.right[nv + k, nv + j]
+            b.rotated_gradients[k, j] = -0.5 * w.right[nv + k, nv + j]
     n_off = leave_open(loop.sizes, b, w)
     n_dependent, regular = 0, factor_block(w)
     if not regular:
@@ -143,14 +143,14 @@ def set_blocks(loop, t, y, row, implicit, b):
     for k in range(nh):
         for i in range(nv):
             for j in range(nv):
-                b.by_positions[i, j] -= b.damped[i, k] * b.turning[k, j]
+                b.by_positions[i, j] -= b.damped[i, k] * b.rotated_gradients[k, j]
     for j in range(nv):
         b.spin[j] = y[loop.sizes[at.NQ] + j]
     for k in range(n_quaternions(loop.sizes)):
         j = quaternion_at(loop.sizes, k) - k
         for i in range(nv):
-            add_turned_row(j, b.spin, b.by_rates[i], b.by_positions[i])
-            add_turned_row(j, b.spin, b.mass[i], b.by_rates[i])
+            add_rotated_row(j, b.spin, b.by_rates[i], b.by_positions[i])
+            add_rotated_row(j, b.spin, b.mass[i], b.by_rates[i])
     return at.RUNNING
 
 
@@ -161,7 +161,7 @@ def factor_block(w):
 
 
 @jitted
-def add_turned_row(j, spin, row, out):
+def add_rotated_row(j, spin, row, out):
     """Add `row` times ω×/2 to `out`, in the columns from `j` on, of the rates of a quaternion."""
     x, y, z = 0.5 * row[j], 0.5 * row[j + 1], 0.5 * row[j + 2]
     a, b, c = spin[j], spin[j + 1], spin[j + 2]
@@ -171,7 +171,7 @@ def add_turned_row(j, spin, row, out):
 
 
 @jitted
-def half_turned(j, spin, x):
+def half_rotated(j, spin, x):
     """Return ω×/2 times the three entries of `x`, real or complex, from `j` on."""
     a, b, c = 0.5 * spin[j], 0.5 * spin[j + 1], 0.5 * spin[j + 2]
     return b * x[j + 2] - c * x[j + 1], c * x[j] - a * x[j + 2], a * x[j + 1] - b * x[j]
@@ -200,7 +200,7 @@ def set_shifted(g, nh, b, matrix):
             matrix[i, nv + k] = b.reactions[i, k]
             matrix[nv + k, i] = b.gradients[k, i]
             if k >= nh:
-                matrix[nv + k, i] += inverse * b.turning[k, i]
+                matrix[nv + k, i] += inverse * b.rotated_gradients[k, i]
     for i in range(nv, nv + m):
         for j in range(nv, nv + m):
             matrix[i, j] = 0.0
@@ -247,11 +247,11 @@ def recover(g, sizes, b, x):
     for k in range(nh):
         total = 0.0 * g
         for j in range(nv):
-            total += b.turning[k, j] * x[j]
+            total += b.rotated_gradients[k, j] * x[j]
         x[n + k] += inverse * total
     for k in range(n_quaternions(sizes)):
         j = quaternion_at(sizes, k) - k
-        along = half_turned(j, b.spin, x)
+        along = half_rotated(j, b.spin, x)
         for axis in range(3):
             x[j + axis] += inverse * along[axis]
     for k in range(nh):

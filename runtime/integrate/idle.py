@@ -16,7 +16,7 @@ def leave_open(sizes, b, w):
             n_off += 1
             b.idle[k] = 1.0
             for j in range(nv):
-                b.gradients[k, j] = b.turning[k, j] = b.reactions[j, k] = 0.0
+                b.gradients[k, j] = b.rotated_gradients[k, j] = b.reactions[j, k] = 0.0
     return n_off
 
 
@@ -37,7 +37,7 @@ def leave_idle(sizes, b, w):
         if b.idle[k] == 1.0:
             w.block[nv + k, nv + k] = 1.0
             for j in range(nv):
-                b.gradients[k, j] = b.turning[k, j] = b.reactions[j, k] = 0.0
+                b.gradients[k, j] = b.rotated_gradients[k, j] = b.reactions[j, k] = 0.0
     for i in range(nv):
         for j in range(nv):
             w.block[i, j] = b.mass[i, j]

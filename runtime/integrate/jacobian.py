@@ -9,7 +9,7 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.linear import lu_factor, lu_solve_matrix, pivot_ratio, solve_rank_deficient
-from symgen.runtime.integrate.quaternions import by_turning, n_quaternions, quaternion_at
+from symgen.runtime.integrate.quaternions import by_rotation, n_quaternions, quaternion_at
 
 # Below this the ordinary factors are not trusted, and elimination with complete pivoting decides on the rank.
 TRUSTED_PIVOT_RATIO = 1e-9
@@ -151,6 +151,6 @@ def by_positions(sizes, q, row, out):
         for i in range(start, end):
             out[i - k] = -row[i]
         if end < sizes[at.NQ]:
-            x, y, z = by_turning(q, end, row[end], row[end + 1], row[end + 2], row[end + 3])
+            x, y, z = by_rotation(q, end, row[end], row[end + 1], row[end + 2], row[end + 3])
             out[end - k], out[end - k + 1], out[end - k + 2] = -x, -y, -z
         start = end + 4

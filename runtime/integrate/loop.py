@@ -17,7 +17,7 @@ class Loop(NamedTuple):
         Of kernels; 0 where a run does not need one.
     sizes : ndarray of int64, shape (N_SIZES + NE + number of quaternions + 1,)
     p : ndarray
-        Parameters, inputs and what was prepared from them.
+        Parameters, inputs and what was precomputed from them.
     control : ndarray, shape (N_CONTROL + N_EVENT_BLOCKS * NE,)
     counters : ndarray of int64, shape (N_COUNTERS,)
     y, f : ndarray, shapes (NY,), (N_ROW,)

@@ -79,7 +79,7 @@ class Method:
         System -> the kernels that the loop is to call instead of those of every method: index in `addresses` -> address
         and what keeps its code alive.
     tail : callable, optional
-        System -> what the loop carries behind the prepared `p`.
+        System -> what the loop carries behind the precomputed `p`.
     sparse : Method, optional
         The same method with sparse matrices, for large models.
     """

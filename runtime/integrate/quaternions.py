@@ -66,10 +66,10 @@ def rotate(q, i, a, b, c, out):
 
 
 @jitted
-def turn_between(q, turned, i):
-    """Return the rotation vector [rad] that turns the quaternion `q[i:i+4]` to that of `turned`, for small ones."""
+def rotation_between(q, rotated, i):
+    """Return the rotation vector [rad] that turns the quaternion `q[i:i+4]` to that of `rotated`, for small ones."""
     w, x, y, z = q[i], q[i + 1], q[i + 2], q[i + 3]
-    s, a, b, c = turned[i], turned[i + 1], turned[i + 2], turned[i + 3]
+    s, a, b, c = rotated[i], rotated[i + 1], rotated[i + 2], rotated[i + 3]
     return (
         2.0 * (w * a - s * x - y * c + z * b),
         2.0 * (w * b - s * y - z * a + x * c),
@@ -78,7 +78,7 @@ def turn_between(q, turned, i):
 
 
 @jitted
-def move(sizes, q, scale, rates, first, out):
+def retract(sizes, q, scale, rates, first, out):
     """Write q moved by `scale` times `rates[first:first+NV]`: quaternions are turned, the others shifted.
 
     Parameters
@@ -148,7 +148,7 @@ def chart_variation(a, b, c, x, y, z):
 
 
 @jitted
-def turned(a, b, c, x, y, z):
+def rotated(a, b, c, x, y, z):
     """Return the vector (x, y, z), turned by the rotation vector θ = (a, b, c).
 
     Rodrigues: x + sin|θ| / |θ| θ×x + (1 - cos|θ|) / |θ|² θ×(θ×x).
@@ -165,7 +165,7 @@ def turned(a, b, c, x, y, z):
 
 
 @jitted
-def solve_turning(g, a, b, c, x, y, z):
+def solve_rotation(g, a, b, c, x, y, z):
     """Return s of g s + ω×s / 2 = (x, y, z) for the angular velocity ω = (a, b, c); `g` may be complex.
 
     To first order θ' = ω + δω + θ×ω / 2, so this is g - ∂θ'/∂θ, which Newton's matrices need.
@@ -181,7 +181,7 @@ def solve_turning(g, a, b, c, x, y, z):
 
 
 @jitted
-def by_turning(q, i, w, x, y, z):
+def by_rotation(q, i, w, x, y, z):
     """Return derivatives by the rotation vector at `q[i:i+4]` from those, (w, x, y, z), by the quaternion."""
     qw, qx, qy, qz = 0.5 * q[i], 0.5 * q[i + 1], 0.5 * q[i + 2], 0.5 * q[i + 3]
     return (

@@ -18,7 +18,7 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.linear import magnitude
-from symgen.runtime.integrate.quaternions import by_turning, solve_turning
+from symgen.runtime.integrate.quaternions import by_rotation, solve_rotation
 from symgen.runtime.integrate.sparse_lu import sparse_factor, sparse_solve
 
 # What an entry of the derivative of F is taken by: positions, rates, accelerations and multipliers, the rotation vector
@@ -78,7 +78,7 @@ def differentiate_sparse(pattern, loop, t, row, arguments, entries):
         arguments[n_state + nv + i] = row[n_state + loop.sizes[at.NW] + i]
     call_kernel(loop.addresses[at.RESIDUAL_JACOBIAN], t, arguments, loop.p, entries)
     loop.counters[at.JACOBIANS] += 1
-    turn_entries(pattern, loop.y, entries)
+    rotate_entries(pattern, loop.y, entries)
     total = 0.0
     for e in range(pattern.kind.shape[0]):
         total += 0.0 * entries[e]
@@ -86,16 +86,16 @@ def differentiate_sparse(pattern, loop, t, row, arguments, entries):
 
 
 @jitted
-def turn_entries(pattern, q, entries):
+def rotate_entries(pattern, q, entries):
     """Set the entries by rotation vectors from those by quaternions."""
-    first = pattern.kind.shape[0] - 3 * pattern.turns.shape[0]
-    for k in range(pattern.turns.shape[0]):
-        w = entry_or_zero(entries, pattern.turns[k, 2])
-        x = entry_or_zero(entries, pattern.turns[k, 3])
-        y = entry_or_zero(entries, pattern.turns[k, 4])
-        z = entry_or_zero(entries, pattern.turns[k, 5])
+    first = pattern.kind.shape[0] - 3 * pattern.rotation_rates.shape[0]
+    for k in range(pattern.rotation_rates.shape[0]):
+        w = entry_or_zero(entries, pattern.rotation_rates[k, 2])
+        x = entry_or_zero(entries, pattern.rotation_rates[k, 3])
+        y = entry_or_zero(entries, pattern.rotation_rates[k, 4])
+        z = entry_or_zero(entries, pattern.rotation_rates[k, 5])
         e = first + 3 * k
-        entries[e], entries[e + 1], entries[e + 2] = by_turning(q, pattern.turns[k, 0], w, x, y, z)
+        entries[e], entries[e + 1], entries[e + 2] = by_rotation(q, pattern.rotation_rates[k, 0], w, x, y, z)
 
 
 @jitted
@@ -127,11 +127,11 @@ def factor_shifted(pattern, g, sizes, y, entries, values, lu):
             values[pattern.slot[e]] += entries[e]
         elif kind == BY_POSITION:
             values[pattern.slot[e]] += inverse * entries[e]
-    first = pattern.kind.shape[0] - 3 * pattern.turns.shape[0]
-    for k in range(pattern.turns.shape[0]):
-        e, j = first + 3 * k, sizes[at.NQ] + pattern.turns[k, 1]
+    first = pattern.kind.shape[0] - 3 * pattern.rotation_rates.shape[0]
+    for k in range(pattern.rotation_rates.shape[0]):
+        e, j = first + 3 * k, sizes[at.NQ] + pattern.rotation_rates[k, 1]
         # A row times the inverse of a matrix: the inverse of its transpose, which turns the other way.
-        u, v, w = solve_turning(g, -y[j], -y[j + 1], -y[j + 2], entries[e], entries[e + 1], entries[e + 2])
+        u, v, w = solve_rotation(g, -y[j], -y[j + 1], -y[j + 2], entries[e], entries[e + 1], entries[e + 2])
         values[pattern.slot[e]] += u
         values[pattern.slot[e + 1]] += v
         values[pattern.slot[e + 2]] += w
@@ -185,7 +185,7 @@ def solve_shifted(pattern, entries, turned, r, right, lu):
     """
     clear(right)
     multiply(pattern, BY_UNKNOWN, 1.0, entries, r, right)
-    if pattern.turns.shape[0] > 0:
+    if pattern.rotation_rates.shape[0] > 0:
         multiply(pattern, BY_TURN, -1.0, entries, turned, right)
     sparse_solve(pattern.order, lu, right)
     for i in range(r.shape[0]):

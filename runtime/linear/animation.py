@@ -87,7 +87,7 @@ def _state(model: LinearModel, mode: Mode, factor: float, phase: float) -> np.nd
     turned = factor * np.exp(1j * phase) * mode.shape
     rates = 1j * mode.eigenvalue.imag * turned
     positions = Positions(model.system)
-    y = np.concatenate([positions.move(model.q, turned.real), model.v + rates.real])
+    y = np.concatenate([positions.retract(model.q, turned.real), model.v + rates.real])
     return _closed(model, y) if model.system.m else y
 
 

@@ -214,7 +214,7 @@ class _Statics:
     ) -> tuple[np.ndarray, np.ndarray] | None:
         nv, norm = self.system.nv, np.linalg.norm(step[: self.system.nv])
         for fraction in _FRACTIONS:
-            trial = self.equations.positions.move(q, fraction * step[:nv] * self.sizes)
+            trial = self.equations.positions.retract(q, fraction * step[:nv] * self.sizes)
             multipliers = state.multipliers + fraction * step[nv:] * state.scale / state.gain
             try:
                 after = self.at(trial, multipliers)
@@ -244,7 +244,7 @@ class _Statics:
                 step = np.where(np.arange(len(step)) == 0, _NUDGE, 0.0)
             step *= min(1.0, _LONGEST_STEP / np.abs(step).max())
             q = self._onto_constraints(
-                self.equations.positions.move(q, self.sizes * (free @ (directions @ step)))
+                self.equations.positions.retract(q, self.sizes * (free @ (directions @ step)))
             )
         return q
 
@@ -257,7 +257,7 @@ class _Statics:
                 break
             rows = self.equations.finite(self.constraints.position_jacobian(q), "constraints", q)
             rows = rows * self.sizes / self.position_scales[:, None]
-            q = self.equations.positions.move(q, self.sizes * RowSpace(rows).least_norm(-position))
+            q = self.equations.positions.retract(q, self.sizes * RowSpace(rows).least_norm(-position))
         return q
 
     def check_rest(self, q: np.ndarray) -> None:

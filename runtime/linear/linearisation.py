@@ -422,7 +422,7 @@ def _kind(
     if speed <= _STILL and change <= _STILL * max(1.0, np.abs(tangent.A).max(initial=0.0)):
         return "equilibrium"
     h = _FLOW_STEP / max(speed, np.sqrt(change))
-    later_q = tangent.equations.positions.move(q, h * v + 0.5 * h * h * tangent.a)
+    later_q = tangent.equations.positions.retract(q, h * v + 0.5 * h * h * tangent.a)
     later = tangent_at(system, p, t + h, later_q, v + h * tangent.a, given)
     same = np.array_equal(later.independent.positions, tangent.independent.positions)
     if not same or change > _STILL * max(1.0, speed**2):

@@ -73,7 +73,7 @@ class MotionEquations:
         """Return W of δ' = δv + W δ: small rotations in body axes turn along with the body, δ' = δω - ω × δ."""
         nv = self.system.nv
         matrix = np.zeros((nv, nv))
-        for _, j in self.positions.turns:
+        for _, j in self.positions.quaternions:
             x, y, z = v[j : j + 3]
             matrix[j : j + 3, j : j + 3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
         return matrix

@@ -165,7 +165,7 @@ class _Derivative:
         # As in the run: dependent constraints are no obstacle.
         self._address, self._keep = robust_rhs_address(system)
         self._p, self._ny, self._row = (
-            system.prepared_between(of.p, t0, t1),
+            system.precomputed_between(of.p, t0, t1),
             system.ny,
             np.zeros(system.n_row),
         )

@@ -47,7 +47,7 @@ def is_at_rest(system: System, p: np.ndarray, t: float, state: np.ndarray, atol:
         return True
     if system.m or not np.all(np.isfinite(a)):
         return False
-    moved = np.concatenate([positions.move(q, _NEAR * sizes), v])
+    moved = np.concatenate([positions.retract(q, _NEAR * sizes), v])
     change = np.abs(rhs(t, moved, p)[rates] - a)
     if np.max(np.abs(a)) > _FAR * np.max(change):
         return False

@@ -15,7 +15,7 @@ def by_travel(sizes, row, w):
     by_positions(sizes, w.arguments, row, slope)
     for i in range(sizes[at.NV]):
         slope[i] = -slope[i]
-    turn_back(sizes, w)
+    rotate_back(sizes, w)
 
 
 @jitted
@@ -23,11 +23,11 @@ def gradient_by_travel(k, sizes, w):
     """Write row `k` of G at the end of the step, by what it travels, to `w.vectors[SLOPE]`."""
     first = (sizes[at.NV] + k) * w.arguments.shape[0] + sizes[at.NQ] + sizes[at.NV]
     copy(w.derivative[first : first + sizes[at.NV]], w.vectors[SLOPE])
-    turn_back(sizes, w)
+    rotate_back(sizes, w)
 
 
 @jitted
-def turn_back(sizes, w):
+def rotate_back(sizes, w):
     """Make derivatives by small turns at the end of the step, in `w.vectors[SLOPE]`, those by rotation vectors."""
     slope, travel = w.vectors[SLOPE], w.vectors[TRAVEL]
     for k in range(n_quaternions(sizes)):

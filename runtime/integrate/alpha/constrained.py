@@ -41,7 +41,7 @@ from symgen.runtime.integrate.newton import (
     start_newton,
 )
 from symgen.runtime.integrate.newton import RATE as CONTRACTION
-from symgen.runtime.integrate.quaternions import move, n_quaternions, quaternion_at
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, retract
 from symgen.runtime.integrate.saddle import factor, solve
 from symgen.runtime.integrate.step_control import error_scale
 
@@ -149,7 +149,7 @@ def place_end(method, h, sizes, y, w):
         w.vectors[TRAVEL, i] = travel
         w.arguments[nq + i] = rate
         w.arguments[nq + nv + i] = now
-    move(sizes, y, 1.0, w.vectors[TRAVEL], 0, w.arguments)
+    retract(sizes, y, 1.0, w.vectors[TRAVEL], 0, w.arguments)
     for k in range(sizes[at.NM]):
         w.arguments[nq + 2 * nv + k] = w.multipliers[END, k]
 
@@ -179,7 +179,7 @@ def factor_end(method, h, loop, t1, w):
     n_columns, n_state = w.arguments.shape[0], nq + nv
     by_q, by_v = leverage(method, h)
     if method.stabilised or m > loop.sizes[at.NH]:
-        turn_of_constraints(loop, t1, w)
+        rotation_of_constraints(loop, t1, w)
     call_kernel(loop.addresses[at.RESIDUAL_JACOBIAN], t1, w.arguments, loop.p, w.derivative)
     loop.counters[at.JACOBIANS] += 1
     for i in range(w.matrix.shape[0]):
@@ -210,7 +210,7 @@ def factor_end(method, h, loop, t1, w):
 
 
 @jitted
-def turn_of_constraints(loop, t1, w):
+def rotation_of_constraints(loop, t1, w):
     """Write ∂(G v)/∂q to `w.turn`: what ∂(G a - γ)/∂q, linear in a, gains from a + v in place of a."""
     nq, nv, m = loop.sizes[at.NQ], loop.sizes[at.NV], loop.sizes[at.NM]
     n_columns, first = w.arguments.shape[0], nq + nv

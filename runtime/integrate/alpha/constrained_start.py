@@ -16,7 +16,7 @@ from symgen.runtime.integrate.alpha.constrained_work import (
     STARTED_FOR,
 )
 from symgen.runtime.integrate.evaluation import evaluate
-from symgen.runtime.integrate.quaternions import move, n_quaternions, quaternion_at
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, retract
 from symgen.runtime.integrate.saddle import factor, solve
 
 # Of the step: how far accelerations are looked at on either side of the start.
@@ -46,7 +46,7 @@ def start(method, h, loop, t, w):
     if not method.stabilised:
         for i in range(nv):
             w.vectors[NEW_AVERAGE, i] *= 1.0 / 6.0 - 0.5 * lead - method.beta
-        add_turns_missed(loop.sizes, loop.y, loop.f, w.vectors[NEW_AVERAGE])
+        add_rotations_missed(loop.sizes, loop.y, loop.f, w.vectors[NEW_AVERAGE])
         status = lean_rates(h * h, loop, t, w)
     guess_start(loop.sizes, w)
     w.numbers[STARTED_FOR] = h
@@ -61,7 +61,7 @@ def jerk(h, loop, t, w):
     reach = _REACH * h
     for side in range(2):
         shift = reach if side == 0 else -reach
-        move(loop.sizes, loop.y, shift, loop.y, nq, w.y_new)
+        retract(loop.sizes, loop.y, shift, loop.y, nq, w.y_new)
         for i in range(nq, loop.y.shape[0]):
             w.y_new[i] = loop.y[i] + shift * loop.f[i]
         if not evaluate(loop, t + shift, w.y_new, w.row):
@@ -75,7 +75,7 @@ def jerk(h, loop, t, w):
 
 
 @jitted
-def add_turns_missed(sizes, y, f, missed):
+def add_rotations_missed(sizes, y, f, missed):
     """Add ω×ω'/12 for every quaternion: Magnus' series of a turn, whose rate changes its axis."""
     for k in range(n_quaternions(sizes)):
         j = quaternion_at(sizes, k) - k

@@ -4,7 +4,7 @@ import math
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.bdf.newton import move_positions
+from symgen.runtime.integrate.bdf.newton import retract_positions
 from symgen.runtime.integrate.bdf.work import (
     CHANGE,
     FACTORED_FOR,
@@ -56,7 +56,7 @@ def iterate(g, loop, t1, w):
         w.states[CHANGE, nq + i] = 0.0
     for k in range(loop.sizes[at.NH]):
         w.multipliers[m + k] = 0.0
-    move_index2(g, loop.sizes, w)
+    retract_index2(g, loop.sizes, w)
     # Multipliers of the predicted motion: see `predict_index2` of the Radau methods.
     if not evaluate(loop, t1, w.states[Y_NEW], w.row):
         return at.NOT_FINITE
@@ -80,10 +80,10 @@ def iterate(g, loop, t1, w):
 
 
 @jitted
-def move_index2(g, sizes, w):
+def retract_index2(g, sizes, w):
     """Set the positions of `w.states[Y_NEW]` by its rates and μ: g (d + past) = v + C μ."""
     add_steered(w.states[Y_NEW], sizes[at.NQ], w.multipliers, sizes[at.NM], sizes, w)
-    move_positions(1.0 / g, sizes, w.rates, 0, w)
+    retract_positions(1.0 / g, sizes, w.rates, 0, w)
 
 
 @jitted
@@ -144,5 +144,5 @@ def correct(g, loop, t1, w):
         for i in range(start, min(end + 3, nq)):
             total += (w.rates[i - k] / (g * w.states[SCALE, i])) ** 2
         start = end + 4
-    move_index2(g, loop.sizes, w)
+    retract_index2(g, loop.sizes, w)
     return math.sqrt(total / (2 * nv))

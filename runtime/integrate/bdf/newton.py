@@ -23,7 +23,7 @@ from symgen.runtime.integrate.jacobian import acceleration_jacobian
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.newton import CONVERGED, ITERATING, forget_rate, judge_correction, start_newton
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
-from symgen.runtime.integrate.radau.turns import factor_turns
+from symgen.runtime.integrate.radau.rotation_increments import factor_rotations
 
 
 @jitted
@@ -48,7 +48,7 @@ def iterate(g, loop, t1, w):
     copy(w.states[PREDICTED], w.states[Y_NEW])
     for i in range(loop.sizes[at.NV]):
         w.states[CHANGE, nq + i] = 0.0
-    move_positions(1.0 / g, loop.sizes, w.states[Y_NEW], nq, w)
+    retract_positions(1.0 / g, loop.sizes, w.states[Y_NEW], nq, w)
     start_newton(w.numbers)
     verdict = ITERATING
     iteration = 0
@@ -68,7 +68,7 @@ def iterate(g, loop, t1, w):
 
 
 @jitted
-def move_positions(step, sizes, rates, first, w):
+def retract_positions(step, sizes, rates, first, w):
     """Set the positions of `w.states[Y_NEW]` by `rates[first:]`, as their equations are linear; `step` is h/α.
 
     q = b + step q'(q, v), with b the predicted value less the past; so a quaternion is b, multiplied by the inverse of
@@ -127,7 +127,7 @@ def factor(g, loop, w):
         w.matrix[i, i] += g
     for k in range(n_quaternions(loop.sizes)):
         j = quaternion_at(loop.sizes, k) - k
-        factor_turns(g, j, w.states[Y_NEW], loop.sizes[at.NQ] + j, w.jacobian, w.matrix)
+        factor_rotations(g, j, w.states[Y_NEW], loop.sizes[at.NQ] + j, w.jacobian, w.matrix)
     loop.counters[at.FACTORISATIONS] += 1
     w.numbers[FACTORED_FOR] = g
     forget_rate(w.numbers)
@@ -154,5 +154,5 @@ def correct(g, sizes, w):
         for i in range(start, min(end + 3, nq)):
             total += (w.correction[i - k] / (g * w.states[SCALE, i])) ** 2
         start = end + 4
-    move_positions(1.0 / g, sizes, w.states[Y_NEW], nq, w)
+    retract_positions(1.0 / g, sizes, w.states[Y_NEW], nq, w)
     return math.sqrt(total / (2 * nv))

@@ -6,8 +6,8 @@ from symgen.runtime.integrate.after_step import finish_step, needs_dense
 from symgen.runtime.integrate.compensated import add_compensated
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.evaluation import all_finite
+from symgen.runtime.integrate.gauss.rotation_increments import MAX_SWEEPS
 from symgen.runtime.integrate.gauss.stages import interpolation, place_stages, solve_stages
-from symgen.runtime.integrate.gauss.turns import MAX_SWEEPS
 from symgen.runtime.integrate.gauss.work import (
     EXTRAPOLATED_FOR,
     FRAME,
@@ -32,8 +32,8 @@ def advance_gauss(method, loop):
     Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), VIII.6, for q'' = a(t, q, v): the unknowns are
     accelerations. Fixed-point iteration until that fails once, from then on Newton's. Frames are steps of their own
     from the step's start, so they have the method's order; the collocation polynomial serves events. Quaternions keep
-    their length, see `turns`. The row `f` is not used; F_VALID says that nobody has changed the state. Arguments and
-    result are those of all step loops, see docs/architecture.md.
+    their length, see `rotation_increments`. The row `f` is not used; F_VALID says that nobody has changed the state.
+    Arguments and result are those of all step loops, see docs/architecture.md.
     """
     w = gauss_work(method, loop.sizes, loop.work)
     n = method.c.shape[0]

@@ -4,7 +4,7 @@ from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.gauss.work import FACTORED_FOR, HAVE_FACTORS
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
-from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, solve_turning
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, solve_rotation
 
 
 @jitted
@@ -22,9 +22,9 @@ def factor_stages(method, h, loop, y, w):
             for j in range(nv):
                 w.matrices[k, i, j] = -g * (w.jacobian[i, nv + j] + g * w.jacobian[i, j])
             w.matrices[k, i, i] += 1.0
-        for turning in range(n_quaternions(loop.sizes)):
-            j = quaternion_at(loop.sizes, turning) - turning
-            factor_turns(g, j, loop.sizes[at.NQ] + j, y, w.jacobian, w.matrices[k])
+        for k in range(n_quaternions(loop.sizes)):
+            j = quaternion_at(loop.sizes, k) - k
+            factor_rotations(g, j, loop.sizes[at.NQ] + j, y, w.jacobian, w.matrices[k])
         status = lu_factor(w.matrices[k], w.pivots[k])
         if status != at.RUNNING:
             return status
@@ -35,12 +35,12 @@ def factor_stages(method, h, loop, y, w):
 
 
 @jitted
-def factor_turns(g, j, first, y, jacobian, matrix):
+def factor_rotations(g, j, first, y, jacobian, matrix):
     """Make the columns from `j` on, of the rates of a quaternion, which are in `y` from `first`."""
     a, b, c = -y[first], -y[first + 1], -y[first + 2]
     for i in range(matrix.shape[0]):
         # A row times the inverse of a matrix: the inverse of its transpose, which turns the other way.
-        turned = solve_turning(1.0 / g, a, b, c, jacobian[i, j], jacobian[i, j + 1], jacobian[i, j + 2])
+        turned = solve_rotation(1.0 / g, a, b, c, jacobian[i, j], jacobian[i, j + 1], jacobian[i, j + 2])
         for axis in range(3):
             matrix[i, j + axis] += g * (g * jacobian[i, j + axis] - turned[axis])
 

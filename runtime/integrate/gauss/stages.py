@@ -8,8 +8,12 @@ from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.evaluation import evaluate
 from symgen.runtime.integrate.gauss.newton import correct_by_newton, factor_stages
+from symgen.runtime.integrate.gauss.rotation_increments import (
+    MAX_SWEEPS,
+    reset_rotations,
+    solve_stage_rotations,
+)
 from symgen.runtime.integrate.gauss.sums import add_up
-from symgen.runtime.integrate.gauss.turns import MAX_SWEEPS, forget_turns, turn_stages
 from symgen.runtime.integrate.gauss.work import (
     HAVE_FACTORS,
     HAVE_HISTORY,
@@ -118,7 +122,7 @@ def iterate(method, h, loop, t0, y, w):
     48 (2008) 231).
     """
     n = method.c.shape[0]
-    forget_turns(method, loop.sizes, y, w)
+    reset_rotations(method, loop.sizes, y, w)
     w.numbers[SMALLEST], w.numbers[STALLS] = math.inf, 0.0
     max_stalls = MAX_STALLS_OF_NEWTON if loop.counters[STIFF] else MAX_STALLS
     verdict = ITERATING
@@ -176,7 +180,7 @@ def place_stages(method, h, n_sweeps, sizes, y, w):
             for s in range(n):
                 w.states[s, i] = y[i] + (rest[i] + w.sums[i, s])
         if end < nq:
-            settled = turn_stages(method, h, n_sweeps, end, nq + end - k, y, w) and settled
+            settled = solve_stage_rotations(method, h, n_sweeps, end, nq + end - k, y, w) and settled
         start = end + 4
     return settled
 

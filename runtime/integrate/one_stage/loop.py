@@ -30,9 +30,9 @@ from symgen.runtime.integrate.one_stage.work import (
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.quaternions import (
     chart_variation,
-    move,
     n_quaternions,
     quaternion_at,
+    retract,
 )
 from symgen.runtime.integrate.step_control import error_scale, grid_end, watch_is_near
 
@@ -127,7 +127,7 @@ def predict(s, loop, w):
     for i in range(loop.sizes[at.NV]):
         rise = s * w.vectors[ACCELERATION, i] if loop.counters[HAVE_ACCELERATION] else 0.0
         w.states[STAGE, nq + i] = loop.y[nq + i] + rise
-    move(loop.sizes, loop.y, s, w.states[STAGE], nq, w.states[STAGE])
+    retract(loop.sizes, loop.y, s, w.states[STAGE], nq, w.states[STAGE])
 
 
 @jitted
@@ -166,7 +166,7 @@ def factor_stage(s, loop, w):
         w.matrix[i, i] += 1.0
     for k in range(n_quaternions(loop.sizes)):
         j = quaternion_at(loop.sizes, k) - k
-        factor_turns(s, j, loop.sizes[at.NQ] + j, w)
+        factor_rotations(s, j, loop.sizes[at.NQ] + j, w)
     loop.counters[at.FACTORISATIONS] += 1
     loop.counters[HAVE_FACTORS] = 1
     w.numbers[FACTORED_FOR] = s
@@ -175,7 +175,7 @@ def factor_stage(s, loop, w):
 
 
 @jitted
-def factor_turns(s, j, first, w):
+def factor_rotations(s, j, first, w):
     """Make the columns of the Newton matrix for the rates of a quaternion, from `j`; in states from `first`."""
     a, b, c = s * w.states[STAGE, first], s * w.states[STAGE, first + 1], s * w.states[STAGE, first + 2]
     for column in range(3):
@@ -199,7 +199,7 @@ def correct_stage(s, loop, w):
         w.states[STAGE, nq + i] += dv
         total += (dv / error_scale(loop.control, loop.y[nq + i], w.states[STAGE, nq + i])) ** 2
     # Not q + s dv: so q = q0 + s v holds to round-off, whatever Newton leaves in v.
-    move(loop.sizes, loop.y, s, w.states[STAGE], nq, w.states[STAGE])
+    retract(loop.sizes, loop.y, s, w.states[STAGE], nq, w.states[STAGE])
     return math.sqrt((total + size_of_move(s, loop, w)) / (2 * nv))
 
 
@@ -229,7 +229,7 @@ def reach_end(method, loop, t0, t1, w):
     for i in range(loop.sizes[at.NV]):
         w.vectors[ACCELERATION, i] = (w.states[STAGE, nq + i] - loop.y[nq + i]) / s
         w.states[Y_NEW, nq + i] = loop.y[nq + i] + h * w.vectors[ACCELERATION, i]
-    move(loop.sizes, loop.y, h, w.states[STAGE], nq, w.states[Y_NEW])
+    retract(loop.sizes, loop.y, h, w.states[STAGE], nq, w.states[Y_NEW])
     loop.counters[HAVE_ACCELERATION] = 1
     if loop.sizes[at.NW] > 0:
         # The row is that of the last iterate but one.

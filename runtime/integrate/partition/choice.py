@@ -174,7 +174,7 @@ def scale_jacobian(first, loop, t, w):
     for j in range(nv):
         w.column_scale[j] = w.mass[j * nv + j]
         heaviest = max(heaviest, w.column_scale[j])
-    turn_inertias(loop.sizes, w)
+    rotate_inertias(loop.sizes, w)
     for j in range(nv):
         # What has no mass of its own is best left to the constraints.
         inertia = max(w.column_scale[j], 1e-6 * heaviest)
@@ -191,7 +191,7 @@ def scale_jacobian(first, loop, t, w):
 
 
 @jitted
-def turn_inertias(sizes, w):
+def rotate_inertias(sizes, w):
     """Put the inertias about the axes `w.axes` in place of those about axes of bodies in `w.column_scale`."""
     nv = sizes[at.NV]
     for k in range(n_quaternions(sizes)):

@@ -42,7 +42,7 @@ def solve_dependents(loop, t, y, w):
         size = largest_of(n, w)
         if not math.isfinite(size):
             return at.PROJECTION_FAILED
-        move_positions(n, loop.sizes, y, w)
+        retract_positions(n, loop.sizes, y, w)
         w.numbers[LATEST_POSITIONS] = w.numbers[LATEST]
     return solve_rates(n > 0 and n == loop.counters[N_RATES], loop, t, y, w)
 
@@ -111,7 +111,7 @@ def speed(sizes, y, w):
 
 
 @jitted
-def move_positions(n, sizes, y, w):
+def retract_positions(n, sizes, y, w):
     """Take `w.right` off what the dependent rates move."""
     for i in range(n):
         j = w.columns[i]

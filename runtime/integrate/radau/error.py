@@ -7,8 +7,14 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.evaluation import evaluate
 from symgen.runtime.integrate.linear import lu_solve
 from symgen.runtime.integrate.newton import EPS
-from symgen.runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at, solve_turning
-from symgen.runtime.integrate.radau.turns import add_turn
+from symgen.runtime.integrate.quaternions import (
+    chart_rate,
+    n_quaternions,
+    quaternion_at,
+    retract,
+    solve_rotation,
+)
+from symgen.runtime.integrate.radau.rotation_increments import add_rotation
 from symgen.runtime.integrate.radau.work import (
     ERROR,
     F_NEW,
@@ -66,7 +72,7 @@ def estimate_error(method, h, loop, t, w):
     """
     error = filter_error(method, h, loop.sizes, loop.y, loop.f, False, w)
     if error >= 1.0 and (loop.counters[at.LAST_REJECTED] or not loop.counters[HAVE_HISTORY]):
-        move(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
+        retract(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
         for i in range(loop.sizes[at.NV]):
             w.states[Y_STAGE, loop.sizes[at.NQ] + i] = (
                 loop.y[loop.sizes[at.NQ] + i] + w.pairs[ERROR, loop.sizes[at.NV] + i]
@@ -96,7 +102,7 @@ def filter_error(method, h, sizes, y, row, again, w):
         for i in range(start, end):
             w.pairs[ERROR, i] += shift * w.pairs[ERROR, nv + i]
         if end < nv:
-            add_turn(1.0 / shift, end, nv + end, nq + end, y, w.pairs[ERROR])
+            add_rotation(1.0 / shift, end, nv + end, nq + end, y, w.pairs[ERROR])
         start = end + 3
     total = 0.0
     for i in range(2 * nv):
@@ -115,7 +121,7 @@ def weighted(method, weights, i, w):
 
 @jitted
 def unfiltered_positions(method, h, sizes, y, again, w):
-    """Write the positions' part of the error, divided by μ/h (for quaternions, by `solve_turning`)."""
+    """Write the positions' part of the error, divided by μ/h (for quaternions, by `solve_rotation`)."""
     nq, nv = sizes[at.NQ], sizes[at.NV]
     shift = h / method.mu
     start = 0
@@ -127,12 +133,12 @@ def unfiltered_positions(method, h, sizes, y, again, w):
             by_q = weighted(method, method.error_a, j, w)
             w.pairs[ERROR, i] = shift * (by_q + w.pairs[ERROR, nv + i] if again else by_q)
         if end < nv:
-            unfiltered_turn(method, h, end + k, end, nv, nq + end, y, again, w)
+            unfiltered_rotation(method, h, end + k, end, nv, nq + end, y, again, w)
         start = end + 3
 
 
 @jitted
-def unfiltered_turn(method, h, i, column, nv, first, y, again, w):
+def unfiltered_rotation(method, h, i, column, nv, first, y, again, w):
     """Write a rotation vector's part of the error, solved with g - ∂θ'/∂θ, from `column` on."""
     e, error, j = method.error, w.pairs[ERROR], nv + column
     a, b, c = y[first], y[first + 1], y[first + 2]
@@ -143,4 +149,4 @@ def unfiltered_turn(method, h, i, column, nv, first, y, again, w):
     x += weighted(method, e, i, w) / h
     y_ += weighted(method, e, i + 1, w) / h
     z += weighted(method, e, i + 2, w) / h
-    error[column], error[column + 1], error[column + 2] = solve_turning(method.mu / h, a, b, c, x, y_, z)
+    error[column], error[column + 1], error[column + 2] = solve_rotation(method.mu / h, a, b, c, x, y_, z)

@@ -5,11 +5,11 @@ import math
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.evaluation import evaluate
-from symgen.runtime.integrate.ggl import divide_blocks, half_turned, recover
+from symgen.runtime.integrate.ggl import divide_blocks, half_rotated, recover
 from symgen.runtime.integrate.linear import lu_solve
-from symgen.runtime.integrate.quaternions import chart_rate, move, n_quaternions, quaternion_at
+from symgen.runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at, retract
 from symgen.runtime.integrate.radau.error import weighted
-from symgen.runtime.integrate.radau.ggl_turns import turn_entries
+from symgen.runtime.integrate.radau.ggl_rotations import rotate_entries
 from symgen.runtime.integrate.radau.work import ERROR, F_NEW, HAVE_HISTORY, SCALE, STAGES, Y_STAGE
 
 
@@ -24,13 +24,13 @@ def estimate_index2(method, h, loop, t, w):
     nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
     error = filter_index2(method, h, loop.sizes, loop.y, loop.f, False, w)
     if error >= 1.0 and (loop.counters[at.LAST_REJECTED] or not loop.counters[HAVE_HISTORY]):
-        move(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
+        retract(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
         for i in range(nv):
             w.states[Y_STAGE, nq + i] = loop.y[nq + i] + w.pairs[ERROR, nv + i]
-        turn_all(-1.0, loop.sizes, w.pairs[ERROR], w.states[Y_STAGE])
+        rotate_all(-1.0, loop.sizes, w.pairs[ERROR], w.states[Y_STAGE])
         if not evaluate(loop, t, w.states[Y_STAGE], w.rows[F_NEW]):
             return math.inf
-        turn_all(1.0, loop.sizes, w.pairs[ERROR], w.rows[F_NEW])
+        rotate_all(1.0, loop.sizes, w.pairs[ERROR], w.rows[F_NEW])
         error = filter_index2(method, h, loop.sizes, loop.y, w.rows[F_NEW], True, w)
     return max(error, 1e-10) if math.isfinite(error) else error
 
@@ -59,8 +59,8 @@ def filter_index2(method, h, sizes, y, row, again, w):
         pushed[i] = row[nq + i] + weighted(method, method.error, nq + i, w) / h
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
-        slip_of_turn(method, h, i, i - k, nq + i - k, nv, y, again, slip, w)
-        along = half_turned(i - k, b.spin, slip)
+        slip_of_rotation(method, h, i, i - k, nq + i - k, nv, y, again, slip, w)
+        along = half_rotated(i - k, b.spin, slip)
         for axis in range(3):
             pushed[i - k + axis] -= along[axis]  # by_rates has M W in it
     for k in range(m):
@@ -90,15 +90,15 @@ def filter_index2(method, h, sizes, y, row, again, w):
 
 
 @jitted
-def turn_all(sense, sizes, error, x):
+def rotate_all(sense, sizes, error, x):
     """Turn angular velocities of a state, or their derivatives in an rhs row, by `sense` times errors of rotation."""
     for k in range(n_quaternions(sizes)):
         j = quaternion_at(sizes, k) - k
-        turn_entries(sense, error, j, x, sizes[at.NQ] + j)
+        rotate_entries(sense, error, j, x, sizes[at.NQ] + j)
 
 
 @jitted
-def slip_of_turn(method, h, i, column, first, nv, y, again, slip, w):
+def slip_of_rotation(method, h, i, column, first, nv, y, again, slip, w):
     """Write the defect of the rotation vector at `i`, whose angular velocity is at `first`, from `column` on."""
     error, j = w.pairs[ERROR], nv + column
     x, y_, z = y[first], y[first + 1], y[first + 2]

@@ -10,10 +10,19 @@ from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.ggl import divide_blocks, set_blocks
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.radau.error import set_tolerances
-from symgen.runtime.integrate.radau.ggl_course import fit_turns, keep_course, sample_turns
+from symgen.runtime.integrate.radau.ggl_dense_output import (
+    fit_rotations,
+    keep_rotation_polynomials,
+    sample_rotations,
+)
 from symgen.runtime.integrate.radau.ggl_error import estimate_index2
+from symgen.runtime.integrate.radau.ggl_rotations import (
+    KEEP_ROTATION,
+    largest_rotation,
+    rotate_blocks,
+    to_body_axes,
+)
 from symgen.runtime.integrate.radau.ggl_stages import factor_index2, predict_index2, solve_index2
-from symgen.runtime.integrate.radau.ggl_turns import KEEP_TURN, largest_turn, to_body_axes, turn_blocks
 from symgen.runtime.integrate.radau.ggl_work import ggl_work
 from symgen.runtime.integrate.radau.loop import (
     accept_radau,
@@ -22,8 +31,8 @@ from symgen.runtime.integrate.radau.loop import (
     reject_radau,
     shrink_step,
 )
+from symgen.runtime.integrate.radau.rotation_increments import place
 from symgen.runtime.integrate.radau.stages import integrate_work
-from symgen.runtime.integrate.radau.turns import place
 from symgen.runtime.integrate.radau.work import (
     F_NEW,
     FACTORED_FOR,
@@ -88,7 +97,7 @@ def index2_step(method, loop, w):
             status = set_blocks(loop, t, loop.y, loop.f, w.implicit, b)
             if status != at.RUNNING:
                 return status, t
-            turn_blocks(loop.sizes, loop.y, loop.f, b)
+            rotate_blocks(loop.sizes, loop.y, loop.f, b)
             loop.counters[HAVE_JACOBIAN], loop.counters[JACOBIAN_IS_FRESH], loop.counters[HAVE_FACTORS] = (
                 1,
                 1,
@@ -104,7 +113,7 @@ def index2_step(method, loop, w):
             cause = reach_end(method, h, loop, t, t1, w)
             if cause == at.RUNNING:
                 accept_radau(method, error, h, loop, w)
-                if largest_turn(loop.sizes, w) > KEEP_TURN:
+                if largest_rotation(loop.sizes, w) > KEEP_ROTATION:
                     loop.counters[HAVE_JACOBIAN] = 0
                 return at.RUNNING, t1
             error = math.inf
@@ -147,14 +156,14 @@ def reach_end(method, h, loop, t0, t1, w):
 @jitted
 def commit_index2(method, loop, t0, t1, w):
     """Make the new state the current one, with dense output, and record the step."""
-    keep_course(method, loop.sizes, loop.y, w)
-    n_terms, turned_is_read = len(method.c) + 1, False
+    keep_rotation_polynomials(method, loop.sizes, loop.y, w)
+    n_terms, rotated_is_read = len(method.c) + 1, False
     if loop.sizes[at.NQ] > loop.sizes[at.NV] and needs_dense(loop, t1):
-        n_terms, turned_is_read = loop.dense.shape[0], True
-        sample_turns(method, loop.sizes, loop.y, w)
+        n_terms, rotated_is_read = loop.dense.shape[0], True
+        sample_rotations(method, loop.sizes, loop.y, w)
     radau_dense(method, loop.sizes, loop.y, w, loop.dense)
-    if turned_is_read:
-        fit_turns(method, loop.sizes, w, loop.dense)
+    if rotated_is_read:
+        fit_rotations(method, loop.sizes, w, loop.dense)
     copy(w.states[Y_NEW], loop.y)
     copy(w.rows[F_NEW], loop.f)
     return finish_step(loop, t0, t1, loop.dense, n_terms, w.scratch)

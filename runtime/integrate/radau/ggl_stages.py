@@ -14,17 +14,17 @@ from symgen.runtime.integrate.newton import (
     start_newton,
 )
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
-from symgen.runtime.integrate.radau.ggl_course import predict_turning
-from symgen.runtime.integrate.radau.ggl_turns import (
-    forget_turns,
+from symgen.runtime.integrate.radau.ggl_dense_output import predict_rotations_index2
+from symgen.runtime.integrate.radau.ggl_rotations import (
+    reset_rotations,
+    rotate_entries,
+    solve_rotations_index2,
     to_body_axes,
     to_start_axes,
-    turn_entries,
-    turn_index2,
 )
+from symgen.runtime.integrate.radau.rotation_increments import place
 from symgen.runtime.integrate.radau.stages import evaluate_stage, finish_newton, predict_rates
 from symgen.runtime.integrate.radau.transform import shift_of
-from symgen.runtime.integrate.radau.turns import place
 from symgen.runtime.integrate.radau.work import (
     F_STAGES,
     FACTORED_FOR,
@@ -65,12 +65,12 @@ def predict_index2(method, h, extrapolate, loop, t0, w):
     """
     first = loop.sizes[at.NQ] + loop.sizes[at.NV] + loop.sizes[at.NW]
     predict_rates(method, h, extrapolate, loop, w)
-    predict_turning(method, h, extrapolate, loop, w)
+    predict_rotations_index2(method, h, extrapolate, loop, w)
     for s in range(len(method.c)):
         for k in range(loop.sizes[at.NM], loop.sizes[at.NM] + loop.sizes[at.NH]):
             w.multipliers[s, k] = 0.0
-    forget_turns(method, loop.sizes, w)
-    if not move_index2(method, h, loop.sizes, loop.y, w):
+    reset_rotations(method, loop.sizes, w)
+    if not retract_index2(method, h, loop.sizes, loop.y, w):
         return False
     to_body_axes(loop.sizes, loop.y, w)
     for s in range(len(method.c)):
@@ -83,7 +83,7 @@ def predict_index2(method, h, extrapolate, loop, t0, w):
 
 
 @jitted
-def move_index2(method, h, sizes, y, w):
+def retract_index2(method, h, sizes, y, w):
     """Set the stages' increments of q to the integral of v + C μ; returns whether quaternions could be turned by it."""
     nq, n = sizes[at.NQ], len(method.c)
     b = divide_blocks(sizes, w.blocks)
@@ -99,7 +99,7 @@ def move_index2(method, h, sizes, y, w):
         for i in range(start, end):
             travel_index2(method, h, i, i - k, nq, y, w)
         if end < nq:
-            settled = turn_index2(method, h, end, end - k, sizes, y, w) and settled
+            settled = solve_rotations_index2(method, h, end, end - k, sizes, y, w) and settled
         start = end + 4
     return settled
 
@@ -139,7 +139,7 @@ def solve_index2(method, h, loop, t0, w):
         size = correct_index2(method, h, loop.sizes, w)
         if not math.isfinite(size):
             return at.NOT_FINITE
-        if not move_index2(method, h, loop.sizes, loop.y, w):
+        if not retract_index2(method, h, loop.sizes, loop.y, w):
             return at.NEWTON_FAILED
         loop.counters[at.NEWTON_ITERATIONS] += 1
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
@@ -162,13 +162,13 @@ def stage_residuals(s, method, h, loop, t0, w):
         w.arguments[nq + 2 * nv + k] = w.multipliers[s, k]
     for k in range(n_quaternions(loop.sizes)):
         i = quaternion_at(loop.sizes, k)
-        turn_entries(-1.0, stage, i, w.states[Y_STAGE], nq + i - k)
-        turn_entries(-1.0, stage, i, w.arguments, nq + nv + i - k)
+        rotate_entries(-1.0, stage, i, w.states[Y_STAGE], nq + i - k)
+        rotate_entries(-1.0, stage, i, w.arguments, nq + nv + i - k)
     t = t0 + method.c[s] * h
     equation_residuals(loop, t, w.states[Y_STAGE], w.arguments, w.equations, w.residuals[s])
     for k in range(n_quaternions(loop.sizes)):
         i = quaternion_at(loop.sizes, k)
-        turn_entries(1.0, stage, i, w.residuals[s], i - k)
+        rotate_entries(1.0, stage, i, w.residuals[s], i - k)
 
 
 @jitted

@@ -52,9 +52,9 @@ class GglWork(NamedTuple):
         The same, transformed.
     steered : ndarray, shape (s, nv)
         The stages' rates less those of the start, with what μ adds; or what corrections add to these.
-    turns : ndarray, shape (s, 3)
+    rotation_rates : ndarray, shape (s, 3)
         Derivatives of the stages' rotation vectors, or increments of their angular velocities.
-    course, samples : ndarray, shapes (s, 3 r), (6, 7 r) for r quaternions
+    rotation_polynomials, samples : ndarray, shapes (s, 3 r), (6, 7 r) for r quaternions
         See `ggl_course`.
     arguments, equations : ndarray, shapes (nq + 2 nv + m), (nv + m)
         What the kernel `residual` reads and writes; `equations` is also what `constraint_residual` writes.
@@ -73,8 +73,8 @@ class GglWork(NamedTuple):
     real_vector: np.ndarray
     complex_vectors: np.ndarray
     steered: np.ndarray
-    turns: np.ndarray
-    course: np.ndarray
+    rotation_rates: np.ndarray
+    rotation_polynomials: np.ndarray
     samples: np.ndarray
     arguments: np.ndarray
     equations: np.ndarray
@@ -122,9 +122,9 @@ def ggl_work(method, sizes, work):
     size = 2 * k * n_all
     complex_vectors, rest = rest[:size].view(np.complex128).reshape((k, n_all)), rest[size:]
     steered, rest = rest[: s * nv].reshape((s, nv)), rest[s * nv :]
-    turns, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
+    rotation_rates, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
     size = 3 * s * r
-    course, rest = rest[:size].reshape((s, 3 * r)), rest[size:]
+    rotation_polynomials, rest = rest[:size].reshape((s, 3 * r)), rest[size:]
     size = 7 * (N_ROWS - 2) * r
     samples, rest = rest[:size].reshape((N_ROWS - 2, 7 * r)), rest[size:]
     size = sizes[at.NQ] + nv + n
@@ -134,5 +134,6 @@ def ggl_work(method, sizes, work):
     size = jacobian_work_size(sizes)
     return GglWork(
         numbers, blocks, real, complex_, pivots, states, rows, pairs, multipliers, residuals, real_vector,
-        complex_vectors, steered, turns, course, samples, arguments, equations, rest[:size], rest[size:],
+        complex_vectors, steered, rotation_rates, rotation_polynomials, samples, arguments, equations,
+        rest[:size], rest[size:],
     )  # fmt: skip

@@ -11,8 +11,8 @@ from symgen.runtime.integrate.jacobian import acceleration_jacobian
 from symgen.runtime.integrate.newton import MAX_ITERATIONS, OVERSHOOT, RATE
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.radau.error import estimate_error, set_tolerances
+from symgen.runtime.integrate.radau.rotation_increments import place, rotations_to_increments
 from symgen.runtime.integrate.radau.stages import factor_stages, integrate_work, predict_stages, solve_stages
-from symgen.runtime.integrate.radau.turns import place, turns_to_increments
 from symgen.runtime.integrate.radau.work import (
     F_NEW,
     F_STAGES,
@@ -248,7 +248,7 @@ def radau_dense(method, sizes, y, w, dense):
     """Fill `dense` with the collocation polynomial; what projection moved is added in proportion to time."""
     n = len(method.c)
     for s in range(n):
-        turns_to_increments(sizes, y, w.states[STAGES + s])
+        rotations_to_increments(sizes, y, w.states[STAGES + s])
     for i in range(sizes[at.NY]):
         dense[0, i] = y[i]
         dense[1, i] = w.states[Y_NEW, i] - y[i]

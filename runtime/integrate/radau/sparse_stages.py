@@ -12,12 +12,17 @@ from symgen.runtime.integrate.newton import (
     judge_correction,
     start_newton,
 )
-from symgen.runtime.integrate.quaternions import move, n_quaternions, quaternion_at
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, retract
 from symgen.runtime.integrate.radau.error import unfiltered_positions, weighted
+from symgen.runtime.integrate.radau.rotation_increments import (
+    add_rotation,
+    correct_rotations,
+    set_rotation_rates,
+    solve_rotations,
+)
 from symgen.runtime.integrate.radau.sparse_work import pair_factors
-from symgen.runtime.integrate.radau.stages import evaluate_stage, finish_newton, move_stages, squared_move
+from symgen.runtime.integrate.radau.stages import evaluate_stage, finish_newton, retract_stages, squared_move
 from symgen.runtime.integrate.radau.transform import add_correction, set_defect, shift_of
-from symgen.runtime.integrate.radau.turns import add_turn, correct_turns, set_turn_rates, solve_turns
 from symgen.runtime.integrate.radau.work import (
     DX,
     ERROR,
@@ -68,7 +73,7 @@ def solve_sparse_stages(method, h, loop, t0, w):
             if not evaluate_stage(s, method, h, loop, t0, w):
                 return at.NOT_FINITE
         size = correct_sparse_stages(method, h, loop.sizes, loop.y, w)
-        move_stages(method, h, loop.sizes, loop.y, w)
+        retract_stages(method, h, loop.sizes, loop.y, w)
         loop.counters[at.NEWTON_ITERATIONS] += 1
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
         if iteration == 2:
@@ -84,7 +89,7 @@ def correct_sparse_stages(method, h, sizes, y, w):
         set_defect(method, per_h, w.rows, F_STAGES, nq + i, nv + i, w)
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
-        set_turning_defect(method, per_h, i, i - k, nq + i - k, y, w)
+        set_rotation_defect(method, per_h, i, i - k, nq + i - k, y, w)
     vector = w.real_vectors[DX]
     solve_shifted(pattern, w.entries, vector[:nv], vector[nv:], w.right, w.real)
     for k in range(n_pairs):
@@ -99,21 +104,21 @@ def correct_sparse_stages(method, h, sizes, y, w):
         for i in range(start, end):
             total += squared_move(method, h, nv + i, w) / w.pairs[SCALE, i] ** 2
         if end < nv:
-            total += correct_turns(method, per_h, sizes, end, nq + end, y, w)
+            total += correct_rotations(method, per_h, sizes, end, nq + end, y, w)
         start = end + 3
     return math.sqrt(total / (2 * nv * len(method.c)))
 
 
 @jitted
-def set_turning_defect(method, per_h, i, column, first, y, w):
-    """Set the transformed defects of a quaternion's rotation vector, solved for it; see `turning_defect`."""
-    set_turn_rates(method, i, first, y, w)
+def set_rotation_defect(method, per_h, i, column, first, y, w):
+    """Set the transformed defects of a quaternion's rotation vector, solved for it; see `rotation_defect`."""
+    set_rotation_rates(method, i, first, y, w)
     for axis in range(3):
-        set_defect(method, per_h, w.turns, 0, axis, column + axis, w)
-    solve_turns(method.mu * per_h, column, first, y, w.real_vectors[DX])
+        set_defect(method, per_h, w.rotation_rates, 0, axis, column + axis, w)
+    solve_rotations(method.mu * per_h, column, first, y, w.real_vectors[DX])
     n_pairs = len(method.c) // 2
     for k in range(n_pairs):
-        solve_turns(shift_of(method, k, per_h), column, first, y, w.complex_vectors[n_pairs + k])
+        solve_rotations(shift_of(method, k, per_h), column, first, y, w.complex_vectors[n_pairs + k])
 
 
 @jitted
@@ -122,7 +127,7 @@ def estimate_sparse_error(method, h, loop, t, w):
     nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
     error = filter_sparse_error(method, h, loop.sizes, loop.y, loop.f, False, w)
     if error >= 1.0 and (loop.counters[at.LAST_REJECTED] or not loop.counters[HAVE_HISTORY]):
-        move(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
+        retract(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
         for i in range(nv):
             w.states[Y_STAGE, nq + i] = loop.y[nq + i] + w.pairs[ERROR, nv + i]
         if not evaluate(loop, t, w.states[Y_STAGE], w.rows[F_NEW]):
@@ -154,7 +159,7 @@ def filter_sparse_error(method, h, sizes, y, row, again, w):
         for i in range(start, end):
             positions[i] += shift * rates[i]
         if end < nv:
-            add_turn(1.0 / shift, end, nv + end, nq + end, y, w.pairs[ERROR])
+            add_rotation(1.0 / shift, end, nv + end, nq + end, y, w.pairs[ERROR])
         start = end + 3
     total = 0.0
     for i in range(2 * nv):

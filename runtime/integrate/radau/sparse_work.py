@@ -16,7 +16,7 @@ class SparseRadauWork(NamedTuple):
 
     Attributes
     ----------
-    numbers, states, rows, real_vectors, complex_vectors, pairs, turns, scratch : ndarray
+    numbers, states, rows, real_vectors, complex_vectors, pairs, rotation_rates, scratch : ndarray
         See `RadauWork`.
     arguments : ndarray, shape (nq + 2 nv + m,)
         (q, v, a, λ).
@@ -37,7 +37,7 @@ class SparseRadauWork(NamedTuple):
     real_vectors: np.ndarray
     complex_vectors: np.ndarray
     pairs: np.ndarray
-    turns: np.ndarray
+    rotation_rates: np.ndarray
     arguments: np.ndarray
     entries: np.ndarray
     values: np.ndarray
@@ -72,7 +72,7 @@ def sparse_radau_work(method, sizes, work):
     size = 8 * k * nv
     complex_vectors, rest = rest[:size].view(np.complex128).reshape((2 * k, 2 * nv)), rest[size:]
     pairs, rest = rest[: 4 * nv].reshape((2, 2 * nv)), rest[4 * nv :]
-    turns, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
+    rotation_rates, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
     size = sizes[at.NQ] + nv + n
     arguments, rest = rest[:size], rest[size:]
     size = pattern.kind.shape[0]
@@ -87,7 +87,7 @@ def sparse_radau_work(method, sizes, work):
     size = sparse_lu_size(n, pattern.room, 2)
     complex_, rest = rest[: k * size].reshape((k, size)), rest[k * size :]
     return SparseRadauWork(
-        numbers, states, rows, real_vectors, complex_vectors, pairs, turns, arguments, entries, values,
+        numbers, states, rows, real_vectors, complex_vectors, pairs, rotation_rates, arguments, entries, values,
         complex_values, right, complex_right, real, complex_, rest,
     )  # fmt: skip
 

@@ -17,19 +17,19 @@ from symgen.runtime.integrate.newton import (
     start_newton,
 )
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
+from symgen.runtime.integrate.radau.rotation_increments import (
+    correct_rotations,
+    factor_rotations,
+    place,
+    predict_rotations,
+    rotation_defect,
+)
 from symgen.runtime.integrate.radau.transform import (
     add_correction,
     restore_stages,
     set_defect,
     shift_of,
     transform_stages,
-)
-from symgen.runtime.integrate.radau.turns import (
-    correct_turns,
-    factor_turns,
-    place,
-    predict_turns,
-    turning_defect,
 )
 from symgen.runtime.integrate.radau.work import (
     DX,
@@ -79,7 +79,7 @@ def set_matrix(g, sizes, y, jacobian, matrix):
         matrix[i, i] += g
     for k in range(n_quaternions(sizes)):
         j = quaternion_at(sizes, k) - k
-        factor_turns(g, j, y, sizes[at.NQ] + j, jacobian, matrix)
+        factor_rotations(g, j, y, sizes[at.NQ] + j, jacobian, matrix)
 
 
 @jitted
@@ -89,10 +89,10 @@ def predict_stages(method, h, extrapolate, loop, w):
     predict_rates(method, h, extrapolate, loop, w)
     for i in range(nv):
         transform_stages(method, nq + i, nv + i, w)
-    move_positions(method, h, loop.sizes, loop.y, w)
+    retract_positions(method, h, loop.sizes, loop.y, w)
     for k in range(n_quaternions(loop.sizes)):
         i = quaternion_at(loop.sizes, k)
-        predict_turns(method, h, i, i - k, nq + i - k, loop.y, w)
+        predict_rotations(method, h, i, i - k, nq + i - k, loop.y, w)
 
 
 @jitted
@@ -111,7 +111,7 @@ def predict_rates(method, h, extrapolate, loop, w):
 
 
 @jitted
-def move_positions(method, h, sizes, y, w):
+def retract_positions(method, h, sizes, y, w):
     """Set the stages' increments of q to the integral of v: h (c v0 + a Z_v); those of quaternions stay."""
     n = len(method.c)
     start = 0
@@ -139,7 +139,7 @@ def solve_stages(method, h, loop, t0, w):
             if not evaluate_stage(s, method, h, loop, t0, w):
                 return at.NOT_FINITE
         size = correct_stages(method, h, loop.sizes, loop.y, w)
-        move_stages(method, h, loop.sizes, loop.y, w)
+        retract_stages(method, h, loop.sizes, loop.y, w)
         loop.counters[at.NEWTON_ITERATIONS] += 1
         verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
         if iteration == 2:
@@ -203,7 +203,7 @@ def correct_stages(method, h, sizes, y, w):
         set_defect(method, per_h, w.rows, F_STAGES, nq + i, nv + i, w)
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
-        turning_defect(method, per_h, sizes, i, i - k, nq + i - k, y, w)
+        rotation_defect(method, per_h, sizes, i, i - k, nq + i - k, y, w)
     lu_solve(w.real, w.pivots[0], w.real_vectors[DX, nv:])
     for k in range(n_pairs):
         lu_solve(w.complex[k], w.pivots[k + 1], w.complex_vectors[n_pairs + k, nv:])
@@ -216,7 +216,7 @@ def correct_stages(method, h, sizes, y, w):
         for i in range(start, end):
             total += squared_move(method, h, nv + i, w) / w.pairs[SCALE, i] ** 2
         if end < nv:
-            total += correct_turns(method, per_h, sizes, end, nq + end, y, w)
+            total += correct_rotations(method, per_h, sizes, end, nq + end, y, w)
         start = end + 3
     return math.sqrt(total / (2 * nv * len(method.c)))
 
@@ -233,12 +233,12 @@ def squared_move(method, h, column, w):
 
 
 @jitted
-def move_stages(method, h, sizes, y, w):
+def retract_stages(method, h, sizes, y, w):
     """Set the stages from the transformed increments."""
     nq, nv = sizes[at.NQ], sizes[at.NV]
     for i in range(nv):
         restore_stages(method, nq + i, nv + i, w)
-    move_positions(method, h, sizes, y, w)
+    retract_positions(method, h, sizes, y, w)
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
         for column in range(3):

@@ -52,7 +52,7 @@ class RadauWork(NamedTuple):
         The same for every ν: all increments, then all corrections.
     pairs : ndarray, shape (2, 2 nv)
         Tolerance and estimated error of every component, for quaternions of the rotation vector.
-    turns : ndarray, shape (s, 3)
+    rotation_rates : ndarray, shape (s, 3)
         Derivatives of a rotation vector at the stages.
     implicit : ndarray
         See `acceleration_jacobian`.
@@ -70,7 +70,7 @@ class RadauWork(NamedTuple):
     real_vectors: np.ndarray
     complex_vectors: np.ndarray
     pairs: np.ndarray
-    turns: np.ndarray
+    rotation_rates: np.ndarray
     implicit: np.ndarray
     scratch: np.ndarray
 
@@ -105,9 +105,9 @@ def radau_work(method, sizes, work):
     n = 8 * k * nv
     complex_vectors, rest = rest[:n].view(np.complex128).reshape((2 * k, 2 * nv)), rest[n:]
     pairs, rest = rest[: 4 * nv].reshape((2, 2 * nv)), rest[4 * nv :]
-    turns, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
+    rotation_rates, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
     n = jacobian_work_size(sizes)
     return RadauWork(
         numbers, jacobian, real, complex_, pivots, states, rows, real_vectors, complex_vectors, pairs,
-        turns, rest[:n], rest[n:],
+        rotation_rates, rest[:n], rest[n:],
     )  # fmt: skip

@@ -8,9 +8,9 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.newton import CONVERGED, DIVERGED, ITERATING
-from symgen.runtime.integrate.quaternions import by_turning, n_quaternions, quaternion_at
+from symgen.runtime.integrate.quaternions import by_rotation, n_quaternions, quaternion_at
 from symgen.runtime.integrate.rattle.push import push
-from symgen.runtime.integrate.rattle.turns import add_turned, travel, turn_newton
+from symgen.runtime.integrate.rattle.rotation_increments import add_rotated, rotation_newton, travel
 from symgen.runtime.integrate.rattle.work import (
     END,
     MEAN,
@@ -92,7 +92,7 @@ def place_residual(method, h, loop, t0, y, w):
         for k in range(m):
             total -= w.gradients[START, k * nv + i] * w.impulses[START, k]
         w.right[i, 0] = total
-    add_turned(h, loop.sizes, w)
+    add_rotated(h, loop.sizes, w)
     if m > 0:
         call_kernel(loop.addresses[at.CONSTRAINT_RESIDUAL], t0 + h, q1, loop.p, w.residual)
         add_rounded(loop.sizes, y, q1, w)
@@ -112,7 +112,7 @@ def add_rounded(sizes, y, q1, w):
         for i in range(start, end):
             add_dropped(dropped(i, y, q1, w), i - k, nv, m, w)
         if end < sizes[at.NQ]:
-            a, b, c = by_turning(
+            a, b, c = by_rotation(
                 q1, end, dropped(end, y, q1, w), dropped(end + 1, y, q1, w), dropped(end + 2, y, q1, w),
                 dropped(end + 3, y, q1, w),
             )  # fmt: skip
@@ -148,7 +148,7 @@ def factor_newton(method, h, loop, t1, w):
     if loop.sizes[at.NM] > 0:
         call_kernel(loop.addresses[at.CONSTRAINT_JACOBIAN], t1, w.states[TRIAL], loop.p, w.gradients[END])
     border(w.gradients[START], w.gradients[END], nv, w)
-    turn_newton(h, loop.sizes, w)
+    rotation_newton(h, loop.sizes, w)
     return factor(loop.counters, w)
 
 

@@ -24,7 +24,7 @@ def rattle_kernels(system: System) -> dict[int, tuple[int, Any]]:
         wanted[at.CONSTRAINT_RESIDUAL] = "constraint_residual"
         wanted[at.CONSTRAINT_JACOBIAN] = "constraint_jacobian"
     kernels = {index: system.kernel(name) for index, name in wanted.items()}
-    return {index: (kernel.prepared_address, kernel) for index, kernel in kernels.items()}
+    return {index: (kernel.precomputed_address, kernel) for index, kernel in kernels.items()}
 
 
 def rattle_refusal(system: System) -> str:

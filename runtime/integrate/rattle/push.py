@@ -20,7 +20,7 @@ def push(method, which, h, loop, t, y, w):
     for i in range(nv):
         state[nq + i] = w.vectors[MEAN, i]
     call_kernel(loop.addresses[at.FORCES], t, state, loop.p, w.vectors[PUSH])
-    add_turning(which, loop.sizes, w)
+    add_rotation(which, loop.sizes, w)
     for i in range(nv):
         w.vectors[PUSH, i] *= 0.5 * h
     if method.constant_mass:
@@ -52,7 +52,7 @@ def slope(loop, t, y, moving, w, out):
 
 
 @jitted
-def add_turning(which, sizes, w):
+def add_rotation(which, sizes, w):
     """Add ω×(M u) for the rates of every quaternion to PUSH."""
     nv, u, force = sizes[at.NV], w.vectors[MEAN], w.vectors[PUSH]
     for k in range(n_quaternions(sizes)):

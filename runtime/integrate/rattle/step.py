@@ -8,7 +8,7 @@ Marsden, West, Acta Numerica 10 (2001) 357, with constraints, reads, for M0 = M(
 
 It is symmetric and symplectic, of order 2, keeps both levels of constraints, and is RATTLE (Andersen, J. Comput. Phys.
 52 (1983) 24) where M is constant. M is never inverted by itself, so coordinates without mass are welcome where
-constraints determine them. Quaternions are turned by h u: see `turns`.
+constraints determine them. Quaternions are turned by h u: see `rotation_rates`.
 """
 
 from symgen.runtime.code.bridge import call_kernel
@@ -19,7 +19,7 @@ from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.quaternions import keep_lengths
 from symgen.runtime.integrate.rattle.mean_rate import solve_mean
 from symgen.runtime.integrate.rattle.push import push, slope
-from symgen.runtime.integrate.rattle.turns import add_turned, travel
+from symgen.runtime.integrate.rattle.rotation_increments import add_rotated, travel
 from symgen.runtime.integrate.rattle.work import (
     END,
     H_GUESS,
@@ -107,7 +107,7 @@ def end_rates(method, h, loop, t1, y, w):
             difference = w.masses[START, i * nv + j] - w.masses[END, i * nv + j]
             total += 0.5 * difference * w.vectors[MEAN, j]
         w.right[i, 0] = total
-    add_turned(-h, loop.sizes, w)
+    add_rotated(-h, loop.sizes, w)
     for k in range(m):
         w.right[nv + k, 0] = -w.residual[loop.sizes[at.NH] + k]
     border(w.gradients[END], w.gradients[END], nv, w)

@@ -10,7 +10,7 @@ from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.dense import hermite_dense
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.projection import project_state, projection_size
-from symgen.runtime.integrate.quaternions import move
+from symgen.runtime.integrate.quaternions import retract
 from symgen.runtime.integrate.step_control import grid_end, watch_is_near
 
 N_DENSE_TERMS = 4
@@ -81,7 +81,7 @@ def semi_implicit_step(sizes, h, y, f, y_new):
     nq, nv = sizes[at.NQ], sizes[at.NV]
     for i in range(nv):
         y_new[nq + i] = y[nq + i] + h * f[nq + i]
-    move(sizes, y, h, y_new, nq, y_new)
+    retract(sizes, y, h, y_new, nq, y_new)
 
 
 @jitted
@@ -95,7 +95,7 @@ def verlet_step(reuse, loop, t1, h, y_new, row):
     nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
     for i in range(nv):
         y_new[nq + i] = loop.y[nq + i] + 0.5 * h * loop.f[nq + i]
-    move(loop.sizes, loop.y, h, y_new, nq, y_new)
+    retract(loop.sizes, loop.y, h, y_new, nq, y_new)
     for i in range(nv):
         y_new[nq + i] = loop.y[nq + i] + h * loop.f[nq + i]
     for i in range(nq + nv, loop.sizes[at.NY]):

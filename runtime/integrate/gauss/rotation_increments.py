@@ -18,7 +18,7 @@ _ROUND_OFF, _SETTLED = 2.0 * float(np.finfo(float).eps), 1e-12
 
 
 @jitted
-def forget_turns(method, sizes, y, w):
+def reset_rotations(method, sizes, y, w):
     """Put the stages' quaternions at the start of the step, from where sweeps begin."""
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
@@ -28,7 +28,7 @@ def forget_turns(method, sizes, y, w):
 
 
 @jitted
-def turn_stages(method, h, n_sweeps, i, first, y, w):
+def solve_stage_rotations(method, h, n_sweeps, i, first, y, w):
     """Solve for the stages' quaternions at `i`, whose angular velocities are at `first`, by fixed-point iteration.
 
     It goes on from `w.states` for at most `n_sweeps` sweeps, while rounding lets them change less and less. Returns

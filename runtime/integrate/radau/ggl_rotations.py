@@ -12,7 +12,7 @@ import numpy as np
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at, turned
+from symgen.runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at, rotated
 from symgen.runtime.integrate.radau.work import STAGES
 
 # Sweeps contract by h |ω| / 2 or better, and the later ones by more.
@@ -20,11 +20,11 @@ _MAX_SWEEPS = 40
 _ROUND_OFF, _SETTLED = 2.0 * float(np.finfo(float).eps), 1e-12
 # Derivatives are in the axes of the step at whose start they were taken: a step that turns a body by more than this
 # [rad] leaves them behind.
-KEEP_TURN = 0.03
+KEEP_ROTATION = 0.03
 
 
 @jitted
-def forget_turns(method, sizes, w):
+def reset_rotations(method, sizes, w):
     """Let the stages' quaternions be those of the start of the step, from where sweeps begin."""
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
@@ -34,24 +34,24 @@ def forget_turns(method, sizes, w):
 
 
 @jitted
-def turn_index2(method, h, i, j, sizes, y, w):
+def solve_rotations_index2(method, h, i, j, sizes, y, w):
     """Solve for the stages' rotation vectors at `i` from the rates from `j` on; returns whether sweeps settled.
 
     Iserles, Munthe-Kaas, Nørsett, Zanna, Acta Numerica 9 (2000) 215: θ' = `chart_rate`(-θ, u), collocated.
     """
-    n, first, turns = len(method.c), sizes[at.NQ] + j, w.turns
+    n, first, rates = len(method.c), sizes[at.NQ] + j, w.rotation_rates
     largest, smallest = 0.0, math.inf
     for _ in range(_MAX_SWEEPS):
         for s in range(n):
             z, u = w.states[STAGES + s], w.steered[s]
             spin = y[first] + u[j], y[first + 1] + u[j + 1], y[first + 2] + u[j + 2]
-            turns[s, 0], turns[s, 1], turns[s, 2] = chart_rate(-z[i], -z[i + 1], -z[i + 2], *spin)
+            rates[s, 0], rates[s, 1], rates[s, 2] = chart_rate(-z[i], -z[i + 1], -z[i + 2], *spin)
         largest = 0.0
         for s in range(n):
             for axis in range(3):
                 total = 0.0
                 for r in range(n):
-                    total += method.a[s, r] * turns[r, axis]
+                    total += method.a[s, r] * rates[r, axis]
                 largest = max(largest, abs(h * total - w.states[STAGES + s, i + axis]))
                 w.states[STAGES + s, i + axis] = h * total
         if largest <= _ROUND_OFF or not largest < smallest:
@@ -61,9 +61,9 @@ def turn_index2(method, h, i, j, sizes, y, w):
 
 
 @jitted
-def largest_turn(sizes, w):
+def largest_rotation(sizes, w):
     """Return by how much the step turns the body that it turns most [rad]."""
-    z, largest = w.states[STAGES + w.turns.shape[0] - 1], 0.0
+    z, largest = w.states[STAGES + w.rotation_rates.shape[0] - 1], 0.0
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
         largest = max(largest, z[i] * z[i] + z[i + 1] * z[i + 1] + z[i + 2] * z[i + 2])
@@ -71,7 +71,7 @@ def largest_turn(sizes, w):
 
 
 @jitted
-def turn_blocks(sizes, y, row, b):
+def rotate_blocks(sizes, y, row, b):
     """Make derivatives by rates in body axes those by rates in the axes of the start of the step.
 
     With δω = δu - δθ×u and likewise for u', D + M W becomes D - M W, and K + D W becomes K + D W + M [v'×]; the first
@@ -99,19 +99,19 @@ def add_cross(j, a, b, c, row, out):
 @jitted
 def to_start_axes(sizes, y, w):
     """Turn the angular velocities of the stages, whose rotation vectors are known, from body axes."""
-    for s in range(w.turns.shape[0]):
-        turn_rates(1.0, sizes, y, w.states[STAGES + s])
+    for s in range(w.rotation_rates.shape[0]):
+        rotate_rates(1.0, sizes, y, w.states[STAGES + s])
 
 
 @jitted
 def to_body_axes(sizes, y, w):
     """Turn the angular velocities of the stages into body axes."""
-    for s in range(w.turns.shape[0]):
-        turn_rates(-1.0, sizes, y, w.states[STAGES + s])
+    for s in range(w.rotation_rates.shape[0]):
+        rotate_rates(-1.0, sizes, y, w.states[STAGES + s])
 
 
 @jitted
-def turn_rates(sense, sizes, y, increments):
+def rotate_rates(sense, sizes, y, increments):
     """Turn the angular velocities that are `increments` away from `y`, by `sense` times the rotation vectors."""
     nq = sizes[at.NQ]
     for k in range(n_quaternions(sizes)):
@@ -119,13 +119,13 @@ def turn_rates(sense, sizes, y, increments):
         j = nq + i - k
         for axis in range(3):
             increments[j + axis] += y[j + axis]
-        turn_entries(sense, increments, i, increments, j)
+        rotate_entries(sense, increments, i, increments, j)
         for axis in range(3):
             increments[j + axis] -= y[j + axis]
 
 
 @jitted
-def turn_entries(sense, vectors, i, x, j):
+def rotate_entries(sense, vectors, i, x, j):
     """Turn three entries of `x`, from `j` on, by `sense` times the rotation vector in `vectors` at `i`."""
     a, b, c = sense * vectors[i], sense * vectors[i + 1], sense * vectors[i + 2]
-    x[j], x[j + 1], x[j + 2] = turned(a, b, c, x[j], x[j + 1], x[j + 2])
+    x[j], x[j + 1], x[j + 2] = rotated(a, b, c, x[j], x[j + 1], x[j + 2])

@@ -7,7 +7,7 @@ from symgen.runtime.integrate.quaternions import (
     n_quaternions,
     quaternion_at,
     rotate,
-    solve_turning,
+    solve_rotation,
 )
 from symgen.runtime.integrate.radau.transform import add_correction, set_defect, shift_of, transform_stages
 from symgen.runtime.integrate.radau.work import DX, SCALE, STAGES
@@ -24,7 +24,7 @@ def place(sizes, y, increments, out):
 
 
 @jitted
-def turns_to_increments(sizes, y, increments):
+def rotations_to_increments(sizes, y, increments):
     """Replace rotation vectors by the increments of the quaternions that they turn."""
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
@@ -34,61 +34,63 @@ def turns_to_increments(sizes, y, increments):
 
 
 @jitted
-def set_turn_rates(method, i, first, y, w):
+def set_rotation_rates(method, i, first, y, w):
     """Write the derivatives of the stages' rotation vectors, at `i`; the angular velocity is at `first`."""
     for s in range(len(method.c)):
         z = w.states[STAGES + s]
         u, v, w_ = y[first] + z[first], y[first + 1] + z[first + 1], y[first + 2] + z[first + 2]
-        w.turns[s, 0], w.turns[s, 1], w.turns[s, 2] = chart_rate(z[i], z[i + 1], z[i + 2], u, v, w_)
+        w.rotation_rates[s, 0], w.rotation_rates[s, 1], w.rotation_rates[s, 2] = chart_rate(
+            z[i], z[i + 1], z[i + 2], u, v, w_
+        )
 
 
 @jitted
-def predict_turns(method, h, i, column, first, y, w):
+def predict_rotations(method, h, i, column, first, y, w):
     """Guess the stages' rotation vectors at `i` from their angular velocities, by sweeps of their equations."""
     n = len(method.c)
     for s in range(n):
         for j in range(i, i + 3):
             w.states[STAGES + s, j] = 0.0
     for _ in range(n):  # each sweep gains one order of h
-        set_turn_rates(method, i, first, y, w)
+        set_rotation_rates(method, i, first, y, w)
         for s in range(n):
             for axis in range(3):
                 total = 0.0
                 for j in range(n):
-                    total += method.a[s, j] * w.turns[j, axis]
+                    total += method.a[s, j] * w.rotation_rates[j, axis]
                 w.states[STAGES + s, i + axis] = h * total
     for axis in range(3):
         transform_stages(method, i + axis, column + axis, w)
 
 
 @jitted
-def factor_turns(g, j, y, first, jacobian, matrix):
+def factor_rotations(g, j, y, first, jacobian, matrix):
     """Make the columns from `j` on, of the rates of a quaternion, which are in `y` from `first`."""
     a, b, c = -y[first], -y[first + 1], -y[first + 2]
     for i in range(matrix.shape[0]):
         u, v, w = jacobian[i, j], jacobian[i, j + 1], jacobian[i, j + 2]
         # A row times the inverse of a matrix: the inverse of its transpose, which turns the other way.
-        x, y_, z = solve_turning(g, a, b, c, u, v, w)
+        x, y_, z = solve_rotation(g, a, b, c, u, v, w)
         matrix[i, j] += u / g - x
         matrix[i, j + 1] += v / g - y_
         matrix[i, j + 2] += w / g - z
 
 
 @jitted
-def turning_defect(method, per_h, sizes, i, column, first, y, w):
+def rotation_defect(method, per_h, sizes, i, column, first, y, w):
     """Set the transformed defects of a quaternion's rotation vector, solved for it, and what they add to the rates'.
 
     The defects of the rates must have been set. With J = [K I; A B], (g - J) (Δθ, Δv) = (r, s) becomes
     Δθ = (g - K)⁻¹ (Δv + r) and (g - B - A (g - K)⁻¹) Δv = s + A (g - K)⁻¹ r.
     """
-    set_turn_rates(method, i, first, y, w)
+    set_rotation_rates(method, i, first, y, w)
     for axis in range(3):
-        set_defect(method, per_h, w.turns, 0, axis, column + axis, w)
-    solve_turns(method.mu * per_h, column, first, y, w.real_vectors[DX])
+        set_defect(method, per_h, w.rotation_rates, 0, axis, column + axis, w)
+    solve_rotations(method.mu * per_h, column, first, y, w.real_vectors[DX])
     pass_on(column, sizes, w.jacobian, w.real_vectors[DX])
     n_pairs = len(method.c) // 2
     for k in range(n_pairs):
-        solve_turns(shift_of(method, k, per_h), column, first, y, w.complex_vectors[n_pairs + k])
+        solve_rotations(shift_of(method, k, per_h), column, first, y, w.complex_vectors[n_pairs + k])
         pass_on(column, sizes, w.jacobian, w.complex_vectors[n_pairs + k])
 
 
@@ -102,29 +104,31 @@ def pass_on(column, sizes, jacobian, vector):
 
 
 @jitted
-def solve_turns(g, i, first, y, vector):
-    """Multiply the three entries of `vector` from `i` on by (g - K)⁻¹, see `solve_turning`."""
-    vector[i], vector[i + 1], vector[i + 2] = solve_turning(
+def solve_rotations(g, i, first, y, vector):
+    """Multiply the three entries of `vector` from `i` on by (g - K)⁻¹, see `solve_rotation`."""
+    vector[i], vector[i + 1], vector[i + 2] = solve_rotation(
         g, y[first], y[first + 1], y[first + 2], vector[i], vector[i + 1], vector[i + 2]
     )
 
 
 @jitted
-def add_turn(g, column, j, first, y, vector):
+def add_rotation(g, column, j, first, y, vector):
     """Add (g - K)⁻¹ times the three entries of `vector` from `j` on to those from `column` on."""
-    x, y_, z = solve_turning(g, y[first], y[first + 1], y[first + 2], vector[j], vector[j + 1], vector[j + 2])
+    x, y_, z = solve_rotation(
+        g, y[first], y[first + 1], y[first + 2], vector[j], vector[j + 1], vector[j + 2]
+    )
     vector[column] += x
     vector[column + 1] += y_
     vector[column + 2] += z
 
 
 @jitted
-def correct_turns(method, per_h, sizes, column, first, y, w):
+def correct_rotations(method, per_h, sizes, column, first, y, w):
     """Correct a quaternion's transformed rotation vectors after the rates; returns the squares, in tolerances."""
     j, n_pairs = sizes[at.NV] + column, len(method.c) // 2
-    add_turn(method.mu * per_h, column, j, first, y, w.real_vectors[DX])
+    add_rotation(method.mu * per_h, column, j, first, y, w.real_vectors[DX])
     for k in range(n_pairs):
-        add_turn(shift_of(method, k, per_h), column, j, first, y, w.complex_vectors[n_pairs + k])
+        add_rotation(shift_of(method, k, per_h), column, j, first, y, w.complex_vectors[n_pairs + k])
     total = 0.0
     for i in range(column, column + 3):
         total += add_correction(method, i, w) / w.pairs[SCALE, i] ** 2

@@ -25,13 +25,13 @@ def travel(h, sizes, y, w):
             out[i] = h * u[i - k]
         if end < sizes[at.NQ]:
             j = end - k
-            change = turn_change(y, end, h * u[j], h * u[j + 1], h * u[j + 2])
+            change = rotation_change(y, end, h * u[j], h * u[j + 1], h * u[j + 2])
             out[end], out[end + 1], out[end + 2], out[end + 3] = change
         start = end + 4
 
 
 @jitted
-def turn_change(q, i, a, b, c):
+def rotation_change(q, i, a, b, c):
     """Return what the rotation vector (a, b, c) [rad] changes of the quaternion `q[i:i+4]`, to its own round-off."""
     half = 0.5 * math.sqrt(a * a + b * b + c * c)
     quarter = math.sin(0.5 * half)
@@ -59,7 +59,7 @@ def mean_momentum(j, nv, w):
 
 
 @jitted
-def add_turned(h, sizes, w):
+def add_rotated(h, sizes, w):
     """Add what R(h u) makes of the mean momenta of all that turns to `w.right`."""
     u = w.vectors[MEAN]
     for k in range(n_quaternions(sizes)):
@@ -71,7 +71,7 @@ def add_turned(h, sizes, w):
 
 
 @jitted
-def turn_newton(h, sizes, w):
+def rotation_newton(h, sizes, w):
     """Make `w.matrix`, with its borders, that of a step that turns: R(θ) p is p + θ×p/2 but for terms of h²."""
     nv, u = sizes[at.NV], w.vectors[MEAN]
     for k in range(n_quaternions(sizes)):
