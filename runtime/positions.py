@@ -42,7 +42,7 @@ class Positions:
         self.plain_q, self.plain_v = np.flatnonzero(plain), np.flatnonzero(moving)
 
     def retract(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return the retraction of `step`, shape (nv,), at q: quaternions are turned by rotation vectors in body axes."""
+        """Return the retraction of `step`, shape (nv,), at q: rotation vectors in body axes turn quaternions."""
         if not self.quaternions:
             return q + step
         moved = q.copy()

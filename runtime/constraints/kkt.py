@@ -40,8 +40,8 @@ def robust_rhs_address(system: System) -> tuple[int, Any]:
     """Return the address of a `rhs` that survives dependent constraints, and what must be kept alive with it.
 
     It takes a precomputed `p` (`System.precomputed`) and writes the same row. Where the straight-line pivot ratio is
-    below 1e-6 or not a number, accelerations and multipliers come from a pivoted factorisation; multipliers that are not
-    unique are those of least norm, and the pivot ratio in the row is 0. See `robust_path.robust_rhs` for the power.
+    below 1e-6 or not a number, accelerations and multipliers come from a pivoted factorisation; multipliers that are
+    not unique are those of least norm, and the pivot ratio in the row is 0. See `robust_path.robust_rhs` for the power.
     """
     if not system.m or is_large(system):  # the path for dependent constraints factorises full matrices
         kernel = system.kernel("rhs")

@@ -8,7 +8,7 @@ Marsden, West, Acta Numerica 10 (2001) 357, with constraints, reads, for M0 = M(
 
 It is symmetric and symplectic, of order 2, keeps both levels of constraints, and is RATTLE (Andersen, J. Comput. Phys.
 52 (1983) 24) where M is constant. M is never inverted by itself, so coordinates without mass are welcome where
-constraints determine them. Quaternions are turned by h u: see `rotation_rates`.
+constraints determine them. Quaternions are turned by h u: see `rotation_increments`.
 """
 
 from symgen.runtime.code.bridge import call_kernel
