@@ -23,7 +23,7 @@ from symgen.model.library import find
 from symgen.model.library import load as load_model
 from symgen.runtime import System, load
 from symgen.runtime.code import compiler
-from symgen.runtime.subsystems.division import divide
+from symgen.runtime.subsystems.decomposition import divide
 
 REPEATS = 5
 KERNELS = ("rhs", "energy", "mass_matrix", "residual", "residual_jacobian", "forces")

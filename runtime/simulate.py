@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 drive = Late("symgen.runtime.inputs.drive")
 given = Late("symgen.runtime.inputs.given")
 schedule = Late("symgen.runtime.inputs.schedule")
-apart = Late("symgen.runtime.subsystems.apart")
+apart = Late("symgen.runtime.subsystems.simulate")
 
 
 def simulate(system: System, options: RunOptions) -> Solution:
@@ -68,7 +68,7 @@ def simulate(system: System, options: RunOptions) -> Solution:
         options = replace(options, rtol=SMALLEST_RTOL)
     notes += form_notes
     if options.split is not False and system.subsystems:
-        solution = apart.simulate_apart(
+        solution = apart.simulate_subsystems(
             system, p, state, options, treatment, redundant=assembly.redundant, notes=notes, began=began
         )
         if not isinstance(solution, str):

@@ -16,8 +16,8 @@ from symgen.runtime.errors import ModuleError
 from symgen.runtime.graph.carry_out import NoArrays, carry_out
 from symgen.runtime.graph.form import P, Y
 from symgen.runtime.linear.duals import carried_out
-from symgen.runtime.subsystems.division import divide
-from symgen.runtime.subsystems.side_by_side import can_stand_side_by_side, side_by_side
+from symgen.runtime.subsystems.decomposition import divide
+from symgen.runtime.subsystems.groups import can_stand_side_by_side, side_by_side
 
 ROOT = Path(__file__).parent.parent
 LENGTHS = Lengths(6, 4, 6)

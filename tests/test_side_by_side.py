@@ -10,8 +10,8 @@ from symgen.link import derive
 from symgen.runtime import solve
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.subsystems import groups
-from symgen.runtime.subsystems.division import divide
-from symgen.runtime.subsystems.side_by_side import can_stand_side_by_side, side_by_side
+from symgen.runtime.subsystems.decomposition import divide
+from symgen.runtime.subsystems.groups import can_stand_side_by_side, side_by_side
 
 FUNCTIONS = (
     "rhs",
@@ -127,7 +127,7 @@ def test_each_moves_as_by_itself(early, monkeypatch, method, damping):
     assert len(found.parts.found) == 2 + 3
     assert any(note.startswith("subsystems: 16 of 19 in 2 groups") for note in found.notes)
     monkeypatch.setattr(groups, "in_groups", list)
-    monkeypatch.setattr("symgen.runtime.subsystems.apart.in_groups", lambda found: list(found))
+    monkeypatch.setattr("symgen.runtime.subsystems.simulate.in_groups", lambda found: list(found))
     alone = solve(system, rtol=1e-8, atol=1e-10, **options)
     assert all(len(s.titles) == 1 for s in alone.parts.found)
     exact = solve(system, rtol=1e-11, atol=1e-13, **options)

@@ -9,8 +9,8 @@ from symgen import Model, cos, dot, sin
 from symgen.link import derive, derive_text
 from symgen.runtime import solve
 from symgen.runtime.result_json import result
-from symgen.runtime.subsystems.division import divide
-from symgen.runtime.subsystems.rest import is_at_rest
+from symgen.runtime.subsystems.decomposition import divide
+from symgen.runtime.subsystems.subsystem import is_at_rest
 
 
 def swing(m: Model, k: int, length: float, damping: float = 0.0):

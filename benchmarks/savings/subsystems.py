@@ -16,7 +16,9 @@ from symgen.model.library import find
 from symgen.model.library import load as load_model
 from symgen.model.model import Model
 from symgen.runtime import System, load, solve
-from symgen.runtime.subsystems import apart, member_run, subsystem
+from symgen.runtime.subsystems import simulate as apart
+from symgen.runtime.subsystems import subsystem
+from symgen.runtime.subsystems import subsystem as member_run
 
 
 def equal_subsystems() -> Iterator[Row]:

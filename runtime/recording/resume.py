@@ -27,7 +27,8 @@ from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.module import read_module
 from symgen.runtime.options import RunOptions
-from symgen.runtime.subsystems.again import ASKED, run_again
+from symgen.runtime.simulate import simulate
+from symgen.runtime.subsystems.simulate import ASKED
 from symgen.runtime.summary import summarise
 from symgen.runtime.system import System
 from symgen.runtime.timing.timetable import make_timetable
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
     from symgen.runtime.checkpoint_bytes import Checkpoint
     from symgen.runtime.inputs.driven import DrivenSystem
     from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.recording.recording import Recording
+    from symgen.runtime.solution import Solution
 
 _NO_FURTHER = {
     "terminated": "an event ended the run",
@@ -146,7 +149,7 @@ class Resumed:
         with blamed_on(self.recording.path):
             if self._checkpoint is None:
                 return Solution.of(
-                    run_again(self.recording, self.system, t_end=t_end, at=at, fps=fps, **watched)
+                    rerun_from_start(self.recording, self.system, t_end=t_end, at=at, fps=fps, **watched)
                 )
             return Solution.of(self._go_on(self._options(t_end, at, fps, watched), more_fps=fps))
 
@@ -314,3 +317,43 @@ def _controlled(
 
 def _changes(rows: np.ndarray) -> list[int]:
     return (np.flatnonzero((rows[1:] != rows[:-1]).any(axis=1)) + 1).tolist()
+
+
+def rerun_from_start(
+    recording: Recording,
+    system: System,
+    *,
+    t_end: float | None = None,
+    at: Sequence[float] | None = None,
+    fps: float | None = None,
+    **watched: Any,
+) -> Solution:
+    """Integrate a recorded run again, to its end or a later one; the steps, and so the bits, are the same.
+
+    Parameters
+    ----------
+    t_end, at, fps : optional
+        Those of the run before by default.
+    **watched
+        Other options of the run: recorder, progress, max_steps.
+    """
+    said = recording.options
+    t_end = said["t_end"] if t_end is None else t_end
+    options = RunOptions(
+        t_end=t_end,
+        t_start=said["t_start"],
+        at=[t for t in said["at"] if t <= t_end] if at is None else at,
+        fps=said["fps"] if fps is None else fps,
+        start=_by_name(system.coordinates, recording.q[0]),
+        rate=_by_name(system.rates, recording.v[0]),
+        parameters={**recording.parameters, **recording.inputs},
+        **said[ASKED],
+        **watched,
+    )
+    solution = simulate(system, options)
+    note = f"resumed from the start of {recording.path.name}: runs of subsystems keep no checkpoints"
+    return replace(solution, notes=[*solution.notes, note])
+
+
+def _by_name(records: Sequence[dict[str, Any]], values: np.ndarray) -> dict[str, float]:
+    return {record["name"]: float(x) for record, x in zip(records, values, strict=True)}

@@ -1,29 +1,160 @@
-"""Equal subsystems integrated side by side, a few at a time, with common steps: one loop then works for all of them."""
+"""Common steps: whether subsystems by themselves pay, and equal ones side by side, a few at a time, in one loop."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symgen.runtime.batches import evaluate
 from symgen.runtime.choose import EXPLICIT, SERIES
-from symgen.runtime.subsystems.gain import STEPS_PER_RADIAN, usual_time
-from symgen.runtime.subsystems.side_by_side import can_stand_side_by_side, side_by_side
+from symgen.runtime.graph.form import Form, Loop, Name, Place, Write
+from symgen.runtime.graph.lengths import Lengths
+from symgen.runtime.graph.rewrite import copied
+from symgen.runtime.module_check import verified
+from symgen.runtime.subsystems.decomposition import (
+    ENERGY,
+    LAYOUTS,
+    POWER,
+    RATIO,
+    Places,
+    is_total,
+    total_name,
+)
 from symgen.runtime.subsystems.subsystem import Subsystem
+from symgen.runtime.system import System
 
 if TYPE_CHECKING:
-    from symgen.runtime.subsystems.settings import Settings
+    from symgen.runtime.subsystems.subsystem import Settings
 
+# Of what a step costs besides, half a microsecond: some ten evaluations of a nanosecond per operation, and the sums
+# over stages that its results enter.
+_PER_OPERATION = 0.025
+STEPS_PER_RADIAN = 1.5
+_PER_RUN = 300.0  # what it costs to prepare a run, in steps of a small model
+_PERIODS, _VISIBLE = 10.0, 1e-4  # of the slowest motion; of the fastest rate
+_PER_MEMBER = ("coordinates", "rates", "parameters", "inputs")
 _MEMBERS = 8  # doubles of the widest vectors in use; the same on all machines, and so are results
 # Steps of all members together that are worth a kernel of their own, for a member of no operations and for each of its
 # operations: a series of eight takes 0.3 s and 6 ms per operation to compile, once, and spares each step 0.4 µs.
 _WORTH = {SERIES: (300_000, 6_000), EXPLICIT: (30_000, 600)}
 _LARGEST = 200  # operations of a member's rhs: larger ones fill vectors by themselves
 _MOST_SPREAD = 1.2  # of a group's rates, so that the slowest takes little more steps than by itself
+
+
+def usual_time(found: Sequence[Subsystem]) -> float:
+    """Return the time [s] for which costs are compared: some periods of the slowest that moves, however long a run is.
+
+    What is integrated with what decides about the last digits, and these must not depend on where a run ends.
+    """
+    rates = [s.choice.rate for s in found if not s.is_asleep]
+    fastest = max(rates, default=0.0)
+    slowest = min((rate for rate in rates if rate > _VISIBLE * fastest), default=0.0)
+    return 2.0 * math.pi * _PERIODS / slowest if slowest > 0.0 else 0.0
+
+
+def pays(found: Sequence[Subsystem]) -> bool:
+    """Return whether runs by themselves are estimated to cost less than one run of all.
+
+    The step of one run of all suits the fastest; what a step costs besides evaluations is paid once for all. Where
+    some are stiff and others not, no common method suits them. What rests takes no steps by itself.
+    """
+    if len({subsystem.choice.method.stiff for subsystem in found}) > 1:
+        return True
+    span = usual_time(found)
+    steps = [0.0 if s.is_asleep else STEPS_PER_RADIAN * s.choice.rate * span for s in found]
+    work = [_PER_OPERATION * subsystem.system.operations.get("rhs", 0) for subsystem in found]
+    of_all = sum(w * len(subsystem.columns) for w, subsystem in zip(work, found, strict=True))
+    apart = sum(_PER_RUN + n * (1.0 + w) for n, w in zip(steps, work, strict=True))
+    return apart < _PER_RUN + max(steps) * (1.0 + of_all)
+
+
+def can_stand_side_by_side(member: System) -> bool:
+    """Whether each statement of a model's functions makes a number: no constraints, events, loops, solves by loops."""
+    plain = not (member.m or member.events or member.switches)
+    forms = (member.form(name) for name in _functions(member) if plain)
+    return plain and all(type(x) is Name or type(x) is Write for form in forms for x in form.body)
+
+
+def side_by_side(member: System, count: int) -> System:
+    """Return the model of several members whose state is all their coordinates, member by member, then all rates.
+
+    Parameters
+    ----------
+    member : System
+        For which `can_stand_side_by_side` is true.
+    count : int
+        Two or more; `p` is all their parameters, member by member, then all inputs.
+    """
+    known = member.__dict__.setdefault("_side_by_side", {})
+    if count not in known:
+        known[count] = _joined(member, count)
+    return known[count]
+
+
+def _joined(member: System, count: int) -> System:
+    source, head = member.source, member.source.header
+    kind = {
+        "coordinates": np.arange(count * member.nq).reshape(count, -1),
+        "rates": np.arange(count * member.nv).reshape(count, -1),
+        "constraints": np.zeros((count, 0), dtype=int),
+    }
+    sizes = {"nq": count * member.nq, "nv": count * member.nv, "nh": 0, "nn": 0, "nw": member.nw}
+    places = Places(kind, sizes)
+    functions = {name: _function(name, member, places, count) for name in _functions(member)}
+    header = {
+        **head,
+        **sizes,
+        **{key: [_named(record, k) for k in range(count) for record in head[key]] for key in _PER_MEMBER},
+        "quaternions": [k * member.nq + place for k in range(count) for place in member.quaternions],
+        "operations": {name: count * head["operations"].get(name, 0) for name in functions},
+        "hoisted": {name: count * n for name, n in head.get("hoisted", {}).items() if name in functions},
+    }
+    return System(verified(source.made(header, functions)))
+
+
+def _functions(member: System) -> list[str]:
+    return [name for name in LAYOUTS if name in member.source.functions and member.has(name)]
+
+
+def _named(record: dict[str, Any], k: int) -> dict[str, Any]:
+    return {**record, "name": f"{record['name']}.{k + 1}"}
+
+
+def _function(name: str, member: System, places: Places, count: int) -> Form:
+    """One function: sums of all members begin before the loop and are written behind it."""
+    read = places.read(name)
+    written = places.written(name, {POWER: member.nw, RATIO: 0, ENERGY: 1})
+    n_parameters, n_inputs = len(member.parameters), len(member.inputs)
+
+    def parameter(k: int) -> np.ndarray:
+        first, stride = (k, n_parameters) if k < n_parameters else (k - n_parameters, n_inputs)
+        return first + (n_parameters * count if k >= n_parameters else 0) + stride * np.arange(count)
+
+    source = member.form(name)
+    form = Form(name, Lengths(read.size, count * source.lengths.p, int(written.max(initial=-1)) + 1))
+    body = copied(
+        source,
+        source.body,
+        form,
+        y=lambda place: _along(read[:, place.first]),
+        p=lambda place: _along(parameter(place.first)),
+        out=lambda place: _along(written[:, place.first]),
+    )
+    totals = [x for x in body if is_total(form, x)]
+    names = {total_name(form, x) for x in totals}
+    starts = [x for x in body if type(x) is Name and x.name in names and form.nodes.op[x.node] == "const"]
+    inside = tuple(x for x in body if x not in totals and x not in starts)
+    form.body = [*starts, *([Loop(count, inside, inside[0].line)] if inside else []), *totals]
+    return form
+
+
+def _along(places: np.ndarray) -> Place:
+    """The index of a loop that runs through places at equal distances."""
+    return Place(int(places[0]), int(places[1] - places[0]))
 
 
 class Group(Subsystem):
@@ -97,7 +228,7 @@ def _by_vectors(first: Subsystem, rows: Sequence[np.ndarray]) -> np.ndarray:
     return np.concatenate([table[:, :nq].ravel(), table[:, nq:].ravel()])
 
 
-def in_groups(found: Sequence[Subsystem]) -> list[Subsystem]:
+def grouped(found: Sequence[Subsystem]) -> list[Subsystem]:
     """Join subsystems of one kind whose steps are of like length into groups; the others stay as they are.
 
     Returns

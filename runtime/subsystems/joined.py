@@ -1,9 +1,12 @@
-"""The runs of all subsystems as one run of the whole model: what `symgen.runtime.summary` and recorders take."""
+"""The runs of all subsystems as one run of the whole model, with its events in the order of time.
+
+It is what `symgen.runtime.summary` and recorders take.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -14,14 +17,75 @@ from symgen.runtime.exchange import energy_error_so_far
 from symgen.runtime.integrate import layout as at
 
 if TYPE_CHECKING:
-    from symgen.runtime.subsystems.course import Course
-    from symgen.runtime.subsystems.settings import Settings
-    from symgen.runtime.subsystems.subsystem import Subsystem
+    from symgen.runtime.subsystems.subsystem import Settings, Subsystem
     from symgen.runtime.system import System
     from symgen.runtime.timing.timetable import Timetable
 
+_MOST_NUMBERS = 20_000_000  # states of the whole at the times of events
 _FRAMES_AT_ONCE = 1000
 _STATISTICS = slice(0, at.NEXT_FRAME)
+
+
+@dataclass(frozen=True)
+class EventSchedule:
+    """When what happens.
+
+    Attributes
+    ----------
+    events : list of tuple
+        (record, subsystem), in the order of time and then of the model.
+    t_end : float [s]
+        Of the run, or of what ended it before.
+    ended_by : Subsystem or None
+        Whose run ended before the others.
+    times, shown : ndarray
+        Frames, those at events included, and which of them to show.
+    """
+
+    events: list[tuple[EventRecord, Subsystem]]
+    t_end: float
+    ended_by: Subsystem | None
+    times: np.ndarray
+    shown: np.ndarray
+
+    def stops(self, subsystem: Subsystem, settings: Settings) -> Sequence[float]:
+        """Return the times that a subsystem lands on."""
+        if self.ended_by in (None, subsystem):
+            return settings.options.stops
+        return [*(t for t in settings.options.stops if t < self.t_end), self.t_end]
+
+
+def locate_events(found: Sequence[Subsystem], settings: Settings, n_numbers: int) -> EventSchedule | None:
+    """Integrate the subsystems that have events.
+
+    Parameters
+    ----------
+    n_numbers : int
+        In a state of the whole model.
+
+    Returns
+    -------
+    Course or None
+        None where events are so many that the states at all of them would not fit.
+    """
+    watched = [subsystem for subsystem in found if subsystem.system.events]
+    t_end, ended_by = settings.options.t_end, None
+    for subsystem in watched:
+        subsystem.prepare(settings.times, settings.shown, settings.options.stops, settings)
+        run = subsystem.run
+        run.max_steps = settings.options.max_steps
+        run.go_to(len(settings.times) + 1)
+        if run.status != "success" and run.arrays.t < t_end:
+            t_end, ended_by = run.arrays.t, subsystem
+    events = [(record, s) for s in watched for record in s.run.actions.log if record.t <= t_end]
+    events.sort(key=lambda entry: entry[0].t)
+    extra = np.array([record.t for record, _ in events] + ([t_end] if ended_by else []))
+    before = settings.times <= t_end
+    times = np.union1d(settings.times[before], extra)
+    if extra.size * n_numbers > _MOST_NUMBERS:
+        return None
+    shown = np.isin(times, settings.times[settings.shown]) | (times == t_end)
+    return EventSchedule(events, t_end, ended_by, times, shown)
 
 
 class Joined:
@@ -34,18 +98,23 @@ class Joined:
     p : ndarray
     found : sequence of Subsystem
         With runs that have begun.
-    course : Course
+    schedule : EventSchedule
     settings : Settings
     """
 
     def __init__(
-        self, system: System, p: np.ndarray, found: Sequence[Subsystem], course: Course, settings: Settings
+        self,
+        system: System,
+        p: np.ndarray,
+        found: Sequence[Subsystem],
+        schedule: EventSchedule,
+        settings: Settings,
     ):
-        self.system, self.shown, self._found, self._course = system, course.shown, found, course
+        self.system, self.shown, self._found, self._schedule = system, schedule.shown, found, schedule
         self._recorder = settings.options.recorder
-        n = len(course.times)
+        n = len(schedule.times)
         self.arrays = SimpleNamespace(
-            p=p, t=settings.options.t_start, frame_times=course.times, frames=np.zeros((n, system.ny)),
+            p=p, t=settings.options.t_start, frame_times=schedule.times, frames=np.zeros((n, system.ny)),
             counters=np.zeros(at.N_COUNTERS, dtype=np.int64), control=np.zeros(at.N_CONTROL),
         )  # fmt: skip
         self.reset_energy_at_frames = np.zeros(n)
@@ -93,7 +162,7 @@ class Joined:
         if self._recorder is None:
             return
         times = self.arrays.frame_times
-        for record, _ in self._course.events[self._told :]:
+        for record, _ in self._schedule.events[self._told :]:
             if record.t > times[n - 1]:
                 break
             end = int(np.searchsorted(times, record.t, side="right"))
@@ -121,12 +190,12 @@ class Joined:
     def finish(self) -> None:
         """Take what the runs have besides frames: events, samples, counts and the step log."""
         runs = [subsystem.run for subsystem in self._found]
-        if self.status == "success" and self._course.ended_by is not None:
-            self.end(self._course.ended_by)
+        if self.status == "success" and self._schedule.ended_by is not None:
+            self.end(self._schedule.ended_by)
         if self.status == "interrupted":
             self.message = f"Interrupted at t = {self.arrays.t:.9g} s; all up to there is kept."
         self.actions.log = [
-            self._whole(*entry) for entry in self._course.events if entry[0].t <= self.arrays.t
+            self._whole(*entry) for entry in self._schedule.events if entry[0].t <= self.arrays.t
         ]
         self.actions.energy_of_resets = sum(record.energy_change for record in self.actions.log)
         self._take_samples()

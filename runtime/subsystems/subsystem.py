@@ -1,29 +1,281 @@
-"""One subsystem of a scene: where it stands in the whole, how it is integrated, and its run."""
+"""One subsystem of a scene: where it stands in the whole, the choice of its method and step, and its run.
+
+Those whose time scales are much the same share a choice; one at rest in a stable equilibrium is not integrated.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symgen.runtime.batches import evaluate
-from symgen.runtime.choose import EXPLICIT, SERIES
+from symgen.runtime.checks.time_scales import motion_jacobian, time_scales
+from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
 from symgen.runtime.constraints.energy_level import choose_energy_level
+from symgen.runtime.driver import Run
+from symgen.runtime.event_actions import ResetError
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
-from symgen.runtime.subsystems.choice import Chooser
-from symgen.runtime.subsystems.member_run import MemberRun
-from symgen.runtime.subsystems.rest import is_at_rest
+from symgen.runtime.positions import Positions
+from symgen.runtime.size import is_large
+from symgen.runtime.timing.timetable import Timetable, timetable
 
 if TYPE_CHECKING:
-    from symgen.runtime.subsystems.choice import Choice
-    from symgen.runtime.subsystems.member_model import Kind
-    from symgen.runtime.subsystems.settings import Settings
+    from symgen.runtime.checks.time_scales import TimeScales
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.options import RunOptions
+    from symgen.runtime.subsystems.decomposition import Kind
     from symgen.runtime.system import System
+    from symgen.runtime.timing.step_limits import StepLimits
 
+_EPS = np.finfo(float).eps
+_ROUND_OFF = 4.0 * _EPS  # of a coordinate's size: so near to the equilibrium is at it
+_NEAR = 1e-10  # of a coordinate's size: farther from rest nothing need be worked out
+_OF_TOLERANCE = 0.1
+_FAR = 1e3
+_GROWTH = 1e-7  # of the fastest rate: central differences tell eigenvalues no better
+_SLOWEST = 1e-6  # of the fastest rate: slower motions might as well be free
+_LEAST_RATE = 1e-30  # [1/s]: rates are compared by their ratio
+_STILL = 1e-10  # rates below this [1/s of a size of 1] are worth a look
 _STEPS_LOGGED = 1024  # between two looks at a run
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The options of a run, settled as far as they can be for all subsystems at once.
+
+    Attributes
+    ----------
+    options : RunOptions
+        Method and constraints as asked for, "auto" included.
+    treatment : str
+        How the whole model's constraints are treated.
+    redundant : list of str
+        Constraints that follow from the others.
+    times, shown : ndarray
+        Frames from start to end, and which of them were asked for.
+    step_limits : symgen.runtime.timing.step_limits.StepLimits or None
+        What time alone does to the whole model.
+    """
+
+    options: RunOptions
+    treatment: str
+    redundant: list[str]
+    times: np.ndarray
+    shown: np.ndarray
+    step_limits: StepLimits | None = None
+
+    def timetable_of(self, system: System, method: Method) -> Timetable | None:
+        """Return what the steps of a subsystem keep to: what time does to the whole, if it depends on time."""
+        step_limits = self.step_limits if system.structure["time_dependent"] else None
+        if step_limits is None and self.options.max_step is None and not len(self.options.breaks):
+            return None
+        return timetable(step_limits, method, self.options)
+
+
+def is_at_rest(system: System, p: np.ndarray, t: float, state: np.ndarray, atol: float = 0.0) -> bool:
+    """Return whether a model that does not depend on time stays where it is.
+
+    Either nothing moves and nothing pushes, exactly. Or the nearest point of equilibrium is so near that numbers
+    hardly tell it from the state, and no motion about it grows or is free; where all motions about it die out, so near
+    that tolerances do not tell it. Constrained models are not tried for either.
+
+    Parameters
+    ----------
+    p : ndarray
+    t : float [s]
+    state : ndarray, shape (nq + nv,)
+    atol : float
+        Absolute tolerance of the run.
+    """
+    q, v = state[: system.nq], state[system.nq : system.nq + system.nv]
+    positions = Positions(system)
+    sizes = positions.per_rate(np.maximum(1.0, np.abs(q)), 1.0)
+    if np.max(np.abs(v) / sizes, initial=0.0) > max(_NEAR, atol) or system.structure["time_dependent"]:
+        return False
+    rhs, rates = system.kernel("rhs"), slice(system.nq, system.nq + system.nv)
+    a = rhs(t, state, p)[rates]
+    if not (v.any() or a.any()):
+        return True
+    if system.m or not np.all(np.isfinite(a)):
+        return False
+    moved = np.concatenate([positions.retract(q, _NEAR * sizes), v])
+    change = np.abs(rhs(t, moved, p)[rates] - a)
+    if np.max(np.abs(a)) > _FAR * np.max(change):
+        return False
+    return _is_stable_and_near(
+        system, motion_jacobian(system, p, t, q, v), np.concatenate([v, a]), sizes, atol
+    )
+
+
+def _is_stable_and_near(
+    system: System, jacobian: np.ndarray, change: np.ndarray, sizes: np.ndarray, atol: float
+) -> bool:
+    """Whether the equilibrium of the linearised motion is stable, and near; `change` is the state's by time."""
+    eigenvalues = np.linalg.eigvals(jacobian)
+    fastest, slowest, growth = np.abs(eigenvalues).max(), np.abs(eigenvalues).min(), eigenvalues.real.max()
+    if slowest <= _SLOWEST * fastest or growth > _GROWTH * fastest:
+        return False
+    away = np.abs(np.linalg.solve(jacobian, change))
+    near = _ROUND_OFF * sizes
+    if growth < -_GROWTH * fastest:
+        near = np.maximum(near, _OF_TOLERANCE * atol)
+    return bool(np.all(away[: system.nv] <= near) and np.all(away[system.nv :] <= near * max(1.0, fastest)))
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How one subsystem is integrated.
+
+    Attributes
+    ----------
+    method : Method
+    step : float [s]
+        0: it chooses its own.
+    treatment : str
+        How its constraints are treated.
+    rate : float [1/s]
+        Of the motion that sets its steps.
+    notes : tuple of str
+        Why.
+    """
+
+    method: Method
+    step: float
+    treatment: str
+    rate: float
+    notes: tuple[str, ...]
+
+
+class Chooser:
+    """Chooses for all members of one kind.
+
+    Parameters
+    ----------
+    kind : Kind
+    settings : symgen.runtime.subsystems.subsystem.Settings
+    """
+
+    def __init__(self, kind: Kind, settings: Settings):
+        self._system, self._settings = kind.system, settings
+        wanted = settings.options.constraints if kind.system.m else "auto"
+        self._treatment, self._formed, _ = choose_constraints(wanted, kind.system, settings.options.method)
+        self._made: dict[tuple[int, ...], tuple[Method, tuple[str, ...]]] = {}
+
+    def choose(self, p: np.ndarray, state: np.ndarray) -> Choice:
+        """Return the choice for the member with these parameters and this start."""
+        settings, system = self._settings, self._system
+        start = settings.options.t_start
+        scales = (
+            None
+            if is_large(system)
+            else time_scales(system, p, start, state[: system.nq], state[system.nq :])
+        )
+        method, notes = self._method(p, state, scales)
+        step, more = choose_step(method, system, p, state, settings.options)
+        rate = 1.0 / step if step else 0.0
+        if scales is not None and not step:
+            rate = scales.motion if method.stiff else scales.fastest
+        return Choice(method, step, self._treatment, max(rate, _LEAST_RATE), (*notes, *more))
+
+    def _method(
+        self, p: np.ndarray, state: np.ndarray, scales: TimeScales | None
+    ) -> tuple[Method, tuple[str, ...]]:
+        """The method; members whose time scales agree within a factor of two share it."""
+        if self._formed:
+            return self._formed, ()
+        settings, key = self._settings, ()
+        if scales is not None and settings.options.method == "auto":
+            rates = np.abs([scales.fastest, scales.decay, scales.motion, scales.damping])
+            key = tuple(int(k) for k in np.floor(np.log2(np.maximum(rates, 1e-30))))
+        if key not in self._made:
+            found, why = choose_method(self._system, p, state, settings.options)
+            self._made[key] = found, tuple(why)
+        return self._made[key]
+
+
+class MemberRun(Run):
+    """A run that can pause when some frames are done.
+
+    Attributes
+    ----------
+    asleep_from : float [s]
+        When it came to rest; inf if it did not.
+    tolerance_after : float
+        What the method that takes over, where one does, makes of the tolerances.
+    """
+
+    tolerance_after = 1.0
+
+    def __init__(self, *arguments: Any, **options: Any):
+        super().__init__(*arguments, **options)
+        self.asleep_from = np.inf
+        self._until = 0
+        self._may_sleep = not (self.system.events or self.system.structure["time_dependent"])
+
+    def begin(self) -> None:
+        """Take the start as the first frame."""
+        self._begin()
+
+    def go_to(self, n_frames: int) -> None:
+        """Run until so many frames are written, or to the end."""
+        self._until = n_frames
+        try:
+            if not self.is_over:
+                self._loop()
+        except ResetError as error:
+            self._end("failed", str(error))
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it has come to its end, regular or not."""
+        return not self.stops or self.status != "success"
+
+    @property
+    def n_steps(self) -> int:
+        """The number of steps taken."""
+        return int(self.arrays.counters[at.STEPS])
+
+    @property
+    def n_frames(self) -> int:
+        """The number of frames written."""
+        return int(self.arrays.counters[at.NEXT_FRAME])
+
+    def pauses(self) -> bool:
+        """Whether the frames asked for are there; a subsystem at rest has all of them."""
+        if self._may_sleep and self._is_at_rest():
+            self._sleep()
+        return self.n_frames >= self._until
+
+    def _fall_back(self) -> None:
+        super()._fall_back()
+        self.arrays.control[[at.RTOL, at.ATOL]] *= self.tolerance_after
+
+    def _is_at_rest(self) -> bool:
+        arrays, system = self.arrays, self.system
+        state = arrays.y[: system.nq + system.nv]
+        if arrays.t >= self.stops[-1]:
+            return False
+        atol = float(arrays.control[at.ATOL]) if self.method.adaptive else 0.0
+        if np.abs(state[system.nq :]).max() > max(_STILL, atol) * max(1.0, np.abs(state[: system.nq]).max()):
+            return False
+        return is_at_rest(system, arrays.p, arrays.t, state.copy(), atol)
+
+    def _sleep(self) -> None:
+        """Fill what is left of the run with the present state."""
+        arrays = self.arrays
+        self.asleep_from = arrays.t
+        arrays.frames[self.n_frames :] = arrays.y
+        arrays.counters[at.NEXT_FRAME] = len(arrays.frames)
+        for stop in self.stops:
+            self.samples.append((stop, arrays.y.copy(), self.actions.energy_of_resets, -1))
+        arrays.control[at.T] = self.stops[-1]
+        self.stops.clear()
 
 
 class Subsystem:

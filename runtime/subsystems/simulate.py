@@ -1,4 +1,4 @@
-"""Integrate a model by its independent subsystems: each with its own step and method."""
+"""Integrate a model by its independent subsystems: each with its own step and method, and what the run says of them."""
 
 from __future__ import annotations
 
@@ -6,30 +6,25 @@ import contextlib
 import gc
 import time
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.subsystems.course import find_course
-from symgen.runtime.subsystems.division import divide
-from symgen.runtime.subsystems.gain import pays
-from symgen.runtime.subsystems.groups import in_groups
-from symgen.runtime.subsystems.joined import Joined
+from symgen.runtime.subsystems.decomposition import divide
+from symgen.runtime.subsystems.groups import grouped, pays
+from symgen.runtime.subsystems.joined import Joined, locate_events
 from symgen.runtime.subsystems.report import Parts
-from symgen.runtime.subsystems.settings import Settings
-from symgen.runtime.subsystems.subsystem import subsystems
-from symgen.runtime.subsystems.words import say
+from symgen.runtime.subsystems.subsystem import Settings, subsystems
 from symgen.runtime.summary import summarise
 from symgen.runtime.timing.timetable import step_limits_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    import numpy as np
-
     from symgen.runtime.options import RunOptions
     from symgen.runtime.solution import Solution
-    from symgen.runtime.subsystems.course import Course
+    from symgen.runtime.subsystems.joined import EventSchedule
     from symgen.runtime.subsystems.subsystem import Subsystem
     from symgen.runtime.system import System
 
@@ -38,6 +33,7 @@ ASKED = "asked"  # among a recording's options: the settings as they were asked 
 _FIRST_WINDOW = 1 / 32  # of the frames
 _SECONDS_PER_WINDOW, _SECONDS_UNWATCHED = 0.5, 3.0  # where somebody waits for frames, and else
 _MOST_GROWTH = 64.0
+_MOST_NOTES = 5
 
 
 @contextlib.contextmanager
@@ -53,7 +49,7 @@ def _without_garbage_collection() -> Iterator[None]:
 
 
 @_without_garbage_collection()
-def simulate_apart(
+def simulate_subsystems(
     system: System,
     p: np.ndarray,
     state: np.ndarray,
@@ -93,24 +89,24 @@ def simulate_apart(
         return why_not
     step_limits = step_limits_of(system, p, options.t_start, options.t_end)
     settings = Settings(options, treatment, redundant, *options.frame_times(), step_limits)
-    found = in_groups(subsystems(system, kinds, p, state, settings))
+    found = grouped(subsystems(system, kinds, p, state, settings))
     if options.split is None and not pays(found):
         return "common steps cost less, as none is much faster than all others"
     method = Counter(s.choice.method.name for s in found for _ in s.titles).most_common(1)[0][0]
     step = min(s.choice.step for s in found if s.choice.method.name == method)
     prepared = time.perf_counter()
-    course = find_course(found, settings, system.ny)
-    if course is None:
+    schedule = locate_events(found, settings, system.ny)
+    if schedule is None:
         return "its events are too many to keep the states of all subsystems at each"
     settings = _with_recorder(system, p, settings, method, step, notes)
     for subsystem in found:
-        subsystem.prepare(course.times, course.shown, course.stops(subsystem, settings), settings)
+        subsystem.prepare(schedule.times, schedule.shown, schedule.stops(subsystem, settings), settings)
     for run in {s.choice.method.name + s.system.name: s.run for s in found}.values():
         run.arrays.load()
     compiled = time.perf_counter()
-    joined = Joined(system, p, found, course, settings)
+    joined = Joined(system, p, found, schedule, settings)
     joined.timetable = settings.timetable_of(system, METHODS[method])
-    _go(found, joined, course, settings)
+    _run_all(found, joined, schedule, settings)
     joined.finish()
     seconds = {
         "prepare": prepared - began,
@@ -122,7 +118,7 @@ def simulate_apart(
         "t_start": options.t_start, "t_end": options.t_end, "step": step or None, "redundant": redundant,
     }  # fmt: skip
     kept = joined.timetable.notes if joined.timetable is not None else []
-    said_of_them = [*notes, *say(found, len(system.subsystems)), *kept]
+    said_of_them = [*notes, *notes_on(found, len(system.subsystems)), *kept]
     solution = summarise(joined, options.at, said_of_them, seconds, said)
     solution.parts = Parts(found)
     return solution
@@ -148,29 +144,31 @@ def _with_recorder(
     return replace(settings, options=replace(options, recorder=recorder))
 
 
-def _go(found: Sequence[Subsystem], joined: Joined, course: Course, settings: Settings) -> None:
+def _run_all(found: Sequence[Subsystem], joined: Joined, schedule: EventSchedule, settings: Settings) -> None:
     """Run all, window after window of frames, so that those that are there can be recorded."""
-    n = len(course.times)
+    n = len(schedule.times)
     done, window = 1, max(1, int(_FIRST_WINDOW * n))
     is_watched = settings.options.recorder is not None or settings.options.progress is not None
     wanted = _SECONDS_PER_WINDOW if is_watched else _SECONDS_UNWATCHED
     while done < n and joined.status == "success":
         began, end = time.perf_counter(), min(n, done + window)
         try:
-            _go_to(end if end < n else n + 1, found, joined, course, settings)
+            _run_all_to(end if end < n else n + 1, found, joined, schedule, settings)
         except KeyboardInterrupt:
             joined.interrupt()
         done = end
         joined.take_frames(min(s.run.n_frames for s in found))
         if settings.options.progress is not None:
             settings.options.progress(
-                float(course.times[joined.n_frames - 1]), sum(s.run.n_steps for s in found)
+                float(schedule.times[joined.n_frames - 1]), sum(s.run.n_steps for s in found)
             )
         took = time.perf_counter() - began
         window = max(1, int(window * min(_MOST_GROWTH, wanted / max(took, 1e-6))))
 
 
-def _go_to(end: int, found: Sequence[Subsystem], joined: Joined, course: Course, settings: Settings) -> None:
+def _run_all_to(
+    end: int, found: Sequence[Subsystem], joined: Joined, schedule: EventSchedule, settings: Settings
+) -> None:
     """Run all to some frame, or to the end of one that ends before its time."""
     used = sum(s.run.n_steps for s in found)
     for subsystem in found:
@@ -179,6 +177,49 @@ def _go_to(end: int, found: Sequence[Subsystem], joined: Joined, course: Course,
             run.max_steps = settings.options.max_steps - (used - before)
         run.go_to(end)
         used += run.n_steps - before
-        if run.status != "success" and subsystem is not course.ended_by:
+        if run.status != "success" and subsystem is not schedule.ended_by:
             joined.end(subsystem)
             return
+
+
+def notes_on(found: Sequence[Subsystem], n_kinds: int) -> Iterator[str]:
+    """Yield the notes on a run of `n_kinds` kinds of subsystems."""
+    n, steps = sum(len(s.titles) for s in found), [s.run.n_steps for s in found]
+    yield (
+        f"subsystems: {n} of {n_kinds} kind{'s' * (n_kinds > 1)}, each integrated by itself with its own steps, "
+        f"{min(steps)} to {max(steps)} of them"
+    )
+    yield from _choices(found, n)
+    twins = sum(len(s.columns) - 1 for s in found)
+    if twins:
+        yield f"subsystems: {twins} of {n} start and move as others do, and took no steps of their own"
+    groups = [s for s in found if len(s.titles) > len(s.columns)]
+    if groups:
+        joined = sum(len(s.titles) for s in groups)
+        yield (
+            f"subsystems: {joined} of {n} in {len(groups)} groups of equal ones side by side, each with the steps of "
+            "its fastest"
+        )
+    asleep = [s.run.asleep_from for s in found for _ in s.titles if np.isfinite(s.run.asleep_from)]
+    if asleep:
+        yield f"asleep: {len(asleep)} of {n} subsystems at rest, the first from t = {min(asleep):.6g} s on"
+    own = [f"{s.name}: {note}" for s in found for note in s.run.notes]
+    yield from own[:_MOST_NOTES]
+    if len(own) > _MOST_NOTES:
+        yield f"and {len(own) - _MOST_NOTES} notes more about subsystems"
+
+
+def _choices(found: Sequence[Subsystem], n: int) -> Iterator[str]:
+    """What was chosen, once for all subsystems of which the same is said but for numbers."""
+    groups: dict[tuple[str, str], list[tuple[str, Subsystem]]] = {}
+    for subsystem in found:
+        for note in subsystem.choice.notes:
+            groups.setdefault((note.split(":")[0], subsystem.choice.method.name), []).append(
+                (note, subsystem)
+            )
+    for group in groups.values():
+        note, first = group[0]
+        count = sum(len(subsystem.titles) for _, subsystem in group)
+        yield (
+            note if count == n else f"{note} ({count} of {n} subsystems, the first is the {first.titles[0]})"
+        )
