@@ -54,7 +54,7 @@ def factor_stages(method, h, loop, w):
 
     With J = [0 I; A B], (g - J) (Δq, Δv) = (0, r) is Δq = Δv / g and (g - B - A/g) Δv = r: as q' = v is
     linear, the stages satisfy it exactly, and its residual is zero. For the rotation vector of a quaternion, 1/g
-    becomes the inverse of g + ω× / 2 (`solve_turning`), and its equation has a residual.
+    becomes the inverse of g + ω× / 2 (`solve_rotation`), and its equation has a residual.
     """
     set_matrix(method.mu / h, loop.sizes, loop.y, w.jacobian, w.real)
     loop.counters[at.FACTORISATIONS] += 1
