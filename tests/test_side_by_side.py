@@ -126,8 +126,8 @@ def test_each_moves_as_by_itself(early, monkeypatch, method, damping):
     assert [len(s.titles) for s in members] == [8, 8]
     assert len(found.parts.found) == 2 + 3
     assert any(note.startswith("subsystems: 16 of 19 in 2 groups") for note in found.notes)
-    monkeypatch.setattr(groups, "in_groups", list)
-    monkeypatch.setattr("symgen.runtime.subsystems.simulate.in_groups", lambda found: list(found))
+    monkeypatch.setattr(groups, "grouped", list)
+    monkeypatch.setattr("symgen.runtime.subsystems.simulate.grouped", lambda found: list(found))
     alone = solve(system, rtol=1e-8, atol=1e-10, **options)
     assert all(len(s.titles) == 1 for s in alone.parts.found)
     exact = solve(system, rtol=1e-11, atol=1e-13, **options)
