@@ -25,15 +25,20 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from symgen.runtime.checks.advice_record import Advice
     from symgen.runtime.checks.entry import HealthCheck
     from symgen.runtime.linear.model import LinearModel
     from symgen.runtime.linear.modes import Modes
+    from symgen.runtime.stepper import Stepper
 
 # A process that loads a model may do without running it, and one that runs it without checks and recordings.
 simulation = Late("symgen.runtime.simulate")
 health = Late("symgen.runtime.checks.health")
 linear = Late("symgen.runtime.linear")
 saving = Late("symgen.runtime.recording.save")
+stepping = Late("symgen.runtime.stepper")
+advising = Late("symgen.runtime.checks.advice")
+results = Late("symgen.runtime.result_json")
 tables = Late("symgen.runtime.tables")
 notebook = Late("symgen.runtime.report.notebook")
 
@@ -129,6 +134,102 @@ class System(SystemData):
             max_step=max_step,
             breaks=breaks,
         )
+
+    def stepper(
+        self,
+        method: str = "dop853",
+        *,
+        rtol: float = 1e-8,
+        atol: float = 1e-10,
+        parameters: Mapping[str, Quantity] | None = None,
+        t: float = 0.0,
+    ) -> Stepper:
+        """Return what moves a state on by given times, in arrays that are made once; see `step`.
+
+        Parameters
+        ----------
+        method : str
+            One that chooses its own steps.
+        rtol, atol : float
+        parameters : mapping of str to float or str, optional
+        t : float [s]
+            The start, where `Stepper.state` is consistent with the constraints.
+
+        Raises
+        ------
+        RuntimeModelError
+            The model has stops, friction that sticks, or resets, which need `run`.
+        """
+        return stepping.Stepper(self, method, rtol=rtol, atol=atol, parameters=parameters, t=t)
+
+    def step(
+        self,
+        state: np.ndarray,
+        inputs: Mapping[str, float] | Sequence[float] | None,
+        dt: float,
+        *,
+        t: float = 0.0,
+    ) -> np.ndarray:
+        """Move a state on by `dt`, in place: for loops that live in Python.
+
+        It is `stepper()` at the model's own parameters; other parameters, methods and tolerances are its.
+
+        Parameters
+        ----------
+        state : ndarray, shape (nq + nv,)
+            (q, v), consistent with the constraints; written in place.
+        inputs : sequence of float in the order of the model, mapping by name, or None
+            Held during the step; those before it, at first the model's own, with None.
+        dt : float [s]
+        t : float [s]
+            When the step begins; it matters to models in which time occurs.
+
+        Returns
+        -------
+        ndarray, shape (nq + nv,)
+            `state`.
+        """
+        if "_stepper" not in self.__dict__:
+            self.__dict__["_stepper"] = self.stepper()
+        stepper = self.__dict__["_stepper"]
+        stepper.t = t
+        stepper.state[:] = state
+        state[:] = stepper.step(dt, inputs)
+        return state
+
+    def advise(
+        self,
+        t_end: Quantity | None = None,
+        *,
+        parameters: Mapping[str, Quantity] | None = None,
+        start: Mapping[str, Quantity] | None = None,
+        rate: Mapping[str, Quantity] | None = None,
+        method: str | None = None,
+        step: float | None = None,
+        steps_per_period: int | None = None,
+    ) -> Advice:
+        """Return which step and method suit the model, as data: time scales, limits of stability, costs, reasons.
+
+        Parameters
+        ----------
+        t_end : float or str, optional [s]
+            The model's own `[run]` table by default.
+        parameters, start, rate : mapping of str to float or str, optional
+        method, step : str, float [s], optional
+            A choice to judge: `Advice.ok` says whether it suits.
+        steps_per_period : int, optional
+            Of the rule that a step is a part of the fastest period; 50 by default.
+
+        Returns
+        -------
+        symgen.runtime.checks.advice_record.Advice
+            `lines()` are its words, `to_dict()` what `symgen advise --json` writes.
+        """
+        asked = RunOptions(
+            t_end=t_end, parameters=parameters, start=start, rate=rate, method=method or "auto"
+        )
+        chosen = None if method is None and step is None else (asked.method, step)
+        return advising.advise(self, asked, steps_per_period=steps_per_period, chosen=chosen)
 
     def linearise(
         self,
@@ -264,6 +365,10 @@ class Solution(SolutionData):
                 "use t_eval"
             )
         return again.states[np.searchsorted(again.t, times)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as `symgen run --json` writes it: end state, samples, events, statistics, health."""
+        return results.result(self)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write all series over time as text: a line of names, then numbers that read back bit for bit."""

@@ -230,6 +230,11 @@ class System(ModelFunctions):
             self.__dict__["n_precomputations"] += 1
         return last[1].copy()
 
+    def precompute_again(self, precomputed: np.ndarray) -> None:
+        """Work out in place what depends on `p` alone, after something in it, at the beginning, changed."""
+        if self._hoisted:
+            self._setup(precomputed, self.n_p)
+
     def precomputed_between(self, p: np.ndarray, t0: float, t1: float) -> np.ndarray:
         """Return `precomputed(p)` for times between two neighbouring `input_breaks` [s]."""
         return self.precomputed(p)
