@@ -9,12 +9,11 @@ import pytest
 
 from symgen.link import derive
 from symgen.model import toml_reader
-from symgen.model.bodies import SHAPES
 from symgen.model.declared import NUMBER_KEYS
-from symgen.model.events import ACTIONS, DIRECTIONS
-from symgen.model.input_courses import KINDS
 from symgen.model.items import DRAWINGS
 from symgen.model.joint_types import TYPES
+from symgen.model.over_time import KINDS
+from symgen.model.parts import ACTIONS, DIRECTIONS, SHAPES
 from symgen.model.run_defaults import FORMULATIONS, KEYS
 from symgen.model.toml_reader import READERS, TOP_KEYS, read_text
 from symgen.model.units import ATOMS

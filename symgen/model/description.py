@@ -264,7 +264,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Drawing:
-    """What is drawn besides bodies and joints: `kind` as in `symgen.model.drawings.KINDS`, vectors in world axes.
+    """What is drawn besides bodies and joints: `kind` as in `symgen.model.parts.KINDS`, vectors in world axes.
 
     The vectors are places [m]; the second one of a force is the force [N].
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -10,18 +11,40 @@ from typing import Any
 import sympy
 
 from ..errors import nearest
-from . import bodies, drawings, run_defaults, toml_writer
+from . import parts, run_defaults, toml_writer
 from .check import finished
-from .contacts import Contacts
-from .description import Body, Description, Drawing, Event, Load
-from .events import make_event
+from .declared import Declared
+from .description import (
+    Axis,
+    Body,
+    Constant,
+    Constraint,
+    Contact,
+    Coordinate,
+    Description,
+    Drawing,
+    Event,
+    Friction,
+    Input,
+    Load,
+    Loop,
+    Parameter,
+    Point,
+    Rate,
+    Stop,
+    plain_rate,
+)
+from .functions import dot
+from .joints import direction as unit_vector
+from .joints import make_joint
 from .names import name_fault
+from .over_time import read_over_time
 from .sources import Sources
 
 IMPACTS = ("simultaneous", "sequential")
 
 
-class Model(Contacts):
+class Model(Declared):
     """A mechanical system, described step by step.
 
     Expressions are SymPy expressions of the symbols that the methods return, numbers, quantities (`"-5 N"`),
@@ -82,11 +105,123 @@ class Model(Contacts):
         self._energies: dict[str, list[sympy.Expr]] = {}
         self._forces: dict[str, list[sympy.Expr]] = {}
         self._loads: dict[str, Load] = {}
+        self._constraints: dict[str, Constraint] = {}
+        self._loops: dict[str, Loop] = {}
+        self._stops: dict[str, Stop] = {}
+        self._frictions: dict[str, Friction] = {}
+        self._contacts: dict[str, Contact] = {}
         self._events: dict[str, Event] = {}
         self._drawings: dict[str, Drawing] = {}
         self._run: dict[str, Any] = {}
         if gravity is not None:
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
+
+    def coordinate(
+        self,
+        name: str,
+        unit: str | None = None,
+        start: Any = None,
+        rate: Any = None,
+        guess: Any = 0.0,
+        rate_guess: Any = 0.0,
+    ) -> sympy.Symbol:
+        """Declare a generalised coordinate; the order of declaration is the order of q.
+
+        Parameters
+        ----------
+        name : str
+        unit : str, optional
+            Numbers among the other arguments are in this unit (rates: per second); equations are in SI units.
+        start, rate : float or str, optional
+            Initial value and rate, which the assembly of initial conditions keeps.
+        guess, rate_guess : float or str
+            Initial value and rate that assembly may move; where `start` or `rate` is not given.
+        """
+        self._declare(name, "coordinate", "coordinates")
+        size = self._sources.unit(unit, "coordinates", f"{name}.unit")
+        numbers = {"start": start, "guess": guess, "rate": rate, "rate_guess": rate_guess}
+        values, size = self._initial("coordinates", f"{name}.{{}}", size, numbers)
+        self._coordinates.append(Coordinate(name, None if size is None else size.coherent, **values))
+        return sympy.Symbol(name)
+
+    def parameter(self, name: str, value: Any, doc: str = "", unit: str | None = None) -> sympy.Symbol:
+        """Declare a number that can be set for each run.
+
+        Parameters
+        ----------
+        name : str
+        value : float, str or dict
+            A number, a quantity such as `"9.81 m/s^2"`, or `{"value": 9.81, "unit": "m/s^2", "doc": "…"}`.
+        doc : str
+            What it is.
+        unit : str, optional
+            Of a value that is a number.
+        """
+        self._declare(name, "parameter", "parameters")
+        value, unit, doc = self._unpacked("parameters", name, value, unit, doc)
+        si, size = self._number("parameters", name, value, unit)
+        self._parameters.append(Parameter(name, si, size and size.coherent, doc))
+        return sympy.Symbol(name)
+
+    def parameters(self, **values: Any) -> Any:
+        """Declare several parameters; returns their symbols in order, or the symbol if there is only one."""
+        return _one_or_all([self.parameter(name, value) for name, value in values.items()])
+
+    def constant(self, name: str, value: Any, unit: str | None = None) -> sympy.Symbol:
+        """Declare a number that is folded into the derived code: a number, a quantity or a table."""
+        self._declare(name, "constant", "constants")
+        value, unit, _ = self._unpacked("constants", name, value, unit, "")
+        si, size = self._number("constants", name, value, unit)
+        self._constants.append(Constant(name, si, size and size.coherent))
+        return sympy.Symbol(name)
+
+    def constants(self, **values: Any) -> Any:
+        """Declare several constants; returns their symbols in order, or the symbol if there is only one."""
+        return _one_or_all([self.constant(name, value) for name, value in values.items()])
+
+    def input(
+        self,
+        name: str,
+        unit: str | None = None,
+        default: Any = 0.0,
+        *,
+        table: Any = None,
+        kind: str | None = None,
+        polynomial: Any = None,
+    ) -> sympy.Symbol:
+        """Declare a control input: a constant, unless the model or a run says what it does over time.
+
+        Parameters
+        ----------
+        name : str
+        unit : str, optional
+            Numbers for `default`, values of `table` and coefficients are in it.
+        default : float or str
+            The constant.
+        table : pair of sequences, or str, optional
+            Times [s] and values; or a file below the model's folder with these as columns.
+        kind : {"linear", "cubic", "hold"}, optional
+            What the table does between its times; linear by default.
+        polynomial : sequence of float, optional
+            Coefficients of powers of t, from the constant upward.
+        """
+        self._declare(name, "input", "inputs")
+        size = self._sources.unit(unit, "inputs", f"{name}.unit")
+        value, size = self._sources.number(default, size, "inputs", f"{name}.default")
+        over_time = read_over_time(self, name, size, table, kind, polynomial)
+        self._inputs.append(Input(name, size and size.coherent, value, **over_time))
+        return sympy.Symbol(name)
+
+    def definition(self, name: str, expression: Any) -> sympy.Symbol:
+        """Name an expression; later expressions share it through the symbol."""
+        self._declare(name, "definition", "definitions")
+        self._definitions.append((name, self._sources.expression(expression, "definitions", name)))
+        return sympy.Symbol(name)
+
+    def output(self, name: str, expression: Any) -> None:
+        """Declare a sensor: an expression that is computed, logged and plotted."""
+        self._declare(name, "output", "outputs")
+        self._outputs.append((name, self._sources.expression(expression, "outputs", name)))
 
     def gravity(self, x: Any = 0, y: Any = 0, z: Any = 0) -> None:
         """Set the acceleration of gravity.
@@ -134,7 +269,126 @@ class Model(Contacts):
             `{"capsule": [radius, length]}`, `{"mesh": "file.stl"}`.
         """
         self._new_element(name, "bodies", self._bodies)
-        self._bodies[name] = bodies.make_body(self, name, mass, com, inertia, angle, rotation, shape)
+        self._bodies[name] = parts.make_body(self, name, mass, com, inertia, angle, rotation, shape)
+
+    def joint(
+        self,
+        name: str,
+        type: str | None = None,
+        child: str | None = None,
+        parent: str = "world",
+        origin: Mapping[str, Sequence[Any]] | None = None,
+        axis: Sequence[Any] | None = None,
+        axis2: Sequence[Any] | None = None,
+        coordinate: sympy.Symbol | str | Sequence[sympy.Symbol | str] | None = None,
+        start: Any = None,
+        rate: Any = None,
+        guess: Any = None,
+        rate_guess: Any = None,
+        unit: str | None = None,
+        stiffness: Any = None,
+        damping: Any = None,
+        rest: Any = None,
+        armature: Any = None,
+        limits: Sequence[Any] | None = None,
+        restitution: Any = None,
+        pitch: Any = None,
+    ) -> Any:
+        """Join a body to its parent, as URDF does; the body's `com` is then in the body's own frame.
+
+        Parameters
+        ----------
+        name : str
+        type : str
+            revolute, continuous, prismatic, screw, universal, cylindrical, planar, spherical, free or fixed.
+        child : str
+            The body that the joint places.
+        parent : str
+            A body or "world".
+        origin : mapping, optional
+            The joint frame in the parent's frame: `{"xyz": [x, y, z], "rpy": [roll, pitch, yaw]}` [m, rad], of
+            parameters and constants. The rotation is Rz(yaw) Ry(pitch) Rx(roll).
+        axis, axis2 : sequence of 3, optional
+            In the joint frame, of any length; x by default, z for planar bodies. `axis2` belongs to universal joints
+            and turns with the first rotation; by default it is perpendicular to `axis`.
+        coordinate : name or sequence of names, optional
+            Of its coordinates, declared ones or new; made from the joint's name by default: NAME for one coordinate,
+            NAME_1, NAME_2 (universal), NAME_angle, NAME_slide (cylindrical), NAME_x, NAME_y, NAME_angle (planar),
+            NAME_qw … NAME_qz (spherical), NAME_x, NAME_y, NAME_z and the same four (free).
+        start, rate, guess, rate_guess : number, or sequence of one for each coordinate (rate)
+            As those of coordinates. Rates of a spherical joint are the angular velocity NAME_wx, NAME_wy, NAME_wz in
+            the child's axes; a free joint has NAME_vx, NAME_vy, NAME_vz before them, in the axes of the joint frame.
+        unit : str, optional
+            Of numbers in `start`, `rate`, `guess`, `rate_guess` of a joint with one coordinate.
+        stiffness, damping, rest, armature : expression, or sequence of one for each coordinate
+            Adds stiffness*(q - rest)^2/2 to the potential, damping*qdot^2/2 to the dissipation and
+            armature*qdot^2/2 to the kinetic energy. Spherical and free joints have damping only, of their rates.
+        limits : sequence of 2, optional
+            Recorded as the events NAME_lower and NAME_upper. Nothing holds the joint there without a restitution.
+        restitution : expression, optional
+            Makes the limits the stops NAME_lower and NAME_upper, with this coefficient (0 to 1).
+        pitch : expression
+            Of a screw joint only: how far the child slides along the axis by a whole turn [m], as a right-handed thread
+            does; negative for a left-handed one.
+
+        Returns
+        -------
+        sympy.Symbol or tuple of them
+            Its coordinates; one symbol where it has one.
+        """
+        self._new_element(name, "joints", self._joints)
+        options = dict(
+            origin=origin, axis=axis, axis2=axis2, coordinate=coordinate, start=start, rate=rate, guess=guess,
+            rate_guess=rate_guess, unit=unit, stiffness=stiffness, damping=damping, rest=rest, armature=armature,
+            limits=limits, restitution=restitution, pitch=pitch,
+        )  # fmt: skip
+        made = make_joint(self, name, type, parent, child, options)
+        self._joints[name] = made
+        symbols = tuple(map(sympy.Symbol, made.coordinates))
+        return symbols[0] if len(symbols) == 1 else symbols
+
+    def point(
+        self, name: str, body: str = "world", at: Sequence[Any] = (0, 0, 0)
+    ) -> tuple[sympy.Symbol, ...]:
+        """Name a point that is fixed in a body; expressions use its world coordinates NAME_x, NAME_y, NAME_z.
+
+        Parameters
+        ----------
+        name : str
+        body : str
+            A body or "world".
+        at : sequence of 2 or 3
+            In the body's frame [m], of parameters and constants. The frame of a body that no joint places stands at
+            its centre of mass and turns with `angle` or `rotation`.
+
+        Returns
+        -------
+        tuple of sympy.Symbol
+            NAME_x, NAME_y, NAME_z.
+        """
+        place = self._fixed_vector("points", "point", name, body, self._points, at, "at")
+        self._points[name] = Point(name, body, place)
+        return self._world_components(name)
+
+    def axis(self, name: str, body: str = "world", direction: Sequence[Any] = ()) -> tuple[sympy.Symbol, ...]:
+        """Name a vector that is fixed in a body; expressions use its world components NAME_x, NAME_y, NAME_z.
+
+        Parameters
+        ----------
+        name : str
+        body : str
+            A body or "world".
+        direction : sequence of 2 or 3
+            Its components in the body's axes, of parameters and constants; the length is kept.
+
+        Returns
+        -------
+        tuple of sympy.Symbol
+            NAME_x, NAME_y, NAME_z.
+        """
+        vector = self._fixed_vector("axes", "axis", name, body, self._axes, direction, "direction")
+        self._axes[name] = Axis(name, body, vector)
+        return self._world_components(name)
 
     def kinetic(self, expression: Any) -> None:
         """Add to the kinetic energy beyond that of the bodies [J]."""
@@ -188,7 +442,252 @@ class Model(Contacts):
             [N m]; one number for a planar body.
         """
         self._new_element(name, "loads", self._loads)
-        self._loads[name] = bodies.make_load(self, name, point, force, body, torque)
+        self._loads[name] = parts.make_load(self, name, point, force, body, torque)
+
+    def constraint(self, name: str, expression: Any) -> None:
+        """Hold an expression of the coordinates and `t` at zero."""
+        self._constrain("constraints", name, expression, "holonomic")
+
+    def velocity_constraint(self, name: str, expression: Any) -> None:
+        """Hold an expression that is linear in the rates at zero."""
+        self._constrain("velocity_constraints", name, expression, "velocity")
+
+    def coincident(self, name: str, a: Any, b: Any) -> None:
+        """Hold two points at one place: the constraints NAME_x, NAME_y and, unless both bodies are planar, NAME_z."""
+        points = tuple(self._named(name, f"coincident[{k}]", x) for k, x in enumerate((a, b)))
+        self._close(name, "coincident", points=points)
+
+    def distance(self, name: str, a: Any, b: Any, length: Any) -> None:
+        """Hold two points at a distance [m]: the constraint NAME, (|a - b|^2 - length^2)/(2 length) = 0."""
+        points = tuple(self._named(name, f"distance.points[{k}]", x) for k, x in enumerate((a, b)))
+        self._close(name, "distance", points=points, length=self._argument(name, "distance.length", length))
+
+    def point_on_line(
+        self, name: str, point: Any, line: Any, direction: Sequence[Any], body: str | None = None
+    ) -> None:
+        """Hold a point on a line.
+
+        Makes the constraints NAME_1 and, unless all is planar, NAME_2.
+
+        Parameters
+        ----------
+        name : str
+        point : str
+            A point's name.
+        line : str
+            The name of a point on the line.
+        direction : sequence of 2 or 3 numbers
+            Of the line, fixed in `body`.
+        body : str, optional
+            A body or "world"; the body of the point `line` by default.
+        """
+        self._guide(name, "point_on_line", point, "line", line, "direction", direction, body)
+
+    def point_in_plane(
+        self, name: str, point: Any, plane: Any, normal: Sequence[Any], body: str | None = None
+    ) -> None:
+        """Hold a point in the plane through the point `plane` with a `normal` fixed in `body`: the constraint NAME."""
+        self._guide(name, "point_in_plane", point, "plane", plane, "normal", normal, body)
+
+    def parallel(self, name: str, bodies: Sequence[str], axes: Sequence[Sequence[Any]]) -> None:
+        """Hold two axes parallel, each fixed in its body: NAME_1 and, unless both bodies are planar, NAME_2."""
+        place = f"constraints.{name!s:.60}"
+        pairs = [
+            self._vector(x, place, f"parallel.{key}", (2,)) for key, x in (("bodies", bodies), ("axes", axes))
+        ]
+        named = tuple(self._named(name, f"parallel.bodies[{k}]", x) for k, x in enumerate(pairs[0]))
+        units = tuple(unit_vector(self, place, f"parallel.axes[{k}]", x) for k, x in enumerate(pairs[1]))
+        self._close(name, "parallel", bodies=named, axes=units)
+
+    def gear(self, name: str, first: Any, second: Any, ratio: Any, offset: Any = 0) -> None:
+        """Couple two coordinates: the constraint NAME, first - ratio*second - offset = 0."""
+        coordinates = tuple(
+            self._named(name, f"gear.coordinates[{k}]", x) for k, x in enumerate((first, second))
+        )
+        factor = self._argument(name, "gear.ratio", ratio)
+        self._close(
+            name,
+            "gear",
+            coordinates=coordinates,
+            ratio=factor,
+            offset=self._argument(name, "gear.offset", offset),
+        )
+
+    def couple(self, name: str, expression: Any) -> None:
+        """Hold an expression of the coordinates and `t` at zero: the constraint NAME."""
+        self._close(name, "couple", expression=self._argument(name, "couple.expression", expression))
+
+    def motion(self, name: str, coordinate: Any, follows: Any) -> None:
+        """Prescribe a coordinate: the constraint NAME, coordinate - follows = 0."""
+        moved = self._named(name, "motion.coordinate", coordinate)
+        self._close(name, "motion", coordinate=moved, follows=self._argument(name, "motion.follows", follows))
+
+    def stop(self, name: str, gap: Any = None, restitution: Any = 0) -> None:
+        """Keep an expression of the coordinates (and `t`) from falling below zero.
+
+        At `gap` = 0 the rates jump: the gap opens as fast as it closed, times `restitution`. Stops that
+        touch share one impulse. What comes to rest on a stop stays there until it is pulled away.
+
+        Parameters
+        ----------
+        name : str
+            Of the stop, and of the event when it is hit or let go.
+        gap : expression
+            Zero where it touches, positive where it is open.
+        restitution : expression
+            Newton's coefficient, 0 (the default) to 1; of parameters and constants.
+        """
+        table = f"stops.{name!s:.60}"
+        self._new_element(name, "stops", self._touching_names())
+        self._stops[name] = Stop(
+            name,
+            self._required(table, "gap", gap),
+            self._sources.expression(restitution, table, "restitution"),
+        )
+
+    def limit(
+        self, name: str, coordinate: Any, lower: Any = None, upper: Any = None, restitution: Any = 0
+    ) -> None:
+        """Keep a coordinate between limits: the stops NAME_lower and NAME_upper.
+
+        Parameters
+        ----------
+        name : str
+        coordinate : Symbol or expression
+        lower, upper : expression, optional
+        restitution : expression
+            See `stop`.
+        """
+        q = sympy.Symbol(coordinate) if isinstance(coordinate, str) else coordinate
+        for side, sign, bound in (("lower", 1, lower), ("upper", -1, upper)):
+            if bound is not None:
+                table = f"stops.{name!s:.60}_{side}"
+                value = self._sources.expression(bound, table, "limit")
+                self.stop(f"{name}_{side}", sign * (q - value), restitution)
+
+    def friction(
+        self,
+        name: str,
+        coordinate: Any = None,
+        speed: Any = None,
+        force: Any = None,
+        torque: Any = None,
+        smooth: Any = None,
+        static: Any = None,
+        coefficient: Any = None,
+        normal: str | Sequence[str] | None = None,
+    ) -> None:
+        """Add Coulomb friction against the rate of a coordinate, or against another relative speed.
+
+        Parameters
+        ----------
+        name : str
+            Of the friction, and of the event when it begins to stick or to slip.
+        coordinate : Symbol or str
+            Its rate is the sliding speed.
+        speed : expression
+            The sliding speed itself, linear in the rates, where it is not one coordinate's: "dot(x) - belt".
+        force, torque : expression
+            The largest friction force (or torque; one of the two), of coordinates, inputs and `t`; not negative.
+        smooth : expression, optional
+            The sliding speed below which the force gives way: force*s/sqrt(s^2 + smooth^2). Without it the friction
+            sticks and slips, and the instants are located.
+        static : expression, optional
+            The largest force (torque) while it sticks, where that is more than while it slides. With a `normal`: the
+            coefficient while it sticks.
+        coefficient, normal : expression, str or sequence of str, optional
+            In the place of a force: the friction is `coefficient` times the force of the stop, or the magnitude of the
+            constraint forces, that `normal` names. A ready-made constraint is named as a whole. With `smooth` it is
+            coefficient*N*s/sqrt(s^2 + smooth^2).
+        """
+        table, sources = f"friction.{name!s:.60}", self._sources
+        self._new_element(name, "friction", self._touching_names())
+        if (coordinate is None) == (speed is None):
+            raise sources.error(
+                table,
+                "coordinate",
+                "friction acts on one 'coordinate' or one 'speed'",
+                hint="give one of the two",
+            )
+        if sum(x is not None for x in (force, torque, coefficient)) != 1:
+            raise sources.error(
+                table, "force", "friction has one 'force' or 'torque', the largest that it can take",
+                hint="or a 'coefficient' of a 'normal' force",
+            )  # fmt: skip
+        names = self._normal(table, coefficient, normal)
+        if coordinate is not None:
+            given = sources.expression(coordinate, table, "coordinate")
+            if not isinstance(given, sympy.Symbol):
+                raise sources.error(
+                    table,
+                    "coordinate",
+                    "a coordinate's name is expected here",
+                    hint="for others give 'speed'",
+                )
+            sliding = dot(given)
+        else:
+            sliding = sources.expression(speed, table, "speed")
+        given_as = {"force": force, "torque": torque, "coefficient": coefficient}
+        key = next(k for k, x in given_as.items() if x is not None)
+        level = sources.expression(given_as[key], table, key)
+        width = None if smooth is None else sources.expression(smooth, table, "smooth")
+        most = None if static is None else sources.expression(static, table, "static")
+        if most is not None and width is not None:
+            message = "friction with 'smooth' never sticks: 'static' has no effect"
+            raise sources.error(table, "static", message, hint="leave one of them out")
+        self._frictions[name] = Friction(name, sliding, level, width, most, names)
+
+    def contact(
+        self,
+        name: str,
+        gap: Any = None,
+        stiffness: Any = None,
+        exponent: Any = 1.5,
+        damping: Any = None,
+        friction: Any = None,
+        slip: Any = None,
+        smooth: Any = None,
+    ) -> None:
+        """Add a compliant contact after Hunt and Crossley.
+
+        The force is k δ^n (1 + 3/2 c dδ/dt) with the depth δ = -gap, and never pulls.
+
+        Parameters
+        ----------
+        name : str
+        gap : expression
+            Of coordinates (and `t`), negative in contact [m].
+        stiffness : expression
+            k [N/m^n].
+        exponent : expression
+            n, 1.5 for spheres (Hertz); of parameters and constants, at least 1.
+        damping : expression, optional
+            c [s/m]; the restitution is 1 - c v for slow impacts at speed v.
+        friction : expression, optional
+            Coefficient of Coulomb friction times the elastic part of the force, against `slip`.
+        slip : expression
+            Sliding speed, linear in the rates.
+        smooth : expression
+            Speed below which the friction gives way, see `friction`.
+        """
+        table = f"contacts.{name!s:.60}"
+        self._new_element(name, "contacts", self._touching_names())
+        together = {"friction": friction, "slip": slip, "smooth": smooth}
+        missing = [key for key, value in together.items() if value is None]
+        if missing and len(missing) < 3:
+            raise self._sources.error(
+                table,
+                missing[0],
+                f"friction of a contact needs 'friction', 'slip' and 'smooth'; '{missing[0]}' is missing",
+                hint="give all three, or none",
+            )
+        given = {"exponent": exponent, "damping": damping, **together}
+        values = {k: None if x is None else self._sources.expression(x, table, k) for k, x in given.items()}
+        held = {
+            "gap": self._required(table, "gap", gap),
+            "stiffness": self._required(table, "stiffness", stiffness),
+        }
+        self._contacts[name] = Contact(name, **held, **values)
 
     def draw(self, name: str, **what: Any) -> None:
         """Draw something besides bodies and joints in recordings; it does nothing to the motion.
@@ -207,7 +706,7 @@ class Model(Contacts):
         >>> model.draw("push", force=[(x, 0), (F, 0)])
         """
         self._new_element(name, "draw", self._drawings)
-        self._drawings[name] = drawings.make_drawing(self, name, what)
+        self._drawings[name] = parts.make_drawing(self, name, what)
 
     def event(self, name: str, when: Any, direction: str = "both", then: Any = "record") -> None:
         """Act when an expression crosses zero.
@@ -221,7 +720,7 @@ class Model(Contacts):
             `{"reset": {"dot(x)": -e*dot(x)}}` sets coordinates and rates from their values before.
         """
         self._new_element(name, "events", self._events)
-        self._events[name] = make_event(self._sources, name, when, direction, then)
+        self._events[name] = parts.make_event(self._sources, name, when, direction, then)
 
     def run(self, **defaults: Any) -> None:
         """Set defaults for runs: t_end, method, constraints, rtol, atol, step, max_step, fps, at, breaks."""
@@ -271,8 +770,112 @@ class Model(Contacts):
             loops=tuple(self._loops.values()),
             drawings=tuple(self._drawings.values()),
             impacts=self.impacts,
-            **self._touching(),
+            stops=tuple(self._stops.values()),
+            frictions=tuple(self._frictions.values()),
+            contacts=tuple(self._contacts.values()),
         )
+
+    def _all_coordinates(self) -> tuple[Coordinate, ...]:
+        """The order of q: coordinates as they are declared, then those that joints made."""
+        return (*self._coordinates, *self._made)
+
+    def _all_rates(self) -> tuple[Rate, ...]:
+        """The order of v: that of q, with a joint's angular velocities where its quaternion stands."""
+        rates: list[Rate] = []
+        for c in self._all_coordinates():
+            own = self._made_rates.get(c.joint, ())
+            if c.quaternion is None:
+                named = [r for r in own if r.coordinate == c.name]
+                rates += named or [plain_rate(c)]
+            elif c.name == self._joints[c.joint].coordinates[-4]:
+                rates += [r for r in own if r.coordinate is None]
+        return tuple(rates)
+
+    def _fixed_vector(
+        self, table: str, what: str, name: Any, body: Any, taken: Mapping[str, Any], values: Any, key: str
+    ) -> tuple[sympy.Expr, ...]:
+        self._new_element(name, table, taken)
+        place = f"{table}.{name}"
+        if name_fault(body, element=True) is not None:
+            raise self._sources.error(
+                place,
+                "body",
+                f"'body' is a body's name or \"world\", not {body!r:.60}",
+                hint="write it in quotes",
+            )
+        for component in "xyz":
+            self._declare_made(f"{name}_{component}", f"{what} component", place, what)
+        return self._components(values, place, key)
+
+    @staticmethod
+    def _world_components(name: str) -> tuple[sympy.Symbol, ...]:
+        return tuple(sympy.Symbol(f"{name}_{component}") for component in "xyz")
+
+    def _constrain(self, table: str, name: Any, expression: Any, kind: str) -> None:
+        self._new_element(name, table, ChainMap(self._constraints, self._loops))
+        self._constraints[name] = Constraint(name, self._sources.expression(expression, table, name), kind)
+
+    def _close(self, name: Any, kind: str, **arguments: Any) -> None:
+        self._new_element(name, "constraints", ChainMap(self._constraints, self._loops))
+        self._loops[name] = Loop(name, kind, tuple(arguments.items()))
+
+    def _argument(self, name: Any, key: str, value: Any) -> sympy.Expr:
+        return self._sources.expression(value, f"constraints.{name!s:.60}", key)
+
+    def _named(self, name: Any, key: str, value: Any) -> str:
+        """The name of a point, body or coordinate; a point also as the symbols that `point` returned."""
+        if isinstance(value, tuple) and len(value) == 3 and all(isinstance(x, sympy.Symbol) for x in value):
+            value = value[0].name.removesuffix("_x")
+        if isinstance(value, sympy.Symbol):
+            value = value.name
+        fault = name_fault(value, element=True)
+        if fault is not None:
+            raise self._sources.error(f"constraints.{name!s:.60}", key, fault, hint="name what the model has")
+        return value
+
+    def _guide(
+        self, name: Any, kind: str, point: Any, base_key: str, base: Any, key: str, values: Any, body: Any
+    ) -> None:
+        table = f"constraints.{name!s:.60}"
+        arguments = {
+            "point": self._named(name, f"{kind}.point", point),
+            base_key: self._named(name, f"{kind}.{base_key}", base),
+            key: unit_vector(self, table, f"{kind}.{key}", values),
+        }
+        if body is not None:
+            arguments["body"] = self._named(name, f"{kind}.body", body)
+        self._close(name, kind, **arguments)
+
+    def _normal(self, table: str, coefficient: Any, normal: Any) -> tuple[str, ...]:
+        """The names that `normal` gives."""
+        sources = self._sources
+        if (coefficient is None) != (normal is None):
+            missing = "normal" if normal is None else "coefficient"
+            raise sources.error(
+                table,
+                missing,
+                f"'coefficient' and 'normal' go together; '{missing}' is missing",
+                hint="give both",
+            )
+        if normal is None:
+            return ()
+        names = (normal,) if isinstance(normal, str) else normal
+        if not isinstance(names, (list, tuple)) or not names or not all(isinstance(x, str) for x in names):
+            message = "the name of a stop or a constraint is expected here, or a list of constraints' names"
+            raise sources.error(table, "normal", message)
+        return tuple(names)
+
+    def _required(self, table: str, key: str, value: Any) -> sympy.Expr:
+        if value is None:
+            raise self._sources.error(table, key, f"the key '{key}' is missing", hint="add it")
+        return self._sources.expression(value, table, key)
+
+    def _touching_names(self) -> ChainMap:
+        return ChainMap(self._stops, self._frictions, self._contacts)
 
     def _add(self, table: str, key: str, expression: Any, into: dict[str, list[sympy.Expr]]) -> None:
         into.setdefault(key, []).append(self._sources.expression(expression, table, key))
+
+
+def _one_or_all(symbols: list[sympy.Symbol]) -> Any:
+    return symbols[0] if len(symbols) == 1 else tuple(symbols)

@@ -9,12 +9,13 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
-from .contacts import contact_tables
 from .description import Body, Coordinate, Description, Drawing, Event, Input, Joint, Load, Loop, Rate
 from .items import drawing_key
 from .joint_types import TYPES
 from .printing import to_text
 from .sources import Sources
+
+CONTACT_KEYS = ("stiffness", "exponent", "damping", "friction", "slip", "smooth")
 
 
 def write(d: Description, sources: Sources) -> str:
@@ -58,7 +59,7 @@ class _Writer:
         yield ["[forces]", *self.entries("forces", d.forces)]
         for load in d.loads:
             yield self.load(load)
-        for table, entry in contact_tables(d):
+        for table, entry in _contact_tables(d):
             yield self.table(table, entry)
         yield ["[constraints]", *self.entries("constraints", [(c.name, c.expression) for c in d.constraints])]
         for loop in d.loops:
@@ -274,3 +275,16 @@ def _literal(value: Any) -> str:
 
 def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _contact_tables(d: Description) -> Iterator[tuple[str, list[tuple[str, sympy.Expr | tuple[str, ...]]]]]:
+    """The tables of a model file that state these elements, with their keys and expressions, or names."""
+    for stop in d.stops:
+        yield f"stops.{stop.name}", [("gap", stop.gap), ("restitution", stop.restitution)]
+    for f in d.frictions:
+        more = [(key, x) for key, x in (("smooth", f.smooth), ("static", f.static)) if x is not None]
+        level = [("coefficient", f.level), ("normal", f.normal)] if f.normal else [("force", f.level)]
+        yield f"friction.{f.name}", [("speed", f.speed), *level, *more]
+    for c in d.contacts:
+        values = ((key, getattr(c, key)) for key in CONTACT_KEYS)
+        yield f"contacts.{c.name}", [("gap", c.gap), *((k, x) for k, x in values if x is not None)]

@@ -16,7 +16,7 @@ from .units import Unit
 KINDS = ("linear", "cubic", "hold")
 
 
-def course(
+def read_over_time(
     model: Declared, name: str, size: Unit | None, table: Any, kind: str | None, polynomial: Any
 ) -> dict[str, Any]:
     """Return the fields of `Input` for what was said about its course over time, in SI units.

@@ -1,4 +1,4 @@
-"""Bodies, shapes and loads from the arguments that describe them, with checks of lengths and combinations."""
+"""Parts of a model from the arguments that describe them: bodies with their shapes, loads, drawings, events."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from typing import Any
 
 import sympy
 
-from ..errors import nearest
+from ..errors import ModelError, nearest
 from .declared import Declared
-from .description import Body, Load, Shape
+from .description import Body, Drawing, Event, Load, Reset, Shape
+from .functions import dot
+from .items import DRAWINGS, drawing_key
 from .names import name_fault
+from .sources import Sources
 
 SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2}
 SHAPES = (*SIZES, "mesh")
@@ -22,6 +25,8 @@ SIZE_NAMES = {
     "capsule": "[radius, length]",
 }
 Expressions = tuple[sympy.Expr, ...]
+DIRECTIONS = ("rising", "falling", "both")
+ACTIONS = ("terminate", "record", "reset")
 
 
 def make_body(
@@ -227,3 +232,81 @@ def make_load(model: Declared, name: str, point: Any, force: Any, body: Any, tor
 
 def _given(value: Any) -> bool:
     return value is not None and not (isinstance(value, Sequence) and len(value) == 0)
+
+
+def make_drawing(model: Declared, name: str, what: dict[str, Any]) -> Drawing:
+    """A drawing from the arguments of `Model.draw`."""
+    table, sources = f"draw.{name}", model._sources
+    for kind in what:
+        if kind not in DRAWINGS:
+            hint = nearest(kind[:60], DRAWINGS, "drawings")
+            raise sources.error(table, kind[:60], f"unknown drawing '{kind:.60}'", hint=hint)
+    if len(what) != 1:
+        message = f"a drawing is one of {', '.join(DRAWINGS)}; {len(what)} are given"
+        raise sources.error(table, "", message, hint='for example spring = ["hook", "hub"]')
+    ((kind, given),) = what.items()
+    count = DRAWINGS[kind]
+    if count > 1 and (isinstance(given, str) or not isinstance(given, Sequence) or len(given) != count):
+        hint = 'a place is a point\'s name, or a list of two or three components such as ["x", "0"]'
+        what = "a place and a force" if kind == "force" else f'{count} places, such as ["hook", "hub"]'
+        raise sources.error(table, kind, f"a {kind} takes a list of {what}", hint=hint)
+    given = given if count > 1 else [given]
+    vectors = (_components(model, table, drawing_key(kind, k), value) for k, value in enumerate(given))
+    return Drawing(name, kind, tuple(vectors))
+
+
+def _components(model: Declared, table: str, key: str, value: Any) -> tuple[sympy.Expr, ...]:
+    """Three components: those of a point by its name, or two or three expressions in world axes."""
+    if isinstance(value, str):
+        fault = name_fault(value, element=True)
+        if fault is not None:
+            message = f"a place is a point's name, or a list of two or three components; {fault}"
+            raise model._sources.error(table, key, message, hint="name a point of [points]")
+        value = [f"{value}_{component}" for component in "xyz"]
+    return model._components(value, table, key)
+
+
+def make_event(sources: Sources, name: str, when: Any, direction: Any, then: Any) -> Event:
+    """An event from the arguments of `Model.event`."""
+    table = f"events.{name}"
+    if direction not in DIRECTIONS:
+        raise _choice_error(sources, table, "direction", direction, DIRECTIONS)
+    expression = sources.expression(when, table, "when")
+    action, resets = _action(sources, table, then)
+    return Event(name, expression, direction, action, resets)
+
+
+def _action(sources: Sources, table: str, then: Any) -> tuple[str, tuple[Reset, ...]]:
+    if isinstance(then, Mapping):
+        if list(then) != ["reset"]:
+            raise sources.error(
+                table,
+                "then",
+                'a table here reads { reset = { "dot(x)" = "…" } }',
+                hint='or write "record" or "terminate"',
+            )
+        if not isinstance(then["reset"], Mapping) or not then["reset"]:
+            message = "a reset names coordinates or rates with their new values"
+            raise sources.error(table, "then.reset", message, hint='for example { "dot(x)" = "-e*dot(x)" }')
+        return "reset", tuple(_reset(sources, table, key, value) for key, value in then["reset"].items())
+    if then not in ("terminate", "record"):
+        raise _choice_error(sources, table, "then", then, ACTIONS)
+    return then, ()
+
+
+def _reset(sources: Sources, table: str, key: Any, value: Any) -> Reset:
+    is_rate = isinstance(key, dot)
+    name = key.args[0] if is_rate else key
+    name = name.name if isinstance(name, sympy.Symbol) else str(name).strip()
+    if name.startswith("dot(") and name.endswith(")"):
+        is_rate, name = True, name[4:-1].strip()
+    shown = f"dot({name})" if is_rate else name
+    address = f"then.reset.{shown[:60]}"
+    if sources.of(table, address):
+        raise sources.error(table, address, f"'{shown:.60}' is reset twice", hint="leave one of the two out")
+    return Reset(name, is_rate, sources.expression(value, table, address))
+
+
+def _choice_error(sources: Sources, table: str, key: str, value: Any, choices: Sequence[str]) -> ModelError:
+    message = f"{value!r:.60} is not one of {', '.join(choices)}"
+    return sources.error(table, key, message, hint=nearest(str(value)[:60], choices, "choices"))
