@@ -19,7 +19,7 @@ from symgen.runtime.module_source import SOLVERS, ModuleSource
 
 DECORATOR = '@njit(error_model="numpy")'
 
-_PREAMBLE_LINE = re.compile(r"(#.*|from (math|numba) import [A-Za-z0-9_, ()]*)?$")
+_PREAMBLE_LINE = re.compile(r"(#.*|from (math|numba|numpy) import [A-Za-z0-9_, ()]*)?$")
 _TOP_LEVEL_LINE = re.compile(r"^[^\s#].*$", re.MULTILINE)
 _DEFINITION = re.compile(r"def ([A-Za-z_][A-Za-z0-9_]*)\(t, y, p, out\):$")
 _TABLE = re.compile(r"(I[0-9]{1,9}) = \(((?:[0-9]{1,15}, )*[0-9]{1,15},?)\)$")

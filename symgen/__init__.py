@@ -10,7 +10,8 @@ if TYPE_CHECKING:
 
     from .front import Model
     from .link import load
-    from .model.functions import dot, maximum, minimum, t
+    from .model.from_sympy import where
+    from .model.functions import dot, floor, heaviside, maximum, minimum, t
     from .version import __version__ as __version__
 
 __all__ = [
@@ -24,6 +25,8 @@ __all__ = [
     "dot",
     "erf",
     "exp",
+    "floor",
+    "heaviside",
     "load",
     "log",
     "maximum",
@@ -36,12 +39,14 @@ __all__ = [
     "t",
     "tan",
     "tanh",
+    "where",
 ]
 _OWN = {
     "Model": ".front",
     "load": ".link",
     "__version__": ".version",
-    **dict.fromkeys(("dot", "minimum", "maximum", "t"), ".model.functions"),
+    **dict.fromkeys(("dot", "floor", "heaviside", "minimum", "maximum", "t"), ".model.functions"),
+    "where": ".model.from_sympy",
 }
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import inspect
+import itertools
 import math
+import re
 
 import mpmath
 import numpy as np
@@ -14,18 +16,23 @@ from random_expressions import evaluate
 from test_taylor_series import EMITTERS, ORDER, coefficients, with_force
 
 import symgen
-from symgen.derive.graph.differentiate import forward, reverse
+from symgen.derive.graph.differentiate import forward, reverse, sparse_jacobian
 from symgen.derive.graph.evaluate import evaluate as evaluate_arrays
 from symgen.derive.graph.graph import Graph
+from symgen.derive.graph.hessian import hessian
 from symgen.derive.graph.kinds import Q
 from symgen.derive.load import Loader
+from symgen.link import derive_text
+from symgen.model.evaluate import evaluate as evaluate_constant
 from symgen.model.expressions import parse
+from symgen.model.from_sympy import taken_over
 from symgen.model.functions import CLASSES
+from symgen.model.printing import to_text
 from symgen.runtime.code import compiler, engine
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.modules import lower_function
 from symgen.runtime.graph.functions import ENTRIES, IN_CODE, IN_MODELS, Arithmetic, slopes
-from symgen.runtime.linear.duals import _MATHEMATICS, Dual
+from symgen.runtime.linear.duals import _MATHEMATICS, Dual, derivatives
 
 POINTS = (0.31, -0.72, 0.94)
 SMOOTH = sorted(name for name, entry in IN_CODE.items() if entry.smooth)
@@ -42,7 +49,7 @@ def arguments(name: str) -> list[tuple[float, ...]]:
 
 def exact(name: str, args) -> mpmath.mpf:
     """The function in high precision."""
-    own = {"pow": mpmath.power, "copysign": lambda x, y: abs(x) * mpmath.sign(y)}
+    own = {"pow": mpmath.power, "copysign": lambda x, y: abs(x) * mpmath.sign(y), "floor": mpmath.floor}
     return (own.get(name) or getattr(mpmath, name))(*args)
 
 
@@ -113,20 +120,170 @@ def test_what_has_no_derivative_raises_by_name():
         slopes(Graph(), "gamma", (0,), 0)
 
 
-@pytest.mark.parametrize("name", sorted(IN_MODELS))
+@pytest.mark.parametrize("name", sorted(set(IN_MODELS) - {"where"}))
 def test_models_can_call_it(name):
     entry = IN_MODELS[name]
     n = entry.arity[0]
     listed = ", ".join("xyz"[:n])
-    expression = parse(f"{name}({listed})").expression
-    g = Graph()
-    symbols = {letter: g.var(Q, k) for k, letter in enumerate("xyz"[:n])}
-    node = Loader(g, symbols, {}).load(expression)
     at = (arguments(entry.code) if entry.code else [(0.4, -0.3)[:n]])[0]
-    values = dict(zip(symbols.values(), at, strict=True))
-    assert evaluate(g, [node], values)[0] == pytest.approx(entry.value(*at), rel=1e-14)
+    assert loaded(f"{name}({listed})", at) == pytest.approx(entry.value(*at), rel=1e-14)
     constant = parse(f"{name}({', '.join(map(repr, at))})").expression
     assert float(constant) == pytest.approx(entry.value(*at), rel=1e-14)
+
+
+def loaded(text: str, at: tuple[float, ...]) -> float:
+    """The value of an expression of x, y, z on the graph."""
+    g = Graph()
+    symbols = {letter: g.var(Q, k) for k, letter in enumerate("xyz"[: len(at)])}
+    node = Loader(g, symbols, {}).load(parse(text).expression)
+    return evaluate(g, [node], dict(zip(symbols.values(), at, strict=True)))[0]
+
+
+CONDITIONS_OF_X_Y = {
+    "x < y": lambda x, y: x < y,
+    "x <= y": lambda x, y: x <= y,
+    "x > y": lambda x, y: x > y,
+    "x >= y": lambda x, y: x >= y,
+    "not x < y": lambda x, y: not x < y,
+    "x < 0 and y < 0": lambda x, y: x < 0 and y < 0,
+    "x < 0 or y < 0": lambda x, y: x < 0 or y < 0,
+    "0 <= x < y <= 1": lambda x, y: 0 <= x < y <= 1,
+    "not (x < 0 or y < 0) and not x < y or y > 0.5": lambda x, y: (
+        (not (x < 0 or y < 0) and not x < y) or y > 0.5
+    ),
+    "(x < 0 or y < 0) and (x > -1 or y > 1)": lambda x, y: (x < 0 or y < 0) and (x > -1 or y > 1),
+}
+TIES = (-1.0, 0.0, 0.4, 1.0)
+
+
+@pytest.mark.parametrize("condition", CONDITIONS_OF_X_Y)
+def test_where_chooses(condition):
+    """On the graph, in arithmetic of constants, and in text that is printed and read again."""
+    text = f"where({condition}, 2*x, y - 3)"
+    again = to_text(parse(text).expression)
+    assert parse(again).expression == parse(text).expression
+    for x, y in itertools.product(TIES, TIES):
+        expected = 2 * x if CONDITIONS_OF_X_Y[condition](x, y) else y - 3
+        assert loaded(text, (x, y)) == expected
+        assert evaluate_constant(parse(text).expression, {"x": x, "y": y}) == expected
+        numbers = re.sub("x", f"({x})", re.sub("y", f"({y})", text))
+        assert float(parse(numbers).expression) == expected
+
+
+def test_heaviside_is_half_at_its_step_everywhere():
+    for x, expected in ((-1e-300, 0.0), (0.0, 0.5), (1e-300, 1.0)):
+        assert loaded("heaviside(x)", (x,)) == IN_MODELS["heaviside"].value(x) == expected
+        assert float(parse(f"heaviside({x!r})").expression) == expected
+        assert float(sympy.Heaviside(sympy.Float(x))) == expected
+        assert expected == 0.5 + 0.5 * float(parse(f"sign({x!r})").expression)
+
+
+def test_a_long_condition_needs_no_recursion():
+    text = f"where({' and '.join(f'x < {k}' for k in range(1, 900))}, 1, x)"
+    assert loaded(text, (0.5,)) == 1.0 and loaded(text, (1.5,)) == 1.5
+
+
+def test_what_is_not_chosen_does_not_spoil_derivatives():
+    """Forwards, backwards, as a sparse Jacobian, of second order; in machine code; of duals."""
+    text = "where(x < 0, x^3*y, y*sqrt(x) + log(x)/x)"
+    g = Graph()
+    x, y = g.var(Q, 0), g.var(Q, 1)
+    node = Loader(g, {"x": x, "y": y}, {}).load(parse(text).expression)
+    at = {x: -0.5, y: 2.0}
+    slopes_at, bends = [1.5, -0.125], [[-6.0, 0.75], [0.75, 0.0]]
+    adjoint = reverse(g, [(node, g.one)], Q)
+    by_each = [forward(g, [node], {v: g.one})[0] for v in (x, y)]
+    sparse = sparse_jacobian(g, [node], [x, y])[0]
+    second = hessian(g, node, [x, y])
+    for outputs in ([adjoint[x], adjoint[y]], by_each, [sparse[0], sparse[1]]):
+        values = [float(v) for v in evaluate_arrays(g, outputs, {v: np.array(a) for v, a in at.items()})]
+        assert values == pytest.approx(slopes_at, rel=1e-14)
+    for row, expected in zip(second, bends, strict=True):
+        found = evaluate_arrays(g, row, {v: np.array(a) for v, a in at.items()})
+        assert [float(v) for v in found] == pytest.approx(expected, rel=1e-14)
+    m = symgen.Model("halves")
+    m.body("b", mass=1.0, com=(m.coordinate("x", start=-0.5), m.coordinate("y", start=2.0)))
+    m.force("x", text)
+    system = m.derive()
+    p, state = system.parameter_values(), np.array([-0.5, 2.0, 0.0, 0.0])
+    jacobian = system.kernel("residual_jacobian")(0.0, np.concatenate([state, np.zeros(2)]), p)
+    np.testing.assert_allclose(jacobian.reshape(2, -1)[0, :2], [-1.5, 0.125], rtol=1e-14)
+    along = np.eye(4)
+    _, by_duals = derivatives(system, "forces", 0.0, state, p, along, np.zeros((len(p), 4)))
+    np.testing.assert_allclose(by_duals[0, :2], slopes_at, rtol=1e-14)
+
+
+def driven(force: str) -> symgen.runtime.System:
+    """A unit mass under a force of time alone."""
+    m = symgen.Model("driven")
+    x = m.coordinate("x")
+    m.body("b", mass=1.0, com=(x, 0))
+    m.force(x, force)
+    return symgen.runtime.load(derive_text(m).text)
+
+
+@pytest.mark.parametrize("emitter", EMITTERS)
+def test_what_is_not_chosen_does_not_spoil_series(emitter):
+    system = driven("where(t > 2, sqrt(t - 3) + 1/(t - 1) + log(t - 5), cos(t))")
+    rows, _ = coefficients(system, 1.0, np.zeros(3), emitter)
+    with mpmath.workdps(60):
+        exactly = mpmath.taylor(mpmath.cos, 1, ORDER - 2)
+    expected = np.array([float(c) / (k + 1) for k, c in enumerate(exactly)])
+    np.testing.assert_allclose(rows[1:ORDER, 1], expected, rtol=1e-11)
+
+
+@pytest.mark.parametrize("emitter", EMITTERS)
+def test_a_floor_of_time_is_a_number_in_a_series(emitter):
+    rows, _ = coefficients(driven("t*floor(2*t)"), 1.3, np.zeros(3), emitter)
+    np.testing.assert_allclose(rows[1:4, 1], [2.6, 1.0, 0.0], rtol=1e-15)
+
+
+def test_classes_of_sympy_are_taken_over():
+    x, y = sympy.symbols("x y")
+    pieces = sympy.Piecewise((x, x < 0), (y**2, (x >= 1) & ~(y > 2) | (x > 5)), (3, True))
+    for given, text in {
+        sympy.Max(x, y, 2): "max(2, x, y)",
+        sympy.Min(x, y): "min(x, y)",
+        sympy.floor(x / 2): "floor(x/2)",
+        sympy.ceiling(x / 2): "-floor(-x/2)",
+        sympy.Heaviside(x): "heaviside(x)",
+        sympy.Mod(x, y): "x - y*floor(x/y)",
+        pieces: "where(x < 0, x, where(1 <= x and not y > 2 or x > 5, y^2, 3))",
+    }.items():
+        own = taken_over(given)
+        assert not {node.func for node in sympy.preorder_traversal(own)} & {type(given), sympy.Piecewise}
+        g = Graph()
+        nodes = {"x": g.var(Q, 0), "y": g.var(Q, 1)}
+        load = Loader(g, nodes, {}).load
+        for at in itertools.product((-1.7, 0.4, 1.3, 2.5, 6.0), (-2.3, 0.6, 2.2)):
+            values = evaluate(
+                g, [load(own), load(parse(text).expression)], dict(zip(nodes.values(), at, strict=True))
+            )
+            expected = float(given.subs(dict(zip((x, y), at, strict=True))))
+            assert values == pytest.approx([expected] * 2, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (lambda x: sympy.Piecewise((x, x < 0)), "no value where none of its conditions holds"),
+        (lambda x: sympy.Heaviside(x, 0), "not 1/2 at zero"),
+        (lambda x: symgen.where(sympy.Eq(x, 0), 1, 2), "no condition"),
+        (lambda x: symgen.where(x, 1, 2), "'x' is no condition"),
+        (lambda x: symgen.where(x < 0, "x", 2), "not 'x'"),
+    ],
+)
+def test_what_no_model_can_have_is_refused(make, message):
+    m = symgen.Model("refused")
+    x = m.coordinate("x")
+    with pytest.raises(symgen.errors.ModelError, match=message):
+        m.force(x, make(x))
+
+
+def test_where_in_python():
+    x, y = sympy.symbols("x y")
+    assert symgen.where((x < 0) & (y >= 1), x, 2) == parse("where(1 <= y and x < 0, x, 2)").expression
+    assert symgen.where(True, x, 2) == x and symgen.where(sympy.false, x, 2.5) == 2.5
 
 
 def test_python_users_find_every_function():
@@ -135,15 +292,17 @@ def test_python_users_find_every_function():
         exported = own.get(name, name)
         if exported is not None:
             assert exported in symgen.__all__
-            assert getattr(symgen, exported) is (sympy.sqrt if name == "sqrt" else CLASSES[name])
+            found = getattr(symgen, exported)
+            assert name == "where" or found is (sympy.sqrt if name == "sqrt" else CLASSES[name])
 
 
 def test_entries_are_whole():
     for entry in ENTRIES:
         assert entry.name or entry.code
         assert bool(entry.code) == bool(entry.llvm)
+        assert not (entry.smooth and entry.stepped)
         assert entry.code or entry.build
-        assert not entry.code or entry.value is getattr(math, entry.code)
+        assert not entry.code or entry.value in (getattr(math, entry.code), getattr(np, entry.code, None))
     assert {name for name, _ in inspect.getmembers(Arithmetic, inspect.isfunction)} >= {
         "const",
         "call",

@@ -4,7 +4,7 @@ The parser of model files, the operation graph and its derivatives, printing, ma
 numbers read this table. A derivative is written once, over any arithmetic: nodes of a graph give its expression,
 power series its recurrence (a function is the integral of its derivative times that of its argument), plain numbers
 its value. A new function is one more entry, and a row in docs/models.md; `tests/test_functions.py` holds every
-entry to its value, its derivative, its series and its machine code.
+entry to its value, its derivative, its series and its machine code. Conditions of `where` have a table of their own.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
+
+import numpy as np
 
 
 class Arithmetic(Protocol):
@@ -43,7 +45,7 @@ class Function:
     value : callable
         Of numbers; raises ValueError or OverflowError where there is none.
     code : str
-        Its name in generated modules, which is that in `math`; empty for one that is written as choices.
+        Its name in generated modules, which is that in `math`, else in NumPy; empty for one that is written as choices.
     slopes : callable or None
         `slopes(arithmetic, arguments, value)`: the derivative by each argument.
     build : callable or None
@@ -61,10 +63,13 @@ class Function:
         "odd", "even", or neither.
     smooth : bool
         Whether it has a power series at every point inside its domain.
+    stepped : bool
+        Whether it is constant between its jumps.
     dimension : str
         "pure": takes a pure number or an angle and gives one; "kept": gives the dimension that it takes;
         "compared": its arguments must have one dimension, which it gives; "ratio": they must, and it gives a
-        pure number; "any": takes any, gives a pure number.
+        pure number; "any": takes any, gives a pure number; "chosen": all but the first, a condition, must have one
+        dimension, which it gives.
     domain : tuple of float
         Bounds of its arguments.
     system : tuple of str
@@ -83,6 +88,7 @@ class Function:
     arity: tuple[int, int | None] = (1, 1)
     parity: str = ""
     smooth: bool = True
+    stepped: bool = False
     dimension: str = "pure"
     domain: tuple[float, float] = (-math.inf, math.inf)
     system: tuple[str, ...] = ()
@@ -117,6 +123,11 @@ def _of_erf(a: Arithmetic, args: Sequence[Any], _: Any) -> Sequence[Slope]:
 def sign(x: float) -> float:
     """-1, 0 or 1."""
     return math.copysign(1.0, x) if x else 0.0
+
+
+def heaviside(x: float) -> float:
+    """0 below zero, 1 above, 1/2 at zero: as SymPy has it, and as `sign` has 0 there."""
+    return 0.5 + 0.5 * sign(x)
 
 
 ENTRIES = (
@@ -192,9 +203,48 @@ ENTRIES = (
         "max", max, build=lambda g, x, y: g.maximum(x, y),
         numpy="maximum", arity=(2, None), smooth=False, dimension="compared",
     ),
+    # Not math.floor: that gives an integer, which Numba overflows, and has no value where NaN is one.
+    Function(
+        "floor", np.floor, "floor", lambda a, x, y: ((a.const(0.0), None),),
+        sympy="floor", numpy="floor", llvm="intrinsic", smooth=False, stepped=True,
+    ),
+    Function("heaviside", heaviside, build=lambda g, x: g.heaviside(x), smooth=False, dimension="any"),
+    Function(
+        "where", lambda condition, x, y: x if condition else y,
+        build=lambda g, condition, x, y: g.choose(condition, x, y),
+        arity=(3, 3), smooth=False, dimension="chosen",
+    ),
     Function("", math.pow, "pow", _of_power, numpy="power", llvm="intrinsic", arity=(2, 2)),
     Function("", math.copysign, "copysign", numpy="copysign", llvm="intrinsic", arity=(2, 2), smooth=False),
 )  # fmt: skip
+
+# What conditions are made of, by their signs in model files: 1 where they hold, 0 elsewhere. On a graph they are
+# choices between 1 and 0, and `where` puts what is chosen in the place of these.
+CONDITIONS = {
+    entry.name: entry
+    for entry in (
+        Function(
+            "<", lambda x, y: float(x < y), build=lambda g, x, y: g.select(x, y, g.one, g.zero),
+            arity=(2, 2), smooth=False, dimension="ratio",
+        ),
+        Function(
+            "<=", lambda x, y: float(x <= y), build=lambda g, x, y: g.select(y, x, g.zero, g.one),
+            arity=(2, 2), smooth=False, dimension="ratio",
+        ),
+        Function(
+            "and", lambda x, y: float(x and y), build=lambda g, x, y: g.choose(x, y, g.zero),
+            arity=(2, 2), smooth=False, dimension="any",
+        ),
+        Function(
+            "or", lambda x, y: float(x or y), build=lambda g, x, y: g.choose(x, g.one, y),
+            arity=(2, 2), smooth=False, dimension="any",
+        ),
+        Function(
+            "not", lambda x: float(not x), build=lambda g, x: g.choose(x, g.zero, g.one), smooth=False,
+            dimension="any",
+        ),
+    )
+}  # fmt: skip
 
 IN_MODELS = {entry.name: entry for entry in ENTRIES if entry.name}  # by what model files call them
 IN_CODE = {entry.code: entry for entry in ENTRIES if entry.code}  # by what generated modules call them

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import pprint
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +19,7 @@ from .recorder import RunRecorder
 
 if TYPE_CHECKING:
     import os
+    from types import ModuleType
 
     from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.solution import Solution
@@ -98,10 +100,15 @@ def module_text(system: System) -> str:
     if hashlib.sha256(text.encode()).hexdigest() == system.source.text_hash:
         return text
     header = pprint.pformat(system.source.header, sort_dicts=False, width=110)
-    used = ", ".join(sorted(IN_CODE))
+    imports = [f"from math import {_functions_of(math)}", f"from numpy import {_functions_of(np)}"]
     functions = [f"{DECORATOR}\n{function}" for function in system.source.functions.values()]
-    start = f'"""{system.name}"""\n\nfrom math import {used}\n\nfrom numba import njit\n\nMODEL = {header}\n'
+    start = "\n\n".join([f'"""{system.name}"""', *imports, "from numba import njit", f"MODEL = {header}\n"])
     return "\n\n".join([start, *functions])
+
+
+def _functions_of(library: ModuleType) -> str:
+    names = (name for name, entry in IN_CODE.items() if entry.value is getattr(library, name, None))
+    return ", ".join(sorted(names))
 
 
 def _frames_before(solution: Solution, event: EventRecord) -> int:

@@ -10,6 +10,7 @@ from symgen.runtime.taylor.nodes import SeriesNodes
 from symgen.runtime.taylor.refusal import Refusal
 
 _MOST_FACTORS = 8
+_MAY_BREAK = ("div", "fdiv", "sqrt", "power", "call")
 
 
 class Algebra(SeriesNodes):
@@ -180,7 +181,29 @@ class Algebra(SeriesNodes):
         one, none = self.number(1.0), self.number(0.0)
         taken = self._node("select", (*sides, one, none), (comparison,))
         left_out = self._node("select", (*sides, none, one), (comparison,))
-        return self.add(self.mul(taken, chosen), self.mul(left_out, other))
+        return self.add(self._kept(taken, chosen), self._kept(left_out, other))
+
+    def _kept(self, is_taken: int, a: int) -> int:
+        """A series where `is_taken` is 1, zero where it is 0; also of what is infinite or undefined there."""
+        if not self._may_break(a):
+            return self.mul(is_taken, a)
+        if self.is_constant(a):
+            none = self.number(0.0)
+            return self._node("select", (none, is_taken, a, none), ("olt",))
+        return self._node("kept", (is_taken, a))
+
+    def _may_break(self, a: int) -> bool:
+        """Whether a series is made of what is not finite everywhere."""
+        seen, pending = set(), [a]
+        while pending:
+            node = pending.pop()
+            kind, data = self.op[node], self.data[node]
+            if kind in _MAY_BREAK or (kind == "integral" and data[0] not in ("state", "sin", "cos")):
+                return True
+            if node not in seen and kind != "integral":
+                seen.add(node)
+                pending += self.args[node]
+        return False
 
     def at_start(self, a: int) -> int | None:
         """What time alone decides, as the constant that it is at the start of a step; None for all else."""

@@ -163,6 +163,11 @@ class Code:
         self.line(f"{test} = fcmp {comparison} double {self.use(left)}, {self.use(right)}")
         return self.value(f"select i1 {test}, double {self.use(chosen)}, double {self.use(other)}")
 
+    def kept(self, is_taken: str, a: Value) -> Value:
+        """A value where a number is 1, zero where it is 0."""
+        zero = constant(0.0)
+        return None if a is None else self.select("olt", zero, is_taken, a, zero)
+
     def load(self, array: str, index: int | str) -> str:
         """Load from an argument's array at a fixed place, or at an i64 value."""
         address = self.name()

@@ -55,7 +55,7 @@ class Values:
         if kind in CONVOLUTIONS:
             lower = [(node, i) for i in range(n)] if kind != "mul" else []
             return [(a, i) for a in args for i in range(n + 1)] + lower
-        if kind == "scale":
+        if kind in ("scale", "kept"):
             return [(args[0], 0), (args[1], n)]
         return [(a, n) for a in args]
 
@@ -79,7 +79,7 @@ class Values:
         if kind in ("add", "sub"):
             right = v[args[1], n]
             return (v[args[0], n] + (right if kind == "add" else -right)) % PRIME
-        if kind == "scale":
+        if kind in ("scale", "kept"):
             return v[args[0], 0] * v[args[1], n] % PRIME
         if kind == "mul":
             return _product([v[args[0], i] for i in range(n + 1)], [v[args[1], i] for i in range(n + 1)])

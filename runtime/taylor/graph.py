@@ -22,8 +22,11 @@ class SeriesGraph(Algebra):
             return self._node("call", args, (name,))
         if name == "fabs" and self.at_start(args[0]) is not None:
             return self.select("olt", args[0], self.number(0.0), self.neg(args[0]), args[0])
+        if IN_CODE[name].stepped and (argument := self.at_start(args[0])) is not None:
+            return self._node("call", (argument,), (name,))
         if not IN_CODE[name].smooth:
-            raise Refusal(f"{name} has no Taylor series where its argument changes sign")
+            where = "it jumps" if IN_CODE[name].stepped else "its argument changes sign"
+            raise Refusal(f"{name} has no Taylor series where {where}")
         if name == "sqrt":
             return self._node("sqrt", args)
         if name == "pow":

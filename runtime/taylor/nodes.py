@@ -15,7 +15,8 @@ class SeriesNodes(Nodes):
 
     Kinds of constants (of a step): number, parameter, now (the time at its start), and operations on these: fadd,
     fsub, fmul, fdiv, neg, call, select. Kinds of series: time, acceleration, multiplier, add, sub, neg, scale (constant
-    times series), mul, div, sqrt, power (`data`: the exponent, and for halves the root), integral, shift (derivative).
+    times series), kept (series where a constant is 1, zero where it is 0), mul, div, sqrt, power (`data`: the exponent,
+    and for halves the root), integral, shift (derivative).
     `data` of an integral says how it begins: ("state", index of y) or (function, *nodes).
 
     `stops_at_choices` says whether steps end where time alone chooses anew; only then have such choices a series.

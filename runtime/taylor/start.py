@@ -79,6 +79,8 @@ class Start:
             return self._power(known[0], data[0])
         if kind == "select":
             return code.select(data[0], *known)
+        if kind == "kept":
+            return code.kept(*known)
         if kind in ("div", "fdiv"):
             return code.div(values[0], known[1])
         if kind in ("mul", "scale", "fmul"):

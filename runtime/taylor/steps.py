@@ -76,6 +76,8 @@ class Steps(Start):
             if g.op[inner] == "shift":  # two factors that are known long before the series
                 return code.mul(code.mul(constant, self.whole(n + 1)), self.at(g.args[inner][0], n + 1))
             return code.mul(constant, self.at(inner, n))
+        if kind == "kept":
+            return code.kept(self.constant(args[0]), self.at(args[1], n))
         if kind == "integral":
             return self.divided(self.at(args[0], n - 1), n)
         if kind == "shift":
@@ -257,6 +259,8 @@ class Steps(Start):
             return getattr(code, kind)(*parts)
         if kind == "scale":
             return code.mul(self.constant(args[0]), parts[1])
+        if kind == "kept":
+            return code.kept(self.constant(args[0]), parts[1])
         if kind == "mul":
             total = code.mul(parts[0], None if parts[0] is None else self.initial(args[1]))
             return code.fma(parts[1], None if parts[1] is None else self.initial(args[0]), total)

@@ -257,6 +257,12 @@ class Intervals:
             (low, most), (slow, fast), np.abs(u.middle), (u,), breaks=_crossings(u, touching=False)
         )
 
+    def _floor(self, u: Range) -> Range:
+        low, high, none = np.floor(u.low), np.floor(u.high), np.zeros(len(self.begin))
+        once = _is_monotone(u) & (high - low == 1.0)
+        breaks = np.where(low == high, _NONE, np.where(once, _ONE, _MANY))
+        return self._done((low, high), (none, none), np.floor(u.middle), (u,), breaks=breaks)
+
     def _pow(self, x: Number, y: Number) -> Number:
         if not isinstance(y, Range) and y == round(y) and abs(y) <= 1e3:
             square: Number = 1.0

@@ -151,7 +151,7 @@ def _choices(terms: TimeTerms, t: np.ndarray) -> np.ndarray:
     """Return what every choice decides at some times, shape (choices, times)."""
     samples = Samples(t)
     terms.values(samples)
-    return np.array(samples.choices, dtype=bool).reshape(len(samples.choices), len(t))
+    return np.array(samples.choices, dtype=float).reshape(len(samples.choices), len(t))
 
 
 def _joined(

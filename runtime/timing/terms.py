@@ -61,8 +61,8 @@ class Samples:
 
     Attributes
     ----------
-    choices : list of ndarray of bool
-        Whether each comparison was true, or each argument negative whose sign makes a kink.
+    choices : list of ndarray
+        Whether each comparison was true, or each argument negative whose sign makes a kink; the values of steps.
     """
 
     def __init__(self, t: np.ndarray):
@@ -94,15 +94,18 @@ class Samples:
             self._chose(np.asarray(args[-1]) < 0.0)
         entry = IN_CODE[name]
         function = getattr(np, entry.numpy) if entry.numpy else np.vectorize(entry.value, otypes=[float])
-        return function(*args)
+        value = function(*args)
+        if entry.stepped:
+            self._chose(value)
+        return value
 
     def select(self, is_strict: bool, a: Any, b: Any, then: Any, otherwise: Any) -> Any:
         is_so = np.less(a, b) if is_strict else np.less_equal(a, b)
         self._chose(is_so)
         return np.where(is_so, then, otherwise)
 
-    def _chose(self, is_so: np.ndarray) -> None:
-        self.choices.append(np.broadcast_to(is_so, self._t.shape))
+    def _chose(self, what: np.ndarray) -> None:
+        self.choices.append(np.broadcast_to(what, self._t.shape))
 
 
 def all_times(terms: TimeTerms, t_start: float) -> list[float]:

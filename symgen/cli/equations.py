@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import sympy
 
 from symgen.runtime.graph.carry_out import carry_out
+from symgen.runtime.graph.functions import IN_CODE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,11 +17,8 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 _FUNCTIONS: dict[str, Callable[..., sympy.Expr]] = {
-    **{
-        name: getattr(sympy, name)
-        for name in "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt".split()
-    },
-    "fabs": sympy.Abs,
+    **{name: getattr(sympy, entry.sympy) for name, entry in IN_CODE.items() if entry.sympy},
+    "sqrt": sympy.sqrt,
     "pow": sympy.Pow,
     "copysign": lambda size, sign: sympy.Abs(size) * sympy.sign(sign),
 }

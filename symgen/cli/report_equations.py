@@ -15,6 +15,7 @@ import sympy
 from sympy.printing.mathml import MathMLPresentationPrinter
 
 from symgen.cli.equations import symbolic
+from symgen.model.from_sympy import as_piecewise
 from symgen.runtime.report.html import Markup
 from symgen.runtime.report.page import Equations
 
@@ -127,6 +128,9 @@ class _Printer(MathMLPresentationPrinter):
     def _print_Relational(self, relation: sympy.core.relational.Relational) -> minidom.Element:
         left, right = map(self.text, relation.args)
         return self._element(f"<mrow>{left}<mo>{_RELATIONS[relation.rel_op]}</mo>{right}</mrow>")
+
+    def _print_where(self, choice: sympy.Function) -> minidom.Element:
+        return self._print(as_piecewise(choice))
 
     def _print_Piecewise(self, branches: sympy.Piecewise) -> minidom.Element:
         rows = []

@@ -20,6 +20,7 @@ from symgen.cli.equations import symbolic
 from symgen.cli.terminal import say
 from symgen.errors import ModelError
 from symgen.link import module_for
+from symgen.model.from_sympy import as_piecewise
 from symgen.model.functions import dot
 from symgen.model.library import load
 from symgen.model.printing import to_text
@@ -310,6 +311,13 @@ class _Printer(LatexPrinter):
             return _raised(rf"\dot{{{self._print(inside)}}}", exp)
         text = rf"\frac{{d}}{{dt}}\left({self._print(inside)}\right)"
         return _raised(rf"\left({text}\right)" if exp else text, exp)
+
+    def _print_where(self, choice: sympy.Function, exp: str | None = None) -> str:
+        text = self._print(as_piecewise(choice))
+        return _raised(rf"\left({text}\right)" if exp else text, exp)
+
+    def _print_heaviside(self, function: sympy.Function, exp: str | None = None) -> str:
+        return self._print_Heaviside(sympy.Heaviside(function.args[0], evaluate=False), exp)
 
     def _print_minimum(self, function: sympy.Function, exp: str | None = None) -> str:
         return _raised(rf"\min\left({', '.join(map(self._print, function.args))}\right)", exp)

@@ -1,9 +1,11 @@
 """Forces that jump or have a kink on the way: each branch is smooth, and `p` says which of them holds.
 
-The argument u of a sign, an absolute value, a smaller or a larger one is an event function of its own. A setting b
-behind the inputs in `p` holds its side: 1, -1, or 0, where the expression looks at u as it is. Every function but event
-functions reads u + 1e300 b in its place, so steps go on along one branch to where u crosses zero. There the
-run time turns b around. So no step runs over a jump, and methods meet smooth functions only.
+The argument u of a sign, a step, an absolute value, a smaller or a larger one, or what a comparison compares with zero,
+is an event function of its own. A setting b behind the inputs in `p` holds its side: 1, -1, or 0, where the expression
+looks at u as it is. Every function but event functions reads u + 1e300 b in its place, so steps go on along one branch
+to where u crosses zero. There the run time turns b around. So no step runs over a jump, and methods meet smooth
+functions only. Of floor(u) the event function is sin(pi u), zero at each whole number, and its side says whether
+floor(u) is even or odd: held, it is the even (odd) number next to u - 1/2.
 
 What depends on time alone is known before a run, and has no branch here.
 """
@@ -16,11 +18,14 @@ from dataclasses import replace
 import sympy
 
 from ..model.description import Description, Event, Input, Load
-from ..model.functions import branch, maximum, minimum
+from ..model.functions import at_most, branch, floor, heaviside, less, maximum, minimum
+from ..model.printing import shortened
 
 ACTION = "jump"
 _BEYOND = sympy.Float(1e300)  # any argument
-_KINDS = (sympy.sign, sympy.Abs, minimum, maximum)
+_STEPS = (sympy.sign, heaviside, floor, less, at_most)
+_KINKS = (sympy.Abs, minimum, maximum)
+_KINDS = (*_STEPS, *_KINKS)
 _LONGEST_NAME = 80
 # Kinks to powers above this one make no kink of the forces that follow from the energy.
 _ENERGIES = (
@@ -114,8 +119,7 @@ class _Branches:
             return e if base is e.base else sympy.Pow(base, e.exp, evaluate=False)
         args = [self._rewritten(x, power) for x in e.args]
         same = all(a is b for a, b in zip(args, e.args, strict=True))
-        kink = e.func is not sympy.sign
-        if e.func not in _KINDS or (kink and power > 1.0):
+        if e.func not in _KINDS or (e.func in _KINKS and power > 1.0):
             return e if same else e.func(*args)
         argument = e.args[0] if len(e.args) == 1 else e.args[0] - e.args[1]
         if not self._moves(argument):
@@ -123,18 +127,29 @@ class _Branches:
         return self._branch(e, args, argument)
 
     def _branch(self, e: sympy.Expr, args: list[sympy.Expr], argument: sympy.Expr) -> sympy.Expr:
+        if e.func is floor:
+            return self._held_floor(e, *args)
         flipped = argument.could_extract_minus_sign()
         side = self._side(-argument if flipped else argument, e)
         inner = args[0] if len(args) == 1 else args[0] - args[1]
         chosen = inner + (-_BEYOND if flipped else _BEYOND) * side
-        if e.func is sympy.sign:
-            return sympy.sign(chosen, evaluate=False)
+        if e.func in (less, at_most):
+            return e.func(chosen, sympy.S.Zero)
+        if e.func in _STEPS:
+            return e.func(chosen, evaluate=False)
         below, above = {
             sympy.Abs: lambda: (-args[0], args[0]),
             minimum: lambda: (args[0], args[1]),
             maximum: lambda: (args[1], args[0]),
         }[e.func]()
         return branch(chosen, below, above)
+
+    def _held_floor(self, e: sympy.Expr, u: sympy.Expr) -> sympy.Expr:
+        turn = sympy.Mul(sympy.pi, e.args[0], evaluate=False)
+        side = self._side(sympy.sin(turn, evaluate=False), e)
+        half, quarter = sympy.Mul(sympy.S.Half, u, evaluate=False), sympy.Rational(1, 4)
+        even, odd = 2 * floor(half + quarter), 2 * floor(half - quarter) + 1
+        return branch(side, odd, branch(-side, even, floor(u)))
 
     def _side(self, argument: sympy.Expr, e: sympy.Expr) -> sympy.Symbol:
         """The setting of an argument; its event says where it stands."""
@@ -186,6 +201,8 @@ def _has(expression: sympy.Expr) -> bool:
 
 def _shown(e: sympy.Expr) -> str:
     """An expression as model files write it, cut."""
+    if e.func not in (sympy.sign, *_KINKS):
+        return shortened(e, _LONGEST_NAME)
     words = {sympy.sign: "sign", sympy.Abs: "abs", minimum: "min", maximum: "max"}
     inside = ", ".join(str(x) for x in e.args) if len(e.args[0].args) < 12 else "..."
     text = f"{words[e.func]}({inside})".replace("**", "^").replace("imum(", "(")

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import functools
+import math
+
+from symgen.runtime.graph.functions import IN_CODE
 
 from ..derive.contacts import SETTINGS
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
@@ -26,6 +29,8 @@ def emit(program: Program) -> str:
     functions = {name: FunctionText(program, name, names, tables) for name in program.names()}
     functions |= _closed_functions(program, tables)
     used = sorted({name for function in functions.values() for name in function.calls})
+    of_math = [name for name in used if IN_CODE[name].value is getattr(math, name, None)]
+    of_numpy = [name for name in used if name not in of_math]
     solvers = [DECORATOR + TEXT[name] for name in TEXT if any(name in f.solvers for f in functions.values())]
     hoisted = {name: function.n_hoisted for name, function in functions.items() if function.n_hoisted}
     head = _with_hoisted(program.header, hoisted)
@@ -35,8 +40,9 @@ def emit(program: Program) -> str:
         f"{_one_line(head['description'])}" if head["description"] else "No description.",
         '"""',
         "",
-        *([f"from math import {', '.join(used)}", ""] if used else []),
+        *([f"from math import {', '.join(of_math)}", ""] if of_math else []),
         "from numba import njit",
+        *([f"from numpy import {', '.join(of_numpy)}"] if of_numpy else []),
         "",
         *_header_lines(head),
         *(f"{name} = {_tuple(places)}" for places, name in tables.names.items()),

@@ -392,8 +392,6 @@ def _coordinates_of(d: Description) -> dict[str, frozenset[str]]:
 
 
 def _foreign_hint(name: str) -> str | None:
-    if name in ("Min", "Max"):
-        return f"use symgen.{name.lower()}imum"
     if name == "Derivative":
         return "use symgen.dot"
     if name == "ImaginaryUnit":

@@ -10,12 +10,12 @@ The check of units: sums are homogeneous; energies, forces, masses and lengths a
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 import sympy
 
-from symgen.runtime.graph.functions import IN_MODELS
+from symgen.runtime.graph.functions import CONDITIONS, IN_MODELS
 
 from ..errors import ModelError
 from .description import Coordinate, Description
@@ -64,24 +64,27 @@ def _size(
     if what in ("number", "constant"):
         return NUMBER
     if what == "sum":
-        return _same(node, sizes, "added")
+        return _same(node.args, sizes, "added")
     if what == "product":
         return _product(node, sizes, decimals)
     if what == "power":
         return _power(node, *sizes)
     if what == "dot":
         return over(sizes[0], TIME) if isinstance(sizes[0], tuple) else sizes[0]
-    rule = IN_MODELS[what].dimension if what in IN_MODELS else "kept" if what == "real" else "pure"
+    entry = IN_MODELS.get(what) or CONDITIONS.get(what)
+    rule = entry.dimension if entry else "kept" if what == "real" else "pure"
     if rule == "kept":
         return sizes[0]
     if rule in ("compared", "ratio"):
-        size = _same(node, sizes, "compared")
+        size = _same(node.args, sizes, "compared")
         return size if rule == "compared" else DIMENSIONLESS
+    if rule == "chosen":
+        return _same(node.args[1:], sizes[1:], "branches of one choice")
     return DIMENSIONLESS if rule == "any" else _function(node, what, sizes[0])
 
 
-def _same(node: sympy.Basic, sizes: list[Size], verb: str) -> Size:
-    known = [(size, x) for size, x in zip(sizes, node.args, strict=True) if isinstance(size, tuple)]
+def _same(parts: Sequence[sympy.Basic], sizes: list[Size], verb: str) -> Size:
+    known = [(size, x) for size, x in zip(sizes, parts, strict=True) if isinstance(size, tuple)]
     if not known:
         return NUMBER if all(size == NUMBER for size in sizes) else None
     first, term = known[0]

@@ -10,10 +10,16 @@ from collections.abc import Mapping, Sequence
 
 import sympy
 
+from symgen.runtime.graph.functions import CONDITIONS
+
 from . import exact
 from .expression_tree import kind, postorder
 
-OPERATIONS = exact.MATH | {"cot": lambda x: 1.0 / math.tan(x), "real": lambda x: x}
+OPERATIONS = (
+    exact.MATH
+    | {name: condition.value for name, condition in CONDITIONS.items()}
+    | {"cot": lambda x: 1.0 / math.tan(x), "real": lambda x: x}
+)
 
 
 class NotFinite(Exception):
@@ -22,6 +28,9 @@ class NotFinite(Exception):
     def __init__(self, node: sympy.Basic) -> None:
         super().__init__(node)
         self.node = node
+
+
+Value = float | None | NotFinite
 
 
 def evaluate(root: sympy.Expr, values: Mapping[str, float | None]) -> float | None:
@@ -34,17 +43,30 @@ def evaluate(root: sympy.Expr, values: Mapping[str, float | None]) -> float | No
     """
     if isinstance(root, sympy.Symbol):
         return values.get(root.name)
-    memo: dict[int, float | None] = {}
+    memo: dict[int, Value] = {}
     for node in postorder([root]):
-        what = kind(node)
-        operands = [memo[id(x)] for x in node.args]
-        if what == "symbol":
-            memo[id(node)] = values.get(node.name)
-        elif None in operands or what == "dot":
-            memo[id(node)] = None
-        else:
-            memo[id(node)] = _finite(node, what, operands)
-    return memo[id(root)]
+        memo[id(node)] = _value(node, [memo[id(x)] for x in node.args], values)
+    value = memo[id(root)]
+    if isinstance(value, NotFinite):
+        raise value
+    return value
+
+
+def _value(node: sympy.Basic, operands: list[Value], values: Mapping[str, float | None]) -> Value:
+    what = kind(node)
+    if what == "symbol":
+        return values.get(node.name)
+    if what == "where" and isinstance(operands[0], float):  # the part that is not chosen need have no value
+        return operands[1 if operands[0] else 2]
+    fault = next((x for x in operands if isinstance(x, NotFinite)), None)
+    if fault is not None:
+        return fault
+    if None in operands or what == "dot":
+        return None
+    try:
+        return _finite(node, what, operands)
+    except NotFinite as found:
+        return found
 
 
 def _finite(node: sympy.Basic, what: str | None, operands: list[float]) -> float:

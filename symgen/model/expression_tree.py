@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import sympy
 
-from .functions import CLASSES, dot, smooth_minimum
+from .functions import CLASSES, CONDITION_CLASSES, dot, smooth_minimum
 
 # SymPy makes the last three of others: tan(x + pi/2), |exp(x)|.
-FUNCTIONS: dict[type, str] = {kind: name for name, kind in CLASSES.items()} | {
+FUNCTIONS: dict[type, str] = {kind: name for name, kind in (CLASSES | CONDITION_CLASSES).items()} | {
     dot: "dot",
     smooth_minimum: "min",
     sympy.cot: "cot",

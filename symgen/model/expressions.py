@@ -12,7 +12,8 @@ import sympy
 
 from ..errors import ModelError
 from . import exact
-from .functions import CLASSES, dot
+from .evaluate import evaluate
+from .functions import CLASSES, CONDITION_CLASSES, dot, nested
 from .tokens import LONGEST_TEXT, Token, check_grammar, tokenise
 from .unevaluated import build, inverted, negated, split_product
 from .units import Unit, parse_unit
@@ -158,8 +159,13 @@ class _Builder:
             return self._product(node, depth)
         if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):
             return self._sum(node, depth)
-        if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.UAdd, ast.USub)):
+        if _is_sign(node):
             return self._product(node, depth)
+        if _is_condition(node):
+            raise ModelError(
+                "a condition is no value", column=self._column(node.col_offset + 1),
+                hint="conditions stand in where(condition, a, b)",
+            )  # fmt: skip
         raise ModelError(
             "this has no place in an expression",
             column=self._column(node.col_offset + 1),
@@ -175,15 +181,41 @@ class _Builder:
             self.decimals.add(abs(value))
         return value
 
+    def _condition(self, node: ast.expr, depth: int) -> sympy.Basic:
+        """The condition of `where`."""
+        if isinstance(node, ast.BoolOp):
+            joined = CONDITION_CLASSES["and" if isinstance(node.op, ast.And) else "or"]
+            return nested(joined, [self._condition(x, depth + 1) for x in node.values])
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+            return CONDITION_CLASSES["not"](self._condition(node.operand, depth + 1), evaluate=False)
+        if isinstance(node, ast.Compare):
+            sides = [self._convert(x, depth + 1) for x in (node.left, *node.comparators)]
+            pairs = zip(node.ops, sides, sides[1:], strict=False)
+            return nested(CONDITION_CLASSES["and"], [_comparison(op, a, b) for op, a, b in pairs])
+        raise ModelError(
+            "where(condition, a, b) needs a condition here",
+            column=self._column(node.col_offset + 1),
+            hint="a comparison such as x < 0, or several joined by and, or, not",
+        )
+
+    def _where(self, node: ast.Call, depth: int) -> sympy.Expr:
+        condition = self._condition(node.args[0], depth + 1)
+        then, otherwise = (self._convert(a, depth + 1) for a in node.args[1:])
+        if then.is_Number and otherwise.is_Number and not condition.free_symbols:
+            return then if evaluate(condition, {}) else otherwise
+        return CLASSES["where"](condition, then, otherwise, evaluate=False)
+
     def _call(self, node: ast.Call, depth: int) -> sympy.Expr:
         name = node.func.id
+        if name == "where":
+            return self._where(node, depth)
         arguments = [self._convert(a, depth + 1) for a in node.args]
         if all(a.is_Number for a in arguments):
             return self._folded(self._token(node.func), lambda: exact.call(name, arguments), arguments)
         if name == "sqrt":
             return sympy.Pow(arguments[0], sympy.S.Half, evaluate=False)
         if name in ("min", "max"):
-            return _nested(CLASSES[name], arguments)
+            return nested(CLASSES[name], arguments)
         if name == "dot" and isinstance(arguments[0], dot):
             raise ModelError(
                 "dot(dot(…)) is a second derivative: accelerations cannot stand in a model",
@@ -266,12 +298,19 @@ class _Builder:
         return self.token_at.get(node.col_offset)
 
 
-def _nested(function: type, arguments: list[sympy.Expr]) -> sympy.Expr:
-    """A function of two arguments over many, as a tree as shallow as can be."""
-    while len(arguments) > 1:
-        pairs = [arguments[k : k + 2] for k in range(0, len(arguments), 2)]
-        arguments = [function(*pair, evaluate=False) if len(pair) == 2 else pair[0] for pair in pairs]
-    return arguments[0]
+def _is_sign(node: ast.expr) -> bool:
+    return isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.UAdd, ast.USub))
+
+
+def _is_condition(node: ast.expr) -> bool:
+    is_not = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
+    return is_not or isinstance(node, (ast.Compare, ast.BoolOp))
+
+
+def _comparison(op: ast.cmpop, a: sympy.Expr, b: sympy.Expr) -> sympy.Basic:
+    if isinstance(op, (ast.Gt, ast.GtE)):
+        a, b = b, a
+    return CONDITION_CLASSES["<" if isinstance(op, (ast.Lt, ast.Gt)) else "<="](a, b, evaluate=False)
 
 
 def _sum_operands(node: ast.expr) -> list[tuple[ast.expr, bool]]:
@@ -290,7 +329,7 @@ def _product_operands(node: ast.expr) -> list[tuple[ast.expr, bool, bool]]:
         if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Mult, ast.Div)):
             factors.append((node.right, isinstance(node.op, ast.Div), False))
             node = node.left
-        elif isinstance(node, ast.UnaryOp):
+        elif _is_sign(node):
             if isinstance(node.op, ast.USub):
                 factors.append((node, False, True))
             node = node.operand

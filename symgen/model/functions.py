@@ -1,10 +1,16 @@
-"""Opaque SymPy functions of model expressions: SymPy must neither evaluate nor differentiate them."""
+"""Opaque SymPy functions of model expressions: SymPy must neither evaluate nor differentiate them.
+
+Conditions are such functions too: SymPy's own relations compare and combine what they are made of.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import sympy
 
-from symgen.runtime.graph.functions import IN_MODELS
+from symgen.runtime.graph.functions import CONDITIONS, IN_MODELS
 
 
 class dot(sympy.Function):
@@ -28,6 +34,54 @@ class maximum(sympy.Function):
     nargs = 2
 
 
+class floor(sympy.Function):
+    """Largest whole number that is not above a value; unlike `sympy.floor` it stays as it is written."""
+
+    nargs = 1
+
+
+class heaviside(sympy.Function):
+    """0 below zero, 1 above, 1/2 at zero."""
+
+    nargs = 1
+
+
+class less(sympy.Function):
+    """The condition that the first value is below the second."""
+
+    nargs = 2
+
+
+class at_most(sympy.Function):
+    """The condition that the first value is not above the second."""
+
+    nargs = 2
+
+
+class both(sympy.Function):
+    """The condition that two conditions hold."""
+
+    nargs = 2
+
+
+class either(sympy.Function):
+    """The condition that one of two conditions holds, or both."""
+
+    nargs = 2
+
+
+class opposite(sympy.Function):
+    """The condition that a condition does not hold."""
+
+    nargs = 1
+
+
+class where(sympy.Function):
+    """The second argument where the first, a condition, holds; else the third."""
+
+    nargs = 3
+
+
 class branch(sympy.Function):
     """The second argument where the first is below zero, else the third."""
 
@@ -40,11 +94,32 @@ class smooth_minimum(minimum):
 
 t = sympy.Symbol("t")  # the time
 
-_OWN = {"min": minimum, "max": maximum}
+_OWN = {"min": minimum, "max": maximum, "floor": floor, "heaviside": heaviside, "where": where}
+CONDITION_CLASSES: dict[str, type] = {
+    "<": less, "<=": at_most, "and": both, "or": either, "not": opposite,
+}  # fmt: skip
 # What stands for each function of model files in SymPy; a square root is a power there.
 CLASSES: dict[str, type] = {
     name: _OWN.get(name) or getattr(sympy, function.sympy)
     for name, function in IN_MODELS.items()
     if name in _OWN or function.sympy
 }
-OF_CLASS = {kind: IN_MODELS[name] for name, kind in CLASSES.items()} | {smooth_minimum: IN_MODELS["min"]}
+OF_CLASS = (
+    {kind: IN_MODELS[name] for name, kind in CLASSES.items()}
+    | {kind: CONDITIONS[name] for name, kind in CONDITION_CLASSES.items()}
+    | {smooth_minimum: IN_MODELS["min"]}
+)
+
+
+def is_condition(x: Any) -> bool:
+    """Whether something is a condition, not a value."""
+    return isinstance(x, tuple(CONDITION_CLASSES.values()))
+
+
+def nested(function: Callable, arguments: Sequence[sympy.Basic]) -> sympy.Basic:
+    """A function of two arguments over many, as a tree as shallow as can be."""
+    arguments = list(arguments)
+    while len(arguments) > 1:
+        pairs = [arguments[k : k + 2] for k in range(0, len(arguments), 2)]
+        arguments = [function(*pair, evaluate=False) if len(pair) == 2 else pair[0] for pair in pairs]
+    return arguments[0]

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import sympy
 
+from symgen.runtime.graph.functions import CONDITIONS
+
 from ..errors import ModelError
 from .expression_tree import kind, postorder
 from .tokens import LONGEST_TEXT
 
-SUM, PRODUCT, POWER, ATOM = range(4)  # how tightly the outermost operation of a text binds
+# How tightly the outermost operation of a text binds.
+JOINED, COMPARISON, SUM, PRODUCT, POWER, ATOM = range(6)
 Piece = tuple[str, int]
 
 
@@ -60,9 +63,18 @@ def _print(node: sympy.Basic, args: list[Piece]) -> Piece:
         return args[0]
     if what == "cot":
         return f"1/tan({args[0][0]})", PRODUCT
+    if what in CONDITIONS:
+        return _condition(what, args)
     if what is None:
         return str(type(node).__name__), ATOM
     return f"{what}({', '.join(text for text, _ in args)})", ATOM
+
+
+def _condition(sign: str, args: list[Piece]) -> Piece:
+    if sign in ("<", "<="):
+        return f" {sign} ".join(text for text, _ in args), COMPARISON
+    inside = [_wrapped(piece, COMPARISON) for piece in args]
+    return f" {sign} ".join(inside) if len(inside) > 1 else f"{sign} {inside[0]}", JOINED
 
 
 def _number(node: sympy.Number) -> Piece:

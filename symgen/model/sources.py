@@ -13,6 +13,7 @@ import sympy
 from ..errors import ModelError
 from .evaluate import NotFinite, evaluate
 from .expressions import parse, quantity_value
+from .from_sympy import taken_over
 from .printing import shortened
 from .units import Unit, parse_unit
 
@@ -174,7 +175,7 @@ def read(value: Any) -> Source:
         parsed = parse(value)
         return Source(parsed.expression, parsed.text, parsed.unit, parsed.decimals)
     if isinstance(value, sympy.Expr):
-        return Source(value)
+        return Source(taken_over(value))
     return Source(_sympy_number(value))
 
 
@@ -183,7 +184,7 @@ def read_number(value: Any) -> tuple[float, Unit | None]:
     if isinstance(value, str):
         result, unit = quantity_value(value)
     elif isinstance(value, sympy.Expr):
-        result, unit = _constant(value), None
+        result, unit = _constant(taken_over(value)), None
     else:
         result, unit = _double(value), None
     return result, unit

@@ -17,9 +17,11 @@ TOKEN = re.compile(
     r"(?P<space>\s+)"
     r"|(?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
     r"|(?P<name>[A-Za-z][A-Za-z0-9_]*)"
-    r"|(?P<operator>\*\*|//|[-+*/^(),])",
+    r"|(?P<operator>\*\*|//|[<>]=?|[-+*/^(),])",
     re.ASCII,
 )
+
+WORDS = ("and", "or", "not")  # operators of conditions
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,8 @@ def tokenise(text: str) -> list[Token]:
                 f"a name has more than {LONGEST_NAME} characters", column=position + 1, hint="shorten it"
             )
         if match.lastgroup != "space":
-            tokens.append(Token(match.lastgroup, match.group(), position + 1))
+            kind = "operator" if match.group() in WORDS else match.lastgroup
+            tokens.append(Token(kind, match.group(), position + 1))
         position = match.end()
     if len(tokens) > MOST_TOKENS:
         raise ModelError(
@@ -68,7 +71,12 @@ def tokenise(text: str) -> list[Token]:
 def _refuse_character(text: str, position: int) -> None:
     found = "//" if text.startswith("//", position) else text[position]
     hints = {
-        "=": "an expression has no equals sign: what it equals is held at zero, or named by its key",
+        "=": "an expression has no equals sign: what it equals is held at zero, or named by its key; conditions "
+        "compare by <, <=, > and >=",
+        "!": "conditions compare by <, <=, > and >=",
+        "&": "conditions are joined by the words and, or",
+        "|": "conditions are joined by the words and, or",
+        "~": "the opposite of a condition is: not …",
         "//": "division is /",
         "[": "use round parentheses",
         "{": "use round parentheses",
@@ -99,7 +107,7 @@ def check_grammar(tokens: list[Token], length: int) -> None:
         following = tokens[index + 1] if index + 1 < len(tokens) else None
         before = tokens[index - 1] if index else None
         if want_operand:
-            signs = signs + 1 if token.text in ("+", "-") else 0
+            signs = signs + 1 if token.text in ("+", "-", "not") else 0
             _check_operand(token, before, following)
             if token.text == "(":
                 function = before if before is not None and before.kind == "name" else None
@@ -150,7 +158,7 @@ def _check_operand(token: Token, before: Token | None, following: Token | None) 
             raise ModelError(
                 f"'{token.text}' is a function", column=token.column, hint=f"write {token.text}(…)"
             )
-    elif token.kind == "operator" and token.text not in "+-(":
+    elif token.kind == "operator" and token.text not in ("+", "-", "(", "not"):
         place = f"after '{before.text}'" if before is not None else "at the start"
         raise ModelError(
             f"'{token.text}' {place}: a number or a name is missing",
@@ -166,7 +174,7 @@ def _function_hint(name: str) -> str:
 
 def _check_operator(token: Token, before: Token, open_calls: list[tuple[Token, Token | None, int]]) -> bool:
     """Check what follows an operand; returns whether an operand comes next."""
-    if token.kind != "operator" or token.text == "(":
+    if token.kind != "operator" or token.text in ("(", "not"):
         raise ModelError(
             f"an operator is missing between '{before.text}' and '{token.text}'",
             column=token.column,

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from .differentiate import forward, partials, reverse
+from .differentiate import forward, is_guarded, partials, reverse
 from .graph import Graph
 from .kinds import LOCAL
 
@@ -39,6 +39,9 @@ def condense(g: Graph, output: int, mask: int, largest: int) -> dict[int, Statem
     for node in nodes:
         if g.op[node] == "var":
             result[node] = Statement({node: g.one}, {})
+            continue
+        if is_guarded(g, node):
+            result[node] = _by_variables(g, node, mask)
             continue
         below = {x: merged.get(x) or Statement({x: g.one}, {}) for x in g.operands(node) if x in active}
         statement = _compose(g, node, below)
@@ -83,6 +86,17 @@ def _compose(g: Graph, node: int, below: dict[int, Statement]) -> Statement:
         {x: d for x, d in gradient.items() if d != g.zero},
         {pair: d for pair, d in curvature.items() if d != g.zero},
     )
+
+
+def _by_variables(g: Graph, node: int, mask: int) -> Statement:
+    """Derivatives of a choice by variables, not by what it is made of: see `differentiate.is_guarded`."""
+    gradient = reverse(g, [(node, g.one)], mask)
+    variables = sorted(gradient)
+    curvature = {}
+    for k, x in enumerate(variables):
+        seconds = forward(g, [gradient[y] for y in variables[k:]], {x: g.one})
+        curvature |= {(x, y): s for y, s in zip(variables[k:], seconds, strict=True) if s != g.zero}
+    return Statement({x: d for x, d in gradient.items() if d != g.zero}, curvature)
 
 
 def _second_partials(g: Graph, node: int, moving: list[int]) -> Iterator[tuple[int, int, int]]:

@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
-from symgen.runtime.graph.functions import slopes
+from symgen.runtime.graph.functions import IN_CODE, slopes
 
 from .graph import Graph
 from .nodes import SparseRows
+
+# What is finite, with its derivative, wherever its argument is.
+_HARMLESS = ("sin", "cos", "atan", "tanh", "erf", "fabs", "floor", "copysign")
+_MAY_BREAK = frozenset(IN_CODE) - set(_HARMLESS) | {"div"}
+
+
+def is_guarded(g: Graph, node: int) -> bool:
+    """Whether what a choice leaves out may be infinite or undefined there, or may have such a derivative.
+
+    A zero weight does not take that away: 0 times infinity is no number. So derivatives of what is left out are made
+    as if it were chosen, and the choice is between the results. What the choice itself looks at is finite.
+    """
+    if g.op[node] != "select":
+        return False
+    known = g.guarded.get(node)
+    if known is None:
+        a, b, then, otherwise = g.args[node]
+        decided = {x for x in g.reachable([a, b]) if g.op[x] in _MAY_BREAK}
+        known = any(g.op[x] in _MAY_BREAK and x not in decided for x in g.reachable([then, otherwise]))
+        g.guarded[node] = known
+    return known
 
 
 def partials(g: Graph, node: int) -> list[tuple[int, int]]:
@@ -82,9 +103,21 @@ def reverse(g: Graph, seeds: Iterable[tuple[int, int]], mask: int) -> dict[int, 
         weight = adjoint.get(node, g.zero)
         if weight == g.zero or g.op[node] == "var":
             continue
+        if is_guarded(g, node):
+            for variable, share in _chosen_shares(g, node, weight, mask):
+                adjoint[variable] = g.add(adjoint.get(variable, g.zero), share)
+            continue
         for operand, share in _shares(g, node, weight, mask):
             adjoint[operand] = g.add(adjoint.get(operand, g.zero), share)
     return {node: value for node, value in adjoint.items() if g.op[node] == "var" and g.mask[node] & mask}
+
+
+def _chosen_shares(g: Graph, node: int, weight: int, mask: int) -> Iterator[tuple[int, int]]:
+    """What a guarded choice hands down to each variable."""
+    a, b, *parts = g.args[node]
+    then, otherwise = (reverse(g, [(part, weight)], mask) for part in parts)
+    for variable in sorted({*then, *otherwise}):
+        yield variable, g.select(a, b, then.get(variable, g.zero), otherwise.get(variable, g.zero))
 
 
 def _shares(g: Graph, node: int, weight: int, mask: int) -> list[tuple[int, int]]:
@@ -129,6 +162,14 @@ def _sparse_forward(g: Graph, outputs: list[int], inputs: list[int]) -> SparseRo
     for node in g.reachable(outputs, mask):
         if g.op[node] == "var":
             gradient[node] = {column[node]: g.one} if node in column else {}
+            continue
+        if is_guarded(g, node):
+            a, b, *parts = g.args[node]
+            then, otherwise = (gradient.get(part, {}) for part in parts)
+            gradient[node] = {
+                k: g.select(a, b, then.get(k, g.zero), otherwise.get(k, g.zero))
+                for k in sorted({*then, *otherwise})
+            }
             continue
         total: dict[int, int] = {}
         for operand, partial in partials(g, node):

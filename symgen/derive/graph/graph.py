@@ -20,6 +20,7 @@ class Graph(Nodes):
 
     def __init__(self) -> None:
         self._circle: set[int] = set()  # products k·sin(x)² and k·cos(x)²
+        self.guarded: dict[int, bool] = {}  # choices that have been looked at, see `differentiate.is_guarded`
         super().__init__()
 
     def neg(self, a: int) -> int:
@@ -242,6 +243,31 @@ class Graph(Nodes):
     def sign(self, a: int) -> int:
         """-1, 0 or 1."""
         return self.select(a, self.zero, self.const(-1.0), self.select(self.zero, a, self.one, self.zero))
+
+    def heaviside(self, a: int) -> int:
+        """0 below zero, 1 above, 1/2 at zero."""
+        return self.select(a, self.zero, self.zero, self.select(self.zero, a, self.one, self.const(0.5)))
+
+    def choose(self, condition: int, then: int, otherwise: int) -> int:
+        """`then` where a condition holds, else `otherwise`.
+
+        A condition is made of choices that end in 1 and 0 (`CONDITIONS` of the table of functions); so is what is
+        chosen, with other ends.
+        """
+        chosen = {self.one: then, self.zero: otherwise}
+        stack = [condition]
+        while stack:
+            node = stack[-1]
+            if node in chosen:
+                stack.pop()
+                continue
+            a, b, *ends = self.args[node]
+            missing = [x for x in ends if x not in chosen]
+            if missing:
+                stack += missing
+            else:
+                chosen[node] = self.select(a, b, *(chosen[x] for x in ends))
+        return chosen[condition]
 
     def sum(self, nodes: Iterable[int]) -> int:
         """The sum of all, added in their order."""
