@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from types import FunctionType
 from typing import TYPE_CHECKING, NoReturn
 
 from symgen.runtime.errors import ModuleError
@@ -79,7 +80,10 @@ class FunctionText:
         used = {
             s.solver for s, _ in self.form.statements() if type(s) is Solve
         }  # the grammar's check, besides
-        functions = {key: function.value for key, function in IN_CODE.items()}
+        functions = {
+            key: decorate(entry.value) if isinstance(entry.value, FunctionType) else entry.value
+            for key, entry in IN_CODE.items()
+        }
         for solvers in (dense_ldl, front_ldl):
             functions |= {key: decorate(getattr(solvers, key)) for key in solvers.SOLVERS if key in used}
         namespace = {"__builtins__": {}, "__name__": self.name, "range": range, **self.tables, **functions}

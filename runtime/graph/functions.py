@@ -14,8 +14,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-
 
 class Arithmetic(Protocol):
     """What derivatives are written in; the values are the arithmetic's own: nodes, series, numbers."""
@@ -125,6 +123,14 @@ def sign(x: float) -> float:
     return math.copysign(1.0, x) if x else 0.0
 
 
+def floor(x: float) -> float:
+    """The largest whole number that is not above `x`, as NumPy has it.
+
+    `math.floor` gives an integer, which Numba lets overflow, and has no value where NaN is one.
+    """
+    return x if math.isinf(x) else x // 1.0
+
+
 def heaviside(x: float) -> float:
     """0 below zero, 1 above, 1/2 at zero: as SymPy has it, and as `sign` has 0 there."""
     return 0.5 + 0.5 * sign(x)
@@ -203,9 +209,8 @@ ENTRIES = (
         "max", max, build=lambda g, x, y: g.maximum(x, y),
         numpy="maximum", arity=(2, None), smooth=False, dimension="compared",
     ),
-    # Not math.floor: that gives an integer, which Numba overflows, and has no value where NaN is one.
     Function(
-        "floor", np.floor, "floor", lambda a, x, y: ((a.const(0.0), None),),
+        "floor", floor, "floor", lambda a, x, y: ((a.const(0.0), None),),
         sympy="floor", numpy="floor", llvm="intrinsic", smooth=False, stepped=True,
     ),
     Function("heaviside", heaviside, build=lambda g, x: g.heaviside(x), smooth=False, dimension="any"),

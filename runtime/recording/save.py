@@ -19,7 +19,6 @@ from .recorder import RunRecorder
 
 if TYPE_CHECKING:
     import os
-    from types import ModuleType
 
     from symgen.runtime.event_actions import EventRecord
     from symgen.runtime.solution import Solution
@@ -100,15 +99,12 @@ def module_text(system: System) -> str:
     if hashlib.sha256(text.encode()).hexdigest() == system.source.text_hash:
         return text
     header = pprint.pformat(system.source.header, sort_dicts=False, width=110)
-    imports = [f"from math import {_functions_of(math)}", f"from numpy import {_functions_of(np)}"]
+    of_math = [name for name in sorted(IN_CODE) if IN_CODE[name].value is getattr(math, name, None)]
+    of_numpy = sorted(set(IN_CODE) - set(of_math))
+    imports = [f"from math import {', '.join(of_math)}", f"from numpy import {', '.join(of_numpy)}"]
     functions = [f"{DECORATOR}\n{function}" for function in system.source.functions.values()]
     start = "\n\n".join([f'"""{system.name}"""', *imports, "from numba import njit", f"MODEL = {header}\n"])
     return "\n\n".join([start, *functions])
-
-
-def _functions_of(library: ModuleType) -> str:
-    names = (name for name, entry in IN_CODE.items() if entry.value is getattr(library, name, None))
-    return ", ".join(sorted(names))
 
 
 def _frames_before(solution: Solution, event: EventRecord) -> int:
