@@ -3,7 +3,7 @@
 The parser of model files, the operation graph and its derivatives, printing, machine code, power series and dual
 numbers read this table. A derivative is written once, over any arithmetic: nodes of a graph give its expression,
 power series its recurrence (a function is the integral of its derivative times that of its argument), plain numbers
-its value. A new function is one more entry, and a row in docs/models.md; `tests/test_functions.py` holds every
+its value. A new function is one more entry, and a row in docs/reference.md; `tests/test_functions.py` holds every
 entry to its value, its derivative, its series and its machine code. Conditions of `where` have a table of their own.
 """
 
@@ -198,22 +198,24 @@ ENTRIES = (
         sympy="Abs", numpy="fabs", llvm="intrinsic", parity="even", smooth=False, dimension="kept",
     ),
     Function(
-        "sign", sign, build=lambda g, x: g.sign(x),
+        "sign", sign, build=lambda g, x: g.defined((x,), g.sign(x)),
         sympy="sign", numpy="sign", parity="odd", smooth=False, dimension="any",
     ),
     Function(
-        "min", min, build=lambda g, x, y: g.minimum(x, y),
+        "min", min, build=lambda g, x, y: g.defined((x, y), g.minimum(x, y)),
         numpy="minimum", arity=(2, None), smooth=False, dimension="compared",
     ),
     Function(
-        "max", max, build=lambda g, x, y: g.maximum(x, y),
+        "max", max, build=lambda g, x, y: g.defined((x, y), g.maximum(x, y)),
         numpy="maximum", arity=(2, None), smooth=False, dimension="compared",
     ),
     Function(
         "floor", floor, "floor", lambda a, x, y: ((a.const(0.0), None),),
         sympy="floor", numpy="floor", llvm="intrinsic", smooth=False, stepped=True,
     ),
-    Function("heaviside", heaviside, build=lambda g, x: g.heaviside(x), smooth=False, dimension="any"),
+    Function(
+        "heaviside", heaviside, build=lambda g, x: g.defined((x,), g.heaviside(x)), smooth=False, dimension="any",
+    ),
     Function(
         "where", lambda condition, x, y: x if condition else y,
         build=lambda g, condition, x, y: g.choose(condition, x, y),
@@ -229,11 +231,11 @@ CONDITIONS = {
     entry.name: entry
     for entry in (
         Function(
-            "<", lambda x, y: float(x < y), build=lambda g, x, y: g.select(x, y, g.one, g.zero),
+            "<", lambda x, y: float(x < y), build=lambda g, x, y: g.less(x, y),
             arity=(2, 2), smooth=False, dimension="ratio",
         ),
         Function(
-            "<=", lambda x, y: float(x <= y), build=lambda g, x, y: g.select(y, x, g.zero, g.one),
+            "<=", lambda x, y: float(x <= y), build=lambda g, x, y: g.choose(g.less(y, x), g.zero, g.one),
             arity=(2, 2), smooth=False, dimension="ratio",
         ),
         Function(

@@ -4,8 +4,11 @@ The argument u of a sign, a step, an absolute value, a smaller or a larger one, 
 is an event function of its own. A setting b behind the inputs in `p` holds its side: 1, -1, or 0, where the expression
 looks at u as it is. Every function but event functions reads u + 1e300 b in its place, so steps go on along one branch
 to where u crosses zero. There the run time turns b around. So no step runs over a jump, and methods meet smooth
-functions only. Of floor(u) the event function is sin(pi u), zero at each whole number, and its side says whether
-floor(u) is even or odd: held, it is the even (odd) number next to u - 1/2.
+functions only. Of floor(u) there are three, sin(pi u/4), cos(pi u/4) and cos(pi u/2), of which each whole number is a
+zero of one. Their sides tell floor(u) modulo 8, so that it is held until u is 4 from the middle of its step.
+
+What a condition chooses must have a value a little beyond: stages of a step that crosses over look at it there. Where
+it may have none (a root, a logarithm), the condition is not held, but steps end where it changes all the same.
 
 What depends on time alone is known before a run, and has no branch here.
 """
@@ -18,7 +21,7 @@ from dataclasses import replace
 import sympy
 
 from ..model.description import Description, Event, Input, Load
-from ..model.functions import at_most, branch, floor, heaviside, less, maximum, minimum
+from ..model.functions import at_most, branch, floor, heaviside, less, maximum, minimum, where
 from ..model.printing import shortened
 
 ACTION = "jump"
@@ -69,7 +72,8 @@ class _Branches:
         self.events: list[Event] = []
         self.settings: list[str] = []
         self._known: dict[sympy.Expr, sympy.Symbol] = {}
-        self._memo: dict[tuple[sympy.Expr, bool], sympy.Expr] = {}
+        self._memo: dict[tuple[sympy.Expr, bool, bool], sympy.Expr] = {}
+        self._under_root = False
         self._names = {x.name for x in (*d.events, *d.stops, *d.frictions)}
         self._definitions = dict(d.definitions)
         self._done: dict[str, sympy.Expr] = {}
@@ -81,8 +85,8 @@ class _Branches:
 
     def _replaced(self, d: Description) -> Description:
         energies = {}
-        for key, where, smooth_from in _ENERGIES:
-            energies[key] = self._inside(getattr(d, key), where, smooth_from)
+        for key, place, smooth_from in _ENERGIES:
+            energies[key] = self._inside(getattr(d, key), place, smooth_from)
         forces = tuple((name, self._inside(x, f"the force on {name}", 1)) for name, x in d.forces)
         loads = tuple(self._load(load) for load in d.loads)
         definitions = tuple((name, self._done.get(name, x)) for name, x in d.definitions)
@@ -103,7 +107,7 @@ class _Branches:
         return self._rewritten(expression, 1.0 / smooth_from)
 
     def _rewritten(self, e: sympy.Expr, power: float) -> sympy.Expr:
-        key = (e, power > 1.0)
+        key = (e, power > 1.0, self._under_root)
         if key not in self._memo:
             self._memo[key] = self._built(e, power)
         return self._memo[key]
@@ -114,8 +118,12 @@ class _Branches:
             return e
         if not e.args:
             return e
+        if e.func is where and any(self._lacks_values(x) for x in e.args[1:]):
+            return where(self._watched(e.args[0]), *(self._rewritten(x, power) for x in e.args[1:]))
         if isinstance(e, sympy.Pow) and e.exp.is_Number:
+            outside, self._under_root = self._under_root, self._under_root or not e.exp.is_Integer
             base = self._rewritten(e.base, power * max(1.0, float(e.exp)))
+            self._under_root = outside
             return e if base is e.base else sympy.Pow(base, e.exp, evaluate=False)
         args = [self._rewritten(x, power) for x in e.args]
         same = all(a is b for a, b in zip(args, e.args, strict=True))
@@ -126,11 +134,48 @@ class _Branches:
             return e if same else e.func(*args)
         return self._branch(e, args, argument)
 
+    def _watched(self, condition: sympy.Expr) -> sympy.Expr:
+        """A condition that steps end at, but that is looked at as it is: what it chooses has no value elsewhere."""
+        if condition.func not in (less, at_most):
+            return condition.func(*map(self._watched, condition.args))
+        argument = condition.args[0] - condition.args[1]
+        if self._moves(argument):
+            self._side(-argument if argument.could_extract_minus_sign() else argument, condition)
+        return condition.func(*(self._rewritten(x, 1.0) for x in condition.args))
+
+    def _lacks_values(self, expression: sympy.Expr) -> bool:
+        """Whether an expression has a root or a logarithm of what moves and may be negative."""
+        stack, seen = [expression], set()
+        while stack:
+            e = stack.pop()
+            if isinstance(e, sympy.Symbol) and e.name in self._definitions and e.name not in seen:
+                seen.add(e.name)
+                stack.append(self._definitions[e.name])
+            is_root = isinstance(e, sympy.Pow) and not e.exp.is_Integer
+            bounded = is_root or e.func in (sympy.log, sympy.asin, sympy.acos)
+            if bounded and self._moves(e.args[0]) and not self._is_never_negative(e.args[0]):
+                return True
+            stack += e.args
+        return False
+
+    def _is_never_negative(self, e: sympy.Expr) -> bool:
+        """Whether an expression is seen to be no negative number: squares, their sums, as in distances."""
+        if isinstance(e, sympy.Symbol) and e.name in self._definitions:
+            return self._is_never_negative(self._definitions[e.name])
+        if isinstance(e, (sympy.Add, sympy.Mul)):
+            return all(map(self._is_never_negative, e.args))
+        if isinstance(e, sympy.Pow):
+            is_even = e.exp.is_Integer and e.exp % 2 == 0
+            return is_even or not e.exp.is_Integer or self._is_never_negative(e.base)
+        return e.func in (sympy.exp, sympy.cosh) or bool(e.is_Number and e >= 0)
+
     def _branch(self, e: sympy.Expr, args: list[sympy.Expr], argument: sympy.Expr) -> sympy.Expr:
         if e.func is floor:
             return self._held_floor(e, *args)
         flipped = argument.could_extract_minus_sign()
         side = self._side(-argument if flipped else argument, e)
+        if self._under_root and e.func in _KINKS and (e.func is sympy.Abs or sympy.S.Zero in e.args):
+            return e.func(*args)  # held, it would go on below zero
         inner = args[0] if len(args) == 1 else args[0] - args[1]
         chosen = inner + (-_BEYOND if flipped else _BEYOND) * side
         if e.func in (less, at_most):
@@ -145,11 +190,17 @@ class _Branches:
         return branch(chosen, below, above)
 
     def _held_floor(self, e: sympy.Expr, u: sympy.Expr) -> sympy.Expr:
-        turn = sympy.Mul(sympy.pi, e.args[0], evaluate=False)
-        side = self._side(sympy.sin(turn, evaluate=False), e)
-        half, quarter = sympy.Mul(sympy.S.Half, u, evaluate=False), sympy.Rational(1, 4)
-        even, odd = 2 * floor(half + quarter), 2 * floor(half - quarter) + 1
-        return branch(side, odd, branch(-side, even, floor(u)))
+        """floor(u) where three sides hold it, of which each whole number turns one around (a Gray code of period 8)."""
+        argument = e.args[0]
+        s, c, d = (
+            self._side(
+                wave(sympy.Mul(sympy.pi, argument, sympy.Rational(1, n), evaluate=False), evaluate=False), e
+            )
+            for wave, n in ((sympy.sin, 4), (sympy.cos, 4), (sympy.cos, 2))
+        )
+        place = sympy.Rational(7, 2) - 2 * s - s * c - s * c * d / 2  # floor(u) modulo 8
+        held = place + 8 * floor((u - place) / 8 + sympy.Rational(7, 16))
+        return branch(s * c * d, held, branch(-s * c * d, held, floor(u)))
 
     def _side(self, argument: sympy.Expr, e: sympy.Expr) -> sympy.Symbol:
         """The setting of an argument; its event says where it stands."""

@@ -101,7 +101,8 @@ class Loader:
         if isinstance(e, dot):
             return self._total_derivative(memo[e.args[0]])
         if isinstance(e, branch):
-            return g.select(memo[e.args[0]], g.zero, memo[e.args[1]], memo[e.args[2]])
+            side, below, above = (memo[x] for x in e.args)
+            return g.defined((side,), g.select(side, g.zero, below, above))
         function = OF_CLASS.get(e.func)
         if function is not None:
             args = [memo[x] for x in e.args]

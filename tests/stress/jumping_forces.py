@@ -48,6 +48,7 @@ IN_FORMS = tuple(
 )
 _WRONG = 0.05  # of the motion
 _RADIUS = 10.0
+_STEPS = 400  # of a staircase to either side
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,26 @@ KINDS = {
     "abs": Kind(
         "-k*x - c*abs(x - b)",
         lambda p: ([p["b"]], [(-p["c"] * p["b"], p["k"] - p["c"]), (p["c"] * p["b"], p["k"] + p["c"])]),
+    ),
+    "heaviside": Kind("-k*x - c*heaviside(x - b)", lambda p: ([p["b"]], [(0.0, p["k"]), (-p["c"], p["k"])])),
+    "where": Kind("-where(x <= b, k, 2*k)*x", lambda p: ([p["b"]], [(0.0, p["k"]), (0.0, 2.0 * p["k"])])),
+    "where of two": Kind(
+        "-k*x + where(b < x and x < b + w, 2*c, 0)",
+        lambda p: ([p["b"], p["b"] + p["w"]], [(0.0, p["k"]), (2.0 * p["c"], p["k"]), (0.0, p["k"])]),
+    ),
+    "where without value": Kind(
+        "where(not x > b, c - k*x, -c - k*x*log(2 + x - b)/log(2 + x - b))",
+        lambda p: ([p["b"]], [(p["c"], p["k"]), (-p["c"], p["k"])]),
+    ),
+    "floor": Kind(
+        "-c*floor((x - b)/(10*w))",
+        lambda p: (
+            [p["b"] + 10.0 * p["w"] * j for j in range(-_STEPS, _STEPS + 1)],
+            [(-p["c"] * j, 0.0) for j in range(-_STEPS - 1, _STEPS + 1)],
+        ),
+    ),
+    "where of a potential": Kind(
+        "k*x^2/2 + where(x < b, c*x, c*b)", lambda p: ([p["b"]], [(-p["c"], p["k"]), (0.0, p["k"])]), in_energy=True
     ),
     "min of a potential": Kind(
         "k*x^2/2 + min(c*x, c*b)", lambda p: ([p["b"]], [(-p["c"], p["k"]), (0.0, p["k"])]), in_energy=True
@@ -148,6 +169,8 @@ def draw(name: str, random: np.random.Generator) -> tuple[dict[str, float], floa
         "k": float(10.0 ** random.uniform(-0.5, 1.0)),
         "w": float(10.0 ** random.uniform(-3.0, -0.3)),
     }
+    if name == "floor":
+        p["w"] = max(p["w"], 0.01)
     if name == "abs":
         p["c"] = 0.8 * p["k"] * float(random.uniform(0.1, 1.0))
     return (
@@ -235,7 +258,7 @@ def judge(
 ) -> tuple[str, str]:
     """Run a random case and return verdict and reason; a method may be followed by a form, as in radau5/ggl."""
     p, x, v, t_end = draw(name, random)
-    if name in ("abs", "max"):
+    if name in ("abs", "max", "floor"):
         t_end = min(t_end, 20.0)
     method, _, form = method.partition("/")
     options = {
@@ -252,7 +275,7 @@ def judge(
     except RuntimeModelError as error:
         return REFUSED, str(error)
     expected, margin = exact(KINDS[name], p, x, v, run.t)
-    error = float(np.abs(seen(setting, run) - expected).max() / np.ptp(expected))
+    error = float(np.abs(seen(setting, run) - expected).max() / (np.ptp(expected) or 1.0))
     if not run.ok:
         return FLAGGED, "; ".join(check.check for check in run.objections) or run.message
     if error > _WRONG and margin > 1e-3:

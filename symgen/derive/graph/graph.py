@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from symgen.runtime.graph.functions import IN_CODE
@@ -9,6 +10,8 @@ from symgen.runtime.graph.functions import IN_CODE
 from .nodes import ON_ARRAYS, FoldingError, Nodes
 
 LARGEST_UNROLLED_POWER = 64
+_EVERYWHERE = (-math.inf, math.inf)
+_UNDEFINED_SOMEWHERE = {name for name, entry in IN_CODE.items() if entry.domain != _EVERYWHERE} | {"pow"}
 
 
 class Graph(Nodes):
@@ -248,11 +251,27 @@ class Graph(Nodes):
         """0 below zero, 1 above, 1/2 at zero."""
         return self.select(a, self.zero, self.zero, self.select(self.zero, a, self.one, self.const(0.5)))
 
+    def less(self, a: int, b: int) -> int:
+        """The condition a < b: 1 or 0, and no number where one of them is none."""
+        return self.defined((a, b), self.select(a, b, self.one, self.zero))
+
+    def defined(self, operands: tuple[int, ...], value: int) -> int:
+        """A value that is chosen by operands, and no number where one of these is none.
+
+        Comparisons are false there, so that a choice would be made without a word. Costs nothing where operands are
+        made of what has a value everywhere.
+        """
+        if not any(self.op[x] in _UNDEFINED_SOMEWHERE for x in self.reachable(operands)):
+            return value
+        total = self.sum(operands)
+        square = self.mul(total, total)
+        return self.select(self.const(-1.0), square, value, square)
+
     def choose(self, condition: int, then: int, otherwise: int) -> int:
         """`then` where a condition holds, else `otherwise`.
 
         A condition is made of choices that end in 1 and 0 (`CONDITIONS` of the table of functions); so is what is
-        chosen, with other ends.
+        chosen, with other ends. An end that is none of them is no number.
         """
         chosen = {self.one: then, self.zero: otherwise}
         stack = [condition]
@@ -260,6 +279,9 @@ class Graph(Nodes):
             node = stack[-1]
             if node in chosen:
                 stack.pop()
+                continue
+            if self.op[node] != "select":
+                chosen[node] = node
                 continue
             a, b, *ends = self.args[node]
             missing = [x for x in ends if x not in chosen]
