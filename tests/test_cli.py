@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from click.shell_completion import ShellComplete
 from click.testing import CliRunner, Result
 
 from symgen.cli import main
@@ -333,3 +334,71 @@ def test_recording_that_cannot_be_written(monkeypatch):
 
 def test_verify_of_a_folder(folder):
     assert_fails(symgen("verify", str(folder)), 1, "folder")
+
+
+def test_new_writes_a_model_that_runs_and_is_found_by_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    runner = CliRunner()
+    assert runner.invoke(main, ["new", "first"]).exit_code == 0
+    done = runner.invoke(main, ["run", "first", "--no-log"])
+    assert done.exit_code == 0 and "first: success" in done.stdout
+    text = (tmp_path / "first.toml").read_text(encoding="utf-8")
+    for name, says in (
+        ("first", "there already"),
+        ("nul", "device"),
+        ("pendulum", "bundled"),
+        ("a b", "not a name"),
+    ):
+        refused = runner.invoke(main, ["new", name])
+        assert refused.exit_code == 2 and says in refused.stderr
+    assert (tmp_path / "first.toml").read_text(encoding="utf-8") == text
+
+
+def test_a_name_of_two_models_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pendulum.toml").write_text("[coordinates]\nx = 1\n")
+    done = CliRunner().invoke(main, ["show", "pendulum"])
+    assert done.exit_code == 1 and "is a bundled model, and 'pendulum.toml' is a file here" in done.stderr
+
+
+def test_a_python_model_is_not_executed_without_its_suffix(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text("raise SystemExit('executed')\n")
+    done = CliRunner().invoke(main, ["show", "mine"])
+    assert done.exit_code == 1 and "executed" not in done.stderr
+
+
+def test_list_as_data():
+    rows = json.loads(CliRunner().invoke(main, ["list", "--json", "-"]).stdout)
+    assert {"name", "description", "file"} == set(rows[0]) and all(row["description"] for row in rows)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes of a shell")
+def test_a_reader_that_leaves_is_no_failure():
+    program = f"{sys.executable} -c \"from symgen.cli import main; main(prog_name='symgen')\""
+    command = f"set -o pipefail; {program} list | head -1 && {program} list --json - | head -1"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0 and "Traceback" not in done.stderr
+
+
+def test_a_recording_that_cannot_be_compared_is_no_difference(tmp_path):
+    (tmp_path / "a.rrd").write_text("nothing")
+    done = CliRunner().invoke(main, ["compare", str(tmp_path / "a.rrd"), str(tmp_path / "a.rrd")])
+    assert done.exit_code == 2 and done.stderr.startswith("Error: ")
+
+
+@pytest.mark.parametrize(
+    "words, begun, some",
+    [
+        ([], "ver", {"verify"}),
+        (["run"], "double", {"double_pendulum", "double_pendulum_level"}),
+        (["run"], "mi", {"mine.toml"}),
+        (["run", "pendulum", "--method"], "dop", {"dopri5", "dop853"}),
+        (["show"], "bri", {"bricard"}),
+    ],
+)
+def test_the_shell_completes(tmp_path, monkeypatch, words, begun, some):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").touch()
+    shell = ShellComplete(main, {}, "symgen", "_SYMGEN_COMPLETE")
+    assert {item.value for item in shell.get_completions(words, begun)} == some

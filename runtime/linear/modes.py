@@ -88,6 +88,7 @@ class Modes:
         return len(self.modes)
 
     def __getitem__(self, k: int) -> Mode:
+        """Return a mode by its place, the slowest first."""
         return self.modes[k]
 
     @property

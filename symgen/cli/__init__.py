@@ -18,6 +18,7 @@ _COLLECT_EVERY = (
 )
 _COMMANDS = {
     "list": "the bundled models, one line each",
+    "new": "a commented model that runs, to begin with",
     "show": "a model and its equations",
     "import": "a robot's file (URDF) as a model file",
     "derive": "write a model's equations of motion as a Python module",
@@ -41,7 +42,7 @@ class LazyCommands(FailuresAsSentences, click.Group):
     """
 
     def list_commands(self, context: click.Context) -> list[str]:
-        return list(_COMMANDS)
+        return [*_COMMANDS]  # `list` is a module of this package, once that command was asked for
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in _COMMANDS:
@@ -50,7 +51,7 @@ class LazyCommands(FailuresAsSentences, click.Group):
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
-            formatter.write_dl(list(_COMMANDS.items()))
+            formatter.write_dl([*_COMMANDS.items()])
 
 
 @click.group(cls=LazyCommands, context_settings={"help_option_names": ["-h", "--help"]})

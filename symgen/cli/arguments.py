@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from symgen.model.library import find
+from symgen.model.library import SUFFIXES, bundled, find
 
 
 class NameValue(click.ParamType):
@@ -74,7 +74,16 @@ def model_argument(command: Callable, *, required: bool = True) -> Callable:
         type=NameValue(),
         help="A build option of a .py model; may be repeated.",
     )
-    return click.argument("model", required=required)(option(command))
+    return click.argument("model", required=required, shell_complete=_models)(option(command))
+
+
+def _models(context: click.Context, parameter: click.Parameter, begun: str) -> list[str]:
+    """Complete MODEL: bundled models, files and folders."""
+    path = Path(begun)
+    folder = path if begun.endswith("/") else path.parent
+    beside = sorted(folder.glob("*")) if folder.is_dir() else []
+    files = [f"{x}/" if x.is_dir() else str(x) for x in beside if x.is_dir() or x.suffix in SUFFIXES]
+    return [name for name in (*bundled(), *files) if name.startswith(begun)]
 
 
 def value_options(command: Callable) -> Callable:

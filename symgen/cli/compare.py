@@ -12,6 +12,7 @@ from symgen.cli.arguments import Positive
 from symgen.cli.failures import FAILED
 from symgen.cli.files import CarefulCommand, OutputFile, write_text
 from symgen.cli.terminal import complain, say
+from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.recording.compare import compare
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from symgen.runtime.recording.compare import Comparison
 
 _MOST_LINES = 40
+_CANNOT_COMPARE = 2  # as diff and cmp have it
 
 
 @click.command("compare", cls=CarefulCommand)
@@ -39,9 +41,13 @@ def command(
 ) -> None:
     """Compare two recordings: settings, coordinates, rates and energy at common times.
 
-    The exit status is 1 when they differ by more than the tolerance.
+    The exit status is 1 when they differ by more than the tolerance, 2 when they cannot be compared.
     """
-    comparison = compare(first, second, tolerance=tolerance)
+    try:
+        comparison = compare(first, second, tolerance=tolerance)
+    except (RuntimeModelError, OSError) as error:
+        complain(f"Error: {error}")
+        context.exit(_CANNOT_COMPARE)
     if json_file is not None:
         write_text(json_file, json.dumps(comparison.to_dict(), indent=1) + "\n")
     if not quiet:

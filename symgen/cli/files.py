@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from symgen.cli.terminal import put
 from symgen.errors import ModelError
 from symgen.runtime.lazy import Late
 
@@ -219,7 +220,7 @@ def write_text(path: Path, text: str) -> None:
     `-` is the standard output. What is no regular file, such as /dev/stdout, is written to as it is.
     """
     if path == STANDARD_OUTPUT:
-        click.echo(text, nl=False)
+        put(text)
         return
     content = text.encode("utf-8", errors="backslashreplace")
     target = Path(os.path.realpath(path))

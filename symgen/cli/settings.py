@@ -92,11 +92,16 @@ def _column(path: Path, name: str, content: TableFile) -> tuple[float, ...]:
 _TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
 
 
+def _methods(context: click.Context, parameter: click.Parameter, begun: str) -> list[str]:
+    """Complete the name of a method."""
+    return [name for name in ("auto", *METHODS) if name.startswith(begun)]
+
+
 def run_options(command: Callable) -> Callable:
     """Give a command the options that say how to integrate: time, method, tolerances, values."""
     options = (
         click.option("--t-end", type=Positive(), help="Time at which the run ends [s]."),
-        click.option("--method", help="Integration method, or auto (default)."),
+        click.option("--method", help="Integration method, or auto (default).", shell_complete=_methods),
         click.option(
             "--constraints",
             type=click.Choice(_TREATMENTS),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 
 import click
@@ -16,7 +17,17 @@ def say(text: str, *, err: bool = False) -> None:
     """Print a line, or several; on standard error where the result itself goes to standard output."""
     context = click.get_current_context(silent=True)
     taken = context is not None and getattr(context.obj, "standard_output_taken", False)
-    click.echo(plain(text), err=err or taken)
+    put(f"{plain(text)}\n", err=err or taken)
+
+
+def put(text: str, *, err: bool = False) -> None:
+    """Write a text as it is; where nobody reads any more, as behind `| head`, the rest goes nowhere."""
+    try:
+        click.echo(text, err=err, nl=False)
+    except BrokenPipeError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, (sys.stderr if err else sys.stdout).fileno())
+        os.close(nowhere)
 
 
 def complain(text: str) -> None:

@@ -34,12 +34,14 @@ def bundled() -> dict[str, Path]:
 
 
 def find(model: str | Path) -> Path:
-    """The file of a model, given by its path or by the name of a bundled one.
+    """The file of a model, given by its path, by its name without suffix, or by the name of a bundled one.
+
+    Only a `.toml` file is found without its suffix: a `.py` file is executed, so its author's file must be named.
 
     Raises
     ------
     ModelError
-        If there is none, with the nearest name.
+        If there is none, with the nearest name; or if the name is that of a bundled model and of a file here.
     """
     path = Path(model)
     if path.suffix in SUFFIXES or len(path.parts) > 1:
@@ -50,6 +52,14 @@ def find(model: str | Path) -> Path:
             raise ModelError(f"'{path}' is not a model file", hint="a model is a .toml or a .py file")
         return path
     models = bundled()
+    beside = path.with_name(f"{path.name}.toml") if path.name else path
+    if beside.is_file():
+        if path.name in models and not beside.samefile(models[path.name]):
+            raise ModelError(
+                f"'{path}' is a bundled model, and '{beside}' is a file here",
+                hint=f"name the file, '{beside}', or rename it",
+            )
+        return beside
     if str(model) not in models:
         hint = nearest(str(model), models, "bundled models")
         raise ModelError(

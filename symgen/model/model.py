@@ -37,7 +37,7 @@ from .description import (
 from .functions import dot
 from .joints import direction as unit_vector
 from .joints import make_joint
-from .names import name_fault
+from .names import model_name_fault, name_fault
 from .over_time import read_over_time
 from .sources import Sources
 
@@ -82,7 +82,7 @@ class Model(Declared):
         _file: str | None = None,
     ) -> None:
         super().__init__(Sources(_file or str(name)[:60], _file is not None))
-        fault = name_fault(name, element=True)
+        fault = model_name_fault(name)
         if fault is not None:
             raise self._sources.error("", "name", fault, hint="choose another name")
         if not isinstance(description, str):

@@ -13,6 +13,8 @@ FUNCTION_ARITY: dict[str, tuple[int, int | None]] = {  # fewest and most argumen
 }
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z", re.ASCII)
 LONGEST_NAME = 100
+# What Windows takes for devices, whatever the suffix: no names of files, so no names of models.
+DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))}
 RESERVED = {"t": "the time", "pi": "the number pi"}
 
 
@@ -36,3 +38,10 @@ def name_fault(name: object, element: bool = False) -> str | None:
     if not element and name in FUNCTION_ARITY:
         return f"{name!r} is a function"
     return None
+
+
+def model_name_fault(name: object) -> str | None:
+    """Why `name` cannot be that of a model, whose files are called like it, or None."""
+    if isinstance(name, str) and name.lower() in DEVICES:
+        return f"{name!r} is a device on Windows, and no name of a file there"
+    return name_fault(name, element=True)
