@@ -22,9 +22,9 @@ from symgen.model.library import bundled_folder, find
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from work_precision.case import FULL, Case, Row
-from work_precision.levels import seconds_at
 from work_precision.reference import read_reference
 from work_precision.scenes import find_scene
+from work_precision.sweep import seconds_at
 from work_precision.timing import TimedLoop
 
 SCENES = (

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from symgen.runtime.checks.advice_record import Advice
+    from symgen.runtime.checks.advice import Advice
     from symgen.runtime.checks.entry import HealthCheck
     from symgen.runtime.linear.model import LinearModel
     from symgen.runtime.linear.modes import Modes
@@ -222,7 +222,7 @@ class System(SystemData):
 
         Returns
         -------
-        symgen.runtime.checks.advice_record.Advice
+        symgen.runtime.checks.advice.Advice
             `lines()` are its words, `to_dict()` what `symgen advise --json` writes.
         """
         asked = RunOptions(

@@ -21,12 +21,21 @@ from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
 from work_precision.auto import auto_result
 from work_precision.case import QUICK, Case, Row, measure
-from work_precision.levels import LEVELS, all_levels, best_at, label, lost_again, seconds_at
 from work_precision.peers import find_peers, run_peer
 from work_precision.reference import read_reference
 from work_precision.report import _preempted, scene_table
 from work_precision.scenes import SCENES, find_scene
-from work_precision.sweep import Curve, sweep, tolerances
+from work_precision.sweep import (
+    LEVELS,
+    Curve,
+    all_levels,
+    best_at,
+    label,
+    lost_again,
+    seconds_at,
+    sweep,
+    tolerances,
+)
 from work_precision.timing import was_preempted
 
 REFERENCES = bundled_folder() / "references"

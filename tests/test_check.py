@@ -15,8 +15,7 @@ from symgen.cli import main
 from symgen.link import module_for
 from symgen.model.library import bundled_folder, find
 from symgen.runtime import RunOptions
-from symgen.runtime.checks.convergence import study
-from symgen.runtime.checks.convergence_text import tables
+from symgen.runtime.checks.convergence import study, tables
 from symgen.runtime.checks.growth import is_exponential
 
 AUTO = {"method": "auto", "rtol": 1e-8, "atol": 1e-10}

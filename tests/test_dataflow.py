@@ -12,7 +12,7 @@ import pytest
 from symgen import Model, cos, dot, link, runtime, sin
 from symgen.derive import rolling
 from symgen.derive.scenes.subsystems import derive
-from symgen.emit import function as function_text
+from symgen.emit import module as function_text
 from symgen.emit.module import emit
 from symgen.model.library import find, load
 from symgen.runtime.code.dataflow import follow

@@ -13,8 +13,7 @@ from symgen import Model, cos, dot, sin, t
 from symgen.link import derive_text
 from symgen.runtime import RunOptions, Solution, System, load, solve
 from symgen.runtime.checks.advice import advise
-from symgen.runtime.checks.convergence import study
-from symgen.runtime.checks.convergence_text import lines
+from symgen.runtime.checks.convergence import lines, study
 from symgen.runtime.checks.health import check
 from symgen.runtime.exchange import Exchange, energy_limit
 from symgen.runtime.integrate.methods import METHODS, find_method

@@ -14,7 +14,7 @@ from symgen.derive.rolling import FEWEST, schedule
 from symgen.derive.rolling import find as find_clusters
 from symgen.derive.scenes.subsystems import derive
 from symgen.derive.solve import factorise
-from symgen.emit import function as function_text
+from symgen.emit import module as function_text
 from symgen.emit.module import emit
 from symgen.model.library import find, load
 from symgen.runtime.abi import array_sizes

@@ -30,7 +30,7 @@ UNUSED = (
     "symgen.derive", "symgen.emit", "symgen.model.model",
     *(f"symgen.runtime.{name}" for name in (
         "code.modules", "code.lower", "code.straight_line", "code.expressions", "code.dense_ldl", "code.front_ldl",
-        "code.compile_jitted", "code.compiler", "taylor.graph", "taylor.motion", "taylor.rolled", "taylor.unrolled",
+        "code.compile_jitted", "code.compiler", "taylor.graph", "taylor.motion", "taylor.loops",
         "contact", "inputs", "recording", "explain", "constraints.kkt", "constraints.rank_revealing",
         "constraints.baumgarte", "integrate.ggl", "integrate.forms", "integrate.growth", "integrate.radau",
         "integrate.bdf", "integrate.rattle", "integrate.partition", "integrate.alpha",

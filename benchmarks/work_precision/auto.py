@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 from symgen.runtime.choose import choose_method
 from symgen.runtime.options import RunOptions
 
-from .levels import all_levels
-from .sweep import tolerances
+from .sweep import all_levels, tolerances
 
 if TYPE_CHECKING:
     from .case import Case, Effort

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .case import Row
-from .levels import all_levels, lost_again
-from .sweep import tolerances
+from .sweep import all_levels, lost_again, tolerances
 
 if TYPE_CHECKING:
     from .case import Case, Effort

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .levels import LEVELS, label
+from .sweep import LEVELS, label
 
 _LABELS = tuple(map(label, LEVELS))
 _SHORTEST_REASON = 100

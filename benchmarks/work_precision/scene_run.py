@@ -12,11 +12,9 @@ from symgen.runtime.simulate import simulate
 
 from .auto import auto_choices, auto_result
 from .case import Case, Effort
-from .levels import LEVELS, all_levels, best_at, label, lost_again
-from .overhead import rhs_seconds, stage_overhead
 from .reference import read_reference
-from .sweep import Curve, sweep
-from .timing import best_seconds
+from .sweep import LEVELS, Curve, all_levels, best_at, label, lost_again, sweep
+from .timing import best_seconds, rhs_seconds, stage_overhead
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

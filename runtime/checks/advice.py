@@ -1,22 +1,23 @@
-"""Which step and method suit a model: its time scales along a short run, and what follows from them."""
+"""Which step and method suit a model, as data and in words: its time scales along a short run, and what follows."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.checks.advice_record import Advice, FixedStep, StabilityLimit, rate_to_follow
-from symgen.runtime.checks.choice import judge_choice
-from symgen.runtime.checks.cost import fixed_step_cost, run_cost, seconds_per_evaluation
-from symgen.runtime.checks.mode_origin import fastest_origin
+from symgen.runtime.batches import evaluate
+from symgen.runtime.checks.health import health_of, objections_to
+from symgen.runtime.checks.mode_origin import Origin, fastest_origin
 from symgen.runtime.checks.stability import damping_ratio, stable_radius, stable_step
 from symgen.runtime.checks.steps import MOST_RECOMMENDED, step_for_phases
 from symgen.runtime.checks.time_scales import TimeScales, time_scales
 from symgen.runtime.choose import refuse_unsuitable
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.integrate.methods import METHODS, Method
+from symgen.runtime.integrate.methods import METHODS, Method, find_method
 from symgen.runtime.options import RunOptions
 from symgen.runtime.simulate import simulate
 from symgen.runtime.size import is_large
@@ -25,6 +26,11 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
+_REPEATS = 5
+_LEAST_ROWS = 1000
+_TURNS_FAST = 2.0  # times the fastest eigenvalue: an oscillation's own rate stays below
+_NAMED_DAMPING = 1e-3
+_MOST_STEPS = 200_000  # of the run that tells; it is judged as far as it comes
 STEPS_PER_PERIOD = 50
 _STATES = 20
 _SHORT_RUN_STEPS = 2000
@@ -32,6 +38,320 @@ _SAFETY = 0.5  # of the stability limit
 _SLOWEST = (
     1e-3  # of the fastest: eigenvalues below are round-off of the zeros of constraints and free motions
 )
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Steps and wall time [s] of a whole run."""
+
+    steps: int
+    seconds: float
+
+    def says(self) -> str:
+        """Return a few words."""
+        return f"about {self.steps} steps, {self.seconds:.2g} s"
+
+
+def seconds_per_evaluation(run: Solution) -> float:
+    """Return the least measured wall time of one evaluation of `rhs` [s], at states of a run."""
+    repeats = -(-_LEAST_ROWS // len(run.t))
+    times, states = np.tile(run.t, repeats), np.tile(run.states, (repeats, 1))
+    taken = []
+    for _ in range(_REPEATS):
+        began = time.perf_counter()
+        evaluate(run.system, "rhs", run.p, times, states)
+        taken.append(time.perf_counter() - began)
+    return min(taken) / len(times)
+
+
+def run_cost(run: Solution, span: float) -> Cost:
+    """Return the cost of a run of `span` [s] that begins as this one did."""
+    part = span / max(float(run.t[-1] - run.t[0]), 1e-300)
+    return Cost(round(run.stats["steps"] * part), run.seconds["run"] * part)
+
+
+def fixed_step_cost(method: Method, steps: float, evaluation: float) -> Cost:
+    """Return the cost of so many steps of a method of fixed step."""
+    # The end of a run that is no whole number of steps away costs one more; nobody counts it.
+    return Cost(max(1, round(steps)), steps * method.evaluations * evaluation)
+
+
+@dataclass(frozen=True)
+class StabilityLimit:
+    """The longest stable steps of an explicit method on the fastest motion [s].
+
+    `undamped` is what it would be without damping; 0 where no step is stable.
+    """
+
+    method: str
+    undamped: float
+    damped: float
+
+
+@dataclass(frozen=True)
+class FixedStep:
+    """A method of fixed step: the step, the limit of stability (infinite if there is none) [s], why, what it costs."""
+
+    method: str
+    step: float
+    stable: float
+    reason: str
+    cost: Cost
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What is to be said about a choice of method and step [s]: `reasons` are objections where it is not ok."""
+
+    method: str
+    step: float | None
+    ok: bool
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What suits a model.
+
+    Attributes
+    ----------
+    n_states : int
+        How many states were looked at.
+    t_first, t_seen, t_end : float [s]
+        From when, up to when; the end of the run that is asked for.
+    fastest, t_fastest : float
+        Largest rate of the linearised motion [1/s], and when.
+    damping_ratio : float
+        Of that motion: 0 undamped, 1 a decay without oscillation.
+    decay, motion, turning : float
+        Fastest decay, fastest other motion, and fastest turn of an angle or body [1/s].
+    slowest : float
+        Slowest motion at the state of the fastest, at least one per run [1/s]; 0 for large models, where it is not
+        looked for.
+    origin : Origin or None
+        What the fastest motion belongs to.
+    steps_per_period : int
+    rule_step : float [s]
+        Fastest period over `steps_per_period`; infinite where nothing moves by itself.
+    limits : tuple of StabilityLimit
+    method, reason : str
+        The recommendation.
+    constraints, constraints_reason : str
+        How constraints are treated best; "none" without constraints.
+    rtol : float
+    cost : Cost
+        Of the recommended method, as far as the short run tells.
+    evaluation : float [s]
+        Measured time of one evaluation of `rhs`.
+    fixed_steps : tuple of FixedStep
+        For users who want a fixed step.
+    choice : Choice or None
+        What is to be said about the method and step of the user's choice.
+    """
+
+    n_states: int
+    t_first: float
+    t_seen: float
+    t_end: float
+    fastest: float
+    t_fastest: float
+    damping_ratio: float
+    decay: float
+    motion: float
+    turning: float
+    slowest: float
+    origin: Origin | None
+    steps_per_period: int
+    rule_step: float
+    limits: tuple[StabilityLimit, ...]
+    method: str
+    reason: str
+    constraints: str
+    constraints_reason: str
+    rtol: float
+    cost: Cost
+    evaluation: float
+    fixed_steps: tuple[FixedStep, ...]
+    choice: Choice | None = None
+
+    @property
+    def rate(self) -> float:
+        """The rate that a step has to follow [1/s]: the fastest motion, or a turn much faster than that."""
+        return rate_to_follow(self.fastest, self.turning)
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """Fastest over slowest motion."""
+        return self.fastest / self.slowest if self.slowest > 0.0 else 1.0
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is nothing against the user's choice."""
+        return self.choice is None or self.choice.ok
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the advice as a dictionary."""
+        data = asdict(self) | {"stiffness_ratio": self.stiffness_ratio}
+        if self.origin is not None:
+            value = self.origin.eigenvalue
+            data["origin"] |= {"eigenvalue": [value.real, value.imag], "says": self.origin.says()}
+        return data
+
+    def lines(self) -> list[str]:
+        """Return the advice as lines of text."""
+        return _lines(self)
+
+
+def rate_to_follow(fastest: float, turning: float) -> float:
+    """Return the rate that a step has to follow [1/s]: the fastest motion, or a turn much faster than that."""
+    return turning if turning > _TURNS_FAST * fastest else fastest
+
+
+def _lines(advice: Advice) -> list[str]:
+    """Return what an advice says, the fastest time scale first."""
+    lines = [f"fastest time scale: {_scale(advice)}"]
+    if advice.origin is not None:
+        lines.append(f"it belongs to: {advice.origin.says()}")
+    if advice.turning > advice.fastest:
+        period = 2.0 * np.pi / advice.turning
+        lines.append(f"fastest turn: {advice.turning:.4g} rad/s, one in {period:.3g} s")
+    if advice.decay > 0.0:
+        lines.append(f"fastest decay: {advice.decay:.4g} 1/s, fastest other motion: {advice.motion:.4g} 1/s")
+    if advice.fastest > 0.0 and advice.slowest > 0.0:
+        lines.append(
+            f"stiffness ratio: {advice.stiffness_ratio:.3g} (fastest over slowest motion, {advice.slowest:.3g} 1/s)"
+        )
+    if np.isfinite(advice.rule_step):
+        n_steps = round((advice.t_end - advice.t_first) / advice.rule_step)
+        lines.append(
+            f"rule: {advice.steps_per_period} steps a period, a step of {advice.rule_step:.3g} s, "
+            f"{n_steps} steps for {advice.t_end - advice.t_first:g} s"
+        )
+    lines += _limit_lines(advice)
+    lines.append(f"recommended method: {advice.method}, because {advice.reason}; {advice.cost.says()}")
+    if advice.constraints != "none":
+        lines.append(f"recommended constraint form: {advice.constraints}, which {advice.constraints_reason}")
+    if METHODS[advice.method].adaptive:
+        lines.append(
+            f"recommended tolerance: rtol {advice.rtol:g}; run `symgen check` to see what it is worth at the end"
+        )
+        lines.append("recommended step: none to choose, the method adapts it; with a fixed step instead:")
+    lines += _fixed(advice)
+    lines.append(f"one evaluation of the equations takes {1e9 * advice.evaluation:.3g} ns")
+    return [*lines, *_choice(advice)]
+
+
+def _scale(advice: Advice) -> str:
+    if advice.fastest <= 0.0:
+        return "nothing moves by itself: any step is stable"
+    period = 2.0 * np.pi / advice.fastest
+    damped = (
+        f", damping ratio {advice.damping_ratio:.3g}"
+        if advice.damping_ratio > _NAMED_DAMPING
+        else ", undamped"
+    )
+    return (
+        f"{1.0 / advice.fastest:.3g} s, a period of {period:.3g} s (rate {advice.fastest:.4g} 1/s at "
+        f"t = {advice.t_fastest:.4g} s{damped})"
+    )
+
+
+def _limit_lines(advice: Advice) -> list[str]:
+    if not advice.limits:
+        return []
+    lines = ["stability limits of explicit methods on that motion, undamped and with its damping:"]
+    for limit in advice.limits:
+        undamped, damped = (
+            f"{h:.3g} s" if h > 0.0 else "never stable" for h in (limit.undamped, limit.damped)
+        )
+        lines.append(f"  {limit.method}: {undamped}, {damped}")
+    return lines
+
+
+def _fixed(advice: Advice) -> list[str]:
+    lines = []
+    for entry in advice.fixed_steps:
+        limit = f"stable up to {entry.stable:.3g} s" if np.isfinite(entry.stable) else "no stability limit"
+        lines.append(
+            f"  {entry.method}: step {entry.step:.3g} s, {limit}; {entry.reason}; {entry.cost.says()}"
+        )
+    return lines
+
+
+def _choice(advice: Advice) -> list[str]:
+    choice = advice.choice
+    if choice is None:
+        return []
+    step = f", step {choice.step:g} s" if choice.step is not None else ""
+    verdict = "pass" if choice.ok else "not suited"
+    return [f"your choice, {choice.method}{step}: {verdict}: " + "; ".join(choice.reasons)]
+
+
+def judge_choice(
+    system: System,
+    advice: Advice,
+    scales: list[TimeScales],
+    options: RunOptions,
+    steps_per_period: int | None,
+) -> Choice:
+    """Return what is to be said about a method and step: that which the health report of such a run says.
+
+    Parameters
+    ----------
+    options : RunOptions
+        With the method and step that are meant.
+    steps_per_period : int, optional
+        What the user asks for besides.
+    """
+    name, step = options.method, options.step
+    method = find_method(name)
+    try:
+        refuse_unsuitable(method, system)
+    except RuntimeModelError as error:
+        return Choice(name, step, False, (str(error),))
+    if not method.adaptive and step is None and steps_per_period is None:
+        step = next((entry.step for entry in advice.fixed_steps if entry.method == name), None)
+    step = None if method.adaptive else step
+    run = simulate(system, replace(options, step=step, at=(), fps=None, max_steps=_MOST_STEPS))
+    objections = [
+        entry.says for entry in objections_to(run) if entry.check != "status" or not _cut_short(run)
+    ]
+    notes = [entry.says for entry in health_of(run) if entry.note]
+    if method.adaptive:
+        said = [f"it keeps its steps stable and accurate itself, to rtol {run.rtol:g}", *notes]
+        return Choice(name, None, not objections, tuple([*objections, *notes] if objections else said))
+    coarse = _too_few(method, advice, run.step, steps_per_period)
+    if objections or coarse:
+        return Choice(name, step, False, tuple([*objections, *coarse, *notes]))
+    return Choice(name, step, True, (*_about_step(method, advice, scales, run.step), *notes))
+
+
+def _cut_short(run: Solution) -> bool:
+    return run.status == "failed" and run.stats["steps"] >= _MOST_STEPS
+
+
+def _too_few(method: Method, advice: Advice, step: float, steps_per_period: int | None) -> list[str]:
+    rate = advice.motion if method.stiff else advice.rate
+    if steps_per_period is None or rate <= 0.0:
+        return []
+    period = 2.0 * np.pi / rate
+    if period / step >= steps_per_period * (1.0 - 1e-6):
+        return []
+    return [
+        f"only {period / step:.3g} steps in the fastest period, {period:.3g} s: at least {steps_per_period:g} are "
+        f"asked for, a step of {period / steps_per_period:.3g} s"
+    ]
+
+
+def _about_step(method: Method, advice: Advice, scales: list[TimeScales], step: float) -> Iterator[str]:
+    """Yield what is known of a step that nothing is said against."""
+    stable = min((stable_step(method, scale.eigenvalues) for scale in scales), default=np.inf)
+    if np.isfinite(stable) and step <= stable:
+        yield f"the step is {step / stable:.0%} of the stability limit, {stable:.3g} s"
+    rate = advice.motion if method.stiff else advice.rate
+    if rate > 0.0:
+        yield f"{2.0 * np.pi / rate / step:.3g} steps in the fastest period, {2.0 * np.pi / rate:.3g} s"
+    yield f"{round((advice.t_end - advice.t_first) / step)} steps in all"
 
 
 def advise(

@@ -9,7 +9,7 @@ Runs of one model, each finer than the one before, at common times: what their d
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from symgen.runtime.checks.error_estimate import LARGEST_ERROR
 from symgen.runtime.checks.health import objections_to
-from symgen.runtime.checks.horizon import Comparison, Horizon, compare_runs, horizon
+from symgen.runtime.checks.horizon import DIGITS, Comparison, Horizon, compare_runs, horizon
 from symgen.runtime.checks.momenta import Momentum, momenta
 from symgen.runtime.failures import state_names
 from symgen.runtime.integrate.methods import find_method
@@ -28,12 +28,14 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
-
 _SETTLED = 1e-3  # largest difference between the two finest runs
 _NEED_NOT_SHRINK = 1e-11  # differences below this need not shrink further
 _ROUNDED = 10 * np.finfo(float).eps  # of a state, by the steps in the time in which errors grow e-fold
 _MOST_GROWN = 1e-6  # nor those of round-off that the motion has made larger, up to this
 _ORDER_SHORTFALL = 0.7  # part of the method's order that must be seen in the last halving
+_MOST_ERRORS = 8
+
+Table = list[list[str]]
 
 
 def verdict(
@@ -370,3 +372,82 @@ def _levels(runs: list[Solution], quantity: str, compared: Comparison) -> tuple[
             )
         )
     return tuple(levels)
+
+
+def tables(study: Convergence) -> Iterator[tuple[str, Table]]:
+    """Yield the title and the rows of each table, its head first; those that have nothing to say are left out."""
+    change = "step halved" if study.quantity == "step" else "tolerances tightened"
+    yield f"{study.model}: {study.method}, {change}", _level_table(study)
+    if study.errors:
+        asked = f"{study.quantity} {study.levels[study.asked].setting:.3g}{' s' if study.quantity == 'step' else ''}"
+        shown, n = min(_MOST_ERRORS, len(study.errors)), len(study.errors)
+        which = "" if shown == n else f", the worst {shown} of {n}"
+        yield f"estimated errors with {asked}{which}", _errors(study)
+    if study.momenta:
+        yield f"conserved momenta, their drift with each {study.quantity}", _momenta(study)
+    growth = study.horizon
+    if growth is not None and (growth.rate is not None or growth.of(DIGITS[0]) < growth.t_end):
+        yield "trusted digits", _digits(study)
+
+
+def lines(study: Convergence) -> Iterator[str]:
+    """Yield all tables as text."""
+    for title, rows in tables(study):
+        yield title
+        widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+        for row in rows:
+            yield "  " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths)).rstrip()
+
+
+def _level_table(study: Convergence) -> Table:
+    head = [study.quantity, "steps", "difference"]
+    head += ["order"] if study.quantity == "step" else []
+    head += ["energy error"]
+    head += ["positions", "velocities"] if study.constrained else []
+    rows = [head]
+    for level in study.levels:
+        row = [
+            f"{level.setting:.3g}",
+            str(level.steps),
+            "finest" if level.difference is None else f"{level.difference:.2e}",
+        ]
+        if study.quantity == "step":
+            row.append("" if level.order is None else f"{level.order:.2f}")
+        row.append(f"{level.energy_error:.2e}")
+        if study.constrained:
+            row += [f"{level.position_residual:.2e}", f"{level.velocity_residual:.2e}"]
+        rows.append(row)
+    return rows
+
+
+def _errors(study: Convergence) -> Table:
+    order = "order" if study.quantity == "step" else "power of rtol"
+    rows = [["", "largest", "at the end", "unit", "of its size", order]]
+    worst = sorted(study.errors, key=lambda entry: -entry.relative)[:_MOST_ERRORS]
+    for entry in worst:
+        power = "" if entry.order is None else f"{entry.order:.2f}"
+        rows.append(
+            [
+                entry.name,
+                f"{entry.error:.2e}",
+                f"{entry.at_end:.2e}",
+                entry.unit,
+                f"{entry.relative:.2e}",
+                power,
+            ]
+        )
+    return rows
+
+
+def _momenta(study: Convergence) -> Table:
+    rows = [["", "at the start", *(f"{level.setting:.3g}" for level in study.levels)]]
+    for entry in study.momenta:
+        rows.append([entry.name, f"{entry.start:.6g}", *(f"{drift:.2e}" for drift in entry.drift)])
+    return rows
+
+
+def _digits(study: Convergence) -> Table:
+    rows = [["up to t [s]", "error of size", "digits"]]
+    for t, error, digits in study.horizon.rows():
+        rows.append([f"{t:.4g}", f"{error:.1e}", f"{digits:.1f}"])
+    return rows

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers, evaluate
-from symgen.runtime.checks.convergence_text import tables
+from symgen.runtime.checks.convergence import tables
 from symgen.runtime.checks.growth import running_maximum
 from symgen.runtime.checks.health import health_of, objections_to
 from symgen.runtime.names import acceleration_labels, rate_indices, rate_labels
@@ -33,7 +33,7 @@ from symgen.runtime.report.html import (
 from symgen.runtime.report.svg import N_COLOURS, Curve, plot
 
 if TYPE_CHECKING:
-    from symgen.runtime.checks.advice_record import Advice
+    from symgen.runtime.checks.advice import Advice
     from symgen.runtime.checks.convergence import Convergence
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System

@@ -93,10 +93,9 @@ def _lower_or_refuse(system: System, key: str, symbol: str) -> tuple[str, int]:
 
 def _lower(system: System, symbol: str) -> tuple[str, int]:
     # What finds, plans and writes series is not imported where their code is in the cache.
+    from symgen.runtime.taylor.loops import rolled_kernel, unrolled_kernel
     from symgen.runtime.taylor.motion import read_motion
     from symgen.runtime.taylor.plan import Plan
-    from symgen.runtime.taylor.rolled import rolled_kernel
-    from symgen.runtime.taylor.unrolled import unrolled_kernel
 
     for name in _TEXTS:
         if system.has(name):

@@ -1,25 +1,166 @@
-"""A model's motion as a graph of series: what is integrated, and the equations for accelerations and multipliers."""
+"""A model's motion as a graph of series: what is integrated, and the equations for accelerations and multipliers.
+
+Outputs of generated functions become nodes; common factors are taken out of sums of products, as a b + a c needs one
+product of series as a (b + c).
+"""
 
 from __future__ import annotations
 
 import contextlib
 import functools
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from symgen.runtime.graph.carry_out import NoArrays, carry_out
+from symgen.runtime.graph.form import Form, Name
 from symgen.runtime.taylor.derivatives import use_derivatives
-from symgen.runtime.taylor.factors import share_factors
 from symgen.runtime.taylor.graph import SeriesGraph
 from symgen.runtime.taylor.nodes import CONVOLUTIONS
-from symgen.runtime.taylor.outputs import named_outputs, read_outputs
 from symgen.runtime.taylor.reactions import Reactions, read_reactions
 from symgen.runtime.taylor.refusal import Refusal
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
+_LINEAR = ("add", "sub", "neg", "scale")
+
+Term = tuple[int, int]  # a constant factor, and a series
 _POSITIONS = ("constraint_residual", "poses")
+
+
+def read_outputs(
+    graph: SeriesGraph,
+    form: Form,
+    state: Callable[[int], int],
+    wanted: set[int] | None = None,
+    given: Mapping[int, int] | None = None,
+    moving: Mapping[int, int] | None = None,
+) -> dict[int, int]:
+    """Add the operations behind `out[i]` to the graph; returns the node of each index.
+
+    Parameters
+    ----------
+    graph : SeriesGraph
+    form : Form
+    state : callable
+        Gives the node for `y[i]`.
+    wanted : set of int, optional
+        Indices of `out` to read; all by default. What nothing wanted needs may be outside of what has series.
+    given : mapping of int to int, optional
+        Nodes of the form whose series are known, whatever the form says that they are.
+    moving : mapping of int to int, optional
+        Nodes of what stands in `p` but is not constant: inputs over time.
+
+    Raises
+    ------
+    Refusal
+        An operation has no series, or a statement is none on numbers.
+    """
+    moving = moving or {}
+
+    def parameter(index: int) -> int:
+        return moving[index] if index in moving else graph.parameter(index)
+
+    every = range(form.lengths.out) if wanted is None else wanted
+    try:
+        found = carry_out(
+            form, _Series(graph), state, parameter, const=graph.number, wanted=every, given=given
+        )
+        return dict(found)
+    except NoArrays:
+        raise Refusal("a function has arrays, which have no series") from None
+
+
+class _Series:
+    """The operations of a form, on series."""
+
+    def __init__(self, graph: SeriesGraph) -> None:
+        self.graph = graph
+        for name in ("time", "neg", "add", "sub", "mul", "div", "call"):
+            setattr(self, name, getattr(graph, name))
+
+    def select(self, is_strict: bool, a: int, b: int, then: int, otherwise: int) -> int:
+        return self.graph.select("olt" if is_strict else "ole", a, b, then, otherwise)
+
+
+def named_outputs(form: Form) -> dict[int, tuple[int, bool]]:
+    """The outputs outside of loops that are a named value or its negative: index -> node, whether negative."""
+    nodes = form.nodes
+    named = {x.node for x, _ in form.statements() if type(x) is Name and nodes.op[x.node] != "const"}
+    found = {}
+    for write, count in form.writes():
+        negative = nodes.op[write.node] == "neg" and write.node not in named
+        node = nodes.args[write.node][0] if negative else write.node
+        if not count and node in named:
+            found[write.place.first] = (node, negative)
+    return found
+
+
+def share_factors(graph: SeriesGraph, roots: list[int]) -> list[int]:
+    """Rewrite sums in place, as long as that saves products; returns the roots."""
+    while True:
+        nodes = graph.reachable(roots)
+        uses = Counter(a for node in nodes for a in graph.args[node])
+        uses.update(roots)
+        inside = {a for node in nodes if graph.op[node] in _LINEAR for a in graph.args[node] if uses[a] == 1}
+        replaced = {}
+        for node in nodes:
+            if graph.op[node] in _LINEAR and not graph.is_constant(node) and node not in inside:
+                better = _with_shared_factors(graph, node, uses)
+                if better is not None:
+                    replaced[node] = better
+        if not replaced:
+            return roots
+        roots = graph.replace(replaced, roots)
+
+
+def _with_shared_factors(graph: SeriesGraph, node: int, uses: Counter) -> int | None:
+    terms = _terms(graph, node, uses)
+    changed = False
+    while True:
+        single = [t for t in terms if graph.op[t[1]] == "mul" and uses[t[1]] == 1]
+        counts = Counter(a for _, product in single for a in set(graph.args[product]))
+        factor = min(counts, key=lambda a: (-counts[a], a), default=None)
+        if factor is None or counts[factor] < 2:
+            return _sum(graph, terms) if changed else None
+        members = [t for t in single if factor in graph.args[t[1]]]
+        rest = [(c, _other(graph.args[product], factor)) for c, product in members]
+        one = graph.number(1.0)
+        terms = [t for t in terms if t not in members] + [(one, graph.mul(factor, _sum(graph, rest)))]
+        changed = True
+
+
+def _other(args: tuple[int, ...], factor: int) -> int:
+    return args[1] if args[0] == factor else args[0]
+
+
+def _terms(graph: SeriesGraph, node: int, uses: Counter) -> list[Term]:
+    """The terms of a sum, through those sums below that nothing else uses."""
+    found: list[Term] = []
+    pending = [(graph.number(1.0), node)]
+    while pending:
+        constant, term = pending.pop()
+        kind, args = graph.op[term], graph.args[term]
+        if graph.is_constant(term) or kind not in _LINEAR or (term != node and uses[term] > 1):
+            found.append((constant, term))
+        elif kind == "scale":
+            pending.append((graph.mul(constant, args[0]), args[1]))
+        elif kind == "neg":
+            pending.append((graph.neg(constant), args[0]))
+        else:
+            pending.append((graph.neg(constant) if kind == "sub" else constant, args[1]))
+            pending.append((constant, args[0]))
+    return found
+
+
+def _sum(graph: SeriesGraph, terms: list[Term]) -> int:
+    total = None
+    for constant, term in terms:
+        part = graph.mul(constant, term)
+        total = part if total is None else graph.add(total, part)
+    return total
 
 
 @dataclass

@@ -14,8 +14,7 @@ from symgen.cli.failures import FAILED, NOT_TRUSTED
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import complain, say
-from symgen.runtime.checks.convergence import study
-from symgen.runtime.checks.convergence_text import lines
+from symgen.runtime.checks.convergence import lines, study
 from symgen.runtime.lazy import Late
 from symgen.runtime.result_json import to_json
 

@@ -17,7 +17,7 @@ import numpy as np
 from symgen import Model, cos, dot, link, runtime, sin, t
 from symgen.derive.rolling import Schedule
 from symgen.derive.solve import dense_solve, factorise
-from symgen.emit import function as function_text
+from symgen.emit import module as function_text
 from symgen.emit import rolled as emitted_loops
 from symgen.model.library import find, load
 from symgen.runtime.taylor.kernel import taylor_refusal
