@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from . import link
+from .model import lagrangian as lagrangians
 from .model import model, toml_reader
 from .robots.build import EARTH, import_urdf
 
 if TYPE_CHECKING:
+    import sympy
+
     from symgen.runtime import System
 
 
@@ -72,3 +76,99 @@ class Model(model.Model):
             Names the file, the line and the element.
         """
         return import_urdf(path, base, expose, motors, gravity, cls).model
+
+    @classmethod
+    def from_lagrangian(
+        cls,
+        name: str,
+        lagrangian: sympy.Expr,
+        coordinates: Sequence[sympy.Expr],
+        *,
+        parameters: Mapping[sympy.Symbol, Any] = MappingProxyType({}),
+        forces: Mapping[sympy.Expr, Any] = MappingProxyType({}),
+        constraints: Mapping[str, Any] = MappingProxyType({}),
+        velocity_constraints: Mapping[str, Any] = MappingProxyType({}),
+        start: Mapping[sympy.Expr, Any] = MappingProxyType({}),
+        rate: Mapping[sympy.Expr, Any] = MappingProxyType({}),
+    ) -> Model:
+        """Make a model of a Lagrangian in SymPy's functions of time.
+
+        Parameters
+        ----------
+        name : str
+        lagrangian : sympy.Expr
+            L = T - V [J] of `dynamicsymbols`, their first derivatives, the time and other symbols. V is -L at rest.
+        coordinates : sequence of sympy.Expr
+            The `dynamicsymbols`, in the order of q.
+        parameters : mapping of sympy.Symbol to number or quantity
+            Values of all other symbols.
+        forces : mapping of sympy.Expr to expression
+            Generalised forces on coordinates, beyond those of V.
+        constraints, velocity_constraints : mapping of str to expression
+            What is held at zero, by names; of positions, and linear in rates.
+        start, rate : mapping of sympy.Expr to number or quantity
+            Values and rates of coordinates at the start; those left out are guesses of 0.
+
+        Returns
+        -------
+        Model
+
+        Raises
+        ------
+        ModelError
+            A symbol has no value, or something is neither a coordinate nor its rate.
+
+        Examples
+        --------
+        >>> from sympy import cos, symbols
+        >>> from sympy.physics.mechanics import dynamicsymbols
+        >>> q, (m, g, l) = dynamicsymbols("q"), symbols("m g l")
+        >>> L = m * l**2 * q.diff() ** 2 / 2 + m * g * l * cos(q)
+        >>> pendulum = Model.from_lagrangian("pendulum", L, [q], parameters={m: 1, g: 9.81, l: 0.5}, start={q: 0.1})
+        """
+        return lagrangians.from_lagrangian(
+            cls,
+            name,
+            lagrangian,
+            coordinates,
+            parameters,
+            forces,
+            constraints,
+            velocity_constraints,
+            start,
+            rate,
+        )
+
+    @classmethod
+    def from_sympy(
+        cls,
+        name: str,
+        method: Any,
+        *,
+        parameters: Mapping[sympy.Symbol, Any] = MappingProxyType({}),
+        start: Mapping[sympy.Expr, Any] = MappingProxyType({}),
+        rate: Mapping[sympy.Expr, Any] = MappingProxyType({}),
+    ) -> Model:
+        """Make a model of a `sympy.physics.mechanics.LagrangesMethod`.
+
+        Its Lagrangian, coordinates, forces and constraints (`position_1`, …, `velocity_1`, …) are taken over.
+
+        Parameters
+        ----------
+        name : str
+        method : LagrangesMethod
+        parameters, start, rate
+            As in `from_lagrangian`.
+
+        Returns
+        -------
+        Model
+
+        Raises
+        ------
+        ModelError
+            `method` is another one (Kane's has speeds of its own), or as in `from_lagrangian`.
+        """
+        return lagrangians.from_lagranges_method(
+            cls, name, method, parameters=parameters, start=start, rate=rate
+        )

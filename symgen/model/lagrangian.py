@@ -1,0 +1,135 @@
+"""Models from Lagrangians of SymPy's functions of time (`dynamicsymbols`), and from its `LagrangesMethod`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import sympy
+from sympy.core.function import AppliedUndef
+
+from ..errors import ModelError
+from .functions import dot, t
+from .model import Model
+from .names import name_fault
+from .sources import read
+
+Make = Callable[[str], Model]
+
+
+def from_lagrangian(
+    make: Make,
+    name: str,
+    lagrangian: sympy.Expr,
+    coordinates: Sequence[sympy.Expr],
+    parameters: Mapping[sympy.Symbol, Any],
+    forces: Mapping[sympy.Expr, Any],
+    constraints: Mapping[str, Any],
+    velocity_constraints: Mapping[str, Any],
+    start: Mapping[sympy.Expr, Any],
+    rate: Mapping[sympy.Expr, Any],
+) -> Model:
+    """The model of a Lagrangian; see `Model.from_lagrangian`."""
+    names = _Names(coordinates)
+    expressions = [lagrangian, *forces.values(), *constraints.values(), *velocity_constraints.values()]
+    kinetic, potential = _split(lagrangian, names)
+    m = make(name)
+    for q in coordinates:
+        at = {"start": start[q]} if q in start else {}
+        m.coordinate(names.symbols[q].name, **at, **({"rate": rate[q]} if q in rate else {}))
+    for symbol in names.parameters(expressions):
+        if symbol not in parameters:
+            raise ModelError(
+                f"the parameter '{symbol}' of the model '{name}' has no value",
+                hint=f"give all: parameters={{{symbol}: 1.0, …}}",
+            )
+        m.parameter(symbol.name, parameters[symbol])
+    m.kinetic(names.taken_over(kinetic))
+    m.potential(names.taken_over(potential))
+    for q, force in forces.items():
+        m.force(names.symbols[q], names.taken_over(force))
+    for key, x in constraints.items():
+        m.constraint(key, names.taken_over(x))
+    for key, x in velocity_constraints.items():
+        m.velocity_constraint(key, names.taken_over(x))
+    return m
+
+
+def from_lagranges_method(make: Make, name: str, method: Any, **given: Mapping[sympy.Expr, Any]) -> Model:
+    """The model of a `sympy.physics.mechanics.LagrangesMethod`; see `Model.from_sympy`."""
+    if type(method).__name__ != "LagrangesMethod":
+        raise ModelError(
+            f"a model is made of a LagrangesMethod, not of a {type(method).__name__}",
+            hint="or write its Lagrangian: Model.from_lagrangian(name, L, coordinates, …)",
+        )
+    if not method.eom:
+        method.form_lagranges_equations()
+    work = method._term4
+    n_positions = len(method._hol_coneqs)
+    return from_lagrangian(
+        make,
+        name,
+        method._L[0],
+        list(method.q),
+        forces={q: f for q, f in zip(method.q, work, strict=True) if f != 0},
+        constraints=_numbered("position", method._hol_coneqs),
+        velocity_constraints=_numbered("velocity", list(method.coneqs)[n_positions:]),
+        **given,
+    )
+
+
+def _numbered(stem: str, expressions: Iterable[sympy.Expr]) -> dict[str, sympy.Expr]:
+    return {f"{stem}_{k}": x for k, x in enumerate(expressions, 1)}
+
+
+def _split(lagrangian: sympy.Expr, names: _Names) -> tuple[sympy.Expr, sympy.Expr]:
+    """T and V: V is minus what is left of L at rest."""
+    at_rest = lagrangian.doit().subs(dict.fromkeys(names.rates, 0))
+    return lagrangian - at_rest, -at_rest
+
+
+class _Names:
+    """What functions of time, their derivatives and other symbols are called in a model."""
+
+    def __init__(self, coordinates: Sequence[sympy.Expr]) -> None:
+        self.symbols: dict[sympy.Expr, sympy.Symbol] = {}
+        for q in coordinates:
+            if not isinstance(q, AppliedUndef) or len(q.args) != 1 or not isinstance(q.args[0], sympy.Symbol):
+                raise ModelError(
+                    f"the coordinate '{q!s:.60}' is no function of time",
+                    hint="write sympy.physics.mechanics.dynamicsymbols('q')",
+                )
+            fault = name_fault(q.func.__name__)
+            if fault is not None:
+                raise ModelError(fault, hint="give the dynamicsymbol another name")
+            self.symbols[q] = sympy.Symbol(q.func.__name__)
+            self.time = q.args[0]
+        if not self.symbols:
+            raise ModelError("a Lagrangian needs coordinates", hint="give its dynamicsymbols")
+        self.rates = {q.diff(self.time): dot(symbol) for q, symbol in self.symbols.items()}
+
+    def parameters(self, expressions: Iterable[Any]) -> list[sympy.Symbol]:
+        """The symbols of expressions, by name, without the time."""
+        found = set().union(*(read(x).expression.free_symbols for x in expressions)) - {self.time}
+        return sorted(found, key=lambda symbol: symbol.name)
+
+    def taken_over(self, expression: sympy.Expr) -> sympy.Expr:
+        """An expression of symbols and of `dot`.
+
+        Raises
+        ------
+        ModelError
+            It has a function of time that is no coordinate, or a second derivative.
+        """
+        plain = {x: sympy.Symbol(x.name) for x in self.parameters([expression])}
+        own = (
+            read(expression).expression.doit().xreplace({**self.rates, **self.symbols, self.time: t, **plain})
+        )
+        left = own.atoms(AppliedUndef, sympy.Derivative) - own.atoms(dot)
+        left = {x for x in left if isinstance(x, sympy.Derivative) or x.args == (t,)}
+        if left:
+            raise ModelError(
+                f"'{min(left, key=str)!s:.60}' is neither a coordinate nor the rate of one",
+                hint="name all dynamicsymbols as coordinates; accelerations cannot stand in a model",
+            )
+        return own
