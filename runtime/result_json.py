@@ -47,7 +47,8 @@ def result(solution: Solution, seconds: Mapping[str, float] | None = None) -> di
         solution.outputs[-1],
         solution.contact_forces[-1] if system.switches else None,
     )
-    times = {"compile": solution.seconds.get("prepare", 0.0), **solution.seconds, **(seconds or {})}
+    compiling = sum(solution.seconds.get(stage, 0.0) for stage in ("prepare", "compile"))
+    times = {**solution.seconds, "compile": compiling, **(seconds or {})}
     energy, residual = solution.energy, solution.constraint_residual
     return {
         "model": system.name,

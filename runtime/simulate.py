@@ -131,4 +131,10 @@ def _schedule(system: System, arrays: LoopArrays, method: Method, t_start: float
 
 
 def _moved_notes(moved: Sequence[tuple[str, float, float]]) -> list[str]:
-    return [f"assembly moved {name} from {before:.9g} to {after:.9g}" for name, before, after in moved]
+    notes = []
+    for name, before, after in moved:
+        digits = next(
+            (k for k in (9, 12, 17) if f"{before:.{k}g}" != f"{after:.{k}g}"), 17
+        )  # those that differ
+        notes.append(f"assembly moved {name} from {before:.{digits}g} to {after:.{digits}g}")
+    return notes

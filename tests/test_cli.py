@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.shell_completion import ShellComplete
@@ -402,3 +403,69 @@ def test_the_shell_completes(tmp_path, monkeypatch, words, begun, some):
     (tmp_path / "mine.toml").touch()
     shell = ShellComplete(main, {}, "symgen", "_SYMGEN_COMPLETE")
     assert {item.value for item in shell.get_completions(words, begun)} == some
+
+
+BEGIN = '[coordinates]\nx = { start = 1.0%s }\n[energy]\nkinetic = "dot(x)^2/2"\npotential = "%s"\n'
+
+
+@pytest.mark.parametrize(
+    "text, says",
+    [
+        (BEGIN % ("", "x^2 + 0.3 m"), "'0.3 m' is a number with a unit inside an expression"),
+        (BEGIN % ("", "x^2") + "[inputs]\ntau = { value = 0.5 }\n", "did you mean 'default'"),
+        (BEGIN % (", initial = 2", "x^2"), "did you mean 'start'"),
+        (BEGIN % ("", "x^2") + '[parameters]\nk = "3 metre"\n', "did you mean 'm'"),
+    ],
+)
+def test_hints_say_what_was_meant(tmp_path, monkeypatch, text, says):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    done = CliRunner().invoke(main, ["show", "own"])
+    assert done.exit_code == 1 and says in done.stderr and "own.toml" in done.stderr
+
+
+@pytest.mark.parametrize("library", ["numpy", "math"])
+def test_functions_of_numbers_hint_at_those_of_expressions(tmp_path, library):
+    program = (
+        "from symgen import Model\nimport {0}\ndef build():\n    m = Model('q')\n    x = m.coordinate('x')\n"
+        "    m.kinetic('dot(x)^2/2')\n    m.potential({0}.sin(x))\n    return m\n"
+    )
+    (tmp_path / "q.py").write_text(program.format(library), encoding="utf-8")
+    done = CliRunner().invoke(main, ["show", str(tmp_path / "q.py")])
+    assert done.exit_code == 1 and "line 7" in done.stderr and "as symgen.sin" in done.stderr
+
+
+def test_a_start_that_contradicts_names_the_model_even_where_its_name_is_a_letter(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = BEGIN % ("", "x^2") + '[constraints]\nclosed = "x - 2"\n'
+    (tmp_path / "c.toml").write_text(text, encoding="utf-8")
+    done = CliRunner().invoke(main, ["run", "c", "--no-log", "--t-end", "1"])
+    assert done.exit_code == 1 and "Error: c: constraint 'closed'" in done.stderr
+
+
+def test_the_time_line_counts_the_compilation_of_step_loops(monkeypatch):
+    from symgen.cli.run import _seconds
+
+    run = SimpleNamespace(seconds={"prepare": 0.5, "compile": 2.0, "run": 1.0})
+    assert _seconds(run, 0.25, None) == {"derive": 0.25, "compile": 2.5, "run": 1.0, "log": 0.0}
+
+
+def test_a_plot_without_matplotlib_is_refused_before_the_work(tmp_path, monkeypatch):
+    import importlib.util
+
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "matplotlib" else find(name)
+    )
+    monkeypatch.setattr("symgen.cli.check.study", lambda *_: 1 / 0)
+    done = CliRunner().invoke(main, ["check", "pendulum", "--plot", str(tmp_path / "a.png")])
+    assert done.exit_code == 2 and "symgen[figures]" in done.stderr
+
+
+def test_what_assembly_moved_has_digits_that_differ():
+    from symgen.runtime.simulate import _moved_notes
+
+    assert _moved_notes([("x", 1.0, 1.0 + 1e-11), ("y", 0.0, 0.5)]) == [
+        "assembly moved x from 1 to 1.00000000001",
+        "assembly moved y from 0 to 0.5",
+    ]

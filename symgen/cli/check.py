@@ -52,6 +52,8 @@ def command(
 
     The exit status is 3 when the result does not settle, or digits are lost before the end.
     """
+    if plot_file is not None and importlib.util.find_spec("matplotlib") is None:
+        raise click.UsageError("--plot needs matplotlib: pip install 'symgen[figures]'")
     path = find_model(model)
     system, _ = load_system(path, as_dict(options, "--option"))
     asked = with_control(path, system, options_of(system, given))
@@ -63,17 +65,12 @@ def command(
         context.exit(FAILED)
     for line in lines(result):
         say(line)
-    _plot(
-        result, plot_file or claim("the plot", Path(f"{system.name}_check.png")), asked=plot_file is not None
-    )
+    _plot(result, plot_file or claim("the plot", Path(f"{system.name}_check.png")))
     say(result.says)
     context.exit(0 if result.ok else NOT_TRUSTED)
 
 
-def _plot(result: Convergence, path: Path, asked: bool) -> None:
-    if importlib.util.find_spec("matplotlib") is None:
-        if asked:
-            raise click.UsageError("--plot needs matplotlib: pip install 'symgen[figures]'")
-        return
-    check_plot.write_plot(result, path)
-    say(f"plot: {path}")
+def _plot(result: Convergence, path: Path) -> None:
+    if importlib.util.find_spec("matplotlib") is not None:
+        check_plot.write_plot(result, path)
+        say(f"plot: {path}")

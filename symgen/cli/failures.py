@@ -159,7 +159,12 @@ def _sentence(error: Exception) -> str:
 
 def _about(subject: str, text: str) -> str:
     """The text behind the name of the file that it is about, unless it begins with that of another, or has it."""
-    named = not subject or Path(subject).name in text or _BEGINS_WITH_FILE.match(text)
+    name = Path(subject).name
+    named = (
+        not subject
+        or re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.]*\w)", text)
+        or _BEGINS_WITH_FILE.match(text)
+    )
     return text if named else f"{subject}: {text}"
 
 

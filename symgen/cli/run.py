@@ -160,7 +160,7 @@ def _seconds(solution: Solution, derived: float, recording: Recorded | None) -> 
     during = recording.seconds_in_run if recording is not None else 0.0
     return {
         "derive": derived,
-        "compile": solution.seconds["prepare"],
+        "compile": solution.seconds["prepare"] + solution.seconds.get("compile", 0.0),
         "run": max(0.0, solution.seconds["run"] - during),
         "log": log,
     }

@@ -189,6 +189,10 @@ def _execute(path: Path) -> types.ModuleType:
     return module
 
 
+# What math and NumPy say of a symbol.
+_NUMBERS_ONLY = ("loop of ufunc does not support", "Cannot convert expression to float")
+
+
 def _author_error(path: Path, error: BaseException) -> SymgenError:
     """What went wrong in the author's file, with the line of that file that was running."""
     import traceback
@@ -199,7 +203,10 @@ def _author_error(path: Path, error: BaseException) -> SymgenError:
         if error.file is not None and error.file.startswith("model '"):
             error.file = str(path)
         return error.located(file=str(path), line=line if error.file == str(path) else None)
-    return ModelError(f"{type(error).__name__}: {error}", file=str(path), line=line)
+    hint = None
+    if isinstance(error, TypeError) and any(sign in str(error) for sign in _NUMBERS_ONLY):
+        hint = "functions of math and numpy take numbers only: for expressions take those of symgen, as symgen.sin"
+    return ModelError(f"{type(error).__name__}: {error}", file=str(path), line=line, hint=hint)
 
 
 def _check_options(path: Path, build: Any, arguments: dict[str, Any]) -> None:

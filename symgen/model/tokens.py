@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from ..errors import ModelError, nearest
 from .names import FUNCTION_ARITY, LONGEST_NAME
+from .units import ATOMS
 
 LONGEST_TEXT = 20_000  # characters
 MOST_TOKENS = 4_000  # Python's parser recurses once per operator of a sum, and stops below 3000
@@ -174,6 +175,14 @@ def _function_hint(name: str) -> str:
 
 def _check_operator(token: Token, before: Token, open_calls: list[tuple[Token, Token | None, int]]) -> bool:
     """Check what follows an operand; returns whether an operand comes next."""
+    if before.kind == "number" and token.text in ATOMS:
+        raise ModelError(
+            f"'{before.text} {token.text}' is a number with a unit inside an expression: units stand "
+            "behind pure numbers alone",
+            column=token.column,
+            hint=f'make it a parameter, as in h = "{before.text} {token.text}", and write its name; to multiply, '
+            f"write {before.text}*{token.text}",
+        )
     if token.kind != "operator" or token.text in ("(", "not"):
         raise ModelError(
             f"an operator is missing between '{before.text}' and '{token.text}'",

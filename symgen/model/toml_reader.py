@@ -119,6 +119,20 @@ def _name_of(stem: str) -> str:
     return name if name[:1].isalpha() and not keyword.iskeyword(name) else f"model_{name}"
 
 
+# What people write for a key that has another name here.
+_MEANT = {
+    "value": ("default", "start"),
+    "initial": ("start", "default"),
+    "description": ("doc",),
+    "units": ("unit",),
+}
+
+
+def _nearest_key(name: str, known: tuple[str, ...]) -> str | None:
+    meant = next((key for key in _MEANT.get(name, ()) if key in known), None)
+    return nearest(name, known, "keys") if meant is None else f"did you mean '{meant}'?"
+
+
 def _keys(model: Model, table: str, key: str, content: Any, known: tuple[str, ...]) -> dict[str, Any]:
     """A table with known keys only; `key` is its prefix within `table`."""
     if not isinstance(content, dict):
@@ -133,7 +147,7 @@ def _keys(model: Model, table: str, key: str, content: Any, known: tuple[str, ..
         if name not in known:
             place = f"{key}.{name}" if key else name
             raise model._sources.error(
-                table, place[:120], f"unknown key '{name:.60}'", hint=nearest(name[:60], known, "keys")
+                table, place[:120], f"unknown key '{name:.60}'", hint=_nearest_key(name[:60], known)
             )
     return content
 
