@@ -9,7 +9,6 @@ import numpy as np
 from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.checks.steps import MOST_IN_A_PERIOD, PERIODS, step_for_phases
 from symgen.runtime.checks.time_scales import TimeScales, change_rate, time_scales
-from symgen.runtime.constraints.redundancy import has_dependence
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.large_models import has_sparse_form, suited_to_size
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
 
 kkt = Late("symgen.runtime.constraints.kkt")
 at_start = Late("symgen.runtime.contact.at_start")
+redundancy = Late("symgen.runtime.constraints.redundancy")
 forms = Late("symgen.runtime.integrate.forms")
 
 CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
@@ -135,7 +135,7 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
 
 def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     """Return why the equations that leave constraints out do not hold for this run; an empty string where they do."""
-    if has_dependence(system, p, t, state[: system.nq]):
+    if not system.dependent or redundancy.has_dependence(system, p, t, state[: system.nq]):
         return ""
     names = ", ".join(system.constraints[k]["name"] for k in system.dependent)
     return (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.positions import Positions
+from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     from symgen.runtime.contact.switching import Switching
@@ -115,7 +115,7 @@ def event_values_and_floor(system: System, arrays: LoopArrays) -> tuple[np.ndarr
     return g, np.where(np.isfinite(floor), floor, 0.0)
 
 
-@dataclass(frozen=True)
+@record
 class EventRecord:
     """One event that fired.
 

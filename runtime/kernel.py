@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,8 +14,10 @@ from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.llvm_text import PRECOMPUTED
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.module_source import ModuleSource
+from symgen.runtime.record import record
 
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+_FLOAT = np.dtype(np.float64)
 
 
 class SlowCompileWarning(UserWarning):
@@ -39,7 +41,7 @@ class Owner(Protocol):
         """Say what `p` holds."""
 
 
-@dataclass(frozen=True)
+@record
 class KernelSource:
     """A function of a model, and where its hoisted values stand in a precomputed `p`."""
 
@@ -93,7 +95,7 @@ class KernelSource:
         return f"{code.lengths}\0{tables}\0{self.n_hoisted} {self.offset}\0{code.text}"
 
 
-@dataclass(frozen=True, eq=False)
+@record(eq=False)
 class Kernel:
     """A compiled function `f(t, y, p, out)` of a model.
 
@@ -149,6 +151,9 @@ class Kernel:
 
     def _checked(self, name: str, values: Any, length: int) -> np.ndarray:
         """Return `values` as a contiguous float64 array of `length`, or say what was expected."""
+        if type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (length,):
+            if values.flags.c_contiguous:
+                return values
         model = self.source.system.name
         try:
             array = np.ascontiguousarray(values)

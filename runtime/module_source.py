@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.abi import array_sizes, setting_names
@@ -13,6 +13,7 @@ from symgen.runtime.code.facts import Facts, from_text
 from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.graph.lengths import Lengths
 from symgen.runtime.lazy import Late
+from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     from symgen.runtime.graph.form import Form
@@ -25,7 +26,7 @@ _DENSE, _FRONTS = "symgen.runtime.code.dense_ldl", "symgen.runtime.code.front_ld
 SOLVERS = {"factor_ldl": _DENSE, "solve_ldl": _DENSE, "factor_fronts": _FRONTS, "solve_fronts": _FRONTS}
 
 
-@dataclass(frozen=True)
+@record
 class ModuleSource:
     """A generated module, read.
 

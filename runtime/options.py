@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
+from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -27,7 +28,7 @@ _SHORTEST_RUN = 1e-150  # [s]: squares of the steps must not underflow
 _LEAST_TICKS = 1000  # of floating-point time in a run
 
 
-@dataclass(frozen=True)
+@record
 class RunOptions:
     """How to integrate a model.
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from symgen.runtime.checks.inertia import refuse_negative_inertia
 from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
-from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.energy_level import choose_energy_level
+from symgen.runtime.constraints.start_values import Assembly, start_values
 from symgen.runtime.driver import Run
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.lazy import Late
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
+constrained = Late("symgen.runtime.constraints.assembly")
 drive = Late("symgen.runtime.inputs.drive")
 given = Late("symgen.runtime.inputs.given")
 schedule = Late("symgen.runtime.inputs.schedule")
@@ -57,7 +58,7 @@ def simulate(system: System, options: RunOptions) -> Solution:
         system = drive.drive(system, moving, p, options.t_start, options.t_end)
     treatment, formed, form_notes = choose_constraints(options.constraints, system, options.method)
     began = time.perf_counter()
-    assembly = assemble(system, p, options.start, options.rate, options.t_start)
+    assembly = _start(system, p, options)
     state = np.concatenate([assembly.q, assembly.v])
     refuse_negative_inertia(system, p, options.t_start, state)
     if moving:
@@ -111,6 +112,14 @@ def simulate(system: System, options: RunOptions) -> Solution:
         "t_start": options.t_start, "t_end": options.t_end, "step": step or None, "redundant": assembly.redundant,
     }  # fmt: skip
     return summarise(run, options.at, [*notes, *run.notes], seconds, settings)
+
+
+def _start(system: System, p: np.ndarray, options: RunOptions) -> Assembly:
+    """Return consistent initial conditions."""
+    if system.m:
+        return constrained.assemble(system, p, options.start, options.rate, options.t_start)
+    given = start_values(system, options.start, options.rate)
+    return Assembly(given.q, given.v, notes=given.notes)
 
 
 def _split_inputs(

@@ -12,6 +12,7 @@ import numpy as np
 from symgen.runtime.errors import UnknownNameError, nearest
 from symgen.runtime.lazy import Late
 from symgen.runtime.names import acceleration_labels, rate_indices, rate_labels
+from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     from symgen.runtime.contact.forms import Forms
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 batches = Late("symgen.runtime.batches")
 
 
-@dataclass(frozen=True)
+@record
 class Sample:
     """A state at a time that the user asked for, hit exactly.
 
@@ -50,7 +51,7 @@ class Sample:
     contact_forces: np.ndarray | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Energy:
     """Energies at the frames [J].
 
@@ -99,7 +100,7 @@ class Energy:
         return float(self.total[-1])
 
 
-@dataclass(frozen=True)
+@record
 class ConstraintResidual:
     """Largest magnitudes of the constraints' residuals at the frames.
 
@@ -116,7 +117,7 @@ class ConstraintResidual:
     max_velocity: float
 
 
-@dataclass
+@dataclass(eq=False, repr=False)
 class Solution:
     """A run and its result as data; `symgen.runtime.front.Solution` has doors to what is done with it.
 

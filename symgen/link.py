@@ -9,7 +9,6 @@ import hashlib
 import os
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from symgen.runtime.code.cache import cache_folder, fetch, prune, store
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.lazy import Late
 from symgen.runtime.module import read_module
+from symgen.runtime.record import record
 
 from .errors import ModelError, SymgenError
 from .version import __version__
@@ -39,7 +39,7 @@ _SHARED = Path(runtime.__file__).parent / "graph"  # with what both halves know:
 _KEPT_GENERATORS = 20
 
 
-@dataclass(frozen=True)
+@record
 class ModuleText:
     """A generated module for a model file.
 
@@ -52,7 +52,7 @@ class ModuleText:
     path: Path | None
 
 
-@dataclass(frozen=True)
+@record
 class DerivedModel:
     """A freshly derived model with what was found on the way; `seconds` by stage.
 

@@ -32,6 +32,8 @@ UNUSED = (
         "code.modules", "code.lower", "code.straight_line", "code.expressions", "code.dense_ldl", "code.front_ldl",
         "code.compile_jitted", "code.compiler", "taylor.graph", "taylor.motion", "taylor.loops",
         "contact", "inputs", "recording", "explain", "constraints.kkt", "constraints.rank_revealing",
+        "constraints.assembly", "constraints.drift", "constraints.levels", "constraints.nearest_point",
+        "constraints.redundancy", "constraints.large", "checks.branches", "checks.extreme_rates",
         "constraints.baumgarte", "integrate.ggl", "integrate.forms", "integrate.growth", "integrate.radau",
         "integrate.bdf", "integrate.rattle", "integrate.partition", "integrate.alpha",
     )),

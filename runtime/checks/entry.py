@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
+from symgen.runtime.record import record
 
-@dataclass(frozen=True)
+
+@record
 class HealthCheck:
     """One check of a run.
 

@@ -6,7 +6,6 @@ Constraints whose gradient is zero wherever they hold: they can be met, but not 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,7 +27,7 @@ from symgen.runtime.constraints.nearest_point import (
     worst,
 )
 from symgen.runtime.constraints.redundancy import Redundancy, ranks_near
-from symgen.runtime.constraints.start_values import StartValues, start_values
+from symgen.runtime.constraints.start_values import Assembly, StartValues, start_values
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Chart
 from symgen.runtime.size import is_large
@@ -91,31 +90,6 @@ _TAKES_PART = 1e-3  # of the largest residual: a constraint that is named
 _MAX_REPAIRS = 20
 _MOST_SCALES, _MUCH_SMALLER = 3, 0.1
 _REFINEMENTS = 3
-
-
-@dataclass(frozen=True)
-class Assembly:
-    """Consistent initial conditions, and what it took.
-
-    Attributes
-    ----------
-    q, v : ndarray, shape (nq,) and (nv,)
-    moved : list of (str, float, float)
-        Coordinate or rate (`dot(x)`, `ball_wx`), its value before and after.
-    notes : list of str
-        What a user should know: enforced values that were repaired, redundant constraints.
-    redundant : list of str
-        Constraints that follow from those before them.
-    rank : int
-        Structural rank of the constraint Jacobian; smaller than m when constraints are redundant.
-    """
-
-    q: np.ndarray
-    v: np.ndarray
-    moved: list[tuple[str, float, float]] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    redundant: list[str] = field(default_factory=list)
-    rank: int = 0
 
 
 def assemble(

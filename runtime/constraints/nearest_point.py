@@ -6,10 +6,11 @@ The position constraints of a model as a problem for the nearest point, in the u
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     from symgen.runtime.constraints.levels import Constraints
@@ -33,7 +34,7 @@ _SINGULAR = 1e-12  # ratio of eigenvalues below which a mass matrix counts as si
 _SPREADS = (0.1, 0.3, 1.0, 3.0)  # of the characteristic sizes, for restarts from perturbed guesses
 
 
-@dataclass(frozen=True)
+@record
 class Problem:
     """Scaled constraints r(z) = 0 over unknowns z, in a metric.
 

@@ -6,7 +6,6 @@ The rank that a constraint Jacobian has around a state, and whether it is that o
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.constraints.nearest_point import SOLVED, Problem, position_problem, solve, worst
 from symgen.runtime.positions import Chart
+from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -26,7 +26,7 @@ _RANK_TOLERANCE = (
 _TAKES_PART = 1e-6
 
 
-@dataclass(frozen=True)
+@record
 class Redundancy:
     """What the ranks of G say.
 

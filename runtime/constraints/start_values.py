@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from symgen.runtime.errors import UnknownNameError, nearest
 from symgen.runtime.lazy import Late
 from symgen.runtime.names import inside_dot, rate_indices
 from symgen.runtime.positions import Positions
+from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -37,6 +39,31 @@ class StartValues(NamedTuple):
     q_enforced: np.ndarray
     v_enforced: np.ndarray
     notes: list[str]
+
+
+@record
+class Assembly:
+    """Consistent initial conditions, and what it took.
+
+    Attributes
+    ----------
+    q, v : ndarray, shape (nq,) and (nv,)
+    moved : list of (str, float, float)
+        Coordinate or rate (`dot(x)`, `ball_wx`), its value before and after.
+    notes : list of str
+        What a user should know: enforced values that were repaired, redundant constraints.
+    redundant : list of str
+        Constraints that follow from those before them.
+    rank : int
+        Structural rank of the constraint Jacobian; smaller than m when constraints are redundant.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    moved: list[tuple[str, float, float]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    redundant: list[str] = field(default_factory=list)
+    rank: int = 0
 
 
 def start_values(

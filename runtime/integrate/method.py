@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+
+from symgen.runtime.record import record
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,7 +19,7 @@ EVALUATIONS_PER_STAGE = (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@record(kw_only=True)
 class Method:
     """A method of integration and what it can do; the code behind it is imported when it is used.
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from symgen.runtime.record import record
 
-@dataclass(frozen=True)
+
+@record
 class StepLimits:
     """What steps have to keep to.
 
