@@ -32,6 +32,7 @@ _NEARBY = 1e-3
 _SPEEDS = (0.0, 1.0, 1e3, 1e-3)  # characteristic sizes in a second
 _ANY_ROW_IS_LARGE = 1e300  # weights by which only a row of zeros is small
 _USED = ("mass_matrix", "forces", "constraint_jacobian", "gamma", "constraint_residual", "energy", "rhs")
+_MOST_REMEMBERED = 16  # states at which a run began
 _KERNEL = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 _lock = threading.Lock()
 
@@ -85,14 +86,18 @@ class Lease:
         Straight-line code that leaves out constraints is of use only where these depend on the others.
         """
         system = self._system
-        weights, smallest = row_weights(system, p, t, q)
+        known = vars(system).setdefault("_expected", {})
+        key = t, q.tobytes(), p.tobytes()
+        if key not in known:
+            # The loops of a run, those that try methods out, and companions all begin at one state.
+            if len(known) >= _MOST_REMEMBERED:
+                known.clear()
+            known[key] = _expected(system, p, t, q)
+        weights, near_singular, unfit, rank = known[key]
         if len(weights):
             per_residual = weights[system.m * system.nv :][: system.m]
             self.residual_size = float(1.0 / per_residual.min())
-        rank = 0 if system.switched else usual_rank(system, p, t, q)
-        unfit = system.dependent and rank != system.m - len(system.dependent)
-        unfit = unfit or is_ill_conditioned(system, p, t, q)
-        self._guard.expect(weights, smallest < at.NEAR_LIMIT, unfit, rank)
+        self._guard.expect(weights, near_singular, unfit, rank)
 
     def take_all_constraints(self) -> None:
         """Give the multipliers of least norm, also where straight-line code leaves constraints out."""
@@ -216,6 +221,14 @@ class _Guard:
                 f"the path for dependent constraints failed: {error!r}", RuntimeWarning, stacklevel=2
             )
             arrays[2][:] = np.nan
+
+
+def _expected(system: System, p: np.ndarray, t: float, q: np.ndarray) -> tuple[np.ndarray, bool, bool, int]:
+    """Return the weights of rows at a state, whether one is near 0, whether straight code is unfit, the rank."""
+    weights, smallest = row_weights(system, p, t, q)
+    rank = 0 if system.switched else usual_rank(system, p, t, q)
+    unfit = bool(system.dependent) and rank != system.m - len(system.dependent)
+    return weights, bool(smallest < at.NEAR_LIMIT), unfit or is_ill_conditioned(system, p, t, q), rank
 
 
 def is_ill_conditioned(system: System, p: np.ndarray, t: float, q: np.ndarray) -> bool:
