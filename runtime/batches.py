@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import ctypes
+import functools
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.abi import ENTRIES
 from symgen.runtime.code.bridge import call_kernel
-from symgen.runtime.code.jitted import jitted
+from symgen.runtime.code.jitted import DISABLE_JIT, jitted
 from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
@@ -39,7 +43,7 @@ def evaluate(
     -------
     ndarray, shape (n, width)
     """
-    if not system.has(function):
+    if not system.has(function.removesuffix(ENTRIES)):
         return np.zeros((len(times), 0))
     kernel = system.kernel(function)
     return _rows(kernel.precomputed_address, kernel.out_size, system.precomputed(p), times, states)
@@ -73,5 +77,32 @@ def constraint_residuals(
 def _rows(address: int, width: int, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
     out = np.zeros((len(times), width))
     if len(times) and width:
-        evaluate_rows(np.uint64(address), np.ascontiguousarray(times), np.ascontiguousarray(states), p, out)
+        times, states = np.ascontiguousarray(times, dtype=float), np.ascontiguousarray(states, dtype=float)
+        if DISABLE_JIT:
+            evaluate_rows(np.uint64(address), times, states, p, out)
+        else:
+            call, nothing = _machine_code()
+            call(*nothing, address, *_flat(times), *_flat(states), *_flat(p), *_flat(out))
     return out
+
+
+@functools.lru_cache(maxsize=1)
+def _machine_code() -> tuple[Callable, tuple]:
+    """Return the machine code of `evaluate_rows`, and where it puts its result and an error, of which it has none.
+
+    To find it by the types of arguments takes longer than some rows.
+    """
+    one, row = np.zeros(1), np.zeros((1, 1))
+    code = evaluate_rows.compiled(np.uint64(0), one, row, one, row)
+    size, pointer = ctypes.c_ssize_t, ctypes.c_void_p
+    vector = [pointer, pointer, size, size, pointer, size, size]
+    matrix = [*vector, size, size]
+    types = [pointer, pointer, ctypes.c_uint64, *vector, *matrix, *vector, *matrix]
+    call = ctypes.CFUNCTYPE(ctypes.c_int32, *types)(code.address)
+    call.code = code  # lives as long
+    return call, (ctypes.byref(pointer()), ctypes.byref(pointer()))
+
+
+def _flat(array: np.ndarray) -> tuple:
+    """Return an array as machine code takes it, see `symgen.runtime.code.native`."""
+    return None, None, array.size, array.itemsize, array.ctypes.data, *array.shape, *array.strides

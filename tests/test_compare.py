@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 from symgen.cli import main
 from symgen.runtime import load, solve
+from symgen.runtime.checks import growth
 from symgen.runtime.checks.growth import growth_rate
 from symgen.runtime.recording.compare import compare
 from symgen.runtime.recording.errors import RecordingError
@@ -90,6 +91,16 @@ def test_growth_is_that_of_the_difference():
     assert growth_rate(t, noisy) == pytest.approx(1.7, rel=0.05)
     assert growth_rate(t, np.full(400, 1e-9)) is None
     assert growth_rate(t, np.zeros(400)) is None
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 37, 400])
+def test_the_envelope_is_the_largest_value_of_a_window(n):
+    values = np.random.default_rng(n).random(n)
+    values[3::11] = np.nan
+    for width in (0, 1, 2, 3, 6, 7, 8, n // 20, 30):
+        known = np.nan_to_num(values, nan=np.inf)
+        expected = [known[max(0, k - width) : k + 1].max() for k in range(n)]
+        np.testing.assert_array_equal(growth._envelope(values, width), expected)
 
 
 def test_growth_on_the_lorenz_attractor_is_its_lyapunov_exponent():

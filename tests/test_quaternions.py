@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,11 +14,13 @@ from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from symgen.link import module_for
+from symgen.model.library import find
 from symgen.runtime import RunOptions, load
 from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.advice import advise
 from symgen.runtime.checks.convergence import study
-from symgen.runtime.checks.time_scales import time_scales
+from symgen.runtime.checks.time_scales import time_scales, time_scales_at
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.contradictions import AssemblyError
@@ -436,3 +439,16 @@ def test_energy_balance_counts_friction():
     assert run.energy.max_error < 1e-8
     assert np.abs(np.gradient(run.w, run.t)[2:-2] - power[2:-2]).max() < 1e-3 * np.abs(power).max()
     assert evaluate(run.system, "energy", run.p, run.t, run.states).shape == (len(run.t), 2)
+
+
+@pytest.mark.parametrize("name", ["free_rigid_body", "four_bar", "double_pendulum"])
+def test_time_scales_at_several_states_are_those_at_each(name):
+    system = load(module_for(Path(find(name)), {}).text)
+    run = system.run(1.0, method="dop853")
+    rows = [0, 50, len(run.t) - 1]
+    together = time_scales_at(system, run.p, run.t[rows], run.q[rows], run.v[rows])
+    for i, scale in zip(rows, together, strict=True):
+        alone = time_scales(system, run.p, run.t[i], run.q[i], run.v[i])
+        np.testing.assert_allclose(scale.eigenvalues, alone.eigenvalues, rtol=1e-12, atol=1e-12)
+        assert scale.motion == pytest.approx(alone.motion, rel=1e-12)
+        assert scale.turning == alone.turning

@@ -10,7 +10,7 @@ import numpy as np
 
 from symgen.runtime.checks.entry import HealthCheck, noted
 from symgen.runtime.checks.error_estimate import LARGEST_ERROR, LEAST_FRAMES, ErrorEstimate, estimate
-from symgen.runtime.checks.work import operations_of_run
+from symgen.runtime.checks.work import SHORT, operations_of_run
 from symgen.runtime.failures import state_names
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _SHARE = 0.012  # of the run's operations, for a companion; those of a long run take up to 2.5 times as much
 # Operations that nobody waits for: some milliseconds beside runs of as many, one beside those of more than twice that.
-_CHEAP, _CHEAP_AT_LEAST, _SHORT = 2e7, 4e6, 1e8
+_CHEAP, _CHEAP_AT_LEAST = 2e7, 4e6
 _HARDLY_RESOLVED = 1e3  # times atol: ranges below this
 
 
@@ -45,7 +45,7 @@ def accuracy(solution: Solution) -> Iterator[HealthCheck]:
 
 def _allowed(operations: float) -> float:
     """Return the operations that a companion may take beside a run of so many: short runs are followed to their end."""
-    cheap = _CHEAP * min(1.0, _SHORT / max(operations, 1.0)) ** 2
+    cheap = _CHEAP * min(1.0, SHORT / max(operations, 1.0)) ** 2
     return max(_SHARE * operations, cheap, _CHEAP_AT_LEAST)
 
 

@@ -41,7 +41,7 @@ def branches(solution: Solution) -> Iterator[HealthCheck]:
     rows = evaluate(system, "constraint_jacobian", solution.p, solution.t, solution.states)
     rows = rows.reshape(len(rows), system.m, system.nv)[:, :nh]
     weights = 1.0 / np.maximum((rows**2).sum(axis=1).max(axis=0), _TINY)
-    turned = np.flatnonzero(_cosines(rows[:-1], rows[1:], weights) < 0.0)
+    turned = np.flatnonzero(_turned(rows[:-1], rows[1:], weights))
     places = [k for k in turned if _is_straight(solution, k)][:_MOST_PLACES]
     for k in places:
         gap = _Between(solution, weights).gap(k)
@@ -64,14 +64,12 @@ def _entry(solution: Solution, frame: int, gap: float) -> HealthCheck:
     return HealthCheck("branch", False, gap, _CLOSED, says)
 
 
-def _cosines(first: np.ndarray, second: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the cosines between the exterior products of rows, by the formula of Cauchy and Binet."""
-
-    def products(a, b):
-        return np.linalg.det(np.einsum("...ij,j,...kj->...ik", a, weights, b))
-
-    sizes = np.abs(products(first, first) * products(second, second))
-    return products(first, second) / np.sqrt(np.maximum(sizes, _TINY))
+def _turned(first: np.ndarray, second: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Whether the exterior products of rows are more than a right angle apart, by the formula of Cauchy and Binet."""
+    inner = (first * weights) @ np.swapaxes(second, -1, -2)
+    if inner.shape[-1] == 1:
+        return inner[..., 0, 0] < 0.0
+    return np.linalg.det(inner) < 0.0
 
 
 def _is_straight(solution: Solution, k: int) -> bool:
@@ -113,7 +111,7 @@ class _Between:
         return here.jacobian(q)[: self._solution.system.nh]
 
     def _divided(self, t: float, q: np.ndarray, other_t: float, other: np.ndarray) -> bool:
-        return bool(_cosines(self._rows(t, q), self._rows(other_t, other), self._weights) < 0.0)
+        return bool(_turned(self._rows(t, q), self._rows(other_t, other), self._weights))
 
     def _on_constraints(self, t: float, q: np.ndarray) -> np.ndarray | None:
         """Return a state near `q` on the constraints; None where none is found."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.checks.work import SHORT, operations_of_run
 from symgen.runtime.driver import Run
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
@@ -14,6 +14,7 @@ from symgen.runtime.integrate.methods import METHODS, Method
 from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import RunOptions
+from symgen.runtime.record import record
 from symgen.runtime.timing.timetable import timetable
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ _BESIDE, _OF_BESIDE = 4.0, 0.5  # times the run's rtol, and of the difference, w
 _ATOL_OF_RANGE = 1e-6  # of the smallest range of a coordinate or rate
 # Events that a companion may meet; each takes as long as thousands of steps.
 _MOST_EVENTS, _MOST_SWITCHINGS, _SHARE_OF_EVENTS = 60, 20, 0.05
+_OF_LONG_RUNS = 0.5  # of these, where more than a moment is spent
 # A companion looks at many places even where steps could be long: what those of the run went over, it meets. Its steps
 # are at most this part of the time, as far as they are allowed, times a number that no step of the run is made of.
 _LOOKS, _OF_ALLOWED, _UNLIKE = 1000.0, 0.25, 0.9270509831248424
@@ -44,7 +46,7 @@ _HOPELESS = (
 )
 
 
-@dataclass(frozen=True)
+@record
 class Companion:
     """How to integrate the motion again.
 
@@ -105,7 +107,7 @@ def finer(solution: Solution, own: Method, least_range: float) -> Companion:
     return Companion(own, solution.rtol, solution.atol, 0.5 * solution.step, factor / (factor - 1.0))
 
 
-@dataclass(frozen=True)
+@record
 class Followed:
     """What became of a companion.
 
@@ -217,6 +219,8 @@ class _Beside(Run):
         )  # fmt: skip
         self._n, self._most, self._is_lost, self._seen = solution.states.shape[1], most_steps, is_lost, 0
         least = _MOST_SWITCHINGS if solution.system.switches else _MOST_EVENTS
+        if operations_of_run(solution) > SHORT:
+            least *= _OF_LONG_RUNS
         self._most_events = max(_SHARE_OF_EVENTS * len(solution.events), least)
 
     def pauses(self) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ from symgen.runtime.checks.sharpness import may_be_sharp
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
+from symgen.runtime.record import record
 from symgen.runtime.sampling import sample_rows
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ _LATE = 0.25  # of the time that a companion took: from there on a power of time
 _MOST_EXPONENT, _WHOLE = 60.0, 1.0  # errors grow no further than to the range
 
 
-@dataclass(frozen=True)
+@record
 class ErrorEstimate:
     """The estimated error of a run over time.
 

@@ -49,8 +49,14 @@ def growth_rate(t: np.ndarray, relative: np.ndarray) -> float | None:
 
 def _envelope(relative: np.ndarray, width: int) -> np.ndarray:
     """Return the largest value of the last while: differences that oscillate pass through zero."""
-    values = np.pad(np.nan_to_num(relative, nan=np.inf), (width, 0), mode="edge")
-    return np.lib.stride_tricks.sliding_window_view(values, width + 1).max(axis=1)
+    values = np.nan_to_num(relative, nan=np.inf)
+    values = np.concatenate([np.full(width, values[0]), values])
+    seen = 1  # of how many values there are the largest ones; twice as many each time
+    while 2 * seen <= width + 1:
+        values = np.maximum(values[seen:], values[:-seen])
+        seen *= 2
+    rest = width + 1 - seen
+    return np.maximum(values[rest:], values[: len(values) - rest])
 
 
 def is_exponential(t: np.ndarray, relative: np.ndarray) -> bool:

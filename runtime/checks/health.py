@@ -14,10 +14,8 @@ from symgen.runtime.checks.entry import HealthCheck, advised, limited, noted
 from symgen.runtime.checks.equations import equations
 from symgen.runtime.checks.stability import stable_radius, stable_step, unstable_rate
 from symgen.runtime.checks.steps import MOST_REJECTED, least_steps_in_a_period
-from symgen.runtime.checks.time_scales import time_scales
+from symgen.runtime.checks.time_scales import time_scales_at
 from symgen.runtime.checks.wrong_signs import wrong_signs
-from symgen.runtime.constraints.drift import constraint_drift
-from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.exchange import energy_limit
 from symgen.runtime.failures import state_names
 from symgen.runtime.integrate.methods import Method, find_method
@@ -31,7 +29,9 @@ if TYPE_CHECKING:
 
 blow_up = Late("symgen.runtime.checks.blow_up")
 branches = Late("symgen.runtime.checks.branches")
+drift_of_constraints = Late("symgen.runtime.constraints.drift")
 jacobian = Late("symgen.runtime.checks.jacobian")
+levels = Late("symgen.runtime.constraints.levels")
 missed_events = Late("symgen.runtime.checks.missed_events")
 mode_origin = Late("symgen.runtime.checks.mode_origin")
 poles = Late("symgen.runtime.checks.poles")
@@ -149,7 +149,9 @@ def _status(solution: Solution) -> HealthCheck:
 
 def _finite(solution: Solution) -> HealthCheck:
     states = solution.states
-    bad = np.flatnonzero(~np.isfinite(states).all(axis=1))
+    with np.errstate(over="ignore", invalid="ignore"):
+        all_finite = np.isfinite(states.sum())  # one number tells, but for sums too large for a float
+    bad = np.zeros(0) if all_finite else np.flatnonzero(~np.isfinite(states).all(axis=1))
     if not bad.size:
         return HealthCheck("finite", True, 0.0, 0.0, "all numbers are finite")
     column = int(np.flatnonzero(~np.isfinite(states[bad[0]]))[0])
@@ -177,7 +179,7 @@ def _constraints(solution: Solution, method: Method) -> Iterator[HealthCheck]:
         if method.adaptive
         else _FIXED_STEP_DRIFT
     )
-    for level, drift in constraint_drift(solution).items():
+    for level, drift in drift_of_constraints.constraint_drift(solution).items():
         found = (
             f"constraint {drift.name!r} is off by {drift.relative:.2g} of its scale at t = {drift.t:.6g} s"
         )
@@ -196,7 +198,7 @@ def _rank(solution: Solution) -> Iterator[HealthCheck]:
     system = solution.system
     pivots = evaluate(system, "rhs", solution.p, solution.t, solution.states)[:, -1]
     frame = int(np.argmin(np.where(np.isnan(pivots), -1.0, pivots)))
-    here = Constraints(system, solution.p, float(solution.t[frame]))
+    here = levels.Constraints(system, solution.p, float(solution.t[frame]))
     rows = here.jacobian(solution.q[frame], solution.v[frame])
     rows = rows / np.maximum(np.linalg.norm(rows, axis=1), 1e-300)[:, None]
     name = here.names[int(np.argmax(np.abs(np.linalg.svd(rows)[0][:, -1])))]
@@ -231,9 +233,9 @@ def _steps(solution: Solution) -> Iterator[HealthCheck]:
         *(sample.t for sample in solution.samples),
         solution.t_end,
     ]
-    chosen = ~np.isin(t, cut)  # the others end where an event or a stop time is, which may be at once
-    least = _TINY_STEP * np.maximum(np.abs(t), solution.t_end - solution.t_start)
-    tiny = float(np.count_nonzero(chosen & (h <= least))) / len(h)
+    short = h <= _TINY_STEP * np.maximum(np.abs(t), solution.t_end - solution.t_start)
+    # Some end where an event or a stop time is, which may be at once.
+    tiny = (float(np.count_nonzero(~np.isin(t[short], cut))) if short.any() else 0.0) / len(h)
     found = f"steps from {h.min():.3g} to {h.max():.3g} s"
     advice = (
         f"{found}: {tiny:.0%} of them can be told from zero only just; rtol may be too small for this model"
@@ -294,9 +296,7 @@ def _cause(solution: Solution) -> str:
 
 def _time_scales(solution: Solution) -> list[TimeScales]:
     rows = _rows_for_time_scales(solution)
-    return [
-        time_scales(solution.system, solution.p, solution.t[i], solution.q[i], solution.v[i]) for i in rows
-    ]
+    return time_scales_at(solution.system, solution.p, solution.t[rows], solution.q[rows], solution.v[rows])
 
 
 def _rows_for_time_scales(solution: Solution) -> np.ndarray:

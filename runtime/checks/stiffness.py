@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.checks.entry import HealthCheck, noted
-from symgen.runtime.checks.time_scales import TimeScales, time_scales
+from symgen.runtime.checks.time_scales import TimeScales, time_scales_at
 from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
@@ -67,10 +67,9 @@ class _Found:
 
     def __init__(self, solution: Solution, rows: np.ndarray):
         span = float(solution.t[-1] - solution.t[0])
-        scales = [
-            time_scales(solution.system, solution.p, solution.t[i], solution.q[i], solution.v[i])
-            for i in rows
-        ]
+        scales = time_scales_at(
+            solution.system, solution.p, solution.t[rows], solution.q[rows], solution.v[rows]
+        )
         steps = np.array([_step_at(solution, solution.t[i]) for i in rows])
         self.dead, self.alive = np.array([_fastest_dead_and_alive(scale, span) for scale in scales]).T
         self.limited = (steps * self.dead > _AT_THE_LIMIT) & (steps * self.alive < 1.0 / _MOST_PER_RADIAN)

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers
-from symgen.runtime.checks.extreme_rates import extreme_eigenvalues
+from symgen.runtime.lazy import Late
 from symgen.runtime.positions import Positions
+from symgen.runtime.record import record
 from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
+extreme_rates = Late("symgen.runtime.checks.extreme_rates")
+
 _DIFFERENCE = 1e-6
 _OVERDAMPED = 0.5  # an eigenvalue with -Re above this part of its magnitude decays more than it oscillates
 
 
-@dataclass(frozen=True)
+@record
 class TimeScales:
     """Rates of the linearised motion at one state [1/s].
 
@@ -65,10 +68,27 @@ def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.nd
 
     Of large models only the extreme eigenvalues are looked for.
     """
+    return time_scales_at(system, p, np.array([t]), q[None], v[None])[0]
+
+
+def time_scales_at(
+    system: System, p: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> list[TimeScales]:
+    """Return the time scales at several states, which takes hardly longer than at one.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,) [s]
+    q, v : ndarray, shapes (n, nq) and (n, nv)
+    """
     if is_large(system):
-        eigenvalues = extreme_eigenvalues(system, p, t, q, v)
+        found = [extreme_rates.extreme_eigenvalues(system, p, *state) for state in zip(t, q, v)]
     else:
-        eigenvalues = _eigenvalues(system, motion_jacobian(system, p, t, q, v))
+        found = _eigenvalues(system, motion_jacobians(system, p, t, q, v))
+    return [_scales_of(system, *state) for state in zip(q, v, found)]
+
+
+def _scales_of(system: System, q: np.ndarray, v: np.ndarray, eigenvalues: np.ndarray) -> TimeScales:
     magnitudes = np.abs(eigenvalues)
     overdamped = -eigenvalues.real > _OVERDAMPED * magnitudes
     motion = float(magnitudes[~overdamped].max(initial=0.0))
@@ -93,32 +113,63 @@ def _turning(system: System, v: np.ndarray) -> float:
     return float(max([*np.abs(v[angles]), *spins], default=0.0))
 
 
-def _eigenvalues(system: System, jacobian: np.ndarray) -> np.ndarray:
-    """Return the eigenvalues of the linearised motion, each subsystem's by themselves: cost is cubic in their size."""
-    nv = system.nv
-    kinds = [np.array(kind["rates"], dtype=int) for kind in system.subsystems] or [np.arange(nv)[None]]
+def _eigenvalues(system: System, jacobians: np.ndarray) -> np.ndarray:
+    """Return the eigenvalues of linearised motions, each subsystem's by themselves: cost is cubic in their size."""
+    nv, n = system.nv, len(jacobians)
+    if not system.subsystems:
+        return np.linalg.eigvals(jacobians)
+    kinds = [np.array(kind["rates"], dtype=int) for kind in system.subsystems]
     places = [np.hstack([rates, nv + rates]) for rates in kinds]
-    blocks = [jacobian[rows[:, :, None], rows[:, None, :]] for rows in places]
-    return np.concatenate([np.linalg.eigvals(block).ravel() for block in blocks])
+    blocks = [jacobians[:, rows[:, :, None], rows[:, None, :]] for rows in places]
+    return np.hstack([np.linalg.eigvals(block).reshape(n, -1) for block in blocks])
 
 
 def motion_jacobian(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Return the Jacobian of the motion of positions and rates, shape (2 nv, 2 nv); zeros where it is not finite.
+    """Return the Jacobian of the motion of positions and rates at a state, shape (2 nv, 2 nv); see below."""
+    return motion_jacobians(system, p, np.array([t]), q[None], v[None])[0]
+
+
+def motion_jacobians(
+    system: System, p: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> np.ndarray:
+    """Return the Jacobian of the motion of positions and rates at several states; zeros where it is not finite.
 
     Positions are what rates move: coordinates, and small rotations in body axes of quaternions. Those, turned
     along with the body, follow δ' = δω - ω × δ.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,) [s]
+    q, v : ndarray, shapes (n, nq) and (n, nv)
+
+    Returns
+    -------
+    ndarray, shape (n, 2 nv, 2 nv)
     """
-    positions, nv = Positions(system), system.nv
-    sizes = [positions.per_rate(np.maximum(1.0, np.abs(q)), 1.0), np.maximum(1.0, np.abs(v))]
-    steps = _DIFFERENCE * np.concatenate(sizes)
-    changes = np.vstack([np.diag(steps), -np.diag(steps)])
-    states = np.array([[*positions.retract(q, change[:nv]), *(v + change[nv:])] for change in changes])
-    a, _ = accelerations_and_multipliers(system, p, np.full(4 * nv, t), states)
-    jacobian = np.zeros((2 * nv, 2 * nv))
-    jacobian[:nv, nv:] = np.eye(nv)
+    positions, n, nv = Positions(system), len(t), system.nv
+    sizes = np.maximum(1.0, np.abs(q)), np.maximum(1.0, np.abs(v))
+    steps = _DIFFERENCE * np.hstack([[positions.per_rate(row, 1.0) for row in sizes[0]], sizes[1]])
+    changes = steps[:, :, None] * np.eye(2 * nv)
+    changes = np.concatenate([changes, -changes], axis=1)
+    states = np.empty((n, 4 * nv, system.nq + nv))
+    if positions.quaternions:
+        states[:, :, : system.nq] = [
+            [positions.retract(place, change) for change in of_state[:, :nv]]
+            for place, of_state in zip(q, changes)
+        ]
+    else:
+        states[:, :, :nv] = q[:, None] + changes[:, :, :nv]
+    states[:, :, system.nq :] = v[:, None] + changes[:, :, nv:]
+    a, _ = accelerations_and_multipliers(
+        system, p, np.repeat(t, 4 * nv), states.reshape(4 * nv * n, system.nq + nv)
+    )
+    a = a.reshape(n, 2, 2 * nv, nv)
+    jacobians = np.zeros((n, 2 * nv, 2 * nv))
+    jacobians[:, :nv, nv:] = np.eye(nv)
     for _, j in positions.quaternions:
-        x, y, z = v[j : j + 3]
-        jacobian[j : j + 3, j : j + 3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+        for jacobian, (x, y, z) in zip(jacobians, v[:, j : j + 3]):
+            jacobian[j : j + 3, j : j + 3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
     with np.errstate(invalid="ignore", over="ignore"):
-        jacobian[nv:] = ((a[: 2 * nv] - a[2 * nv :]) / (2.0 * steps[:, None])).T
-    return np.where(np.isfinite(jacobian), jacobian, 0.0)
+        rows = (a[:, 0] - a[:, 1]) / (2.0 * steps[:, :, None])
+    jacobians[:, nv:] = rows.transpose(0, 2, 1)
+    return np.where(np.isfinite(jacobians), jacobians, 0.0)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symgen.runtime.batches import evaluate
-from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.levels import Constraints, kernel_of_jacobian, largest_in_rows
+from symgen.runtime.record import record
 from symgen.runtime.sampling import sample_rows
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _STATES_FOR_SCALES = 16
 
 
-@dataclass(frozen=True)
+@record
 class Drift:
     """The largest residual of a level, in parts of the constraint's scale: which, how much, when."""
 
@@ -55,11 +55,10 @@ def _velocity_scales(solution: Solution, sizes: np.ndarray) -> np.ndarray:
     duration = float(solution.t[-1] - solution.t[0])
     slow = sizes / duration if duration > 0.0 else np.zeros_like(sizes)
     frames = sample_rows(len(solution.t), _STATES_FOR_SCALES)
-    scales = np.zeros(solution.system.m)
-    for i in frames:
-        here = Constraints(solution.system, solution.p, float(solution.t[i]))
-        q, v = solution.q[i], solution.v[i]
-        moving = here.largest_in_rows(q, v, np.maximum(np.abs(v), slow))
-        driven = np.abs(here.velocity(q, np.zeros_like(v)))
-        scales = np.fmax(scales, np.fmax(moving, driven))
+    system, p, t, v = solution.system, solution.p, solution.t[frames], solution.v[frames]
+    entries = evaluate(system, kernel_of_jacobian(system), p, t, solution.states[frames])
+    moving = largest_in_rows(system, entries, np.maximum(np.abs(v), slow))
+    still = np.hstack([solution.q[frames], np.zeros_like(v)])
+    driven = np.abs(evaluate(system, "constraint_residual", p, t, still))[:, system.nh :]
+    scales = np.fmax.reduce(np.fmax(moving, driven))
     return np.where(scales > 0.0, scales, 1.0)

@@ -76,13 +76,8 @@ class Constraints:
 
     def largest_in_rows(self, q: np.ndarray, v: np.ndarray, factors: np.ndarray) -> np.ndarray:
         """Return the largest |G_ij factors_j| of each row of G, shape (m,)."""
-        if not is_large(self._system):
-            return np.abs(self.jacobian(q, v) * factors).max(axis=1, initial=0.0)
-        largest = np.zeros(self._system.m)
-        rows, columns = np.divmod(self._system.entry_places("constraint_jacobian"), self._system.nv)
-        values = self._call(f"constraint_jacobian{ENTRIES}", q, v)
-        np.maximum.at(largest, rows, np.abs(values * factors[columns]))
-        return largest
+        values = self._call(kernel_of_jacobian(self._system), q, v)
+        return largest_in_rows(self._system, values[None], factors[None])[0]
 
     def are_finite(self, q: np.ndarray, v: np.ndarray, name: str) -> bool:
         """Whether all entries of the matrix that the function `name` writes are finite."""
@@ -131,3 +126,26 @@ class Constraints:
         slow = self.largest_in_rows(q, v, sizes) * _SLOWEST
         scales = np.maximum(np.maximum(*terms), slow)
         return np.where(scales > 0.0, scales, 1.0)
+
+
+def kernel_of_jacobian(system: System) -> str:
+    """Return the function that writes G, or of large models the entries of it that are not zero everywhere."""
+    return f"constraint_jacobian{ENTRIES}" if is_large(system) else "constraint_jacobian"
+
+
+def largest_in_rows(system: System, values: np.ndarray, factors: np.ndarray) -> np.ndarray:
+    """Return the largest |G_ij factors_j| of each row of G at several states, shape (n, m).
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, m * nv) or (n, number of entries)
+        What `kernel_of_jacobian` writes.
+    factors : ndarray, shape (n, nv)
+    """
+    n = len(values)
+    if not is_large(system):
+        return np.abs(values.reshape(n, system.m, system.nv) * factors[:, None]).max(axis=2, initial=0.0)
+    largest = np.zeros((n, system.m))
+    rows, columns = np.divmod(system.entry_places("constraint_jacobian"), system.nv)
+    np.maximum.at(largest, (slice(None), rows), np.abs(values * factors[:, columns]))
+    return largest
