@@ -9,6 +9,7 @@ from symgen.runtime.abi import ENTRIES, array_sizes
 from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.errors import UnknownNameError, nearest
 from symgen.runtime.kernel import Kernel, KernelSource, compile_kernel
+from symgen.runtime.lazy import Late
 from symgen.runtime.names import acceleration_labels, rate_labels
 
 if TYPE_CHECKING:
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
 
     from symgen.runtime.code.engine import MachineCode
     from symgen.runtime.graph.form import Form
+
+compact = Late("symgen.runtime.code.compact")
+engine = Late("symgen.runtime.code.engine")
+numba_link = Late("symgen.runtime.code.numba_link")
 
 
 class ModelFunctions:
@@ -75,10 +80,8 @@ class ModelFunctions:
 
     def njit_function(self, function: str) -> Callable:
         """Return the same text compiled by Numba, an oracle for the kernel; arrays that are too short are refused."""
-        from symgen.runtime.code.numba_link import checked
-
         source = self._kernel_source(function)
-        return checked(source.njit_function(), source)
+        return numba_link.checked(source.njit_function(), source)
 
     def numba(self, function: str) -> Callable:
         """Return `f(t, y, p, out)` for calls from your own `numba.njit` code, at a kernel's speed.
@@ -96,17 +99,13 @@ class ModelFunctions:
             `t` a float, `y`, `p` and `out` C-contiguous float64 arrays of one dimension; writes `out` in place.
             Raises ValueError where one of them is shorter than what the function reads or writes.
         """
-        from symgen.runtime.code.numba_link import linked_function
-
-        return linked_function(self._kernel_source(function))
+        return numba_link.linked_function(self._kernel_source(function))
 
     def machine_code(self) -> MachineCode:
         """Return the place of this model's machine code; made on first use."""
         with self._lock:
             if "_machine_code" not in self.__dict__:
-                from symgen.runtime.code.engine import MachineCode
-
-                self.__dict__["_machine_code"] = MachineCode()
+                self.__dict__["_machine_code"] = engine.MachineCode()
             return self.__dict__["_machine_code"]
 
     def form(self, function: str) -> Form:
@@ -141,10 +140,8 @@ class ModelFunctions:
     def _entries_source(self, function: str) -> tuple[KernelSource, np.ndarray]:
         found = self.__dict__.setdefault("_entries", {})
         if function not in found:
-            from symgen.runtime.code.compact import compact
-
             whole = self._kernel_source(function)
-            code, places = compact(whole.code)
+            code, places = compact.compact(whole.code)
             found[function] = replace(whole, code=code), places
         return found[function]
 

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 from symgen.runtime.abi import CLOSED, SPARSE, closed_header
 from symgen.runtime.code.cache import cache_folder, fetch, prune, store
+from symgen.runtime.code.facts import as_text
+from symgen.runtime.names import result_label
 
 if TYPE_CHECKING:
     import numpy as np
@@ -65,9 +67,8 @@ def _key(source: ModuleSource) -> str:
 
 
 def _follow(source: ModuleSource) -> str:
-    from symgen.runtime.code.dataflow import facts_of, follow
-    from symgen.runtime.code.facts import as_text
-    from symgen.runtime.names import result_label
+    # Read only where a module has not passed before; by this import a test follows what decides it.
+    from symgen.runtime.code import dataflow
 
     header = source.header
     written, texts = {}, {}
@@ -75,7 +76,7 @@ def _follow(source: ModuleSource) -> str:
         text = source.function(name)
         if text is not None:
             texts[name] = text
-            written[name] = follow(
+            written[name] = dataflow.follow(
                 text,
                 lambda place, name=name: result_label(header, name, place),
                 sparse=name.removeprefix(CLOSED) in SPARSE,
@@ -84,14 +85,12 @@ def _follow(source: ModuleSource) -> str:
     if header.get("switches"):
         _compare(closed_header(header), written, texts, CLOSED)
     n_parameters = len(header["parameters"])
-    return as_text({name: facts_of(text.form, n_parameters) for name, text in texts.items()})
+    return as_text({name: dataflow.facts_of(text.form, n_parameters) for name, text in texts.items()})
 
 
 def _compare(header: dict, written: dict[str, np.ndarray], texts: dict, prefix: str) -> None:
     """Hold the zeros that matrices leave out against each other: M is symmetric, and the Jacobian has M and G in it."""
     import numpy as np
-
-    from symgen.runtime.names import result_label
 
     nq, nv, m = header["nq"], header["nv"], header["nh"] + header["nn"]
 

@@ -33,21 +33,14 @@ DECLARED = {*NEEDED, "matplotlib", "pandas", "xarray", "control", "pinocchio"}  
 EXECUTES = {"symgen/model/library.py", "runtime/code/function_text.py"}
 # Whose functions import modules of ours that need SymPy, Numba or LLVM, or what writes their input.
 INSIDE_FUNCTIONS = {
-    "symgen/cli/import_.py",
     "symgen/model/library.py",
     "runtime/code/bridge.py",
-    "runtime/code/dataflow.py",
-    "runtime/code/engine.py",
     "runtime/code/function_text.py",
     "runtime/code/host.py",
     "runtime/code/jitted.py",
-    "runtime/functions.py",
     "runtime/inputs/controller.py",
-    "runtime/inputs/driven.py",
-    "runtime/integrate/large_models.py",
     "runtime/kernel.py",
     "runtime/module_check.py",
-    "runtime/taylor/kernel.py",
 }
 HEAVY = ("sympy", "numba", "rerun", "scipy", "matplotlib", "llvmlite")
 

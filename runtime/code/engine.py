@@ -17,9 +17,12 @@ from typing import TYPE_CHECKING
 
 from symgen.runtime.code import cache, elf
 from symgen.runtime.code.host import target
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.runtime.code.compiler import Engine
+
+compiler = Late("symgen.runtime.code.compiler")
 
 _KEPT_OBJECTS = 4000
 _LONG_COMPILE = 0.3  # seconds
@@ -71,9 +74,7 @@ class MachineCode:
 
     def _add_by_llvm(self, object_code: bytes) -> None:
         if self._engine is None:
-            from symgen.runtime.code.compiler import Engine
-
-            self._engine = Engine()
+            self._engine = compiler.Engine()
         self._engine.add(object_code, {**self._symbols, **self._outside})
 
     def _address_outside(self, name: str) -> int:
@@ -142,11 +143,9 @@ def object_code(
     path = folder / f"{key}.o"
     code = cache.fetch(path)
     if code is None:
-        from symgen.runtime.code.compiler import compile_ir
-
         ir, operations = lower(symbol)
         announce(name, operations, operations * _SECONDS_PER_OPERATION)
-        code = compile_ir(ir)
+        code = compiler.compile_ir(ir)
         if cache.store(path, code):
             cache.prune(folder, _KEPT_OBJECTS, "*.o")
     return code

@@ -16,7 +16,13 @@ from symgen.runtime.inputs.controller import CompiledFeedback, Signals
 from symgen.runtime.inputs.given import Pieces
 from symgen.runtime.inputs.places import COEFFICIENTS, KNOT, fill, fix_piece, lay_out
 from symgen.runtime.inputs.samples import Sampler
+from symgen.runtime.lazy import Late
 from symgen.runtime.system import System
+
+engine = Late("symgen.runtime.code.engine")
+numba_setup = Late("symgen.runtime.code.numba_setup")
+feedback_calls = Late("symgen.runtime.inputs.feedback_calls")
+feedback_jacobian = Late("symgen.runtime.inputs.feedback_jacobian")
 
 _PATH = ctypes.CFUNCTYPE(
     None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
@@ -233,8 +239,6 @@ class DrivenSystem(System):
     def _code(self) -> tuple[Any, Any]:
         """Return the machine code of all driven kernels, and the table of addresses that they call."""
         if "_driven_code" not in self.__dict__:
-            from symgen.runtime.code import engine
-
             ir = driven_ir(self.places, self._wrapped)
             code = engine.MachineCode()
             code.add(
@@ -249,9 +253,7 @@ class DrivenSystem(System):
 
     def _connect_path(self, table: Any) -> None:
         """Let the driven Jacobian call the path that adds what the controllers do to it."""
-        from symgen.runtime.code import numba_setup
-        from symgen.runtime.inputs import feedback_jacobian as path
-
+        path = feedback_jacobian
         context = np.zeros(path.N_CONTEXT + len(self.inputs), dtype=np.int64)
         context[path.JACOBIAN] = self.base.kernel("residual_jacobian").precomputed_address
         context[path.RESIDUAL] = self.base.kernel("residual").precomputed_address
@@ -265,22 +267,19 @@ class DrivenSystem(System):
             function = _PATH(self._jacobian_in_python)
             address = ctypes.cast(function, ctypes.c_void_p).value
         else:
-            from symgen.runtime.inputs.feedback_calls import jacobian_path as function
-
+            function = feedback_calls.jacobian_path
             address = function.address
         table[len(self._wrapped) + 1], table[len(self._wrapped) + 2] = address, context.ctypes.data
         self.__dict__["_path"] = (function, context)
 
     def _jacobian_in_python(self, context: int, t: float, y: int, p: int, out: int) -> None:
-        from symgen.runtime.inputs.feedback_jacobian import driven_jacobian
-
         rows = self.nv + self.m
         width = self.nq + self.nv + rows
         lengths = (width, self.n_precomputed, rows * width)
         arrays = [
             np.ctypeslib.as_array((ctypes.c_double * n).from_address(x)) for x, n in zip((y, p, out), lengths)
         ]
-        driven_jacobian(self.__dict__["_path"][1], t, *arrays)
+        feedback_jacobian.driven_jacobian(self.__dict__["_path"][1], t, *arrays)
 
 
 def _words(pieces: Pieces) -> str:

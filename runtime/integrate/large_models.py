@@ -5,10 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from symgen.runtime.integrate.methods import Method
+from symgen.runtime.lazy import Late
 from symgen.runtime.size import is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
+
+sparse_pattern = Late("symgen.runtime.integrate.sparse_pattern")
 
 SMALLEST_SPARSE = 120  # rates and multipliers; in smaller models full matrices cost no more
 MOST_FULL = 0.1  # entries of a factor, of n²; where there are more, full matrices are faster
@@ -28,6 +31,4 @@ def _is_sparse(system: System) -> bool:
     n = system.nv + system.m
     if not has_sparse_form(system) or n < SMALLEST_SPARSE:
         return False
-    from symgen.runtime.integrate.sparse_pattern import newton_pattern
-
-    return is_large(system) or newton_pattern(system).n_factor <= MOST_FULL * n * n
+    return is_large(system) or sparse_pattern.newton_pattern(system).n_factor <= MOST_FULL * n * n

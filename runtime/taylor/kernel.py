@@ -11,11 +11,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.code import cache, engine
+from symgen.runtime.lazy import Late
 from symgen.runtime.taylor.refusal import Refusal
 from symgen.runtime.taylor.sums import sum_kernel
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
+
+# What finds, plans and writes series is not imported where their code is in the cache.
+loops = Late("symgen.runtime.taylor.loops")
+motion = Late("symgen.runtime.taylor.motion")
+planning = Late("symgen.runtime.taylor.plan")
 
 MAX_ORDER = 28
 N_ROWS = MAX_ORDER + 2  # a row of zeros behind the last order
@@ -92,17 +98,12 @@ def _lower_or_refuse(system: System, key: str, symbol: str) -> tuple[str, int]:
 
 
 def _lower(system: System, symbol: str) -> tuple[str, int]:
-    # What finds, plans and writes series is not imported where their code is in the cache.
-    from symgen.runtime.taylor.loops import rolled_kernel, unrolled_kernel
-    from symgen.runtime.taylor.motion import read_motion
-    from symgen.runtime.taylor.plan import Plan
-
     for name in _TEXTS:
         if system.has(name):
             system._kernel_source(name).lower("checked")
-    plan = Plan(read_motion(system))
+    plan = planning.Plan(motion.read_motion(system))
     few = len(plan.convolutions) < _UNROLLED_BELOW
-    return (unrolled_kernel if few else rolled_kernel)(plan, symbol, system.ny, MAX_ORDER, N_ROWS)
+    return (loops.unrolled_kernel if few else loops.rolled_kernel)(plan, symbol, system.ny, MAX_ORDER, N_ROWS)
 
 
 @functools.lru_cache(maxsize=1)

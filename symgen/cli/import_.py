@@ -9,9 +9,14 @@ import click
 
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.terminal import say
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.robots.build import Import
+
+link = Late("symgen.link")
+agreement = Late("symgen.robots.agreement")
+build = Late("symgen.robots.build")
 
 _MOST_NOTES = 12
 
@@ -43,14 +48,12 @@ def command(
     file: Path, output: Path | None, base: str, expose: tuple[str, ...], motors: bool, check: bool
 ) -> None:
     """Write the robot of FILE (URDF) as a model file, and say what was left out."""
-    from symgen.robots.build import import_urdf
-
-    imported = import_urdf(file, base, expose or None, motors)
+    imported = build.import_urdf(file, base, expose or None, motors)
     text = imported.model.to_toml()
     path = output or claim("the model", Path(f"{imported.model.name}.toml"))
     if path.exists():
         raise click.UsageError(f"{path} is there already: name another file with -o")
-    agreement = _agreement(imported) if check else []
+    compared = _agreement(imported) if check else []
     write_text(path, text)
     description = imported.model.describe()
     say(
@@ -61,17 +64,14 @@ def command(
         say(f"  {note}")
     if len(imported.notes) > _MOST_NOTES:
         say(f"  … and {len(imported.notes) - _MOST_NOTES} more of this kind")
-    for line in agreement:
+    for line in compared:
         say(f"  {line}")
     say(f"wrote {path}")
 
 
 def _agreement(imported: Import) -> list[str]:
     """The lines of a comparison with Pinocchio."""
-    from symgen.link import derive
-    from symgen.robots.agreement import compare_with_pinocchio
-
-    found = compare_with_pinocchio(derive(imported.model), imported)
+    found = agreement.compare_with_pinocchio(link.derive(imported.model), imported)
     worst = {name: value for name, value in vars(found).items() if name != "states" and value == value}
     largest = max(worst, key=worst.get)
     return [
