@@ -35,7 +35,7 @@ def evaluate(
     Parameters
     ----------
     function : str
-        See docs/architecture.md; one that the model does not have gives no columns.
+        See docs/abi.md; one that the model does not have gives no columns.
     times : ndarray, shape (n,) [s]
     states : ndarray, shape (n, at least nq + nv)
 

@@ -49,7 +49,7 @@ _KERNELS = {
 
 
 class LoopArrays:
-    """Arguments of an `advance_*` function, see docs/architecture.md.
+    """Arguments of an `advance_*` function, see docs/step-loops.md.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ class System(ModelFunctions):
     n_row : int
         The length of a row that `rhs` writes.
     coordinates, rates, parameters, inputs, constants, constraints, outputs, events, bodies : tuple of dict
-        The header's records, see docs/architecture.md.
+        The header's records, see docs/abi.md.
     subsystems : tuple of dict
         For each kind of independent subsystem: indices of each one's coordinates, rates and constraints.
     sequential_impacts : bool

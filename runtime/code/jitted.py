@@ -29,7 +29,8 @@ class Jitted:
     """A function of numbers, contiguous arrays and named tuples of these, compiled for the types it is called with.
 
     It allocates nothing: array views are not reference-counted (counting costs more than the arithmetic of a small
-    model), and whatever would allocate is an error when it is compiled. Other such functions may be called from it.
+    model), and whatever would allocate is an error when it is compiled. Other such functions may be called from it,
+    those among them that it gets as arguments or in a named tuple of constants: it is compiled anew for each of these.
 
     Attributes
     ----------
@@ -95,7 +96,8 @@ class Jitted:
         for function in found:  # grows while it is walked
             names = (name for code in _code_objects(function.py_func.__code__) for name in code.co_names)
             values = (function.py_func.__globals__.get(name) for name in names)
-            found += dict.fromkeys(v for v in values if isinstance(v, Jitted) and v not in found)
+            members = (v for value in values for v in (value if isinstance(value, tuple) else (value,)))
+            found += dict.fromkeys(v for v in members if isinstance(v, Jitted) and v not in found)
         return found
 
     @functools.cached_property
@@ -134,10 +136,17 @@ def _constants(code: types.CodeType, known: dict[str, Any]) -> Iterator[tuple[st
     for name in code.co_names:
         value = known.get(name)
         if isinstance(value, (int, float, str, tuple)):
-            yield name, value
+            yield name, _without_addresses(value)
         elif isinstance(value, types.ModuleType):
             of_module = {key: vars(value)[key] for key in code.co_names if key in vars(value)}
             yield from ((k, v) for k, v in of_module.items() if isinstance(v, (int, float, str, tuple)))
+
+
+def _without_addresses(value: Any) -> Any:
+    """A constant as the key may hold it: of functions in a tuple their names, since their code is in the key itself."""
+    if not isinstance(value, tuple):
+        return value
+    return tuple(v.py_func.__qualname__ if isinstance(v, Jitted) else _without_addresses(v) for v in value)
 
 
 def _code_objects(code: types.CodeType) -> list[types.CodeType]:

@@ -1,12 +1,16 @@
-"""What a step loop reads and carries on, as one record."""
+"""What a step loop reads and carries on, as one record, and what all step loops do."""
 
 from typing import NamedTuple
 
 import numpy as np
 
+from symgen.runtime.code.jitted import jitted
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.step_control import room_for_steps, watch_is_near
+
 
 class Loop(NamedTuple):
-    """The arrays of one run, the same for all step loops; `layout.py` has their indexes, docs/architecture.md more.
+    """The arrays of one run, the same for all step loops; `layout.py` has their indexes, docs/step-loops.md more.
 
     Whatever a loop carries from step to step is in `control`, `counters`, `y`, `f`, `work` or `dense`, or resuming
     breaks.
@@ -43,3 +47,31 @@ class Loop(NamedTuple):
     frames: np.ndarray
     step_log: np.ndarray
     dense: np.ndarray
+
+
+@jitted
+def take_steps(step, method, loop, w):
+    """Take steps until something is for Python to do: what the loops of all families do, once they have begun.
+
+    Parameters
+    ----------
+    step : jitted function (method, loop, w) -> status
+        Tries steps until one is accepted, and hands that to `finish_step`. A function of one family, so each family's
+        loop is compiled with its own.
+    method, w : named tuple
+        The method's coefficients and its work arrays.
+
+    Returns
+    -------
+    int
+        RUNNING where the call has had its share of steps, or what `step` returned last.
+    """
+    done = 0
+    while room_for_steps(loop, done):
+        if watch_is_near(loop.control):
+            return at.NEAR_WATCH
+        status = step(method, loop, w)
+        if status != at.RUNNING:
+            return status
+        done += 1
+    return at.RUNNING

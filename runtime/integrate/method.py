@@ -14,9 +14,8 @@ if TYPE_CHECKING:
 
     from symgen.runtime.system import System
 
-EVALUATIONS_PER_STAGE = (
-    8  # of an implicit method: the iterations usual in it, and as much again for linear algebra
-)
+# Of an implicit method: the iterations usual in it, and as much again for linear algebra.
+EVALUATIONS_PER_STAGE = 8
 
 
 @record(kw_only=True)
@@ -34,7 +33,7 @@ class Method:
     adaptive : bool
         Chooses its own steps; otherwise it takes steps of one given length.
     family : str
-        `module:function` of the step loop, see docs/architecture.md.
+        `module:function` of the step loop, see docs/step-loops.md.
     coefficients : callable
         System -> the named tuple that the loop takes as `method`.
     work_size : callable

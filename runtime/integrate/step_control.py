@@ -96,6 +96,13 @@ def longest_step(control):
 
 
 @jitted
+def room_for_steps(loop, done):
+    """Whether a call that has taken `done` steps may take another one: there is Python's turn, and the step log."""
+    share = loop.counters[at.MAX_STEPS_PER_CALL]
+    return done < share and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
+
+
+@jitted
 def watch_is_near(control):
     """Whether the next step may pass the time that is watched."""
     return control[at.T] + 1.01 * min(control[at.H], longest_step(control)) >= control[at.T_WATCH]
@@ -144,13 +151,16 @@ def too_small(control):
 
 
 @jitted
-def accept_step(exponent, beta, shrink, grow, safety, error, h, loop):
-    """Set `control[H]` after an accepted step of length `h`: Hairer's controller with PI stabilisation."""
+def accept_step(method, error, h, loop):
+    """Set `control[H]` after an accepted step of length `h`: Hairer's controller with PI stabilisation.
+
+    Its numbers are `exponent`, `beta`, `shrink`, `grow` and `safety` of the method.
+    """
     wanted = loop.control[at.H]
-    factor = error**exponent if error > 0.0 else 0.0
-    if beta != 0.0:
-        factor /= loop.control[at.ERROR_OLD] ** beta
-    factor = max(1.0 / grow, min(1.0 / shrink, factor / safety))
+    factor = error**method.exponent if error > 0.0 else 0.0
+    if method.beta != 0.0:
+        factor /= loop.control[at.ERROR_OLD] ** method.beta
+    factor = max(1.0 / method.grow, min(1.0 / method.shrink, factor / method.safety))
     h_new = h / factor
     if h < wanted:
         # The step was cut at a stop time, which says nothing against the step that the method wanted.
@@ -163,10 +173,10 @@ def accept_step(exponent, beta, shrink, grow, safety, error, h, loop):
 
 
 @jitted
-def reject_step(exponent, shrink, safety, error, h, loop):
+def reject_step(method, error, h, loop):
     """Set `control[H]` after a rejected step of length `h`; an `error` that is not finite shrinks it most."""
-    factor = 1.0 / shrink
+    factor = 1.0 / method.shrink
     if math.isfinite(error):
-        factor = min(factor, error**exponent / safety)
+        factor = min(factor, error**method.exponent / method.safety)
     loop.control[at.H] = h / factor
     loop.counters[at.LAST_REJECTED] = 1

@@ -94,7 +94,7 @@ def derivatives(
     Parameters
     ----------
     function : str
-        See docs/architecture.md.
+        See docs/abi.md.
     t : float [s]
     y, p : ndarray
         Where to evaluate it.

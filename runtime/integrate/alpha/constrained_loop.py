@@ -13,8 +13,9 @@ from symgen.runtime.integrate.alpha.constrained_work import (
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.dense import hermite_dense
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.loop import take_steps
 from symgen.runtime.integrate.projection import project_state, projection_size
-from symgen.runtime.integrate.step_control import grid_end, grid_length, watch_is_near
+from symgen.runtime.integrate.step_control import grid_end, grid_length
 
 N_DENSE_TERMS = 4
 
@@ -25,42 +26,37 @@ def advance_constrained_alpha(method, loop):
 
     The velocities of index-3 form leave G v = 0 by O(h²); `y` has those projected onto it, while the recursion goes on
     with its own. A step of another length starts the recursion anew. `control[NEWTON_TOL]` is in units of the error
-    tolerance; 0 means DEFAULT_NEWTON_TOL. Arguments and result are those of all step loops, see docs/architecture.md.
+    tolerance; 0 means DEFAULT_NEWTON_TOL. Arguments and result are those of all step loops, see docs/step-loops.md.
     """
     w = constrained_alpha_work(method, loop.sizes, loop.work)
     if not loop.counters[at.F_VALID]:
         if not evaluate(loop, loop.control[at.T], loop.y, loop.f):
             return at.NOT_FINITE
         loop.counters[at.F_VALID], loop.counters[HAVE_START] = 1, 0
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0 = loop.control[at.T]
-        t1 = grid_end(loop)
-        h = grid_length(loop.control, t0, t1)
-        status = at.RUNNING
-        if not loop.counters[HAVE_START] or abs(h - w.numbers[STARTED_FOR]) > 1e-6 * h:
-            status = start(method, h, loop, t0, w)
-        if status == at.RUNNING:
-            status = solve_end(method, h, loop, t0, t1, w)
-        if status == at.RUNNING:
-            status = reach_end(h, loop, t1, w)
-        if status != at.RUNNING:
-            return status
-        if needs_dense(loop, t1):
-            hermite_dense(loop.y, w.y_new, loop.f, w.row, h, loop.sizes[at.NY], loop.dense)
-        copy(w.y_new, loop.y)
-        copy(w.row, loop.f)
-        carry_on(loop.sizes, w)
-        status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+    return take_steps(constrained_alpha_step, method, loop, w)
+
+
+@jitted
+def constrained_alpha_step(method, loop, w):
+    """Take one step of the grid and record it; returns a status."""
+    t0 = loop.control[at.T]
+    t1 = grid_end(loop)
+    h = grid_length(loop.control, t0, t1)
+    status = at.RUNNING
+    if not loop.counters[HAVE_START] or abs(h - w.numbers[STARTED_FOR]) > 1e-6 * h:
+        status = start(method, h, loop, t0, w)
+    if status == at.RUNNING:
+        status = solve_end(method, h, loop, t0, t1, w)
+    if status == at.RUNNING:
+        status = reach_end(h, loop, t1, w)
+    if status != at.RUNNING:
+        return status
+    if needs_dense(loop, t1):
+        hermite_dense(loop.y, w.y_new, loop.f, w.row, h, loop.sizes[at.NY], loop.dense)
+    copy(w.y_new, loop.y)
+    copy(w.row, loop.f)
+    carry_on(loop.sizes, w)
+    return finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
 
 
 @jitted

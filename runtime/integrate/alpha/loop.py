@@ -20,6 +20,7 @@ from symgen.runtime.integrate.dense import hermite_dense
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.jacobian import acceleration_jacobian
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
+from symgen.runtime.integrate.loop import take_steps
 from symgen.runtime.integrate.newton import (
     DIVERGED,
     ITERATING,
@@ -30,7 +31,7 @@ from symgen.runtime.integrate.newton import (
 )
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate
-from symgen.runtime.integrate.step_control import error_scale, grid_end, watch_is_near
+from symgen.runtime.integrate.step_control import error_scale, grid_end
 
 # Of the tolerance; an error that Newton leaves is not seen by anything else here, and adds up over the steps.
 DEFAULT_NEWTON_TOL = 1e-3
@@ -46,7 +47,7 @@ def advance_generalized_alpha(method, loop):
     steps, so a mass matrix that changes costs no order. Quaternions are turned by what Newmark's formula makes of their
     rates (Brüls, Cardona, Arnold, Mech. Mach. Theory 48 (2012) 121). Constrained models are integrated in their
     accelerations and projected after every step. `control[NEWTON_TOL]` is in units of the error tolerance; 0 means
-    DEFAULT_NEWTON_TOL. Arguments and result are those of all step loops, see docs/architecture.md.
+    DEFAULT_NEWTON_TOL. Arguments and result are those of all step loops, see docs/step-loops.md.
     """
     w = alpha_work(loop.sizes, loop.work)
     if not loop.counters[at.F_VALID]:
@@ -55,30 +56,25 @@ def advance_generalized_alpha(method, loop):
         loop.counters[at.F_VALID] = 1
         for i in range(loop.sizes[at.NV]):
             w.vectors[AVERAGE, i] = loop.f[loop.sizes[at.NQ] + i]
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0 = loop.control[at.T]
-        t1 = grid_end(loop)
-        status = solve_step(method, t1 - t0, loop, t1, w)
-        if status == at.RUNNING:
-            status = reach_end(t1 - t0, loop, t1, w)
-        if status != at.RUNNING:
-            return status
-        if needs_dense(loop, t1):
-            hermite_dense(loop.y, w.y_new, loop.f, w.row, t1 - t0, loop.sizes[at.NY], loop.dense)
-        copy(w.y_new, loop.y)
-        copy(w.row, loop.f)
-        copy(w.vectors[NEW_AVERAGE], w.vectors[AVERAGE])
-        status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+    return take_steps(alpha_step, method, loop, w)
+
+
+@jitted
+def alpha_step(method, loop, w):
+    """Take one step of the grid and record it; returns a status."""
+    t0 = loop.control[at.T]
+    t1 = grid_end(loop)
+    status = solve_step(method, t1 - t0, loop, t1, w)
+    if status == at.RUNNING:
+        status = reach_end(t1 - t0, loop, t1, w)
+    if status != at.RUNNING:
+        return status
+    if needs_dense(loop, t1):
+        hermite_dense(loop.y, w.y_new, loop.f, w.row, t1 - t0, loop.sizes[at.NY], loop.dense)
+    copy(w.y_new, loop.y)
+    copy(w.row, loop.f)
+    copy(w.vectors[NEW_AVERAGE], w.vectors[AVERAGE])
+    return finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
 
 
 @jitted

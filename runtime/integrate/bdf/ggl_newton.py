@@ -33,22 +33,7 @@ from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 
 
 @jitted
-def solve_index2(g, loop, t1, w):
-    """Solve for the new state; where that fails, once more with a fresh Jacobian.
-
-    Writes `w.states[Y_NEW]` and, but for work, `w.states[CHANGE]`. Returns RUNNING, or why there is no solution.
-    """
-    if loop.counters[HAVE_JACOBIAN]:
-        if iterate(g, loop, t1, w) == at.RUNNING:
-            return at.RUNNING
-        if loop.counters[JACOBIAN_IS_FRESH]:
-            return at.NEWTON_FAILED
-        loop.counters[HAVE_JACOBIAN] = 0
-    return iterate(g, loop, t1, w)
-
-
-@jitted
-def iterate(g, loop, t1, w):
+def iterate_index2(g, loop, t1, w):
     """Improve the new state from the predicted one by simplified Newton; returns RUNNING, or why not."""
     nq, nv, m = loop.sizes[at.NQ], loop.sizes[at.NV], loop.sizes[at.NM]
     copy(w.states[PREDICTED], w.states[Y_NEW])

@@ -6,8 +6,10 @@ from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step, needs_dense
 from symgen.runtime.integrate.bdf.control import choose_step_and_order, shorten_step
+from symgen.runtime.integrate.bdf.ggl_newton import iterate_index2
+from symgen.runtime.integrate.bdf.ggl_work import bdf_ggl_work
 from symgen.runtime.integrate.bdf.history import WORK_BY_POWER, add_point, history_dense, predict, resample
-from symgen.runtime.integrate.bdf.newton import solve_step
+from symgen.runtime.integrate.bdf.newton import iterate, solve_step
 from symgen.runtime.integrate.bdf.singular import allow_for_singularity, is_near_singular, leave_singularity
 from symgen.runtime.integrate.bdf.work import (
     CHANGE,
@@ -31,6 +33,7 @@ from symgen.runtime.integrate.bdf.work import (
 )
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.loop import take_steps
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 from symgen.runtime.integrate.step_control import (
@@ -39,7 +42,6 @@ from symgen.runtime.integrate.step_control import (
     first_step,
     longest_step,
     too_small,
-    watch_is_near,
 )
 
 N_DENSE = 6
@@ -58,40 +60,88 @@ def advance_bdf(method, loop):
     Numer. Anal. 30 (1993) 1467, proves that this keeps the order. Where an event stops a step and nothing changes the
     state, the history is moved there. Work is a component like others, but has no part in any norm. The row `f` serves
     as scratch; F_VALID says that nobody has changed the state. Arguments and result are those of all step loops, see
-    docs/architecture.md.
+    docs/step-loops.md.
     """
     w = bdf_work(loop.sizes, loop.work)
+    if not begin_bdf(loop, w):
+        return at.NOT_FINITE
+    return take_steps(index1_step, method, loop, w)
+
+
+@jitted
+def index1_step(method, loop, w):
+    """Take an accepted step and record it; returns a status."""
+    return bdf_step(solve_index1, method, loop, w)
+
+
+@jitted
+def solve_index1(g, loop, t1, w):
+    """Solve the equations of a step as `solve_step` does, to tolerances that configurations of lower rank allow."""
+    allow_for_singularity(loop.sizes, w)
+    status = solve_step(iterate, g, loop, t1, w)
+    if status == at.RUNNING:
+        allow_for_singularity(loop.sizes, w)
+    return status
+
+
+@jitted
+def advance_bdf_ggl(method, loop):
+    """Advance as `advance_bdf` does, on the stabilised index-2 equations of Gear, Gupta and Leimkuhler.
+
+    Lötstedt, Petzold, Math. Comp. 46 (1986) 491, prove the order for these equations. Multipliers have no part in the
+    error; what Newton leaves of the constraints is projected away.
+    """
+    w = bdf_ggl_work(loop.sizes, loop.work)
+    if not begin_bdf(loop, w):
+        return at.NOT_FINITE
+    return take_steps(index2_step, method, loop, w)
+
+
+@jitted
+def index2_step(method, loop, w):
+    """Take an accepted step and record it; returns a status."""
+    return bdf_step(solve_index2, method, loop, w)
+
+
+@jitted
+def solve_index2(g, loop, t1, w):
+    """Solve the equations of a step; returns a status."""
+    return solve_step(iterate_index2, g, loop, t1, w)
+
+
+@jitted
+def begin_bdf(loop, w):
+    """Make a history where there is none for the state; returns whether derivatives are finite."""
     if not loop.counters[at.F_VALID]:
         if not continue_from_event(loop, w):
             loop.counters[HAVE_JACOBIAN] = 0
             if not restart(loop, w):
-                return at.NOT_FINITE
+                return False
         loop.counters[at.F_VALID] = 1
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0 = loop.control[at.T]
-        status, t1, error = bdf_step(method, loop, w)
-        if status != at.RUNNING:
-            return status
-        add_point(loop.sizes, loop.counters[ORDER], w)
-        w.numbers[NEWEST] = t1
-        if needs_dense(loop, t1):
-            history_dense(method, loop.sizes, loop.counters[ORDER], loop.y, w, loop.dense)
-        copy(w.states[Y_NEW], loop.y)
-        choose_step_and_order(method, error, loop, w)
-        leave_singularity(loop.control, w)
-        status = finish_step(loop, t0, t1, loop.dense, N_DENSE, w.scratch)
-        if status == at.EVENT:
-            copy(loop.y, w.states[KEPT])
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+    return True
+
+
+@jitted
+def bdf_step(solve, method, loop, w):
+    """Take an accepted step, record it and choose the next one; returns a status.
+
+    `solve` (g, loop, t1, w) solves the equations of a step for `w.states[Y_NEW]` and `w.states[CHANGE]`, g = α/h.
+    """
+    t0 = loop.control[at.T]
+    status, t1, error = accepted_step(solve, method, loop, w)
+    if status != at.RUNNING:
+        return status
+    add_point(loop.sizes, loop.counters[ORDER], w)
+    w.numbers[NEWEST] = t1
+    if needs_dense(loop, t1):
+        history_dense(method, loop.sizes, loop.counters[ORDER], loop.y, w, loop.dense)
+    copy(w.states[Y_NEW], loop.y)
+    choose_step_and_order(method, error, loop, w)
+    leave_singularity(loop.control, w)
+    status = finish_step(loop, t0, t1, loop.dense, N_DENSE, w.scratch)
+    if status == at.EVENT:
+        copy(loop.y, w.states[KEPT])
+    return status
 
 
 @jitted
@@ -148,7 +198,7 @@ def step_end(control):
 
 
 @jitted
-def bdf_step(method, loop, w):
+def accepted_step(solve, method, loop, w):
     """Try steps until one is accepted: `w.states[Y_NEW]` is then the new state, `w.states[CHANGE]` what predicts not.
 
     Returns
@@ -168,12 +218,10 @@ def bdf_step(method, loop, w):
         order = loop.counters[ORDER]
         predict(method, loop.sizes, order, w)
         set_tolerances(loop, w)
-        allow_for_singularity(loop.sizes, w)
         error = math.inf
-        cause = solve_step(method.alpha[order] / h, loop, t1, w)
+        cause = solve(method.alpha[order] / h, loop, t1, w)
         solved = cause == at.RUNNING
         if solved:
-            allow_for_singularity(loop.sizes, w)
             error = method.error[order] * norm(loop.sizes, w.states[CHANGE], w)
             cause = at.STEP_TOO_SMALL if math.isfinite(error) else at.NOT_FINITE
         if error <= 1.0:

@@ -27,10 +27,11 @@ from symgen.runtime.integrate.radau.rotation_increments import factor_rotations
 
 
 @jitted
-def solve_step(g, loop, t1, w):
+def solve_step(iterate, g, loop, t1, w):
     """Solve g (d + past) = f(t1, predicted + d) for d, g = α/h; where that fails, once more with a fresh Jacobian.
 
-    Writes `w.states[Y_NEW]` and, but for work, `w.states[CHANGE]`. Returns RUNNING, or why there is no solution.
+    `iterate` (g, loop, t1, w) is Newton's iteration for these equations. Writes `w.states[Y_NEW]` and, but for work,
+    `w.states[CHANGE]`. Returns RUNNING, or why there is no solution.
     """
     if loop.counters[HAVE_JACOBIAN]:
         if iterate(g, loop, t1, w) == at.RUNNING:

@@ -1,6 +1,9 @@
 """Explicit Runge-Kutta methods, adaptive and with a fixed step: one loop for all tableaus and models."""
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
@@ -18,6 +21,7 @@ from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.explicit.dop853 import dop853_error, dop853_new_state, dop853_stages
 from symgen.runtime.integrate.explicit.stiffness import watch_stiffness
 from symgen.runtime.integrate.explicit.tableau import NO_ESTIMATE, TWO_ESTIMATES
+from symgen.runtime.integrate.loop import take_steps
 from symgen.runtime.integrate.projection import project_in_passing, project_state, projection_size
 from symgen.runtime.integrate.step_control import (
     accept_step,
@@ -28,10 +32,27 @@ from symgen.runtime.integrate.step_control import (
     reject_step,
     step_end,
     too_small,
-    watch_is_near,
 )
 
-N_STATES = 4  # stage argument, new state, two error estimates
+N_STATES = 4
+
+
+class ErkWork(NamedTuple):
+    """Work arrays of an explicit Runge-Kutta method.
+
+    Attributes
+    ----------
+    stages : ndarray, shape (n_rows, N_ROW)
+        Derivatives at the stages.
+    states : ndarray, shape (N_STATES, NY)
+        Argument of a stage, new state, two error estimates.
+    scratch : ndarray
+        See `finish_step`.
+    """
+
+    stages: np.ndarray
+    states: np.ndarray
+    scratch: np.ndarray
 
 
 @jitted
@@ -41,46 +62,49 @@ def erk_work_size(n_rows, sizes):
 
 
 @jitted
+def erk_work(n_rows, sizes, work):
+    """Divide `work`, of length `erk_work_size(n_rows, sizes)`, into an `ErkWork`."""
+    ny, n_row = sizes[at.NY], sizes[at.N_ROW]
+    stages, rest = work[: n_rows * n_row].reshape((n_rows, n_row)), work[n_rows * n_row :]
+    states, rest = rest[: N_STATES * ny].reshape((N_STATES, ny)), rest[N_STATES * ny :]
+    return ErkWork(stages, states, rest)
+
+
+@jitted
 def advance_erk(method, loop):
     """Advance with an explicit Runge-Kutta method until something is for Python to do.
 
-    Arguments and result are those of all step loops, see docs/architecture.md; `method` is an `ErkTableau`.
+    Arguments and result are those of all step loops, see docs/step-loops.md; `method` is an `ErkTableau`.
     """
-    ny, n_row = loop.sizes[at.NY], loop.sizes[at.N_ROW]
-    k = loop.work[: method.n_rows * n_row].reshape((method.n_rows, n_row))
-    states = loop.work[method.n_rows * n_row :][: N_STATES * ny].reshape((N_STATES, ny))
-    scratch = loop.work[method.n_rows * n_row + N_STATES * ny :]
+    w = erk_work(method.n_rows, loop.sizes, loop.work)
     if not loop.counters[at.F_VALID]:
         if not evaluate(loop, loop.control[at.T], loop.y, loop.f):
             return at.NOT_FINITE
         loop.counters[at.F_VALID] = 1
     if method.estimate != NO_ESTIMATE and loop.control[at.H] <= 0.0:
-        loop.control[at.H] = first_step(method.order, loop, k[0], states[0])
+        loop.control[at.H] = first_step(method.order, loop, w.stages[0], w.states[0])
         loop.control[at.ERROR_OLD] = 1e-4
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0 = loop.control[at.T]
-        if method.estimate == NO_ESTIMATE:
-            status, t1 = fixed_step(method, loop, k, states, scratch)
-        else:
-            status, t1 = adaptive_step(method, loop, k, states, scratch)
-        if status != at.RUNNING:
-            return status
-        status = commit_step(method, loop, t0, t1, k, states, scratch)
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+    return take_steps(erk_step, method, loop, w)
 
 
 @jitted
-def adaptive_step(method, loop, k, states, scratch):
-    """Try steps until one is accepted: `states[1]` is then the new state, row `n_stages - fsal` its derivative.
+def erk_step(method, loop, w):
+    """Take an accepted step, or one of the grid, and record it; returns a status."""
+    t0 = loop.control[at.T]
+    if method.estimate == NO_ESTIMATE:
+        status, t1 = fixed_step(method, loop, w)
+    else:
+        status, t1 = adaptive_step(method, loop, w)
+    if status != at.RUNNING:
+        return status
+    return commit_step(method, loop, t0, t1, w)
+
+
+@jitted
+def adaptive_step(method, loop, w):
+    """Try steps until one is accepted.
+
+    `w.states[1]` is then the new state, row `n_stages - fsal` of `w.stages` its derivative.
 
     Returns
     -------
@@ -93,38 +117,38 @@ def adaptive_step(method, loop, k, states, scratch):
         h = t1 - t
         if too_small(loop.control):
             return cause, t
-        copy(loop.f, k[0])
-        hold_stabilisation(loop, t, relaxation_time(loop, h), k[0], scratch[: projection_size(loop.sizes)])
-        take_stages(method, loop, t, h, k, states)
-        error = estimate_error(method, loop, h, k, states)
+        copy(loop.f, w.stages[0])
+        buffer = w.scratch[: projection_size(loop.sizes)]
+        hold_stabilisation(loop, t, relaxation_time(loop, h), w.stages[0], buffer)
+        take_stages(method, loop, t, h, w)
+        error = estimate_error(method, loop, h, w)
         cause = at.STEP_TOO_SMALL
         if error <= 1.0:
-            cause = reach_end(method, loop, t1, k, states, scratch)
+            cause = reach_end(method, loop, t1, w)
             if cause == at.RUNNING:
-                accept_step(
-                    method.exponent, method.beta, method.shrink, method.grow, method.safety, error, h, loop,
-                )  # fmt: skip
+                accept_step(method, error, h, loop)
                 return at.RUNNING, t1
             error = math.inf
         elif not math.isfinite(error):
             cause = at.NOT_FINITE
-        reject_step(method.exponent, method.shrink, method.safety, error, h, loop)
+        reject_step(method, error, h, loop)
         loop.counters[at.REJECTED] += 1
 
 
 @jitted
-def fixed_step(method, loop, k, states, scratch):
+def fixed_step(method, loop, w):
     """Take one step of the fixed grid; returns status and the time of the new state [s]."""
-    copy(loop.f, k[0])
+    copy(loop.f, w.stages[0])
     t, t1 = loop.control[at.T], grid_end(loop)
-    hold_stabilisation(loop, t, t1 - t, k[0], scratch[: projection_size(loop.sizes)])
-    take_stages(method, loop, t, t1 - t, k, states)
-    return reach_end(method, loop, t1, k, states, scratch), t1
+    hold_stabilisation(loop, t, t1 - t, w.stages[0], w.scratch[: projection_size(loop.sizes)])
+    take_stages(method, loop, t, t1 - t, w)
+    return reach_end(method, loop, t1, w), t1
 
 
 @jitted
-def take_stages(method, loop, t, h, k, states):
-    """Fill the rows of `k` from 1 on, `states[0]` (argument of the stage before the new state), `states[1]`."""
+def take_stages(method, loop, t, h, w):
+    """Fill the stages from 1 on, `w.states[0]` (argument of the stage before the new state), `w.states[1]`."""
+    k, states = w.stages, w.states
     if method.estimate == TWO_ESTIMATES:
         dop853_stages(method.a, method.c, loop.addresses[at.RHS], t, h, loop.y, loop.p, k, states[0])
         dop853_new_state(method.b, h, loop.y, k, states[1])
@@ -160,12 +184,13 @@ def erk_sum(weights, n_rows, h, y, k, out):
 
 
 @jitted
-def estimate_error(method, loop, h, k, states):
-    """Return the error of the step in units of the tolerance; work w is left out, it follows the motion."""
+def estimate_error(method, loop, h, w):
+    """Return the error of the step in units of the tolerance; work is left out, it follows the motion."""
+    k = w.stages
     n = loop.sizes[at.NQ] + loop.sizes[at.NV]
-    y_new, error = states[1], states[2]
+    y_new, error = w.states[1], w.states[2]
     if method.estimate == TWO_ESTIMATES:
-        third = states[3]
+        third = w.states[3]
         dop853_error(method.error, k, n, error, third)
         return h * norm_of_two(loop.control, n, loop.y, y_new, error, third)
     for i in range(n):
@@ -191,18 +216,18 @@ def norm_of_two(control, n, y0, y1, fifth, third):
 
 
 @jitted
-def reach_end(method, loop, t1, k, states, scratch):
+def reach_end(method, loop, t1, w):
     """Project the new state and evaluate its derivative; returns why that failed, or RUNNING."""
-    y_new, row = states[1], k[method.n_stages - method.fsal]
+    y_new, row = w.states[1], w.stages[method.n_stages - method.fsal]
     if loop.addresses[at.PROJECT] != 0:
-        buffer = scratch[: projection_size(loop.sizes)]
+        buffer = w.scratch[: projection_size(loop.sizes)]
         if method.estimate == NO_ESTIMATE or t1 >= loop.control[at.T_STOP]:
             status = project_state(loop, t1, y_new, buffer)
         else:
             status = project_in_passing(loop, t1, y_new, buffer)
         if status != at.RUNNING:
             return status
-        scale_energy(loop, t1, y_new, scratch)
+        scale_energy(loop, t1, y_new, w.scratch)
     held = release_stabilisation(loop)
     if held or loop.addresses[at.PROJECT] != 0 or not method.fsal:
         if not evaluate(loop, t1, y_new, row):
@@ -210,47 +235,47 @@ def reach_end(method, loop, t1, k, states, scratch):
     if loop.sizes[at.NM] > 0:
         least = loop.control[at.MIN_PIVOT_RATIO]
         for s in range(1, method.n_stages - method.fsal + 1):
-            least = min(least, k[s, loop.sizes[at.N_ROW] - 1])
+            least = min(least, w.stages[s, loop.sizes[at.N_ROW] - 1])
         loop.control[at.MIN_PIVOT_RATIO] = least
     if not (all_finite(y_new, loop.sizes[at.NY]) and all_finite(row, loop.sizes[at.NY])):
         return at.NOT_FINITE
     if method.stiff_bound > 0.0:
-        before = k[method.n_stages - method.fsal - 1]
-        watch_stiffness(method.stiff_bound, loop, t1 - loop.control[at.T], y_new, row, states[0], before)
+        before = w.stages[method.n_stages - method.fsal - 1]
+        watch_stiffness(method.stiff_bound, loop, t1 - loop.control[at.T], y_new, row, w.states[0], before)
     return at.RUNNING
 
 
 @jitted
-def commit_step(method, loop, t0, t1, k, states, scratch):
+def commit_step(method, loop, t0, t1, w):
     """Make the new state the current one, with dense output where somebody reads it, and record the step."""
     if needs_dense(loop, t1):
-        erk_dense(method, loop, t0, t1 - t0, k, states)
+        erk_dense(method, loop, t0, t1 - t0, w)
     count_energy(loop)
-    copy(states[1], loop.y)
-    copy(k[method.n_stages - method.fsal], loop.f)
-    status = finish_step(loop, t0, t1, loop.dense, method.n_dense, scratch)
+    copy(w.states[1], loop.y)
+    copy(w.stages[method.n_stages - method.fsal], loop.f)
+    status = finish_step(loop, t0, t1, loop.dense, method.n_dense, w.scratch)
     row = loop.counters[at.NEXT_FRAME] - 1
     in_passing = status == at.RUNNING and method.estimate != NO_ESTIMATE and loop.addresses[at.PROJECT] != 0
     if in_passing and row >= 0 and loop.frame_times[row] == t1:
         # The state goes on as it is, watched or not; what is shown is on the constraints.
-        project_state(loop, t1, loop.frames[row], scratch[: projection_size(loop.sizes)])
+        project_state(loop, t1, loop.frames[row], w.scratch[: projection_size(loop.sizes)])
     return status
 
 
 @jitted
-def erk_dense(method, loop, t, h, k, states):
+def erk_dense(method, loop, t, h, w):
     """Fill the dense output of the step; further stages are taken here, so only for steps that need them."""
     first_extra = method.n_stages + 1 - method.fsal
-    erk_stages(method, loop, first_extra, method.n_rows, t, h, k, states[0])
+    erk_stages(method, loop, first_extra, method.n_rows, t, h, w.stages, w.states[0])
     loop.counters[at.RHS_CALLS] += method.n_rows - first_extra
-    combine_dense(method, loop.sizes, h, loop.y, k, states, loop.dense)
+    combine_dense(method, loop, h, w)
 
 
 @jitted
-def combine_dense(method, sizes, h, y, k, states, dense):
+def combine_dense(method, loop, h, w):
     """Fill the dense output from all stages, those that it takes for itself among them."""
-    ny = sizes[at.NY]
-    hermite_dense(y, states[1], k[0], k[method.n_stages - method.fsal], h, ny, dense)
+    ny, k, dense = loop.sizes[at.NY], w.stages, loop.dense
+    hermite_dense(loop.y, w.states[1], k[0], k[method.n_stages - method.fsal], h, ny, dense)
     for r in range(method.n_dense - 4):
         for i in range(ny):
             dense[4 + r, i] = 0.0

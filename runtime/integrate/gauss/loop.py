@@ -18,9 +18,10 @@ from symgen.runtime.integrate.gauss.work import (
     NEXT_STEP,
     gauss_work,
 )
+from symgen.runtime.integrate.loop import take_steps
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.quaternions import keep_lengths, n_quaternions, quaternion_at
-from symgen.runtime.integrate.step_control import grid_end, grid_length, watch_is_near
+from symgen.runtime.integrate.step_control import grid_end, grid_length
 
 N_DENSE_TERMS = 8
 
@@ -33,47 +34,43 @@ def advance_gauss(method, loop):
     accelerations. Fixed-point iteration until that fails once, from then on Newton's. Frames are steps of their own
     from the step's start, so they have the method's order; the collocation polynomial serves events. Quaternions keep
     their length, see `rotation_increments`. The row `f` is not used; F_VALID says that nobody has changed the state.
-    Arguments and result are those of all step loops, see docs/architecture.md.
+    Arguments and result are those of all step loops, see docs/step-loops.md.
     """
     w = gauss_work(method, loop.sizes, loop.work)
-    n = method.c.shape[0]
-    y_new, rest, y_old = w.states[n], w.states[n + 1], w.states[n + 2]
     if not loop.counters[at.F_VALID]:
         loop.counters[at.F_VALID] = 1
         loop.counters[HAVE_HISTORY], loop.counters[HAVE_JACOBIAN], loop.counters[HAVE_FACTORS] = 0, 0, 0
         for i in range(loop.sizes[at.NY]):
-            rest[i] = 0.0
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0 = loop.control[at.T]
-        t1 = grid_end(loop)
-        h = grid_length(loop.control, t0, t1)
-        prepare_history(method, h, loop.counters, w)
-        status = solve_stages(NEXT_STEP, method, h, loop, t0, loop.y, w)
-        if status == at.RUNNING:
-            copy(loop.y, y_old)
-            copy(loop.y, y_new)
-            status = reach_end(method, h, loop, t1, y_new, rest, w)
-        if status != at.RUNNING:
-            return status
-        keep_history(h, loop, w)
-        dense_is_read = needs_dense(loop, t1)
-        if dense_is_read:
-            gauss_dense(method, h, loop.sizes, loop.y, y_new, w, loop.dense)
-        copy(y_new, loop.y)
-        first_frame = loop.counters[at.NEXT_FRAME]
-        status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
-        if dense_is_read:
-            refine_frames(method, h, loop, t0, first_frame, w)
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+            w.states[method.c.shape[0] + 1, i] = 0.0
+    return take_steps(gauss_step, method, loop, w)
+
+
+@jitted
+def gauss_step(method, loop, w):
+    """Take one step of the grid and record it, frames in it by steps of their own; returns a status."""
+    n = method.c.shape[0]
+    y_new, rest, y_old = w.states[n], w.states[n + 1], w.states[n + 2]
+    t0 = loop.control[at.T]
+    t1 = grid_end(loop)
+    h = grid_length(loop.control, t0, t1)
+    prepare_history(method, h, loop.counters, w)
+    status = solve_stages(NEXT_STEP, method, h, loop, t0, loop.y, w)
+    if status == at.RUNNING:
+        copy(loop.y, y_old)
+        copy(loop.y, y_new)
+        status = reach_end(method, h, loop, t1, y_new, rest, w)
+    if status != at.RUNNING:
+        return status
+    keep_history(h, loop, w)
+    dense_is_read = needs_dense(loop, t1)
+    if dense_is_read:
+        gauss_dense(method, h, loop.sizes, loop.y, y_new, w, loop.dense)
+    copy(y_new, loop.y)
+    first_frame = loop.counters[at.NEXT_FRAME]
+    status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
+    if dense_is_read:
+        refine_frames(method, h, loop, t0, first_frame, w)
+    return status
 
 
 @jitted

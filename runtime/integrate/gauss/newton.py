@@ -22,8 +22,8 @@ def factor_stages(method, h, loop, y, w):
             for j in range(nv):
                 w.matrices[k, i, j] = -g * (w.jacobian[i, nv + j] + g * w.jacobian[i, j])
             w.matrices[k, i, i] += 1.0
-        for k in range(n_quaternions(loop.sizes)):
-            j = quaternion_at(loop.sizes, k) - k
+        for n in range(n_quaternions(loop.sizes)):
+            j = quaternion_at(loop.sizes, n) - n
             factor_rotations(g, j, loop.sizes[at.NQ] + j, y, w.jacobian, w.matrices[k])
         status = lu_factor(w.matrices[k], w.pivots[k])
         if status != at.RUNNING:

@@ -36,7 +36,7 @@ _PROJECTED = Method(
 RECORDS = (
     _PROJECTED,
     replace(
-        _PROJECTED, form="ggl", family="symgen.runtime.integrate.bdf.ggl_loop:advance_bdf_ggl",
+        _PROJECTED, form="ggl", family="symgen.runtime.integrate.bdf.loop:advance_bdf_ggl",
         work_size=_ggl_work_size, kernels=("residual_jacobian", "residual", "constraint_residual"),
     ),
 )  # fmt: skip

@@ -30,9 +30,7 @@ def _radau(order: int) -> tuple[Method, Method]:
 
     def sparse_coefficients(system: System) -> Any:
         pattern = resolve("symgen.runtime.integrate.sparse_pattern:newton_pattern")(system)
-        return resolve("symgen.runtime.integrate.radau.sparse_loop:SparseRadauIIA")(
-            *coefficients(system), pattern
-        )
+        return resolve("symgen.runtime.integrate.radau.sparse:SparseRadauIIA")(*coefficients(system), pattern)
 
     def sparse_work_size(coefficients: Any, sizes: np.ndarray) -> int:
         return int(
@@ -52,11 +50,11 @@ def _radau(order: int) -> tuple[Method, Method]:
         purpose=_PURPOSES[order], kernels=("residual_jacobian",), stiff=True,
     )  # fmt: skip
     sparse = replace(
-        full, family="symgen.runtime.integrate.radau.sparse_loop:advance_radau_sparse",
+        full, family="symgen.runtime.integrate.radau.loop:advance_radau_sparse",
         coefficients=sparse_coefficients, work_size=sparse_work_size, kernels=("residual_jacobian_entries",),
     )  # fmt: skip
     ggl = replace(
-        full, form="ggl", suits_form=order == 5, family="symgen.runtime.integrate.radau.ggl_loop:advance_radau_ggl",
+        full, form="ggl", suits_form=order == 5, family="symgen.runtime.integrate.radau.loop:advance_radau_ggl",
         coefficients=ggl_coefficients, work_size=ggl_work_size,
         kernels=("residual_jacobian", "residual", "constraint_residual"),
     )  # fmt: skip

@@ -10,6 +10,7 @@ from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.jacobian import acceleration_jacobian
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
+from symgen.runtime.integrate.loop import take_steps
 from symgen.runtime.integrate.newton import (
     DIVERGED,
     ITERATING,
@@ -34,7 +35,7 @@ from symgen.runtime.integrate.quaternions import (
     quaternion_at,
     retract,
 )
-from symgen.runtime.integrate.step_control import error_scale, grid_end, watch_is_near
+from symgen.runtime.integrate.step_control import error_scale, grid_end
 
 # Of the tolerance; an error that Newton leaves is not seen by anything else here, and adds up over the steps.
 DEFAULT_NEWTON_TOL = 1e-3
@@ -71,33 +72,28 @@ IMPLICIT_MIDPOINT = OneStage(0.5, 3)
 def advance_implicit(method, loop):
     """Advance with a one-stage implicit method until something is for Python to do.
 
-    Arguments and result are those of all step loops, see docs/architecture.md; `method` is a `OneStage`.
+    Arguments and result are those of all step loops, see docs/step-loops.md; `method` is a `OneStage`.
     The row `f` is not used. `control[NEWTON_TOL]` is in units of the error tolerance; 0 means
     DEFAULT_NEWTON_TOL.
     """
     w = stage_work(loop.sizes, loop.work)
     loop.counters[at.F_VALID] = 0
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0 = loop.control[at.T]
-        t1 = grid_end(loop)
-        status = solve_stage(method.theta * (t1 - t0), loop, t0, w)
-        if status == at.RUNNING:
-            status = reach_end(method, loop, t0, t1, w)
-        if status != at.RUNNING:
-            return status
-        one_stage_dense(method, loop.sizes, t1 - t0, loop.y, w.states[Y_NEW], loop.dense)
-        copy(w.states[Y_NEW], loop.y)
-        status = finish_step(loop, t0, t1, loop.dense, method.n_dense, w.scratch)
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+    return take_steps(implicit_step, method, loop, w)
+
+
+@jitted
+def implicit_step(method, loop, w):
+    """Take one step of the grid and record it; returns a status."""
+    t0 = loop.control[at.T]
+    t1 = grid_end(loop)
+    status = solve_stage(method.theta * (t1 - t0), loop, t0, w)
+    if status == at.RUNNING:
+        status = reach_end(method, loop, t0, t1, w)
+    if status != at.RUNNING:
+        return status
+    one_stage_dense(method, loop.sizes, t1 - t0, loop.y, w.states[Y_NEW], loop.dense)
+    copy(w.states[Y_NEW], loop.y)
+    return finish_step(loop, t0, t1, loop.dense, method.n_dense, w.scratch)
 
 
 @jitted

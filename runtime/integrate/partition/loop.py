@@ -11,6 +11,7 @@ from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.explicit.loop import combine_dense, erk_sum, norm_of_two
 from symgen.runtime.integrate.explicit.tableau import NO_ESTIMATE, TWO_ESTIMATES
+from symgen.runtime.integrate.loop import take_steps
 from symgen.runtime.integrate.partition.choice import LEAST, choose_partition, is_worn, measure, serves
 from symgen.runtime.integrate.partition.dependents import solve_dependents
 from symgen.runtime.integrate.partition.work import END, LATEST, N_NUMBERS, START, partition_work
@@ -22,7 +23,6 @@ from symgen.runtime.integrate.step_control import (
     reject_step,
     step_end,
     too_small,
-    watch_is_near,
 )
 
 # Where steps shrink to nothing while a pivot is below this, it is the constraints that stop them.
@@ -40,43 +40,38 @@ def advance_partition(method, loop):
     `y` holds all coordinates and rates; those that depend on the others are solved for before every evaluation, so that
     only the independent ones are integrated. After a step that leaves the partition worn, another is chosen. Frames and
     events use the method's dense output. Arguments and result are those of all step loops, see
-    docs/architecture.md; `method` is an `ErkTableau`.
+    docs/step-loops.md; `method` is an `ErkTableau`.
     """
     w = partition_work(method.n_rows, loop.sizes, loop.work)
     if not loop.counters[at.F_VALID]:
         status = begin(method, loop, w)
         if status != at.RUNNING:
             return status
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0 = loop.control[at.T]
-        if is_worn(w):
-            status = choose_partition(loop, t0, w)
-            if status != at.RUNNING:
-                return status
-        if method.estimate == NO_ESTIMATE:
-            t1 = grid_end(loop)
-            status = fixed_step(method, loop, t0, t1, w)
-        else:
-            status, t1 = adaptive_step(method, loop, w)
+    return take_steps(partitioned_step, method, loop, w)
+
+
+@jitted
+def partitioned_step(method, loop, w):
+    """Take a step in a partition that serves, and record it; returns a status."""
+    t0 = loop.control[at.T]
+    if is_worn(w):
+        status = choose_partition(loop, t0, w)
         if status != at.RUNNING:
             return status
-        if needs_dense(loop, t1):
-            take_dense(method, loop, t0, t1 - t0, w)
-        count_energy(loop)
-        copy(w.numbers[END:N_NUMBERS], w.numbers[START:END])
-        copy(w.states[1], loop.y)
-        copy(w.stages[method.n_stages - method.fsal], loop.f)
-        status = finish_step(loop, t0, t1, loop.dense, method.n_dense, w.scratch)
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+    if method.estimate == NO_ESTIMATE:
+        t1 = grid_end(loop)
+        status = fixed_step(method, loop, t0, t1, w)
+    else:
+        status, t1 = adaptive_step(method, loop, w)
+    if status != at.RUNNING:
+        return status
+    if needs_dense(loop, t1):
+        take_dense(method, loop, t0, t1 - t0, w)
+    count_energy(loop)
+    copy(w.numbers[END:N_NUMBERS], w.numbers[START:END])
+    copy(w.states[1], loop.y)
+    copy(w.stages[method.n_stages - method.fsal], loop.f)
+    return finish_step(loop, t0, t1, loop.dense, method.n_dense, w.scratch)
 
 
 @jitted
@@ -110,12 +105,10 @@ def adaptive_step(method, loop, w):
         if cause == at.RUNNING:
             error = step_error(method, loop, t1, h, w)
             if error <= 1.0:
-                accept_step(
-                    method.exponent, method.beta, method.shrink, method.grow, method.safety, error, h, loop,
-                )  # fmt: skip
+                accept_step(method, error, h, loop)
                 return at.RUNNING, t1
             cause = at.STEP_TOO_SMALL if math.isfinite(error) else at.NOT_FINITE
-        reject_step(method.exponent, method.shrink, method.safety, error, h, loop)
+        reject_step(method, error, h, loop)
         loop.counters[at.REJECTED] += 1
 
 
@@ -228,4 +221,4 @@ def take_dense(method, loop, t, h, w):
         solve_dependents(loop, t + method.c[s] * h, w.states[0], w)
         call_kernel(loop.addresses[at.RHS], t + method.c[s] * h, w.states[0], loop.p, w.stages[s])
         loop.counters[at.RHS_CALLS] += 1
-    combine_dense(method, loop.sizes, h, loop.y, w.stages, w.states, loop.dense)
+    combine_dense(method, loop, h, w)

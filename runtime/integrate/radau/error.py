@@ -5,7 +5,6 @@ import math
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.evaluation import evaluate
-from symgen.runtime.integrate.linear import lu_solve
 from symgen.runtime.integrate.newton import EPS
 from symgen.runtime.integrate.quaternions import (
     chart_rate,
@@ -64,38 +63,44 @@ def tolerance(rtol, atol, value):
 
 
 @jitted
-def estimate_error(method, h, loop, t, w):
+def estimate_error(equations, method, h, loop, t, w):
     """Return the estimated error of the step in units of the tolerance; work has no part in it.
 
     The estimate of the embedded method is filtered by (1 - h J / μ)⁻¹; in the first step, and after a
     rejected one, a large estimate is filtered once more (Hairer, Wanner 1996, IV.8, (8.19) and (8.20)).
     """
-    error = filter_error(method, h, loop.sizes, loop.y, loop.f, False, w)
+    nq, nv, y_error = loop.sizes[at.NQ], loop.sizes[at.NV], w.states[Y_STAGE]
+    error = equations.filter_error(method, h, loop, loop.f, False, w)
     if error >= 1.0 and (loop.counters[at.LAST_REJECTED] or not loop.counters[HAVE_HISTORY]):
-        retract(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, w.states[Y_STAGE])
-        for i in range(loop.sizes[at.NV]):
-            w.states[Y_STAGE, loop.sizes[at.NQ] + i] = (
-                loop.y[loop.sizes[at.NQ] + i] + w.pairs[ERROR, loop.sizes[at.NV] + i]
-            )
-        if not evaluate(loop, t, w.states[Y_STAGE], w.rows[F_NEW]):
+        retract(loop.sizes, loop.y, 1.0, w.pairs[ERROR], 0, y_error)
+        for i in range(nv):
+            y_error[nq + i] = loop.y[nq + i] + w.pairs[ERROR, nv + i]
+        equations.rotate_error(-1.0, loop.sizes, w.pairs[ERROR], y_error)
+        if not evaluate(loop, t, y_error, w.rows[F_NEW]):
             return math.inf
-        error = filter_error(method, h, loop.sizes, loop.y, w.rows[F_NEW], True, w)
+        equations.rotate_error(1.0, loop.sizes, w.pairs[ERROR], w.rows[F_NEW])
+        error = equations.filter_error(method, h, loop, w.rows[F_NEW], True, w)
     return max(error, 1e-10) if math.isfinite(error) else error
 
 
 @jitted
-def filter_error(method, h, sizes, y, row, again, w):
-    """Write the filtered error to `w.pairs[ERROR]`; `again`: it is there already, and `row` belongs to y + error."""
+def keep_axes(sense, sizes, error, x):
+    """Leave the rates in `x` as they are: errors are in body axes too."""
+
+
+@jitted
+def filter_accelerations(solve, method, h, loop, row, again, w):
+    """Write the filtered error to `w.pairs[ERROR]` and return its norm, see `Equations`.
+
+    `solve` (method, w) filters the part of the rates, where that of the positions is known.
+    """
+    sizes, y = loop.sizes, loop.y
     nq, nv = sizes[at.NQ], sizes[at.NV]
     shift = h / method.mu
-    unfiltered_positions(method, h, sizes, y, again, w)
+    unfiltered_positions(method, h, loop, again, w)
     for i in range(nv):
-        j = nq + i
-        by_v = row[j] + weighted(method, method.error, j, w) / h
-        for k in range(nv):
-            by_v += w.jacobian[i, k] * w.pairs[ERROR, k]
-        w.pairs[ERROR, nv + i] = by_v
-    lu_solve(w.real, w.pivots[0], w.pairs[ERROR, nv:])
+        w.pairs[ERROR, nv + i] = row[nq + i] + weighted(method, method.error, nq + i, w) / h
+    solve(method, w)
     start = 0
     for k in range(n_quaternions(sizes) + 1):
         end = quaternion_at(sizes, k) - k
@@ -104,10 +109,16 @@ def filter_error(method, h, sizes, y, row, again, w):
         if end < nv:
             add_rotation(1.0 / shift, end, nv + end, nq + end, y, w.pairs[ERROR])
         start = end + 3
-    total = 0.0
-    for i in range(2 * nv):
+    return norm_of_error(w)
+
+
+@jitted
+def norm_of_error(w):
+    """Return the root mean square of the errors of positions and rates, each in units of its tolerance."""
+    n, total = w.pairs.shape[1], 0.0
+    for i in range(n):
         total += (w.pairs[ERROR, i] / w.pairs[SCALE, i]) ** 2
-    return math.sqrt(total / (2 * nv))
+    return math.sqrt(total / n)
 
 
 @jitted
@@ -120,8 +131,9 @@ def weighted(method, weights, i, w):
 
 
 @jitted
-def unfiltered_positions(method, h, sizes, y, again, w):
+def unfiltered_positions(method, h, loop, again, w):
     """Write the positions' part of the error, divided by μ/h (for quaternions, by `solve_rotation`)."""
+    sizes = loop.sizes
     nq, nv = sizes[at.NQ], sizes[at.NV]
     shift = h / method.mu
     start = 0
@@ -133,14 +145,17 @@ def unfiltered_positions(method, h, sizes, y, again, w):
             by_q = weighted(method, method.error_a, j, w)
             w.pairs[ERROR, i] = shift * (by_q + w.pairs[ERROR, nv + i] if again else by_q)
         if end < nv:
-            unfiltered_rotation(method, h, end + k, end, nv, nq + end, y, again, w)
+            unfiltered_rotation(method, h, k, loop, again, w)
         start = end + 3
 
 
 @jitted
-def unfiltered_rotation(method, h, i, column, nv, first, y, again, w):
-    """Write a rotation vector's part of the error, solved with g - ∂θ'/∂θ, from `column` on."""
-    e, error, j = method.error, w.pairs[ERROR], nv + column
+def unfiltered_rotation(method, h, k, loop, again, w):
+    """Write the part of the error that belongs to the rotation vector of quaternion `k`, solved with g - ∂θ'/∂θ."""
+    sizes, y, e, error = loop.sizes, loop.y, method.error, w.pairs[ERROR]
+    i = quaternion_at(sizes, k)
+    column = i - k
+    first, j = sizes[at.NQ] + column, sizes[at.NV] + column
     a, b, c = y[first], y[first + 1], y[first + 2]
     x, y_, z = a, b, c
     if again:

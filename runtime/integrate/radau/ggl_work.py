@@ -55,7 +55,7 @@ class GglWork(NamedTuple):
     rotation_rates : ndarray, shape (s, 3)
         Derivatives of the stages' rotation vectors, or increments of their angular velocities.
     rotation_polynomials, samples : ndarray, shapes (s, 3 r), (6, 7 r) for r quaternions
-        See `ggl_course`.
+        See `ggl_dense_output`.
     arguments, equations : ndarray, shapes (nq + 2 nv + m), (nv + m)
         What the kernel `residual` reads and writes; `equations` is also what `constraint_residual` writes.
     """

@@ -1,21 +1,24 @@
-"""Radau IIA of order 5, 9 and 13, for stiff systems: adaptive steps, Jacobian and factors kept while they serve."""
+"""Radau IIA of order 5, 9 and 13, for stiff systems: adaptive steps, Jacobian and factors kept while they serve.
+
+There is one loop; what differs between equations and matrices is in its `Equations`.
+"""
 
 import math
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.after_step import finish_step
-from symgen.runtime.integrate.copying import copy
-from symgen.runtime.integrate.evaluation import all_finite, evaluate
-from symgen.runtime.integrate.jacobian import acceleration_jacobian
-from symgen.runtime.integrate.newton import MAX_ITERATIONS, OVERSHOOT, RATE
-from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.evaluation import evaluate
+from symgen.runtime.integrate.loop import take_steps
+from symgen.runtime.integrate.newton import MAX_ITERATIONS, OVERSHOOT, RATE, forget_rate
 from symgen.runtime.integrate.radau.error import estimate_error, set_tolerances
-from symgen.runtime.integrate.radau.rotation_increments import place, rotations_to_increments
-from symgen.runtime.integrate.radau.stages import factor_stages, integrate_work, predict_stages, solve_stages
+from symgen.runtime.integrate.radau.full import FULL
+from symgen.runtime.integrate.radau.ggl import INDEX2
+from symgen.runtime.integrate.radau.ggl_work import ggl_work
+from symgen.runtime.integrate.radau.newton import solve_stages
+from symgen.runtime.integrate.radau.sparse import SPARSE
+from symgen.runtime.integrate.radau.sparse_work import sparse_radau_work
 from symgen.runtime.integrate.radau.work import (
     F_NEW,
-    F_STAGES,
     FACTORED_FOR,
     HAVE_FACTORS,
     HAVE_HISTORY,
@@ -23,19 +26,10 @@ from symgen.runtime.integrate.radau.work import (
     ITERATIONS,
     JACOBIAN_IS_FRESH,
     LAST_RATE,
-    STAGES,
-    Y_NEW,
     Y_STAGE,
     radau_work,
 )
-from symgen.runtime.integrate.step_control import (
-    SAFETY,
-    first_step,
-    longest_step,
-    step_end,
-    too_small,
-    watch_is_near,
-)
+from symgen.runtime.integrate.step_control import SAFETY, first_step, longest_step, step_end, too_small
 
 SHRINK, GROW = 0.2, 8.0
 # A step that would grow by less than this is kept, and with it the factors.
@@ -56,33 +50,53 @@ def advance_radau(method, loop):
     contraction, and a slow contraction keeps the step from growing; the state is projected onto the constraints after
     acceptance, before the evaluation at the new point; work is a quadrature and has no part in any norm; quaternions
     are collocated by the rotation vector that turns them from the start of the step.
-    Arguments and result are those of all step loops, see docs/architecture.md; `method` is a `RadauIIA`.
+    Arguments and result are those of all step loops, see docs/step-loops.md; `method` is a `RadauIIA`.
     """
     w = radau_work(method, loop.sizes, loop.work)
     if not begin_radau(method, loop, w):
         return at.NOT_FINITE
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0 = loop.control[at.T]
-        status, t1 = radau_step(method, loop, w)
-        if status != at.RUNNING:
-            return status
-        status = commit_radau(
-            method,
-            loop,
-            t0,
-            t1,
-            w,
-        )
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+    return take_steps(full_step, method, loop, w)
+
+
+@jitted
+def full_step(method, loop, w):
+    """Take an accepted step and record it; returns a status."""
+    return radau_step(FULL, method, loop, w)
+
+
+@jitted
+def advance_radau_sparse(method, loop):
+    """Advance as `advance_radau` does, with sparse matrices; `method` is a `SparseRadauIIA`."""
+    w = sparse_radau_work(method, loop.sizes, loop.work)
+    if not begin_radau(method, loop, w):
+        return at.NOT_FINITE
+    return take_steps(sparse_step, method, loop, w)
+
+
+@jitted
+def sparse_step(method, loop, w):
+    """Take an accepted step and record it; returns a status."""
+    return radau_step(SPARSE, method, loop, w)
+
+
+@jitted
+def advance_radau_ggl(method, loop):
+    """Advance as `advance_radau` does, with index-2 equations; `method` is a `RadauGgl`.
+
+    Hairer, Lubich, Roche, The Numerical Solution of Differential-Algebraic Systems by Runge-Kutta Methods (1989): order
+    2 s - 1 in positions and rates. The end of a step satisfies the constraints up to Newton's remainder, which the
+    projection takes away.
+    """
+    w = ggl_work(method, loop.sizes, loop.work)
+    if not begin_radau(method, loop, w):
+        return at.NOT_FINITE
+    return take_steps(index2_step, method, loop, w)
+
+
+@jitted
+def index2_step(method, loop, w):
+    """Take an accepted step and record it; returns a status."""
+    return radau_step(INDEX2, method, loop, w)
 
 
 @jitted
@@ -101,16 +115,17 @@ def begin_radau(method, loop, w):
 
 
 @jitted
-def commit_radau(method, loop, t0, t1, w):
-    """Make the new state the current one, with dense output, and record the step."""
-    radau_dense(method, loop.sizes, loop.y, w, loop.dense)
-    copy(w.states[Y_NEW], loop.y)
-    copy(w.rows[F_NEW], loop.f)
-    return finish_step(loop, t0, t1, loop.dense, len(method.c) + 1, w.scratch)
+def radau_step(equations, method, loop, w):
+    """Take an accepted step and record it; returns a status."""
+    t0 = loop.control[at.T]
+    status, t1 = accepted_step(equations, method, loop, w)
+    if status != at.RUNNING:
+        return status
+    return equations.commit(method, loop, t0, t1, w)
 
 
 @jitted
-def radau_step(method, loop, w):
+def accepted_step(equations, method, loop, w):
     """Try steps until one is accepted: `w.states[Y_NEW]` is then the new state, `w.rows[F_NEW]` its rhs row.
 
     Returns
@@ -126,22 +141,19 @@ def radau_step(method, loop, w):
         if too_small(loop.control):
             return cause, t
         if not loop.counters[HAVE_JACOBIAN]:
-            status = acceleration_jacobian(loop, t, loop.y, loop.f, w.implicit, w.jacobian)
+            status = equations.differentiate(method, loop, t, w)
             if status != at.RUNNING:
                 return status, t
-            loop.counters[HAVE_JACOBIAN], loop.counters[JACOBIAN_IS_FRESH], loop.counters[HAVE_FACTORS] = (
-                1,
-                1,
-                0,
-            )
-        cause = try_step(method, h, loop, t, w)
+            loop.counters[HAVE_JACOBIAN], loop.counters[JACOBIAN_IS_FRESH] = 1, 1
+            loop.counters[HAVE_FACTORS] = 0
+        cause = try_step(equations, method, h, loop, t, w)
         if cause != at.RUNNING:
             shrink_step(cause, h, loop, w)
             continue
-        error = estimate_error(method, h, loop, t, w)
+        error = estimate_error(equations, method, h, loop, t, w)
         cause = at.STEP_TOO_SMALL if math.isfinite(error) else at.NOT_FINITE
         if error < 1.0:
-            cause = reach_end(method, h, loop, t, t1, w)
+            cause = equations.reach_end(method, h, loop, t, t1, w)
             if cause == at.RUNNING:
                 accept_radau(method, error, h, loop, w)
                 return at.RUNNING, t1
@@ -150,17 +162,21 @@ def radau_step(method, loop, w):
 
 
 @jitted
-def try_step(method, h, loop, t, w):
+def try_step(equations, method, h, loop, t, w):
     """Solve the stages of a step of length `h`; returns RUNNING or why that failed."""
     # Lengths of equal steps differ by round-off of time, which is nothing to Newton.
     if not loop.counters[HAVE_FACTORS] or abs(h - w.numbers[FACTORED_FOR]) > 1e-6 * h:
         loop.counters[HAVE_FACTORS] = 0
-        status = factor_stages(method, h, loop, w)
+        loop.counters[at.FACTORISATIONS] += 1
+        w.numbers[FACTORED_FOR] = h
+        forget_rate(w.numbers)
+        status = equations.factor(method, h, loop, w)
         if status != at.RUNNING:
             return status
         loop.counters[HAVE_FACTORS] = 1
-    predict_stages(method, h, loop.counters[HAVE_HISTORY] != 0, loop, w)
-    return solve_stages(method, h, loop, t, w)
+    if not equations.predict(method, h, loop.counters[HAVE_HISTORY] != 0, loop, t, w):
+        return at.NOT_FINITE
+    return solve_stages(equations, method, h, loop, t, w)
 
 
 @jitted
@@ -176,25 +192,6 @@ def shrink_step(cause, h, loop, w):
     loop.counters[HAVE_FACTORS] = 0
     if not loop.counters[JACOBIAN_IS_FRESH]:
         loop.counters[HAVE_JACOBIAN] = 0
-
-
-@jitted
-def reach_end(method, h, loop, t0, t1, w):
-    """Write the new state and its rhs row, on the constraints; returns why not, or RUNNING."""
-    if not integrate_work(method, h, loop, t0, w):
-        return at.NOT_FINITE
-    n = len(method.c)
-    place(loop.sizes, loop.y, w.states[STAGES + n - 1], w.states[Y_NEW])
-    if loop.sizes[at.NM] > 0:
-        for s in range(n):
-            ratio = w.rows[F_STAGES + s, loop.sizes[at.N_ROW] - 1]
-            loop.control[at.MIN_PIVOT_RATIO] = min(loop.control[at.MIN_PIVOT_RATIO], ratio)
-    status = project_state(loop, t1, w.states[Y_NEW], w.scratch[: projection_size(loop.sizes)])
-    if status != at.RUNNING:
-        return status
-    if not evaluate(loop, t1, w.states[Y_NEW], w.rows[F_NEW]):
-        return at.NOT_FINITE
-    return at.RUNNING if all_finite(w.states[Y_NEW], loop.sizes[at.NY]) else at.NOT_FINITE
 
 
 @jitted
@@ -241,19 +238,3 @@ def reject_radau(method, error, h, loop, w):
     loop.counters[at.REJECTED] += 1
     if not loop.counters[JACOBIAN_IS_FRESH]:
         loop.counters[HAVE_JACOBIAN] = 0
-
-
-@jitted
-def radau_dense(method, sizes, y, w, dense):
-    """Fill `dense` with the collocation polynomial; what projection moved is added in proportion to time."""
-    n = len(method.c)
-    for s in range(n):
-        rotations_to_increments(sizes, y, w.states[STAGES + s])
-    for i in range(sizes[at.NY]):
-        dense[0, i] = y[i]
-        dense[1, i] = w.states[Y_NEW, i] - y[i]
-        for r in range(n - 1):
-            total = 0.0
-            for s in range(n):
-                total += method.rows[r, s] * w.states[STAGES + s, i]
-            dense[2 + r, i] = total

@@ -77,30 +77,15 @@ def factor_rotations(g, j, y, first, jacobian, matrix):
 
 
 @jitted
-def rotation_defect(method, per_h, sizes, i, column, first, y, w):
-    """Set the transformed defects of a quaternion's rotation vector, solved for it, and what they add to the rates'.
-
-    The defects of the rates must have been set. With J = [K I; A B], (g - J) (Δθ, Δv) = (r, s) becomes
-    Δθ = (g - K)⁻¹ (Δv + r) and (g - B - A (g - K)⁻¹) Δv = s + A (g - K)⁻¹ r.
-    """
+def set_rotation_defect(method, per_h, i, column, first, y, w):
+    """Set the transformed defects of a quaternion's rotation vector, solved for it."""
     set_rotation_rates(method, i, first, y, w)
     for axis in range(3):
         set_defect(method, per_h, w.rotation_rates, 0, axis, column + axis, w)
     solve_rotations(method.mu * per_h, column, first, y, w.real_vectors[DX])
-    pass_on(column, sizes, w.jacobian, w.real_vectors[DX])
     n_pairs = len(method.c) // 2
     for k in range(n_pairs):
         solve_rotations(shift_of(method, k, per_h), column, first, y, w.complex_vectors[n_pairs + k])
-        pass_on(column, sizes, w.jacobian, w.complex_vectors[n_pairs + k])
-
-
-@jitted
-def pass_on(column, sizes, jacobian, vector):
-    """Add what the three entries of `vector` from `column` on, of a rotation vector, change the accelerations."""
-    nv = sizes[at.NV]
-    for j in range(nv):
-        for axis in range(3):
-            vector[nv + j] += jacobian[j, column + axis] * vector[column + axis]
 
 
 @jitted

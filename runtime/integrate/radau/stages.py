@@ -1,90 +1,33 @@
-"""The stages of the Radau methods: simplified Newton in transformed variables, reduced to the size of v."""
+"""The stages of the Radau methods in transformed variables, reduced to the size of v: their start, corrections, end."""
 
 import math
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.evaluation import evaluate
-from symgen.runtime.integrate.linear import lu_factor, lu_solve
-from symgen.runtime.integrate.newton import (
-    CONVERGED,
-    DIVERGED,
-    EPS,
-    ITERATING,
-    RATE,
-    forget_rate,
-    judge_correction,
-    start_newton,
-)
+from symgen.runtime.integrate.after_step import finish_step
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 from symgen.runtime.integrate.radau.rotation_increments import (
     correct_rotations,
-    factor_rotations,
     place,
     predict_rotations,
-    rotation_defect,
+    rotations_to_increments,
+    set_rotation_defect,
 )
 from symgen.runtime.integrate.radau.transform import (
     add_correction,
     restore_stages,
     set_defect,
-    shift_of,
     transform_stages,
 )
-from symgen.runtime.integrate.radau.work import (
-    DX,
-    F_STAGES,
-    FACTORED_FOR,
-    ITERATIONS,
-    LAST_RATE,
-    NEWTON_BOUND,
-    SCALE,
-    STAGES,
-    Y_STAGE,
-)
-
-# Corrections below this many times the round-off of positions, that no longer shrink, are taken for it.
-ROUND_OFF = 4.0
-_FADING = 0.5
+from symgen.runtime.integrate.radau.work import DX, F_NEW, F_STAGES, SCALE, STAGES, Y_NEW, Y_STAGE
 
 
 @jitted
-def factor_stages(method, h, loop, w):
-    """Factor the real and the complex Newton matrices for a step of length `h`; returns a status.
-
-    With J = [0 I; A B], (g - J) (Δq, Δv) = (0, r) is Δq = Δv / g and (g - B - A/g) Δv = r: as q' = v is
-    linear, the stages satisfy it exactly, and its residual is zero. For the rotation vector of a quaternion, 1/g
-    becomes the inverse of g + ω× / 2 (`solve_rotation`), and its equation has a residual.
-    """
-    set_matrix(method.mu / h, loop.sizes, loop.y, w.jacobian, w.real)
-    loop.counters[at.FACTORISATIONS] += 1
-    w.numbers[FACTORED_FOR] = h
-    forget_rate(w.numbers)
-    status = lu_factor(w.real, w.pivots[0])
-    for k in range(len(method.c) // 2):
-        if status == at.RUNNING:
-            set_matrix(shift_of(method, k, 1.0 / h), loop.sizes, loop.y, w.jacobian, w.complex[k])
-            status = lu_factor(w.complex[k], w.pivots[k + 1])
-    return status
-
-
-@jitted
-def set_matrix(g, sizes, y, jacobian, matrix):
-    """Write the Newton matrix for the real or complex shift `g`."""
-    nv = matrix.shape[0]
-    inverse = 1.0 / g
-    for i in range(nv):
-        for j in range(nv):
-            matrix[i, j] = -jacobian[i, nv + j] - inverse * jacobian[i, j]
-        matrix[i, i] += g
-    for k in range(n_quaternions(sizes)):
-        j = quaternion_at(sizes, k) - k
-        factor_rotations(g, j, y, sizes[at.NQ] + j, jacobian, matrix)
-
-
-@jitted
-def predict_stages(method, h, extrapolate, loop, w):
-    """Start Newton from the last step's collocation polynomial, or from zero increments of v."""
+def predict_stages(method, h, extrapolate, loop, t, w):
+    """Start Newton from the last step's collocation polynomial, or from zero increments of v; returns True."""
     nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
     predict_rates(method, h, extrapolate, loop, w)
     for i in range(nv):
@@ -93,6 +36,7 @@ def predict_stages(method, h, extrapolate, loop, w):
     for k in range(n_quaternions(loop.sizes)):
         i = quaternion_at(loop.sizes, k)
         predict_rotations(method, h, i, i - k, nq + i - k, loop.y, w)
+    return True
 
 
 @jitted
@@ -128,85 +72,22 @@ def retract_positions(method, h, sizes, y, w):
 
 
 @jitted
-def solve_stages(method, h, loop, t0, w):
-    """Improve the stages by simplified Newton; returns RUNNING, or why it does not converge."""
-    start_newton(w.numbers)
-    verdict, size, rate = ITERATING, 0.0, 0.0
-    iteration = 0
-    while verdict == ITERATING:
-        iteration += 1
-        for s in range(len(method.c)):
-            if not evaluate_stage(s, method, h, loop, t0, w):
-                return at.NOT_FINITE
-        size = correct_stages(method, h, loop.sizes, loop.y, w)
-        retract_stages(method, h, loop.sizes, loop.y, w)
-        loop.counters[at.NEWTON_ITERATIONS] += 1
-        verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
-        if iteration == 2:
-            rate = w.numbers[RATE]
-    return finish_newton(verdict, iteration, size, rate, method, h, loop.sizes, loop.y, w)
+def correct_stages(solve, method, h, loop, t, w):
+    """Correct the stages once; returns a status and the size of the correction in tolerances.
 
-
-@jitted
-def finish_newton(verdict, iteration, size, rate, method, h, sizes, y, w):
-    """Return RUNNING where the iterations converged, be it to round-off that grows; keep what the next step asks for.
-
-    Parameters
-    ----------
-    size : float
-        Of the last correction, in tolerances.
-    rate : float
-        Of contraction in the second iteration, before round-off had a part in it.
+    `solve` (method, h, loop, w) turns the defects into corrections of the rates.
     """
-    if verdict == DIVERGED and iteration > 2 and size <= ROUND_OFF * round_off(method, h, sizes, y, w):
-        verdict = CONVERGED
-        w.numbers[RATE] = rate
-    w.numbers[ITERATIONS] = iteration
-    # One iteration tells nothing of the rate: what was known of it fades, or steps would never grow again.
-    w.numbers[LAST_RATE] = w.numbers[RATE] if iteration > 1 else _FADING * w.numbers[LAST_RATE]
-    return at.RUNNING if verdict == CONVERGED else at.NEWTON_FAILED
-
-
-@jitted
-def round_off(method, h, sizes, y, w):
-    """Return the size of transformed rates whose motion within the step is the round-off of positions, in tolerances.
-
-    Stiff forces turn that round-off into corrections which no iteration makes smaller, and shorter steps make larger.
-    """
-    total = 0.0
-    start = 0
-    for k in range(n_quaternions(sizes) + 1):
-        end = quaternion_at(sizes, k)
-        for i in range(start, end):
-            total += (y[i] / w.pairs[SCALE, sizes[at.NV] + i - k]) ** 2
-        if end < sizes[at.NQ]:
-            for i in range(end - k, end - k + 3):
-                total += 1.0 / w.pairs[SCALE, sizes[at.NV] + i] ** 2
-        start = end + 4
-    return EPS * method.amplification * method.mu / h * math.sqrt(total / (2 * sizes[at.NV]))
-
-
-@jitted
-def evaluate_stage(s, method, h, loop, t0, w):
-    """Evaluate the rhs row of stage `s`; returns whether its derivatives are finite."""
-    place(loop.sizes, loop.y, w.states[STAGES + s], w.states[Y_STAGE])
-    t = t0 + method.c[s] * h
-    return evaluate(loop, t, w.states[Y_STAGE], w.rows[F_STAGES + s])
-
-
-@jitted
-def correct_stages(method, h, sizes, y, w):
-    """Correct the transformed increments; returns the size of the correction in tolerances."""
-    nq, nv, n_pairs = sizes[at.NQ], sizes[at.NV], len(method.c) // 2
-    per_h = 1.0 / h
+    for s in range(len(method.c)):
+        if not evaluate_stage(s, method, h, loop, t, w):
+            return at.NOT_FINITE, 0.0
+    sizes, y = loop.sizes, loop.y
+    nq, nv, per_h = sizes[at.NQ], sizes[at.NV], 1.0 / h
     for i in range(nv):
         set_defect(method, per_h, w.rows, F_STAGES, nq + i, nv + i, w)
     for k in range(n_quaternions(sizes)):
         i = quaternion_at(sizes, k)
-        rotation_defect(method, per_h, sizes, i, i - k, nq + i - k, y, w)
-    lu_solve(w.real, w.pivots[0], w.real_vectors[DX, nv:])
-    for k in range(n_pairs):
-        lu_solve(w.complex[k], w.pivots[k + 1], w.complex_vectors[n_pairs + k, nv:])
+        set_rotation_defect(method, per_h, i, i - k, nq + i - k, y, w)
+    solve(method, h, loop, w)
     total = 0.0
     for i in range(nv):
         total += add_correction(method, nv + i, w) / w.pairs[SCALE, nv + i] ** 2
@@ -218,7 +99,16 @@ def correct_stages(method, h, sizes, y, w):
         if end < nv:
             total += correct_rotations(method, per_h, sizes, end, nq + end, y, w)
         start = end + 3
-    return math.sqrt(total / (2 * nv * len(method.c)))
+    retract_stages(method, h, sizes, y, w)
+    return at.RUNNING, math.sqrt(total / (2 * nv * len(method.c)))
+
+
+@jitted
+def evaluate_stage(s, method, h, loop, t0, w):
+    """Evaluate the rhs row of stage `s`; returns whether its derivatives are finite."""
+    place(loop.sizes, loop.y, w.states[STAGES + s], w.states[Y_STAGE])
+    t = t0 + method.c[s] * h
+    return evaluate(loop, t, w.states[Y_STAGE], w.rows[F_STAGES + s])
 
 
 @jitted
@@ -246,6 +136,19 @@ def retract_stages(method, h, sizes, y, w):
 
 
 @jitted
+def reach_end_by_accelerations(method, h, loop, t, t1, w):
+    """Write the new state and its rhs row, on the constraints; returns why not, or RUNNING."""
+    if not integrate_work(method, h, loop, t, w):
+        return at.NOT_FINITE
+    n = len(method.c)
+    if loop.sizes[at.NM] > 0:
+        for s in range(n):
+            ratio = w.rows[F_STAGES + s, loop.sizes[at.N_ROW] - 1]
+            loop.control[at.MIN_PIVOT_RATIO] = min(loop.control[at.MIN_PIVOT_RATIO], ratio)
+    return place_end(method, loop, t1, w)
+
+
+@jitted
 def integrate_work(method, h, loop, t0, w):
     """Set the stages' increments of work by the method's quadrature; returns whether power is finite.
 
@@ -263,3 +166,41 @@ def integrate_work(method, h, loop, t0, w):
             total += method.a[s, r] * w.rows[F_STAGES + r, n]
         w.states[STAGES + s, n] = h * total
     return True
+
+
+@jitted
+def place_end(method, loop, t1, w):
+    """Write the state at the last stage, on the constraints, and its rhs row; returns a status."""
+    y_new = w.states[Y_NEW]
+    place(loop.sizes, loop.y, w.states[STAGES + len(method.c) - 1], y_new)
+    status = project_state(loop, t1, y_new, w.scratch[: projection_size(loop.sizes)])
+    if status != at.RUNNING:
+        return status
+    if not evaluate(loop, t1, y_new, w.rows[F_NEW]):
+        return at.NOT_FINITE
+    return at.RUNNING if all_finite(y_new, loop.sizes[at.NY]) else at.NOT_FINITE
+
+
+@jitted
+def commit_accelerations(method, loop, t, t1, w):
+    """Make the new state the current one, with dense output, and record the step."""
+    radau_dense(method, loop.sizes, loop.y, w, loop.dense)
+    copy(w.states[Y_NEW], loop.y)
+    copy(w.rows[F_NEW], loop.f)
+    return finish_step(loop, t, t1, loop.dense, len(method.c) + 1, w.scratch)
+
+
+@jitted
+def radau_dense(method, sizes, y, w, dense):
+    """Fill `dense` with the collocation polynomial; what projection moved is added in proportion to time."""
+    n = len(method.c)
+    for s in range(n):
+        rotations_to_increments(sizes, y, w.states[STAGES + s])
+    for i in range(sizes[at.NY]):
+        dense[0, i] = y[i]
+        dense[1, i] = w.states[Y_NEW, i] - y[i]
+        for r in range(n - 1):
+            total = 0.0
+            for s in range(n):
+                total += method.rows[r, s] * w.states[STAGES + s, i]
+            dense[2 + r, i] = total

@@ -5,6 +5,7 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step, needs_dense
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.loop import take_steps
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
 from symgen.runtime.integrate.rattle.step import rattle_step, take_start
 from symgen.runtime.integrate.rattle.work import (
@@ -18,7 +19,7 @@ from symgen.runtime.integrate.rattle.work import (
     rattle_work,
     restore_guess,
 )
-from symgen.runtime.integrate.step_control import grid_end, grid_length, watch_is_near
+from symgen.runtime.integrate.step_control import grid_end, grid_length
 
 N_DENSE_TERMS = 8
 
@@ -29,7 +30,7 @@ def advance_rattle(method, loop):
 
     Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), VII.1.4 and V.3.2. Frames are steps of their own
     from the step's start, so they have the method's order; a quintic serves events. Arguments and result are those
-    of all step loops, see docs/architecture.md.
+    of all step loops, see docs/step-loops.md.
     """
     w = rattle_work(loop.sizes, loop.work)
     if not loop.counters[at.F_VALID]:
@@ -40,38 +41,34 @@ def advance_rattle(method, loop):
             w.vectors[PROBE, i] = loop.y[loop.sizes[at.NQ] + i]
         for i in range(loop.sizes[at.NQ]):
             w.states[REST, i] = 0.0
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0 = loop.control[at.T]
-        t1 = grid_end(loop)
-        h = grid_length(loop.control, t0, t1)
-        if not loop.counters[HAVE_START]:
-            take_start(method, loop, t0, loop.y, w)
-            loop.counters[HAVE_START] = 1
-        copy(loop.y, w.states[Y_OLD])
-        status = compose(method, h, loop, t0, loop.f, w)
-        if status == at.RUNNING:
-            status = reach_end(loop, t1, w)
-        if status != at.RUNNING:
-            return status
-        first_frame = loop.counters[at.NEXT_FRAME]
-        dense_is_read = needs_dense(loop, t1)
-        if dense_is_read:
-            rattle_dense(method, h, loop.sizes, loop.y, w.states[Y_SUB], loop.f, w.row, loop.dense)
-        copy(w.states[Y_SUB], loop.y)
-        copy(w.row, loop.f)
-        status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
-        if dense_is_read:
-            refine_frames(method, loop, t0, first_frame, w)
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+    return take_steps(composed_step, method, loop, w)
+
+
+@jitted
+def composed_step(method, loop, w):
+    """Take one step of the grid and record it; returns a status."""
+    t0 = loop.control[at.T]
+    t1 = grid_end(loop)
+    h = grid_length(loop.control, t0, t1)
+    if not loop.counters[HAVE_START]:
+        take_start(method, loop, t0, loop.y, w)
+        loop.counters[HAVE_START] = 1
+    copy(loop.y, w.states[Y_OLD])
+    status = compose(method, h, loop, t0, loop.f, w)
+    if status == at.RUNNING:
+        status = reach_end(loop, t1, w)
+    if status != at.RUNNING:
+        return status
+    first_frame = loop.counters[at.NEXT_FRAME]
+    dense_is_read = needs_dense(loop, t1)
+    if dense_is_read:
+        rattle_dense(method, h, loop.sizes, loop.y, w.states[Y_SUB], loop.f, w.row, loop.dense)
+    copy(w.states[Y_SUB], loop.y)
+    copy(w.row, loop.f)
+    status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
+    if dense_is_read:
+        refine_frames(method, loop, t0, first_frame, w)
+    return status
 
 
 @jitted

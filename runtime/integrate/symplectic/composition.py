@@ -10,7 +10,8 @@ from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step
 from symgen.runtime.integrate.compensated import add_compensated
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
-from symgen.runtime.integrate.step_control import grid_end, grid_length, watch_is_near
+from symgen.runtime.integrate.loop import take_steps
+from symgen.runtime.integrate.step_control import grid_end, grid_length
 from symgen.runtime.integrate.symplectic.composition_coefficients import PLACES
 
 N_DENSE_TERMS = 8
@@ -62,7 +63,7 @@ def advance_composition(method, loop):
 
     Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), V.3.2, with the compensated summation of VIII.5.
     Time moves with the positions, so forces may depend on it. Arguments and result are those of all step loops, see
-    docs/architecture.md.
+    docs/step-loops.md.
     """
     w = composition_work(loop.sizes, loop.work)
     if not loop.counters[at.F_VALID]:
@@ -71,28 +72,23 @@ def advance_composition(method, loop):
         loop.counters[at.F_VALID] = 1
         for i in range(loop.sizes[at.NY]):
             w.states[REST, i] = 0.0
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0 = loop.control[at.T]
-        t1 = grid_end(loop)
-        h = grid_length(loop.control, t0, t1)
-        status = compose_step(method, loop, t0, t1, h, w)
-        if status != at.RUNNING:
-            return status
-        if needs_dense(loop, t1):
-            composition_dense(method, loop, t0, h, w)
-        copy(w.states[Y_NEW], loop.y)
-        copy(w.rows[F_NEW], loop.f)
-        status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+    return take_steps(composition_step, method, loop, w)
+
+
+@jitted
+def composition_step(method, loop, w):
+    """Take one step of the grid and record it; returns a status."""
+    t0 = loop.control[at.T]
+    t1 = grid_end(loop)
+    h = grid_length(loop.control, t0, t1)
+    status = compose_step(method, loop, t0, t1, h, w)
+    if status != at.RUNNING:
+        return status
+    if needs_dense(loop, t1):
+        composition_dense(method, loop, t0, h, w)
+    copy(w.states[Y_NEW], loop.y)
+    copy(w.rows[F_NEW], loop.f)
+    return finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
 
 
 @jitted

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
@@ -9,9 +11,10 @@ from symgen.runtime.integrate.baumgarte import hold_stabilisation, release_stabi
 from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.dense import hermite_dense
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
+from symgen.runtime.integrate.loop import take_steps
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.quaternions import retract
-from symgen.runtime.integrate.step_control import grid_end, watch_is_near
+from symgen.runtime.integrate.step_control import grid_end
 
 N_DENSE_TERMS = 4
 
@@ -33,6 +36,22 @@ class SymplecticScheme(NamedTuple):
     reuse: int
 
 
+class SymplecticWork(NamedTuple):
+    """Work arrays of `advance_semi_implicit`.
+
+    Attributes
+    ----------
+    y_new, row : ndarray, shapes (NY,), (N_ROW,)
+        The new state and its rhs row.
+    scratch : ndarray
+        See `finish_step`.
+    """
+
+    y_new: np.ndarray
+    row: np.ndarray
+    scratch: np.ndarray
+
+
 @jitted
 def symplectic_work_size(sizes):
     """Length of `work`."""
@@ -40,39 +59,40 @@ def symplectic_work_size(sizes):
 
 
 @jitted
+def symplectic_work(sizes, work):
+    """Divide `work`, of length `symplectic_work_size(sizes)`, into a `SymplecticWork`."""
+    ny, n_row = sizes[at.NY], sizes[at.N_ROW]
+    return SymplecticWork(work[:ny], work[ny : ny + n_row], work[ny + n_row :])
+
+
+@jitted
 def advance_semi_implicit(method, loop):
-    """Advance with a `SymplecticScheme` until something is for Python to do; see docs/architecture.md."""
-    ny, n_row = loop.sizes[at.NY], loop.sizes[at.N_ROW]
-    y_new, row, scratch = loop.work[:ny], loop.work[ny : ny + n_row], loop.work[ny + n_row :]
+    """Advance with a `SymplecticScheme` until something is for Python to do; see docs/step-loops.md."""
+    w = symplectic_work(loop.sizes, loop.work)
     if not loop.counters[at.F_VALID]:
         if not evaluate(loop, loop.control[at.T], loop.y, loop.f):
             return at.NOT_FINITE
         loop.counters[at.F_VALID] = 1
-    done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
-        if watch_is_near(loop.control):
-            return at.NEAR_WATCH
-        t0, t1 = loop.control[at.T], grid_end(loop)
-        hold_stabilisation(loop, t0, t1 - t0, loop.f, scratch[: projection_size(loop.sizes)])
-        if method.verlet:
-            verlet_step(method.reuse, loop, t1, t1 - t0, y_new, row)
-        else:
-            semi_implicit_step(loop.sizes, t1 - t0, loop.y, loop.f, y_new)
-        status = complete_step(method, loop, t1, t1 - t0, y_new, row, scratch)
-        if status != at.RUNNING:
-            return status
-        if needs_dense(loop, t1):
-            hermite_dense(loop.y, y_new, loop.f, row, t1 - t0, ny, loop.dense)
-        copy(y_new, loop.y)
-        copy(row, loop.f)
-        status = finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, scratch)
-        if status != at.RUNNING:
-            return status
-        done += 1
-    return at.RUNNING
+    return take_steps(scheme_step, method, loop, w)
+
+
+@jitted
+def scheme_step(method, loop, w):
+    """Take one step of the grid and record it; returns a status."""
+    t0, t1 = loop.control[at.T], grid_end(loop)
+    hold_stabilisation(loop, t0, t1 - t0, loop.f, w.scratch[: projection_size(loop.sizes)])
+    if method.verlet:
+        verlet_step(method.reuse, loop, t1, t1 - t0, w.y_new, w.row)
+    else:
+        semi_implicit_step(loop.sizes, t1 - t0, loop.y, loop.f, w.y_new)
+    status = complete_step(method, loop, t1, t1 - t0, w)
+    if status != at.RUNNING:
+        return status
+    if needs_dense(loop, t1):
+        hermite_dense(loop.y, w.y_new, loop.f, w.row, t1 - t0, loop.sizes[at.NY], loop.dense)
+    copy(w.y_new, loop.y)
+    copy(w.row, loop.f)
+    return finish_step(loop, t0, t1, loop.dense, N_DENSE_TERMS, w.scratch)
 
 
 @jitted
@@ -108,12 +128,12 @@ def verlet_step(reuse, loop, t1, h, y_new, row):
 
 
 @jitted
-def complete_step(method, loop, t1, h, y_new, row, scratch):
+def complete_step(method, loop, t1, h, w):
     """Project the new state, evaluate its derivative, add the work (trapezoidal rule); returns a status."""
-    nq, nv = loop.sizes[at.NQ], loop.sizes[at.NV]
+    nq, nv, y_new, row = loop.sizes[at.NQ], loop.sizes[at.NV], w.y_new, w.row
     release_stabilisation(loop)
     if loop.addresses[at.PROJECT] != 0:
-        if project_state(loop, t1, y_new, scratch[: projection_size(loop.sizes)]):
+        if project_state(loop, t1, y_new, w.scratch[: projection_size(loop.sizes)]):
             return at.PROJECTION_FAILED
     if not (method.verlet and method.reuse):
         evaluate(loop, t1, y_new, row)

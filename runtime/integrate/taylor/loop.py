@@ -13,7 +13,13 @@ from symgen.runtime.integrate.copying import copy
 from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
 from symgen.runtime.integrate.evaluation import all_finite, evaluate
 from symgen.runtime.integrate.projection import project_state, projection_size
-from symgen.runtime.integrate.step_control import longest_step, step_end, too_small, watch_is_near
+from symgen.runtime.integrate.step_control import (
+    longest_step,
+    room_for_steps,
+    step_end,
+    too_small,
+    watch_is_near,
+)
 from symgen.runtime.integrate.taylor.step import (
     DEFECT_LIMIT,
     ROUND_OFF_RTOL,
@@ -123,7 +129,7 @@ def compute_series(method, order, loop, t, y, series):
 def advance_taylor(method, loop):
     """Advance with Taylor series until something is for Python to do.
 
-    Arguments and result are those of all step loops, see docs/architecture.md; `method` is a `TaylorSeries`.
+    Arguments and result are those of all step loops, see docs/step-loops.md; `method` is a `TaylorSeries`.
     Dense output is the series itself. `counters[F_VALID]` says that the series of the current state is there.
     """
     ny, length = loop.sizes[at.NY], method.n_rows * loop.sizes[at.NY] + 1
@@ -133,10 +139,8 @@ def advance_taylor(method, loop):
     scratch = loop.work[2 * length + N_STATES * ny + N_CELLS :]
     order = method.order if method.order > 0 else order_for(method, loop.control[at.RTOL])
     done = 0
-    while (
-        done < loop.counters[at.MAX_STEPS_PER_CALL]
-        and loop.counters[at.N_LOGGED_STEPS] < loop.step_log.shape[0]
-    ):
+    # Its own loop: whether a watched time is near is known once the series says how far the step may go.
+    while room_for_steps(loop, done):
         if not loop.counters[at.F_VALID]:
             status = compute_series(
                 method, order, loop, loop.control[at.T], loop.y, pair[loop.counters[CURRENT]]

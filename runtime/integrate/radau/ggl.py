@@ -1,38 +1,69 @@
-"""The stages of the Radau methods for index-2 equations: simplified Newton, reduced to the size of v and λ."""
+"""The stabilised index-2 equations of Gear, Gupta and Leimkuhler for the Radau methods: systems of v and λ."""
 
 import math
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.ggl import divide_blocks, equation_residuals, set_shifted, solve_shifted
-from symgen.runtime.integrate.linear import lu_factor
-from symgen.runtime.integrate.newton import (
-    ITERATING,
-    RATE,
-    forget_rate,
-    judge_correction,
-    start_newton,
+from symgen.runtime.integrate.after_step import finish_step, needs_dense
+from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.ggl import (
+    divide_blocks,
+    equation_residuals,
+    half_rotated,
+    recover,
+    set_blocks,
+    set_shifted,
+    solve_shifted,
 )
-from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
-from symgen.runtime.integrate.radau.ggl_dense_output import predict_rotations_index2
+from symgen.runtime.integrate.linear import lu_factor, lu_solve
+from symgen.runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at
+from symgen.runtime.integrate.radau.error import norm_of_error, weighted
+from symgen.runtime.integrate.radau.ggl_dense_output import (
+    fit_rotations,
+    keep_rotation_polynomials,
+    predict_rotations_index2,
+    sample_rotations,
+)
 from symgen.runtime.integrate.radau.ggl_rotations import (
+    KEEP_ROTATION,
+    largest_rotation,
     reset_rotations,
+    rotate_blocks,
     rotate_entries,
     solve_rotations_index2,
     to_body_axes,
     to_start_axes,
 )
+from symgen.runtime.integrate.radau.newton import Equations
 from symgen.runtime.integrate.radau.rotation_increments import place
-from symgen.runtime.integrate.radau.stages import evaluate_stage, finish_newton, predict_rates
+from symgen.runtime.integrate.radau.stages import (
+    evaluate_stage,
+    integrate_work,
+    place_end,
+    predict_rates,
+    radau_dense,
+)
 from symgen.runtime.integrate.radau.transform import shift_of
 from symgen.runtime.integrate.radau.work import (
+    ERROR,
+    F_NEW,
     F_STAGES,
-    FACTORED_FOR,
-    NEWTON_BOUND,
+    HAVE_JACOBIAN,
     SCALE,
     STAGES,
+    Y_NEW,
     Y_STAGE,
 )
+
+
+@jitted
+def differentiate_index2(method, loop, t, w):
+    """Take the derivatives of the equations, those by rates in the axes of the start of the step; returns a status."""
+    b = divide_blocks(loop.sizes, w.blocks)
+    status = set_blocks(loop, t, loop.y, loop.f, w.implicit, b)
+    if status == at.RUNNING:
+        rotate_blocks(loop.sizes, loop.y, loop.f, b)
+    return status
 
 
 @jitted
@@ -40,9 +71,6 @@ def factor_index2(method, h, loop, w):
     """Factor the real and the complex Newton matrices for a step of length `h`; returns a status."""
     b = divide_blocks(loop.sizes, w.blocks)
     set_shifted(method.mu / h, loop.sizes[at.NH], b, w.real)
-    loop.counters[at.FACTORISATIONS] += 1
-    w.numbers[FACTORED_FOR] = h
-    forget_rate(w.numbers)
     status = lu_factor(w.real, w.pivots[0])
     for k in range(len(method.c) // 2):
         if status == at.RUNNING:
@@ -126,26 +154,17 @@ def steer(b, rates, multipliers, out):
 
 
 @jitted
-def solve_index2(method, h, loop, t0, w):
-    """Improve the stages by simplified Newton; returns RUNNING, or why it does not converge."""
-    start_newton(w.numbers)
-    verdict, size, rate = ITERATING, 0.0, 0.0
-    iteration = 0
-    while verdict == ITERATING:
-        iteration += 1
-        for s in range(len(method.c)):
-            stage_residuals(s, method, h, loop, t0, w)
-        correct_residuals(method, h, loop.sizes, w)
-        size = correct_index2(method, h, loop.sizes, w)
-        if not math.isfinite(size):
-            return at.NOT_FINITE
-        if not retract_index2(method, h, loop.sizes, loop.y, w):
-            return at.NEWTON_FAILED
-        loop.counters[at.NEWTON_ITERATIONS] += 1
-        verdict = judge_correction(iteration, size, w.numbers[NEWTON_BOUND], w.numbers)
-        if iteration == 2:
-            rate = w.numbers[RATE]
-    return finish_newton(verdict, iteration, size, rate, method, h, loop.sizes, loop.y, w)
+def improve_index2(method, h, loop, t, w):
+    """Correct the stages once; returns a status and the size of the correction in tolerances."""
+    for s in range(len(method.c)):
+        stage_residuals(s, method, h, loop, t, w)
+    correct_residuals(method, h, loop.sizes, w)
+    size = correct_index2(method, h, loop.sizes, w)
+    if not math.isfinite(size):
+        return at.NOT_FINITE, size
+    if not retract_index2(method, h, loop.sizes, loop.y, w):
+        return at.NEWTON_FAILED, size
+    return at.RUNNING, size
 
 
 @jitted
@@ -225,3 +244,119 @@ def correct_index2(method, h, sizes, w):
                 moved += method.a[s, r] * w.steered[r, i]
             total += (h * moved / w.pairs[SCALE, i]) ** 2
     return math.sqrt(total / (2 * nv * n))
+
+
+@jitted
+def filter_index2(method, h, loop, row, again, w):
+    """Write the filtered error to `w.pairs[ERROR]` and return its norm.
+
+    The estimate is that of all Radau methods, filtered by the Newton matrix with its constraints, as radau5.f does for
+    implicit systems: so it satisfies them. λ and μ, whose index is 2, have no part in it: multipliers of results come
+    from positions and rates.
+    With s₁, s₂ the defects of positions and rates, which take the place of 0 and -r₂ in the module `ggl`:
+    Δv = Δu - C Δμ - s₁ and Δμ = H Δu / g - G s₁.
+    """
+    sizes = loop.sizes
+    nq, nv, m, nh = sizes[at.NQ], sizes[at.NV], sizes[at.NM], sizes[at.NH]
+    b = divide_blocks(sizes, w.blocks)
+    g = method.mu / h
+    x = w.real_vector
+    slip, pushed = w.residuals[0], w.residuals[1]
+    for i in range(nv):
+        # v0 + eᵀZ_q / h, in which v0 cancels.
+        total = w.pairs[ERROR, nv + i] if again else 0.0
+        for s in range(len(method.c)):
+            rate = w.states[STAGES + s, nq + i]
+            for k in range(nh):
+                rate += b.steer[i, k] * w.multipliers[s, m + k]
+            total += method.error_a[s] * rate
+        slip[i] = total
+        pushed[i] = row[nq + i] + weighted(method, method.error, nq + i, w) / h
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        slip_of_rotation(method, h, k, loop, again, slip, w)
+        along = half_rotated(i - k, b.spin, slip)
+        for axis in range(3):
+            pushed[i - k + axis] -= along[axis]  # by_rates has M W in it
+    for k in range(m):
+        total = 0.0
+        for j in range(nv):
+            total += b.gradients[k, j] * slip[j]
+        x[nv + k] = 0.0 if k < nh else total
+        if k < nh:
+            x[nv + m + k] = -total
+    for i in range(nv):
+        total = 0.0
+        for j in range(nv):
+            total += b.mass[i, j] * (pushed[j] + g * slip[j]) + b.by_rates[i, j] * slip[j]
+        for k in range(nh):
+            total += b.damped[i, k] * x[nv + m + k]
+        x[i] = total
+    lu_solve(w.real, w.pivots[0], x[: nv + m])
+    for i in range(nv):
+        w.pairs[ERROR, i] = x[i] / g
+    recover(g, sizes, b, x)
+    for i in range(nv):
+        w.pairs[ERROR, nv + i] = x[i] - slip[i]
+    return norm_of_error(w)
+
+
+@jitted
+def rotate_all(sense, sizes, error, x):
+    """Turn angular velocities of a state, or their derivatives in an rhs row, by `sense` times errors of rotation."""
+    for k in range(n_quaternions(sizes)):
+        j = quaternion_at(sizes, k) - k
+        rotate_entries(sense, error, j, x, sizes[at.NQ] + j)
+
+
+@jitted
+def slip_of_rotation(method, h, k, loop, again, slip, w):
+    """Write the defect of the rotation vector of quaternion `k` to its place in `slip`."""
+    sizes, y, error = loop.sizes, loop.y, w.pairs[ERROR]
+    i = quaternion_at(sizes, k)
+    column = i - k
+    first, j = sizes[at.NQ] + column, sizes[at.NV] + column
+    x, y_, z = y[first], y[first + 1], y[first + 2]
+    if again:
+        u, v, w_ = x + error[j], y_ + error[j + 1], z + error[j + 2]
+        x, y_, z = chart_rate(-error[column], -error[column + 1], -error[column + 2], u, v, w_)
+    slip[column] = x + weighted(method, method.error, i, w) / h
+    slip[column + 1] = y_ + weighted(method, method.error, i + 1, w) / h
+    slip[column + 2] = z + weighted(method, method.error, i + 2, w) / h
+
+
+@jitted
+def reach_end_index2(method, h, loop, t, t1, w):
+    """Write the new state, on the constraints, and its rhs row; returns why not, or RUNNING."""
+    to_body_axes(loop.sizes, loop.y, w)
+    if not integrate_work(method, h, loop, t, w):
+        return at.NOT_FINITE
+    status = place_end(method, loop, t1, w)
+    if status == at.RUNNING:
+        ratio = w.rows[F_NEW, loop.sizes[at.N_ROW] - 1]
+        loop.control[at.MIN_PIVOT_RATIO] = min(loop.control[at.MIN_PIVOT_RATIO], ratio)
+    return status
+
+
+@jitted
+def commit_index2(method, loop, t, t1, w):
+    """Make the new state the current one, with dense output, and record the step."""
+    if largest_rotation(loop.sizes, w) > KEEP_ROTATION:
+        loop.counters[HAVE_JACOBIAN] = 0
+    keep_rotation_polynomials(method, loop.sizes, loop.y, w)
+    n_terms, rotated_is_read = len(method.c) + 1, False
+    if loop.sizes[at.NQ] > loop.sizes[at.NV] and needs_dense(loop, t1):
+        n_terms, rotated_is_read = loop.dense.shape[0], True
+        sample_rotations(method, loop.sizes, loop.y, w)
+    radau_dense(method, loop.sizes, loop.y, w, loop.dense)
+    if rotated_is_read:
+        fit_rotations(method, loop.sizes, w, loop.dense)
+    copy(w.states[Y_NEW], loop.y)
+    copy(w.rows[F_NEW], loop.f)
+    return finish_step(loop, t, t1, loop.dense, n_terms, w.scratch)
+
+
+INDEX2 = Equations(
+    differentiate_index2, factor_index2, predict_index2, improve_index2, filter_index2, rotate_all,
+    reach_end_index2, commit_index2,
+)  # fmt: skip
