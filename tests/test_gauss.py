@@ -248,6 +248,17 @@ def test_newton_takes_over_where_substitution_fails():
     assert arrays.counters[at.NEWTON_ITERATIONS] < 12 * arrays.counters[at.STEPS]
 
 
+def test_newton_turns_bodies_as_substitution_does():
+    ends = []
+    for stiff in (0, 1):
+        arrays = loop(load(GENERATED / "free_rigid_body.py"), 8, 0.1)
+        arrays.counters[STIFF] = stiff
+        ends.append(finished(arrays, T_END).y.copy())
+        # Newton's matrices, one for each eigenvalue, hold what the turns change: few iterations do.
+        assert arrays.counters[at.NEWTON_ITERATIONS] <= 10 * arrays.counters[at.STEPS]
+    assert ends[1] == pytest.approx(ends[0], rel=1e-12, abs=1e-14)
+
+
 @pytest.mark.parametrize("n_steps", [1, 7])
 def test_loop_carries_its_state_from_call_to_call(n_steps):
     system = fixture("stiff_bushing")
