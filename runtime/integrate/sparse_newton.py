@@ -88,14 +88,14 @@ def differentiate_sparse(pattern, loop, t, row, arguments, entries):
 @jitted
 def rotate_entries(pattern, q, entries):
     """Set the entries by rotation vectors from those by quaternions."""
-    first = pattern.kind.shape[0] - 3 * pattern.rotation_rates.shape[0]
-    for k in range(pattern.rotation_rates.shape[0]):
-        w = entry_or_zero(entries, pattern.rotation_rates[k, 2])
-        x = entry_or_zero(entries, pattern.rotation_rates[k, 3])
-        y = entry_or_zero(entries, pattern.rotation_rates[k, 4])
-        z = entry_or_zero(entries, pattern.rotation_rates[k, 5])
+    first = pattern.kind.shape[0] - 3 * pattern.turns.shape[0]
+    for k in range(pattern.turns.shape[0]):
+        w = entry_or_zero(entries, pattern.turns[k, 2])
+        x = entry_or_zero(entries, pattern.turns[k, 3])
+        y = entry_or_zero(entries, pattern.turns[k, 4])
+        z = entry_or_zero(entries, pattern.turns[k, 5])
         e = first + 3 * k
-        entries[e], entries[e + 1], entries[e + 2] = by_rotation(q, pattern.rotation_rates[k, 0], w, x, y, z)
+        entries[e], entries[e + 1], entries[e + 2] = by_rotation(q, pattern.turns[k, 0], w, x, y, z)
 
 
 @jitted
@@ -127,9 +127,9 @@ def factor_shifted(pattern, g, sizes, y, entries, values, lu):
             values[pattern.slot[e]] += entries[e]
         elif kind == BY_POSITION:
             values[pattern.slot[e]] += inverse * entries[e]
-    first = pattern.kind.shape[0] - 3 * pattern.rotation_rates.shape[0]
-    for k in range(pattern.rotation_rates.shape[0]):
-        e, j = first + 3 * k, sizes[at.NQ] + pattern.rotation_rates[k, 1]
+    first = pattern.kind.shape[0] - 3 * pattern.turns.shape[0]
+    for k in range(pattern.turns.shape[0]):
+        e, j = first + 3 * k, sizes[at.NQ] + pattern.turns[k, 1]
         # A row times the inverse of a matrix: the inverse of its transpose, which turns the other way.
         u, v, w = solve_rotation(g, -y[j], -y[j + 1], -y[j + 2], entries[e], entries[e + 1], entries[e + 2])
         values[pattern.slot[e]] += u
@@ -185,7 +185,7 @@ def solve_shifted(pattern, entries, turned, r, right, lu):
     """
     clear(right)
     multiply(pattern, BY_UNKNOWN, 1.0, entries, r, right)
-    if pattern.rotation_rates.shape[0] > 0:
+    if pattern.turns.shape[0] > 0:
         multiply(pattern, BY_TURN, -1.0, entries, turned, right)
     sparse_solve(pattern.order, lu, right)
     for i in range(r.shape[0]):

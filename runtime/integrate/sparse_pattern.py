@@ -55,7 +55,7 @@ def _pattern(system: System) -> NewtonPattern:
 
 
 def _entries(system: System) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Kinds, rows and columns of entries, and the table `rotation_rates`, see `NewtonPattern`."""
+    """Kinds, rows and columns of entries, and the table `turns`, see `NewtonPattern`."""
     nq, nv = system.nq, system.nv
     row, column = np.divmod(system.entry_places("residual_jacobian"), nq + 2 * nv + system.m)
     kind = np.where(column < nq, BY_POSITION, np.where(column < nq + nv, BY_RATE, BY_UNKNOWN))
@@ -65,7 +65,7 @@ def _entries(system: System) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
     rate[positions.plain_q] = positions.plain_v
     number = {(i, k): e for e, (i, k) in enumerate(zip(row, column)) if kind[e] == BY_POSITION}
     turns, turned = [], []
-    for i, j in positions.rotation_rates:
+    for i, j in positions.quaternions:
         for equation in sorted({r for r, k in number if i <= k < i + 4}):
             turns.append([i, j, *(number.get((equation, k), -1) for k in range(i, i + 4))])
             turned += [(equation, j + axis) for axis in range(3)]
