@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 kkt = Late("symgen.runtime.constraints.kkt")
 
+_GAUSS_STEPS = 4  # they converge quadratically
+
 
 @jitted
 def evaluate_rows(address, times, states, p, out):
@@ -56,6 +58,29 @@ def right_hand_sides(system: System, p: np.ndarray, times: np.ndarray, states: n
     else:
         address = system.kernel("rhs").precomputed_address
     return _rows(address, system.n_row, system.precomputed(p), times, states)
+
+
+def projected(system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Return states brought onto the constraints by Gauss steps; those that come no closer stay as they are.
+
+    Parameters
+    ----------
+    states : ndarray, shape (n, nq + nv)
+
+    Returns
+    -------
+    ndarray, shape (n, nq + nv)
+    """
+    address, _keep = kkt.robust_project_address(system)
+    size, p = system.nq + system.nv, system.precomputed(p)
+    nearest, least, found = states, np.full(len(states), np.inf), states
+    for _ in range(_GAUSS_STEPS + 1):
+        rows = _rows(address, size + system.nh + system.m, p, times, found)
+        left = np.abs(rows[:, size:]).max(axis=1, initial=0.0)  # where the step began
+        is_closer = left < least
+        nearest, least = np.where(is_closer[:, None], found, nearest), np.where(is_closer, left, least)
+        found = rows[:, :size]
+    return nearest
 
 
 def accelerations_and_multipliers(

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symgen import Model, dot, link, runtime, sin
+from symgen import Model, dot, link, runtime, sin, sqrt, t
 from symgen.runtime.checks.equations import equations
+from symgen.runtime.constraints.drift import constraint_drift
 
 GENERATED = Path(__file__).parent.parent / "generated"
 
@@ -104,6 +105,39 @@ def test_round_off_is_no_error(model):
 def test_right_runs_pass(name, options):
     entry = found(runtime.load(GENERATED / f"{name}.py"), **options)
     assert entry.ok and entry.value < 1e-9, entry.says
+
+
+def rods_given_twice():
+    """A point on a rod that shakes, and one that hangs from it; the second rod is given in two ways."""
+    model = Model("rods", gravity=(0, "-9.81"))
+    x, y, u, w = (model.coordinate(c, guess=g) for c, g in zip("xyuw", (0.6, -0.2, 1.2, 0.3), strict=True))
+    model.body("first", mass=1.0, com=(x, y))
+    model.body("second", mass=0.5, com=(u, w))
+    model.constraint("rod", (x - sin(3 * t) / 5) ** 2 + y**2 - 0.5)
+    model.constraint("other", (u - x) ** 2 + (w - y) ** 2 - 0.6)
+    model.constraint("again", sqrt((u - x) ** 2 + (w - y) ** 2) - sqrt(0.6))
+    return link.derive(model)
+
+
+@pytest.mark.parametrize(
+    ("system", "options"),
+    [
+        (lambda: runtime.load(GENERATED / "bricard.py"), {"method": "rk4", "t_end": 5.0}),
+        (rods_given_twice, {"method": "bs32", "rtol": 1e-4, "t_end": 2.0}),
+    ],
+    ids=["bricard", "rods"],
+)
+def test_constraints_that_depend_on_each_other_may_drift(system, options):
+    """Off the constraints no accelerations fit all of them; that is no fault of the functions."""
+    run = system().run(constraints="baumgarte", **options)
+    (entry,) = equations(run)
+    assert max(drift.relative for drift in constraint_drift(run).values()) > 1e-7
+    assert entry.ok and entry.value < 1e-10, entry.says
+
+
+def test_flags_functions_of_redundant_constraints_that_drift():
+    entry = found(forged("bricard", "residual", 3), method="rk4", constraints="baumgarte")
+    assert not entry.ok and entry.value > 1e-5
 
 
 def test_costs_little():

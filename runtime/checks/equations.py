@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.batches import evaluate, right_hand_sides
+from symgen.runtime.batches import evaluate, projected, right_hand_sides
 from symgen.runtime.checks.entry import HealthCheck, limited
 from symgen.runtime.lazy import Late
 from symgen.runtime.names import rate_labels
@@ -99,6 +99,10 @@ class _Held:
         self.system, self.p, self.t, self.states = system, p, t, states
         nq, nv = system.nq, system.nv
         self.rhs = right_hand_sides(system, p, t, states)
+        if self._dependent().any():
+            # Off the constraints, accelerations that dependent ones ask for contradict each other: none fits them all.
+            self.states = projected(system, p, t, states)
+            self.rhs = right_hand_sides(system, p, t, self.states)
         self.a, self.lam = self.rhs[:, nq : nq + nv], self.rhs[:, system.ny : system.ny + system.m]
         # Terms that cancel do so no more with other weights.
         self.probes = [self.a, *self._weighted(self.a)]
@@ -109,6 +113,12 @@ class _Held:
         found = [one - self.zero for one in found]
         self.inertia, self.reactions = found[: len(self.probes)], found[len(self.probes) :]
         self.scale = self._scale()
+
+    def _dependent(self) -> np.ndarray:
+        """In which states constraints depend on each other, shape (n,)."""
+        if not self.system.m:
+            return np.zeros(len(self.t), dtype=bool)
+        return ~(self.rhs[:, -1] >= _LEAST_RATIO) | bool(self.system.dependent)
 
     def _weighted(self, values: np.ndarray) -> Iterator[np.ndarray]:
         """Yield the numbers of each state with weights between -1 and 1."""
@@ -164,8 +174,7 @@ class _Held:
         system, nv = self.system, self.system.nv
         left = self.left.copy()
         if system.m:
-            dependent = ~(self.rhs[:, -1] >= _LEAST_RATIO)
-            left[dependent, nv:] = 0.0
+            left[~(self.rhs[:, -1] >= _LEAST_RATIO), nv:] = 0.0
             left[:, [nv + k for k in system.dependent]] = 0.0
         yield self._worst("rhs", left, self.scale)
         yield self._moves()
