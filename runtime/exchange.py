@@ -78,6 +78,25 @@ def energy_limit(method: Method, rtol: float) -> float:
     return _ERROR_OF_ORDER_1 if method.order == 1 else _ERROR_OF_FIXED_STEPS
 
 
+def largest_leak(balance: np.ndarray, work: np.ndarray, size: float) -> float:
+    """Return the largest change of an energy balance between two times, in parts of what passed in between.
+
+    A driven and damped motion exchanges little and lets much pass through: what its balance is off by grows with that
+    work, and no error of the motion does. A change that comes at once still counts in parts of the exchange.
+
+    Parameters
+    ----------
+    balance, work : ndarray, shape (n,) [J]
+        T + V - work, and the work, over time.
+    size : float [J]
+        What the motion exchanges.
+    """
+    rows = sample_rows(len(balance), _LOOKED_AT)
+    off, passed = balance[rows], np.append(0.0, np.cumsum(np.abs(np.diff(work))))[rows]
+    parts = np.abs(off[:, None] - off) / (size + np.abs(passed[:, None] - passed))
+    return float(parts.max(initial=0.0))
+
+
 def _ends(values: np.ndarray) -> tuple[float, float]:
     return float(values.min()), float(values.max())
 

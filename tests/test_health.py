@@ -15,12 +15,13 @@ from symgen.runtime import RunOptions, Solution, System, load, solve
 from symgen.runtime.checks.advice import advise
 from symgen.runtime.checks.convergence import lines, study
 from symgen.runtime.checks.health import check
-from symgen.runtime.exchange import Exchange, energy_limit
+from symgen.runtime.exchange import Exchange, energy_limit, largest_leak
 from symgen.runtime.integrate.methods import METHODS, find_method
 from symgen.runtime.recording.verify import verify
 from symgen.runtime.result_json import result, to_json
 
 FIXTURES = Path(__file__).parent / "fixtures"
+GENERATED = Path(__file__).parent.parent / "generated"
 ARGUMENTS = {"t_end": 3.0, "method": "auto", "rtol": 1e-8, "atol": 1e-10}
 
 
@@ -177,6 +178,29 @@ def test_work_along_the_frames_hides_no_loss():
 
     run = edited("damped_spring_pendulum", "rhs", 2, "{} - 0.05*y[2]").run(t_end=5.0, method="dop853")
     assert "energy" in objections(run) and not any("work:" in note for note in run.notes)
+
+
+@pytest.mark.parametrize(
+    ("method", "step", "is_ok"),
+    [("implicit_euler", 3.6e-4, True), ("verlet", 1.7e-3, True), ("euler", 3e-3, False)],
+)
+def test_work_that_passes_through_is_part_of_the_scale(method, step, is_ok, tmp_path):
+    """Driven and damped, a motion is right to 1 % while its balance drifts by as much as it exchanges."""
+    system = load(GENERATED / "rough_road.py")
+    run = system.run(t_end=8.0, method=method, step=step)
+    right = system.run(t_end=8.0, method="dop853", rtol=1e-10)
+    off = (np.abs(run.states - right.states) / np.ptp(right.states, axis=0)).max()
+    assert run.energy.max_error > energy_limit(find_method(method), run.rtol) and (off < 0.01) == is_ok
+    assert ("energy" not in objections(run)) == is_ok
+    run.save(tmp_path / "road.rrd")
+    assert {check.name: check.ok for check in verify(tmp_path / "road.rrd").checks}["energy"] == is_ok
+
+
+def test_a_balance_leaks_in_parts_of_what_passes():
+    work = np.linspace(0.0, 1000.0, 101)
+    assert largest_leak(0.03 * work, work, 1.0) == pytest.approx(30.0 / 1001.0)
+    assert largest_leak(np.where(work < 500.0, 0.0, 3.0), work, 20.0) == pytest.approx(3.0 / 30.0)
+    assert largest_leak(0.0 * work, work, 1.0) == 0.0
 
 
 def test_exchange_takes_the_largest_t_or_the_range_of_v():
