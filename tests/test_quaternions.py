@@ -14,6 +14,7 @@ from references import load_reference, numbers
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from symgen import Model, link
 from symgen.link import module_for
 from symgen.model.library import find
 from symgen.runtime import RunOptions, load
@@ -26,7 +27,9 @@ from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.contradictions import AssemblyError
 from symgen.runtime.constraints.kkt import robust_project_address
 from symgen.runtime.errors import ModuleError, RuntimeModelError, UnknownNameError
+from symgen.runtime.integrate import large_models
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.methods.taylor import taylor
@@ -202,6 +205,50 @@ def test_free_body_against_verified_digits_and_its_invariants(name):
     momentum = np.einsum("tij,j,tj->ti", rotations(run.q), np.array([1.0, 2.0, 3.0]), run.v)
     assert np.abs(momentum - numbers(reference["invariants"]["L_inertial"])).max() < 1e-9
     assert np.abs(run.energy.total - run.energy.initial).max() < 1e-9
+
+
+@cache
+def spinning(held):
+    """A ball that nothing acts upon, its centre held by constraints at times; an event marks each half turn."""
+    model = Model("spinning")
+    model.body("ball", mass=1.0, inertia=[0.1] * 3)
+    model.joint("fly", "free", "ball")
+    for c in "xyz" if held else "":
+        model.constraint(f"held_{c}", f"fly_{c}")
+    model.event("half_turn", when="fly_qw", then="record")
+    return link.derive(model)
+
+
+@pytest.mark.parametrize(
+    ("name", "form"),
+    [(name, "auto") for name, method in METHODS.items() if method.adaptive]
+    + [(name, "ggl") for name, method in FORMS["ggl"].items() if method.adaptive]
+    + [(name, "sparse") for name, method in METHODS.items() if method.adaptive and method.sparse is not None],
+)
+@pytest.mark.parametrize("rtol", [1e-5, 1e-8])
+def test_a_body_that_spins_evenly_is_seen_at_every_time(name, form, rtol, monkeypatch):
+    """Rates and rotation vectors are straight lines then, which let `taylor` and `radau*` take steps of many turns."""
+    if form == "sparse":
+        monkeypatch.setattr(large_models, "SMALLEST_SPARSE", 1)
+        monkeypatch.setattr(large_models, "MOST_FULL", 1.0)
+        assert large_models.suited_to_size(METHODS[name], spinning(False)) is METHODS[name].sparse
+    constraints = "ggl" if form == "ggl" else "auto"
+    rates = {"fly_wx": 1.0, "fly_wy": -2.0, "fly_wz": 0.5}
+    run = spinning(form == "ggl").run(
+        t_end=27.5, method=name, constraints=constraints, rtol=rtol, atol=1e-2 * rtol, rate=rates
+    )
+    spin = np.array(list(rates.values()))
+    fast = np.linalg.norm(spin)
+    half = 0.5 * fast * run.t
+    exact = np.column_stack([np.cos(half), np.sin(half)[:, None] * spin / fast])
+    first = run.system.quaternions[0]
+    assert run.ok
+    # Between the stages of radau* errors have the order of the estimate.
+    assert np.abs(run.q[:, first : first + 4] - exact).max() < 100.0 * rtol ** (
+        0.6 if "radau" in name else 1.0
+    )
+    times = np.arange(1.0, fast * 27.5 / np.pi, 2.0) * np.pi / fast
+    np.testing.assert_allclose([event.t for event in run.events], times, atol=300.0 * rtol**0.6)
 
 
 @pytest.mark.parametrize("which", ["heavy_top", "pinned_top"])

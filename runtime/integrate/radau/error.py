@@ -13,7 +13,7 @@ from symgen.runtime.integrate.quaternions import (
     retract,
     solve_rotation,
 )
-from symgen.runtime.integrate.radau.rotation_increments import add_rotation
+from symgen.runtime.integrate.radau.rotation_increments import add_rotation, error_between_places
 from symgen.runtime.integrate.radau.work import (
     ERROR,
     F_NEW,
@@ -67,7 +67,8 @@ def estimate_error(equations, method, h, loop, t, w):
     """Return the estimated error of the step in units of the tolerance; work has no part in it.
 
     The estimate of the embedded method is filtered by (1 - h J / μ)⁻¹; in the first step, and after a
-    rejected one, a large estimate is filtered once more (Hairer, Wanner 1996, IV.8, (8.19) and (8.20)).
+    rejected one, a large estimate is filtered once more (Hairer, Wanner 1996, IV.8, (8.19) and (8.20)). It is not less
+    than the error of quaternions between the places that dense output goes through.
     """
     nq, nv, y_error = loop.sizes[at.NQ], loop.sizes[at.NV], w.states[Y_STAGE]
     error = equations.filter_error(method, h, loop, loop.f, False, w)
@@ -80,12 +81,20 @@ def estimate_error(equations, method, h, loop, t, w):
             return math.inf
         equations.rotate_error(1.0, loop.sizes, w.pairs[ERROR], w.rows[F_NEW])
         error = equations.filter_error(method, h, loop, w.rows[F_NEW], True, w)
-    return max(error, 1e-10) if math.isfinite(error) else error
+    if not math.isfinite(error):
+        return error
+    return max(error, error_between_places(equations.n_places(method, loop), loop.sizes, w), 1e-10)
 
 
 @jitted
 def keep_axes(sense, sizes, error, x):
     """Leave the rates in `x` as they are: errors are in body axes too."""
+
+
+@jitted
+def n_places_of_stages(method, loop):
+    """Return how many places dense output goes through: the start of the step and its stages."""
+    return len(method.c) + 1
 
 
 @jitted

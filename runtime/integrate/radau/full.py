@@ -5,7 +5,7 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.jacobian import acceleration_jacobian
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
-from symgen.runtime.integrate.radau.error import filter_accelerations, keep_axes
+from symgen.runtime.integrate.radau.error import filter_accelerations, keep_axes, n_places_of_stages
 from symgen.runtime.integrate.radau.newton import Equations
 from symgen.runtime.integrate.radau.rotation_increments import factor_rotations
 from symgen.runtime.integrate.radau.stages import (
@@ -108,5 +108,5 @@ def solve_error_full(method, w):
 
 FULL = Equations(
     differentiate_full, factor_full, predict_stages, improve_full, filter_full, keep_axes,
-    reach_end_by_accelerations, commit_accelerations,
+    n_places_of_stages, reach_end_by_accelerations, commit_accelerations,
 )  # fmt: skip

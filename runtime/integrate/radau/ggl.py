@@ -326,6 +326,12 @@ def slip_of_rotation(method, h, k, loop, again, slip, w):
 
 
 @jitted
+def n_places_index2(method, loop):
+    """Return how many places dense output of quaternions goes through, see `sample_rotations`."""
+    return loop.dense.shape[0]
+
+
+@jitted
 def reach_end_index2(method, h, loop, t, t1, w):
     """Write the new state, on the constraints, and its rhs row; returns why not, or RUNNING."""
     to_body_axes(loop.sizes, loop.y, w)
@@ -358,5 +364,5 @@ def commit_index2(method, loop, t, t1, w):
 
 INDEX2 = Equations(
     differentiate_index2, factor_index2, predict_index2, improve_index2, filter_index2, rotate_all,
-    reach_end_index2, commit_index2,
+    n_places_index2, reach_end_index2, commit_index2,
 )  # fmt: skip

@@ -45,6 +45,8 @@ class Equations(NamedTuple):
         already, and the rhs `row` is that of y + error.
     rotate_error : (sense, sizes, error, x)
         Turns the rates in `x` between body axes and those that the errors of rates are in.
+    n_places : (method, loop) -> int
+        Returns how many places, ends included, dense output of quaternions goes through.
     reach_end : (method, h, loop, t, t1, w) -> status
         Writes the new state, on the constraints, and its rhs row.
     commit : (method, loop, t, t1, w) -> status
@@ -57,6 +59,7 @@ class Equations(NamedTuple):
     improve: Callable
     filter_error: Callable
     rotate_error: Callable
+    n_places: Callable
     reach_end: Callable
     commit: Callable
 

@@ -1,5 +1,7 @@
 """Quaternions in the stages of the Radau methods: rotation vectors from the start of the step, solved for."""
 
+import math
+
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.quaternions import (
@@ -31,6 +33,25 @@ def rotations_to_increments(sizes, y, increments):
         rotate(y, i, increments[i], increments[i + 1], increments[i + 2], increments)
         for j in range(i, i + 4):
             increments[j] -= y[j]
+
+
+@jitted
+def error_between_places(n_places, sizes, w):
+    """Return by how much dense output through so many places is off quaternions, in units of their tolerance.
+
+    While a body spins evenly, rotation vectors are straight lines, however far it turns in a step; but its quaternion
+    is cos and sin of half the angle φ. A polynomial through n places is off these by up to 2 (φ/8)^n / n! (those of
+    Chebyshev, for which this holds, are the best).
+    """
+    z, largest = w.states[STAGES + w.rotation_rates.shape[0] - 1], 0.0
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        part = 0.125 * math.sqrt(z[i] * z[i] + z[i + 1] * z[i + 1] + z[i + 2] * z[i + 2])
+        error = 2.0
+        for j in range(n_places):
+            error *= part / (j + 1.0)
+        largest = max(largest, error / w.pairs[SCALE, i - k])
+    return largest
 
 
 @jitted

@@ -6,7 +6,7 @@ import numpy as np
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.radau.error import filter_accelerations, keep_axes
+from symgen.runtime.integrate.radau.error import filter_accelerations, keep_axes, n_places_of_stages
 from symgen.runtime.integrate.radau.newton import Equations
 from symgen.runtime.integrate.radau.sparse_work import pair_factors
 from symgen.runtime.integrate.radau.stages import (
@@ -107,5 +107,5 @@ def solve_error_sparse(method, w):
 
 SPARSE = Equations(
     differentiate_entries, factor_sparse, predict_stages, improve_sparse, filter_sparse, keep_axes,
-    reach_end_by_accelerations, commit_accelerations,
+    n_places_of_stages, reach_end_by_accelerations, commit_accelerations,
 )  # fmt: skip

@@ -24,6 +24,7 @@ from symgen.runtime.integrate.taylor.step import (
     DEFECT_LIMIT,
     ROUND_OFF_RTOL,
     defect,
+    quaternion_step,
     scale_series,
     series_step,
 )
@@ -238,7 +239,8 @@ def take_step(method, order, loop, pair, states, cell, scratch):
 @jitted
 def choose_step(order, loop, series, cell):
     """Set `control[H]` to how far the series of the current state reaches; returns RUNNING, or why to give up."""
-    reach = (1.0 - cell[SHORTER]) * series_step(order, loop, series, cell)
+    reach = min(series_step(order, loop, series, cell), quaternion_step(order, loop, series, cell))
+    reach *= 1.0 - cell[SHORTER]
     loop.control[at.H] = min(reach, longest_step(loop.control))
     if loop.sizes[at.NM] > 0:
         # A limit of the step, or a stop, announces what is short by itself: a pulse in time.

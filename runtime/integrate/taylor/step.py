@@ -6,6 +6,7 @@ import numpy as np
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 from symgen.runtime.integrate.step_control import longest_step
 from symgen.runtime.integrate.taylor.tail import has_tail
 
@@ -75,6 +76,30 @@ def series_step(order, loop, series, cell):
     left_out = tolerance if tolerance > ROUND_OFF_RTOL else 1e-3 * tolerance
     left_out *= SHARE_WITH_TAIL if has_tail(loop.sizes) else SHARE
     return math.exp((log2(left_out, cell) / last - highest) * LOG_2)
+
+
+@jitted
+def quaternion_step(order, loop, series, cell):
+    """Return the step [s] over which the last two terms of quaternions stay below the tolerance.
+
+    They follow from the rates, but not by an integral: at a constant angular velocity the rates have no more terms,
+    and quaternions are waves. `series_step`, to which rates are all that there is, would take any step.
+    """
+    second_last, last = 0.0, 0.0
+    for k in range(n_quaternions(loop.sizes)):
+        first = quaternion_at(loop.sizes, k)
+        for i in range(first, first + 4):
+            second_last = max(second_last, abs(series[order - 1, i]))
+            last = max(last, abs(series[order, i]))
+    highest = -math.inf
+    if second_last > 0.0:
+        highest = log2(second_last, cell) / (order - 1)
+    if last > 0.0:
+        highest = max(highest, log2(last, cell) / order)
+    if highest == -math.inf:
+        return math.inf
+    tolerance = max(loop.control[at.ATOL] + loop.control[at.RTOL], ROUND_OFF_RTOL)
+    return math.exp((log2(SHARE * tolerance, cell) / order - highest) * LOG_2)
 
 
 @jitted
