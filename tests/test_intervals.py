@@ -123,6 +123,90 @@ def test_ranges_of_expressions_hold():
     assert compared > 1000
 
 
+NEAR = {
+    "sin": (0.0, 1e15), "cos": (0.0, 1e15), "tan": (math.pi / 2, 1e15), "asin": (1.0, 2.0), "acos": (-1.0, 2.0),
+    "exp": (709.0, 745.0), "sinh": (0.0, 710.0), "cosh": (0.0, 710.0), "log": (0.0, 1e15), "sqrt": (0.0, 1e15),
+}  # fmt: skip
+DOMAINS = {
+    "asin": lambda x: abs(x) <= 1, "acos": lambda x: abs(x) <= 1, "log": lambda x: x > 0, "sqrt": lambda x: x >= 0,
+}  # fmt: skip
+
+
+class Exactly:
+    """The operations of expressions on numbers of mpmath."""
+
+    add, sub, mul = (staticmethod(f) for f in (lambda a, b: a + b, lambda a, b: a - b, lambda a, b: a * b))
+
+    def div(self, a, b):
+        return a / b
+
+    def select(self, is_strict, a, b, then, otherwise):
+        return then if (a < b if is_strict else a <= b) else otherwise
+
+    def call(self, name, *args):
+        if not DOMAINS.get(name, lambda x: True)(args[0]) or max(abs(x) for x in args[-1:]) > 1e16:
+            raise OverflowError
+        if name == "pow" and args[0] <= 0 and args[1] != int(args[1]):
+            raise OverflowError
+        return (EXACT | {"pow": mpmath.power}).get(name, getattr(mpmath, name, None))(*args)
+
+
+def hard_case(random, begin, end):
+    """A function where it is steep, turns, jumps or rounds much, inside of sums, quotients, powers and choices."""
+    name = str(random.choice([*NEAR, "floor", "heaviside", "atan2", "power", "pole", "tanh", "fabs"]))
+    at, size = NEAR.get(name, (float(random.integers(-3, 4)), 1e15))
+    c = begin + (end - begin) * float(random.choice([0.0, 0.5, 1.0, random.random()]))
+    slope = float(random.choice([-1.0, 1.0]) * 10.0 ** random.uniform(-16.0, math.log10(size)))
+    power = float(random.choice([2.0, 3.0, -1.0, -2.0, 7.0, 20.0, 0.5, 1.5, -0.5, -1.7]))
+
+    def make(m, t):
+        u = m.add(m.mul(slope, m.sub(t, c)), at)
+        if name == "heaviside":
+            value = m.select(bool(power > 1.0), u, at, m.mul(u, u), t)
+        elif name == "power":
+            value = m.call("pow", m.add(u, 1e-3), power)
+        elif name == "pole":
+            value = m.div(m.sub(t, c + 1.0), m.sub(u, at))
+        elif name == "atan2":
+            value = m.call("atan2", m.sub(u, at), m.sub(t, c - 1e-9))
+        else:
+            value = m.call(name, u)
+        return m.sub(m.mul(value, value), m.add(value, m.mul(1e6, t)))
+
+    return name, make
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_ends_are_rounded_outward(seed):
+    """Not by a slack, but to the last digit: arguments up to 1e15, cells that begin, end and lie around hard places."""
+    random, compared, finite = np.random.default_rng([11, seed]), 0, 0
+    for _ in range(80):
+        begin = np.full(3, random.uniform(0.0, 10.0 ** random.uniform(-3.0, 9.0)))
+        end = begin * (1.0 + 1e-14) + 10.0 ** random.uniform(-7.0, 1.0, size=3)
+        name, make = hard_case(random, begin[0], end[0])
+        with np.errstate(all="ignore"):
+            found = make(arithmetic := Intervals(begin, end, []), arithmetic.time())
+        finite += int((np.isfinite(found.high) & np.isfinite(found.low)).sum())
+        for k in range(3):
+            for t in [*random.uniform(begin[k], end[k], size=3), begin[k], end[k]]:
+                try:
+                    value = make(Exactly(), mpmath.mpf(float(t)))
+                except (ZeroDivisionError, OverflowError):
+                    continue
+                where = f"{name} at t = {t!r} in [{begin[k]!r}, {end[k]!r}]: {mpmath.nstr(value, 20)}"
+                assert found.low[k] <= value <= found.high[k], where
+                compared += 1
+    assert compared > 300 and finite > 60
+
+
+def test_whole_exponents_that_change_have_powers_of_negative_numbers():
+    cells_of = Intervals(np.array([0.0, 1.5]), np.array([0.5, 2.5]), [])
+    t = cells_of.time()
+    with np.errstate(all="ignore"):
+        found = cells_of.call("pow", cells_of.sub(t, 3.0), cells_of.call("floor", t))
+    assert (found.low <= [1.0, -2.0]).all() and (found.high >= [1.0, 1.0]).all()
+
+
 def test_a_new_function_needs_no_rule(monkeypatch):
     """Its entry in the table has its slopes: bounds follow from them."""
     entry = dataclasses.replace(

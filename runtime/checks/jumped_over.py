@@ -84,7 +84,8 @@ class _Path:
         one = np.ones(1)
         everywhere = Intervals(np.full(1, self._t[0]), np.full(1, np.inf), [], finding=True)
         never, none = np.full(1, np.inf), np.zeros(1, dtype=np.int8)
-        free = Range(-np.inf * one, np.inf * one, -np.inf * one, np.inf * one, 0.0 * one, never, never, none)
+        zero, inf = 0.0 * one, np.inf * one
+        free = Range(-inf, inf, -inf, inf, zero, never, never, none, zero)
         self._equations.values(everywhere, [*[free] * self._y.shape[1], *[0.0] * self._n_more])
         return everywhere.widths
 
@@ -117,7 +118,7 @@ class _Path:
             Range(
                 np.minimum(at_begin[:, i], at_end[:, i]), np.maximum(at_begin[:, i], at_end[:, i]),
                 np.minimum(slope[:, i], later[:, i]), np.maximum(slope[:, i], later[:, i]),
-                middle[:, i], never, never, none,
+                middle[:, i], never, never, none, np.zeros(len(begin)),
             )
             for i in range(self._y.shape[1])
         ]  # fmt: skip
