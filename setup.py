@@ -19,5 +19,9 @@ setup(
         *(f"symgen.{name}" for name in find_packages("symgen")),
         *(f"symgen.runtime.{name}" for name in find_packages("runtime")),
     ],
-    package_data={"symgen": ["py.typed"], "symgen.bundled": ["*.toml", "references/*.json"]},
+    package_data={
+        "symgen": ["py.typed"],
+        "symgen.bundled": ["*.toml", "references/*.json"],
+        "symgen.runtime.code": ["loops/*.xz"],
+    },
 )

@@ -1,4 +1,4 @@
-"""The part of `symgen.runtime.code.jitted` that needs Numba: from Python functions to object code.
+"""The part of `symgen.runtime.code.jitted` that needs Numba: from Python functions to bitcode.
 
 Numba would optimise, link and load every inner function by itself, and again inside each of its callers. Here it
 only types and lowers; all functions of a step loop are linked once and optimised once.
@@ -23,7 +23,7 @@ from symgen.runtime.code.bridge_numba import teach
 if TYPE_CHECKING:
     from numba.core.dispatcher import Dispatcher
 
-_SPEED_LEVEL = 2
+_ENTRY = "entry"  # the name of what Python calls
 _LARGEST_INLINED = 300  # lines of LLVM IR; inlining longer functions costs compile time, and run time
 _dispatchers: dict[Jitted, Dispatcher] = {}
 teach(call_kernel)
@@ -95,7 +95,7 @@ def compile_jitted(function: Jitted, args: tuple) -> bytes:
     Returns
     -------
     bytes
-        For `native.NativeFunction`.
+        From `native.pack`: bitcode that knows no machine.
     """
     typeof_impl.register(type(function), _type_of_jitted)
     kinds = tuple(numba.typeof(value) for value in args)
@@ -103,11 +103,10 @@ def compile_jitted(function: Jitted, args: tuple) -> bytes:
     with _unoptimised():
         dispatcher.compile(kinds)
     result = dispatcher.overloads[kinds]
-    symbol = result.fndesc.llvm_func_name
-    module = _link(result.library, symbol)
-    compiler.optimise(module, _SPEED_LEVEL)
+    module = _link(result.library, result.fndesc.llvm_func_name)
+    bitcode = compiler.neutral_bitcode(module)
     needs = sorted(f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm."))
-    return native.pack(compiler.emit(module), symbol, _results(result.signature.return_type), needs)
+    return native.pack(bitcode, _ENTRY, _results(result.signature.return_type), needs)
 
 
 @contextlib.contextmanager
@@ -130,21 +129,40 @@ def _results(kind: Any) -> list[str]:
 
 
 def _link(library: Any, symbol: str) -> llvm.ModuleRef:
-    """All functions of a library and of those it calls in one module, where only `symbol` is visible."""
+    """All functions of a library and of those it calls in one module, in the order in which they are called.
+
+    Only the entry is visible, and the numbers that Numba gives to names are gone: they differ from process to process.
+    """
     module = library._final_module.clone()
-    pending, seen = list(library._linking_libraries), set()
-    while pending:
-        other = pending.pop()
-        if other in seen:
-            continue
-        seen.add(other)
-        pending += other._linking_libraries
-        module.link_in(other._final_module, preserve=True)
-    inner = [f for f in module.functions if not f.is_declaration and f.name != symbol]
-    for function in inner:
-        function.linkage = llvm.Linkage.internal
+    defined = {}
+    for other in _libraries(library):
+        defined |= {f.name: other for f in other._final_module.functions if not f.is_declaration}
+    while wanted := [f.name for f in module.functions if f.is_declaration and f.name in defined]:
+        for name in wanted:
+            if module.get_function(name).is_declaration:
+                module.link_in(defined[name]._final_module, preserve=True)
+    for k, function in enumerate(f for f in module.functions if not f.is_declaration):
+        if function.name == symbol:
+            function.name = _ENTRY
+        else:
+            function.linkage = llvm.Linkage.internal
+            function.name = f"f{k}"
+    for k, variable in enumerate(module.global_variables):
+        if not variable.is_declaration:
+            variable.name = f"v{k}"
     compiler.drop_unused_arguments(module)
     for function in module.functions:
         if not function.is_declaration and str(function).count("\n") > _LARGEST_INLINED:
             function.add_function_attribute("noinline")
     return module
+
+
+def _libraries(library: Any) -> set:
+    """All libraries that a library calls, directly or not."""
+    pending, seen = list(library._linking_libraries), set()
+    while pending:
+        other = pending.pop()
+        if other not in seen:
+            seen.add(other)
+            pending += other._linking_libraries
+    return seen

@@ -11,6 +11,7 @@ import llvmlite.binding as llvm
 from symgen.runtime.code.llvm_text import LIBRARY
 
 OPTIMISATION_LEVEL = 2
+_SPEED_LEVEL = 2  # of step loops
 _lock = threading.RLock()
 
 
@@ -34,13 +35,23 @@ def compile_ir(ir: str) -> bytes:
         return machine.emit_object(module)
 
 
-def optimise(module: llvm.ModuleRef, speed_level: int) -> None:
-    """Run LLVM's whole pipeline on a module of loops: inlining, hoisting, vectorising. No fast-math."""
+def neutral_bitcode(module: llvm.ModuleRef) -> bytes:
+    """Run LLVM's pipeline on a module of loops (inlining, hoisting), for no machine in particular; return its bitcode.
+
+    No fast-math and no vectors: those are of a machine. Names of values are dropped, so that the same
+    functions give the same bytes.
+    """
     with _lock:
-        options = llvm.create_pipeline_tuning_options(speed_level)
-        options.loop_vectorization = options.slp_vectorization = True
-        builder = llvm.create_pass_builder(_target_machine(), options)
+        machine = llvm.Target.from_triple(module.triple).create_target_machine(opt=_SPEED_LEVEL)
+        options = llvm.create_pipeline_tuning_options(_SPEED_LEVEL)
+        options.loop_vectorization = options.slp_vectorization = False
+        builder = llvm.create_pass_builder(machine, options)
         builder.getModulePassManager().run(module, builder)
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_strip_symbols_pass()
+        passes.run(module, builder)
+        module.triple = module.data_layout = ""
+        return module.as_bitcode()
 
 
 def drop_unused_arguments(module: llvm.ModuleRef) -> None:
@@ -56,11 +67,24 @@ def drop_unused_arguments(module: llvm.ModuleRef) -> None:
         )
 
 
-def emit(module: llvm.ModuleRef) -> bytes:
-    """Return a module's object code for this machine."""
+def emit(bitcode: bytes, *, vectorised: bool) -> bytes:
+    """Return the object code of `neutral_bitcode` for this machine.
+
+    Vector code pays for large models, costs small ones a quarter of their time, and takes longer to make; all
+    results are the same to the bit.
+    """
     with _lock:
         initialise()
-        return _target_machine().emit_object(module)
+        machine = _target_machine()
+        module = llvm.parse_bitcode(bitcode)
+        module.triple = llvm.get_process_triple()
+        module.data_layout = str(machine.target_data)
+        if vectorised:
+            options = llvm.create_pipeline_tuning_options(_SPEED_LEVEL)
+            options.loop_vectorization = options.slp_vectorization = True
+            builder = llvm.create_pass_builder(machine, options)
+            builder.getModulePassManager().run(module, builder)
+        return machine.emit_object(module)
 
 
 class Engine:

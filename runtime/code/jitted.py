@@ -1,7 +1,8 @@
 """Jitted functions that run without Numba once they are compiled: the `jitted` decorator.
 
-Importing Numba and loading its own cached functions takes most of a second. So a function is compiled with Numba
-the first time, once per machine; its object code is kept, and later processes call it straight (`native.py`).
+Importing Numba and loading its own cached functions takes most of a second. So a function comes as bitcode with the
+package (`shipped.py`) or, where that is not of these sources, from Numba; machine code is made of it once per machine
+and kept, and later processes call it straight (`native.py`).
 """
 
 from __future__ import annotations
@@ -18,10 +19,18 @@ from typing import Any
 
 from symgen.runtime.code import cache, engine, native
 from symgen.runtime.code.host import package_version, target
+from symgen.runtime.lazy import Late
+
+shipped = Late("symgen.runtime.code.shipped")
 
 DISABLE_JIT = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 _KEPT = 400
 _SECONDS_PER_FUNCTION = 0.3  # roughly, to compile; for what the listener is told
+_FEW_STATES = 16
+# What `tests/ship_loops.py` sets: whether bitcode of the package is taken, and who is told of what Numba makes
+# (function, layout, bitcode).
+with_shipped = True
+watcher: Callable[[Jitted, str, bytes], None] | None = None
 _lock = threading.RLock()  # compiling changes settings of Numba for a while
 
 
@@ -47,7 +56,7 @@ class Jitted:
         self.py_func = function
         self.distinct_arrays = distinct_arrays
         self.title = f"the step loop {function.__name__} (once per machine)"
-        self._loaded: dict[str, native.NativeFunction] = {}
+        self._loaded: dict[tuple[str, bool], native.NativeFunction] = {}
 
     def __call__(self, *args: Any) -> Any:
         return self._code(args)(*args)
@@ -61,36 +70,54 @@ class Jitted:
         return self._code(args)
 
     def _code(self, args: tuple) -> native.NativeFunction:
-        signature = native.signature(args)
-        code = self._loaded.get(signature)
+        variant = native.signature(args), _is_large(args)
+        code = self._loaded.get(variant)
         if code is None:
             with _lock:
-                code = self._loaded.get(signature)
+                code = self._loaded.get(variant)
                 if code is None:
-                    code = self._loaded[signature] = self._load(signature, args)
+                    code = self._loaded[variant] = self._load(args, vectorised=variant[1])
         return code
 
-    def _load(self, signature: str, args: tuple) -> native.NativeFunction:
-        folder = cache.cache_folder("loops")
-        path = folder / f"{self.py_func.__name__}-{self._key(signature)}"
-        content = cache.fetch(path)
-        if content is None:
-            # Helpers of a few lines are not worth a word.
-            seconds = _SECONDS_PER_FUNCTION * max(0, len(self._called()) - 4)
-            engine.announce(self.title, 0, seconds)
-            # Numba takes half a second to import, and is done without from the second run on.
-            from symgen.runtime.code.compile_jitted import compile_jitted
+    def _load(self, args: tuple, *, vectorised: bool) -> native.NativeFunction:
+        layout = native.layout(args)
 
-            content = compile_jitted(self, args)
-            if cache.store(path, content):
-                cache.prune(folder, _KEPT)
+        def machine_code() -> bytes:
+            found = shipped.find(self, layout) if with_shipped and not any(_numba_settings()) else None
+            if found is not None:
+                try:
+                    return _emit(found, vectorised)
+                except RuntimeError:
+                    pass  # an LLVM that cannot read what another version wrote
+            made = self._kept("bitcode", (layout,), lambda: self._compile(args))
+            if watcher is not None:
+                watcher(self, layout, made)
+            return _emit(made, vectorised)
+
+        content = self._kept("loops", (layout, repr(vectorised), repr(target())), machine_code)
         return native.NativeFunction(self.py_func.__name__, content, args)
 
-    def _key(self, signature: str) -> str:
-        parts = (self.fingerprint, signature, repr(target()))
-        return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:40]
+    def _compile(self, args: tuple) -> bytes:
+        from symgen.runtime.code.compile_jitted import compile_jitted
 
-    def _called(self) -> list[Jitted]:
+        # Helpers of a few lines are not worth a word.
+        seconds = _SECONDS_PER_FUNCTION * max(0, len(self.called()) - 4)
+        engine.announce(self.title, 0, seconds)
+        return compile_jitted(self, args)
+
+    def _kept(self, kind: str, fits: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
+        """Return what the cache folder `kind` holds of this function for what it `fits`, made now if it is missing."""
+        folder = cache.cache_folder(kind)
+        key = hashlib.sha256("\0".join((self.fingerprint, *fits)).encode()).hexdigest()[:40]
+        path = folder / f"{self.py_func.__name__}-{key}"
+        content = cache.fetch(path)
+        if content is None:
+            content = make()
+            if cache.store(path, content):
+                cache.prune(folder, _KEPT)
+        return content
+
+    def called(self) -> list[Jitted]:
         """This function and all that it calls, directly or not, in a fixed order."""
         found = [self]
         for function in found:  # grows while it is walked
@@ -100,11 +127,16 @@ class Jitted:
             found += dict.fromkeys(v for v in members if isinstance(v, Jitted) and v not in found)
         return found
 
+    def constants(self) -> Iterator[tuple[str, Any]]:
+        """Yield the constants that its code names, with their values."""
+        for code in _code_objects(self.py_func.__code__):
+            yield from _constants(code, self.py_func.__globals__)
+
     @functools.cached_property
     def fingerprint(self) -> str:
         """Hash of all that the machine code depends on: the code and constants of every function in it."""
         digest = hashlib.sha256(_compiler().encode())
-        for called in self._called():
+        for called in self.called():
             function = called.py_func
             digest.update(
                 f"{function.__module__}.{function.__qualname__}\0{called.distinct_arrays}\0".encode()
@@ -112,8 +144,7 @@ class Jitted:
             for code in _code_objects(function.__code__):
                 constants = [c for c in code.co_consts if not isinstance(c, types.CodeType)]
                 digest.update(repr((code.co_code, constants, code.co_names, code.co_varnames)).encode())
-                for name, value in _constants(code, function.__globals__):
-                    digest.update(f"{name}={value!r}\0".encode())
+            digest.update("".join(f"{name}={value!r}\0" for name, value in called.constants()).encode())
         return digest.hexdigest()
 
 
@@ -158,6 +189,23 @@ def _code_objects(code: types.CodeType) -> list[types.CodeType]:
     return found
 
 
+def _emit(content: bytes, vectorised: bool) -> bytes:
+    from symgen.runtime.code import compiler
+
+    head, bitcode = native.unpack(content)
+    return native.pack(compiler.emit(bitcode, vectorised=vectorised), **head)
+
+
+def _is_large(args: tuple) -> bool:
+    """Whether a loop runs over so many states that vector registers gain more than filling them costs."""
+    return any(len(value.y) > _FEW_STATES for value in args if hasattr(value, "y"))
+
+
+def _numba_settings() -> list[str]:
+    """What the user has set that changes what Numba makes of a function."""
+    return [os.environ.get(name, "") for name in ("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME")]
+
+
 @functools.lru_cache(maxsize=1)
 def _compiler() -> str:
     """What compiles: versions, settings, and our own sources that have a part in it."""
@@ -167,13 +215,12 @@ def _compiler() -> str:
         for name in ("compile_jitted.py", "native.py", "bridge_numba.py", "compiler.py")
     ]
     sources = hashlib.sha256(b"\0".join(own)).hexdigest()
-    settings = [os.environ.get(name, "") for name in ("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME")]
     return repr(
         (
             package_version("numba"),
             package_version("llvmlite"),
             platform.python_version(),
-            settings,
+            _numba_settings(),
             sources,
         )
     )

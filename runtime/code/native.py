@@ -76,6 +76,18 @@ def _type_name(value: Any) -> str:
     )
 
 
+def layout(args: tuple) -> str:
+    """Return `signature` with the names of fields: what machine code for these arguments is compiled for."""
+    return ",".join(_layout(value) for value in args)
+
+
+def _layout(value: Any) -> str:
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        fields = (f"{name}:{_layout(item)}" for name, item in zip(value._fields, value))
+        return f"{type(value).__qualname__}({','.join(fields)})"
+    return _type_name(value)
+
+
 def _flatten(value: Any, out: list) -> None:
     if isinstance(value, np.ndarray):
         out += [None, None, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides]
@@ -105,12 +117,12 @@ def _argument_types(args: tuple) -> list:
     return kinds
 
 
-def pack(object_code: bytes, symbol: str, results: list[str], needs: list[str]) -> bytes:
-    """Put object code and what is needed to call it into one block for the cache.
+def pack(code: bytes, symbol: str, results: list[str], needs: list[str]) -> bytes:
+    """Put object code or bitcode, and what is needed to call it, into one block.
 
     Parameters
     ----------
-    object_code : bytes
+    code : bytes
     symbol : str
         The function in it.
     results : list of str
@@ -119,7 +131,13 @@ def pack(object_code: bytes, symbol: str, results: list[str], needs: list[str]) 
         Symbols that it refers to.
     """
     head = repr({"symbol": symbol, "results": results, "needs": needs}).encode()
-    return len(head).to_bytes(8, "little") + head + object_code
+    return len(head).to_bytes(8, "little") + head + code
+
+
+def unpack(content: bytes) -> tuple[dict, bytes]:
+    """Return what `pack` was given: symbol, results and needs by name, and the code."""
+    end = 8 + int.from_bytes(content[:8], "little")
+    return ast.literal_eval(content[8:end].decode()), content[end:]
 
 
 class NativeFunction:
@@ -135,11 +153,10 @@ class NativeFunction:
     """
 
     def __init__(self, name: str, content: bytes, args: tuple) -> None:
-        end = 8 + int.from_bytes(content[:8], "little")
-        head = ast.literal_eval(content[8:end].decode())
+        head, code = unpack(content)
         self.name = name
         self._code = engine.MachineCode(_provided(head["needs"]))
-        self.address = self._code.add(content[end:], head["symbol"])
+        self.address = self._code.add(code, head["symbol"])
         fields = [(f"f{k}", RESULTS[kind]) for k, kind in enumerate(head["results"])]
         self._result = type("Result", (ctypes.Structure,), {"_fields_": fields})
         self._n_results = len(fields)

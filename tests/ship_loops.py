@@ -1,0 +1,110 @@
+"""Make the bitcode of step loops that travels with the package (`runtime/code/shipped.py`).
+
+`python -m tests.ship_loops` runs every method with every form of constraints on models of each kind, compiles with
+Numba what they call, and writes `runtime/code/loops/`; files whose sources have not changed are kept. With `--all`
+every file is made anew; with `--check` nothing is written, and files that would be others are named.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import sys
+import tempfile
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+from symgen.link import derive
+from symgen.model.library import find
+from symgen.model.library import load as load_model
+from symgen.runtime import System, load
+from symgen.runtime.code import jitted, shipped
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.forms import FORMS
+from symgen.runtime.integrate.methods import METHODS
+
+GENERATED = Path(__file__).resolve().parents[1] / "generated"
+# Open and closed, with quaternions, events, contacts, inputs, dependent constraints, several subsystems.
+MODELS = (
+    "double_pendulum", "slider_crank", "free_rigid_body", "bouncing_ball", "stick_slip", "cart_pole_lqr",
+    "rolling_disc", "bricard", "pendulum_field", "rough_road", "heavy_top_absolute",
+)  # fmt: skip
+_LINKS = 120  # so many absolute bodies take the sparse solvers
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.ship_loops", description=__doc__)
+    parser.add_argument("--all", action="store_true", help="make every file anew")
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; name the files that would be others"
+    )
+    chosen = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        made = make(Path(folder), anew=chosen.all or chosen.check)
+        kept = {path.name: path.read_bytes() for path in shipped.FOLDER.glob("*.xz")}
+        changed = sorted(name for name in made.keys() | kept.keys() if made.get(name) != kept.get(name))
+        for name in changed:
+            print("new" if name not in kept else "gone" if name not in made else "changed", name)
+            if chosen.check:
+                continue
+            (shipped.FOLDER / name).unlink(missing_ok=True)
+            if name in made:
+                (shipped.FOLDER / name).write_bytes(made[name])
+    print(f"{len(made)} loops, {sum(map(len, made.values())) / 1e6:.2f} MB; {len(changed)} of them changed")
+    return 1 if changed and chosen.check else 0
+
+
+def make(folder: Path, *, anew: bool) -> dict[str, bytes]:
+    """Return the content of each file, by its name, after running all that calls a step loop."""
+    current = [] if anew else [path for path in shipped.FOLDER.glob("*.xz") if shipped.is_current(path)]
+    made = {path.name: path.read_bytes() for path in current}
+
+    def keep(function: jitted.Jitted, layout: str, content: bytes) -> None:
+        if function.py_func.__module__.startswith("symgen.runtime."):
+            path = shipped.write(folder, function, layout, content)
+            made[path.name] = path.read_bytes()
+
+    os.environ["SYMGEN_CACHE_DIR"] = str(folder / "cache")
+    (folder / "cache").mkdir(mode=0o700)
+    jitted.watcher, jitted.with_shipped = keep, not anew
+    try:
+        for what, run in runs():
+            print(what, file=sys.stderr)
+            with contextlib.suppress(RuntimeModelError), warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                run()
+    finally:
+        jitted.watcher, jitted.with_shipped = None, True
+    return made
+
+
+def runs() -> Iterator[tuple[str, object]]:
+    """Yield a name and a call for every run that has a part."""
+    for model in MODELS:
+        yield from _of_every_method(load(GENERATED / f"{model}.py"), model, 0.05)
+    large = _chain()
+    for method in ("dop853", "radau5", "radau9", "bdf", "generalized_alpha", "implicit_midpoint", "gauss8"):
+        yield f"chain {method}", lambda method=method: large.run(t_end=0.01, method=method)
+    for model in MODELS:
+        yield f"modes {model}", load(GENERATED / f"{model}.py").modes
+
+
+def _of_every_method(system: System, model: str, t_end: float) -> Iterator[tuple[str, object]]:
+    for method in METHODS:
+        for form in ("projection", *FORMS):
+            yield (
+                f"{model} {method} {form}",
+                lambda method=method, form=form: (
+                    system.run(t_end=t_end, method=method, constraints=form).health
+                ),
+            )
+
+
+def _chain() -> System:
+    return derive(load_model(find("chain_absolute"), {"N": str(_LINKS)}))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
