@@ -207,5 +207,5 @@ def test_what_is_kept_is_keyed_by_all_files_that_decide_it(keyed_by, starts):
         if module is None or module.name in needed | NOTHING_TO_DECIDE:
             continue
         needed.add(module.name)
-        pending += [i.imported for i in module.imports if i.level in ("module", "function")]
+        pending += [i.imported for i in module.imports if i.level in ("module", "function", "name")]
     assert listed == {known[name].file for name in needed}

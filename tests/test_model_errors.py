@@ -495,7 +495,6 @@ def test_python_errors_name_the_call():
     ("make", "words"),
     [
         (lambda s, x: s.Function("f")(s.Symbol("t")), "declare a coordinate|applied function"),
-        (lambda s, x: s.Min(x, 1), "symgen.minimum"),
         (lambda s, x: s.I * x, "real"),
         (lambda s, x: s.Integral(x, x), "no place in a model"),
         (lambda s, x: x / 0, "no place in a model"),

@@ -43,7 +43,7 @@ def test_they_are_small():
 def test_every_method_has_its_loop():
     """A first run of any method needs no compiler of Python."""
     for method in METHODS.values():
-        loop = method.advance
+        loop = method.advance()
         assert isinstance(loop, Jitted)
         assert [path for path in FILES if shipped.read(path)[0][0] == shipped.name(loop)], method.name
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import llvmlite.binding as llvm
 import numba
 from numba.core import config, types
+from numba.core.callconv import CPUCallConv
 from numba.core.compiler import Compiler
 from numba.core.typing.typeof import typeof_impl
 
@@ -111,13 +112,21 @@ def compile_jitted(function: Jitted, args: tuple) -> bytes:
 
 @contextlib.contextmanager
 def _unoptimised() -> Iterator[None]:
-    """Keep Numba from optimising inner functions; that is done once, on the whole."""
-    before = config.OPT
+    """Keep Numba from optimising inner functions: that is done once, on the whole.
+
+    And from putting its own files and lines, where it was installed, into the code, for exceptions that nobody reads.
+    """
+    before, raising = config.OPT, CPUCallConv.set_static_user_exc
+
+    def without_place(convention: Any, builder: Any, exc: Any, exc_args: Any = None, **_: Any) -> None:
+        raising(convention, builder, exc, exc_args)
+
     config.OPT = type(before)(0)
+    CPUCallConv.set_static_user_exc = without_place
     try:
         yield
     finally:
-        config.OPT = before
+        config.OPT, CPUCallConv.set_static_user_exc = before, raising
 
 
 def _results(kind: Any) -> list[str]:

@@ -70,11 +70,13 @@ def sources(function: Jitted) -> str:
 
     Comments, docstrings and layout do not count.
     """
-    digest = hashlib.sha256()
+    texts = []
     for called in function.called():
-        digest.update(f"{name(called)} {called.distinct_arrays}\n{_statements(called.py_func)}\n".encode())
-        digest.update("".join(f"{of}={value!r}\n" for of, value in called.constants()).encode())
-    return digest.hexdigest()
+        constants = sorted(f"{of}={value!r}" for of, value in called.constants())
+        texts.append(
+            "\n".join((name(called), str(called.distinct_arrays), _statements(called.py_func), *constants))
+        )
+    return hashlib.sha256("\0".join(sorted(texts)).encode()).hexdigest()
 
 
 def _statements(function: Any) -> str:
