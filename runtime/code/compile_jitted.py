@@ -31,10 +31,14 @@ teach(call_kernel)
 
 
 class Jitted(Protocol):
-    """A `symgen.runtime.code.jitted.Jitted`, as far as the compiler looks at it."""
+    """A `symgen.runtime.code.jitted.Jitted`, as far as its compilation looks at it."""
 
     py_func: Callable
     distinct_arrays: bool
+
+    def called(self) -> list[Jitted]: ...
+
+    def constants(self) -> Iterator[tuple[str, Any]]: ...
 
 
 class _LoweringOnly(Compiler):

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symgen.runtime.code.jitted import Jitted
+    from symgen.runtime.code.compile_jitted import Jitted
 
 FOLDER = Path(__file__).with_name("loops")
 
