@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from driven_models import oscillator
 from references import load_reference
 
 from symgen import Model, cos, dot, runtime, sqrt
 from symgen.link import module_for
 from symgen.model.library import find
 from symgen.runtime.checks.error_estimate import estimate, sizes
+from symgen.runtime.inputs import Controller
 
 
 def bundled(name: str) -> runtime.System:
@@ -152,3 +154,24 @@ def test_long_runs_are_judged_by_parts(double):
         assert true.known and not parts.known
         assert 0.1 < parts.largest / true.largest < 10.0
     assert estimate(double.run(t_end=200.0, method="dop853", rtol=1e-10), 6e6).largest > 0.5
+
+
+def under_a_sampled_controller(**options) -> runtime.Solution:
+    law = Controller(lambda t, x: np.sin(t) - 12.0 * x[0] - 3.5 * x[1], period=0.05)
+    return oscillator().run(inputs={"u": law}, t_end=5.0, **options)
+
+
+@pytest.mark.parametrize(("options", "is_right"), [
+    ({"method": "dop853"}, True),
+    ({"method": "rk4", "step": 0.025}, True),
+    ({"method": "euler", "step": 0.01}, True),
+    ({"method": "euler", "step": 0.05}, False),
+], ids=["dop853", "rk4", "euler", "euler with long steps"])  # fmt: skip
+def test_runs_with_sampled_controllers(options, is_right):
+    """What controllers said is held as it was: that tells how far right runs are off, and of wrong ones nothing."""
+    run = under_a_sampled_controller(**options)
+    right = under_a_sampled_controller(method="dop853", rtol=1e-12, atol=1e-14)
+    error = (np.abs(run.states - right.states) / np.ptp(right.states, axis=0)).max()
+    entry = entry_of(run)
+    assert (error < 0.05) == is_right == (entry.value < 0.05) == run.ok
+    assert entry.note != is_right and 0.5 * error < entry.value < 3.0 * error + 1e-9
