@@ -91,7 +91,8 @@ class KernelSource:
     def key_text(self) -> str:
         """Return all that the IR depends on."""
         code, source = self.code, self.system.source
-        tables = source.tables_hash if code.tables is source.tables else repr(sorted(code.tables.items()))
+        own = code.tables == source.tables
+        tables = source.tables_hash if own else repr(sorted(code.tables.items()))
         return f"{code.lengths}\0{tables}\0{self.n_hoisted} {self.offset}\0{code.text}"
 
 

@@ -72,6 +72,20 @@ def test_a_warm_run_imports_nothing_that_it_does_not_use():
     assert not [name for name in UNUSED if name in modules]
 
 
+def test_the_second_process_compiles_nothing_again(tmp_path, monkeypatch):
+    """A kernel's key is the same for a model that was just derived and for one that was found in the cache."""
+    (tmp_path / "cache").mkdir(mode=0o700)
+    monkeypatch.setenv("SYMGEN_CACHE_DIR", str(tmp_path / "cache"))
+    run = (
+        "from symgen.cli import main\n"
+        "try: main(['run', 'double_pendulum', '--no-log', '--quiet', '--t-end', '1', '--method', 'dop853'])\n"
+        "except SystemExit as end: assert not end.code\n"
+        "from symgen.runtime.code import cache; import json; print(json.dumps(dict(cache.missed)))"
+    )
+    assert json.loads(in_new_process(run))["kernels"] >= 3
+    assert not json.loads(in_new_process(run))
+
+
 def test_a_warm_run_with_a_log_loads_rerun_but_neither_numba_nor_llvm(tmp_path):
     run = (
         "import sys; from symgen.cli import main\n"
