@@ -122,7 +122,7 @@ def test_a_first_run_on_a_machine_does_not_import_numba(method, tmp_path):
     assert done.stdout.split() == ["False"], done.stderr
 
 
-def test_what_does_not_fit_the_sources_is_left_to_numba(monkeypatch, tmp_path):
+def test_what_does_not_fit_the_sources_is_left_to_numba(nothing_loaded, monkeypatch, tmp_path):
     def doubled(x, out):
         out[0] = 2.0 * x
 
