@@ -63,77 +63,80 @@ def load(path_or_text: str | os.PathLike[str]) -> System:
     return System(read_module(path_or_text))
 
 
+def solve(
+    system: SystemData,
+    t_end: Quantity | None = None,
+    *,
+    method: str = "auto",
+    rtol: float = 1e-8,
+    atol: float = 1e-10,
+    step: Quantity | None = None,
+    constraints: str = "auto",
+    parameters: Mapping[str, Quantity] | None = None,
+    start: Mapping[str, Quantity] | None = None,
+    rate: Mapping[str, Quantity] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
+    at: Sequence[Quantity] = (),
+    fps: float | None = None,
+    t_eval: Sequence[Quantity] | None = None,
+    t_start: Quantity = 0.0,
+    progress: Callable[[float, int], None] | None = None,
+    recorder: Any = None,
+    max_steps: int | None = None,
+    energy_scaling: bool | None = None,
+    split: bool | None = None,
+    max_step: Quantity | None = None,
+    breaks: Sequence[Quantity] = (),
+) -> Solution:
+    """Integrate a model from `t_start` to `t_end`; what each option says: `symgen.runtime.RunOptions`.
+
+    Returns
+    -------
+    Solution
+        Also where the run failed: see its `status` and `message`.
+
+    Raises
+    ------
+    RuntimeModelError
+        An option does not fit, or the initial conditions contradict the constraints.
+
+    Examples
+    --------
+    >>> solution = system.run("10 s", parameters={"L": "50 cm"}, start={"theta": "20 deg"}, method="dop853")
+    """
+    asked = RunOptions(
+        t_end=t_end,
+        method=method,
+        rtol=rtol,
+        atol=atol,
+        step=step,
+        constraints=constraints,
+        parameters=parameters,
+        start=start,
+        rate=rate,
+        inputs=inputs,
+        at=at,
+        fps=fps,
+        t_eval=t_eval,
+        t_start=t_start,
+        progress=progress,
+        recorder=recorder,
+        max_steps=max_steps,
+        energy_scaling=energy_scaling,
+        split=split,
+        max_step=max_step,
+        breaks=breaks,
+    )
+    return Solution.of(simulation.simulate(system, asked), asked)
+
+
 class System(SystemData):
     __doc__ = SystemData.__doc__
 
     def __reduce__(self):
         return System, (self.source,)
 
-    def run(
-        self,
-        t_end: Quantity | None = None,
-        *,
-        method: str = "auto",
-        rtol: float = 1e-8,
-        atol: float = 1e-10,
-        step: Quantity | None = None,
-        constraints: str = "auto",
-        parameters: Mapping[str, Quantity] | None = None,
-        start: Mapping[str, Quantity] | None = None,
-        rate: Mapping[str, Quantity] | None = None,
-        inputs: Mapping[Any, Any] | None = None,
-        at: Sequence[Quantity] = (),
-        fps: float | None = None,
-        t_eval: Sequence[Quantity] | None = None,
-        t_start: Quantity = 0.0,
-        progress: Callable[[float, int], None] | None = None,
-        recorder: Any = None,
-        max_steps: int | None = None,
-        energy_scaling: bool | None = None,
-        split: bool | None = None,
-        max_step: Quantity | None = None,
-        breaks: Sequence[Quantity] = (),
-    ) -> Solution:
-        """Integrate the model from `t_start` to `t_end`; what each option says: `symgen.runtime.RunOptions`.
-
-        Returns
-        -------
-        Solution
-            Also where the run failed: see its `status` and `message`.
-
-        Raises
-        ------
-        RuntimeModelError
-            An option does not fit, or the initial conditions contradict the constraints.
-
-        Examples
-        --------
-        >>> solution = system.run("10 s", parameters={"L": "50 cm"}, start={"theta": "20 deg"}, method="dop853")
-        """
-        return solve(
-            self,
-            t_end=t_end,
-            method=method,
-            rtol=rtol,
-            atol=atol,
-            step=step,
-            constraints=constraints,
-            parameters=parameters,
-            start=start,
-            rate=rate,
-            inputs=inputs,
-            at=at,
-            fps=fps,
-            t_eval=t_eval,
-            t_start=t_start,
-            progress=progress,
-            recorder=recorder,
-            max_steps=max_steps,
-            energy_scaling=energy_scaling,
-            split=split,
-            max_step=max_step,
-            breaks=breaks,
-        )
+    run = solve
 
     def stepper(
         self,
@@ -447,55 +450,3 @@ class Solution(SolutionData):
             The model's folder, below which its meshes lie.
         """
         saving.save_solution(self, path, model_text=model_text, title=title, mesh_folder=mesh_folder)
-
-
-def solve(
-    system: SystemData,
-    t_end: Quantity | None = None,
-    *,
-    method: str = "auto",
-    rtol: float = 1e-8,
-    atol: float = 1e-10,
-    step: Quantity | None = None,
-    constraints: str = "auto",
-    parameters: Mapping[str, Quantity] | None = None,
-    start: Mapping[str, Quantity] | None = None,
-    rate: Mapping[str, Quantity] | None = None,
-    inputs: Mapping[Any, Any] | None = None,
-    at: Sequence[Quantity] = (),
-    fps: float | None = None,
-    t_eval: Sequence[Quantity] | None = None,
-    t_start: Quantity = 0.0,
-    progress: Callable[[float, int], None] | None = None,
-    recorder: Any = None,
-    max_steps: int | None = None,
-    energy_scaling: bool | None = None,
-    split: bool | None = None,
-    max_step: Quantity | None = None,
-    breaks: Sequence[Quantity] = (),
-) -> Solution:
-    """Integrate a model from `t_start` to `t_end`, as `System.run` does."""
-    asked = RunOptions(
-        t_end=t_end,
-        method=method,
-        rtol=rtol,
-        atol=atol,
-        step=step,
-        constraints=constraints,
-        parameters=parameters,
-        start=start,
-        rate=rate,
-        inputs=inputs,
-        at=at,
-        fps=fps,
-        t_eval=t_eval,
-        t_start=t_start,
-        progress=progress,
-        recorder=recorder,
-        max_steps=max_steps,
-        energy_scaling=energy_scaling,
-        split=split,
-        max_step=max_step,
-        breaks=breaks,
-    )
-    return Solution.of(simulation.simulate(system, asked), asked)

@@ -69,7 +69,7 @@ def _class(kind: type) -> Iterator[str]:
     yield _entry(f"{_home(kind)}.{kind.__name__}", kind)
     for name in public_members(kind):
         member = inspect.getattr_static(kind, name)
-        yield _entry(f"{kind.__name__}.{name}", member)
+        yield _entry(f"{kind.__name__}.{name}", member, in_class=True)
 
 
 def public_members(kind: type) -> list[str]:
@@ -92,18 +92,18 @@ def _documented(member) -> bool:
     )
 
 
-def _entry(title: str, member, with_signature: bool = True) -> str:
+def _entry(title: str, member, with_signature: bool = True, in_class: bool = False) -> str:
     function = getattr(member, "__func__", member)
     called = isinstance(function, FunctionType | type) and with_signature
-    text = _signature(function) if called else ""
+    text = _signature(function, in_class) if called else ""
     document = inspect.cleandoc(inspect.getdoc(function) or "").strip()
     assert document, f"{title} has no docstring"
     return f"### `{title}`\n\n```text\n{title}{text}\n\n{document}\n```\n"
 
 
-def _signature(function) -> str:
-    parameters = inspect.signature(function).parameters.values()
-    shown = [str(x) for x in parameters if x.name not in ("self", "cls")]
+def _signature(function, in_class: bool) -> str:
+    shown = [str(x) for x in inspect.signature(function).parameters.values()]
+    shown = shown[1:] if in_class else shown  # without the object or class that it is called of
     if len(", ".join(shown)) < 80:
         return f"({', '.join(shown)})"
     return "(\n" + "".join(f"    {x},\n" for x in shown) + ")"
