@@ -90,7 +90,7 @@ def choose_method(
         refuse_unsuitable(method, system)
         if method.name == SERIES and (reason := _left_out(system, p, t, state)):
             raise RuntimeModelError(f"method {SERIES!r} does not fit this run: {reason}; use {EXPLICIT}")
-        return method, []
+        return method, _other_name(options.method, method)
     if is_large(system) and not has_sparse_form(system):
         why = f"methods for stiff motion work with full matrices here, too large for {system.nv} rates"
         return METHODS[EXPLICIT], [f"method auto: {EXPLICIT}, because {why}"]
@@ -111,6 +111,10 @@ def choose_method(
     return METHODS[SERIES], [
         f"method auto: {SERIES}, because no motion decays so fast that it would limit an explicit step"
     ]
+
+
+def _other_name(name: str, method: Method) -> list[str]:
+    return [f"method {name}: the same as {method.name}"] if name != method.name else []
 
 
 def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float) -> str:
@@ -331,8 +335,8 @@ def choose_constraints(name: str, system: System, method_name: str) -> tuple[str
             "leave constraints to 'auto', or name another method, such as gauss8"
         )
     if method_name != "auto":
-        find_method(method_name)
-        method, notes = forms.find_form(name, method_name), []
+        method = forms.find_form(name, find_method(method_name).name)
+        notes = _other_name(method_name, method)
     else:
         method = forms.find_form(name, forms.SUITED[name])
         notes = [f"method auto: {method.name}, which suits constraints in the form {name}"]

@@ -35,7 +35,7 @@ def methods_table() -> str:
 
 
 def _names(methods: list[Method]) -> str:
-    names = [f"`{method.name}`" for method in methods]
+    names = [" = ".join(f"`{name}`" for name in (m.name, *m.other_names)) for m in methods]
     if len(names) > _MOST_NAMED:
         return f"{names[0]}, {names[1]}, … {names[-1]}"
     return ", ".join(names)

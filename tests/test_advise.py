@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from click.testing import CliRunner
 from symgen import Model, dot
 from symgen.cli import main
 from symgen.runtime import RunOptions
-from symgen.runtime.checks.advice import advise
+from symgen.runtime.checks.advice import advise, whole_step
 from symgen.runtime.checks.mode_origin import fastest_origin
 from symgen.runtime.checks.stability import stable_radius, stable_step
 from symgen.runtime.integrate.methods import METHODS
@@ -46,12 +47,93 @@ def test_a_period_of_1_42_s_at_50_steps():
     advice = advise(oscillator(2.0 * np.pi / 1.42), RunOptions(**ARGUMENTS))
     assert advice.rule_step == pytest.approx(0.0284, rel=1e-6)
     verlet = next(entry for entry in advice.fixed_steps if entry.method == "verlet")
-    assert verlet.step == pytest.approx(0.0284, rel=1e-6) and verlet.cost.steps == 176
+    assert verlet.step == 0.02841 and verlet.cost.steps == 176
     limits = {limit.method: limit for limit in advice.limits}
     for method in ("verlet", "semi_implicit_euler"):
         assert limits[method].undamped == pytest.approx(1.42 / np.pi, rel=1e-6)  # 2 / omega = 0.45 s
     assert limits["euler"].undamped == 0.0
-    assert any("a step of 0.0284 s, 176 steps for 5 s" in line for line in advice.lines())
+    assert any("a step of 0.0284 s: 176 steps of 0.02841 s for 5 s" in line for line in advice.lines())
+
+
+@pytest.mark.parametrize(
+    ("rate", "t_end", "n"),
+    [(2.0 * np.pi / 1.42, 5.0, None), (4.0 * np.pi, 2.0, 100), (3.0, 7.3, 37), (50.0, 0.03, None)],
+)
+def test_advised_steps_are_as_many_as_the_run_takes(rate, t_end, n):
+    system = oscillator(rate)
+    entries = advise(system, RunOptions(**{**ARGUMENTS, "t_end": t_end}), steps_per_period=n).fixed_steps
+    for entry in entries:
+        run = system.run(t_end=t_end, method=entry.method, step=float(f"{entry.step:.10g}"))
+        assert run.stats["steps"] == entry.cost.steps, entry
+
+
+def test_whole_steps_are_whole_and_short_numbers():
+    random = np.random.default_rng(2)
+    for span, asked in zip(10.0 ** random.uniform(-3, 4, 2000), 10.0 ** random.uniform(-0.5, 5.5, 2000)):
+        step = whole_step(span, span / asked)
+        n = math.ceil(span / step)
+        assert n == max(1, round(asked) if asked >= 100 else math.ceil(asked))
+        assert n * step >= span * (1 - 1e-15)
+        digits = repr(step).partition("e")[0].replace(".", "").strip("0")
+        assert len(digits) <= max(4, len(str(n)) + 1), (span, asked, step)
+
+
+@pytest.mark.parametrize(
+    ("rate", "asked", "rule", "limit"),
+    [
+        ("100", ("--steps-per-period", "50", "--t-end", "5"), "3979 steps of 0.0012566 s for 5 s", "0.02 s"),
+        ("4.4294 rad/s", ("--t-end", "5"), "a step of 0.0284 s: 176 steps of 0.02841 s for 5 s", "0.452 s"),
+        ("2 Hz", ("--steps-per-period", "100", "--t-end", "2"), "400 steps of 0.005 s for 2 s", "0.159 s"),
+    ],
+)
+def test_a_frequency_needs_no_model(rate, asked, rule, limit):
+    result = symgen("advise", "--frequency", rate, *asked)
+    assert result.exit_code == 0 and rule in result.output, result.output
+    assert f"    verlet: {limit}, {limit}\n" in result.output and "evaluation" not in result.output
+
+
+def test_a_frequency_and_a_choice():
+    choice = "advise", "--frequency", "100", "--t-end", "1", "--method", "central_difference", "--step"
+    assert symgen(*choice, "0.001").exit_code == 0
+    bad = symgen(*choice, "0.021")
+    assert bad.exit_code == 3 and "not suited" in bad.output
+    for wrong in (["pendulum"], ["--set", "m=1"], ["--at", "a.rrd@1"]):
+        assert symgen("advise", "--frequency", "100", "--t-end", "1", *wrong).exit_code == 2
+    for rate in ("16 N", "-3", "fast"):
+        assert symgen("advise", "--frequency", rate, "--t-end", "1").exit_code == 2
+
+
+@pytest.mark.parametrize("constraints", ["projection", "baumgarte"])
+def test_central_difference_is_verlet(constraints):
+    system = bundled("pendulum_dae" if constraints == "baumgarte" else "pendulum")
+    asked = {
+        "t_end": 1.0,
+        "step": 0.01,
+        "constraints": "auto" if constraints == "projection" else constraints,
+    }
+    run, same = (system.run(method=name, **asked) for name in ("central_difference", "verlet"))
+    assert run.method == "verlet" and "method central_difference: the same as verlet" in run.notes
+    np.testing.assert_array_equal(run.q, same.q)
+
+
+def test_verlet_is_central_differences():
+    """q' = 2 q - q_before + h² a(q), with q_before = q - h v + h² a / 2 at the start; v = (q' - q_before) / (2 h)."""
+    h, q, v = 0.05, 1.2, 0.4
+    run = bundled("pendulum").run(
+        method="central_difference",
+        step=h,
+        t_end=2.0,
+        start={"theta": q},
+        rate={"theta": v},
+        t_eval=h * np.arange(41),
+    )
+    a = lambda q: -9.81 / 0.5 * np.sin(q)  # noqa: E731
+    before = q - h * v + h**2 / 2 * a(q)
+    for k in range(41):
+        after = 2 * q - before + h**2 * a(q)
+        assert run.q[k, 0] == pytest.approx(q, abs=1e-13)
+        assert run.v[k, 0] == pytest.approx((after - before) / (2 * h), abs=1e-12)
+        before, q = q, after
 
 
 def test_100_radians_per_second_allow_0_02_s():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
@@ -35,6 +36,8 @@ STEPS_PER_PERIOD = 50
 _STATES = 20
 _SHORT_RUN_STEPS = 2000
 _SAFETY = 0.5  # of the stability limit
+_MANY = 100  # steps: one more or less is within what a recommendation may be off by
+_ROUND_OFF = 1e-12
 _SLOWEST = (
     1e-3  # of the fastest: eigenvalues below are round-off of the zeros of constraints and free motions
 )
@@ -42,14 +45,15 @@ _SLOWEST = (
 
 @dataclass(frozen=True)
 class Cost:
-    """Steps and wall time [s] of a whole run."""
+    """Steps and wall time [s] of a whole run; 0 s where no model is there to be timed."""
 
     steps: int
     seconds: float
 
-    def says(self) -> str:
+    def says(self, number: str = "about") -> str:
         """Return a few words."""
-        return f"about {self.steps} steps, {self.seconds:.2g} s"
+        seconds = f", {self.seconds:.2g} s" if self.seconds else ""
+        return f"{number} {self.steps} steps{seconds}".strip()
 
 
 def seconds_per_evaluation(run: Solution) -> float:
@@ -72,8 +76,7 @@ def run_cost(run: Solution, span: float) -> Cost:
 
 def fixed_step_cost(method: Method, steps: float, evaluation: float) -> Cost:
     """Return the cost of so many steps of a method of fixed step."""
-    # The end of a run that is no whole number of steps away costs one more; nobody counts it.
-    return Cost(max(1, round(steps)), steps * method.evaluations * evaluation)
+    return Cost(math.ceil(steps), steps * method.evaluations * evaluation)
 
 
 @dataclass(frozen=True)
@@ -132,7 +135,8 @@ class Advice:
         What the fastest motion belongs to.
     steps_per_period : int
     rule_step : float [s]
-        Fastest period over `steps_per_period`; infinite where nothing moves by itself.
+        Fastest period over `steps_per_period`; infinite where nothing moves by itself. Of about as many steps a run is
+        made by steps of `whole_step(t_end - t_first, rule_step)`.
     limits : tuple of StabilityLimit
     method, reason : str
         The recommendation.
@@ -142,7 +146,7 @@ class Advice:
     cost : Cost
         Of the recommended method, as far as the short run tells.
     evaluation : float [s]
-        Measured time of one evaluation of `rhs`.
+        Measured time of one evaluation of `rhs`; 0 where no model is there to be timed.
     fixed_steps : tuple of FixedStep
         For users who want a fixed step.
     choice : Choice or None
@@ -222,10 +226,11 @@ def _lines(advice: Advice) -> list[str]:
             f"stiffness ratio: {advice.stiffness_ratio:.3g} (fastest over slowest motion, {advice.slowest:.3g} 1/s)"
         )
     if np.isfinite(advice.rule_step):
-        n_steps = round((advice.t_end - advice.t_first) / advice.rule_step)
+        span = advice.t_end - advice.t_first
+        step = whole_step(span, advice.rule_step)
         lines.append(
-            f"rule: {advice.steps_per_period} steps a period, a step of {advice.rule_step:.3g} s, "
-            f"{n_steps} steps for {advice.t_end - advice.t_first:g} s"
+            f"rule: {advice.steps_per_period} steps a period, a step of {advice.rule_step:.3g} s: "
+            f"{math.ceil(span / step)} steps of {step:.10g} s for {span:g} s"
         )
     lines += _limit_lines(advice)
     lines.append(f"recommended method: {advice.method}, because {advice.reason}; {advice.cost.says()}")
@@ -237,7 +242,8 @@ def _lines(advice: Advice) -> list[str]:
         )
         lines.append("recommended step: none to choose, the method adapts it; with a fixed step instead:")
     lines += _fixed(advice)
-    lines.append(f"one evaluation of the equations takes {1e9 * advice.evaluation:.3g} ns")
+    if advice.evaluation:
+        lines.append(f"one evaluation of the equations takes {1e9 * advice.evaluation:.3g} ns")
     return [*lines, *_choice(advice)]
 
 
@@ -273,7 +279,7 @@ def _fixed(advice: Advice) -> list[str]:
     for entry in advice.fixed_steps:
         limit = f"stable up to {entry.stable:.3g} s" if np.isfinite(entry.stable) else "no stability limit"
         lines.append(
-            f"  {entry.method}: step {entry.step:.3g} s, {limit}; {entry.reason}; {entry.cost.says()}"
+            f"  {entry.method}: step {entry.step:.10g} s, {limit}; {entry.reason}; {entry.cost.says('')}"
         )
     return lines
 
@@ -310,7 +316,7 @@ def judge_choice(
     except RuntimeModelError as error:
         return Choice(name, step, False, (str(error),))
     if not method.adaptive and step is None and steps_per_period is None:
-        step = next((entry.step for entry in advice.fixed_steps if entry.method == name), None)
+        step = next((entry.step for entry in advice.fixed_steps if entry.method == method.name), None)
     step = None if method.adaptive else step
     run = simulate(system, replace(options, step=step, at=(), fps=None, max_steps=_MOST_STEPS))
     objections = [
@@ -335,7 +341,7 @@ def _too_few(method: Method, advice: Advice, step: float, steps_per_period: int 
     if steps_per_period is None or rate <= 0.0:
         return []
     period = 2.0 * np.pi / rate
-    if period / step >= steps_per_period * (1.0 - 1e-6):
+    if step <= whole_step(advice.t_end - advice.t_first, period / steps_per_period):
         return []
     return [
         f"only {period / step:.3g} steps in the fastest period, {period:.3g} s: at least {steps_per_period:g} are "
@@ -488,7 +494,20 @@ def _fixed_steps(
             continue
         if n is None and phases < step:
             step, reason = phases, "what errors of phase and size may add up to over the run"
+        step = whole_step(span, step)
         yield FixedStep(method.name, step, stable, reason, fixed_step_cost(method, span / step, evaluation))
+
+
+def whole_step(span: float, step: float) -> float:
+    """Return about `step` [s], of few digits, so that a run of `span` [s] takes a whole number of such steps.
+
+    The number is the nearest, so that a period has hardly fewer steps; of less than a hundred the next higher one.
+    """
+    n = max(1, round(span / step) if span / step >= _MANY else math.ceil(span / step * (1.0 - _ROUND_OFF)))
+    exact = span / n
+    digits = max(4, len(str(n)) + 1) - 1 - math.floor(math.log10(exact))
+    # Rounded up: of shorter ones it would take one step more, and of so many digits never one less.
+    return max(exact, float(f"{math.ceil(exact * 10.0**digits * (1.0 - _ROUND_OFF)) / 10.0**digits:.16g}"))
 
 
 def _step(rate: float, stable: float, span: float, n: int) -> tuple[float, str]:

@@ -27,6 +27,8 @@ class Method:
     Attributes
     ----------
     name : str
+    other_names : tuple of str
+        What else the same method is called.
     order : int
     dense_order : int
         Of the dense output.
@@ -94,6 +96,7 @@ class Method:
     work_size: Callable[[Any, np.ndarray], int]
     evaluations: float
     purpose: str
+    other_names: tuple[str, ...] = ()
     orders: tuple[int, int] | None = None
     kernels: tuple[str, ...] = ()
     form: str = "projection"

@@ -169,7 +169,7 @@ def _seconds(solution: Solution, derived: float, recording: Recorded | None) -> 
 def _report(solution: Solution, seconds: dict[str, float], recording: Recorded | None) -> list[str]:
     stats, energy = solution.stats, solution.energy
     treatment = f", constraints: {solution.constraints}" if solution.system.m else ""
-    step = f", step {solution.step:.3g} s" if solution.step else f", rtol {solution.rtol:g}"
+    step = f", step {solution.step:.6g} s" if solution.step else f", rtol {solution.rtol:g}"
     lines = [
         f"{solution.system.name}: {solution.status} at t = {solution.t[-1]:.9g} s",
         f"  method   {solution.method}{step}{treatment}",

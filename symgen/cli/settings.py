@@ -18,7 +18,7 @@ from symgen.cli.terminal import complain
 from symgen.link import module_for
 from symgen.runtime.code.engine import set_compile_listener
 from symgen.runtime.errors import nearest
-from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.integrate.methods import METHODS, OTHER_NAMES, find_method
 from symgen.runtime.lazy import Late
 from symgen.runtime.options import RunOptions
 
@@ -94,7 +94,7 @@ _TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
 
 def _methods(context: click.Context, parameter: click.Parameter, begun: str) -> list[str]:
     """Complete the name of a method."""
-    return [name for name in ("auto", *METHODS) if name.startswith(begun)]
+    return [name for name in ("auto", *METHODS, *OTHER_NAMES) if name.startswith(begun)]
 
 
 def run_options(command: Callable) -> Callable:
@@ -192,7 +192,7 @@ def options_of(system: System, given: dict[str, Any]) -> RunOptions:
 
 
 def _check_method(name: str) -> None:
-    names = ["auto", *METHODS]
+    names = ["auto", *METHODS, *OTHER_NAMES]
     if name not in names:
         raise click.UsageError(
             f"--method: there is no method {name!r}: {nearest(name, names)}; all: {', '.join(names)}"
@@ -200,7 +200,7 @@ def _check_method(name: str) -> None:
 
 
 def _takes_steps(name: str) -> bool:
-    return name != "auto" and not METHODS[name].adaptive
+    return name != "auto" and not find_method(name).adaptive
 
 
 def _check_times(settings: dict[str, Any]) -> None:

@@ -34,18 +34,20 @@ METHODS: dict[str, Method] = {}
 for _record in RECORDS:
     if _record.form == "projection" or _record.name not in METHODS:
         METHODS[_record.name] = _record
+OTHER_NAMES = {other: name for name, method in METHODS.items() for other in method.other_names}
 
 
 def find_method(name: str) -> Method:
-    """Return the method called `name`.
+    """Return the method called `name`, by its own or another name.
 
     Raises
     ------
     RuntimeModelError
         There is none; the message names the nearest.
     """
-    if name not in METHODS:
+    own = OTHER_NAMES.get(name, name)
+    if own not in METHODS:
         raise RuntimeModelError(
-            f"there is no integration method {name!r}: {nearest(name, ['auto', *METHODS])}"
+            f"there is no integration method {name!r}: {nearest(name, ['auto', *METHODS, *OTHER_NAMES])}"
         )
-    return METHODS[name]
+    return METHODS[own]

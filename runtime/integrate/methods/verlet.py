@@ -83,8 +83,11 @@ _SEMI_IMPLICIT_EULER = _semi_implicit(
     "semi_implicit_euler", 1, verlet=False, evaluations=1, purpose="teaching", growth=_semi_implicit_growth,
     steps_per_period=250,  # amplitudes waver by half of step w, but nothing adds up
 )  # fmt: skip
+# Positions of central differences, q' = 2 q - q_before + h² a with q_before = q - h v + h² a / 2 at the start, are
+# those of velocity Verlet, and so are the rates (q' - q_before) / (2 h): Hairer, Lubich, Wanner, Acta Numerica 12
+# (2003) 399.
 _VERLET = _semi_implicit(
-    "verlet", 2, verlet=True, evaluations=2,
+    "verlet", 2, verlet=True, evaluations=2, other_names=("central_difference",),
     purpose="long conservative runs at low accuracy, cheap steps; any model", growth=_verlet_growth,
     oscillation_error=COMPOSITION_ERROR[2],
 )  # fmt: skip
