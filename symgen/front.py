@@ -131,12 +131,7 @@ class Model(model.Model):
             name,
             lagrangian,
             coordinates,
-            parameters,
-            forces,
-            constraints,
-            velocity_constraints,
-            start,
-            rate,
+            lagrangians.Given(parameters, forces, constraints, velocity_constraints, start, rate),
         )
 
     @classmethod

@@ -9,13 +9,17 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
+import importlib
 import os
+import pkgutil
 import sys
 import tempfile
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
+import symgen.runtime
 from symgen.link import derive
 from symgen.model.library import find
 from symgen.model.library import load as load_model
@@ -56,9 +60,29 @@ def main() -> int:
     return 1 if changed and chosen.check else 0
 
 
+@functools.cache
+def loops() -> dict[str, list[jitted.Jitted]]:
+    """Return the jitted functions of the package by their names; some have one in common."""
+    found: dict[str, list[jitted.Jitted]] = {}
+    for module in pkgutil.walk_packages(symgen.runtime.__path__, "symgen.runtime."):
+        for value in vars(importlib.import_module(module.name)).values():
+            if isinstance(value, jitted.Jitted) and value not in found.setdefault(shipped.name(value), []):
+                found[shipped.name(value)].append(value)
+    return found
+
+
+def is_current(path: Path) -> bool:
+    """Whether a file of bitcode is of the sources of the package."""
+    (title, layout, made_of), _ = shipped.read(path)
+    return any(
+        made_of == shipped.sources(loop) and path.name == shipped.file_name(loop, layout)
+        for loop in loops().get(title, ())
+    )
+
+
 def make(folder: Path, *, anew: bool) -> dict[str, bytes]:
     """Return the content of each file, by its name, after running all that calls a step loop."""
-    current = [] if anew else [path for path in shipped.FOLDER.glob("*.xz") if shipped.is_current(path)]
+    current = [] if anew else [path for path in shipped.FOLDER.glob("*.xz") if is_current(path)]
     made = {path.name: path.read_bytes() for path in current}
 
     def keep(function: jitted.Jitted, layout: str, content: bytes) -> None:

@@ -38,8 +38,7 @@ def sums(rates, h):
     n, series = rates.shape[1], series_of(rates)
     plain = (rates * h ** np.arange(ORDER)[:, None]).sum(axis=0)
     total, lost, slope = np.concatenate([np.zeros(n), plain]), np.zeros(2 * n), np.zeros(2 * n)
-    before, last = tail_factors(h, ORDER, sizes(n), series)
-    add_tail(before, last, h, ORDER, sizes(n), series, total, lost, slope)
+    add_tail(h, ORDER, sizes(n), series, total, lost, slope)
     assert not total[:n].any()
     return total[n:] + lost[n:], plain, slope[n:]
 

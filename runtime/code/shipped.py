@@ -13,7 +13,6 @@ import hashlib
 import inspect
 import lzma
 import textwrap
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,14 +43,6 @@ def read(path: Path) -> tuple[list[str], bytes]:
     return head.decode().split(" "), content
 
 
-def is_current(path: Path) -> bool:
-    """Whether a file is of the sources of the package."""
-    (title, layout, made_of), _ = read(path)
-    module, _, of = title.rpartition(".")
-    function = getattr(import_module(module), of, None)
-    return function is not None and made_of == sources(function) and path.name == file_name(function, layout)
-
-
 def write(folder: Path, function: Jitted, layout: str, content: bytes) -> Path:
     """Keep the bitcode of a function for a layout, as `compile_jitted` returns it."""
     head = " ".join((name(function), layout, sources(function)))
@@ -61,8 +52,8 @@ def write(folder: Path, function: Jitted, layout: str, content: bytes) -> Path:
 
 
 def name(function: Jitted) -> str:
-    """Return where a function stands."""
-    return f"{function.py_func.__module__}.{function.py_func.__qualname__}"
+    """Return what a function is called: where it stands does not matter, it may move."""
+    return function.py_func.__qualname__
 
 
 def sources(function: Jitted) -> str:

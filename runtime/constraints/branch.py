@@ -213,9 +213,7 @@ def solve(b, rank):
         for k in range(b.target.shape[0]):
             for i in range(b.forces.shape[0]):
                 b.forces[i] += b.shift[0] * b.jacobian[k, i] * b.target[k]
-    constrained_solve(
-        b.mass, b.z, b.lower, b.order, b.scale, rank, b.forces, b.target, b.step, b.multipliers, b.solver
-    )
+    constrained_solve(b, rank)
 
 
 @jitted

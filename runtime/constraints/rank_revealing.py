@@ -218,14 +218,15 @@ def buffer_size(m):
 
 
 @jitted
-def constrained_solve(lower_mass, z, lower, order, scale, rank, f, gamma, a, multipliers, buffer):
-    """Solve for a and the multipliers with the factors above.
+def constrained_solve(b, rank):
+    """Solve for `b.step` and `b.multipliers` with the factors above and `b.forces`, `b.target` on the right.
 
-    `f` (with s Gᵀγ in it if M was singular) is overwritten; `a` and `multipliers` are written. `buffer` has the
-    length `buffer_size(m)`.
+    `b` is a `branch.Buffers`. `b.forces` (with s Gᵀγ in it if M was singular) is overwritten.
     """
+    lower_mass, z, lower, order, scale = b.mass, b.z, b.lower, b.order, b.scale
+    f, gamma, a, multipliers = b.forces, b.target, b.step, b.multipliers
     m, n = z.shape
-    basic = buffer[:m]
+    basic = b.solver[:m]
     forward_substitution(lower_mass, n, f)
     for j in range(m):
         multipliers[j] = 0.0
@@ -246,7 +247,7 @@ def constrained_solve(lower_mass, z, lower, order, scale, rank, f, gamma, a, mul
             a[k] += z[j, k] * multipliers[j]
     back_substitution(lower_mass, n, a)
     if 0 < rank < m:
-        _least_norm(lower, order, scale, rank, multipliers, buffer)
+        _least_norm(lower, order, scale, rank, multipliers, b.solver)
 
 
 @jitted

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -81,36 +81,32 @@ def start_values(
     q, v, q_enforced, v_enforced = system.initial_state()
     coordinates = {record["name"]: index for index, record in enumerate(system.coordinates)}
     for name, value in (start or {}).items():
-        _enforce(system, "start", name, name, coordinates, value, q, q_enforced, system.coordinates)
+        index = _index(system, "start", name, name, coordinates)
+        q[index], q_enforced[index] = _in_si(f"start: {name}", value, system.coordinates[index]), True
     rates = rate_indices(system.coordinates, system.rates, system.quaternions)
     for name, value in (rate or {}).items():
-        _enforce(system, "rate", name, inside_dot(name), rates, value, v, v_enforced, system.rates)
+        index = _index(system, "rate", name, inside_dot(name), rates)
+        v[index], v_enforced[index] = _in_si(f"rate: {name}", value, system.rates[index]), True
     q, notes = _unit_quaternions(system, q)
     return StartValues(q, v, q_enforced, v_enforced, notes)
 
 
-def _enforce(
-    system: System,
-    option: str,
-    given: str,
-    name: str,
-    places: Mapping[str, int],
-    value: float | str,
-    state: np.ndarray,
-    enforced: np.ndarray,
-    records: Sequence[Mapping[str, Any]],
-) -> None:
+def _index(system: System, option: str, given: str, name: str, places: Mapping[str, int]) -> int:
+    """Return where a coordinate or rate stands in the state."""
     if name not in places:
         what = "coordinate" if option == "start" or system.nq == system.nv else "rate"
         raise UnknownNameError(
             f"{option}: model {system.name!r} has no {what} {given!r}: {nearest(name, places)}"
         )
+    return places[name]
+
+
+def _in_si(what: str, value: float | str, record: Mapping[str, Any]) -> float:
     if isinstance(value, str):
-        value = quantities.in_si(value, records[places[name]]["unit"], f"{option} {given}")
+        value = quantities.in_si(value, record["unit"], what.replace(":", ""))
     if not np.isfinite(value):
-        raise AssemblyError(f"{option}: {given} is {value}; give a finite number")
-    state[places[name]] = float(value)
-    enforced[places[name]] = True
+        raise AssemblyError(f"{what} is {value}; give a finite number")
+    return float(value)
 
 
 def _unit_quaternions(system: System, q: np.ndarray) -> tuple[np.ndarray, list[str]]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from symgen.runtime.code.printing import place_text
 from symgen.runtime.graph.form import HELD, OUT, Form, Loop, Name, P, Place, Statement, T, Write, Y
+from symgen.runtime.graph.layouts import ENERGY, LAYOUTS, POWER, RATIO
 from symgen.runtime.graph.lengths import Lengths
 from symgen.runtime.graph.rewrite import copied, needed
 from symgen.runtime.module_check import verified
@@ -22,23 +23,8 @@ from symgen.runtime.system import System
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-# What the functions write, in order, as (rows, columns): an axis joins vectors over coordinates (q), rates (v),
-# holonomic constraints (h) and all constraints (c); a vector has one column. POWER and RATIO are numbers that all
-# subsystems make together, as are both energies.
-POWER, RATIO, ENERGY = "power", "ratio", "energy"
-LAYOUTS: dict[str, tuple] = {
-    "rhs": (("q", ""), ("v", ""), POWER, ("c", ""), RATIO),
-    "kinematics": (("q", "v"), ("q", "q")),
-    "mass_matrix": (("v", "v"),),
-    "forces": (("v", ""),),
-    "energy": (ENERGY, ENERGY),
-    "residual": (("vc", ""),),
-    "residual_jacobian": (("vc", "qvvc"),),
-    "constraint_residual": (("hc", ""),),
-    "constraint_jacobian": (("c", "v"),),
-    "gamma": (("c", ""),),
-    "project": (("qvhc", ""),),
-}
+# A member's own run needs no more: what is drawn is asked of the whole.
+CUT = tuple(name for name in LAYOUTS if name not in ("poses", "shapes"))
 _EXTENDED = ("residual", "residual_jacobian")
 
 
@@ -222,7 +208,7 @@ class _Cut:
             return bool(self.first["c"])
         if name == "project":
             return bool(self.first["c"] or self.quaternions)
-        return name in LAYOUTS and (name != "kinematics" or bool(self.quaternions))
+        return name in CUT and (name != "kinematics" or bool(self.quaternions))
 
     def _section(self, name: str, text: Sections) -> list[Statement]:
         """The kind's section of a function: it begins with places of the kind's first member."""

@@ -12,18 +12,11 @@ import numpy as np
 from symgen.runtime.batches import evaluate
 from symgen.runtime.choose import EXPLICIT, SERIES
 from symgen.runtime.graph.form import Form, Loop, Name, Place, Write
+from symgen.runtime.graph.layouts import ENERGY, POWER, RATIO
 from symgen.runtime.graph.lengths import Lengths
 from symgen.runtime.graph.rewrite import copied
 from symgen.runtime.module_check import verified
-from symgen.runtime.subsystems.decomposition import (
-    ENERGY,
-    LAYOUTS,
-    POWER,
-    RATIO,
-    Places,
-    is_total,
-    total_name,
-)
+from symgen.runtime.subsystems.decomposition import CUT, Places, is_total, total_name
 from symgen.runtime.subsystems.subsystem import Subsystem
 from symgen.runtime.system import System
 
@@ -117,7 +110,7 @@ def _joined(member: System, count: int) -> System:
 
 
 def _functions(member: System) -> list[str]:
-    return [name for name in LAYOUTS if name in member.source.functions and member.has(name)]
+    return [name for name in CUT if name in member.source.functions and member.has(name)]
 
 
 def _named(record: dict[str, Any], k: int) -> dict[str, Any]:

@@ -6,28 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-# What the functions of the ABI write, in order, as (rows, columns): an axis joins vectors over coordinates (q), rates
-# (v), holonomic constraints (h), all constraints (c), entries of poses (p) and shapes (s); a vector has one column.
-# SUM and MIN are one number that all subsystems make together.
-SUM, MIN = "sum", "min"
-LAYOUTS: dict[str, tuple] = {
-    "rhs": (("q", ""), ("v", ""), SUM, ("c", ""), MIN),
-    "kinematics": (("q", "v"), ("q", "q")),
-    "mass_matrix": (("v", "v"),),
-    "forces": (("v", ""),),
-    "energy": (SUM, SUM),
-    "residual": (("vc", ""),),
-    "residual_jacobian": (("vc", "qvvc"),),
-    "constraint_residual": (("hc", ""),),
-    "constraint_jacobian": (("c", "v"),),
-    "gamma": (("c", ""),),
-    "project": (("qvhc", ""),),
-    "poses": (("p", ""),),
-    "shapes": (("s", ""),),
-}
+from symgen.runtime.graph.layouts import ENERGY, LAYOUTS, POWER, RATIO
+
 Sizes = Mapping[str, int]
 Places = Mapping[str, tuple[int, ...]]
-START = {SUM: 0.0, MIN: 1.0}
+# Of numbers that all subsystems make together, where they begin: the ratio is a minimum, the others are sums.
+START = {POWER: 0.0, RATIO: 1.0, ENERGY: 0.0}
 
 
 def write_places(
@@ -43,8 +27,8 @@ def write_places(
     places : mapping of str to ndarray of int, shape (members, length)
         Indices in the whole model of each subsystem's elements, by the letters of `LAYOUTS`.
     own, whole : mapping of str to int
-        The lengths of these vectors in a subsystem and in the whole model; `"sum"` and `"min"` are 1 where
-        `rhs` writes a power and a pivot ratio.
+        The lengths of these vectors in a subsystem and in the whole model; those of POWER and RATIO are 1 where `rhs`
+        writes them.
 
     Returns
     -------
@@ -53,9 +37,9 @@ def write_places(
     found, written = [], np.array(written, dtype=np.int64)
     start = offset = 0
     for block in LAYOUTS[function]:
-        if block in (SUM, MIN):
-            rows = np.zeros((len(places["q"]), _present(function, block, own)), dtype=np.int64)
-            n_rows, letters = _present(function, block, whole), ""
+        if block in START:
+            rows = np.zeros((len(places["q"]), own[block]), dtype=np.int64)
+            n_rows, letters = whole[block], ""
         else:
             rows, n_rows = _axis(block[0], places, whole)
             letters = block[1]
@@ -69,22 +53,17 @@ def write_places(
 
 
 def reductions(function: str, whole: Sizes) -> dict[int, str]:
-    """Places in the whole model's `out` of numbers that all subsystems make together: their sum or minimum."""
+    """Places in the whole model's `out` of numbers that all subsystems make together, and which these are."""
     result: dict[int, str] = {}
     offset = 0
     for block in LAYOUTS[function]:
-        if block in (SUM, MIN):
-            if _present(function, block, whole):
+        if block in START:
+            if whole[block]:
                 result[offset] = block
-            offset += _present(function, block, whole)
+            offset += whole[block]
         else:
             offset += _length(block[0], whole) * (_length(block[1], whole) if block[1] else 1)
     return result
-
-
-def _present(function: str, block: str, sizes: Sizes) -> int:
-    """Whether a function writes a common number: `rhs` only where there is power, or a constraint."""
-    return 1 if function != "rhs" else sizes[block]
 
 
 def _axis(letters: str, places: Mapping[str, np.ndarray], whole: Sizes) -> tuple[np.ndarray, int]:

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from symgen.runtime.graph.layouts import LAYOUTS
+
 from .graph.graph import Graph
 from .graph.hoist import count
 from .graph.nodes import SparseRows
-from .places import LAYOUTS, Places, Sizes, reductions, write_places
+from .places import Places, Sizes, reductions, write_places
 
 CLOSED_PREFIX = "closed_"  # of the functions for a model whose stops are closed
 
@@ -52,7 +54,7 @@ class Part:
     functions : tuple of Function
         Of the first member alone.
     members : tuple of mapping
-        Indices in the whole model by the letters of `places.LAYOUTS`, and of "parameters" and "inputs".
+        Indices in the whole model by the letters of `LAYOUTS`, and of "parameters" and "inputs".
     sizes : mapping
         Lengths of these vectors in one member.
     title : str

@@ -7,7 +7,7 @@ from typing import Any
 
 from .graph.graph import Graph
 from .graph.kinds import MOTION, Q, V
-from .places import SUM
+from .places import POWER
 from .program import Function, Part, Program
 
 _MATRICES = ("mass_matrix", "residual_jacobian", "constraint_jacobian", "kinematics")
@@ -88,7 +88,7 @@ def _idle_coordinates(
         return
     if any(name.startswith("reset_") for name in by_name):
         return
-    rhs, nw = by_name["rhs"].outputs, part.sizes[SUM] if part else head["nw"]
+    rhs, nw = by_name["rhs"].outputs, part.sizes[POWER] if part else head["nw"]
     watched = list(rhs[2 * n + nw :])
     for name in ("events", "constraint_residual"):
         watched += by_name[name].outputs if name in by_name else ()

@@ -12,7 +12,7 @@ from ..derive.graph import hoist
 from ..derive.graph.graph import Graph
 from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
 from ..derive.graph.order import depth_first
-from ..derive.places import MIN, SUM
+from ..derive.places import RATIO
 from ..derive.program import Function, Part
 from ..derive.solve.dense_solve import FACTOR, TEXT
 from .tables import Tables
@@ -142,10 +142,10 @@ class Section:
             text, strength = self.printed[node]
             if total is None:
                 yield f"out[{self.whole.tables.index(places)}] = {text}"
-            elif self.whole.kinds[places[0]] == SUM:
-                yield f"{total} = {total} + {text if strength > _SUM else f'({text})'}"
-            elif self.whole.kinds[places[0]] == MIN:
+            elif self.whole.kinds[places[0]] == RATIO:
                 yield f"{total} = ({text} if {text} < {total} else {total})"
+            else:
+                yield f"{total} = {total} + {text if strength > _SUM else f'({text})'}"
 
     def _inputs(self, *, hoistable: bool) -> Iterator[str]:
         """Reads of variables: parameters of one's own, or those that change during a run."""
@@ -226,7 +226,7 @@ class Section:
         """Whether a node is an output that enters a minimum over subsystems."""
         whole = self.whole
         return bool(whole.totals) and any(
-            n == node and whole.kinds.get(self.places[k][0]) == MIN for k, n in self.written
+            n == node and whole.kinds.get(self.places[k][0]) == RATIO for k, n in self.written
         )
 
     def _expression(self, op: str, args: tuple[int, ...]) -> tuple[str, int]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import sympy
 from sympy.core.function import AppliedUndef
@@ -15,6 +16,18 @@ from .names import name_fault
 from .sources import read
 
 Make = Callable[[str], Model]
+_NONE: Mapping[Any, Any] = MappingProxyType({})
+
+
+class Given(NamedTuple):
+    """What belongs to a Lagrangian besides its coordinates; see `Model.from_lagrangian`."""
+
+    parameters: Mapping[sympy.Symbol, Any] = _NONE
+    forces: Mapping[sympy.Expr, Any] = _NONE
+    constraints: Mapping[str, Any] = _NONE
+    velocity_constraints: Mapping[str, Any] = _NONE
+    start: Mapping[sympy.Expr, Any] = _NONE
+    rate: Mapping[sympy.Expr, Any] = _NONE
 
 
 def from_lagrangian(
@@ -22,35 +35,33 @@ def from_lagrangian(
     name: str,
     lagrangian: sympy.Expr,
     coordinates: Sequence[sympy.Expr],
-    parameters: Mapping[sympy.Symbol, Any],
-    forces: Mapping[sympy.Expr, Any],
-    constraints: Mapping[str, Any],
-    velocity_constraints: Mapping[str, Any],
-    start: Mapping[sympy.Expr, Any],
-    rate: Mapping[sympy.Expr, Any],
+    given: Given,
 ) -> Model:
     """The model of a Lagrangian; see `Model.from_lagrangian`."""
     names = _Names(coordinates)
-    expressions = [lagrangian, *forces.values(), *constraints.values(), *velocity_constraints.values()]
+    held = [*given.constraints.values(), *given.velocity_constraints.values()]
+    expressions = [lagrangian, *given.forces.values(), *held]
     kinetic, potential = _split(lagrangian, names)
     m = make(name)
     for q in coordinates:
-        at = {"start": start[q]} if q in start else {}
-        m.coordinate(names.symbols[q].name, **at, **({"rate": rate[q]} if q in rate else {}))
+        begins = {"start": given.start, "rate": given.rate}
+        m.coordinate(
+            names.symbols[q].name, **{key: values[q] for key, values in begins.items() if q in values}
+        )
     for symbol in names.parameters(expressions):
-        if symbol not in parameters:
+        if symbol not in given.parameters:
             raise ModelError(
                 f"the parameter '{symbol}' of the model '{name}' has no value",
                 hint=f"give all: parameters={{{symbol}: 1.0, …}}",
             )
-        m.parameter(symbol.name, parameters[symbol])
+        m.parameter(symbol.name, given.parameters[symbol])
     m.kinetic(names.taken_over(kinetic))
     m.potential(names.taken_over(potential))
-    for q, force in forces.items():
+    for q, force in given.forces.items():
         m.force(names.symbols[q], names.taken_over(force))
-    for key, x in constraints.items():
+    for key, x in given.constraints.items():
         m.constraint(key, names.taken_over(x))
-    for key, x in velocity_constraints.items():
+    for key, x in given.velocity_constraints.items():
         m.velocity_constraint(key, names.taken_over(x))
     return m
 
@@ -71,10 +82,12 @@ def from_lagranges_method(make: Make, name: str, method: Any, **given: Mapping[s
         name,
         method._L[0],
         list(method.q),
-        forces={q: f for q, f in zip(method.q, work, strict=True) if f != 0},
-        constraints=_numbered("position", method._hol_coneqs),
-        velocity_constraints=_numbered("velocity", list(method.coneqs)[n_positions:]),
-        **given,
+        Given(
+            forces={q: f for q, f in zip(method.q, work, strict=True) if f != 0},
+            constraints=_numbered("position", method._hol_coneqs),
+            velocity_constraints=_numbered("velocity", list(method.coneqs)[n_positions:]),
+            **given,
+        ),
     )
 
 

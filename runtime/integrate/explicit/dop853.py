@@ -5,12 +5,12 @@ from symgen.runtime.code.jitted import jitted
 
 
 @jitted(distinct_arrays=True)
-def dop853_stages(a, c, rhs, t, h, y, p, k, y_stage):
+def dop853_stages(method, rhs, t, h, y, p, k, y_stage):
     """Fill rows 1 to 11 of `k`; row 0 is given, and `y_stage` is left at the argument of row 11.
 
     The same as `explicit.erk_stages` with the zeros of the tableau left out.
     """
-    n = y.shape[0]
+    a, c, n = method.a, method.c, y.shape[0]
     a0 = h * a[1, 0]
     for i in range(n):
         y_stage[i] = y[i] + (a0 * k[0, i])

@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 
-from symgen.runtime.integrate.explicit.tableau import ErkTableau, erk_tableau
+from symgen.runtime.integrate.explicit.tableau import Control, ErkTableau, erk_tableau
 
 # Stage s: coefficients of the derivatives before it. Row 12 holds the weights; rows 13 to 15 serve dense output.
 DOP853_A = {
@@ -222,7 +222,13 @@ def dop853() -> ErkTableau:
     error = [[row.get(j, 0.0) for j in range(12)] for row in (DOP853_ERROR_5, DOP853_ERROR_3)]
     error[1] = [b[j] - error[1][j] for j in range(12)]
     tableau = erk_tableau(
-        a[:12], b, 8, extra=a[13:], error=error, dense=d, error_order=8, limits=(0.333, 6.0), stiff_bound=6.1
+        a[:12],
+        b,
+        8,
+        extra=a[13:],
+        error=error,
+        dense=d,
+        control=Control(8, stiff_bound=6.1, limits=(0.333, 6.0)),
     )
     if np.any(np.abs(tableau.c - np.array(DOP853_C)) > 1e-13):
         raise ValueError("dop853's nodes contradict its coefficients")

@@ -150,7 +150,7 @@ def take_stages(method, loop, t, h, w):
     """Fill the stages from 1 on, `w.states[0]` (argument of the stage before the new state), `w.states[1]`."""
     k, states = w.stages, w.states
     if method.estimate == TWO_ESTIMATES:
-        dop853_stages(method.a, method.c, loop.addresses[at.RHS], t, h, loop.y, loop.p, k, states[0])
+        dop853_stages(method, loop.addresses[at.RHS], t, h, loop.y, loop.p, k, states[0])
         dop853_new_state(method.b, h, loop.y, k, states[1])
     else:
         last = method.n_stages - method.fsal

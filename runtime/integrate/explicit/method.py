@@ -21,15 +21,11 @@ def explicit_runge_kutta(
     name: str,
     tableau: Callable[[], ErkTableau],
     *,
-    order: int,
-    dense_order: int,
-    evaluations: int,
-    purpose: str,
     adaptive: bool,
-    oscillation_error: float = 0.0,
     gains: tuple[float, float] | None = None,
     partitioned: bool = True,
     suits_forms: bool = False,
+    **traits: Any,
 ) -> tuple[Method, ...]:
     """Return the records of a method: with projection, Baumgarte's stabilisation and independent coordinates.
 
@@ -37,12 +33,15 @@ def explicit_runge_kutta(
     ----------
     tableau : callable
         Makes the coefficients, when they are used.
+    adaptive : bool
     gains : tuple of float, optional
         See `stabilised`.
     partitioned : bool
         Whether it integrates independent coordinates, too.
     suits_forms : bool
         Whether it is taken where only one of these forms was asked for.
+    **traits
+        Further ones of `Method`.
     """
 
     def coefficients(system: System | None) -> ErkTableau:
@@ -62,18 +61,14 @@ def explicit_runge_kutta(
 
     projected = Method(
         name=name,
-        order=order,
-        dense_order=dense_order,
         adaptive=adaptive,
         family="symgen.runtime.integrate.explicit.loop:advance_erk",
         coefficients=coefficients,
         work_size=work_size,
-        evaluations=evaluations,
-        purpose=purpose,
         growth=growth,
         scales_energy=adaptive,
         passes_dependence=adaptive,
-        oscillation_error=oscillation_error,
+        **traits,
     )
     held = stabilised(projected, gains) if gains else stabilised(projected)
     records = projected, replace(held, suits_form=suits_forms)

@@ -59,9 +59,30 @@ class ErkTableau(NamedTuple):
     stiff_bound: float
 
 
-def erk_tableau(
-    a, b, order, *, extra=(), error=(), dense=(), error_order=0, beta=0.0, limits=(0.2, 10.0), stiff_bound=0.0
-) -> ErkTableau:
+class Control(NamedTuple):
+    """How an adaptive method chooses its steps.
+
+    Attributes
+    ----------
+    error_order : int
+        The controller's exponent is 1 / error_order - 0.75 beta for one estimate, -0.2 beta for two
+        (dopri5.f, dop853.f).
+    stiff_bound, beta : float
+        See `ErkTableau`.
+    limits : (float, float)
+        By how much a step may shrink and grow.
+    """
+
+    error_order: int = 0
+    stiff_bound: float = 0.0
+    beta: float = 0.0
+    limits: tuple[float, float] = (0.2, 10.0)
+
+
+_FIXED = Control()
+
+
+def erk_tableau(a, b, order, *, extra=(), error=(), dense=(), control=_FIXED) -> ErkTableau:
     """Return a checked tableau; nodes and FSAL are derived from the coefficients.
 
     Parameters
@@ -75,16 +96,14 @@ def erk_tableau(
         None, one or two error estimates.
     dense : sequence of rows
         Beyond cubic Hermite.
-    error_order : int
-        The controller's exponent is 1 / error_order - 0.75 beta for one estimate, -0.2 beta for two
-        (dopri5.f, dop853.f).
+    control : Control
 
     Raises
     ------
     ValueError
         Where shapes, row sums or weights contradict each other.
     """
-    n = len(b)
+    n, beta = len(b), control.beta
     b = np.array(b, dtype=float)
     fsal = int(np.array_equal(np.append(np.array(a[-1], dtype=float), 0.0), b) and n > 1)
     n_rows = n + 1 - fsal + len(extra)
@@ -112,12 +131,12 @@ def erk_tableau(
         order=order,
         estimate=len(error),
         fsal=fsal,
-        exponent=(1.0 / error_order - (0.2 if len(error) == 2 else 0.75) * beta) if error else 0.0,
+        exponent=(1.0 / control.error_order - (0.2 if len(error) == 2 else 0.75) * beta) if error else 0.0,
         beta=beta,
-        shrink=limits[0],
-        grow=limits[1],
+        shrink=control.limits[0],
+        grow=control.limits[1],
         safety=SAFETY,
-        stiff_bound=stiff_bound,
+        stiff_bound=control.stiff_bound,
     )
     validate(tableau)
     return tableau

@@ -3,7 +3,7 @@
 import functools
 
 from symgen.runtime.integrate.explicit.method import explicit_runge_kutta
-from symgen.runtime.integrate.explicit.tableau import ErkTableau, erk_tableau
+from symgen.runtime.integrate.explicit.tableau import Control, ErkTableau, erk_tableau
 
 
 @functools.cache
@@ -14,7 +14,7 @@ def bs32() -> ErkTableau:
     """
     a = [[], [1 / 2], [0, 3 / 4], [2 / 9, 1 / 3, 4 / 9]]
     error = [-5 / 72, 1 / 12, 1 / 9, -1 / 8]
-    return erk_tableau(a, [*a[-1], 0], 3, error=[error], error_order=3, stiff_bound=2.5)
+    return erk_tableau(a, [*a[-1], 0], 3, error=[error], control=Control(3, stiff_bound=2.5))
 
 
 RECORDS = explicit_runge_kutta(

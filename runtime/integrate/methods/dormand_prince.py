@@ -3,7 +3,7 @@
 import functools
 
 from symgen.runtime.integrate.explicit.method import explicit_runge_kutta
-from symgen.runtime.integrate.explicit.tableau import ErkTableau, erk_tableau
+from symgen.runtime.integrate.explicit.tableau import Control, ErkTableau, erk_tableau
 from symgen.runtime.integrate.method import resolve
 
 
@@ -34,7 +34,7 @@ def dopri5() -> ErkTableau:
         69997945 / 29380423,
     ]
     return erk_tableau(
-        a, [*a[-1], 0], 5, error=[error], dense=[dense], error_order=5, beta=0.04, limits=(0.2, 10.0), stiff_bound=3.25
+        a, [*a[-1], 0], 5, error=[error], dense=[dense], control=Control(5, stiff_bound=3.25, beta=0.04)
     )  # fmt: skip
 
 

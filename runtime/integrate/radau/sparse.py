@@ -1,11 +1,10 @@
 """The accelerations of all coordinates as equations of the Radau methods for large models, with sparse matrices."""
 
-from typing import Any, NamedTuple
-
-import numpy as np
+from collections import namedtuple
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.radau.coefficients import RadauIIA
 from symgen.runtime.integrate.radau.error import filter_accelerations, keep_axes, n_places_of_stages
 from symgen.runtime.integrate.radau.newton import Equations
 from symgen.runtime.integrate.radau.sparse_work import pair_factors
@@ -22,7 +21,6 @@ from symgen.runtime.integrate.sparse_newton import (
     BY_POSITION,
     BY_TURN,
     BY_UNKNOWN,
-    NewtonPattern,
     clear,
     differentiate_sparse,
     factor_shifted,
@@ -30,22 +28,8 @@ from symgen.runtime.integrate.sparse_newton import (
     solve_shifted,
 )
 
-
-class SparseRadauIIA(NamedTuple):
-    """The numbers of `RadauIIA`, and the pattern of a model's Newton matrices."""
-
-    a: np.ndarray
-    c: Any
-    to_stages: np.ndarray
-    from_stages: np.ndarray
-    mu: float
-    nu: np.ndarray
-    inverse_squares: np.ndarray
-    error: np.ndarray
-    error_a: np.ndarray
-    amplification: float
-    rows: np.ndarray
-    pattern: NewtonPattern
+# Besides `RadauIIA`: the pattern of a model's Newton matrices (`NewtonPattern`).
+SparseRadauIIA = namedtuple("SparseRadauIIA", (*RadauIIA._fields, "pattern"))
 
 
 @jitted

@@ -28,7 +28,7 @@ from symgen.runtime.integrate.taylor.step import (
     scale_series,
     series_step,
 )
-from symgen.runtime.integrate.taylor.tail import add_tail, append_tail, drop_tail, tail_factors
+from symgen.runtime.integrate.taylor.tail import add_tail, append_tail, drop_tail
 
 # New state, what rounding lost in it, predicted slope, what was lost before.
 NEW, LOST, SLOPE, CARRY = range(4)
@@ -207,11 +207,9 @@ def take_step(method, order, loop, pair, states, cell, scratch):
             return (at.NOT_FINITE if not all_finite(pair[current], (order + 1) * ny) else cause), t
         t1 = step_end(loop.control)
         h = t1 - t
-        second_last, last = tail_factors(h, order, loop.sizes, old)
         sums[0] = order
         call_kernel(method.sum_address, h, pair[current], states[CARRY], sums)
-        if last != 0.0 or second_last != 0.0:
-            add_tail(second_last, last, h, order, loop.sizes, old, states[NEW], states[LOST], states[SLOPE])
+        add_tail(h, order, loop.sizes, old, states[NEW], states[LOST], states[SLOPE])
         cause = reach_end(method, order, loop, t1, pair, states, scratch)
         if cause == at.RUNNING:
             if t1 >= loop.control[at.T_STOP]:

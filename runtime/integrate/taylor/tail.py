@@ -73,18 +73,19 @@ def tail_factors(h, order, sizes, series):
 
 
 @jitted
-def add_tail(before, last, h, order, sizes, series, total, lost, slope):
+def add_tail(h, order, sizes, series, total, lost, slope):
     """Add what follows the last terms to the sum of a series at `h`, what rounding lost in it, and its derivative.
 
-    Positions are left as they are: their terms are smaller by h / order.
+    Nothing where `tail_factors` cannot tell. Positions are left as they are: their terms are smaller by h / order.
 
     Parameters
     ----------
-    before, last : float
-        See `tail_factors`.
     total, lost, slope : ndarray, shape (NY,)
         Changed in place.
     """
+    before, last = tail_factors(h, order, sizes, series)
+    if before == 0.0 and last == 0.0:
+        return
     turns = order / h
     for i in range(sizes[at.NQ], sizes[at.NY]):
         tail = before * series[order - 2, i] + last * series[order - 1, i]

@@ -24,7 +24,7 @@ from ..jumps import has_jumps
 from ..load import Loader
 from ..marks import Mark, mark_function, mark_records, marks
 from ..pipeline import functions
-from ..places import MIN, SUM, Sizes
+from ..places import ENERGY, POWER, RATIO, Sizes
 from ..program import Function, Part, Program
 from ..savings import savings
 from ..structure import structure
@@ -150,14 +150,14 @@ def derive(description: Description, source: str = "") -> Program:
     derivations = [Derivation(kind[0].description) for kind in kinds]
     parts = _parts(kinds, derivations)
     sizes = {letter: sum(len(p.members) * p.sizes[letter] for p in parts) for letter in parts[0].sizes}
-    for key in (SUM, MIN):
+    for key in (POWER, RATIO, ENERGY):
         sizes[key] = max(p.sizes[key] for p in parts)
     drawn = marks(description)
     g, watching = watchers(description, kinds, derivations, drawn)
     watching += time_function([*_time_terms(g, kinds, derivations, parts), *own_terms(g, watching)])
     program = Program(g, tuple(watching), {}, parts=parts, sizes=sizes)
     head = header(description, derivations[0], source, program.operations())
-    head |= {"nw": sizes[SUM], "quaternions": _quaternions(kinds, derivations)}
+    head |= {"nw": sizes[POWER], "quaternions": _quaternions(kinds, derivations)}
     head.pop("dependent", None)
     head |= dependence(_dependent(kinds, derivations))
     head |= {"structure": _flags(derivations), "subsystems": _records(parts)}
@@ -171,7 +171,7 @@ def _parts(kinds: list[list[Component]], derivations: list[Derivation]) -> tuple
     result = []
     for kind, d, own in zip(kinds, derivations, made, strict=True):
         sizes = {letter: len(places) for letter, places in kind[0].places.items()}
-        sizes |= {SUM: 0 if d.conservative else 1, MIN: 1 if sizes["c"] else 0}
+        sizes |= {POWER: 0 if d.conservative else 1, RATIO: 1 if sizes["c"] else 0, ENERGY: 1}
         own += _trivial(d, present - {f.name for f in own}, sizes)
         members = tuple(component.places for component in kind)
         result.append(Part(d.g, tuple(own), members, sizes, _title(kind)))

@@ -1,0 +1,23 @@
+"""What each function of the ABI writes, in blocks, by which one half joins subsystems and the other cuts them apart."""
+
+from __future__ import annotations
+
+# In order, as (rows, columns): an axis joins vectors over coordinates (q), rates (v), holonomic constraints (h), all
+# constraints (c), entries of poses (p) and shapes (s); a vector has one column. POWER, RATIO and ENERGY are numbers
+# that all subsystems make together.
+POWER, RATIO, ENERGY = "power", "ratio", "energy"
+LAYOUTS: dict[str, tuple] = {
+    "rhs": (("q", ""), ("v", ""), POWER, ("c", ""), RATIO),
+    "kinematics": (("q", "v"), ("q", "q")),
+    "mass_matrix": (("v", "v"),),
+    "forces": (("v", ""),),
+    "energy": (ENERGY, ENERGY),
+    "residual": (("vc", ""),),
+    "residual_jacobian": (("vc", "qvvc"),),
+    "constraint_residual": (("hc", ""),),
+    "constraint_jacobian": (("c", "v"),),
+    "gamma": (("c", ""),),
+    "project": (("qvhc", ""),),
+    "poses": (("p", ""),),
+    "shapes": (("s", ""),),
+}
