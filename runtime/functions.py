@@ -30,7 +30,13 @@ class ModelFunctions:
 
     def has(self, function: str) -> bool:
         """Whether the model has this function of the ABI."""
-        return function in self.source.functions and array_sizes(self.source.header, function) is not None
+        known = self._known_functions
+        if function not in known:
+            source = self.source
+            known[function] = (
+                function in source.functions and array_sizes(source.header, function) is not None
+            )
+        return known[function]
 
     def kernel(self, function: str) -> Kernel:
         """Return a function of the model as machine code, compiled or read from the cache on first use.

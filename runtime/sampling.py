@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
+@functools.lru_cache(maxsize=16)
 def sample_rows(n: int, most: int) -> np.ndarray:
-    """Return at most `most` of the indices 0 to n - 1, the first and the last among them, in ascending order."""
-    return np.linspace(0, n - 1, min(n, most)).astype(int)
+    """Return at most `most` of the indices 0 to n - 1, the first and the last among them, in ascending order.
+
+    The array is kept for the next who asks: it is not writeable.
+    """
+    return _constant(np.linspace(0, n - 1, min(n, most)).astype(int))
 
 
+@functools.lru_cache(maxsize=32)
 def quasi_random(n: int) -> np.ndarray:
     """Return n numbers between -1 and 1, the same each time and without a pattern that a model could have.
 
-    Weyl's sequence of the golden ratio: multiples of an irrational number modulo one.
+    Weyl's sequence of the golden ratio: multiples of an irrational number modulo one. The array is not writeable.
     """
-    return 2.0 * ((np.arange(1, n + 1) * _GOLDEN) % 1.0) - 1.0
+    return _constant(2.0 * ((np.arange(1, n + 1) * _GOLDEN) % 1.0) - 1.0)
+
+
+def _constant(values: np.ndarray) -> np.ndarray:
+    values.setflags(write=False)
+    return values
 
 
 def upper_median(values: np.ndarray) -> float:

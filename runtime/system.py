@@ -19,6 +19,8 @@ from symgen.runtime.module_source import ModuleSource
 # Most runs are given numbers.
 quantities = Late("symgen.runtime.quantities")
 
+_MOST_PRECOMPUTED = 4  # values of all parameters, of which what depends on them is kept
+
 
 class System(ModelFunctions):
     """A model as data, constant after loading; `symgen.runtime.front.System` has doors to what is done with it.
@@ -100,6 +102,8 @@ class System(ModelFunctions):
         set_("_hoisted", hoisted)
         set_("n_precomputed", end)
         set_("_kernels", {})
+        set_("_precomputed", {})
+        set_("_known_functions", {})
         set_("n_precomputations", 0)
         set_("_lock", threading.RLock())
 
@@ -203,7 +207,7 @@ class System(ModelFunctions):
     def precomputed(self, p: np.ndarray) -> np.ndarray:
         """Return `p` with all that depends on it alone worked out behind it, for kernels' `precomputed_address`.
 
-        Do it again after a change of `p`. What was worked out last is kept: a run asks for it several times.
+        Do it again after a change of `p`. The last few are kept: a run and its checks ask for them several times.
 
         Parameters
         ----------
@@ -221,14 +225,17 @@ class System(ModelFunctions):
                 if "_setup" not in self.__dict__:
                     sources = [self._kernel_source(name) for name in self._hoisted]
                     self.__dict__["_setup"] = compile_setup(sources)
-        key = p.tobytes()
-        last = self.__dict__.get("_last_precomputed", (b"", p))
-        if last[0] != key:
+        key, known = p.tobytes(), self._precomputed
+        longer = known.get(key)
+        if longer is None:
             longer = np.concatenate([p, np.zeros(self.n_precomputed - self.n_p)])
             self._setup(longer, self.n_p)
-            last = self.__dict__["_last_precomputed"] = (key, longer)
-            self.__dict__["n_precomputations"] += 1
-        return last[1].copy()
+            with self._lock:
+                if len(known) >= _MOST_PRECOMPUTED:
+                    del known[next(iter(known))]
+                known[key] = longer
+                self.__dict__["n_precomputations"] += 1
+        return longer.copy()
 
     def precompute_again(self, precomputed: np.ndarray) -> None:
         """Work out in place what depends on `p` alone, after something in it, at the beginning, changed."""

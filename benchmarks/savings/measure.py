@@ -95,7 +95,7 @@ def calls(*systems: System, function: str = "rhs") -> tuple[list[np.ndarray], li
     times, rows, works = np.zeros(n_calls), [], []
     for system in systems:
         p = system.precomputed(system.parameter_values())
-        address = np.uint64(system.kernel(function).precomputed_address)
+        address = system.kernel(function).precomputed_address
         out = np.zeros((n_calls, system.n_row if function == "rhs" else lengths[function]))
         works.append(lambda a=address, p=p, out=out: evaluate_rows(a, times, states, p, out))
         works[-1]()

@@ -102,7 +102,9 @@ class DrivenSystem(System):
     ):
         own = self.__dict__
         own.update({key: value for key, value in base.__dict__.items() if key not in _OWN})
-        own.update(base=base, samplers=tuple(samplers), feedback=tuple(feedback), _kernels={})
+        own.update(
+            base=base, samplers=tuple(samplers), feedback=tuple(feedback), _kernels={}, _precomputed={}
+        )
         own["_pieces"] = dict(sorted(pieces.items()))
         own["structure"] = {
             **base.structure,
