@@ -31,6 +31,10 @@ MARKS = {
     "rail": 6, "force": 6, "torque": 3, "reaction": 3, "tension": 6,
 }  # fmt: skip
 
+# Numbers that the function `shapes` writes for each kind of solid of a body that is made of such: sizes, the middle,
+# the directions of its first and third axis.
+SOLIDS = {"box": 12, "ellipsoid": 12, "sphere": 10, "cylinder": 11, "tube": 12, "cone": 11, "capsule": 11}
+
 
 def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
     """Yield the names of the functions that a module with this header has."""

@@ -6,7 +6,7 @@ import math
 import re
 from typing import Any
 
-from symgen.runtime.abi import ABI, JUMP, MARKS, SETTINGS
+from symgen.runtime.abi import ABI, JUMP, MARKS, SETTINGS, SOLIDS
 
 _LARGEST = 1 << 26  # values that one function hoists, sizes of a body
 _COUNTS = ("nq", "nv", "nh", "nn", "nw")
@@ -190,6 +190,12 @@ def _check_sizes(header: dict[str, Any]) -> None:
         )
     if any(not 0 <= body["sizes"] <= _LARGEST for body in header["bodies"]):
         raise HeaderFault("a body has a negative count of sizes, or more than there can be")
+    for index, body in enumerate(header["bodies"]):
+        parts = _get(body, "parts", list, f"bodies[{index}]") if "parts" in body else []
+        if (body["shape"] == "solids") != bool(parts) or any(kind not in SOLIDS for kind in parts):
+            raise HeaderFault(f"bodies[{index}]['parts'] is {parts!r:.60}, expected the kinds of its solids")
+        if parts and sum(SOLIDS[kind] for kind in parts) != body["sizes"]:
+            raise HeaderFault(f"bodies[{index}] has {body['sizes']} sizes, and its solids have others")
 
 
 def _check_subsystems(header: dict[str, Any]) -> None:

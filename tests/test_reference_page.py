@@ -15,6 +15,7 @@ from symgen.model.joint_types import TYPES
 from symgen.model.over_time import KINDS
 from symgen.model.parts import ACTIONS, DIRECTIONS, SHAPES
 from symgen.model.run_defaults import FORMULATIONS, KEYS
+from symgen.model.solids import SHAPE_KEYS
 from symgen.model.toml_reader import READERS, TOP_KEYS, read_text
 from symgen.model.units import ATOMS
 from symgen.runtime.graph.functions import IN_MODELS
@@ -66,7 +67,7 @@ def test_every_table_with_keys_is_tested():
 
 @pytest.mark.parametrize("table", KEYS_OF)
 def test_every_key_has_a_row_and_no_row_is_of_another(table):
-    more = {"parameters": {"NAME"}, "bodies": set(SHAPES)}.get(table, set())
+    more = {"parameters": {"NAME"}, "bodies": {*SHAPES, *SHAPE_KEYS}}.get(table, set())
     assert rows(table) == {*KEYS_OF[table]} | more
 
 

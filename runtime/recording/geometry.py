@@ -10,6 +10,8 @@ import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
 
+from .solids import Surface, surfaces
+
 MESH_SUFFIXES = (".stl", ".obj", ".glb", ".gltf", ".dae")
 _POINT_RADIUS = 0.025  # of a body without shape and without rotation, in units of the scene's diagonal
 _BLOCK = (0.09, 0.055, 0.035)  # edges of a body without shape that turns, likewise
@@ -25,7 +27,7 @@ class Primitive:
     Attributes
     ----------
     kind : str
-        `box`, `sphere`, `cylinder`, `capsule`, `mesh`, or `bars` between joints.
+        `box`, `sphere`, `cylinder`, `capsule`, `mesh`, `bars` between joints, or `solids`.
     sizes : tuple of float [m]
         box: the three edges; sphere: radius; cylinder: radius, length; capsule: radius, length between the
         centres of its caps; mesh: none; bars: radius.
@@ -35,6 +37,8 @@ class Primitive:
         The mesh's file.
     ends : ndarray, shape (n, 2, 3) [m], optional
         Of bars, in body axes.
+    surfaces : tuple of Surface
+        Of solids, in body axes.
     """
 
     kind: str
@@ -42,6 +46,7 @@ class Primitive:
     along_x: bool
     mesh: Path | None = None
     ends: np.ndarray | None = None
+    surfaces: tuple[Surface, ...] = ()
 
     @property
     def is_rod(self) -> bool:
@@ -77,6 +82,8 @@ class Primitive:
             return axis * self.sizes[1] / 2, self.sizes[0]
         if self.kind == "bars":
             return np.abs(self.ends).max(axis=(0, 1)), self.sizes[0]
+        if self.kind == "solids":
+            return np.abs(np.concatenate([s.vertices for s in self.surfaces])).max(axis=0), 0.0
         return np.zeros(3), self.sizes[0] if self.sizes else 0.0
 
 
@@ -197,6 +204,9 @@ def primitives(
         offset += body["sizes"]
         if body["shape"] == "mesh":
             result.append(Primitive("mesh", (), body["planar"], _mesh_file(body, mesh_folder)))
+        elif body["shape"] == "solids":
+            made = tuple(surfaces(body["parts"], np.array(own)))
+            result.append(Primitive("solids", (), body["planar"], surfaces=made))
         elif body["shape"]:
             result.append(Primitive(body["shape"], own, body["planar"]))
         elif bars and body["name"] in bars:

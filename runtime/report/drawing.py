@@ -152,13 +152,29 @@ def drawing(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     around = Surroundings.of_bodies(names, shapes, positions, rotations, diagonal, planar)
     lines = mark_lines(marks, around, times, states) if marks else []
     view = _PLANAR if planar else _ISOMETRIC
-    outlines = [_outline(shape, positions[0, i], rotations[0, i], view) for i, shape in enumerate(shapes)]
+    outlines = [_outlines(shape, positions[0, i], rotations[0, i], view) for i, shape in enumerate(shapes)]
     drawn = [line @ view[:2].T for line in lines]
     return _picture(names, outlines, positions[0] @ view.T, drawn)
 
 
-def _outline(shape: Primitive, position: np.ndarray, rotation: np.ndarray, view: np.ndarray):
-    """Return corners in the plane of the picture, shape (n, 2), and the thickness around them [m]."""
+Outline = tuple[
+    np.ndarray, float
+]  # corners in the plane of the picture, shape (n, 2), the thickness around them [m]
+
+
+def _outlines(
+    shape: Primitive, position: np.ndarray, rotation: np.ndarray, view: np.ndarray
+) -> list[Outline]:
+    """Return the outlines of a body, those of several solids from the farthest to the nearest."""
+    if shape.kind != "solids":
+        return [_outline(shape, position, rotation, view)]
+    seen = [(s.vertices @ rotation.T + position) @ view.T for s in shape.surfaces]
+    seen.sort(key=lambda corners: corners[:, 2].mean())
+    return [(_hull(corners[:, :2]), 0.0) for corners in seen]
+
+
+def _outline(shape: Primitive, position: np.ndarray, rotation: np.ndarray, view: np.ndarray) -> Outline:
+    """Return the outline of a body that is drawn as one."""
     if shape.kind == "box":
         half = np.array(shape.sizes) / 2
         corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T * half
@@ -199,9 +215,9 @@ def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
 
 
 def _picture(
-    names: list[str], outlines: list[tuple[np.ndarray, float]], centres: np.ndarray, lines: list[np.ndarray]
+    names: list[str], outlines: list[list[Outline]], centres: np.ndarray, lines: list[np.ndarray]
 ) -> str:
-    seen = [*outlines, *((line, 0.0) for line in lines)]
+    seen = [*(outline for body in outlines for outline in body), *((line, 0.0) for line in lines)]
     low = np.min([corners.min(axis=0) - thick for corners, thick in seen], axis=0)
     high = np.max([corners.max(axis=0) + thick for corners, thick in seen], axis=0)
     low, high = (corner[:2] for corner in geometry.scene_box(np.append(low, 0.0), np.append(high, 0.0)))
@@ -221,8 +237,7 @@ def _picture(
             f'<path class="origin" d="M{x - _CROSS:.1f} {y:.1f}h{2 * _CROSS}M{x:.1f} {y - _CROSS:.1f}v{2 * _CROSS}"/>'
         )
     for i in np.argsort(centres[:, 2], kind="stable"):
-        corners, thick = outlines[i]
-        parts.append(_body(place(corners), scale * thick, i))
+        parts += [_body(place(corners), scale * thick, i) for corners, thick in outlines[i]]
     if lines:
         path = "".join("M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in place(line)) for line in lines)
         parts.append(f'<path class="mark" style="{_MARK}" d="{path}"/>')

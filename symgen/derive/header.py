@@ -65,6 +65,8 @@ def _body(b: Body, movement: Movement) -> dict[str, Any]:
         "sizes": len(shape.sizes) if shape else 0,
         "mesh": shape.mesh if shape else "",
     }
+    if shape and shape.parts:
+        record["parts"] = list(shape.parts)
     return record | {"stretches": True} if shape and movement.of(shape.sizes) else record
 
 

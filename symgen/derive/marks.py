@@ -10,6 +10,7 @@ import sympy
 
 from ..model.description import Description, Joint, Loop, Point
 from ..model.joint_types import TYPES
+from ..model.orientation import Matrix, rotation
 from .load import Loader
 from .program import Function
 from .rod_ends import rod_ends
@@ -88,7 +89,7 @@ class _Finder:
         for j in self.d.joints:
             if TYPES[j.type].nv == 6:  # it joins nothing
                 continue
-            place, turn = tuple(j.xyz), _roll_pitch_yaw(j.rpy)
+            place, turn = tuple(j.xyz), rotation(j.rpy)
             self.pin(j.parent, place)
             self.pin(j.child, ZERO)
             if j.parent == WORLD and self._stands(j):
@@ -177,7 +178,7 @@ def _pitch_radii(a: Joint, b: Joint, ratio: sympy.Expr) -> Vector:
 
     r_b = |ratio| r_a, and the circles touch: from outside where they turn against each other, else from inside.
     """
-    first, second = (_times(_roll_pitch_yaw(j.rpy), j.axis) for j in (a, b))
+    first, second = (_times(rotation(j.rpy), j.axis) for j in (a, b))
     if all(x == -y for x, y in zip(first, second, strict=True)):
         ratio = -ratio
     elif any(x != y for x, y in zip(first, second, strict=True)):
@@ -255,16 +256,6 @@ def _three(vector: Vector) -> Vector:
     return (*vector, *ZERO)[:3]
 
 
-def _times(matrix: list[list[sympy.Expr]], vector: tuple[float, ...]) -> list[sympy.Expr]:
+def _times(matrix: Matrix, vector: tuple[float, ...]) -> list[sympy.Expr]:
     numbers = [sympy.Integer(int(x)) if x == int(x) else sympy.Float(x) for x in vector]
     return [sympy.Add(*(a * b for a, b in zip(row, numbers, strict=True))) for row in matrix]
-
-
-def _roll_pitch_yaw(rpy: Vector) -> list[list[sympy.Expr]]:
-    """URDF's rotation Rz(yaw) Ry(pitch) Rx(roll)."""
-    (cx, sx), (cy, sy), (cz, sz) = ((sympy.cos(x), sympy.sin(x)) for x in rpy)
-    return [
-        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
-        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
-        [-sy, cy * sx, cy * cx],
-    ]

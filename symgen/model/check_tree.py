@@ -93,6 +93,10 @@ def _check_child(joint: Joint, body: Body, sources: Sources) -> None:
             message = f"the joint '{joint.name}' places this body, so that it takes no '{key}'"
             hint = "leave it out; 'com' is in the body's own frame, and 'origin' of the joint turns it"
             raise sources.error(f"bodies.{body.name}", key, message, hint=hint)
+    heavy = [solid for solid in body.solids if solid.density is not None]
+    if heavy and not body.centred and any(solid.offset for solid in body.solids):
+        message = "the centre of mass follows from where the shapes are in the body's frame"
+        raise sources.error(f"bodies.{body.name}", "com", message, hint="leave out 'com', or every 'offset'")
 
 
 def _check_plane(joint: Joint, bodies: dict[str, Body], sources: Sources) -> None:
@@ -124,9 +128,11 @@ def _check_plane(joint: Joint, bodies: dict[str, Body], sources: Sources) -> Non
 def _check_placed(body: Body, sources: Sources) -> None:
     """A body that no joint places is placed by `com`, and by `angle` or `rotation` if it turns."""
     table = f"bodies.{body.name}"
-    if not body.com:
+    if not body.com or body.centred:
         hint = 'for example com = ["x", "0"], or a joint whose child it is'
         raise sources.error(table, "com", "the centre of mass 'com' is missing", hint=hint)
+    if body.solids:  # a point mass with a shape, where it does not turn
+        return
     if body.inertia and body.planar and body.angle is None:
         message, hint = "an inertia needs the angle that the body turns through", 'give "angle"'
         raise sources.error(table, "angle", message, hint=hint)

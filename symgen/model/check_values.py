@@ -157,6 +157,7 @@ def check_values(d: Description, sources: Sources) -> None:
         values[item.table, item.key] = _value(item, known, sources)
     _check_quaternion_constraints(d, known, sources)
     for body in d.bodies:
+        _check_solids(body, values, sources)
         _check_mass(body, values, sources)
         _check_inertia(body, values, sources)
     for joint in d.joints:
@@ -187,6 +188,25 @@ def _value(item: Item, known: Mapping[str, float | None], sources: Sources) -> f
             f"'{shortened(error.node)}' has no finite value at the parameters' values",
             hint="look for a division by zero, or the root or logarithm of a negative number",
         ) from None
+
+
+def _check_solids(body: Body, values: Mapping[Address, float | None], sources: Sources) -> None:
+    table = f"bodies.{body.name}"
+    for solid in body.solids:
+        key = f"{solid.place}.{solid.kind}"
+        sizes = [values[table, f"{key}[{k}]"] for k in range(len(solid.sizes))]
+        hollow = solid.kind == "tube" and len(sizes) > 1
+        for k, size in enumerate(sizes):
+            if size < 0 or (size == 0 and not (hollow and k == 1)):
+                message = f"the size is not positive at the parameters' values: {size:g} m"
+                raise sources.error(table, f"{key}[{k}]", message, hint="look at the parameters in it")
+        if hollow and sizes[1] >= sizes[0]:
+            message = f"the inner radius {sizes[1]:g} m is not below the outer one, {sizes[0]:g} m"
+            raise sources.error(table, f"{key}[1]", message, hint="the outer radius comes first")
+    found = [values.get((table, key)) for key in ("mass", "inertia", *(f"inertia[{k}]" for k in range(3)))]
+    if any(solid.cut for solid in body.solids) and any(x is not None and x <= 0 for x in found):
+        message = "the holes of the body are larger than its shapes at the parameters' values"
+        raise sources.error(table, "shape", message, hint="look at the sizes of those with 'cut'")
 
 
 def _check_mass(body: Body, values: Mapping[Address, float | None], sources: Sources) -> None:

@@ -80,11 +80,36 @@ class Input:
 
 @dataclass(frozen=True)
 class Shape:
-    """What is drawn for a body: box, sphere, cylinder, capsule (with sizes) or mesh (with a file)."""
+    """What is drawn for a body: box, sphere, cylinder, capsule (with sizes), mesh (with a file) or solids.
+
+    `parts` are the kinds of the solids; `sizes` are for each its sizes, then its middle [m] from the body's centre of
+    mass, and the directions of its own first and third axis.
+    """
 
     kind: str
     sizes: tuple[Expr, ...] = ()
     mesh: str = ""
+    parts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A solid that a body is made of, or drawn with; a `cut` is taken away.
+
+    `offset` [m] and `axis` or `rpy` [rad] place its middle and turn it in the body's frame; empty where they are not
+    given. `density` [kg/m^3] is None for one that is drawn only. `place` is its key in the body's table.
+    """
+
+    kind: str
+    sizes: tuple[Expr, ...]
+    planar: bool
+    place: str
+    offset: tuple[Expr, ...] = ()
+    axis: tuple[float, ...] = ()
+    rpy: tuple[Expr, ...] = ()
+    density: Expr | None = None
+    own_density: bool = False
+    cut: bool = False
 
 
 @dataclass(frozen=True)
@@ -94,7 +119,8 @@ class Body:
     `com` is in world axes; in the body's own frame where a joint places the body. It has 2 (planar) or
     3 components. `inertia` has 0, 1 (planar), 3 or 6 entries (Ixx, Iyy, Izz, Ixy, Ixz, Iyz: elements of the
     tensor about the centre of mass, in body axes).
-    `angle` orients a planar body; `rotation` is a sequence of (axis, angle), successive and body-fixed.
+    `angle` orients a planar body; `rotation` is a sequence of (axis, angle), successive and body-fixed. Where `solids`
+    have a density, mass and inertia are theirs, and so is `com` where `centred` says so.
     """
 
     name: str
@@ -104,6 +130,8 @@ class Body:
     angle: Expr | None = None
     rotation: tuple[tuple[str, Expr], ...] = ()
     shape: Shape | None = None
+    solids: tuple[Solid, ...] = ()
+    centred: bool = False
 
     @property
     def planar(self) -> bool:

@@ -8,13 +8,15 @@ from dataclasses import replace
 import sympy
 
 from .contact_laws import with_contact_laws, with_normals
-from .description import Axis, Body, Constraint, Description, Event, Joint, Reset
+from .description import Axis, Body, Constraint, Description, Event, Joint, Reset, Shape
 from .functions import dot
 from .joint_tree import parents_first, with_axes
 from .joint_types import TYPES
+from .parts import DRAWN
 from .ready_made import HALF, Writer
+from .solids import picture, together
 from .sources import Sources
-from .unevaluated import difference, product, squared, total
+from .unevaluated import difference, negated, product, squared, total
 
 
 def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Description:
@@ -28,7 +30,9 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
         What each declared name is; the names that are made here must not be among them.
     """
     children = {j.child for j in d.joints}
-    bodies = {b.name: _with_com(b) if b.name in children else b for b in d.bodies}
+    bodies = {
+        b.name: _with_shape(_with_com(b) if b.name in children else b, b.name in children) for b in d.bodies
+    }
     joints = tuple(with_axes(j, bodies[j.child]) for j in parents_first(d.joints))
     d = replace(d, bodies=tuple(bodies.values()), joints=joints, **_energies(d, joints))
     constraints, axes, parts = _constraints(d, sources, kinds)
@@ -45,6 +49,22 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
 
 def _with_com(body: Body) -> Body:
     return body if body.com else replace(body, com=(sympy.S.Zero,) * (2 if body.planar else 3))
+
+
+def _with_shape(body: Body, is_child: bool) -> Body:
+    """A body with the picture of its solids; they lie about its centre of mass, or about the origin of its frame."""
+    if not body.solids:
+        return body
+    first, made = body.solids[0], together(body.solids)
+    unmoved = not (first.offset or first.axis or first.rpy or first.cut)
+    if len(body.solids) == 1 and unmoved and first.kind in DRAWN:
+        return replace(body, shape=Shape(first.kind, first.sizes))
+    origin: tuple[sympy.Expr, ...] = (sympy.S.Zero,) * 3
+    if made is not None:
+        origin = tuple(negated(x) for x in made.centre)
+    elif is_child and any(solid.offset for solid in body.solids):
+        origin = tuple(negated(x) for x in (*body.com, sympy.S.Zero)[:3])
+    return replace(body, shape=picture(body.solids, origin))
 
 
 def _energies(d: Description, joints: Iterable[Joint]) -> dict[str, sympy.Expr | None]:

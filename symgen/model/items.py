@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import sympy
 
-from .description import Body, Description, Drawing, Joint, Load, Loop
+from .description import Body, Description, Drawing, Joint, Load, Loop, Solid
 from .joint_types import TYPES, JointType
 from .units import (
     ACCELERATION,
@@ -60,6 +60,8 @@ CONSTANT = Role(
     UNVARYING,
     "masses and inertias are made of parameters and constants; write others as energy, in [energy] kinetic",
 )
+SHAPED = Role("the size, place or density of a solid", UNVARYING, "it is made of parameters and constants")
+DENSITY = over(MASS, times(LENGTH, times(LENGTH, LENGTH)))
 GRAVITY = Role(
     "gravity", (RATES, INPUTS, COORDINATES, PLACES), "write fields that vary as energy, in [energy] potential"
 )
@@ -153,6 +155,8 @@ def body_items(body: Body, is_child: bool) -> Iterator[Item]:
     """The expressions of a body; `is_child` tells that a joint places it."""
     place = PLACEMENT if not is_child else FIXED_COM
     table = f"bodies.{body.name}"
+    for solid in body.solids:
+        yield from _solid_items(table, solid)
     if body.mass is not None:
         yield Item(table, "mass", body.mass, CONSTANT, MASS)
     yield from _vector_items(table, "com", body.com, place, LENGTH)
@@ -165,6 +169,17 @@ def body_items(body: Body, is_child: bool) -> Iterator[Item]:
     if body.shape is not None:
         for k, value in enumerate(body.shape.sizes):
             yield Item(table, f"shape.{body.shape.kind}[{k}]", value, OBSERVED, LENGTH)
+
+
+def _solid_items(table: str, solid: Solid) -> Iterator[Item]:
+    key = solid.place
+    yield from _vector_items(table, f"{key}.{solid.kind}", solid.sizes, SHAPED, LENGTH)
+    yield from _vector_items(table, f"{key}.offset", solid.offset, SHAPED, LENGTH)
+    yield from _vector_items(table, f"{key}.rpy", solid.rpy, SHAPED, DIMENSIONLESS)
+    if solid.density is not None:
+        yield Item(
+            table, f"{key}.density" if solid.own_density else "density", solid.density, SHAPED, DENSITY
+        )
 
 
 def _load_items(load: Load) -> Iterator[Item]:

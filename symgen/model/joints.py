@@ -11,9 +11,10 @@ import sympy
 from ..errors import nearest
 from .declared import Declared
 from .description import Coordinate, Joint, Rate
-from .evaluate import Direction, NotFinite, dot_product, evaluate, exact_angle, normalised, perpendicular
+from .evaluate import Direction, NotFinite, dot_product, evaluate, normalised, perpendicular
 from .joint_types import ANGULAR_VELOCITY, TYPES, JointType
 from .names import name_fault
+from .orientation import roll_pitch_yaw
 from .units import Unit, parse_unit
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -117,10 +118,7 @@ def _origin(
             hint = nearest(str(key)[:60], ("xyz", "rpy"), "keys")
             raise sources.error(table, f"origin.{key!s:.60}", f"unknown key '{key!s:.60}'", hint=hint)
     xyz = model._components(origin.get("xyz", (0, 0, 0)), table, "origin.xyz")
-    angles = model._vector(origin.get("rpy", (0, 0, 0)), table, "origin.rpy", (3,))
-    constants = {c.name: c.value for c in model._constants}
-    rpy = [sources.expression(x, table, f"origin.rpy[{k}]") for k, x in enumerate(angles)]
-    return xyz, tuple(exact_angle(x, constants) for x in rpy)
+    return xyz, roll_pitch_yaw(model, table, "origin.rpy", origin.get("rpy", (0, 0, 0)))
 
 
 def _axes(

@@ -246,7 +246,8 @@ class Model(Declared):
         inertia: Any = None,
         angle: Any = None,
         rotation: Sequence[tuple[str, Any]] = (),
-        shape: Mapping[str, Any] | None = None,
+        shape: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
+        density: Any = None,
     ) -> None:
         """Add a rigid body or point mass.
 
@@ -256,7 +257,8 @@ class Model(Declared):
         mass : expression, optional
             [kg]; 0 for a body that is drawn only.
         com : sequence of 2 or 3
-            Centre of mass in world axes [m]; 2 components: the body moves in the x-y plane.
+            Centre of mass in world axes [m]; 2 components: the body moves in the x-y plane. Shapes with a density have
+            theirs there.
         inertia : expression or sequence of 3 or 6, optional
             About the centre of mass [kg m^2]. Planar: about z. 3-D: Ixx, Iyy, Izz (Ixy, Ixz, Iyz) in body
             axes, elements of the tensor as in URDF.
@@ -264,12 +266,16 @@ class Model(Declared):
             Planar: about z [rad].
         rotation : sequence of (axis, angle)
             3-D: successive body-fixed rotations about `"x"`, `"y"`, `"z"`.
-        shape : mapping, optional
+        shape : mapping or sequence of mappings, optional
             What is drawn: `{"box": [x, y, z]}`, `{"sphere": [radius]}`, `{"cylinder": [radius, length]}`,
-            `{"capsule": [radius, length]}`, `{"mesh": "file.stl"}`.
+            `{"capsule": [radius, length]}`, `{"tube": [outer radius, inner radius, length]}`, `{"cone": [radius,
+            height]}`, `{"ellipsoid": [x, y, z]}`, `{"mesh": "file.stl"}`. All but the last may have the `offset` of
+            their middle [m], an `axis` or `rpy` [rad], a `density`, and `cut`: True for a hole.
+        density : expression, optional
+            Of shapes that have none of their own [kg/m^3]: mass, inertia and, of a joint's child, `com` follow from it.
         """
         self._new_element(name, "bodies", self._bodies)
-        self._bodies[name] = parts.make_body(self, name, mass, com, inertia, angle, rotation, shape)
+        self._bodies[name] = parts.make_body(self, name, mass, com, inertia, angle, rotation, shape, density)
 
     def joint(
         self,

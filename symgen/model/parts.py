@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any
 
@@ -14,23 +15,26 @@ from .description import Body, Drawing, Event, Load, Reset, Shape
 from .functions import dot
 from .items import DRAWINGS, drawing_key
 from .names import name_fault
+from .solids import FORMS, given_sizes, make_solids, together
 from .sources import Sources
 
-SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2}
-SHAPES = (*SIZES, "mesh")
-SIZE_NAMES = {
-    "box": "[x, y, z]",
-    "sphere": "[radius]",
-    "cylinder": "[radius, length]",
-    "capsule": "[radius, length]",
-}
+DRAWN = ("box", "sphere", "cylinder", "capsule")  # what viewers have themselves
+SHAPES = (*FORMS, "mesh")
 Expressions = tuple[sympy.Expr, ...]
 DIRECTIONS = ("rising", "falling", "both")
 ACTIONS = ("terminate", "record", "reset")
 
 
 def make_body(
-    model: Declared, name: str, mass: Any, com: Any, inertia: Any, angle: Any, rotation: Any, shape: Any
+    model: Declared,
+    name: str,
+    mass: Any,
+    com: Any,
+    inertia: Any,
+    angle: Any,
+    rotation: Any,
+    shape: Any,
+    density: Any,
 ) -> Body:
     """A body from the arguments of `Model.body`."""
     table, sources = f"bodies.{name}", model._sources
@@ -38,28 +42,55 @@ def make_body(
         raise sources.error(
             table, "", "'world' is the fixed frame, and not a body's name", hint="choose another name"
         )
-    if mass is None and inertia is None:
-        raise sources.error(
-            table, "", "a body needs a mass, an inertia or both", hint="mass = 0 makes one that is drawn only"
-        )
     placed = _given(com)
     position = _expressions(model, com, table, "com", (2, 3)) if placed else ()
-    planar = (
-        len(position) == 2 if placed else inertia is not None and (not _is_list(inertia) or len(inertia) == 1)
-    )
+    drawn, solids = None, ()
+    if density is None and _is_drawn_alone(shape):
+        drawn = None if shape is None else _shape(model, table, shape)
+    else:
+        solids = make_solids(model, table, {} if shape is None else shape, density, len(position) == 2)
+    made = together(solids)
+    if made is not None:
+        for key, value in (("mass", mass), ("inertia", inertia)):
+            if value is not None:
+                message = f"'{key}' follows from the shapes, which have a density"
+                raise sources.error(table, key, message, hint=f"leave out '{key}', or 'density'")
+    elif mass is None and inertia is None:
+        hint = "mass = 0 makes one that is drawn only; a 'density' makes shapes heavy"
+        raise sources.error(table, "", "a body needs a mass, an inertia or both", hint=hint)
     if placed:
+        planar = len(position) == 2
         _check_orientation(model, table, planar, angle, rotation)
-    tensor = _inertia(model, table, planar, inertia)
-    steps = _rotation(model, table, rotation)
-    return Body(
+    elif made is not None:
+        planar = all(solid.planar for solid in solids)
+    else:
+        planar = inertia is not None and (not _is_list(inertia) or len(inertia) == 1)
+    body = Body(
         name=name,
         com=position,
         mass=None if mass is None else sources.expression(mass, table, "mass"),
-        inertia=tensor,
+        inertia=_inertia(model, table, planar, inertia),
         angle=None if angle is None else sources.expression(angle, table, "angle"),
-        rotation=steps,
-        shape=None if shape is None else _shape(model, table, shape),
+        rotation=_rotation(model, table, rotation),
+        shape=drawn,
+        solids=solids,
     )
+    if made is None:
+        return body
+    return replace(
+        body,
+        com=body.com or made.centre[: 2 if planar else 3],
+        mass=made.mass,
+        inertia=made.tensor[2:3] if planar else made.tensor[: 6 if any(made.tensor[3:]) else 3],
+        centred=not placed,
+    )
+
+
+def _is_drawn_alone(shape: Any) -> bool:
+    """Whether a shape is one that viewers draw about the centre of mass, or none at all."""
+    if isinstance(shape, Mapping):
+        return len(shape) == 1 and not {*shape}.intersection(FORMS.keys() - set(DRAWN))
+    return not isinstance(shape, Sequence) or isinstance(shape, str)
 
 
 def _check_orientation(model: Declared, table: str, planar: bool, angle: Any, rotation: Any) -> None:
@@ -146,14 +177,7 @@ def _shape(model: Declared, table: str, shape: Any) -> Shape:
         )
     if kind == "mesh":
         return Shape("mesh", (), _mesh(model, table, key, sizes))
-    if isinstance(sizes, (str, sympy.Expr)) or not isinstance(sizes, Sequence) or len(sizes) != SIZES[kind]:
-        raise sources.error(
-            table,
-            key,
-            f"the sizes of a {kind} are {SIZE_NAMES[kind]}",
-            hint="give as many numbers above zero",
-        )
-    return Shape(kind, _expressions(model, sizes, table, key, (SIZES[kind],)))
+    return Shape(kind, given_sizes(model, table, key, kind, sizes))
 
 
 def _mesh(model: Declared, table: str, key: str, file: Any) -> str:

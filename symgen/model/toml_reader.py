@@ -17,7 +17,7 @@ from .toml_text import parse
 
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
 INPUT_KEYS = ("unit", "default", "table", "kind", "polynomial")
-BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape")
+BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape", "density")
 JOINT_KEYS = (
     "type", "parent", "child", "origin", "axis", "axis2", "coordinate", "start", "rate", "guess", "rate_guess",
     "unit", "stiffness", "damping", "rest", "armature", "limits", "restitution", "pitch",

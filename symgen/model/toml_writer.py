@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
-from .description import Body, Coordinate, Description, Drawing, Event, Input, Joint, Load, Loop, Rate
+from .description import Body, Coordinate, Description, Drawing, Event, Input, Joint, Load, Loop, Rate, Solid
 from .items import drawing_key
 from .joint_types import TYPES
 from .printing import to_text
@@ -95,13 +95,14 @@ class _Writer:
     def body(self, body: Body) -> list[str]:
         table = f"bodies.{body.name}"
         lines = [f"[{table}]"]
-        if body.mass is not None:
+        made = any(solid.density is not None for solid in body.solids)
+        if body.mass is not None and not made:
             lines.append(f"mass = {self.value(table, 'mass', body.mass)}")
-        if len(body.inertia) == 1:
+        if len(body.inertia) == 1 and not made:
             lines.append(f"inertia = {self.value(table, 'inertia', body.inertia[0])}")
-        elif body.inertia:
+        elif body.inertia and not made:
             lines.append(f"inertia = {self.array(table, 'inertia', body.inertia)}")
-        if body.com:
+        if body.com and not body.centred:
             lines.append(f"com = {self.array(table, 'com', body.com)}")
         if body.angle is not None:
             lines.append(f"angle = {self.value(table, 'angle', body.angle)}")
@@ -115,7 +116,25 @@ class _Writer:
             kind = body.shape.kind
             sizes = self.array(table, f"shape.{kind}", body.shape.sizes)
             lines.append(f"shape = {{ {kind} = {_quoted(body.shape.mesh) if kind == 'mesh' else sizes} }}")
+        if body.solids:
+            shapes = [self.solid(table, solid) for solid in body.solids]
+            several = body.solids[0].place != "shape"
+            lines.append(f"shape = [{', '.join(shapes)}]" if several else f"shape = {shapes[0]}")
+        common = [s.density for s in body.solids if s.density is not None and not s.own_density]
+        if common:
+            lines.append(f"density = {self.value(table, 'density', common[0])}")
         return lines
+
+    def solid(self, table: str, solid: Solid) -> str:
+        pairs = [f"{solid.kind} = {self.array(table, f'{solid.place}.{solid.kind}', solid.sizes)}"]
+        for key in ("offset", "rpy"):
+            values = getattr(solid, key)
+            values = values[: 2 if solid.planar and key == "offset" else 3]
+            pairs += [f"{key} = {self.array(table, f'{solid.place}.{key}', values)}"] if values else []
+        pairs += [f"axis = {_literal(solid.axis)}"] if solid.axis else []
+        if solid.own_density:
+            pairs.append(f"density = {self.value(table, f'{solid.place}.density', solid.density)}")
+        return f"{{ {', '.join([*pairs, *(['cut = true'] if solid.cut else [])])} }}"
 
     def joint(self, joint: Joint, made: Sequence[Coordinate], rates: Sequence[Rate]) -> list[str]:
         table = f"joints.{joint.name}"

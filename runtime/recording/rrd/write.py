@@ -333,6 +333,8 @@ def _archetype(primitive: Primitive, colour: tuple[int, int, int]):
             colors=[colour],
             fill_mode=solid,
         )
+    if kind == "solids":
+        return _triangles(primitive, colour)
     return rr.Asset3D(path=primitive.mesh, albedo_factor=colour)
 
 
@@ -345,4 +347,19 @@ def _bars(primitive: Primitive, colour: tuple[int, int, int]) -> rr.Capsules3D:
         quaternions=quaternions(frames_along(along)),
         colors=[colour],
         fill_mode=rr.components.FillMode.Solid,
+    )
+
+
+def _triangles(primitive: Primitive, colour: tuple[int, int, int]) -> rr.Mesh3D:
+    """All solids as one mesh; each triangle has corners of its own, so that edges stay sharp."""
+    corners = np.concatenate([s.vertices[s.triangles] for s in primitive.surfaces])
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    corners = corners[np.linalg.norm(normals, axis=1) > 0.0]
+    normals = normals[np.linalg.norm(normals, axis=1) > 0.0]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return rr.Mesh3D(
+        vertex_positions=corners.reshape(-1, 3),
+        vertex_normals=np.repeat(normals, 3, axis=0),
+        triangle_indices=np.arange(3 * len(corners)).reshape(-1, 3),
+        albedo_factor=colour,
     )

@@ -85,7 +85,7 @@ class Canonical:
 
 def _canonical_body(b: Any, all_of: Any, one: Any) -> tuple:
     steps = tuple((axis, one(angle)) for axis, angle in b.rotation)
-    shape = (b.shape.kind, all_of(b.shape.sizes)) if b.shape else None
+    shape = (b.shape.kind, b.shape.parts, all_of(b.shape.sizes)) if b.shape else None
     return (all_of(b.com), one(b.mass), all_of(b.inertia), one(b.angle), steps, shape)
 
 
