@@ -47,10 +47,11 @@ class Buffers(NamedTuple):
     sizes: np.ndarray  # (m,)
     shift: np.ndarray  # (1,): s
     solver: np.ndarray
-    centre: np.ndarray  # (nq + nv,): from here to `direct` see `robust_path.py`
+    centre: np.ndarray  # (nq + nv,): from here to `eight` see `robust_path.py`
     along: np.ndarray  # (nq,)
     total: np.ndarray  # (nv,)
     direct: np.ndarray  # (nv,)
+    eight: np.ndarray  # (nv,)
     forces: np.ndarray  # (nv,)
     target: np.ndarray  # (m,)
     step: np.ndarray  # (nv,)
@@ -64,7 +65,7 @@ class Buffers(NamedTuple):
 def work_size(nq, nv, nh, m, nw):
     """Length of the buffer `work` below."""
     matrices = 2 * nv * nv + 2 * m * nv + m * m + buffer_size(m)
-    return matrices + 3 * (nq + nv) + nq + 4 * nv + 4 * m + 1 + nh + m + (nq + nv + nw + m + 1)
+    return matrices + 3 * (nq + nv) + nq + 5 * nv + 4 * m + 1 + nh + m + (nq + nv + nw + m + 1)
 
 
 @jitted
@@ -81,13 +82,13 @@ def buffers(context, order, work):
     scale, sizes, shift, work = work[:m], work[m : 2 * m], work[2 * m : 2 * m + 1], work[2 * m + 1 :]
     solver, work = work[: buffer_size(m)], work[buffer_size(m) :]
     centre, along, work = work[:n], work[n : n + nq], work[n + nq :]
-    total, direct, work = work[:nv], work[nv : 2 * nv], work[2 * nv :]
+    total, direct, eight, work = work[:nv], work[nv : 2 * nv], work[2 * nv : 3 * nv], work[3 * nv :]
     forces, step, work = work[:nv], work[nv : 2 * nv], work[2 * nv :]
     target, multipliers, work = work[:m], work[m : 2 * m], work[2 * m :]
     residual, moved, row = work[: nh + m], work[nh + m :][:n], work[nh + m + n :]
     return Buffers(
         place, mass, kept, jacobian, z, lower, order, scale, sizes, shift, solver, centre, along, total, direct,
-        forces, target, step, multipliers, residual, moved, row,
+        eight, forces, target, step, multipliers, residual, moved, row,
     )  # fmt: skip
 
 

@@ -46,16 +46,20 @@ from symgen.runtime.constraints.branch import (
 from symgen.runtime.constraints.rank_revealing import RANK_TOLERANCE, least_pivot, truncated
 from symgen.runtime.integrate.copying import copy
 
-# Ratios of pivots are (c d)²: at the first distance interpolation begins, at the second its nearest place is.
-BESIDE, _CLEAR = 6e-3, 6e-3
+# Ratios of pivots are (c d)²: at this distance interpolation begins, at the others its nearest place is, at most and at
+# least. Round-off falls with the third power of the distance; the error of the interpolation grows with its tenth.
+BESIDE = 2e-2
+_CLEAREST, _CLEAR, _NEARER = 4e-2, 6e-3, 0.6
 _TRIAL = 0.05  # of characteristic sizes: how far c is looked for
 _ROUND_OFF = (
     2e-15  # what it makes of accelerations at a distance of 1, in parts of size times speed squared, at most
 )
 _FARTHEST = 0.1  # of characteristic sizes: the distance between places at most
 _SAME_SIDE = 0.1  # by how much a distance may differ from the mean of its neighbours if all lie on one side
-# Lagrange's, for the middle of ten places: -5 to -1 and 1 to 5.
+_SMOOTH = 1e-9  # of size times speed squared: by how much ten places and the inner eight of them may differ
+# Lagrange's, for the middle of ten places, -5 to -1 and 1 to 5, and what is left of it without those of eight places.
 _WEIGHTS = (5.0 / 6.0, -10.0 / 21.0, 5.0 / 28.0, -5.0 / 126.0, 1.0 / 252.0)
+_OF_EIGHT = (1.0 / 30.0, -8.0 / 105.0, 9.0 / 140.0, -8.0 / 315.0, 1.0 / 252.0)
 
 
 @jitted
@@ -85,16 +89,20 @@ def accelerations_beside(context, t, b, p, weights, rank):
     if here > 0.0:
         _accelerations_here(context, t, b, p, rank)
         copy(b.step, b.direct)
-    spacing = _spacing(context, t, b, p, weights, _TRIAL / speed, here)
-    if not 0.0 < spacing * speed <= _FARTHEST:
+    slope = _slope(context, t, b, p, weights, _TRIAL / speed, here)
+    if slope <= 0.0:
         return False
-    fill(b.total, 0.0)
-    for k, weight in enumerate(_WEIGHTS):
-        for shift in ((k + 1) * spacing, -(k + 1) * spacing):
-            if not _accelerations_at(context, t, b, p, weights, shift):
-                return False
-            for i in range(nv):
-                b.total[i] += weight * b.step[i]
+    clear = _CLEAREST
+    while True:
+        narrow = clear * _NEARER < _CLEAR
+        spacing = ((_CLEAR if narrow else clear) + here) / slope
+        if spacing * speed <= _FARTHEST:
+            difference = _interpolate(context, t, b, p, weights, spacing)
+            if difference <= _SMOOTH * speed**2 or (narrow and math.isfinite(difference)):
+                break
+        if narrow:
+            return False
+        clear *= _NEARER
     if here > 0.0:
         explained = _ROUND_OFF * speed**2 / here**3
         for i in range(nv):
@@ -105,8 +113,34 @@ def accelerations_beside(context, t, b, p, weights, rank):
 
 
 @jitted
-def _spacing(context, t, b, p, weights, trial, here):
-    """Return how far places are from each other [s of the motion] that are all clear of the configuration; or 0."""
+def _interpolate(context, t, b, p, weights, spacing):
+    """Write the accelerations interpolated between ten places, `spacing` [s] apart, to `b.total`.
+
+    Returns
+    -------
+    float
+        By how much the inner eight places alone would give another result, at most, in parts of characteristic sizes;
+        infinite where the branch is lost.
+    """
+    nv, sizes = context[NV], weights[context[M] * context[NV] + context[M] :]
+    fill(b.total, 0.0)
+    fill(b.eight, 0.0)
+    for k, weight in enumerate(_WEIGHTS):
+        for shift in ((k + 1) * spacing, -(k + 1) * spacing):
+            if not _accelerations_at(context, t, b, p, weights, shift):
+                return math.inf
+            for i in range(nv):
+                b.total[i] += weight * b.step[i]
+                b.eight[i] += _OF_EIGHT[k] * b.step[i]
+    difference = 0.0
+    for i in range(nv):
+        difference = max(difference, abs(b.eight[i]) / sizes[i])
+    return difference
+
+
+@jitted
+def _slope(context, t, b, p, weights, trial, here):
+    """Return how fast the motion leaves the configuration behind [distance a second]; 0 where that is not seen."""
     rank = context[USUAL_RANK]
     ahead = behind = 0.0
     if _accelerations_at(context, t, b, p, weights, trial):
@@ -116,8 +150,7 @@ def _spacing(context, t, b, p, weights, trial, here):
     if not (ahead > 0.0 and behind > 0.0):
         return 0.0
     mean = 0.5 * (ahead + behind)
-    slope = (0.5 * abs(ahead - behind) if abs(mean - here) <= _SAME_SIDE * mean else mean) / trial
-    return (_CLEAR + here) / slope if slope > 0.0 else 0.0
+    return (0.5 * abs(ahead - behind) if abs(mean - here) <= _SAME_SIDE * mean else mean) / trial
 
 
 @jitted
