@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import symgen
 from symgen import runtime
 from symgen.cli import main
 from symgen.link import module_for
 from symgen.runtime import solve
+from symgen.runtime.report.first_numbers import FORMULAS, start_values, steps_by_formula
 from symgen.runtime.report.html import number
-from symgen.runtime.report.page import semi_implicit_euler, start_values
 from symgen.runtime.report.svg import MARGIN, Curve, plot, ticks
 
 HOSTILE = "</title><script>alert('x')</script> & <img src=x onerror=alert(1)> \"rod\""
@@ -197,7 +198,7 @@ def test_start_and_steps_are_the_formula():
     h, q, v = 0.01, 0.7, -0.2
     start = start_values(system, p, 0.0, np.array([q]), np.array([v]))
     assert start.imbalance < 1e-12
-    steps = semi_implicit_euler(system, p, 0.0, start.q, start.v, h)
+    steps = steps_by_formula(system, p, 0.0, start.q, start.v, h, "semi_implicit_euler")
     ratio = start.a[0] / math.sin(q)
     assert ratio == pytest.approx(-named["g"] / named["L"], rel=1e-12)
     for k, step in enumerate(steps):
@@ -208,8 +209,70 @@ def test_start_and_steps_are_the_formula():
     assert len(steps) == 2
 
 
-def test_steps_by_a_formula_are_left_out_with_constraints(system):
-    assert semi_implicit_euler(system, system.parameter_values(), 0.0, np.zeros(2), np.zeros(2), 0.1) == []
+@pytest.mark.parametrize("method", FORMULAS)
+@pytest.mark.parametrize("model", ["pendulum", "quarter_car", "four_bar", "rolling_disc"])
+def test_steps_by_formulas_are_those_of_the_run(model, method):
+    """Of free and driven models, of mechanisms, and of one with velocity constraints."""
+    system, h = symgen.load(model), 1e-3
+    run = system.run(t_end=4 * h, step=h, method=method, t_eval=[0.0, h, 2 * h], energy_scaling=False)
+    steps = steps_by_formula(system, run.p, 0.0, run.q[0], run.v[0], h, method)
+    for k, step in enumerate(steps):
+        scale = max(np.abs(run.q).max(), np.abs(run.v).max())
+        assert step.q_next == pytest.approx(run.q[k + 1], abs=1e-12 * scale)
+        assert step.v_next == pytest.approx(run.v[k + 1], abs=1e-11 * scale)
+        drift = max(np.abs(step.q_next - step.q_formula).max(), np.abs(step.v_next - step.v_formula).max())
+        assert (drift > 0.0) == (system.m > 0)
+
+
+@pytest.mark.parametrize("method", [*FORMULAS, "dop853"])
+def test_the_table_is_of_the_method_that_was_chosen(rod, method):
+    target = rod.with_name(f"{method}.html")
+    step = ["--step", "0.01"] if method in FORMULAS else []
+    asked = [
+        "report",
+        str(rod),
+        "--html",
+        str(target),
+        "--quick",
+        "--method",
+        method,
+        *step,
+        "--t-end",
+        "0.1",
+    ]
+    assert CliRunner().invoke(main, asked).exit_code in (0, 3)
+    page = Page(target.read_text(encoding="utf-8"))
+    rows = page.sections["First numbers"]
+    (first, *_) = (k for k, row in enumerate(rows) if row[0] == "t [s]")
+    head, states = rows[first], rows[first + 1 : first + 5]
+    shown = method if method in FORMULAS else "semi_implicit_euler"
+    assert f"Two steps of {shown}" in page.text and FORMULAS[shown].says in page.text
+    assert ("dop853 is not done by hand" in page.text) == (method == "dop853")
+    assert head[2:-4] == ["q", "v", *FORMULAS[shown].stages] and head[-2:] == ["v' held", "q' held"]
+    assert states[2][2:4] == states[0][-1:] + states[0][-2:-1]  # the second step begins where the first ends
+
+
+def test_explicit_euler_of_the_course(tmp_path):
+    """theta'' = -g/L theta from 0.2 rad: -0.03924 rad/s and (0.2, -0.03924) after 0.01 s, then -0.07848."""
+    target = tmp_path / "out.html"
+    asked = [
+        "report",
+        "pendulum_linear",
+        "--method",
+        "euler",
+        "--step",
+        "0.01",
+        "--quick",
+        "--html",
+        str(target),
+    ]
+    assert CliRunner().invoke(main, asked).exit_code == 3
+    rows = Page(target.read_text(encoding="utf-8")).sections["First numbers"]
+    first, second = rows[-2:]
+    assert [float(x) for x in first[2:]] == pytest.approx([0.2, 0.0, -3.924, -0.03924, 0.2], rel=1e-12)
+    assert [float(x) for x in second[2:]] == pytest.approx(
+        [0.2, -0.03924, -3.924, -0.07848, 0.1996076], rel=1e-12
+    )
 
 
 @pytest.mark.parametrize(

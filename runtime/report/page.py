@@ -1,7 +1,5 @@
 """The page of a report: what was modelled, how it was integrated, and how far the result can be trusted.
 
-The first numbers of a run, to be checked by hand: the state, M, f, a at the start, and two steps of a formula.
-
 Which quantities of a run are plotted, and how: motion, phase portrait, energy, residuals, steps.
 """
 
@@ -13,12 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.runtime.batches import accelerations_and_multipliers, evaluate
 from symgen.runtime.checks.convergence import tables
 from symgen.runtime.checks.growth import running_maximum
 from symgen.runtime.checks.health import health_of, objections_to
-from symgen.runtime.names import acceleration_labels, rate_indices, rate_labels
+from symgen.runtime.names import rate_indices, rate_labels
 from symgen.runtime.report.drawing import drawing
+from symgen.runtime.report.first_numbers import first_numbers
 from symgen.runtime.report.html import (
     Markup,
     figure,
@@ -36,98 +34,6 @@ if TYPE_CHECKING:
     from symgen.runtime.checks.advice import Advice
     from symgen.runtime.checks.convergence import Convergence
     from symgen.runtime.solution import Solution
-    from symgen.runtime.system import System
-
-
-@dataclass(frozen=True)
-class Start:
-    """The equations of motion M a = f + Gᵀ λ, G a = γ in one state.
-
-    Attributes
-    ----------
-    t : float [s]
-    q, v, a, f : ndarray, shapes (nq,), (nv,), (nv,), (nv,)
-    multipliers, gamma : ndarray, shape (m,)
-    mass_matrix : ndarray, shape (nv, nv)
-    jacobian : ndarray, shape (m, nv)
-    """
-
-    t: float
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    f: np.ndarray
-    multipliers: np.ndarray
-    gamma: np.ndarray
-    mass_matrix: np.ndarray
-    jacobian: np.ndarray
-
-    @property
-    def imbalance(self) -> float:
-        """Largest component of M a - f - Gᵀ λ and G a - γ."""
-        motion = self.mass_matrix @ self.a - self.f - self.jacobian.T @ self.multipliers
-        constraints = self.jacobian @ self.a - self.gamma
-        return float(np.abs(np.concatenate([motion, constraints])).max(initial=0.0))
-
-
-@dataclass(frozen=True)
-class Step:
-    """A step of semi-implicit Euler: from q, v with acceleration a to q_next, v_next."""
-
-    t: float
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    q_next: np.ndarray
-    v_next: np.ndarray
-
-
-def start_values(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> Start:
-    """Return the equations of motion in numbers.
-
-    Parameters
-    ----------
-    p : ndarray, shape (n_p,)
-    t : float [s]
-    q, v : ndarray, shapes (nq,) and (nv,)
-    """
-    times, states = np.array([t]), np.concatenate([q, v])[None]
-    m, nv = system.m, system.nv
-    a, multipliers = (rows[0] for rows in accelerations_and_multipliers(system, p, times, states))
-
-    def row(function: str) -> np.ndarray:
-        return evaluate(system, function, p, times, states)[0]
-
-    return Start(
-        t=t, q=q, v=v, a=a, f=row("forces"), multipliers=multipliers,
-        gamma=row("gamma") if m else np.zeros(0),
-        mass_matrix=row("mass_matrix").reshape(nv, nv),
-        jacobian=row("constraint_jacobian").reshape(m, nv) if m else np.zeros((0, nv)),
-    )  # fmt: skip
-
-
-def semi_implicit_euler(
-    system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray, h: float, n: int = 2
-) -> list[Step]:
-    """Return steps of v' = v + h a(t, q, v), q' = q + h v'; none where these formulas are not all of the method.
-
-    That is so with constraints, whose states are projected, and where rates are not the coordinates' derivatives.
-
-    Parameters
-    ----------
-    h : float [s]
-    n : int
-        How many steps.
-    """
-    if system.m or system.nq != system.nv:
-        return []
-    steps = []
-    for _ in range(n):
-        a = accelerations_and_multipliers(system, p, np.array([t]), np.concatenate([q, v])[None])[0][0]
-        v_next = v + h * a
-        steps.append(Step(t, q, v, a, q + h * v_next, v_next))
-        t, q, v = t + h, steps[-1].q_next, v_next
-    return steps
 
 
 _MOST_COORDINATES = 12
@@ -227,10 +133,6 @@ def _with_unit(name: str, unit: str) -> str:
     return f"{name} [{unit}]".strip() if unit else name or "without unit"
 
 
-_LARGEST_MATRIX = 8  # rates; larger ones are not checked by hand
-_STEPS_WITHOUT_RULE = 1000
-
-
 @dataclass(frozen=True)
 class Equations:
     """Equations as the page shows them: rendered as HTML by the caller, who escapes what comes from a model.
@@ -280,7 +182,7 @@ def report_page(
         section("Equations of motion", *equations.motion, paragraph(equations.note)),
         section("State-space form", *equations.state_space),
         section("Method and step", *_method(solution, advice)),
-        section("First numbers", *_first_numbers(solution, advice)),
+        section("First numbers", *first_numbers(solution, advice)),
         section("Convergence", *_convergence(convergence)),
         section("Motion", *motion(solution)),
         section("Phase portraits", *phase_portraits(solution)),
@@ -341,63 +243,6 @@ def _method(solution: Solution, advice: Advice | None) -> list[Markup]:
         found += [paragraph(seen), listing(advice.lines())]
     counts = [(name, str(value)) for name, value in solution.stats.items()]
     return [*found, table(("what was done", "times"), counts)]
-
-
-def _first_numbers(solution: Solution, advice: Advice | None) -> list[Markup]:
-    system = solution.system
-    if system.nv > _LARGEST_MATRIX or system.switches:
-        why = (
-            f"{system.nv} rates" if system.nv > _LARGEST_MATRIX else "stops or friction, whose forces switch"
-        )
-        return [paragraph(f"Left out: the model has {why}, too much to be checked by hand.")]
-    t, q, v = float(solution.t[0]), solution.q[0], solution.v[0]
-    start = start_values(system, solution.p, t, q, v)
-    return [*_start(solution, start), *_two_steps(solution, advice)]
-
-
-def _start(solution: Solution, start: Start) -> list[Markup]:
-    system = solution.system
-    labels = acceleration_labels(system.coordinates, system.rates)
-    rates = [record["name"] for record in system.rates]
-    mass = [(name, *map(number, row)) for name, row in zip(rates, start.mass_matrix)]
-    motion = [(label, number(f), number(a)) for label, f, a in zip(labels, start.f, start.a)]
-    names = [record["name"] for record in system.constraints]
-    rows = zip(names, start.jacobian, start.gamma, start.multipliers)
-    pulls = [(name, *map(number, g), number(c), number(x)) for name, g, c, x in rows]
-    return [
-        paragraph(f"At t = {number(start.t)} s, in the start state above:"),
-        table(("M", *rates), mass),
-        table(("", "f", "a"), motion),
-        table(("G", *rates, "gamma", "lambda"), pulls),
-        paragraph(f"What M a = f {'+ Gᵀ λ, G a = γ ' if system.m else ''}leaves over: {start.imbalance:.2g}"),
-    ]
-
-
-def _two_steps(solution: Solution, advice: Advice | None) -> list[Markup]:
-    h = solution.step or (advice.rule_step if advice is not None else np.inf)
-    if not np.isfinite(h):
-        h = (solution.t_end - solution.t_start) / _STEPS_WITHOUT_RULE
-    system, t = solution.system, float(solution.t[0])
-    steps = semi_implicit_euler(system, solution.p, t, solution.q[0], solution.v[0], h)
-    if not steps:
-        return []
-    rows = [
-        (
-            number(s.t),
-            c["name"],
-            number(s.q[i]),
-            number(s.v[i]),
-            number(s.a[i]),
-            number(s.v_next[i]),
-            number(s.q_next[i]),
-        )
-        for s in steps
-        for i, c in enumerate(system.coordinates)
-    ]
-    formula = (
-        f"Two steps of semi-implicit Euler, v' = v + h a(t, q, v), q' = q + h v', with h = {number(h)} s:"
-    )
-    return [paragraph(formula), table(("t [s]", "", "q", "v", "a", "v'", "q'"), rows)]
 
 
 def _convergence(convergence: Convergence | None) -> list[Markup]:
