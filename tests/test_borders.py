@@ -19,6 +19,8 @@ FILES = sorted(
 )
 RUNTIME = [f for f in FILES if f.startswith("runtime/")]
 SYMGEN = [f for f in FILES if f.startswith("symgen/")]
+# To run what was derived, and to read it as equations.
+DOORS = {"symgen/link.py", "symgen/equations.py"}
 RECORDING_DOOR = "runtime/recording/rrd/"
 # Knows neither SymPy nor text; its own imports are tested below.
 SHARED = "symgen.runtime.graph"
@@ -96,8 +98,8 @@ def test_runtime_imports_neither_sympy_nor_symgen(file):
 
 
 @pytest.mark.parametrize("file", SYMGEN)
-def test_symgen_reaches_runtime_only_in_the_link_and_the_commands(file):
-    if file != "symgen/link.py" and not file.startswith("symgen/cli/"):
+def test_symgen_reaches_runtime_only_by_its_doors_and_the_commands(file):
+    if file not in DOORS and not file.startswith("symgen/cli/"):
         assert "runtime" not in imports(file)
 
 

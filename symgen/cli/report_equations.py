@@ -8,14 +8,22 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from html import escape
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 from xml.dom import minidom
 
 import sympy
 from sympy.printing.mathml import MathMLPresentationPrinter
 
-from symgen.cli.equations import symbolic
+from symgen.equations import (
+    Element,
+    accelerations_if_diagonal,
+    equations_by_elements,
+    rates_of_coordinates,
+    symbolic,
+)
 from symgen.model.from_sympy import as_piecewise
+from symgen.runtime.names import acceleration_labels, rate_labels
 from symgen.runtime.report.html import Markup
 from symgen.runtime.report.page import Equations
 
@@ -24,6 +32,8 @@ if TYPE_CHECKING:
 
 
 _RATE = re.compile(r"dot\((\w+)\)\Z")
+_ACCELERATED = re.compile(r"dot\(dot\((\w+)\)\)\Z")
+_MULTIPLIER = re.compile(r"lambda\((\w+)\)\Z")
 _GREEK = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau phi chi psi omega "
     "Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
@@ -44,9 +54,11 @@ def to_mathml(expression: sympy.Expr) -> str:
 
 def name(text: str) -> str:
     """Return a name as MathML: the part behind the first underscore as an index, `dot(x)` with a dot above."""
-    rate = _RATE.match(text)
+    rate, accelerated = _RATE.match(text), _ACCELERATED.match(text)
     if rate:
         return dotted(name(rate.group(1)))
+    if accelerated:
+        return dotted(name(accelerated.group(1)), "¨")
     stem, underscore, index = text.partition("_")
     letter = f"<mi>{_LETTERS.get(stem) or escape(stem)}</mi>"
     if not (underscore and stem and index):
@@ -61,7 +73,8 @@ def dotted(inside: str, dots: str = "˙") -> str:
 
 def entry(matrix: str, *indices: str) -> str:
     """Return an element of a matrix or vector by the names of its rows and columns."""
-    inside = "<mo>,</mo>".join(map(name, indices))
+    # An index of an index is too small to be read.
+    inside = "<mo>,</mo>".join(f"<mi>{escape(x)}</mi>" if "_" in x else name(x) for x in indices)
     return f"<msub><mi>{matrix}</mi><mrow>{inside}</mrow></msub>"
 
 
@@ -145,7 +158,7 @@ class _Printer(MathMLPresentationPrinter):
 
 
 _MOST_OPERATIONS = 400  # longer equations are not read by people
-_MOST_STATES = 12
+_MOST_STATES = 24  # and multipliers
 _ACCELERATION, _LAMBDA = "<mi>a</mi>", "<mi>λ</mi>"
 
 
@@ -158,8 +171,7 @@ def report_equations(system: System) -> Equations:
         return Equations([*map(Markup, _form(system))], [*map(Markup, _general(system))], note)
     found = {f: symbolic(system, f) for f in functions if system.has(f)}
     motion = [*_form(system), *_entries(system, found)]
-    states = _written_out(system, found) or list(_general(system))
-    return Equations([*map(Markup, motion)], [*map(Markup, states)])
+    return Equations([*map(Markup, motion)], [*map(Markup, _first_order(system))])
 
 
 def _form(system: System) -> Iterator[str]:
@@ -203,21 +215,34 @@ def _general(system: System) -> Iterator[str]:
     yield equation(f"<mrow>{matrix}{unknown}</mrow>", known)
 
 
-def _written_out(system: System, found: dict[str, dict[int, sympy.Expr]]) -> list[str]:
-    """Return x' state by state where M is diagonal and nothing is constrained; otherwise nothing."""
-    diagonal = all(index % (system.nv + 1) == 0 for index in found["mass_matrix"])
-    if system.m or not diagonal or system.nq != system.nv or system.nq > _MOST_STATES:
-        return []
-    rates = [record["name"] for record in system.rates]
+def _first_order(system: System) -> Iterator[str]:
+    """Yield x, and x' state by state; where M is to be solved with, equation by equation, by the names of elements."""
+    if system.nq + system.nv + system.m > _MOST_STATES:
+        yield from _general(system)
+        return
     coordinates = [record["name"] for record in system.coordinates]
-    v = [f"dot({rate})" if rate in coordinates else rate for rate in rates]
-    lines = [equation(dotted(name(q)), name(rate)) for q, rate in zip(coordinates, v) if rate != f"dot({q})"]
-    for i, rate in enumerate(v):
-        force, mass = found["forces"].get(i, 0), found["mass_matrix"][i * (system.nv + 1)]
-        left = dotted(name(rate)) if rate == rates[i] else dotted(name(rates[i]), "¨")
-        lines.append(equation_of(left, force / mass) if force != 0 else equation(left, "<mn>0</mn>"))
-    states = "<mo>,</mo>".join(name(x) for x in (*coordinates, *v))
-    return [equation("<mi>x</mi>", f"<mrow><mo>(</mo>{states}<mo>)</mo></mrow>"), *lines]
+    rates = rate_labels(system.coordinates, system.rates)
+    states = "<mo>,</mo>".join(name(x) for x in (*coordinates, *rates))
+    yield equation("<mi>x</mi>", f"<mrow><mo>(</mo>{states}<mo>)</mo></mrow>")
+    for coordinate, rate, value in zip_longest(coordinates, rates, rates_of_coordinates(system)):
+        if rate != f"dot({coordinate})" or value.name != rate:
+            yield equation_of(dotted(name(coordinate)), value)
+    accelerations = acceleration_labels(system.coordinates, system.rates)
+    solved = accelerations_if_diagonal(system)
+    if solved is not None:
+        for label, value in zip(accelerations, solved):
+            yield equation_of(name(label), value)
+        return
+    for sides in equations_by_elements(system):
+        yield equation(*("<mo>+</mo>".join(map(_term, side)) or "<mn>0</mn>" for side in sides))
+
+
+def _term(element: Element) -> str:
+    factor = entry(_LETTERS.get(element.matrix, element.matrix), *element.names)
+    multiplier = _MULTIPLIER.match(element.times)
+    if multiplier:
+        return f"{factor}<mo>\u2009</mo>{entry('λ', multiplier.group(1))}"
+    return f"{factor}<mo>\u2009</mo>{name(element.times)}" if element.times else factor
 
 
 def _rows(*rows: tuple[str, ...]) -> str:

@@ -16,14 +16,21 @@ from sympy.printing.latex import LatexPrinter, translate
 
 from symgen import runtime
 from symgen.cli.arguments import as_dict, find_model, model_argument
-from symgen.cli.equations import symbolic
 from symgen.cli.terminal import say
+from symgen.equations import (
+    Element,
+    accelerations_if_diagonal,
+    equations_by_elements,
+    rates_of_coordinates,
+    symbolic,
+)
 from symgen.errors import ModelError
 from symgen.link import module_for
 from symgen.model.from_sympy import as_piecewise
 from symgen.model.functions import dot
 from symgen.model.library import load
 from symgen.model.printing import to_text
+from symgen.runtime.names import acceleration_labels, rate_labels
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -287,7 +294,31 @@ def _equations(system: System, show: Callable[[sympy.Expr], str]) -> list[str]:
             rows.append((f"G[{constraints[i]}, {names[j]}]", "=", show(value)))
         gamma = sorted(symbolic(system, "gamma").items())
         rows += [(f"gamma[{constraints[i]}]", "=", show(value)) for i, value in gamma]
-    return section(head, rows)[:-1]
+    return [*section(head, rows), *_first_order(system, show)]
+
+
+def _first_order(system: System, show: Callable[[sympy.Expr], str]) -> list[str]:
+    """The equations of x' that are not of the form dot(q) = dot(q), by the names of their elements."""
+    states = [*(c["name"] for c in system.coordinates), *rate_labels(system.coordinates, system.rates)]
+    rates = [(f"dot({c['name']})", show(x)) for c, x in zip(system.coordinates, rates_of_coordinates(system))]
+    rows = [(left, "=", right) for left, right in rates if left != right.strip("$")]
+    solved, elements = accelerations_if_diagonal(system), []
+    if solved is None:
+        elements = equations_by_elements(system)
+    else:
+        names = acceleration_labels(system.coordinates, system.rates)
+        rows += [(name, "=", show(value)) for name, value in zip(names, solved)]
+    sums = [[" + ".join(map(_term, side)) or "0" for side in sides] for sides in elements]
+    return [
+        f"first-order form, of x = ({', '.join(states)})",
+        *section("", rows)[1:-1],
+        *(f"  {left} = {right}" for left, right in sums),
+    ]
+
+
+def _term(element: Element) -> str:
+    names = ", ".join(element.names)
+    return f"{element.matrix}[{names}]" + f"*{element.times}" * bool(element.times)
 
 
 _RATE = re.compile(r"dot\((\w+)\)\Z")
