@@ -43,7 +43,9 @@ class Late:
     """
 
     def __init__(self, module: str):
-        self._module = module
+        self._module, self._imported = module, None
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(import_module(self._module), name)
+        if self._imported is None:
+            self._imported = import_module(self._module)
+        return getattr(self._imported, name)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import _signal  # what `signal` wraps: looking up the names of numbers takes longer than what is held back
 import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+ENDING = tuple(
+    int(getattr(signal, name)) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
 _writing = 0
 
 
@@ -31,16 +34,16 @@ def uninterrupted(*, writing: bool = False) -> Iterator[None]:
     def hold(*signal_and_frame: object) -> None:
         pressed.append(signal_and_frame)
 
-    before = {number: handler for number in ENDING if callable(handler := signal.getsignal(number))}
+    before = {number: handler for number in ENDING if callable(handler := _signal.getsignal(number))}
     for number in before:
-        signal.signal(number, hold)
+        _signal.signal(number, hold)
     _writing += writing
     try:
         yield
     finally:
         _writing -= writing
         for number, handler in before.items():
-            signal.signal(number, handler)
+            _signal.signal(number, handler)
         if pressed:
             before[pressed[0][0]](*pressed[0])
 

@@ -12,7 +12,7 @@ from references import load_reference
 from symgen import Model, cos, dot, runtime, sqrt
 from symgen.link import module_for
 from symgen.model.library import find
-from symgen.runtime.checks.error_estimate import estimate, sizes
+from symgen.runtime.checks.error_estimate import Extent, estimate
 from symgen.runtime.inputs import Controller
 
 
@@ -60,7 +60,7 @@ def test_estimate_against_80_digits(double, options):
     states = load_reference("double_pendulum_60")["states"]
     right = np.array([[float(x) for x in states[second]] for second in range(int(options["t_end"]) + 1)])
     seconds = np.searchsorted(run.t, np.arange(len(right)) - 1e-9)
-    true = np.abs(run.states[seconds] - right) / sizes(double, run.states)
+    true = np.abs(run.states[seconds] - right) / Extent(run.states).sizes(double)
     found = estimate(run, 1e8)
     assert found.known
     estimated = found.relative[np.searchsorted(found.t, np.arange(len(right)) - 1e-9)]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symgen.runtime.checks.companion import Companion, finer, follow, independent, loose
-from symgen.runtime.checks.growth import growth_rate, is_exponential, running_maximum
+from symgen.runtime.checks.growth import growth_rate, is_exponential, running_maximum, slope
 from symgen.runtime.checks.sharpness import may_be_sharp
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
@@ -38,6 +39,8 @@ _OF_ATOL, _LEAST = 10.0, 1e-14  # ranges below so many atol are no motion, and b
 _MORE_FOR_ACCURATE = 3.0  # times the operations
 _OPTIMISTIC = 2.0  # times the way that a companion of the run's own method is expected to come
 _MIDDLE = 0.5  # of a long run, where other companions begin
+_TINY = np.finfo(float).tiny
+_SHORT_ROW = 50  # numbers
 _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
 _MOST_EXPONENT, _WHOLE = 60.0, 1.0  # errors grow no further than to the range
@@ -66,7 +69,7 @@ class ErrorEstimate:
     @property
     def worst(self) -> np.ndarray:
         """The largest error of all variables, over time."""
-        return self.relative.max(axis=1)
+        return row_maxima(self.relative)
 
     @property
     def largest(self) -> float:
@@ -140,12 +143,14 @@ class _Beside:
 
     def __init__(self, solution: Solution):
         rows = _rows(solution)
-        self._solution, self._t, self._states = solution, solution.t[rows], solution.states[rows]
+        whole = len(rows) == len(solution.t)
+        self._solution, self._t = solution, solution.t if whole else solution.t[rows]
+        self._states = solution.states if whole else solution.states[rows]
         self.own = method_of(solution)
         self._least = _OF_ATOL * solution.atol if self.own.adaptive else _LEAST
-        self._size = self._sizes(self._states)
-        with np.errstate(over="ignore"):
-            ranges = np.ptp(self._states, axis=0)
+        extent = Extent(self._states)
+        self._size = np.maximum(extent.sizes(solution.system), self._least)
+        ranges = extent.range
         self.least_range = float(ranges[ranges >= _AT_REST * ranges.max()].min(initial=1.0))
         # A jump of the rates may come before a frame in one run, and after it in the other.
         self.jumps = any(event.action not in ("record", "terminate") for event in solution.events)
@@ -180,33 +185,35 @@ class _Beside:
         )
         n = len(found.states)
         known = n == len(t) or self._is_lost(found.states, states)
-        size = self._sizes(found.states, companion) if n == len(t) else self._size
+        size = self._sizes_seen(found.states, companion) if n == len(t) else self._size
         relative = companion.remains * self._off(found.states, states, size)
         if found.ended and n < len(t):
             # By an event that the run met later, or not at all.
             relative[-1] = np.maximum(relative[-1], (t[-1] - found.t) / (self._t[-1] - self._t[0]))
             known = True
-        worst = relative.max(axis=1)
+        worst = row_maxima(relative)
         rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
         return ErrorEstimate(t[:n], relative, known, rate)
 
-    def _sizes(self, states: np.ndarray, companion: Companion | None = None) -> np.ndarray:
-        """What errors are measured by; where a companion sees more than its own tolerances, that is motion."""
+    def _sizes_seen(self, states: np.ndarray, companion: Companion) -> np.ndarray:
+        """What errors are measured by: where a companion sees more than its own tolerances, that is motion."""
+        extent, system = Extent(states), self._solution.system
         least = np.full(states.shape[1], self._least)
-        if companion is not None and companion.method.adaptive:
-            nq = self._solution.system.nq
-            for part in (slice(0, nq), slice(nq, None)):
-                largest = np.ptp(states[:, part], axis=0).max(initial=0.0)
+        if companion.method.adaptive:
+            for part in (slice(0, system.nq), slice(system.nq, None)):
+                largest = extent.range[part].max(initial=0.0)
                 seen = max(
                     _LEAST, _OF_ATOL * max(companion.atol, companion.rtol * largest)
                 )  # rest is no motion
                 least[part] = np.minimum(least[part], seen)
-        return np.maximum(sizes(self._solution.system, states), least)
+        return np.maximum(extent.sizes(system), least)
 
     def _off(self, found: np.ndarray, states: np.ndarray, size: np.ndarray) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):
             off = np.abs(found - states[: len(found)]) / size
-        off = np.where(np.isfinite(off), off, np.inf)
+            finite = np.isfinite(off.sum())
+        if not finite:
+            off = np.where(np.isfinite(off), off, np.inf)
         return np.minimum(off, np.vstack([off[1:], off[-1:]])) if self.jumps else off
 
     def _is_lost(self, found: np.ndarray, states: np.ndarray) -> bool:
@@ -217,26 +224,41 @@ class _Beside:
         return bool((off.max(axis=1) > _LOST).all())
 
 
-def sizes(system: System, states: np.ndarray) -> np.ndarray:
-    """Return what errors are measured by: what each coordinate and rate does.
+class Extent:
+    """How far each coordinate and rate goes.
 
-    That is its range; of a rate at least a part of its magnitude; of a quaternion the largest of its four. What moves
-    by less than a billionth of the largest, as what symmetry keeps in its place, is measured by that.
-
-    Parameters
+    Attributes
     ----------
-    states : ndarray, shape (n, nq + nv)
+    range, magnitude : ndarray, shape (nq + nv,)
+        The largest less the smallest value, and the largest magnitude.
     """
-    with np.errstate(over="ignore", invalid="ignore"):
-        size, magnitude = np.ptp(states, axis=0), np.abs(states).max(axis=0)
-    rates = slice(system.nq, None)
-    size[rates] = np.maximum(size[rates], _LEAST_RIPPLE * magnitude[rates])
-    for first in system.quaternions:
-        size[first : first + 4] = size[first : first + 4].max()
-    for part in (slice(0, system.nq), rates):
-        largest = size[part].max(initial=0.0)
-        size[part] = np.where(size[part] > _AT_REST * largest, size[part], largest)
-    return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, np.finfo(float).tiny))
+
+    def __init__(self, states: np.ndarray):
+        with np.errstate(over="ignore", invalid="ignore"):
+            largest, smallest = states.max(axis=0), states.min(axis=0)
+            self.range, self.magnitude = largest - smallest, np.maximum(np.abs(largest), np.abs(smallest))
+
+    def sizes(self, system: System) -> np.ndarray:
+        """Return what errors are measured by: what each coordinate and rate does.
+
+        That is its range; of a rate at least a part of its magnitude; of a quaternion the largest of its four. What
+        moves by less than a billionth of the largest, as what symmetry keeps in its place, is measured by that.
+        """
+        size, magnitude, rates = self.range.copy(), self.magnitude, slice(system.nq, None)
+        size[rates] = np.maximum(size[rates], _LEAST_RIPPLE * magnitude[rates])
+        for first in system.quaternions:
+            size[first : first + 4] = size[first : first + 4].max()
+        for part in (slice(0, system.nq), rates):
+            largest = size[part].max(initial=0.0)
+            size[part] = np.where(size[part] > _AT_REST * largest, size[part], largest)
+        return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, _TINY))
+
+
+def row_maxima(values: np.ndarray) -> np.ndarray:
+    """Return the largest of each row: column by column, as NumPy takes longest over rows that are short."""
+    if values.shape[1] > _SHORT_ROW:
+        return values.max(axis=1)
+    return functools.reduce(np.maximum, values.T)
 
 
 def method_of(solution: Solution) -> Method:
@@ -249,9 +271,10 @@ def method_of(solution: Solution) -> Method:
 
 def _rows(solution: Solution) -> np.ndarray:
     """Return the frames at which states are compared; no two of them have one time."""
-    different = np.flatnonzero(np.append(True, np.diff(solution.t) > 0.0))
+    rises = solution.t[1:] > solution.t[:-1]
+    different = np.arange(len(solution.t)) if rises.all() else np.flatnonzero(np.append(True, rises))
     most = max(min(_MOST_FRAMES, _MOST_NUMBERS // solution.states.shape[1]), LEAST_FRAMES)
-    return different[sample_rows(len(different), most)]
+    return different if len(different) <= most else different[sample_rows(len(different), most)]
 
 
 def _extrapolated(solution: Solution, parts: list[ErrorEstimate], rate: float) -> ErrorEstimate:
@@ -298,4 +321,4 @@ def _power(part: ErrorEstimate) -> float:
     chosen = (passed > _LATE * passed[-1]) & (peak > 0.0)
     if np.count_nonzero(chosen) < LEAST_FRAMES:
         return 1.0
-    return float(np.polyfit(np.log(passed[chosen]), np.log(peak[chosen]), 1)[0])
+    return slope(np.log(passed[chosen]), np.log(peak[chosen]))

@@ -44,7 +44,13 @@ def growth_rate(t: np.ndarray, relative: np.ndarray) -> float | None:
     x, y = t[begin:end], np.log(np.maximum(upper[begin:end], _ROUND_OFF))
     if y[-1] - y[0] < np.log(_LEAST_GROWTH):
         return None
-    return float(np.polyfit(x - x[0], y, 1)[0])
+    return slope(x, y)
+
+
+def slope(x: np.ndarray, y: np.ndarray) -> float:
+    """Return the slope of the straight line that fits best by least squares."""
+    x = x - x.mean()
+    return float((x @ (y - y.mean())) / (x @ x))
 
 
 def _envelope(relative: np.ndarray, width: int) -> np.ndarray:
