@@ -101,17 +101,17 @@ def event_values_and_floor(system: System, arrays: LoopArrays) -> tuple[np.ndarr
     """Return the event functions, and what of them is round-off: their change when all they read moves a little."""
     kernel, t, p = system.kernel("events"), arrays.t, arrays.p
     y = arrays.y[: system.nq + system.nv].copy()
-    g = kernel(t, y, p)
     relative = _PERTURBATION * (_PROJECTION_NOISE if system.m or system.quaternions else 1.0)
-    floor = np.abs(kernel(t + relative * abs(t), y, p) - g)
-    for i in range(len(y)):
-        kept = y[i]
-        y[i] = kept + relative * abs(kept)
-        floor += np.abs(kernel(t, y, p) - g)
-        y[i] = kept
-    # And the way that they go within the last digits of time.
-    dt = relative * abs(t)
-    floor += np.abs(kernel(t + dt, y + dt * system.kernel("rhs")(t, y, p)[: len(y)], p) - g)
+    dt, n = relative * abs(t), len(y)
+    # As it is; a little later; with each number a little larger; and as far as it goes within the last digits of time.
+    times, states = np.full(n + 3, t), np.tile(y, (n + 3, 1))
+    times[[1, -1]] = t + dt
+    states[2:-1].flat[:: n + 1] = y + relative * np.abs(y)
+    states[-1] = y + dt * system.kernel("rhs")(t, y, p)[:n]
+    g, *moved = kernel.rows(times, states, p)
+    floor = np.abs(moved[0] - g)
+    for values in moved[1:]:
+        floor += np.abs(values - g)
     return g, np.where(np.isfinite(floor), floor, 0.0)
 
 

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from symgen.runtime.code.bridge import evaluate_rows
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.llvm_text import PRECOMPUTED
 from symgen.runtime.errors import ModuleError
@@ -148,6 +149,24 @@ class Kernel:
         else:
             self._check_out(out)
         self._call(float(t), y.ctypes.data, p.ctypes.data, out.ctypes.data)
+        return out
+
+    def rows(self, times: np.ndarray, states: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Evaluate the function at several states, to the same bits.
+
+        Parameters
+        ----------
+        times : ndarray, shape (n,) [s]
+        states : ndarray, shape (n, at least what it reads)
+        p : ndarray
+            Parameters, then inputs.
+
+        Returns
+        -------
+        ndarray, shape (n, out_size)
+        """
+        out = np.zeros((len(times), self.out_size))
+        evaluate_rows(self.address, times, states, p, out)
         return out
 
     def _checked(self, name: str, values: Any, length: int) -> np.ndarray:

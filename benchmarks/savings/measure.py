@@ -17,7 +17,7 @@ from symgen.model.library import find
 from symgen.model.library import load as load_model
 from symgen.model.model import Model
 from symgen.runtime import Solution, System, load, solve
-from symgen.runtime.batches import evaluate_rows
+from symgen.runtime.code.bridge import evaluate_rows
 
 REPEATS = 7
 CALLS = 2000

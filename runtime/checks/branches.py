@@ -40,8 +40,10 @@ def branches(solution: Solution) -> Iterator[HealthCheck]:
         return
     rows = evaluate(system, "constraint_jacobian", solution.p, solution.t, solution.states)
     rows = rows.reshape(len(rows), system.m, system.nv)[:, :nh]
-    weights = 1.0 / np.maximum((rows**2).sum(axis=1).max(axis=0), _TINY)
-    turned = np.flatnonzero(_turned(rows[:-1], rows[1:], weights))
+    by_entry = np.ascontiguousarray(rows.transpose(1, 2, 0))  # NumPy is fast along the frames
+    weights = 1.0 / np.maximum((by_entry**2).sum(axis=0).max(axis=1), _TINY)
+    has_turned = _turned(rows[:-1], rows[1:], weights) if nh > 2 else _turns(by_entry, weights)
+    turned = np.flatnonzero(has_turned)
     places = [k for k in turned if _is_straight(solution, k)][:_MOST_PLACES]
     for k in places:
         gap = _Between(solution, weights).gap(k)
@@ -70,6 +72,15 @@ def _turned(first: np.ndarray, second: np.ndarray, weights: np.ndarray) -> np.nd
     if inner.shape[-1] == 1:
         return inner[..., 0, 0] < 0.0
     return np.linalg.det(inner) < 0.0
+
+
+def _turns(rows: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The same between neighbours of one or two rows, shape (nh, nv, n), whose exterior products are short."""
+    products = rows[0]
+    if len(rows) == 2:
+        k, l = np.triu_indices(len(weights), 1)
+        products, weights = rows[0][k] * rows[1][l] - rows[0][l] * rows[1][k], weights[k] * weights[l]
+    return weights @ (products[:, :-1] * products[:, 1:]) < 0.0
 
 
 def _is_straight(solution: Solution, k: int) -> bool:

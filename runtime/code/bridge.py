@@ -1,11 +1,20 @@
-"""Call a kernel by its address, from jitted code and from Python."""
+"""Call a kernel by its address, from jitted code and from Python, for one state or for many."""
 
 from __future__ import annotations
 
 import ctypes
 import functools
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from symgen.runtime.lazy import Late
+
+if TYPE_CHECKING:
+    from symgen.runtime.code.engine import MachineCode
+
+engine = Late("symgen.runtime.code.engine")
 
 KERNEL_PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 """The one shape of all kernels: `void f(double t, const double *y, const double *p, double *out)`."""
@@ -55,3 +64,54 @@ call_kernel = _KernelCall()
 @functools.lru_cache(maxsize=256)
 def _callable(address: int):
     return KERNEL_PROTOTYPE(address)
+
+
+# Few rows take less time than a call through a jitted function's many arguments.
+_ROWS = """
+define void @rows(ptr %kernel, i64 %n, ptr %times, ptr %states, i64 %n_state, ptr %p, ptr %out, i64 %n_out) nounwind {
+entry:
+  br label %head
+head:
+  %i = phi i64 [ 0, %entry ], [ %next, %body ]
+  %more = icmp slt i64 %i, %n
+  br i1 %more, label %body, label %done
+body:
+  %t_at = getelementptr inbounds double, ptr %times, i64 %i
+  %t = load double, ptr %t_at
+  %y_offset = mul i64 %i, %n_state
+  %y = getelementptr inbounds double, ptr %states, i64 %y_offset
+  %out_offset = mul i64 %i, %n_out
+  %row = getelementptr inbounds double, ptr %out, i64 %out_offset
+  call void %kernel(double %t, ptr %y, ptr %p, ptr %row)
+  %next = add i64 %i, 1
+  br label %head
+done:
+  ret void
+}
+"""
+
+
+def evaluate_rows(
+    address: int, times: np.ndarray, states: np.ndarray, p: np.ndarray, out: np.ndarray
+) -> None:
+    """Call the kernel at `address` for each row of `states`; `out`, shape (n, width), is written in place.
+
+    All arrays are float64 and C-contiguous; their lengths are not checked.
+    """
+    _call_rows()(
+        int(address), len(times), times.ctypes.data, states.ctypes.data, states.shape[1], p.ctypes.data,
+        out.ctypes.data, out.shape[1],
+    )  # fmt: skip
+
+
+@functools.lru_cache(maxsize=1)
+def _call_rows() -> Callable:
+    global _rows_code  # lives as long as the process
+    _rows_code = engine.MachineCode()
+    content = engine.object_code(engine.cache_key(_ROWS), "rows", "rows", lambda _: (_ROWS, 0))
+    size, pointer = ctypes.c_int64, ctypes.c_void_p
+    types = [pointer, size, pointer, pointer, size, pointer, pointer, size]
+    return ctypes.CFUNCTYPE(None, *types)(_rows_code.add(content, "rows"))
+
+
+_rows_code: MachineCode | None = None

@@ -33,22 +33,26 @@ def constraint_drift(solution: Solution) -> dict[str, Drift]:
     velocity its largest term over the run, and at least that of a motion by one size over the whole run.
     """
     system = solution.system
-    rows = np.abs(evaluate(system, "constraint_residual", solution.p, solution.t, solution.states))
+    rows = evaluate(system, "constraint_residual", solution.p, solution.t, solution.states)
+    largest = np.maximum(np.abs(rows.max(axis=0)), np.abs(rows.min(axis=0)))
     constraints = Constraints(system, solution.p, float(solution.t[0]))
     sizes = constraints.characteristic_sizes(solution.q[0])
     found = {}
     if system.nh:
-        position = rows[:, : system.nh] / constraints.position_scales(solution.q[0], sizes)
-        found["position"] = _worst(position, constraints.names, solution)
-    velocity = rows[:, system.nh :] / _velocity_scales(solution, sizes)
-    found["velocity"] = _worst(velocity, constraints.names, solution)
+        scales = constraints.position_scales(solution.q[0], sizes)
+        own = slice(None, system.nh)
+        found["position"] = _worst(rows[:, own], largest[own] / scales, constraints.names, solution)
+    own = slice(system.nh, None)
+    relative = largest[own] / _velocity_scales(solution, sizes)
+    found["velocity"] = _worst(rows[:, own], relative, constraints.names, solution)
     return found
 
 
-def _worst(rows: np.ndarray, names: list[str], solution: Solution) -> Drift:
+def _worst(rows: np.ndarray, relative: np.ndarray, names: list[str], solution: Solution) -> Drift:
     # argmax finds a NaN first.
-    frame, which = np.unravel_index(np.argmax(rows), rows.shape)
-    return Drift(names[which], float(rows[frame, which]), float(solution.t[frame]))
+    which = int(np.argmax(relative))
+    frame = int(np.argmax(np.abs(rows[:, which])))
+    return Drift(names[which], float(relative[which]), float(solution.t[frame]))
 
 
 def _velocity_scales(solution: Solution, sizes: np.ndarray) -> np.ndarray:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symgen.runtime.abi import ENTRIES
+from symgen.runtime.batches import evaluate
 from symgen.runtime.constraints.sizes import coordinate_sizes
 from symgen.runtime.positions import Positions
 from symgen.runtime.size import is_large
@@ -105,17 +107,15 @@ class Constraints:
 
         One that does not change, but for round-off, is held against its own value.
         """
-        random = np.random.default_rng(20240229)
-        steps = [_NEAR * sizes * random.uniform(-1.0, 1.0, sizes.size) for _ in range(2)]
-        near = [q, *(self.positions.retract(q, step) for step in steps)]
-        scales = np.zeros(self._system.nh)
-        for place in near:
-            change = self.largest_in_rows(place, np.zeros_like(sizes), sizes)[: self._system.nh]
-            scales = np.fmax(scales, np.where(np.isfinite(change), change, 0.0))
+        system, n = self._system, sizes.size
+        near = [q, *(self.positions.retract(q, _NEAR * sizes * step) for step in _random_steps(n))]
+        states = np.zeros((len(near), system.nq + n))
+        states[:, : system.nq] = near
+        entries = evaluate(system, kernel_of_jacobian(system), self.p, np.full(len(near), self.t), states)
+        change = largest_in_rows(system, entries, np.tile(sizes, (len(near), 1)))[:, : system.nh]
+        scales = np.fmax.reduce(np.where(np.isfinite(change), change, 0.0))
         at = self.positions.per_rate(q, 0.0)
-        scales = np.fmax(
-            scales, _DIGITS * self.largest_in_rows(q, np.zeros_like(sizes), at)[: self._system.nh]
-        )
+        scales = np.fmax(scales, _DIGITS * largest_in_rows(system, entries[:1], at[None])[0, : system.nh])
         values = np.abs(self.position(q))
         scales = np.where(scales > _ROUND_OFF * values, scales, values)
         return np.where(scales > 0.0, scales, 1.0)
@@ -126,6 +126,12 @@ class Constraints:
         slow = self.largest_in_rows(q, v, sizes) * _SLOWEST
         scales = np.maximum(np.maximum(*terms), slow)
         return np.where(scales > 0.0, scales, 1.0)
+
+
+@functools.lru_cache(maxsize=16)
+def _random_steps(n: int) -> np.ndarray:
+    """Return two times n numbers between -1 and 1, the same each time."""
+    return np.random.default_rng(20240229).uniform(-1.0, 1.0, (2, n))
 
 
 def kernel_of_jacobian(system: System) -> str:

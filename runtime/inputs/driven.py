@@ -72,6 +72,10 @@ class DrivenKernel:
             self._system.refuse_faults()
         return out
 
+    def rows(self, times: np.ndarray, states: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Evaluate the function at several states, shape (n, out_size)."""
+        return np.array([self(t, y, p) for t, y in zip(times, states)]).reshape(len(times), self.out_size)
+
 
 class DrivenSystem(System):
     """A model with inputs over time, used as any `System`; its other inputs are constants in `p`.
