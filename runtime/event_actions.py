@@ -104,7 +104,8 @@ def event_values_and_floor(system: System, arrays: LoopArrays) -> tuple[np.ndarr
     relative = _PERTURBATION * (_PROJECTION_NOISE if system.m or system.quaternions else 1.0)
     dt, n = relative * abs(t), len(y)
     # As it is; a little later; with each number a little larger; and as far as it goes within the last digits of time.
-    times, states = np.full(n + 3, t), np.tile(y, (n + 3, 1))
+    times, states = np.full(n + 3, t), np.empty((n + 3, n))
+    states[:] = y
     times[[1, -1]] = t + dt
     states[2:-1].flat[:: n + 1] = y + relative * np.abs(y)
     states[-1] = y + dt * system.kernel("rhs")(t, y, p)[:n]
