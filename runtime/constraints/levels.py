@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.abi import ENTRIES
-from symgen.runtime.batches import evaluate
 from symgen.runtime.constraints.sizes import coordinate_sizes
 from symgen.runtime.positions import Positions
 from symgen.runtime.size import is_large
@@ -111,7 +110,8 @@ class Constraints:
         near = [q, *(self.positions.retract(q, _NEAR * sizes * step) for step in _random_steps(n))]
         states = np.zeros((len(near), system.nq + n))
         states[:, : system.nq] = near
-        entries = evaluate(system, kernel_of_jacobian(system), self.p, np.full(len(near), self.t), states)
+        kernel = system.kernel(kernel_of_jacobian(system))
+        entries = kernel.rows(np.full(len(near), self.t), states, self.p)
         change = largest_in_rows(system, entries, np.tile(sizes, (len(near), 1)))[:, : system.nh]
         scales = np.fmax.reduce(np.where(np.isfinite(change), change, 0.0))
         at = self.positions.per_rate(q, 0.0)
