@@ -122,7 +122,14 @@ WRONG = {
         8,
         "'phi'",
     ),
-    "defined further down": ('"x + l*sin(phi)"', '"x + vx"', "definitions", "px", 5, "further down"),
+    "definitions in a circle": (
+        '"x + l*sin(phi)"',
+        '"x + vx"',
+        "definitions",
+        "px",
+        5,
+        "itself, through 'vx'",
+    ),
     "refers to itself": ('"x + l*sin(phi)"', '"x + px"', "definitions", "px", 5, "refers to itself"),
     "output in expression": ('x = "F"', 'x = "F + speed"', "forces", "x", 5, "is an output"),
     "duplicate across tables": (

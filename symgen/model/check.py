@@ -8,7 +8,7 @@ The check that every coordinate moves something, or is held by something.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy
 
@@ -20,7 +20,7 @@ from .check_tree import LoopChecker, check_tree
 from .check_values import check_contacts, check_velocity_constraints, is_massless
 from .description import Body, Description, Joint
 from .expand import expand
-from .expression_tree import Uses, uses
+from .expression_tree import Uses, names_in, uses
 from .items import COORDINATES, INPUTS, PLACES, RATES, TIME_ITSELF, Item, body_items, definition_items, items
 from .joint_tree import coordinates_in, motion_of, moved_by
 from .joint_types import TYPES
@@ -224,6 +224,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     ModelError
         For the first thing that is wrong.
     """
+    d = with_definitions_in_order(d, sources)
     check_tree(d, sources)
     check_elements(d, sources)
     loops = LoopChecker(d, sources)
@@ -245,6 +246,39 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     check_mentions(full, sources, found, checker.moved)
     dimensions.check_units(d, sources)
     return full
+
+
+def with_definitions_in_order(d: Description, sources: Sources) -> Description:
+    """The description with each definition behind those that it uses, otherwise as they were given.
+
+    Raises
+    ------
+    ModelError
+        For definitions that refer to each other in a circle.
+    """
+    expressions = dict(d.definitions)
+    used = {name: names_in(x) & expressions.keys() for name, x in d.definitions}
+    ordered: dict[str, sympy.Expr] = {}
+    for first in expressions:
+        chain: dict[str, Iterator[str]] = {} if first in ordered else {first: iter(sorted(used[first]))}
+        while chain:
+            name, waiting = next(reversed(chain.items()))
+            other = next(waiting, None)
+            if other is None:
+                ordered[name] = expressions[name]
+                del chain[name]
+            elif other in chain:
+                names = list(chain)
+                through = ", ".join(f"'{x}'" for x in names[names.index(other) + 1 :])
+                message = f"'{other}' refers to itself" + (f", through {through}" if through else "")
+                hint = (
+                    "write it without its own name" if not through else "write one of them without the others"
+                )
+                place = names[names.index(other) + 1] if through else other
+                raise sources.name_error("definitions", other, place, message, hint)
+            elif other not in ordered:
+                chain[other] = iter(sorted(used[other]))
+    return d if list(ordered) == list(expressions) else replace(d, definitions=tuple(ordered.items()))
 
 
 class _Checker:
@@ -313,14 +347,7 @@ class _Checker:
         kind = self.kinds.get(name)
         if name == "t" or name in self.defined or kind not in (None, "definition", "output"):
             return
-        if name == item.key and item.table == "definitions":
-            message, hint = f"'{name}' refers to itself", "write it without its own name"
-        elif kind == "definition":
-            message, hint = (
-                f"'{name}' is defined further down",
-                "a definition may use those above it: move it up",
-            )
-        elif kind == "output":
+        if kind == "output":
             message, hint = f"'{name}' is an output, which expressions cannot use", "make it a definition"
         else:
             usable = [n for n, k in self.kinds.items() if k != "output"]

@@ -92,5 +92,10 @@ def uses(root: sympy.Basic) -> Uses:
     )
 
 
+def names_in(root: sympy.Basic) -> frozenset[str]:
+    """The names in an expression."""
+    return _names(postorder([root]))
+
+
 def _names(nodes: list[sympy.Basic]) -> frozenset[str]:
     return frozenset(node.name for node in nodes if isinstance(node, sympy.Symbol))

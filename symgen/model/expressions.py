@@ -243,10 +243,12 @@ class _Builder:
     def _product(self, node: ast.expr, depth: int) -> sympy.Expr:
         coefficient: sympy.Expr = sympy.S.One
         factors: list[sympy.Expr] = []
+        one_written = False
         for operand, inverse, negative in _product_operands(node):
             if negative:
                 coefficient = -coefficient
                 continue
+            one_written |= self._is_decimal_one(operand)
             value = self._convert(operand, depth + 1)
             number, rest = split_product(value)
             if inverse:
@@ -258,7 +260,13 @@ class _Builder:
                 (coefficient, number),
             )
             factors += rest
+        if one_written and coefficient in (1, -1) and factors:  # as 2.0 would, it may carry a unit
+            coefficient = sympy.Float(coefficient)
         return build(sympy.Mul, coefficient, sympy.S.One, factors)
+
+    def _is_decimal_one(self, node: ast.expr) -> bool:
+        text = self._token(node).text if isinstance(node, ast.Constant) else "1"
+        return not text.isdigit() and float(text) == 1.0
 
     def _reciprocal(self, number: sympy.Expr, operand: ast.expr) -> sympy.Expr:
         if number is sympy.S.One:
