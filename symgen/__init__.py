@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .front import Model
     from .link import load
     from .model.from_sympy import where
-    from .model.functions import dot, floor, heaviside, maximum, minimum, t
+    from .model.functions import dot, floor, heaviside, maximum, minimum, mod, smoothstep, t
     from .version import __version__ as __version__
 
 __all__ = [
@@ -31,10 +31,12 @@ __all__ = [
     "log",
     "maximum",
     "minimum",
+    "mod",
     "pi",
     "sign",
     "sin",
     "sinh",
+    "smoothstep",
     "sqrt",
     "t",
     "tan",
@@ -45,7 +47,9 @@ _OWN = {
     "Model": ".front",
     "load": ".link",
     "__version__": ".version",
-    **dict.fromkeys(("dot", "floor", "heaviside", "minimum", "maximum", "t"), ".model.functions"),
+    **dict.fromkeys(
+        ("dot", "floor", "heaviside", "minimum", "maximum", "mod", "smoothstep", "t"), ".model.functions"
+    ),
     "where": ".model.from_sympy",
 }
 

@@ -12,13 +12,13 @@ from symgen.model import toml_reader
 from symgen.model.declared import NUMBER_KEYS
 from symgen.model.items import DRAWINGS
 from symgen.model.joint_types import TYPES
+from symgen.model.names import FUNCTION_ARITY
 from symgen.model.over_time import KINDS
 from symgen.model.parts import ACTIONS, DIRECTIONS, SHAPES
 from symgen.model.run_defaults import FORMULATIONS, KEYS
 from symgen.model.solids import SHAPE_KEYS
 from symgen.model.toml_reader import READERS, TOP_KEYS, read_text
 from symgen.model.units import ATOMS
-from symgen.runtime.graph.functions import IN_MODELS
 
 PAGE = (Path(__file__).parents[1] / "docs" / "reference.md").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## `?(.+?)`?\n(.*?)(?=^## |\Z)", PAGE, re.DOTALL | re.MULTILINE))
@@ -81,7 +81,7 @@ def test_words_that_a_key_takes_are_named(table, words):
 
 def test_every_function_and_unit_is_named():
     values = SECTIONS["What values are"]
-    assert rows("What values are") == {*IN_MODELS, "dot"}
+    assert rows("What values are") == set(FUNCTION_ARITY)
     units = re.search(r"powers of `([^`]*)`, the prefixes `([^`]*)`, and `([^`]*)`", values)
     plain, prefixes, more = (set(part.split()) for part in units.groups())
     made = plain | more | {prefix + unit for prefix in prefixes for unit in plain}

@@ -14,6 +14,7 @@ import symgen
 from symgen import Model, runtime
 from symgen.errors import ModelError
 from symgen.link import derive_text
+from symgen.model.expressions import parse
 from symgen.runtime import solve
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
@@ -80,7 +81,20 @@ def stairs_down(t: np.ndarray) -> np.ndarray:
     return result
 
 
+def saw(t: np.ndarray) -> np.ndarray:
+    """x'' = mod(t, 1.5)."""
+    return t**3 / 6 - sum(1.5 * np.maximum(t - 1.5 * k, 0.0) ** 2 / 2 for k in range(1, 6))
+
+
+def ramp(t: np.ndarray) -> np.ndarray:
+    """x'' = smoothstep(1, 2, t)."""
+    s, after = np.clip(t - 1, 0, 1), np.maximum(t - 2, 0)
+    return s**4 / 4 - s**5 / 10 + after / 2 + after**2 / 2
+
+
 CASES = {
+    "mod of time": Case("mod(t, 1.5)", 0.0, 0.0, saw),
+    "smoothstep of time": Case("smoothstep(1, 2, t)", 0.0, 0.0, ramp),
     "floor of time": Case("floor(t)", 0.0, 0.0, staircase),
     "heaviside of time": Case("-x + 2*heaviside(t - 1.3)", 1.0, 0.0, loaded_spring),
     "where of time": Case("where(t < 1 or t >= 2.5, -9.81, 0)", 0.0, 10.0, weighed),
@@ -241,6 +255,9 @@ def test_loads_definitions_and_events_take_them():
         ("where(x < v0, k*x, 0)", "cannot be compared"),
         ("where(x < l, k*x, l)", "branches of one choice"),
         ("k*l*floor(x)", "'floor' takes a pure number"),
+        ("k*mod(x, t)", "cannot be compared|'floor' takes a pure number"),
+        ("k*x*smoothstep(l, t, x)", "cannot be added|units do not match"),
+        ("k*mod(x, l)*smoothstep(0, l, x)*x", "units do not match"),
         ("where(x, k*x, 0)", "needs a condition here"),
         ("k*x*(x < l)", "a condition is no value"),
         ("where(x == l, k*x, 0)", "'=' has no place"),
@@ -279,3 +296,13 @@ def test_they_are_printed(tmp_path):
     latex, mathml = to_latex(choice), to_mathml(choice)
     assert r"\begin{cases}" in latex and r"\lfloor" in latex and r"\theta\left(x\right)" in latex
     assert ("if " in mathml and "floor" in mathml.lower()) or "⌊" in mathml
+
+
+def test_mod_and_smoothstep_of_numbers():
+    values = {"mod(7.5, 2)": 1.5, "mod(-1, 3)": 2, "mod(1, -3)": -2, "smoothstep(0, 2, 0.5)": 0.15625,
+              "smoothstep(0, 2, -1)": 0, "smoothstep(0, 2, 3)": 1, "smoothstep(2, 0, 0.5)": 0.84375}  # fmt: skip
+    assert {text: float(parse(text).expression) for text in values} == values
+    with pytest.raises(ModelError, match="'mod' has no value"):
+        parse("mod(1, 0)")
+    x = sympy.Symbol("x")
+    assert symgen.mod(x, 2) == parse("mod(x, 2)").expression

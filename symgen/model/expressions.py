@@ -12,8 +12,8 @@ import sympy
 
 from ..errors import ModelError
 from . import exact
-from .evaluate import evaluate
-from .functions import CLASSES, CONDITION_CLASSES, dot, nested
+from .evaluate import NotFinite, evaluate
+from .functions import ABBREVIATIONS, CLASSES, CONDITION_CLASSES, dot, nested
 from .tokens import LONGEST_TEXT, Token, check_grammar, tokenise
 from .unevaluated import build, inverted, negated, split_product
 from .units import Unit, parse_unit
@@ -210,6 +210,8 @@ class _Builder:
         if name == "where":
             return self._where(node, depth)
         arguments = [self._convert(a, depth + 1) for a in node.args]
+        if name in ABBREVIATIONS:
+            return self._abbreviated(name, arguments, self._token(node.func))
         if all(a.is_Number for a in arguments):
             return self._folded(self._token(node.func), lambda: exact.call(name, arguments), arguments)
         if name == "sqrt":
@@ -223,6 +225,15 @@ class _Builder:
                 hint="write forces and constraints with positions and rates only",
             )
         return SYMPY_FUNCTIONS[name](*arguments, evaluate=False)
+
+    def _abbreviated(self, name: str, arguments: list[sympy.Expr], place: Token) -> sympy.Expr:
+        if not all(a.is_Number for a in arguments):
+            return ABBREVIATIONS[name](*arguments)
+        try:
+            return exact.number(evaluate(ABBREVIATIONS[name](*map(sympy.Float, arguments)), {}))
+        except NotFinite:
+            message, hint = f"'{name}' has no value here", "look for a division by zero"
+            raise ModelError(message, column=place.column, hint=hint) from None
 
     def _power(self, node: ast.BinOp, depth: int) -> sympy.Expr:
         base, exponent = self._convert(node.left, depth + 1), self._convert(node.right, depth + 1)

@@ -23,6 +23,7 @@ from .functions import (
     less,
     maximum,
     minimum,
+    mod,
     nested,
     opposite,
 )
@@ -128,10 +129,6 @@ def _piecewise(*pieces: tuple[sympy.Expr, sympy.Basic]) -> sympy.Expr:
     return value
 
 
-def _remainder(x: sympy.Expr, divisor: sympy.Expr) -> sympy.Expr:
-    return x - divisor * floor(x / divisor)
-
-
 _SYMPY = {
     less: sympy.StrictLessThan, at_most: sympy.LessThan, both: sympy.And, either: sympy.Or, opposite: sympy.Not,
 }  # fmt: skip
@@ -141,7 +138,7 @@ _RULES: dict[type, Callable] = {
     sympy.Min: _max_or_min(minimum),
     sympy.floor: floor,
     sympy.ceiling: lambda x: -floor(-x),
-    sympy.Mod: _remainder,
+    sympy.Mod: mod,
     sympy.Heaviside: _heaviside,
     sympy.Piecewise: _piecewise,
     ExprCondPair: lambda value, condition: (value, condition),

@@ -111,6 +111,29 @@ OF_CLASS = (
 )
 
 
+def mod(x: sympy.Expr, divisor: sympy.Expr) -> sympy.Expr:
+    """What is left of `x` when as many whole divisors as fit are taken away, with the divisor's sign, as in Python."""
+    quotient = floor(sympy.Mul(x, sympy.Pow(divisor, -1, evaluate=False), evaluate=False), evaluate=False)
+    taken = sympy.Mul(sympy.S.NegativeOne, divisor, quotient, evaluate=False)
+    return sympy.Add(x, taken, evaluate=False)
+
+
+def smoothstep(low: sympy.Expr, high: sympy.Expr, x: sympy.Expr) -> sympy.Expr:
+    """0 below `low`, 1 above `high`, and s^2 (3 - 2 s) between, where s goes evenly from 0 to 1."""
+    width = sympy.Add(high, sympy.Mul(-1, low, evaluate=False), evaluate=False)
+    above = sympy.Add(x, sympy.Mul(-1, low, evaluate=False), evaluate=False)
+    share = sympy.Mul(above, sympy.Pow(width, -1, evaluate=False), evaluate=False)
+    s = maximum(minimum(share, sympy.S.One, evaluate=False), sympy.S.Zero, evaluate=False)
+    back = sympy.Mul(
+        sympy.S.NegativeOne, s, evaluate=False
+    )  # twice: a factor of 2 may be meant to carry a unit
+    slope = sympy.Add(sympy.Integer(3), back, back, evaluate=False)
+    return sympy.Mul(sympy.Pow(s, 2, evaluate=False), slope, evaluate=False)
+
+
+ABBREVIATIONS = {"mod": mod, "smoothstep": smoothstep}  # functions that are written with others
+
+
 def is_condition(x: Any) -> bool:
     """Whether something is a condition, not a value."""
     return isinstance(x, tuple(CONDITION_CLASSES.values()))

@@ -10,6 +10,8 @@ from symgen.runtime.graph.functions import IN_MODELS
 FUNCTION_ARITY: dict[str, tuple[int, int | None]] = {  # fewest and most arguments
     **{name: function.arity for name, function in IN_MODELS.items()},
     "dot": (1, 1),
+    "mod": (2, 2),  # the last two are written with others: `ABBREVIATIONS` in functions.py
+    "smoothstep": (3, 3),
 }
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z", re.ASCII)
 LONGEST_NAME = 100
