@@ -137,6 +137,9 @@ def _not_finite(system: System, method: Method, arrays: LoopArrays, when: str) -
     elif method.series and any(switch.get("normal") for switch in system.switches):
         what = "no series leads on"
         remedy = "where a force is zero that friction is in proportion to, its magnitude has none: try --method dop853"
+    elif method.series:
+        what = "no series leads on"
+        remedy = "a root or a power of what is zero has none: try --method dop853"
     elif method.adaptive:
         what = f"no step leads on, however small; {fastest(system, arrays)} changes fastest"
         remedy = "look for a singularity of the model there"

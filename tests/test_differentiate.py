@@ -20,7 +20,8 @@ from random_expressions import (
     recipes,
 )
 
-from symgen.derive.graph.differentiate import forward, jacobian, reverse
+from symgen.derive.graph.differentiate import finite_at_roots, forward, jacobian, reverse
+from symgen.derive.graph.evaluate import evaluate as graph_values
 from symgen.derive.graph.graph import Graph
 from symgen.derive.graph.hessian import hessian, mixed_hessian
 from symgen.derive.graph.kinds import PARAM, Q, V
@@ -270,3 +271,61 @@ def test_long_chains_are_differentiated_without_recursion():
     assert forward(g, [node], {x: g.one})[0] != g.zero
     assert reverse(g, [(node, g.one)], Q)[x] != g.zero
     assert mixed_hessian(g, g.mul(node, g.var(V, 0)), [g.var(V, 0)], [x])[0][0] != g.zero
+
+
+# Powers where their base is 0: the value, the first and the second derivative by x, at x and y = 0.
+_EDGES = {
+    "max(0, -x)^1.5": (lambda g, x, y: g.power(below(g, x), 1.5), (0.0, 0.0, 0.0)),
+    "max(0, -x)^1.3": (lambda g, x, y: g.power(below(g, x), 1.3), (0.0, 0.0, 0.0)),
+    "max(0, -x)^p": (lambda g, x, y: g.pow(below(g, x), g.var(PARAM, 0)), (0.0, 0.0, 0.0)),
+    "(3*max(0, -x))^0.7": (lambda g, x, y: g.power(g.mul(g.const(3.0), below(g, x)), 0.7), (0.0, 0.0, 0.0)),
+    "sqrt(max(0, -x))": (lambda g, x, y: g.call("sqrt", below(g, x)), (0.0, 0.0, 0.0)),
+    "abs(x)^1.5": (lambda g, x, y: g.power(g.call("fabs", x), 1.5), (0.0, 0.0, None)),
+    "abs(x)^2.5": (lambda g, x, y: g.power(g.call("fabs", x), 2.5), (0.0, 0.0, 0.0)),
+    "x*sqrt(x)": (lambda g, x, y: g.mul(x, g.call("sqrt", x)), (0.0, 0.0, None)),
+    "x^2.5": (lambda g, x, y: g.power(x, 2.5), (0.0, 0.0, 0.0)),
+    "sqrt(x)^2": (lambda g, x, y: g.power(g.call("sqrt", x), 2), (0.0, 1.0, 0.0)),
+    "sqrt(x)^3": (lambda g, x, y: g.power(g.call("sqrt", x), 3), (0.0, 0.0, None)),
+    "sqrt(x)^4": (lambda g, x, y: g.power(g.call("sqrt", x), 4), (0.0, 0.0, 2.0)),
+    "sqrt(x^2 + y^2)^2": (lambda g, x, y: g.power(length(g, x, y), 2), (0.0, 0.0, 2.0)),
+    "sqrt(x^2 + y^2)^3": (lambda g, x, y: g.power(length(g, x, y), 3), (0.0, 0.0, 0.0)),
+}
+
+
+def below(g, x):
+    return g.maximum(g.zero, g.neg(x))
+
+
+def length(g, x, y):
+    return g.call("sqrt", g.add(g.mul(x, x), g.mul(y, y)))
+
+
+def second(g, output, x, y):
+    """The second derivative by way of rows, of columns and of edges."""
+    by_x = jacobian(g, [output], [x, y])[0][0]
+    with finite_at_roots(g, [by_x]):
+        return [jacobian(g, [by_x], [x, y])[0][0], forward(g, [by_x], {x: g.one})[0]]
+
+
+@pytest.mark.parametrize("name", _EDGES)
+@pytest.mark.parametrize("at", [-0.3, 0.0, 0.2])
+def test_powers_have_the_derivatives_that_exist_at_zero(name, at):
+    build, (value, slope, bend) = _EDGES[name]
+    g = Graph()
+    x, y = g.var(Q, 0), g.var(Q, 1)
+    output = build(g, x, y)
+    point = {x: at, y: 0.0, g.var(PARAM, 0): 1.5}
+    firsts = [forward(g, [output], {x: g.one})[0], reverse(g, [(output, g.one)], Q)[x]]
+    seconds = [*second(g, output, x, y), hessian(g, output, [x, y])[0][0]]
+    found = [float(k) for k in graph_values(g, [output, *firsts, *seconds], point)]
+    if at:  # away from 0: against differences, where there is a value at all
+        h = 1e-4
+        near = [float(graph_values(g, [output], point | {x: at + k * h})[0]) for k in (-1, 0, 1)]
+        if math.isfinite(near[1]):
+            assert found[1:3] == pytest.approx([(near[2] - near[0]) / (2 * h)] * 2, abs=1e-6)
+            assert found[3:] == pytest.approx([(near[2] - 2 * near[1] + near[0]) / h**2] * 3, abs=1e-5)
+        return
+    assert found[:3] == [value, slope, slope]
+    if bend is not None:
+        # Where nothing is left of r = |x|, its second derivative is not asked for by edges of a potential energy.
+        assert found[3:] == [bend] * 3 if "y^2)^3" not in name else found[3:5] == [bend] * 2

@@ -33,6 +33,7 @@ from symgen.runtime.code import compiler, engine
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.modules import lower_function
 from symgen.runtime.graph.functions import ENTRIES, IN_CODE, IN_MODELS, Arithmetic, slopes
+from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.linear.duals import _MATHEMATICS, Dual, derivatives
 
 POINTS = (0.31, -0.72, 0.94)
@@ -331,3 +332,87 @@ def test_entries_are_whole():
         "call",
         "sign",
     }
+
+
+# Forces of a compliant ground by the penetration d and its rate.
+_ON_THE_GROUND = {
+    "k*max(0, -x)^1.5": lambda d, r: d**1.5,
+    "k*max(0, -x)^1.5*(1 - c*dot(x))": lambda d, r: d**1.5 * (1.0 + 0.3 * r),
+    "k*max(0, -x)*sqrt(max(0, -x))": lambda d, r: d**1.5,
+    "k*max(0, -x)^p": lambda d, r: d**1.5,
+    "0.1*k*(depth + depth^1.5)": lambda d, r: 0.1 * (d + d**1.5),
+    "0.01*k*sqrt(max(0, -x))": lambda d, r: 0.01 * d**0.5,
+}
+_AT_REST = {
+    "-c*sqrt(dot(x)^2)*dot(x)": lambda x, v: -0.3 * abs(v) * v,
+    "-c*sqrt(dot(x)^2 + dot(x)^4)*dot(x)": lambda x, v: -0.3 * math.sqrt(v**2 + v**4) * v,
+    "-10*sign(x)*abs(x)^1.5": lambda x, v: -10 * math.copysign(1, x) * abs(x) ** 1.5,
+    "-10*sqrt(x^2)^3*dot(x)": lambda x, v: -10 * abs(x) ** 3 * v,
+}
+
+
+def under(force: str, start: float) -> symgen.runtime.System:
+    """Return a unit mass that gravity pulls along x, and another force."""
+    text = f"""
+        name = "ground"
+        [parameters]
+        k = 1e4
+        c = 0.3
+        p = 1.5
+        [coordinates]
+        x = {{ start = {start} }}
+        [definitions]
+        depth = "max(0, -x)"
+        [energy]
+        kinetic = "dot(x)^2/2"
+        potential = "9.81*x"
+        [forces]
+        x = "{force}"
+        """
+    return symgen.runtime.load(derive_text(symgen.Model.from_toml(text)).text)
+
+
+def reference_end(acceleration, start: float) -> np.ndarray:
+    from scipy.integrate import solve_ivp
+
+    return solve_ivp(
+        lambda t, y: [y[1], acceleration(*y) - 9.81], (0.0, 0.3), [start, 0.0], method="DOP853",
+        rtol=1e-12, atol=1e-14, max_step=1e-4,
+    ).y[:, -1]  # fmt: skip
+
+
+def assert_all_methods_agree(force: str, start: float, expected: np.ndarray) -> None:
+    system = under(force, start)
+    for name, method in METHODS.items():
+        if method.series or not (method.adaptive or "residual_jacobian" in method.kernels):
+            continue
+        precision = {"rtol": 1e-9, "atol": 1e-12} if method.adaptive else {"step": 2e-4}
+        run = symgen.runtime.solve(system, 0.3, method=name, **precision)
+        error = abs(run.q[-1, 0] - expected[0])
+        assert run.status == "success" and not run.objections, (name, run.message)
+        assert error < (1e-6 if method.adaptive else 1e-3), (name, error)
+
+
+@pytest.mark.parametrize("force", _ON_THE_GROUND)
+def test_a_ball_is_dropped_on_a_ground_that_yields(force):
+    """Above the ground the derivative of the force is 0, not 0 times the infinite one of a root."""
+    law = _ON_THE_GROUND[force]
+    end = reference_end(lambda x, v: 1e4 * law(max(0.0, -x), -v) if x < 0.0 else 0.0, 0.01)
+    assert_all_methods_agree(force, 0.01, end)
+
+
+@pytest.mark.parametrize("force", _AT_REST)
+def test_motion_starts_where_a_root_is_zero(force):
+    """The derivative of r·u, r = sqrt(u²), is 0 where r has none: drag at rest."""
+    assert_all_methods_agree(force, 0.0, reference_end(_AT_REST[force], 0.0))
+
+
+@pytest.mark.parametrize(
+    "force", ["sqrt(x)*x", "x^2.5", "max(0, -x)^1.5", "max(0, -x)^0.7", "abs(x)^p", "sqrt(x)^3"]
+)
+def test_duals_of_powers_at_zero(force):
+    """The last of the products is the one that is infinite."""
+    system = under(force, 0.0)
+    state, p = np.zeros(2), system.parameter_values()
+    _, slope = derivatives(system, "forces", 0.0, state, p, np.eye(2), np.zeros((len(p), 2)))
+    np.testing.assert_array_equal(slope, [[0.0, 0.0]])

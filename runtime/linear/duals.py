@@ -49,8 +49,8 @@ class Dual:
 
     def __mul__(self, other: Number) -> Dual:
         if isinstance(other, Dual):
-            return Dual(self.value * other.value, self.slope * other.value + self.value * other.slope)
-        return Dual(self.value * other, self.slope * other)
+            return Dual(self.value * other.value, _share(other, self.slope) + _share(self, other.slope))
+        return Dual(self.value * other, _share(other, self.slope))
 
     __rmul__ = __mul__
 
@@ -78,6 +78,17 @@ class Dual:
 
 
 Number = Dual | float
+
+
+def _share(factor: Number, slope: np.ndarray) -> np.ndarray:
+    """Return a factor times the slope of the other one: 0 where the factor is 0 and differentiable.
+
+    The slope may be infinite, that of a root at 0; the product x sqrt(x) has one all the same.
+    """
+    value = _value(factor)
+    if value == 0.0 and not (isinstance(factor, Dual) and np.isinf(factor.slope).any()):
+        return np.zeros_like(slope)
+    return slope * value
 
 
 def derivatives(
@@ -178,12 +189,36 @@ def _lifted(name: str) -> Callable[..., Number]:
     return lifted
 
 
+class _RootOfZero(Dual):
+    """A root at 0: its slope is infinite along what moves what is below it, that of its square is not."""
+
+    __slots__ = ("below",)
+
+    def __init__(self, below: np.ndarray):
+        super().__init__(0.0, _infinite(below))
+        self.below = below
+
+    def __mul__(self, other: Number) -> Dual:
+        return Dual(0.0, self.below) if other is self else super().__mul__(other)
+
+
+def _infinite(along: np.ndarray) -> np.ndarray:
+    return np.where(along == 0.0, 0.0, math.inf)
+
+
+def _sqrt(x: Number) -> Number:
+    return _RootOfZero(x.slope) if isinstance(x, Dual) and x.value == 0.0 else _smooth_sqrt(x)
+
+
 def _pow(base: Number, exponent: Number) -> Number:
     x, n = _value(base), _value(exponent)
     value = math.pow(x, n)
     result: Number = value
     if isinstance(base, Dual):
-        result = Dual(value, (n * math.pow(x, n - 1.0) if n else 0.0) * base.slope)
+        if x == 0.0 and 0.0 < n < 1.0:
+            result = Dual(value, _infinite(base.slope))
+        else:
+            result = Dual(value, (n * math.pow(x, n - 1.0) if n else 0.0) * base.slope)
     if isinstance(exponent, Dual):
         result = result + Dual(0.0, (value * math.log(x) if value else 0.0) * exponent.slope)
     return result
@@ -219,6 +254,7 @@ class _Duals:
         return a < b if is_strict else a <= b
 
 
-# Powers and `copysign` have derivatives where those of the table have none: 0^n, and a sign that does not change.
-_MATHEMATICS = {name: _lifted(name) for name in IN_CODE} | {"pow": _pow, "copysign": _copysign}
+# Roots and powers at 0, and `copysign` of a sign that stays, have derivatives where those of the table have none.
+_smooth_sqrt = _lifted("sqrt")
+_MATHEMATICS = {name: _lifted(name) for name in IN_CODE} | {"pow": _pow, "sqrt": _sqrt, "copysign": _copysign}
 _SOLVERS = {name: getattr(solvers, name) for solvers in (dense_ldl, front_ldl) for name in solvers.SOLVERS}

@@ -77,6 +77,7 @@ class _Branches:
         self._names = {x.name for x in (*d.events, *d.stops, *d.frictions)}
         self._definitions = dict(d.definitions)
         self._done: dict[str, sympy.Expr] = {}
+        self._rooted = _under_roots(d)
         self._still = {x.name for x in (*d.parameters, *d.constants)} | {"t"}
         self._where = ""
         self.description = d
@@ -120,11 +121,12 @@ class _Branches:
             return e
         if e.func is where and any(self._lacks_values(x) for x in e.args[1:]):
             return where(self._watched(e.args[0]), *(self._rewritten(x, power) for x in e.args[1:]))
-        if isinstance(e, sympy.Pow) and e.exp.is_Number:
+        if isinstance(e, sympy.Pow):
             outside, self._under_root = self._under_root, self._under_root or not e.exp.is_Integer
-            base = self._rewritten(e.base, power * max(1.0, float(e.exp)))
+            base = self._rewritten(e.base, power * (max(1.0, float(e.exp)) if e.exp.is_Number else 1.0))
             self._under_root = outside
-            return e if base is e.base else sympy.Pow(base, e.exp, evaluate=False)
+            exponent = self._rewritten(e.exp, power)
+            return e if (base, exponent) == e.args else sympy.Pow(base, exponent, evaluate=False)
         args = [self._rewritten(x, power) for x in e.args]
         same = all(a is b for a, b in zip(args, e.args, strict=True))
         if e.func not in _KINDS or (e.func in _KINKS and power > 1.0):
@@ -217,7 +219,9 @@ class _Branches:
         """Take along a definition that forces use."""
         if name in self._definitions and name not in self._done:
             self._done[name] = self._definitions[name]  # definitions use those before them only
+            outside, self._under_root = self._under_root, name in self._rooted
             self._done[name] = self._rewritten(self._definitions[name], min(power, 1.0))
+            self._under_root = outside
 
     def _moves(self, expression: sympy.Expr) -> bool:
         """Whether an expression depends on the state or on inputs."""
@@ -235,6 +239,24 @@ def _expressions(d: Description) -> Iterator[sympy.Expr]:
     yield from (x for _, x in (*d.forces, *d.definitions))
     for load in d.loads:
         yield from (*load.force, *load.torque)
+
+
+def _under_roots(d: Description) -> set[str]:
+    """Definitions of which a root, or a power that may be one, is taken somewhere."""
+    definitions, found = dict(d.definitions), set()
+    stack = [(x, False) for x in _expressions(d)]
+    seen = set()
+    while stack:
+        e, under_root = stack.pop()
+        if (e, under_root) in seen:
+            continue
+        seen.add((e, under_root))
+        if under_root and isinstance(e, sympy.Symbol) and e.name in definitions:
+            found.add(e.name)
+            stack.append((definitions[e.name], True))
+        is_root = isinstance(e, sympy.Pow) and not e.exp.is_Integer
+        stack += ((x, under_root or is_root) for x in e.args)
+    return found
 
 
 def _has(expression: sympy.Expr) -> bool:

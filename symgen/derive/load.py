@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import sympy
 from sympy.core.function import AppliedUndef
@@ -132,7 +132,12 @@ class Loader:
         """Numerator over denominator, so that a*b/(c*d) costs one division."""
         g = self.g
         top, bottom = g.one, g.one
-        for x in self._ordered(e.args):
+        factors = self._ordered(e.args)
+        shared = _with_roots(factors)
+        if shared:  # x·sqrt(x) is one power to whoever differentiates it, k·x times sqrt(x) is not
+            top = g.product(g.product(self._memo[x] for x in group) for group in shared)
+            factors = [x for x in factors if not any(x in group for group in shared)]
+        for x in factors:
             if isinstance(x, sympy.Pow) and x.exp.is_Number and x.exp.is_negative:
                 bottom = g.mul(bottom, g.power(self._memo[x.base], -float(x.exp)))
             elif isinstance(x, sympy.Rational) and x.q != 1 and x.p in (1, -1):
@@ -140,6 +145,19 @@ class Loader:
             else:
                 top = g.mul(top, self._memo[x])
         return g.div(top, bottom)
+
+
+def _with_roots(factors: Sequence[sympy.Expr]) -> list[list[sympy.Expr]]:
+    """Factors that are powers of one base, at least one of them not a whole one."""
+    groups: dict[sympy.Expr, list[sympy.Expr]] = {}
+    roots = set()
+    for x in factors:
+        base, exponent = (x.base, x.exp) if isinstance(x, sympy.Pow) and x.exp.is_Number else (x, sympy.S.One)
+        if exponent.is_positive and not base.is_Number:
+            groups.setdefault(base, []).append(x)
+            if not exponent.is_Integer:
+                roots.add(base)
+    return [group for base, group in groups.items() if base in roots and len(group) > 1]
 
 
 def _what(e: sympy.Basic) -> str:

@@ -10,7 +10,7 @@ from .constraints import acceleration, constraint_forces
 from .contacts import SWITCHED, Switches, has_switches
 from .derivation import Derivation
 from .dynamics import Mechanics, inverse_dynamics, residual_by_state
-from .graph.differentiate import jacobian, sparse_jacobian
+from .graph.differentiate import finite_at_roots, jacobian, sparse_jacobian
 from .graph.gather import gather
 from .graph.nodes import SparseRows
 from .graph.quaternions import normalised
@@ -169,14 +169,16 @@ def _residual_by_state(d: Derivation, residual: list[int]) -> SparseRows:
 
     trees = [tree for tree in d.form.trees if tree.on_world]
     rest = replace(d.form, trees=[tree for tree in d.form.trees if not tree.on_world])
-    ways = [residual_by_state(d.loader, rest, d.constraints, d.x)]
-    if len(state) <= LARGEST_TRIED_ALL_WAYS:
-        ways.append(sparse_jacobian(g, _residual(d, rest) if trees else residual, state))
+    with finite_at_roots(g, residual):
+        ways = [residual_by_state(d.loader, rest, d.constraints, d.x)]
+        if len(state) <= LARGEST_TRIED_ALL_WAYS:
+            ways.append(sparse_jacobian(g, _residual(d, rest) if trees else residual, state))
     best = min(ways, key=cost) if len(ways) > 1 else ways[0]
     for tree in trees:
         add_tree_derivatives(tree, best)
     if trees and len(state) <= LARGEST_TREE_TRIED_ALL_WAYS:
-        best = min(best, sparse_jacobian(g, residual, state), key=cost)
+        with finite_at_roots(g, residual):
+            best = min(best, sparse_jacobian(g, residual, state), key=cost)
     return best
 
 

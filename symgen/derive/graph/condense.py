@@ -11,7 +11,16 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from .differentiate import forward, is_guarded, partials, reverse
+from .differentiate import (
+    depends_on,
+    forward,
+    is_guarded,
+    is_not_clamped,
+    partials,
+    reverse,
+    slope_needs_care,
+    slope_of_power,
+)
 from .graph import Graph
 from .kinds import LOCAL
 
@@ -33,7 +42,7 @@ def condense(g: Graph, output: int, mask: int, largest: int) -> dict[int, Statem
     """
     nodes = g.reachable([output], mask)
     active = set(nodes)
-    users = Counter(x for node in nodes for x in set(g.operands(node)))
+    users = Counter(x for node in nodes for x in set(depends_on(g, node)))
     result: dict[int, Statement] = {}
     merged: dict[int, Statement] = {}
     for node in nodes:
@@ -43,7 +52,7 @@ def condense(g: Graph, output: int, mask: int, largest: int) -> dict[int, Statem
         if is_guarded(g, node):
             result[node] = _by_variables(g, node, mask)
             continue
-        below = {x: merged.get(x) or Statement({x: g.one}, {}) for x in g.operands(node) if x in active}
+        below = {x: merged.get(x) or Statement({x: g.one}, {}) for x in depends_on(g, node) if x in active}
         statement = _compose(g, node, below)
         onto_statement = g.op[node] in ("add", "sub") and any(x in result for x in below)
         if node == output or onto_statement or not _merges(statement, users[node], largest):
@@ -104,6 +113,11 @@ def _second_partials(g: Graph, node: int, moving: list[int]) -> Iterator[tuple[i
     op, args = g.op[node], g.args[node]
     if op in ("add", "sub", "neg"):
         return
+    power = g.root_power(node)
+    if power is not None and (op != "sqrt" or slope_needs_care(g, args[0])):
+        base, exponent = power
+        yield base, base, g.mul(g.const(exponent), slope_of_power(g, base, exponent - 1.0))
+        return
     if op == "mul":
         a, b = args
         if a == b:
@@ -124,7 +138,9 @@ def _by_stand_ins(g: Graph, node: int, moving: list[int]) -> Iterator[tuple[int,
     operands = {variable: x for x, variable in stand_in.items()}
     local = g.rebuild(node, [stand_in.get(x, x) for x in g.operands(node)])
     gradient = reverse(g, [(local, g.one)], LOCAL)
+    moves = is_not_clamped(g, g.args[node][0]) if g.op[node] == "pow" else g.one
+    operands = {variable: g.choose(moves, x, g.one) for variable, x in operands.items()}
     for k, x in enumerate(moving):
         up_to_x = [gradient.get(stand_in[y], g.zero) for y in moving[: k + 1]]
         second = g.substitute(forward(g, up_to_x, {stand_in[x]: g.one}), operands)
-        yield from ((x, y, s) for y, s in zip(moving, second, strict=False))
+        yield from ((x, y, g.choose(moves, s, g.zero)) for y, s in zip(moving, second, strict=False))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 from symgen.runtime.graph.functions import IN_CODE, slopes
 
@@ -11,6 +12,7 @@ from .nodes import SparseRows
 
 # What is finite, with its derivative, wherever its argument is.
 _HARMLESS = ("sin", "cos", "atan", "tanh", "erf", "fabs", "floor", "copysign")
+_FAR = 1e300  # something divided by it is nothing
 _MAY_BREAK = frozenset(IN_CODE) - set(_HARMLESS) | {"div"}
 
 
@@ -31,12 +33,98 @@ def is_guarded(g: Graph, node: int) -> bool:
     return known
 
 
+def is_not_clamped(g: Graph, node: int) -> int:
+    """The condition that a node is not held at zero, as max(0, x) is below 0: choices that end in 1 and 0."""
+    stack = [node]
+    while stack:
+        x = stack[-1]
+        op, args = g.op[x], g.args[x]
+        if op == "select":
+            below = args[2:]
+        else:
+            below = (
+                args
+                if op in ("mul", "add", "sub", "neg", "fabs")
+                else args[:1]
+                if op in ("sqrt", "pow")
+                else ()
+            )
+        missing = [part for part in below if part not in g.nonzero]
+        if missing:
+            stack += missing
+            continue
+        stack.pop()
+        parts = [g.nonzero[part] for part in below]
+        if op == "select":
+            found = g.select(*args[:2], *parts)
+        elif op == "mul":
+            found = g.choose(parts[0], parts[1], g.zero)
+        elif op in ("add", "sub"):
+            found = g.choose(parts[0], g.one, parts[1])
+        else:
+            found = parts[0] if parts else g.zero if x == g.zero else g.one
+        g.nonzero[x] = found
+    return g.nonzero[node]
+
+
+def slope_of_power(g: Graph, base: int, exponent: float) -> int:
+    """The derivative of a power by its base.
+
+    Where it is infinite at 0 and the base is held there, what moves the base is nothing, and so is this: the product
+    of the two is 0, not 0 times infinity.
+    """
+    if exponent >= 1.0:
+        return g.mul(g.const(exponent), g.power(base, exponent - 1.0))
+    moves = is_not_clamped(g, base)
+    below = g.choose(moves, g.power(base, 1.0 - exponent), g.one)
+    if base in g.undivided:
+        below = g.select(g.zero, below, below, g.const(_FAR))
+    return g.div(g.choose(moves, g.const(exponent), g.zero), below)
+
+
+@contextmanager
+def finite_at_roots(g: Graph, outputs: list[int]) -> Iterator[None]:
+    """Meanwhile the derivative of a root at 0 is 0, where no value of `outputs` is divided by it.
+
+    That of r = sqrt(u² + v²) has no limit at 0, that of r·u has: 0, as of drag at rest. Newton's method needs the
+    latter; of the former any value between -1 and 1 serves it.
+    """
+    nodes = g.reachable(outputs)
+    roots = {node: power[0] for node in nodes if (power := g.root_power(node)) is not None and power[1] < 1.0}
+    stack, divided = [g.args[node][1] for node in nodes if g.op[node] == "div"], set()
+    while stack:
+        node = stack.pop()
+        power = g.root_power(node)
+        if power is not None:
+            divided.add(power[0])
+        elif g.op[node] in ("mul", "neg"):
+            stack += g.args[node]
+    g.undivided = frozenset(roots.values()) - divided
+    yield
+    g.undivided = frozenset()
+
+
+def slope_needs_care(g: Graph, base: int) -> bool:
+    """Whether the derivative of a root is not simply infinite where its base is 0."""
+    return base in g.undivided or is_not_clamped(g, base) != g.one
+
+
+def depends_on(g: Graph, node: int) -> tuple[int, ...]:
+    """The nodes by which `partials` differentiates: the operands, or the base of a power that is made of a root."""
+    power = g.root_power(node)
+    return g.operands(node) if power is None else (power[0],)
+
+
 def partials(g: Graph, node: int) -> list[tuple[int, int]]:
     """Local partial derivatives of one operation: pairs (operand, derivative node).
 
-    A square is one operand with derivative 2a, so that it is not differentiated twice.
+    A square is one operand with derivative 2a, so that it is not differentiated twice. A power that is made of a root
+    has its base for an operand.
     """
     op, args = g.op[node], g.args[node]
+    power = g.root_power(node)
+    if power is not None and (op != "sqrt" or slope_needs_care(g, args[0])):
+        return [(power[0], slope_of_power(g, *power))]
     if op == "add":
         return [(args[0], g.one), (args[1], g.one)]
     if op == "sub":
@@ -50,12 +138,12 @@ def partials(g: Graph, node: int) -> list[tuple[int, int]]:
         a, b = args
         inverse = g.div(g.one, b)
         return [(a, inverse), (b, g.neg(g.mul(node, inverse)))]
+    if op == "pow" and (moves := is_not_clamped(g, args[0])) != g.one:
+        (above, _), (by_exponent, _) = slopes(g, op, (g.choose(moves, args[0], g.one), args[1]), node)
+        return [(args[0], g.choose(moves, above, g.zero)), (args[1], by_exponent)]
     if op == "select":
         a, b, then, otherwise = args
         return [(then, g.select(a, b, g.one, g.zero)), (otherwise, g.select(a, b, g.zero, g.one))]
-    if op == "pow" and g.value(args[1]) is not None:
-        base, exponent = args
-        return [(base, g.mul(exponent, g.power(base, g.value(exponent) - 1.0)))]
     return [
         (operand, above if below is None else g.div(above, below))
         for operand, (above, below) in zip(args, slopes(g, op, args, node), strict=True)

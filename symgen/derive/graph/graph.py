@@ -24,6 +24,10 @@ class Graph(Nodes):
     def __init__(self) -> None:
         self._circle: set[int] = set()  # products k·sin(x)² and k·cos(x)²
         self.guarded: dict[int, bool] = {}  # choices that have been looked at, see `differentiate.is_guarded`
+        self.undivided: frozenset[int] = frozenset()  # set while `differentiate.finite_at_roots` is entered
+        self.nonzero: dict[int, int] = {}  # what has been looked at by `differentiate.is_not_clamped`
+        # Powers with a root in them, and powers that may become such: base, exponent, whether a root is in it.
+        self._powers: dict[int, tuple[int, float, bool]] = {}
         super().__init__()
 
     def neg(self, a: int) -> int:
@@ -139,9 +143,32 @@ class Graph(Nodes):
     def _product(self, a: int, b: int) -> int:
         """The node a·b of operands without signs; remembers the products that `_unit_circle` looks for."""
         node = self._node("mul", (a, b), self.mask[a] | self.mask[b])
+        (base, exponent, root), (other, more, another) = self._as_power(a), self._as_power(b)
+        if base == other:
+            self._powers[node] = base, exponent + more, root or another
         if self.op[a] in ("sin", "cos") if a == b else a in self._circle or b in self._circle:
             self._circle.add(node)
         return node
+
+    def _as_power(self, node: int) -> tuple[int, float, bool]:
+        """Base and exponent of a node, and whether it is made of a root, so that its base is not negative."""
+        op, args = self.op[node], self.args[node]
+        if op == "sqrt":
+            base, exponent, root = self._as_power(args[0])
+            return (base, 0.5 * exponent, True) if root else (args[0], 0.5, True)
+        if op == "pow" and (exponent := self.value(args[1])) is not None:
+            return args[0], exponent, True
+        return self._powers.get(node, (node, 1.0, False))
+
+    def root_power(self, node: int) -> tuple[int, float] | None:
+        """Base and exponent of a power that is not that of a whole number, written as a product or not.
+
+        The derivative of x·sqrt(x) at 0 is 0, and by the rule of products it is 0 times infinity.
+        """
+        if self.op[node] == "sqrt":
+            return self.args[node][0], 0.5
+        base, exponent, root = self._as_power(node)
+        return (base, exponent) if root else None
 
     def _scale(self, factor: float, a: int) -> int:
         """Product of a number and a node, with the numbers of nested products gathered into one."""
@@ -296,6 +323,13 @@ class Graph(Nodes):
         total = self.zero
         for node in nodes:
             total = self.add(total, node)
+        return total
+
+    def product(self, nodes: Iterable[int]) -> int:
+        """The product of all, multiplied in their order."""
+        total = self.one
+        for node in nodes:
+            total = self.mul(total, node)
         return total
 
     def dot(self, a: Iterable[int], b: Iterable[int]) -> int:
