@@ -36,7 +36,7 @@ class StallWatch:
     """
 
     def __init__(self, run: RunState):
-        self._run, self._slow = run, 0
+        self._run, self._slow, self._since = run, 0, time.perf_counter()
         self._began = self._mark()
 
     def _mark(self) -> tuple[float, float, int, int]:
@@ -46,13 +46,15 @@ class StallWatch:
 
     def objection(self) -> str:
         """Return why to end the run, '' while it gets on."""
+        if time.perf_counter() - self._since < _WINDOW:
+            return ""  # nor was more processor time spent, which takes longer to ask for
         now = self._mark()
         spent, t, steps, events = (b - a for a, b in zip(self._began, now, strict=True))
         if spent < _WINDOW or (steps < _STEPS and events < _EVENTS):
             return ""
         if not self._run.method.adaptive and events < 0.5 * steps:
             return ""  # steps of fixed length get on as they are told to
-        self._began = now
+        self._began, self._since = now, time.perf_counter()
         left = (self._run.t_end - now[1]) * spent
         self._slow = self._slow + 1 if left > _TOO_LONG * t else 0
         if self._slow >= _WINDOWS_OF_PARTITION and self._before_dependence():

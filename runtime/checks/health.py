@@ -256,15 +256,18 @@ def _steps(solution: Solution) -> Iterator[HealthCheck]:
     if not len(solution.step_log):
         return
     t, h = solution.step_log[:, 0], solution.step_log[:, 1]
-    cut = [
-        *(event.t for event in solution.events),
-        *(sample.t for sample in solution.samples),
-        solution.t_end,
-    ]
-    short = h <= _TINY_STEP * np.maximum(np.abs(t), solution.t_end - solution.t_start)
-    # Some end where an event or a stop time is, which may be at once.
-    tiny = (float(np.count_nonzero(~np.isin(t[short], cut))) if short.any() else 0.0) / len(h)
-    found = f"steps from {h.min():.3g} to {h.max():.3g} s"
+    shortest, span = h.min(), solution.t_end - solution.t_start
+    tiny = 0.0
+    if not shortest > _TINY_STEP * max(abs(t[0]), abs(t[-1]), span):
+        cut = [
+            *(event.t for event in solution.events),
+            *(sample.t for sample in solution.samples),
+            solution.t_end,
+        ]
+        short = h <= _TINY_STEP * np.maximum(np.abs(t), span)
+        # Some end where an event or a stop time is, which may be at once.
+        tiny = float(np.count_nonzero(~np.isin(t[short], cut))) / len(h)
+    found = f"steps from {shortest:.3g} to {h.max():.3g} s"
     advice = (
         f"{found}: {tiny:.0%} of them can be told from zero only just; rtol may be too small for this model"
     )

@@ -62,27 +62,28 @@ def _pole(solution: Solution, a: np.ndarray) -> tuple[float, int, float, float] 
     frames, rates = _largest_jumps(a)
     if not frames.size:
         return None
-    rows = np.arange(len(frames))
+    rows, between = np.arange(len(frames)), _Between(solution, frames)
     before = a[frames, rates]
     around = np.maximum(np.abs(before), np.abs(a[frames + 1, rates]))
     left, right = np.zeros(len(frames)), np.ones(len(frames))
-    largest = np.zeros(len(frames))
+    largest, side = np.zeros(len(frames)), np.sign(before)
     for _ in range(_BISECTIONS):
         middle = 0.5 * (left + right)
-        t, states = _between(solution, frames, middle)
+        t, states = between.at(middle)
         found, _ = accelerations_and_multipliers(solution.system, solution.p, t, states)
         value = found[rows, rates]
         largest = np.fmax(largest, np.abs(value))  # what is undefined tells nothing
-        same = np.sign(value) == np.sign(before)
+        same = np.sign(value) == side
         left, right = np.where(same, middle, left), np.where(same, right, middle)
     growth = largest / around
     grown = np.flatnonzero(growth > _GROWTH)
     if not grown.size:
         return None
-    first = grown[np.argmin(_between(solution, frames, right)[0][grown])]
-    when = float(_between(solution, frames, right)[0][first])
+    times = between.at(right)[0]
+    first = grown[np.argmin(times[grown])]
+    when = float(times[first])
     # The last places looked at are as near to the pole as time can be told apart.
-    h = float(np.diff(solution.t)[frames[first]])
+    h = float(solution.t[frames[first] + 1] - solution.t[frames[first]])
     nearest = max(h * 0.5**_BISECTIONS, np.finfo(float).eps * abs(when))
     power = float(np.log(growth[first]) / np.log(h / nearest))
     return when, int(rates[first]), float(growth[first]), power
@@ -96,11 +97,32 @@ def _largest_jumps(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return frames[kept], rates[kept]
 
 
-def _between(solution: Solution, frames: np.ndarray, parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and states at parts of the intervals that begin with `frames`."""
-    t, q, v = solution.t, solution.q, solution.v
-    h, s = np.diff(t)[frames], parts[:, None]
-    blend = s * s * (3.0 - 2.0 * s)
-    slopes = s * (1.0 - s) ** 2 * v[frames] - s * s * (1.0 - s) * v[frames + 1]
-    places = q[frames] + blend * (q[frames + 1] - q[frames]) + h[:, None] * slopes
-    return t[frames] + parts * h, np.hstack([places, v[frames] + s * (v[frames + 1] - v[frames])])
+class _Between:
+    """The cubics through q and v of neighbouring frames.
+
+    Parameters
+    ----------
+    frames : ndarray of int, shape (n,)
+        The first of each pair.
+    """
+
+    def __init__(self, solution: Solution, frames: np.ndarray):
+        t, q, v = solution.t, solution.q, solution.v
+        self._t, self._h = t[frames], t[frames + 1] - t[frames]
+        self._q, self._dq, self._v, self._next_v = (
+            q[frames],
+            q[frames + 1] - q[frames],
+            v[frames],
+            v[frames + 1],
+        )
+        self._dv = self._next_v - self._v
+        self._states = np.empty((len(frames), q.shape[1] + v.shape[1]))
+
+    def at(self, parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return times and states at a part of each interval; the arrays hold until the next call."""
+        h, s, nq = self._h[:, None], parts[:, None], self._q.shape[1]
+        squared, rest = s * s, 1.0 - s
+        slopes = s * rest**2 * self._v - squared * rest * self._next_v
+        self._states[:, :nq] = self._q + squared * (3.0 - 2.0 * s) * self._dq + h * slopes
+        self._states[:, nq:] = self._v + s * self._dv
+        return self._t + parts * self._h, self._states

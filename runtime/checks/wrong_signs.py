@@ -124,7 +124,9 @@ def _is_fed(solution: Solution, p: np.ndarray, frame: int) -> bool:
     damping = -mass @ motion_jacobian(system, p, t, q, rest)[nv:, nv:]
     if system.m:
         rows = system.kernel("constraint_jacobian")(t, np.concatenate([q, rest]), p).reshape(system.m, nv)
-        allowed = np.linalg.svd(rows)[2][np.linalg.matrix_rank(rows) :].T
+        _, values, directions = np.linalg.svd(rows)
+        rank = np.count_nonzero(values > max(rows.shape) * np.finfo(float).eps * values.max(initial=0.0))
+        allowed = directions[rank:].T
         damping = allowed.T @ damping @ allowed
     if not damping.size or not np.all(np.isfinite(damping)):
         return False
