@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from driven_models import oscillator
 from references import load_reference
 
-from symgen import Model, cos, dot, runtime, sqrt
+from symgen import Model, cos, dot, exp, runtime, sqrt
 from symgen.link import module_for
 from symgen.model.library import find
 from symgen.runtime.checks.error_estimate import Extent, estimate
@@ -113,6 +114,20 @@ def test_passes_next_to_a_saddle_are_flagged():
     system = saddle()
     assert not entry_of(system.run(t_end=100.0, method="dop853", rtol=1e-8)).ok
     assert entry_of(system.run(t_end=20.0, method="dop853", rtol=1e-8)).ok
+
+
+def test_what_a_run_went_over_is_told_with_the_step_that_sees_it():
+    """A thin barrier that is too high to pass: the motion turns round there."""
+    model = Model("barrier")
+    x = model.coordinate("x", rate=1.0)
+    model.kinetic(dot(x) ** 2 / 2)
+    model.potential(2 * exp(-(((x - 5) / 0.001) ** 2)))
+    system = model.derive()
+    over = entry_of(system.run(t_end=10.0, method="dop853"))
+    assert not over.ok and "went over something" in over.says
+    found = re.search(r"steps of at most (\S+) s \(max_step\)", over.says)
+    seen = system.run(t_end=10.0, method="dop853", max_step=float(found[1]))
+    assert entry_of(seen).ok and seen.v[-1, 0] == pytest.approx(-1.0, rel=1e-6)
 
 
 def test_turning_bodies_and_mechanisms():

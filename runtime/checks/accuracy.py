@@ -73,7 +73,7 @@ def _entry(solution: Solution, found: ErrorEstimate) -> HealthCheck:
     if error <= LARGEST_ERROR:
         return HealthCheck("accuracy", True, error, LARGEST_ERROR, f"at most, {said}")
     beyond = f"by more than {LARGEST_ERROR:.0%} from t = {found.until(LARGEST_ERROR):.4g} s on"
-    says = f"{said}, and {beyond}: take {_tighter(solution, column)}, or end the run before"
+    says = f"{said}, and {beyond}: take {_remedy(solution, found, column)}, or end the run before"
     if found.rate is not None:
         tenfold = np.log(10.0) / found.rate
         says += (
@@ -81,6 +81,13 @@ def _entry(solution: Solution, found: ErrorEstimate) -> HealthCheck:
             "up to when digits hold"
         )
     return HealthCheck("accuracy", False, error, LARGEST_ERROR, says)
+
+
+def _remedy(solution: Solution, found: ErrorEstimate, column: int) -> str:
+    scale = None if solution.step else found.gone_over(LARGEST_ERROR)
+    if scale is None:
+        return _tighter(solution, column)
+    return f"steps of at most {scale:.2g} s (max_step): longer ones went over something as short as that"
 
 
 def _tighter(solution: Solution, column: int) -> str:

@@ -59,12 +59,15 @@ class ErrorEstimate:
         Whether a companion came to the end of the run, or showed that the run is lost.
     rate : float or None
         The rate of exponential growth [1/s]; None where errors do not grow so.
+    sharp : SharpPlaces, optional
+        What steps of the run may have gone over.
     """
 
     t: np.ndarray
     relative: np.ndarray
     known: bool
     rate: float | None
+    sharp: SharpPlaces | None = None
 
     @property
     def worst(self) -> np.ndarray:
@@ -78,8 +81,19 @@ class ErrorEstimate:
 
     def until(self, error: float) -> float:
         """Return the time up to which the error is at most so large [s]."""
+        return float(self.t[self._last_within(error)])
+
+    def gone_over(self, error: float) -> float | None:
+        """Return how short that is which the run went over just where its error exceeds this [s]; None: nothing."""
+        last = self._last_within(error)
+        if self.sharp is None or last + 1 >= len(self.t):
+            return None
+        there = (self.sharp.end >= self.t[last]) & (self.sharp.begin <= self.t[last + 1])
+        return float(self.sharp.scale[there].min()) if there.any() else None
+
+    def _last_within(self, error: float) -> int:
         beyond = np.flatnonzero(~(running_maximum(self.worst) <= error))
-        return float(self.t[max(beyond[0] - 1, 0)] if beyond.size else self.t[-1])
+        return max(int(beyond[0]) - 1, 0) if beyond.size else len(self.t) - 1
 
 
 def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
@@ -193,7 +207,7 @@ class _Beside:
             known = True
         worst = row_maxima(relative)
         rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
-        return ErrorEstimate(t[:n], relative, known, rate)
+        return ErrorEstimate(t[:n], relative, known, rate, self._sharp)
 
     def _sizes_seen(self, states: np.ndarray, companion: Companion) -> np.ndarray:
         """What errors are measured by: where a companion sees more than its own tolerances, that is motion."""
