@@ -9,8 +9,11 @@ import numpy as np
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
 from symgen.runtime.names import rate_labels
+from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.loop_arrays import LoopArrays
     from symgen.runtime.system import System
@@ -28,6 +31,7 @@ _MAY_BE_DEPENDENT = (
     at.NOT_FINITE,
 )
 NEARLY_DEPENDENT = 1e-2  # methods that do not pass such a configuration may stop well before it
+_STEPS_AHEAD, _PLACES_AHEAD = 3, 60  # Newton's iteration fails before constraints depend on each other
 _BY_ITSELF = (at.STEP_TOO_SMALL, at.SINGULAR_MATRIX, at.NOT_FINITE, at.NEWTON_FAILED)
 
 
@@ -89,10 +93,14 @@ def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, 
         return ""
     passes = method.passes_dependence
     part = dependence.DEPENDENT if passes else NEARLY_DEPENDENT
-    place = system, arrays.p, arrays.t, arrays.y[: system.nq]
-    names = dependence.dependent_constraints(*place, part)
-    # Those that depend on each other everywhere are no reason to stop, unless they ask for different motions.
-    if not names or (status in _BY_ITSELF and not dependence.rank_is_lost(*place, part)):
+    names = []
+    for q in _on_the_way(system, method, arrays):
+        place = system, arrays.p, arrays.t, q
+        names = dependence.dependent_constraints(*place, part)
+        # Those that depend on each other everywhere are no reason to stop, unless they ask for different motions.
+        if names and not (status in _BY_ITSELF and not dependence.rank_is_lost(*place, part)):
+            break
+    else:
         return ""
     nearly = "" if dependence.dependent_constraints(*place) else "nearly "
     subject = ", ".join(repr(name) for name in names)
@@ -108,6 +116,19 @@ def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, 
         f"{what}, and no motion leads on from there: the mechanism is locked or out of reach, or what these "
         "constraints ask for later contradicts; check its geometry and what is prescribed over time."
     )
+
+
+def _on_the_way(system: System, method: Method, arrays: LoopArrays) -> Iterator[np.ndarray]:
+    """Yield where the run stopped, and for a fixed step, whose stages may reach across, where it goes from there."""
+    q, v = arrays.y[: system.nq], arrays.y[system.nq : system.nq + system.nv]
+    yield q
+    h = arrays.control[at.H]
+    if method.adaptive or not np.isfinite(h * v).all():
+        return
+    a = np.nan_to_num(_row(system, arrays)[system.nq : system.nq + system.nv], posinf=0.0, neginf=0.0)
+    positions = Positions(system)
+    for part in np.linspace(0.0, _STEPS_AHEAD, _PLACES_AHEAD + 1)[1:] * h:
+        yield positions.retract(q, part * v + 0.5 * part**2 * a)
 
 
 def _step_too_small(system: System, method: Method, arrays: LoopArrays, when: str) -> str:

@@ -218,6 +218,22 @@ def test_forms_that_do_not_pass_say_so():
         np.testing.assert_allclose(run.q[-1], [-15.0, 0.0, -15.0], rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("method", "step"),
+    [("rattle6", 0.0186), ("rattle6", 0.00275), ("generalized_alpha", 0.00275), ("hht", 0.02)],
+)
+def test_a_fixed_step_into_a_change_point_says_so(method, step):
+    """Where the run stops, constraints are independent yet; where the next step leads, they are not."""
+    system = derive(load(find("n_four_bar"), {"N": "2"}))
+    run = system.run(t_end=1.5, method=method, constraints="index3", step=step)
+    if run.status == "failed":
+        assert "'loop1_x', 'loop2_x' " in run.message and "depend on each other at" in run.message, (
+            run.message
+        )
+    else:
+        assert run.q[-1, 0] == pytest.approx(-4.0879, abs=1e-3)
+
+
 def bead(**constraints):
     m = Model("bead")
     x, y = m.coordinate("x"), m.coordinate("y", guess=1.0)
