@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
+import hmac
 import io
 import json
 import math
+import os
 import zipfile
 import zlib
 from dataclasses import dataclass
@@ -13,8 +16,34 @@ from typing import Any
 
 import numpy as np
 
+from symgen.runtime.code.cache import cache_folder, fetch, store
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.origin import SEAL_SIZE, is_own, seal
+
+# A checksum finds damage, but whoever changes bytes can compute it anew. The seal needs a key, which lies in the cache
+# folder. Where that is lost, or a file comes from another machine, it is read as any stranger's.
+
+SEAL_SIZE = 32  # bytes
+
+
+def seal(content: bytes) -> bytes:
+    """Return the seal of `content`."""
+    return hmac.digest(_key(), content, "sha256")
+
+
+def is_own(content: bytes, given: bytes) -> bool:
+    """Whether `given` is the seal of `content`."""
+    return hmac.compare_digest(seal(content), given)
+
+
+@functools.lru_cache(maxsize=1)
+def _key() -> bytes:
+    path = cache_folder("keys") / "recordings"
+    key = fetch(path)
+    if key is None or len(key) != SEAL_SIZE:
+        key = os.urandom(SEAL_SIZE)
+        store(path, key)
+    return key
+
 
 FORMAT = 3
 _DIGEST = hashlib.sha256().digest_size

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 kkt = Late("symgen.runtime.constraints.kkt")
 at_start = Late("symgen.runtime.contact.at_start")
-redundancy = Late("symgen.runtime.constraints.redundancy")
+redundancy = Late("symgen.runtime.constraints.dependence")
 forms = Late("symgen.runtime.integrate.forms")
 
 CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")

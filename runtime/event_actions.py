@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from symgen.runtime.loop_arrays import LoopArrays
     from symgen.runtime.system import System
 
-after_reset = Late("symgen.runtime.constraints.after_reset")
+after_reset = Late("symgen.runtime.constraints.nearest_point")
 switching = Late("symgen.runtime.contact.switching")
 
 _PERTURBATION = 4.0 * np.finfo(float).eps

@@ -14,8 +14,12 @@ from symgen.runtime.code.bridge import evaluate_rows
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.llvm_text import PRECOMPUTED
 from symgen.runtime.errors import ModuleError
+from symgen.runtime.lazy import Late
 from symgen.runtime.module_source import ModuleSource
 from symgen.runtime.record import record
+
+engine = Late("symgen.runtime.code.engine")
+modules = Late("symgen.runtime.code.modules")
 
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 _FLOAT = np.dtype(np.float64)
@@ -63,18 +67,14 @@ class KernelSource:
 
     def lower(self, symbol: str) -> tuple[str, int]:
         """Return the function as LLVM IR that defines `symbol`, and the number of its operations."""
-        from symgen.runtime.code.modules import lower_function
-
-        lowered = lower_function(self.code, symbol)
+        lowered = modules.lower_function(self.code, symbol)
         return lowered.ir, lowered.operations
 
     def lower_apart(self, symbol: str) -> tuple[str, int]:
         """Return LLVM IR that defines `symbol` and, where work is hoisted, `symbol_precomputed` as well."""
         if not self.n_hoisted:
             return self.lower(symbol)
-        from symgen.runtime.code.modules import lower_kernel
-
-        lowered = lower_kernel(self.code, symbol, self.n_hoisted, self.offset)
+        lowered = modules.lower_kernel(self.code, symbol, self.n_hoisted, self.offset)
         return lowered.ir, lowered.operations
 
     def python_function(self) -> Callable:
@@ -208,8 +208,6 @@ class Kernel:
 def compile_kernel(source: KernelSource) -> Kernel:
     """Compile a function, or take it from the cache."""
     try:
-        from symgen.runtime.code import engine
-
         owner, symbol = source.system.machine_code(), f"symgen_{source.name}"
         key = engine.cache_key(f"{symbol}\0{source.key_text()}")
         address = owner.add(engine.object_code(key, source.name, symbol, source.lower_apart), symbol)
@@ -237,14 +235,10 @@ def compile_setup(sources: Sequence[KernelSource]) -> Callable[[np.ndarray, int]
     callable
         `setup(p, n)` reads parameters and inputs from p[:n] and writes the functions' hoisted values behind them.
     """
-    from symgen.runtime.code import engine
-
     parts = [(source.code, source.n_hoisted) for source in sources]
 
     def lower(symbol: str) -> tuple[str, int]:
-        from symgen.runtime.code.modules import lower_setup
-
-        lowered = lower_setup(parts, symbol)
+        lowered = modules.lower_setup(parts, symbol)
         return lowered.ir, lowered.operations
 
     owner, symbol = sources[0].system.machine_code(), "symgen_setup"

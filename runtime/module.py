@@ -6,16 +6,261 @@ import ast
 import gc
 import hashlib
 import importlib
+import math
 import os
 import re
 from pathlib import Path
 from typing import Any
 
-from symgen.runtime.abi import required_functions
+from symgen.runtime.abi import ABI, JUMP, MARKS, SETTINGS, SOLIDS, required_functions
 from symgen.runtime.errors import ModuleError
-from symgen.runtime.header import HeaderFault, check_header
 from symgen.runtime.module_check import verified
 from symgen.runtime.module_source import SOLVERS, ModuleSource
+
+_LARGEST = 1 << 26  # values that one function hoists, sizes of a body
+_COUNTS = ("nq", "nv", "nh", "nn", "nw")
+_NAME = re.compile(
+    r"[A-Za-z][A-Za-z0-9_]{0,199}", re.ASCII
+)  # the rules of model files, for names made of two as well
+_TEXTS = ("generator", "source", "name", "description")
+_FLAGS = (
+    "conservative",
+    "time_dependent",
+    "constant_mass",
+    "diagonal_mass",
+    "velocity_dependent",
+    "separable",
+)
+_VALUE = {"name": str, "unit": str, "value": float}
+_RECORDS: dict[str, dict[str, type]] = {
+    "coordinates": {**_VALUE, "enforced": bool},
+    "rates": {**_VALUE, "enforced": bool},
+    "parameters": _VALUE,
+    "inputs": _VALUE,
+    "constants": _VALUE,
+    "constraints": {"name": str, "kind": str},
+    "outputs": {"name": str, "unit": str},
+    "events": {"name": str, "direction": str, "action": str},
+    "bodies": {"name": str, "planar": bool, "shape": str, "sizes": int, "mesh": str},
+}
+_CHOICES = {
+    ("constraints", "kind"): ("holonomic", "velocity"),
+    ("events", "direction"): ("rising", "falling", "both"),
+    ("events", "action"): ("terminate", "record", "reset", "jump", "stop", "friction"),
+    ("switches", "kind"): tuple(SETTINGS),
+}
+
+
+class HeaderFault(Exception):
+    """What is wrong with a header."""
+
+
+def check_header(header: Any) -> None:
+    """Check that a literal is the header of a module: all keys there, of the right types, sizes that agree.
+
+    Raises
+    ------
+    HeaderFault
+        Says what is wrong, in words.
+    """
+    abi = _get(header, "abi", int, "")
+    if abi != ABI:
+        raise HeaderFault(f"the module has ABI {abi}, this run time reads ABI {ABI}")
+    for key in _TEXTS:
+        _get(header, key, str, "")
+    for key in _COUNTS:
+        if _get(header, key, int, "") < 0:
+            raise HeaderFault(f"{key!r} is {header[key]}, expected a count")
+    if not _NAME.fullmatch(header["name"]):
+        raise HeaderFault(
+            f"'name' is {header['name']!r:.60}, which is no name: letters, digits and underscores"
+        )
+    for key, fields in _RECORDS.items():
+        _check_records(key, _get(header, key, list, ""), fields)
+    for index, record in enumerate(header["inputs"]):
+        _check_course(record, f"inputs[{index}]")
+    for flag in _FLAGS:
+        _get(_get(header, "structure", dict, ""), flag, bool, "structure")
+    for name in _get(header, "operations", dict, ""):
+        _get(header["operations"], name, int, "operations")
+    _get(header, "run", dict, "")
+    for name in _get(header, "hoisted", dict, "") if "hoisted" in header else ():
+        if not 1 <= _get(header["hoisted"], name, int, "hoisted") <= _LARGEST:
+            raise HeaderFault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
+    if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
+        raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
+    _check_marks(header)
+    _check_sizes(header)
+    _check_subsystems(header)
+    _check_switches(header)
+    if header.get("impacts", "sequential") != "sequential":
+        raise HeaderFault(f"'impacts' is {header['impacts']!r:.60}, expected 'sequential'")
+    for index, event in enumerate(header["events"]):
+        if event["action"] != JUMP:
+            continue
+        says = _get(event, "says", str, f"events[{index}]")
+        if not (says.isascii() and says.isprintable()):
+            raise HeaderFault(f"events[{index}]['says'] is {event['says']!r:.60}, expected plain text")
+
+
+def _check_marks(header: dict[str, Any]) -> None:
+    """What is drawn besides bodies, if anything: as many numbers as its kind has, in a body that is there."""
+    bodies = {"", *(body["name"] for body in header["bodies"])}
+    for index, mark in enumerate(_get(header, "marks", list, "") if "marks" in header else ()):
+        place = f"marks[{index}]"
+        for key, kind in (("kind", str), ("name", str), ("body", str), ("numbers", int)):
+            _get(mark, key, kind, place)
+        if mark["numbers"] != MARKS.get(mark["kind"]):
+            raise HeaderFault(
+                f"{place} is of the kind {mark['kind']!r:.60} and has {mark['numbers']} numbers"
+            )
+        if mark["body"] not in bodies:
+            raise HeaderFault(f"{place}['body'] is {mark['body']!r:.60}, and there is no such body")
+        held = mark.get("constraints", [])
+        if type(held) is not list or any(type(k) is not int or not 0 <= k < header["nh"] for k in held):
+            raise HeaderFault(
+                f"{place}['constraints'] is {held!r:.60}, expected indices of holonomic constraints"
+            )
+        signs = mark.get("signs", [])
+        if type(signs) is not list or len(signs) != len(held) or any(sign not in (1, -1) for sign in signs):
+            raise HeaderFault(f"{place}['signs'] is {signs!r:.60}, expected 1 or -1 for each constraint")
+
+
+def _get(table: Any, key: str, kind: type, place: str) -> Any:
+    if not isinstance(table, dict):
+        raise HeaderFault(f"{place or 'MODEL'} is a {type(table).__name__}, expected a dict")
+    where = f"{place}[{key!r}]" if place else repr(key)
+    if key not in table:
+        raise HeaderFault(f"the key {where} is missing")
+    value = table[key]
+    if kind is float and type(value) is int:
+        value = float(value)
+    if type(value) is not kind:
+        raise HeaderFault(f"{where} is {value!r:.60}, expected a {kind.__name__}")
+    if kind is float and not math.isfinite(value):
+        raise HeaderFault(f"{where} is {value}, expected a finite number")
+    return value
+
+
+def _check_records(key: str, records: list[Any], fields: dict[str, type]) -> None:
+    for index, record in enumerate(records):
+        for field, kind in fields.items():
+            value = _get(record, field, kind, f"{key}[{index}]")
+            choices = _CHOICES.get((key, field))
+            if choices and value not in choices:
+                raise HeaderFault(
+                    f"{key}[{index}][{field!r}] is {value!r}, expected one of {', '.join(choices)}"
+                )
+    names = [record["name"] for record in records]
+    seen: set[str] = set()
+    for name in names:
+        if not _NAME.fullmatch(name):
+            raise HeaderFault(f"{key} has the name {name!r:.60}: names are letters, digits and underscores")
+        if name in seen:
+            raise HeaderFault(f"{key} has the name {name!r} twice")
+        seen.add(name)
+
+
+def _check_course(record: dict[str, Any], place: str) -> None:
+    """What an input does over time, if the model says so: numbers, as many times as values."""
+    lists = [(record, "polynomial", place)] if "polynomial" in record else []
+    if "table" in record:
+        table, inside = _get(record, "table", dict, place), f"{place}['table']"
+        lists += [(table, "t", inside), (table, "values", inside)]
+        if _get(table, "kind", str, inside) not in ("linear", "cubic", "hold"):
+            raise HeaderFault(f"{inside}['kind'] is {table['kind']!r:.60}, expected linear, cubic or hold")
+    for owner, key, where in lists:
+        numbers = _get(owner, key, list, where)
+        if not numbers or any(type(x) not in (int, float) or not math.isfinite(x) for x in numbers):
+            raise HeaderFault(f"{where}[{key!r}] is no list of finite numbers")
+    if "table" in record and len(record["table"]["t"]) != len(record["table"]["values"]):
+        raise HeaderFault(f"{place}['table'] has not as many times as values")
+
+
+def _check_sizes(header: dict[str, Any]) -> None:
+    m = header["nh"] + header["nn"]
+    for key, size, symbol in (
+        ("coordinates", header["nq"], "nq"),
+        ("rates", header["nv"], "nv"),
+        ("constraints", m, "nh + nn"),
+    ):
+        if len(header[key]) != size:
+            raise HeaderFault(f"{key} has {len(header[key])} entries, but {symbol} is {size}")
+    _check_quaternions(header)
+    dependent = _get(header, "dependent", list, "") if "dependent" in header else []
+    if any(type(k) is not int or not 0 <= k < m for k in dependent) or sorted(set(dependent)) != dependent:
+        raise HeaderFault(f"'dependent' is {dependent!r:.60}, expected ascending indices of constraints")
+    kinds = [constraint["kind"] for constraint in header["constraints"]]
+    if kinds != ["holonomic"] * header["nh"] + ["velocity"] * header["nn"]:
+        raise HeaderFault("constraints must list the nh holonomic ones, then the nn velocity constraints")
+    if header["nw"] != (0 if header["structure"]["conservative"] else 1):
+        raise HeaderFault(
+            f"nw is {header['nw']}, but structure['conservative'] is {header['structure']['conservative']}"
+        )
+    if any(not 0 <= body["sizes"] <= _LARGEST for body in header["bodies"]):
+        raise HeaderFault("a body has a negative count of sizes, or more than there can be")
+    for index, body in enumerate(header["bodies"]):
+        parts = _get(body, "parts", list, f"bodies[{index}]") if "parts" in body else []
+        if (body["shape"] == "solids") != bool(parts) or any(kind not in SOLIDS for kind in parts):
+            raise HeaderFault(f"bodies[{index}]['parts'] is {parts!r:.60}, expected the kinds of its solids")
+        if parts and sum(SOLIDS[kind] for kind in parts) != body["sizes"]:
+            raise HeaderFault(f"bodies[{index}] has {body['sizes']} sizes, and its solids have others")
+
+
+def _check_subsystems(header: dict[str, Any]) -> None:
+    """Every coordinate, rate and constraint belongs to one subsystem, if there are any."""
+    kinds = _get(header, "subsystems", list, "") if "subsystems" in header else []
+    for key, size in (("coordinates", "nq"), ("rates", "nv"), ("constraints", "nh")) if kinds else ():
+        found: list[Any] = []
+        for index, kind in enumerate(kinds):
+            members = _get(kind, key, list, f"subsystems[{index}]")
+            lengths = {len(member) if type(member) is list else -1 for member in members}
+            if len(lengths) != 1 or -1 in lengths:
+                raise HeaderFault(f"subsystems[{index}][{key!r}] is not a list of equally long lists")
+            found += [k for member in members for k in member]
+        count = header[size] + (header["nn"] if key == "constraints" else 0)
+        if any(type(k) is not int for k in found) or sorted(found) != list(range(count)):
+            raise HeaderFault(f"subsystems do not name each of the {count} {key} once")
+
+
+def _check_switches(header: dict[str, Any]) -> None:
+    """Each stop and friction has an event of its name; stops come first, their events in the same order and last."""
+    switches = _get(header, "switches", list, "") if "switches" in header else []
+    _check_records("switches", switches, {"name": str, "kind": str})
+    normals = [s["name"] for s in switches if s["kind"] == "stop"]
+    normals += [record["name"] for record in header["constraints"]]
+    for index, record in enumerate(switches):
+        names = _get(record, "normal", list, f"switches[{index}]") if "normal" in record else []
+        if unknown := [name for name in names if name not in normals]:
+            raise HeaderFault(f"switches[{index}]['normal'] names {unknown[0]!r:.60}: no stop, no constraint")
+        if "smooth" in record and not (record["smooth"] is True and names):
+            raise HeaderFault(
+                f"switches[{index}] is smooth and has no 'normal': it would be a force like others"
+            )
+    acting = [(e["name"], e["action"]) for e in header["events"] if e["action"] in SETTINGS]
+    listed = [(s["name"], s["kind"]) for s in switches]
+    ordered = sorted(listed, key=lambda entry: entry[1] != "stop")
+    last = [e["action"] in SETTINGS for e in header["events"][len(header["events"]) - len(listed) :]]
+    if not (listed == ordered == acting and all(last)):
+        raise HeaderFault(
+            "switches must list the stops, then the frictions, and have the last events in this order"
+        )
+
+
+def _check_quaternions(header: dict[str, Any]) -> None:
+    """Quaternions are what makes coordinates and rates differ: each has four of the one and three of the other."""
+    places = header.get("quaternions", [])
+    if type(places) is not list or any(type(place) is not int for place in places):
+        raise HeaderFault(f"'quaternions' is {places!r:.60}, expected a list of indices")
+    ends = [0, *(place + 4 for place in places)]
+    if any(place < end for place, end in zip(places, ends)) or ends[-1] > header["nq"]:
+        raise HeaderFault(f"'quaternions' is {places}, expected ascending indices of four coordinates each")
+    if header["nq"] - header["nv"] != len(places):
+        raise HeaderFault(
+            f"nq - nv is {header['nq'] - header['nv']}, but 'quaternions' has {len(places)} entries: "
+            "every unit quaternion has one coordinate more than it has rates, all else as many"
+        )
+
 
 DECORATOR = '@njit(error_model="numpy")'
 

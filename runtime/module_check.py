@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from symgen.runtime.abi import CLOSED, SPARSE, closed_header
 from symgen.runtime.code.cache import cache_folder, fetch, prune, store
 from symgen.runtime.code.facts import as_text
+from symgen.runtime.lazy import Late
 from symgen.runtime.names import result_label
 
 if TYPE_CHECKING:
@@ -21,11 +22,14 @@ if TYPE_CHECKING:
 
     from symgen.runtime.module_source import ModuleSource
 
+# Read only where a module has not passed before; by this import a test follows what decides it.
+dataflow = Late("symgen.runtime.code.dataflow")
+
 # The files that decide what passes; a test holds the list against their imports.
 _SOURCES = (
     "module_check.py", "abi.py", "names.py", "code/dataflow.py", "code/parse.py", "code/function_text.py",
     "code/facts.py", "code/printing.py", "code/dense_ldl.py", "code/front_ldl.py",
-    "graph/form.py", "graph/functions.py", "graph/lengths.py", "graph/nodes.py",
+    "graph/form.py", "graph/functions.py", "graph/layouts.py", "graph/nodes.py",
 )  # fmt: skip
 _KEPT = 1000
 _passed: dict[str, str] = {}  # and what its functions are like, as text
@@ -67,9 +71,6 @@ def _key(source: ModuleSource) -> str:
 
 
 def _follow(source: ModuleSource) -> str:
-    # Read only where a module has not passed before; by this import a test follows what decides it.
-    from symgen.runtime.code import dataflow
-
     header = source.header
     written, texts = {}, {}
     for name in source.functions:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from symgen.runtime.abi import array_sizes, setting_names
 from symgen.runtime.code.facts import Facts, from_text
 from symgen.runtime.code.function_text import FunctionText
-from symgen.runtime.graph.lengths import Lengths
+from symgen.runtime.graph.layouts import Lengths
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
 

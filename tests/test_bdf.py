@@ -15,9 +15,9 @@ from scipy.integrate import solve_ivp
 from symgen.runtime import load
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.bdf import work as of
-from symgen.runtime.integrate.bdf.coefficients import ndf
-from symgen.runtime.integrate.bdf.history import history_dense, resample
+from symgen.runtime.integrate.bdf import newton as of
+from symgen.runtime.integrate.bdf.loop import history_dense, resample
+from symgen.runtime.integrate.bdf.newton import ndf
 from symgen.runtime.integrate.dense import evaluate_dense
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays

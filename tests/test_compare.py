@@ -15,7 +15,7 @@ from symgen.runtime import load, solve
 from symgen.runtime.checks import growth
 from symgen.runtime.checks.growth import growth_rate
 from symgen.runtime.recording.compare import compare
-from symgen.runtime.recording.errors import RecordingError
+from symgen.runtime.recording.schema import RecordingError
 
 ROOT = Path(__file__).resolve().parents[1]
 

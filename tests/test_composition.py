@@ -12,8 +12,8 @@ from symgen.runtime import load
 from symgen.runtime.checks.stability import stable_radius
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.composition import HALVES, composition
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.integrate.symplectic.composition_coefficients import HALVES, composition
 from symgen.runtime.loop_arrays import LoopArrays
 
 FIXTURES = Path(__file__).parent / "fixtures"

@@ -11,7 +11,7 @@ from symgen.link import derive
 from symgen.model.library import find, load
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.alpha.constrained_work import START, constrained_alpha_work
+from symgen.runtime.integrate.constrained_alpha import START, constrained_alpha_work
 from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.loop_arrays import LoopArrays
 

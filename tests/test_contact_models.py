@@ -15,8 +15,7 @@ from symgen import Model, runtime
 from symgen.errors import ModelError
 from symgen.link import derive_text
 from symgen.runtime.constraints.kkt import lease_guard
-from symgen.runtime.contact.complementarity import NoSolution, lemke
-from symgen.runtime.contact.coulomb import Levels, coulomb_forces
+from symgen.runtime.contact.coulomb import Levels, NoSolution, coulomb_forces, lemke
 from symgen.runtime.errors import ModuleError
 
 FILE = """

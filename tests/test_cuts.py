@@ -11,8 +11,8 @@ from recorded import record
 
 from symgen.runtime import load, solve
 from symgen.runtime.inputs import Controller
-from symgen.runtime.recording.errors import RecordingError
 from symgen.runtime.recording.resume import Resumed
+from symgen.runtime.recording.schema import RecordingError
 from tests.stress.models import described_text, point
 
 ROOT = Path(__file__).resolve().parents[1]

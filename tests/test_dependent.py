@@ -13,7 +13,7 @@ from symgen.link import derive_file, derive_text
 from symgen.model.library import find
 from symgen.runtime import load as load_module
 from symgen.runtime.batches import accelerations_and_multipliers
-from symgen.runtime.constraints.redundancy import has_dependence
+from symgen.runtime.constraints.dependence import has_dependence
 from symgen.runtime.errors import ModuleError, RuntimeModelError
 
 # A planar four-bar whose joints are spatial: of the five constraints that close it, two do something.

@@ -15,7 +15,7 @@ from symgen.runtime.code.printing import text_of
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.graph.carry_out import NoArrays, carry_out
 from symgen.runtime.graph.form import P, Y
-from symgen.runtime.linear.duals import carried_out
+from symgen.runtime.linear.linearisation import carried_out
 from symgen.runtime.subsystems.decomposition import divide
 from symgen.runtime.subsystems.groups import can_stand_side_by_side, side_by_side
 

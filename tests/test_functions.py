@@ -34,7 +34,7 @@ from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.modules import lower_function
 from symgen.runtime.graph.functions import ENTRIES, IN_CODE, IN_MODELS, Arithmetic, slopes
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.linear.duals import _MATHEMATICS, Dual, derivatives
+from symgen.runtime.linear.linearisation import _MATHEMATICS, Dual, derivatives
 
 POINTS = (0.31, -0.72, 0.94)
 SMOOTH = sorted(name for name, entry in IN_CODE.items() if entry.smooth)

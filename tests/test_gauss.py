@@ -17,7 +17,7 @@ from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.gauss.coefficients import gauss
-from symgen.runtime.integrate.gauss.work import STIFF
+from symgen.runtime.integrate.gauss.stages import STIFF
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
 

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from symgen.runtime import load
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.alpha.coefficients import generalized_alpha, hht
+from symgen.runtime.integrate.generalized_alpha import generalized_alpha, hht
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from symgen.runtime import load
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.explicit.dop853_coefficients import dop853
+from symgen.runtime.integrate.explicit.dop853 import dop853
 from symgen.runtime.integrate.explicit.tableau import erk_tableau
 from symgen.runtime.integrate.methods import METHODS, find_method
 from symgen.runtime.loop_arrays import LoopArrays

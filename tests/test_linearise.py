@@ -16,7 +16,7 @@ from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.linear import LinearModel, linearise
-from symgen.runtime.linear.duals import Dual, carried_out
+from symgen.runtime.linear.linearisation import Dual, carried_out
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Positions
 

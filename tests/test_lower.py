@@ -12,7 +12,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from symgen.runtime.code import compiler, engine, straight_line
+from symgen.runtime.code import compiler, engine
+from symgen.runtime.code import lower as straight_line
 from symgen.runtime.code.function_text import FunctionText, Lengths
 from symgen.runtime.code.modules import lower_function, lower_kernel, lower_setup
 from symgen.runtime.code.parse import MATH_FUNCTIONS

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from symgen.runtime.code import cache
-from symgen.runtime.code.ownership import distrust, foreign_below, make_private, read_own
+from symgen.runtime.code.cache import distrust, foreign_below, make_private, read_own
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
 ROOT = Path(__file__).parents[1]

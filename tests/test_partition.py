@@ -17,7 +17,7 @@ from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.forms import FORMS
-from symgen.runtime.integrate.partition.work import FIRST_RANK, N_POSITIONS, N_RATES, SWITCHES
+from symgen.runtime.integrate.partition import FIRST_RANK, N_POSITIONS, N_RATES, SWITCHES
 from symgen.runtime.loop_arrays import LoopArrays
 
 FIXTURES = Path(__file__).parent / "fixtures"

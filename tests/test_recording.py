@@ -18,12 +18,12 @@ from scipy.spatial.transform import Rotation
 from symgen.runtime import load
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.recording import geometry, layout, play, schema
-from symgen.runtime.recording.errors import RecordingError
 from symgen.runtime.recording.reader import read_recording
 from symgen.runtime.recording.recorder import RunRecorder, _thinned
 from symgen.runtime.recording.rrd import write
 from symgen.runtime.recording.rrd.read import read_rrd
 from symgen.runtime.recording.save import module_text
+from symgen.runtime.recording.schema import RecordingError
 from symgen.runtime.recording.verify import verify
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -23,9 +23,9 @@ from symgen.runtime import load, solve
 from symgen.runtime.checkpoint_bytes import Checkpoint, CheckpointError
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.recording.errors import RecordingError
 from symgen.runtime.recording.reader import read_checkpoint, read_recording
 from symgen.runtime.recording.resume import Resumed
+from symgen.runtime.recording.schema import RecordingError
 from symgen.runtime.recording.verify import verify
 
 ROOT = Path(__file__).resolve().parents[1]

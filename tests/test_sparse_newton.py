@@ -22,9 +22,16 @@ from symgen.runtime.integrate import large_models
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.layout import RUNNING, SINGULAR_MATRIX
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.integrate.sparse_lu import N_TABLES, SparseLU, sparse_factor, sparse_solve
-from symgen.runtime.integrate.sparse_newton import differentiate_sparse, factor_shifted, solve_shifted
-from symgen.runtime.integrate.sparse_pattern import newton_pattern
+from symgen.runtime.integrate.sparse import (
+    N_TABLES,
+    SparseLU,
+    differentiate_sparse,
+    factor_shifted,
+    newton_pattern,
+    solve_shifted,
+    sparse_factor,
+    sparse_solve,
+)
 from symgen.runtime.loop_arrays import LoopArrays, loop_sizes
 
 

@@ -29,13 +29,13 @@ UNUSED = (
     "numpy.ma", "numpy.random", "numpy.polynomial", "numpy.ctypeslib", "tempfile", "shutil", "json", "difflib",
     "symgen.derive", "symgen.emit", "symgen.model.model",
     *(f"symgen.runtime.{name}" for name in (
-        "code.modules", "code.lower", "code.straight_line", "code.expressions", "code.dense_ldl", "code.front_ldl",
+        "code.modules", "code.lower", "code.dense_ldl", "code.front_ldl",
         "code.compile_jitted", "code.compiler", "taylor.graph", "taylor.motion", "taylor.loops",
-        "contact", "inputs", "recording", "explain", "constraints.kkt", "constraints.rank_revealing",
+        "contact", "inputs", "recording", "explain", "constraints.kkt", "constraints.branch",
         "constraints.assembly", "constraints.drift", "constraints.levels", "constraints.nearest_point",
-        "constraints.redundancy", "constraints.large", "checks.branches", "checks.extreme_rates",
+        "constraints.dependence", "checks.branches", "checks.extreme_rates",
         "constraints.baumgarte", "integrate.ggl", "integrate.forms", "integrate.growth", "integrate.radau",
-        "integrate.bdf", "integrate.rattle", "integrate.partition", "integrate.alpha",
+        "integrate.bdf", "integrate.rattle", "integrate.partition", "integrate.generalized_alpha",
     )),
 )  # fmt: skip
 

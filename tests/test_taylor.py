@@ -14,7 +14,7 @@ from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.integrate.methods.taylor import taylor
-from symgen.runtime.integrate.taylor.loop import TaylorSeries, order_for
+from symgen.runtime.integrate.taylor import TaylorSeries, order_for
 from symgen.runtime.loop_arrays import LoopArrays
 
 ROOT = Path(__file__).resolve().parents[1]

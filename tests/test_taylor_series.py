@@ -13,11 +13,11 @@ from symgen.runtime import load
 from symgen.runtime.code import compiler, engine
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.taylor.code import DECLARATIONS, sincos_function
+from symgen.runtime.taylor.kernel import sum_kernel
 from symgen.runtime.taylor.loops import rolled_kernel, unrolled_kernel
 from symgen.runtime.taylor.motion import read_motion
 from symgen.runtime.taylor.plan import Plan
-from symgen.runtime.taylor.sincos import DECLARATIONS, sincos_function
-from symgen.runtime.taylor.sums import sum_kernel
 
 ROOT = Path(__file__).resolve().parents[1]
 OSCILLATOR = (ROOT / "tests" / "fixtures" / "oscillator.py").read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ import pytest
 
 from symgen.runtime.code import engine
 from symgen.runtime.code.bridge import call_kernel
-from symgen.runtime.taylor.sums import sum_kernel
+from symgen.runtime.taylor.kernel import sum_kernel
 
 ORDER, H = 6, 0.3
 

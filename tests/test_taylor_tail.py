@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from symgen.runtime.integrate.layout import N_SIZES, NQ, NV, NY
-from symgen.runtime.integrate.taylor.tail import add_tail, append_tail, drop_tail, tail_factors
+from symgen.runtime.integrate.taylor import add_tail, append_tail, drop_tail, tail_factors
 
 ORDER = 14
 

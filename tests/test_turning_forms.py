@@ -20,15 +20,15 @@ from scipy.spatial.transform import Rotation
 from symgen.runtime import load
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.alpha.constrained_work import START, constrained_alpha_work
+from symgen.runtime.integrate.constrained_alpha import START, constrained_alpha_work
 from symgen.runtime.integrate.forms import FORMS
-from symgen.runtime.integrate.gauss.work import STIFF
+from symgen.runtime.integrate.gauss.stages import STIFF
 from symgen.runtime.integrate.ggl import blocks_size, divide_blocks, set_blocks, set_shifted, solve_shifted
 from symgen.runtime.integrate.jacobian import jacobian_work_size
 from symgen.runtime.integrate.linear import lu_factor
 from symgen.runtime.integrate.methods import METHODS
-from symgen.runtime.integrate.partition.work import SWITCHES
-from symgen.runtime.integrate.radau.ggl_rotations import rotate_blocks
+from symgen.runtime.integrate.partition import SWITCHES
+from symgen.runtime.integrate.radau.ggl import rotate_blocks
 from symgen.runtime.loop_arrays import LoopArrays, kernel_addresses, loop_sizes
 from symgen.runtime.positions import Positions
 

@@ -16,8 +16,8 @@ import numpy as np
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.sampling import sample_rows
 from symgen.runtime.timing.intervals import Intervals, Range
+from symgen.runtime.timing.search import TimeTerms
 from symgen.runtime.timing.step_limits import StepLimits
-from symgen.runtime.timing.terms import TimeTerms
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution

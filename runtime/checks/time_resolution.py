@@ -9,7 +9,7 @@ import numpy as np
 
 from symgen.runtime.checks.entry import HealthCheck, limited
 from symgen.runtime.sampling import sample_rows
-from symgen.runtime.timing.terms import Samples, TimeTerms
+from symgen.runtime.timing.search import Samples, TimeTerms
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution

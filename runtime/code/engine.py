@@ -29,9 +29,9 @@ _LONG_COMPILE = 0.3  # seconds
 _SECONDS_PER_OPERATION = 6e-5
 # The files that decide what a function's machine code is; a test holds the list against their imports.
 _SOURCES = (
-    "parse", "function_text", "expressions", "lower", "straight_line", "llvm_text", "printing",
+    "parse", "function_text", "lower", "llvm_text", "printing",
     "dense_ldl", "front_ldl", "modules", "compiler",
-    "../graph/form", "../graph/functions", "../graph/lengths", "../graph/nodes",
+    "../graph/form", "../graph/functions", "../graph/layouts", "../graph/nodes",
 )  # fmt: skip
 
 _lock = threading.RLock()

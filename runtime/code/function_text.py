@@ -10,10 +10,18 @@ from typing import TYPE_CHECKING, NoReturn
 
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.graph.functions import IN_CODE
-from symgen.runtime.graph.lengths import Lengths
+from symgen.runtime.graph.layouts import Lengths
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.runtime.graph.form import Form
+
+# A function whose machine code is in the cache is not read.
+parsing = Late("symgen.runtime.code.parse")
+printing = Late("symgen.runtime.code.printing")
+forms = Late("symgen.runtime.graph.form")
+dense_ldl = Late("symgen.runtime.code.dense_ldl")
+front_ldl = Late("symgen.runtime.code.front_ldl")
 
 
 def _as_it_is(function: Callable) -> Callable:
@@ -46,9 +54,7 @@ class FunctionText:
     @classmethod
     def of(cls, form: Form, file: str = "<text>", first_line: int = 1) -> FunctionText:
         """Return a form that a pass has made, with a text that says the same."""
-        from symgen.runtime.code.printing import text_of
-
-        made = cls(form.name, text_of(form), form.lengths, form.tables, file, first_line)
+        made = cls(form.name, printing.text_of(form), form.lengths, form.tables, file, first_line)
         made.__dict__["form"] = form
         return made
 
@@ -61,9 +67,7 @@ class FunctionText:
         ModuleError
             The text is outside of the grammar; names the line.
         """
-        from symgen.runtime.code.parse import parse
-
-        return parse(self)
+        return parsing.parse(self)
 
     def refuse(self, line: int, cause: str) -> NoReturn:
         """Raise the error that says what is wrong, and in which line of the function."""
@@ -74,11 +78,8 @@ class FunctionText:
 
         The names of the grammar are all that it can see. `decorate` is applied to it and to the solvers that it calls.
         """
-        from symgen.runtime.code import dense_ldl, front_ldl
-        from symgen.runtime.graph.form import Solve
-
         used = {
-            s.solver for s, _ in self.form.statements() if type(s) is Solve
+            s.solver for s, _ in self.form.statements() if type(s) is forms.Solve
         }  # the grammar's check, besides
         functions = {
             key: decorate(entry.value) if isinstance(entry.value, FunctionType) else entry.value

@@ -10,6 +10,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from symgen.runtime.code import cache
+from symgen.runtime.lazy import Late
+
+compiler = Late("symgen.runtime.code.compiler")
 
 _PROCESSOR = Path("/proc/cpuinfo")
 # What the kernel says of a processor that stays the same; x86, then ARM.
@@ -43,8 +46,6 @@ def target() -> tuple:
 
 
 def _ask() -> tuple:
-    from symgen.runtime.code import compiler
-
     return compiler.target()
 
 

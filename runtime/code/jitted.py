@@ -22,6 +22,8 @@ from symgen.runtime.code.host import package_version, target
 from symgen.runtime.lazy import Late
 
 shipped = Late("symgen.runtime.code.shipped")
+compiler = Late("symgen.runtime.code.compiler")
+numba_side = Late("symgen.runtime.code.compile_jitted")
 
 DISABLE_JIT = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 _KEPT = 400
@@ -98,12 +100,10 @@ class Jitted:
         return native.NativeFunction(self.py_func.__name__, content, args)
 
     def _compile(self, args: tuple) -> bytes:
-        from symgen.runtime.code.compile_jitted import compile_jitted
-
         # Helpers of a few lines are not worth a word.
         seconds = _SECONDS_PER_FUNCTION * max(0, len(self.called()) - 4)
         engine.announce(self.title, 0, seconds)
-        return compile_jitted(self, args)
+        return numba_side.compile_jitted(self, args)
 
     def _kept(self, kind: str, fits: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
         """Return what the cache folder `kind` holds of this function for what it `fits`, made now if it is missing."""
@@ -190,8 +190,6 @@ def _code_objects(code: types.CodeType) -> list[types.CodeType]:
 
 
 def _emit(content: bytes, vectorised: bool) -> bytes:
-    from symgen.runtime.code import compiler
-
     head, bitcode = native.unpack(content)
     return native.pack(compiler.emit(bitcode, vectorised=vectorised), **head)
 

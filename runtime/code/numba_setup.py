@@ -18,8 +18,7 @@ from numba import config
 
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.bridge_numba import teach
-from symgen.runtime.code.cache import cache_folder, prune, trusted_folder
-from symgen.runtime.code.ownership import foreign_below
+from symgen.runtime.code.cache import cache_folder, foreign_below, prune, trusted_folder
 
 teach(call_kernel)
 DISABLE_JIT = bool(config.DISABLE_JIT)

@@ -29,7 +29,7 @@ from symgen.runtime.graph.form import (
     Y,
 )
 from symgen.runtime.graph.functions import IN_CODE
-from symgen.runtime.graph.lengths import Lengths
+from symgen.runtime.graph.layouts import Lengths
 
 MATH_FUNCTIONS = frozenset(IN_CODE)
 ARGUMENTS = ("t", "y", "p", "out")

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.constraints import contradictions
-from symgen.runtime.constraints.branch_rates import branch_rates
 from symgen.runtime.constraints.contradictions import AssemblyError, joined, listed
-from symgen.runtime.constraints.large import sparse_start
+from symgen.runtime.constraints.dependence import Redundancy, ranks_near
 from symgen.runtime.constraints.levels import Constraints
 from symgen.runtime.constraints.nearest_point import (
+    RANK_TOLERANCE,
     SOLVED,
     Problem,
     least_repair,
@@ -26,15 +26,204 @@ from symgen.runtime.constraints.nearest_point import (
     solve_with_restarts,
     worst,
 )
-from symgen.runtime.constraints.redundancy import Redundancy, ranks_near
 from symgen.runtime.constraints.start_values import Assembly, StartValues, start_values
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Chart
-from symgen.runtime.remembered import remembered
-from symgen.runtime.size import is_large
+from symgen.runtime.size import LARGEST_DENSE, is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
+
+
+# Where the rows of G depend on each other, G v = 0 leaves out what those rows ask for in the next order: G a = γ(q, v)
+# has a solution only if uᵀ γ(q, v) = 0 for every u with uᵀ G = 0. The rates of each branch obey that, and rates between
+# branches do not.
+
+# Of the speed: a start that is typed in is singular to some digits only.
+_ALONG_IT, _NOT_BETWEEN = 1e-6, 1e-3
+_DIFFERENCE = 1e-4  # of the speed; γ is of second order in the rates, so that central differences are exact
+
+
+def branch_rates(
+    constraints: Constraints, q: np.ndarray, v: np.ndarray, enforced: np.ndarray, sizes: np.ndarray
+) -> np.ndarray | None:
+    """Return the rates nearest to `v` that lead on from a singular configuration; None where there are none.
+
+    Parameters
+    ----------
+    constraints : Constraints
+    q : ndarray, shape (nq,)
+        The configuration, on the constraints.
+    v : ndarray, shape (nv,)
+        Rates that meet the constraints on the velocity level.
+    enforced : ndarray of bool, shape (nv,)
+        Rates that stay.
+    sizes : ndarray, shape (nv,)
+        Characteristic sizes of what the rates move.
+    """
+    speed, free = worst(v / sizes), ~enforced
+    if speed == 0.0:
+        return v
+    scales = constraints.velocity_scales(q, v, sizes)
+    left, values, _ = np.linalg.svd(constraints.jacobian(q, v) * sizes / scales[:, None] * speed)
+    rank = int(np.sum(values > RANK_TOLERANCE * values[0])) if values.size else 0
+    dependent = left[:, rank:].T
+
+    def residual(z: np.ndarray) -> np.ndarray:
+        rates = v.copy()
+        rates[free] = z
+        second = dependent @ (constraints.accelerations_asked_for(q, rates) / scales) / speed
+        return np.concatenate([constraints.velocity(q, rates) / scales, second])
+
+    def jacobian(z: np.ndarray) -> np.ndarray:
+        steps = np.diag(_DIFFERENCE * speed * sizes[free])
+        columns = [(residual(z + step) - residual(z - step)) / (2.0 * step.max()) for step in steps]
+        return np.array(columns).reshape(len(z), -1).T
+
+    if worst(residual(v[free])) <= _ALONG_IT:
+        return v
+    if not free.any():
+        return None
+    mass = constraints.mass(q)[np.ix_(free, free)]
+    found = v.copy()
+    found[free] = solve_with_restarts(Problem(residual, jacobian, metric(mass), speed * sizes[free]), v[free])
+    return found if worst(residual(found[free])) <= _NOT_BETWEEN else None
+
+
+# Models of up to `LARGEST_DENSE` unknowns are assembled by full matrices and singular values (`assembly.py`), which
+# also find nearest points, and name constraints that depend on others. Beyond, that would take minutes.
+
+_INDEPENDENT = 1e-6  # smallest pivot relative to its value before other constraints were eliminated
+_REPAIRED = 1e-6  # of a constraint's scale: what enforced values may be off
+_MAX_STEPS = 50
+_FRACTIONS = (1.0, 0.5, 0.25, 0.05)  # of a Newton step
+
+
+def sparse_start(
+    system: System, constraints: Constraints, given: StartValues
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions and rates that satisfy the constraints, and note in `given` what was done to enforced values.
+
+    Enforced values stay. Each Newton step moves the others by the least, measured by the mass matrix at the guesses.
+
+    Raises
+    ------
+    AssemblyError
+        Newton's method finds no such start, or constraints depend on each other there.
+    """
+    start = _Start(system, constraints, given)
+    q = start.positions()
+    v = start.rates(q, given.v)
+    ratio = constraints.pivot_ratio(q, v)
+    if not ratio >= _INDEPENDENT:
+        raise AssemblyError(
+            f"constraints depend on each other at the start: a pivot is {ratio:.2g} of what it is without the others; "
+            f"which of them do is found in models of up to {LARGEST_DENSE} rates and constraints only: look for one "
+            "that repeats others in a smaller version of the model, and leave it out, or start in another configuration"
+        )
+    return q, v
+
+
+class _Start:
+    """The start of one model while it is sought."""
+
+    def __init__(self, system: System, constraints: Constraints, given: StartValues):
+        self._system, self._constraints, self._given = system, constraints, given
+        mass = constraints.sparse_mass(given.q)
+        self._mass = mass if mass.diagonal().min() > 0.0 else None
+        self._sizes = constraints.characteristic_sizes(given.q)
+        self._coordinates = [record["name"] for record in system.coordinates]
+
+    def positions(self) -> np.ndarray:
+        """Return coordinates on the position constraints."""
+        constraints, given = self._constraints, self._given
+        scales = constraints.position_scales(given.q, self._sizes)
+
+        def residual(q: np.ndarray) -> np.ndarray:
+            return constraints.position(q) / scales
+
+        def solve(enforced: np.ndarray) -> np.ndarray:
+            return self._newton(given.q, constraints.positions.retract, residual, scales, enforced)
+
+        enforced = constraints.positions.held(given.q_enforced)
+        q = solve(enforced)
+        return self._accepted(q, residual, lambda: solve(np.zeros_like(enforced)), q, "value")
+
+    def rates(self, q: np.ndarray, v0: np.ndarray) -> np.ndarray:
+        """Return rates on the velocity level at positions `q`."""
+        constraints = self._constraints
+        scales = constraints.velocity_scales(q, v0, self._sizes)
+
+        def residual(v: np.ndarray) -> np.ndarray:
+            return constraints.velocity(q, v) / scales
+
+        def solve(enforced: np.ndarray) -> np.ndarray:
+            return self._newton(v0, np.add, residual, scales, enforced, at=q)
+
+        enforced = self._given.v_enforced
+        return self._accepted(solve(enforced), residual, lambda: solve(np.zeros_like(enforced)), q, "rate")
+
+    def _accepted(
+        self,
+        found: np.ndarray,
+        residual: Callable[[np.ndarray], np.ndarray],
+        repair: Callable[[], np.ndarray],
+        q: np.ndarray,
+        what: str,
+    ) -> np.ndarray:
+        """Return what was found, or with all values free where enforced ones fit nearly."""
+        off = residual(found)
+        if worst(off) <= SOLVED:
+            return found
+        if worst(off) <= _REPAIRED:
+            found = repair()
+            if worst(residual(found)) <= SOLVED:
+                self._given.notes.append(
+                    f"enforced {what}s fitted the constraints nearly, not to the last digit, and were repaired"
+                )
+                return found
+        name = self._constraints.names[int(np.argmax(np.nan_to_num(np.abs(off), nan=np.inf)))]
+        raise AssemblyError(
+            f"no start was found on the constraints: {name!r} is the worst, off by {worst(off):.2g} of its scale, at "
+            f"{listed(self._coordinates, q)}; give guesses nearer to a solution, or enforce fewer {what}s"
+        )
+
+    def _newton(self, x, move, residual, scales, enforced, at=None) -> np.ndarray:
+        """Newton's method on a residual; steps are halved until it falls."""
+        free = np.flatnonzero(~enforced)
+        r = residual(x)
+        for _ in range(_MAX_STEPS):
+            if worst(r) <= _SATISFIED or not free.size:
+                break
+            q = x if at is None else at
+            step = self._step(q, r * scales, free)
+            if step is None:
+                break
+            for fraction in _FRACTIONS:
+                trial = move(x, fraction * step)
+                r_trial = residual(trial)
+                if np.linalg.norm(r_trial) < np.linalg.norm(r):
+                    break
+            else:
+                break
+            x, r = trial, r_trial
+        return x
+
+    def _step(self, q: np.ndarray, right: np.ndarray, free: np.ndarray) -> np.ndarray | None:
+        """The least step that zeroes the linearised residual, by the free rates; None where there is none."""
+        from scipy.sparse import block_array, eye_array
+        from scipy.sparse.linalg import splu
+
+        jacobian = self._constraints.sparse_jacobian(q)[: len(right)][:, free]
+        metric = eye_array(len(free)) if self._mass is None else self._mass[free][:, free]
+        matrix = block_array([[metric, jacobian.T], [jacobian, None]], format="csc")
+        try:
+            solution = splu(matrix).solve(np.concatenate([np.zeros(len(free)), -right]))
+        except RuntimeError:  # exactly singular
+            return None
+        step = np.zeros(self._system.nv)
+        step[free] = solution[: len(free)]
+        return step if np.isfinite(step).all() else None
 
 
 _SPREADS = (0.05, 0.01, 0.2)  # of the characteristic sizes, for each neighbour in turn
@@ -127,15 +316,8 @@ def assemble(
     given = start_values(system, start, rate)
     if not system.m:
         return Assembly(given.q, given.v, notes=given.notes)
-    p, t = np.ascontiguousarray(p, dtype=float), float(t)
-    found = remembered(
-        system,
-        ("assembly", t, p.tobytes(), *(values.tobytes() for values in given[:4]), *given.notes),
-        lambda: _Assembler(system, p, t, given.notes).run(*given[:4]),
-    )
-    # What is kept is nobody's to change.
-    lists = (list(values) for values in (found.moved, found.notes, found.redundant))
-    return Assembly(found.q.copy(), found.v.copy(), *lists, found.rank)
+    assembler = _Assembler(system, np.ascontiguousarray(p, dtype=float), float(t), given.notes)
+    return assembler.run(given.q, given.v, given.q_enforced, given.v_enforced)
 
 
 class _Assembler:

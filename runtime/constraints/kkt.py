@@ -19,9 +19,9 @@ from symgen.runtime.code import engine
 from symgen.runtime.code.jitted import DISABLE_JIT
 from symgen.runtime.constraints import branch, robust_path
 from symgen.runtime.constraints import guard_code as at
+from symgen.runtime.constraints.dependence import usual_rank
 from symgen.runtime.constraints.guard_code import guard_ir
 from symgen.runtime.constraints.levels import Constraints
-from symgen.runtime.constraints.redundancy import usual_rank
 from symgen.runtime.constraints.row_weights import n_weights, row_weights
 from symgen.runtime.positions import Positions
 from symgen.runtime.size import is_large

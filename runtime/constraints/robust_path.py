@@ -29,6 +29,7 @@ from symgen.runtime.constraints.branch import (
     NQ,
     NV,
     NW,
+    RANK_TOLERANCE,
     RHS,
     TIME_DEPENDENT,
     USUAL_RANK,
@@ -37,14 +38,15 @@ from symgen.runtime.constraints.branch import (
     factor,
     fill,
     is_on_branch,
+    least_pivot,
     make_unit,
     move_to_branch,
     position_step,
     solve,
+    truncated,
     velocity_step,
 )
-from symgen.runtime.constraints.rank_revealing import RANK_TOLERANCE, least_pivot, truncated
-from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.loop import copy
 
 # Ratios of pivots are (c d)²: at this distance interpolation begins, at the others its nearest place is, at most and at
 # least. Round-off falls with the third power of the distance; the error of the interpolation grows with its tenth.

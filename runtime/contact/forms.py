@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers, evaluate
-from symgen.runtime.contact.normals import given, normal_forces, normals_of, smooth_frictions, smooth_sense
+from symgen.runtime.contact.local_dynamics import (
+    given,
+    normal_forces,
+    normals_of,
+    smooth_frictions,
+    smooth_sense,
+)
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

@@ -7,10 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.contact.complementarity import NoSolution
-from symgen.runtime.contact.coulomb import Levels, Paradox, coulomb_forces
-from symgen.runtime.contact.local_dynamics import LocalDynamics
-from symgen.runtime.contact.normals import given, normals_of, smooth_frictions, smooth_sense
+from symgen.runtime.contact.coulomb import Levels, NoSolution, Paradox, coulomb_forces
+from symgen.runtime.contact.local_dynamics import (
+    LocalDynamics,
+    given,
+    normals_of,
+    smooth_frictions,
+    smooth_sense,
+)
 from symgen.runtime.errors import ContactError
 from symgen.runtime.integrate import layout as at
 

@@ -14,8 +14,7 @@ import numpy as np
 
 from symgen.runtime.contact.coulomb import Levels, check_unique, coulomb_forces
 from symgen.runtime.contact.instant import Instant
-from symgen.runtime.contact.local_dynamics import LocalDynamics
-from symgen.runtime.contact.normals import Normal
+from symgen.runtime.contact.local_dynamics import LocalDynamics, Normal
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.positions import Positions

@@ -2,6 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+
+class Lengths(NamedTuple):
+    """How many values a function may read and write: an index beyond them is refused, not compiled."""
+
+    y: int
+    p: int
+    out: int
+
+
 # In order, as (rows, columns): an axis joins vectors over coordinates (q), rates (v), holonomic constraints (h), all
 # constraints (c), entries of poses (p) and shapes (s); a vector has one column. POWER, RATIO and ENERGY are numbers
 # that all subsystems make together.

@@ -15,10 +15,13 @@ import numpy as np
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
 from symgen.runtime.errors import nearest
 from symgen.runtime.inputs.given import InputFault
+from symgen.runtime.lazy import Late
 from symgen.runtime.names import rate_labels
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
+
+numba_setup = Late("symgen.runtime.code.numba_setup")
 
 
 @dataclass(frozen=True)
@@ -137,8 +140,6 @@ class CompiledFeedback:
     """
 
     def __init__(self, controller: Controller, n_signals: int, n_inputs: int):
-        from symgen.runtime.code import numba_setup
-
         self._faulty = np.zeros(2 + n_signals)  # whether there was such a call; its t and x
         make = _python_callback if numba_setup.DISABLE_JIT else _compile
         self._code, self._function = make(controller.function, n_inputs, self._faulty)

@@ -11,24 +11,32 @@ import numpy as np
 
 from symgen.runtime.abi import ENTRIES
 from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
-from symgen.runtime.inputs.code import INPUTS_SYMBOL, TABLE, driven_ir, driven_symbol
+from symgen.runtime.inputs.code import (
+    COEFFICIENTS,
+    INPUTS_SYMBOL,
+    KNOT,
+    TABLE,
+    driven_ir,
+    driven_symbol,
+    fill,
+    fix_piece,
+    lay_out,
+)
 from symgen.runtime.inputs.controller import CompiledFeedback, Signals
 from symgen.runtime.inputs.given import Pieces
-from symgen.runtime.inputs.places import COEFFICIENTS, KNOT, fill, fix_piece, lay_out
 from symgen.runtime.inputs.samples import Sampler
 from symgen.runtime.lazy import Late
 from symgen.runtime.system import System
 
 engine = Late("symgen.runtime.code.engine")
 numba_setup = Late("symgen.runtime.code.numba_setup")
-feedback_calls = Late("symgen.runtime.inputs.feedback_calls")
-feedback_jacobian = Late("symgen.runtime.inputs.feedback_jacobian")
+feedback_code = Late("symgen.runtime.inputs.feedback")
 
 _PATH = ctypes.CFUNCTYPE(
     None, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
 )
 # Set anew, not taken over from the model: what belongs to its own kernels.
-_OWN = ("_kernels", "_machine_code", "_taylor", "_guards", "_all_guards", "_closed", "_remembered")
+_OWN = ("_kernels", "_machine_code", "_taylor", "_guards", "_all_guards", "_closed")
 
 
 @dataclass(frozen=True)
@@ -93,7 +101,7 @@ class DrivenSystem(System):
     ----------
     base : System
         The model, with constant inputs.
-    places : symgen.runtime.inputs.places.Places
+    places : symgen.runtime.inputs.code.Places
     samplers, feedback : tuple
     """
 
@@ -259,7 +267,7 @@ class DrivenSystem(System):
 
     def _connect_path(self, table: Any) -> None:
         """Let the driven Jacobian call the path that adds what the controllers do to it."""
-        path = feedback_jacobian
+        path = feedback_code
         context = np.zeros(path.N_CONTEXT + len(self.inputs), dtype=np.int64)
         context[path.JACOBIAN] = self.base.kernel("residual_jacobian").precomputed_address
         context[path.RESIDUAL] = self.base.kernel("residual").precomputed_address
@@ -273,7 +281,7 @@ class DrivenSystem(System):
             function = _PATH(self._jacobian_in_python)
             address = ctypes.cast(function, ctypes.c_void_p).value
         else:
-            function = feedback_calls.jacobian_path
+            function = feedback_code.jacobian_path
             address = function.address
         table[len(self._wrapped) + 1], table[len(self._wrapped) + 2] = address, context.ctypes.data
         self.__dict__["_path"] = (function, context)
@@ -285,7 +293,7 @@ class DrivenSystem(System):
         arrays = [
             np.ctypeslib.as_array((ctypes.c_double * n).from_address(x)) for x, n in zip((y, p, out), lengths)
         ]
-        feedback_jacobian.driven_jacobian(self.__dict__["_path"][1], t, *arrays)
+        feedback_code.driven_jacobian(self.__dict__["_path"][1], t, *arrays)
 
 
 def _words(pieces: Pieces) -> str:

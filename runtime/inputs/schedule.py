@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.inputs.code import COEFFICIENTS, FIXED, KNOT, PiecesPlace
 from symgen.runtime.inputs.given import Pieces
-from symgen.runtime.inputs.places import COEFFICIENTS, FIXED, KNOT, PiecesPlace
 
 if TYPE_CHECKING:
     from symgen.runtime.inputs.driven import DrivenSystem

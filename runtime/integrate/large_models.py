@@ -11,7 +11,7 @@ from symgen.runtime.size import is_large
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
-sparse_pattern = Late("symgen.runtime.integrate.sparse_pattern")
+sparse = Late("symgen.runtime.integrate.sparse")
 
 SMALLEST_SPARSE = 120  # rates and multipliers; in smaller models full matrices cost no more
 MOST_FULL = 0.1  # entries of a factor, of n²; where there are more, full matrices are faster
@@ -31,4 +31,4 @@ def _is_sparse(system: System) -> bool:
     n = system.nv + system.m
     if not has_sparse_form(system) or n < SMALLEST_SPARSE:
         return False
-    return is_large(system) or sparse_pattern.newton_pattern(system).n_factor <= MOST_FULL * n * n
+    return is_large(system) or sparse.newton_pattern(system).n_factor <= MOST_FULL * n * n

@@ -1,4 +1,8 @@
-"""Dense LU factorisation of small systems, real and complex, in place and without allocation."""
+"""Linear systems of equations of motion and constraints, also where constraints depend on each other.
+
+Work arrays that these functions take have `matrix` and `factors`, shape (k, k), `right`, shape (k, 1), `pivots` (int64)
+and `scale`, shape (k,).
+"""
 
 import math
 
@@ -6,6 +10,7 @@ import numpy as np
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.loop import copy
 
 RANK_TOLERANCE = 1e-10
 # Numba checks every signed index for "from the end", which costs half the speed of these loops.
@@ -246,3 +251,45 @@ def restore_order(b, columns, scale):
     for i in range(n):
         for j in range(b.shape[1]):
             b[i, j] /= scale[i]
+
+
+# Below this the factors are not trusted, and elimination with complete pivoting decides on the rank.
+TRUSTED_PIVOT_RATIO = 1e-12
+
+
+@jitted
+def border(above, below, nv, w):
+    """Write -Gᵀ beside, and G' below the leading block of `w.matrix`; `above` is G, `below` G', row-major."""
+    m = w.matrix.shape[0] - nv
+    for k in range(m):
+        for i in range(nv):
+            w.matrix[i, nv + k] = -above[k * nv + i]
+            w.matrix[nv + k, i] = below[k * nv + i]
+        for j in range(m):
+            w.matrix[nv + k, nv + j] = 0.0
+
+
+@jitted
+def factor(counters, w):
+    """Factor a copy of `w.matrix`; returns whether the factors can be trusted."""
+    for i in range(w.matrix.shape[0]):
+        copy(w.matrix[i], w.factors[i])
+    counters[at.FACTORISATIONS] += 1
+    return lu_factor(w.factors, w.pivots) == at.RUNNING and pivot_ratio(w.factors) > TRUSTED_PIVOT_RATIO
+
+
+@jitted
+def solve(trusted, nv, w):
+    """Replace `w.right` by the solution; multipliers of redundant constraints are zero.
+
+    Returns
+    -------
+    int
+        RUNNING, or why the first `nv` unknowns are not determined.
+    """
+    if trusted:
+        lu_solve(w.factors, w.pivots, w.right[:, 0])
+        return at.RUNNING
+    for i in range(w.matrix.shape[0]):
+        copy(w.matrix[i], w.factors[i])
+    return solve_rank_deficient(w.factors, w.right, nv, w.pivots, w.scale)

@@ -4,9 +4,47 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.step_control import room_for_steps, watch_is_near
+
+
+@jitted
+def copy(source, target):
+    """Copy `source` into the first entries of `target`."""
+    for i in range(source.shape[0]):
+        target[i] = source[i]
+
+
+@jitted
+def add_compensated(increment, i, y, rest):
+    """Add `increment` to `y[i]`, where `y[i] + rest[i]` is the sum as it would be without rounding.
+
+    Kahan, Comm. ACM 8 (1965) 40; as in Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), VIII.5. The
+    terms are smaller than the sum.
+    """
+    term = rest[i] + increment
+    total = y[i] + term
+    rest[i] = (y[i] - total) + term
+    y[i] = total
+
+
+@jitted
+def all_finite(values, n):
+    """Whether the first `n` values are finite."""
+    total = 0.0
+    for i in range(n):
+        total += values[i] * 0.0
+    return total == 0.0
+
+
+@jitted
+def evaluate(loop, t, y, row):
+    """Evaluate the right-hand side into `row`; returns whether its derivatives are finite."""
+    call_kernel(loop.addresses[at.RHS], t, y, loop.p, row)
+    loop.counters[at.RHS_CALLS] += 1
+    return all_finite(row, loop.sizes[at.NY])
 
 
 class Loop(NamedTuple):

@@ -5,7 +5,7 @@ import math
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.evaluation import all_finite
+from symgen.runtime.integrate.loop import all_finite
 from symgen.runtime.integrate.quaternions import scale_to_unit
 from symgen.runtime.integrate.step_control import error_scale
 

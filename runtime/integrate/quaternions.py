@@ -10,7 +10,7 @@ import math
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.compensated import add_compensated
+from symgen.runtime.integrate.loop import add_compensated
 
 _SMALL = 1e-2  # square of an angle below which series are exact to round-off
 

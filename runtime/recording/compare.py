@@ -13,12 +13,12 @@ from symgen.runtime.errors import ModuleError
 from symgen.runtime.exchange import Exchange
 from symgen.runtime.module import read_module
 from symgen.runtime.names import rate_labels
+from symgen.runtime.recording.reader import blamed_on, check_fits
+from symgen.runtime.recording.schema import RecordingError
 from symgen.runtime.system import System
 
-from .errors import RecordingError
 from .reader import read_recording
 from .recording import Recording
-from .trusted import blamed_on, check_fits
 
 _SAME_TIME = 1e-12  # of the time that both runs cover
 _SMALL = 1e-3  # of the largest quantity of its unit: what stays below has no scale of its own

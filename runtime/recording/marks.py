@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.recording.recording import Quantities
+
 from . import schema, symbols
 from .geometry import Primitive, quaternions
-from .quantities import Quantities
 
 if TYPE_CHECKING:
-    from .rrd.mark_writer import MarkWriter
+    from symgen.runtime.recording.rrd.write import MarkWriter
 
 
 _MOST_REACTIONS = 12  # arrows that are written

@@ -12,8 +12,7 @@ from pathlib import Path
 
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.recording.reader import read_recording
-
-from .errors import RecordingError
+from symgen.runtime.recording.schema import RecordingError
 
 _GRACE = 3.0  # seconds between asking the viewer to end and ending it
 

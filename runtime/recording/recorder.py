@@ -20,9 +20,8 @@ import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
+from symgen.runtime.recording.recording import Quantities, Settings
 from symgen.runtime.uninterrupted import uninterrupted
-
-from .quantities import Quantities, Settings
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

@@ -27,16 +27,16 @@ from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.module import read_module
 from symgen.runtime.options import RunOptions
+from symgen.runtime.recording.reader import blamed_on, check_fits
+from symgen.runtime.recording.schema import RecordingError
 from symgen.runtime.simulate import simulate
 from symgen.runtime.subsystems.simulate import ASKED
 from symgen.runtime.summary import summarise
 from symgen.runtime.system import System
 from symgen.runtime.timing.timetable import make_timetable
 
-from .errors import RecordingError
 from .reader import read_checkpoint, read_recording
 from .recording import Recording
-from .trusted import blamed_on, check_fits
 
 if TYPE_CHECKING:
     from symgen.runtime.checkpoint_bytes import Checkpoint

@@ -7,6 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from symgen.runtime.errors import RuntimeModelError
+
+
+class RecordingError(RuntimeModelError):
+    """A file is not a recording that can be read; the text says why and what to do."""
+
+
 APPLICATION_ID = "symgen"
 FORMAT = 1
 

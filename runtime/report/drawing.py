@@ -13,7 +13,7 @@ import numpy as np
 from symgen.runtime.batches import evaluate
 from symgen.runtime.recording import geometry, schema
 from symgen.runtime.recording.marks import Marks, Surroundings
-from symgen.runtime.recording.quantities import Quantities
+from symgen.runtime.recording.recording import Quantities
 from symgen.runtime.report.svg import N_COLOURS
 
 if TYPE_CHECKING:

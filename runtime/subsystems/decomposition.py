@@ -13,10 +13,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.code.printing import place_text
-from symgen.runtime.graph.form import HELD, OUT, Form, Loop, Name, P, Place, Statement, T, Write, Y
-from symgen.runtime.graph.layouts import ENERGY, LAYOUTS, POWER, RATIO
-from symgen.runtime.graph.lengths import Lengths
-from symgen.runtime.graph.rewrite import copied, needed
+from symgen.runtime.graph.form import (
+    HELD,
+    OUT,
+    Form,
+    Loop,
+    Name,
+    P,
+    Place,
+    Statement,
+    T,
+    Write,
+    Y,
+    copied,
+    needed,
+)
+from symgen.runtime.graph.layouts import ENERGY, LAYOUTS, POWER, RATIO, Lengths
 from symgen.runtime.module_check import verified
 from symgen.runtime.system import System
 

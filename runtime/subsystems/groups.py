@@ -11,10 +11,8 @@ import numpy as np
 
 from symgen.runtime.batches import evaluate
 from symgen.runtime.choose import EXPLICIT, SERIES
-from symgen.runtime.graph.form import Form, Loop, Name, Place, Write
-from symgen.runtime.graph.layouts import ENERGY, POWER, RATIO
-from symgen.runtime.graph.lengths import Lengths
-from symgen.runtime.graph.rewrite import copied
+from symgen.runtime.graph.form import Form, Loop, Name, Place, Write, copied
+from symgen.runtime.graph.layouts import ENERGY, POWER, RATIO, Lengths
 from symgen.runtime.module_check import verified
 from symgen.runtime.subsystems.decomposition import CUT, Places, is_total, total_name
 from symgen.runtime.subsystems.subsystem import Subsystem

@@ -6,9 +6,362 @@ integrals of their derivatives (sin u is the integral of cos u · u'), which giv
 
 from __future__ import annotations
 
+import math
+
 from symgen.runtime.graph.functions import IN_CODE, slopes
-from symgen.runtime.taylor.algebra import Algebra
+from symgen.runtime.graph.nodes import Nodes
 from symgen.runtime.taylor.refusal import Refusal
+
+MOVING = 1  # a node's mask, if it changes during a step
+CONVOLUTIONS = ("mul", "div", "sqrt", "power")
+
+
+class SeriesNodes(Nodes):
+    """Nodes in an order in which values come after what they are made of, but for integrals (`integrate`).
+
+    Kinds of constants (of a step): number, parameter, now (the time at its start), and operations on these: fadd,
+    fsub, fmul, fdiv, neg, call, select. Kinds of series: time, acceleration, multiplier, add, sub, neg, scale (constant
+    times series), kept (series where a constant is 1, zero where it is 0), mul, div, sqrt, power (`data`: the exponent,
+    and for halves the root), integral, shift (derivative).
+    `data` of an integral says how it begins: ("state", index of y) or (function, *nodes).
+
+    `stops_at_choices` says whether steps end where time alone chooses anew; only then have such choices a series.
+
+    `products` has sums whose terms cancel: at the start of a step, they are the product of two other nodes, exactly.
+    """
+
+    def __init__(self, *, stops_at_choices: bool = False) -> None:
+        super().__init__()
+        self.stops_at_choices = stops_at_choices
+        self.data: list[tuple] = []  # what a node is besides its operands
+        self._cycles: dict[tuple, int] = {}
+        self._states: dict[int, int] = {}
+        self.products: dict[int, tuple[int, int]] = {}
+        self.rates: set[int] = set()  # which states are rates
+
+    def _node(
+        self, kind: str, args: tuple[int, ...], data: tuple = (), *, constant: bool | None = None
+    ) -> int:
+        table = self._index[kind, data]
+        found = table.get(args)
+        if found is None:
+            found = table[args] = self._append(kind, args, data, constant)
+        return found
+
+    def _append(self, kind: str, args: tuple[int, ...], data: tuple, constant: bool | None) -> int:
+        self.data.append(data)
+        moves = any(self.mask[a] for a in args) if constant is None else not constant
+        return super()._append(kind, args, MOVING if moves else 0)
+
+    def is_constant(self, node: int) -> bool:
+        """Whether a node is the same all through a step."""
+        return not self.mask[node]
+
+    def number(self, value: float) -> int:
+        return self._node("number", (), (value, math.copysign(1.0, value)))
+
+    def parameter(self, index: int) -> int:
+        return self._node("parameter", (), (index,))
+
+    def time(self) -> int:
+        return self._node("time", (), (), constant=False)
+
+    def now(self) -> int:
+        """The time at the start of the step."""
+        return self._node("now", (), (), constant=True)
+
+    def unknown(self, kind: str, index: int) -> int:
+        """An acceleration or a multiplier."""
+        return self._node(kind, (), (index,), constant=False)
+
+    def state(self, index: int) -> int:
+        """The series that begins with y[index]; `integrate` says what it is the integral of."""
+        if index not in self._states:
+            self._states[index] = self._append("integral", (), ("state", index), False)
+        return self._states[index]
+
+    def integrate(self, state: int, derivative: int) -> None:
+        self.args[state] = (derivative,)
+
+    def begins_with(self, node: int) -> tuple[int, ...]:
+        """The nodes that give the first value of an integral."""
+        data = self.data[node]
+        return () if data[0] == "state" else data[1:]
+
+    def reachable(self, roots: list[int]) -> list[int]:
+        """All nodes that the series of `roots` need, by number; first values of integrals included."""
+        found, pending = set(roots), list(roots)
+        while pending:
+            node = pending.pop()
+            below = self.args[node]
+            if self.op[node] == "integral":
+                below += self.begins_with(node)
+            for a in below:
+                if a not in found:
+                    found.add(a)
+                    pending.append(a)
+        return sorted(found)
+
+    def replace(self, replaced: dict[int, int], roots: list[int]) -> list[int]:
+        """Let all nodes use others in the place of some, in place; returns the roots."""
+
+        def last(node: int) -> int:
+            while node in replaced:
+                node = replaced[node]
+            return node
+
+        for node in range(len(self.op)):
+            self.args[node] = tuple(last(a) for a in self.args[node])
+            if self.op[node] == "integral" and self.data[node][0] != "state":
+                self.data[node] = (self.data[node][0], *(last(a) for a in self.data[node][1:]))
+        self.products = {last(node): (last(a), last(b)) for node, (a, b) in self.products.items()}
+        return [last(node) for node in roots]
+
+
+# Constant factors and signs come to the outside. Products and quotients of powers of one series become one power:
+# m / r · (1 / r) · (1 / r) with r = sqrt(u) is m u^(-3/2).
+
+_MOST_FACTORS = 8
+_MAY_BREAK = ("div", "fdiv", "sqrt", "power", "call")
+
+
+class Algebra(SeriesNodes):
+    """What is made of series by arithmetic and by differentiation."""
+
+    def add(self, a: int, b: int) -> int:
+        if self.is_constant(a) and self.is_constant(b):
+            return self._node("fadd", (a, b))
+        if self.op[b] == "neg":
+            return self.sub(a, self.args[b][0])
+        if self.op[a] == "neg":
+            return self.sub(b, self.args[a][0])
+        return self._node("add", (a, b))
+
+    def sub(self, a: int, b: int) -> int:
+        if self.is_constant(a) and self.is_constant(b):
+            return self._node("fsub", (a, b))
+        if self.op[b] == "neg":
+            return self.add(a, self.args[b][0])
+        return self._node("sub", (a, b))
+
+    def neg(self, a: int) -> int:
+        if self.op[a] == "number":
+            return self.number(-self.data[a][0])
+        if self.op[a] == "neg":
+            return self.args[a][0]
+        if self.op[a] == "scale":
+            return self.scale(self.neg(self.args[a][0]), self.args[a][1])
+        return self._node("neg", (a,))
+
+    def mul(self, a: int, b: int) -> int:
+        """A product; constant factors and signs come to its outside."""
+        if self.is_constant(a) and self.is_constant(b):
+            return self._constant_product(a, b)
+        if self.is_constant(a) or self.is_constant(b):
+            return self.scale(a, b) if self.is_constant(a) else self.scale(b, a)
+        factor, a = self._split(a)
+        other, b = self._split(b)
+        return self.scale(self._constant_product(factor, other), self._product(a, b))
+
+    def _product(self, a: int, b: int) -> int:
+        (base, exponent), (other, more) = self._as_power(a), self._as_power(b)
+        if base == other and (exponent, more) != (1.0, 1.0):
+            return self.power(base, exponent + more)
+        for left, right in ((a, b), (b, a)):
+            if (found := self._distributed(left, right)) is not None:
+                return found
+            if (found := self._merged(left, right)) is not None:
+                return found
+        return self._node("mul", (min(a, b), max(a, b)))
+
+    def _distributed(self, total: int, factor: int) -> int | None:
+        """(r - c) times 1 / r as 1 - c / r, which needs no product of series: the force of a spring.
+
+        Where r is near c, its value is still that of the product.
+        """
+        base, exponent = self._as_power(factor)
+        if exponent == 1.0 or self.op[total] not in ("add", "sub"):
+            return None
+        left, right = self.args[total]
+        if self.is_constant(left) == self.is_constant(right):
+            return None
+        other, more = self._as_power(self._split(right if self.is_constant(left) else left)[1])
+        if other != base or exponent + more not in (0.0, 1.0):
+            return None
+        found = getattr(self, self.op[total])(self.mul(left, factor), self.mul(right, factor))
+        self.products[found] = total, factor
+        return found
+
+    def _merged(self, product: int, factor: int) -> int | None:
+        """(w / r) times 1 / r as w / r^2, one quotient for two products: the force of a damper."""
+        base, exponent = self._as_power(factor)
+        if exponent == 1.0 or self.op[product] != "mul":
+            return None
+        for inner, rest in (self.args[product], self.args[product][::-1]):
+            other, more = self._as_power(inner)
+            if other == base and exponent + more in (0.0, -1.0):
+                return rest if exponent + more == 0.0 else self.div(rest, base)
+        return None
+
+    def _as_power(self, a: int) -> tuple[int, float]:
+        """A series as base and exponent."""
+        kind, args = self.op[a], self.args[a]
+        if kind == "sqrt":
+            return args[0], 0.5
+        if kind == "power":
+            return args[0], self.data[a][0]
+        if kind == "div" and args[0] == self.number(1.0):
+            return args[1], -1.0
+        return a, 1.0
+
+    def power(self, base: int, exponent: float) -> int:
+        """A series to the power of a number."""
+        if exponent == 0.0:
+            return self.number(1.0)
+        if exponent == round(exponent) and 1.0 <= exponent <= _MOST_FACTORS:
+            value = base
+            for _ in range(int(exponent) - 1):
+                value = self.mul(value, base)
+            return value
+        if exponent == -1.0:
+            return self._node("div", (self.number(1.0), base))
+        if exponent == 0.5:
+            return self._node("sqrt", (base,))
+        # That of a root: what says which series are derivatives of others thinks of powers as those of roots.
+        root = self._node("sqrt", (base,)) if 2.0 * exponent == round(2.0 * exponent) else -1
+        return self._node("power", (base,), (exponent, root))
+
+    def scale(self, constant: int, a: int) -> int:
+        """A constant times a series."""
+        if self.is_constant(a):
+            return self._constant_product(constant, a)
+        factor, a = self._split(a)
+        constant = self._constant_product(constant, factor)
+        if self.op[constant] == "number" and abs(self.data[constant][0]) == 1.0:
+            return a if self.data[constant][0] > 0.0 else self.neg(a)
+        return self._node("scale", (constant, a))
+
+    def _split(self, a: int) -> tuple[int, int]:
+        """A constant factor and the rest."""
+        if self.op[a] == "scale":
+            return self.args[a]
+        if self.op[a] == "neg" and not self.is_constant(a):
+            return self.number(-1.0), self.args[a][0]
+        return self.number(1.0), a
+
+    def _constant_product(self, a: int, b: int) -> int:
+        if self.op[b] == "number":
+            a, b = b, a
+        if self.op[a] == "number":
+            value = self.data[a][0]
+            if self.op[b] == "number":
+                return self.number(value * self.data[b][0])
+            if abs(value) == 1.0:
+                return b if value > 0.0 else self.neg(b)
+        return self._node("fmul", (a, b))
+
+    def div(self, a: int, b: int) -> int:
+        if self.is_constant(a) and self.is_constant(b):
+            return self._node("fdiv", (a, b))
+        if self.is_constant(b):
+            return self.scale(self._node("fdiv", (self.number(1.0), b)), a)
+        divisor, b = self._split(b)
+        factor, a = (a, self.number(1.0)) if self.is_constant(a) else self._split(a)
+        if self.op[divisor] == "number" and abs(self.data[divisor][0]) == 1.0:
+            factor = self._constant_product(factor, divisor)
+        else:
+            factor = self._node("fdiv", (factor, divisor))
+        return self.scale(factor, self._quotient(a, b))
+
+    def _quotient(self, a: int, b: int) -> int:
+        base, exponent = self._as_power(b)
+        if a == self.number(1.0):
+            return self.power(base, -exponent)
+        other, more = self._as_power(a)
+        if other == base:
+            return self.power(base, more - exponent)
+        found = self._distributed(a, self.power(base, -exponent)) if exponent != 1.0 else None
+        return self._node("div", (a, b)) if found is None else found
+
+    def select(self, comparison: str, left: int, right: int, chosen: int, other: int) -> int:
+        """A choice that is made at the start of a step: steps end where time alone decides anew."""
+        sides = self.at_start(left), self.at_start(right)
+        if None in sides:
+            raise Refusal("a choice (minimum, maximum, a switch) has no Taylor series where it switches")
+        if self.is_constant(chosen) and self.is_constant(other):
+            return self._node("select", (*sides, chosen, other), (comparison,))
+        one, none = self.number(1.0), self.number(0.0)
+        taken = self._node("select", (*sides, one, none), (comparison,))
+        left_out = self._node("select", (*sides, none, one), (comparison,))
+        return self.add(self._kept(taken, chosen), self._kept(left_out, other))
+
+    def _kept(self, is_taken: int, a: int) -> int:
+        """A series where `is_taken` is 1, zero where it is 0; also of what is infinite or undefined there."""
+        if not self._may_break(a):
+            return self.mul(is_taken, a)
+        if self.is_constant(a):
+            none = self.number(0.0)
+            return self._node("select", (none, is_taken, a, none), ("olt",))
+        return self._node("kept", (is_taken, a))
+
+    def _may_break(self, a: int) -> bool:
+        """Whether a series is made of what is not finite everywhere."""
+        seen, pending = set(), [a]
+        while pending:
+            node = pending.pop()
+            kind, data = self.op[node], self.data[node]
+            if kind in _MAY_BREAK or (kind == "integral" and data[0] not in ("state", "sin", "cos")):
+                return True
+            if node not in seen and kind != "integral":
+                seen.add(node)
+                pending += self.args[node]
+        return False
+
+    def at_start(self, a: int) -> int | None:
+        """What time alone decides, as the constant that it is at the start of a step; None for all else."""
+        if self.is_constant(a):
+            return a
+        if not self.stops_at_choices:
+            return None
+        kind = self.op[a]
+        if kind == "time":
+            return self.now()
+        if kind == "integral":
+            name, *below = self.data[a]
+        else:
+            name, below = kind, list(self.args[a])
+        if name in ("state", "acceleration", "multiplier", "shift"):
+            return None
+        args = [self.at_start(x) for x in below]
+        if None in args:
+            return None
+        if kind == "integral" or kind == "sqrt":
+            return self._node("call", tuple(args), (name,))
+        if kind == "power":
+            return self._node("call", (args[0], self.number(self.data[a][0])), ("pow",))
+        return getattr(self, "mul" if kind == "scale" else kind)(*args)
+
+    def shift(self, a: int) -> int:
+        """The derivative with respect to time, carried down through linear operations."""
+        kind, args = self.op[a], self.args[a]
+        if self.is_constant(a):
+            return self.number(0.0)
+        if kind == "time":
+            return self.number(1.0)
+        if kind == "integral" and args:
+            return args[0]
+        if kind == "neg":
+            return self.neg(self.shift(args[0]))
+        if kind == "scale":
+            return self.mul(args[0], self.shift(args[1]))
+        if kind in ("add", "sub"):
+            left, right = self.shift(args[0]), self.shift(args[1])
+            if self.is_constant(args[0]):
+                return right if kind == "add" else self.neg(right)
+            if self.is_constant(args[1]):
+                return left
+            return self.add(left, right) if kind == "add" else self.sub(left, right)
+        return self._node("shift", (a,))
 
 
 class SeriesGraph(Algebra):

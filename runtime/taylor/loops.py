@@ -6,19 +6,297 @@ of series stand side by side in SIMD lanes.
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 from symgen.runtime.code.llvm_text import constant
 from symgen.runtime.taylor.code import ONE, PASSED, Code, Value
-from symgen.runtime.taylor.lanes import (
-    LONGEST_LEAD,
-    Lanes,
-    LaneTable,
-    fused,
-    sum_function,
-    values_text,
-    vector,
-)
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.steps import FIRST_STEP, Steps
+
+# Lanes whose factors are the same series in the same order share their arrays of coefficients: fewer stores and loads,
+# and more models whose coefficients fit into the first-level cache.
+
+LONGEST_LEAD = 2
+_WIDTHS = (8, 4, 2, 1)
+_ACCUMULATORS = 12
+_SMALL_ROUND = 4
+
+
+@dataclass(frozen=True)
+class Lanes:
+    """Products of series computed side by side: `xs` times `ys`; `x`, `y`, `total` are places in the scratch array.
+
+    `kind` is "product" (sum of x_j y_{n-j}), "square" (x and y are one) or "power" (terms times j (e + 1) - n).
+    """
+
+    kind: str
+    width: int
+    lead: int
+    nodes: tuple[int, ...]
+    xs: tuple[int, ...]
+    ys: tuple[int, ...]
+    x: int
+    y: int
+    total: int
+    exponents: tuple[float, ...] = ()
+
+
+class LaneTable:
+    """All lanes of a kernel.
+
+    Parameters
+    ----------
+    length : int
+        Rows of an array of coefficients.
+    fewest_squares : int
+        From how many on squares are summed apart from products, over half the terms. A loop costs a wrong guess of
+        the processor at its end.
+
+    Attributes
+    ----------
+    lanes : list of Lanes
+    place : dict of node to (Lanes, int)
+        The lane that sums a product.
+    uses : dict of series to list of (start, width, lane)
+        Where its coefficients have to be stored.
+    """
+
+    def __init__(self, code: Code, plan: Plan, length: int, fewest_squares: int) -> None:
+        self.code, self.plan, self.length, self.fewest_squares = code, plan, length, fewest_squares
+        self.lanes: list[Lanes] = []
+        self.uses: dict[int, list[tuple[int, int, int]]] = {}
+        self._arrays: dict[tuple[int, tuple[int, ...]], int] = {}
+        for lead in range(LONGEST_LEAD + 1):
+            self._place([node for node in plan.convolutions if plan.lead[node] == lead], lead)
+        self.place = {node: (item, i) for item in self.lanes for i, node in enumerate(item.nodes)}
+
+    def _place(self, nodes: list[int], lead: int) -> None:
+        factors, kinds = {node: self.plan.factors(node) for node in nodes}, self.plan.graph.op
+        powers = {factors[node]: node for node in nodes if kinds[node] == "power"}
+        squares = {factors[node]: node for node in nodes if len(set(factors[node])) == 1}
+        if len(squares) < self.fewest_squares:
+            squares = {}
+        products = [node for node in nodes if node not in {*powers.values(), *squares.values()}]
+        for chunk in _rounds(products, factors):
+            pairs = [pair for _, pair in chunk]
+            self._add("product", lead, tuple(node for node, _ in chunk), pairs)
+        for kind, group in (("power", powers), ("square", squares)):
+            for pairs in self._following_arrays(list(group)):
+                self._add(kind, lead, tuple(group[pair] for pair in pairs), pairs)
+
+    def _following_arrays(self, pairs: list[tuple[int, int]]) -> Iterator[list[tuple[int, int]]]:
+        """Chunks of pairs whose second factors stand in an array already, as it has them; then the rest."""
+        by_second = {pair[1]: pair for pair in pairs}
+        for _, array in list(self._arrays):
+            if len(set(array)) == len(array) and all(node in by_second for node in array):
+                yield [by_second.pop(node) for node in array]
+        yield from _chunks([pair for pair in pairs if pair[1] in by_second])
+
+    def _add(self, kind: str, lead: int, nodes: tuple[int, ...], pairs: list[tuple[int, int]]) -> None:
+        width = _width(len(pairs))
+        xs, ys = zip(*pairs, strict=True)
+        x, y = self._array(width, xs), self._array(width, ys)
+        data = self.plan.graph.data
+        exponents = tuple(data[node][0] for node in nodes) if kind == "power" else ()
+        total = self.code.reserve(width, 8)
+        self.lanes.append(Lanes(kind, width, lead, nodes, xs, ys, x, y, total, exponents))
+
+    def _array(self, width: int, series: tuple[int, ...]) -> int:
+        """Where coefficient 0 of these series begins, side by side."""
+        if (width, series) not in self._arrays:
+            start = self._arrays[width, series] = self.code.reserve(self.length * width, 8)
+            # What happens to stand in memory may be a subnormal number, which slows a whole vector down.
+            filled = series + series[-1:] * (width - len(series))
+            for lane, node in enumerate(filled):
+                self.uses.setdefault(node, []).append((start, width, lane))
+        return self._arrays[width, series]
+
+
+def _width(n: int) -> int:
+    """The width of the vector for `n` products, some of whose lanes may stay empty."""
+    return next((w for w in _WIDTHS if 2 * n > w), 1)
+
+
+def _chunks(items: list) -> Iterator[list]:
+    while items:
+        width = _width(len(items))
+        yield items[:width]
+        items = items[width:]
+
+
+def _rounds(products: list[int], factors: dict[int, tuple[int, int]]) -> Iterator[list]:
+    """Chunks of (product, its factors): the factors used most come first, each of them once a round."""
+    uses = Counter(factor for node in products for factor in factors[node])
+    rounds: list[list] = []
+    seen: Counter = Counter()
+    for node in products:
+        pair = tuple(sorted(factors[node], key=lambda factor: (-uses[factor], factor)))
+        if seen[pair[0]] == len(rounds):
+            rounds.append([])
+        rounds[seen[pair[0]]].append((node, pair))
+        seen[pair[0]] += 1
+    rest: list = []
+    for items in rounds:
+        items.sort(key=lambda item: item[1])
+        if len(items) >= _SMALL_ROUND:
+            yield from _chunks(items)
+        else:
+            rest += items
+    yield from _chunks(rest)
+
+
+def sum_function(code: Code, lanes: list[Lanes], ends: int, name: str) -> str:
+    """The function that sums the products x_j y_{n-j}, j from `ends` to n - `ends`, of all lanes."""
+    lines = [
+        f"define internal void @{name}(ptr noalias %scratch, i64 %k) noinline nounwind {{",
+        "entry:",
+    ]
+    label = "entry"
+    for lead in range(LONGEST_LEAD + 1):
+        for symmetric in (False, True):
+            group = [item for item in lanes if item.lead == lead and (item.kind == "square") == symmetric]
+            for first in range(0, len(group), _ACCUMULATORS):
+                part = group[first : first + _ACCUMULATORS]
+                loop = _SumLoop(code, part, lead, ends, f"{lead}.{int(symmetric)}.{first}")
+                lines += loop.text(label)
+                label = loop.after
+    return "\n".join([*lines, "ret void", "}", ""])
+
+
+class _SumLoop:
+    """A loop over the terms of several lanes of one lead; of squares, x_j x_{n-j} for j below n / 2 only."""
+
+    def __init__(self, code: Code, group: list[Lanes], lead: int, ends: int, tag: str) -> None:
+        self.code, self.group, self.lead, self.ends, self.tag = code, group, lead, ends, tag
+        self.symmetric = group[0].kind == "square"
+        self.after = f"after{tag}"
+        self._loaded: dict[tuple[int, str], str] = {}
+
+    def text(self, before: str) -> list[str]:
+        tag, ends = self.tag, self.ends
+        last = f"ashr i64 %below{tag}, 1" if self.symmetric else f"sub i64 %n{tag}, {ends}"
+        lines = [
+            f"%n{tag} = add i64 %k, {self.lead}",
+            f"%below{tag} = sub i64 %n{tag}, 1",
+            f"%top{tag} = {last}",
+            *self._first_weights(),
+            f"br label %head{tag}",
+            f"head{tag}:",
+            f"%j{tag} = phi i64 [{ends}, %{before}], [%next{tag}, %body{tag}]",
+        ]
+        for i, item in enumerate(self.group):
+            kind, t = vector(item.width), f"{tag}.{i}"
+            zero = "zeroinitializer" if item.width > 1 else constant(0.0)
+            lines.append(f"%sum{t} = phi {kind} [{zero}, %{before}], [%more{t}, %body{tag}]")
+            if item.kind == "power":
+                lines.append(f"%w{t} = phi {kind} [%first{t}, %{before}], [%wnext{t}, %body{tag}]")
+        lines += [
+            f"%over{tag} = icmp sgt i64 %j{tag}, %top{tag}",
+            f"br i1 %over{tag}, label %{self.after}, label %body{tag}",
+            f"body{tag}:",
+            f"%m{tag} = sub i64 %n{tag}, %j{tag}",
+        ]
+        for i, item in enumerate(self.group):
+            lines += self._term(item, f"{tag}.{i}")
+        lines += [f"%next{tag} = add i64 %j{tag}, 1", f"br label %head{tag}", f"{self.after}:"]
+        if self.symmetric:
+            lines += [
+                f"%half{tag} = ashr i64 %n{tag}, 1",
+                f"%bit{tag} = trunc i64 %n{tag} to i1",
+                f"%once{tag} = select i1 %bit{tag}, double {constant(0.0)}, double {constant(1.0)}",
+                # Of an odd order, any place that holds a number.
+                f"%h{tag} = select i1 %bit{tag}, i64 {ends}, i64 %half{tag}",
+            ]
+        for i, item in enumerate(self.group):
+            lines += self._store(item, f"{tag}.{i}")
+        return lines
+
+    def _first_weights(self) -> list[str]:
+        lines = [f"%order{self.tag} = sitofp i64 %n{self.tag} to double"]
+        for i, item in enumerate(self.group):
+            if item.kind == "power":
+                t = f"{self.tag}.{i}"
+                first = values_text(item.width, [self.ends * (e + 1.0) for e in item.exponents])
+                lines += splat(item.width, f"%order{self.tag}", f"%from{t}")
+                lines.append(f"%first{t} = fsub {vector(item.width)} {first}, %from{t}")
+        return lines if len(lines) > 1 else []
+
+    def _load(self, item: Lanes, start: int, index: str, lines: list[str]) -> str:
+        """A vector of coefficients at one of the loop's indexes."""
+        if (start, index) not in self._loaded:
+            name = self._loaded[start, index] = f"%{index}{self.tag}.at{start}"
+            lines += load_row(item.width, start, f"%{index}{self.tag}", name)
+        return self._loaded[start, index]
+
+    def _term(self, item: Lanes, t: str) -> list[str]:
+        kind, lines = vector(item.width), []
+        x, y = self._load(item, item.x, "j", lines), self._load(item, item.y, "m", lines)
+        if item.kind == "power":
+            step = values_text(item.width, [e + 1.0 for e in item.exponents])
+            lines += [f"%weighted{t} = fmul {kind} %w{t}, {x}", f"%wnext{t} = fadd {kind} %w{t}, {step}"]
+            x = f"%weighted{t}"
+        lines.append(f"%more{t} = {fused(self.code, item.width, x, y, f'%sum{t}')}")
+        return lines
+
+    def _store(self, item: Lanes, t: str) -> list[str]:
+        kind, lines, total = vector(item.width), [], f"%sum{t}"
+        if self.symmetric:
+            middle = self._load(item, item.x, "h", lines)
+            lines += splat(item.width, f"%once{self.tag}", f"%times{t}")
+            lines += [
+                f"%one{t} = fmul {kind} {middle}, %times{t}",
+                f"%twice{t} = fadd {kind} %sum{t}, %sum{t}",
+                f"%all{t} = {fused(self.code, item.width, f'%one{t}', middle, f'%twice{t}')}",
+            ]
+            total = f"%all{t}"
+        return [
+            *lines,
+            f"%to{t} = getelementptr inbounds double, ptr %scratch, i64 {item.total}",
+            f"store {kind} {total}, ptr %to{t}, align {8 * item.width}",
+        ]
+
+
+def fused(code: Code, width: int, a: str, b: str, c: str) -> str:
+    """The operation a b + c on vectors."""
+    kind, suffix = vector(width), f"v{width}f64" if width > 1 else "f64"
+    code.declare(f"declare {kind} @llvm.fmuladd.{suffix}({kind}, {kind}, {kind})")
+    return f"call {kind} @llvm.fmuladd.{suffix}({kind} {a}, {kind} {b}, {kind} {c})"
+
+
+def vector(width: int) -> str:
+    return f"<{width} x double>" if width > 1 else "double"
+
+
+def values_text(width: int, values: list[float]) -> str:
+    """Constants, one for each lane; those of empty lanes do not matter."""
+    if width == 1:
+        return constant(values[0])
+    filled = values + [values[-1]] * (width - len(values))
+    return "<" + ", ".join(f"double {constant(value)}" for value in filled) + ">"
+
+
+def splat(width: int, value: str, to: str) -> list[str]:
+    """The same number in every lane."""
+    if width == 1:
+        return [f"{to} = fadd double {value}, {constant(-0.0)}"]
+    kind, zeros = vector(width), ", ".join("i32 0" for _ in range(width))
+    return [
+        f"{to}.i = insertelement {kind} poison, double {value}, i32 0",
+        f"{to} = shufflevector {kind} {to}.i, {kind} poison, <{width} x i32> <{zeros}>",
+    ]
+
+
+def load_row(width: int, start: int, index: str, to: str) -> list[str]:
+    """Load row `index` of an array in scratch."""
+    return [
+        f"{to}.i = mul i64 {index}, {width}",
+        f"{to}.o = add i64 {to}.i, {start}",
+        f"{to}.a = getelementptr inbounds double, ptr %scratch, i64 {to}.o",
+        f"{to} = load {vector(width)}, ptr {to}.a, align {8 * width}",
+    ]
+
 
 READ_LAST = """%order.at = load double, ptr %out, align 8
 %order = fptosi double %order.at to i64

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import functools
 
+from symgen.runtime.taylor.graph import CONVOLUTIONS
 from symgen.runtime.taylor.motion import Motion
-from symgen.runtime.taylor.nodes import CONVOLUTIONS
 
 _OUTPUT_LEAD = 2  # of coordinates whose rates are not their derivatives: they reach the order of all others
 

@@ -9,8 +9,7 @@ import click
 from symgen import runtime
 from symgen.cli.files import CarefulCommand, OutputFile, refuse_other_table, write_tables
 from symgen.cli.terminal import say
-from symgen.runtime.recording.reader import read_recording
-from symgen.runtime.recording.trusted import check_fits
+from symgen.runtime.recording.reader import check_fits, read_recording
 from symgen.runtime.tables import columns_of_recording
 
 

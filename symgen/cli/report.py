@@ -25,8 +25,7 @@ from symgen.runtime.checks.convergence import study
 from symgen.runtime.front import Solution
 from symgen.runtime.lazy import Late
 from symgen.runtime.options import RunOptions
-from symgen.runtime.recording.reader import read_recording
-from symgen.runtime.recording.trusted import check_fits
+from symgen.runtime.recording.reader import check_fits, read_recording
 from symgen.runtime.report.page import report_page
 from symgen.runtime.simulate import simulate
 

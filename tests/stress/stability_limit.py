@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from symgen.runtime.integrate.symplectic.composition_coefficients import composition
+from symgen.runtime.integrate.composition import composition
 
 from .judging import attempt, flag
 from .models import point

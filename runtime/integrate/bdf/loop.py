@@ -5,24 +5,24 @@ import math
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step, needs_dense
-from symgen.runtime.integrate.bdf.control import choose_step_and_order, shorten_step
-from symgen.runtime.integrate.bdf.ggl_newton import iterate_index2
-from symgen.runtime.integrate.bdf.ggl_work import bdf_ggl_work
-from symgen.runtime.integrate.bdf.history import WORK_BY_POWER, add_point, history_dense, predict, resample
-from symgen.runtime.integrate.bdf.newton import iterate, solve_step
-from symgen.runtime.integrate.bdf.singular import allow_for_singularity, is_near_singular, leave_singularity
-from symgen.runtime.integrate.bdf.work import (
+from symgen.runtime.integrate.bdf.ggl import bdf_ggl_work, iterate_index2
+from symgen.runtime.integrate.bdf.newton import (
     CHANGE,
     FAILURES,
+    FAR_STEP,
     HAVE_HISTORY,
     HAVE_JACOBIAN,
+    ITERATIONS,
     JACOBIAN_IS_FRESH,
     KEPT,
+    LEFT_OPEN,
+    MAX_ORDER,
     N_EQUAL,
     NEWEST,
     NEWTON_BOUND,
     ORDER,
     PAST,
+    PIVOT_RATIO,
     POWER,
     POWER_BEFORE,
     PREDICTED,
@@ -30,19 +30,225 @@ from symgen.runtime.integrate.bdf.work import (
     SPACING,
     Y_NEW,
     bdf_work,
+    iterate,
+    solve_step,
 )
-from symgen.runtime.integrate.copying import copy
-from symgen.runtime.integrate.evaluation import all_finite, evaluate
-from symgen.runtime.integrate.loop import take_steps
+from symgen.runtime.integrate.loop import all_finite, copy, evaluate, take_steps
+from symgen.runtime.integrate.newton import MAX_ITERATIONS, RATE
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 from symgen.runtime.integrate.step_control import (
     EPS,
+    SAFETY,
     error_scale,
     first_step,
     longest_step,
     too_small,
 )
+
+SHRINK, GROW = 0.2, 10.0
+# A step that would grow by less than this is kept, and with it the factors.
+KEEP_STEP = 1.2
+KEEP_JACOBIAN_RATE = 0.3
+
+
+@jitted
+def safety(w):
+    """Return the factor of safety, which is shy of steps that took many iterations."""
+    return SAFETY * (2.0 * MAX_ITERATIONS + 1.0) / (2.0 * MAX_ITERATIONS + w.numbers[ITERATIONS])
+
+
+@jitted
+def growth(method, order, sizes, w):
+    """Return by how much the step of formula `order` could grow, by the last difference of the history."""
+    n = sizes[at.NQ] + sizes[at.NV]
+    total = 0.0
+    for i in range(n):
+        total += (w.differences[order + 1, i] / w.states[SCALE, i]) ** 2
+    error = method.error[order] * math.sqrt(total / n)
+    return max(error, 1e-10) ** (-1.0 / (order + 1.0))
+
+
+@jitted
+def choose_step_and_order(method, error, loop, w):
+    """Choose them after an accepted step, from order + 1 equal steps on (Shampine, Reichelt 1997, section 2.3)."""
+    order, h = loop.counters[ORDER], w.numbers[SPACING]
+    if w.numbers[RATE] > KEEP_JACOBIAN_RATE:
+        loop.counters[HAVE_JACOBIAN] = 0
+    loop.counters[N_EQUAL] += 1
+    loop.control[at.H] = h
+    if loop.counters[N_EQUAL] <= order:
+        return
+    best, factor = order, max(error, 1e-10) ** (-1.0 / (order + 1.0))
+    if order > 1:
+        lower = growth(method, order - 1, loop.sizes, w)
+        if lower > factor:
+            best, factor = order - 1, lower
+    if order < MAX_ORDER:
+        higher = growth(method, order + 1, loop.sizes, w)
+        if higher > factor:
+            best, factor = order + 1, higher
+    factor = min(GROW, safety(w) * factor, longest_step(loop.control) / h)
+    if factor < KEEP_STEP and best >= order:
+        return
+    loop.counters[ORDER], loop.counters[N_EQUAL] = best, 0
+    loop.control[at.H] = h * factor
+
+
+@jitted
+def shorten_step(solved, error, h, loop, w):
+    """Shorten the step after its error was too large or, to half, when Newton failed."""
+    factor = 0.5
+    if solved:
+        factor = SHRINK
+        if math.isfinite(error):
+            factor = max(SHRINK, safety(w) * error ** (-1.0 / (loop.counters[ORDER] + 1.0)))
+    else:
+        loop.counters[HAVE_JACOBIAN] = 0
+    loop.control[at.H] = h * factor
+    loop.counters[at.LAST_REJECTED] = 1
+    loop.counters[FAILURES] += 1
+    loop.counters[at.REJECTED] += 1
+
+
+COEFFICIENTS, SAMPLES = range(2)
+# Up to this order work follows from the power along the step. What moves evenly, as bodies that stick to a belt do, has
+# no error that would shorten a step or raise the order, while springs on it change its power all the same.
+WORK_BY_POWER = 2
+
+
+@jitted
+def predict(method, sizes, order, w):
+    """Write Σ ∇ⁱ y, i = 0..order, and Σ γ_i ∇ⁱ y / α, i = 1..order."""
+    for i in range(sizes[at.NY]):
+        predicted, past = w.differences[0, i], 0.0
+        for j in range(1, order + 1):
+            predicted += w.differences[j, i]
+            past += method.gamma[j] * w.differences[j, i]
+        w.states[PREDICTED, i] = predicted
+        w.states[PAST, i] = past / method.alpha[order]
+
+
+@jitted
+def add_point(sizes, order, w):
+    """Make the new state, `w.states[CHANGE]` beyond the predicted one, the newest point of the history."""
+    for i in range(sizes[at.NY]):
+        change = w.states[CHANGE, i]
+        w.differences[order + 2, i] = change - w.differences[order + 1, i]
+        w.differences[order + 1, i] = change
+        for j in range(order, 0, -1):
+            w.differences[j, i] += w.differences[j + 1, i]
+        w.differences[0, i] = w.states[Y_NEW, i]
+
+
+@jitted
+def resample(loop, shift, factor, w):
+    """Replace the points of the history by others on its polynomial.
+
+    Parameters
+    ----------
+    shift : float
+        Where the newest point will be, counted from the one there is in distances of points; it may be negative.
+    factor : float
+        New distance of points over the old one.
+    """
+    n = loop.counters[ORDER] + 1
+    weights, samples = w.weights[COEFFICIENTS], w.weights[SAMPLES]
+    for i in range(n):
+        # s (s+1) … (s+j-1) / j! at the new points.
+        place, value = shift - factor * i, 1.0
+        for j in range(n):
+            samples[j, i] = value
+            value *= (place + j) / (j + 1.0)
+    for j in range(n):
+        for k in range(j + 1):
+            # The k-th backward difference of polynomial j at the newest point; those beyond its degree are 0.
+            weights[k, j] = samples[j, 0]
+            for i in range(n - 1 - k):
+                samples[j, i] -= samples[j, i + 1]
+    for i in range(loop.sizes[at.NY]):
+        # Row k needs old rows from k on only.
+        for k in range(n):
+            total = 0.0
+            for j in range(k, n):
+                total += weights[k, j] * w.differences[j, i]
+            w.differences[k, i] = total
+    w.numbers[SPACING] *= factor
+    loop.counters[N_EQUAL] = 0
+
+
+@jitted
+def history_dense(method, sizes, order, y, w, dense):
+    """Fill the rows of `dense` with the polynomial through the points of the history, for the step from `y`."""
+    for i in range(sizes[at.NY]):
+        for r in range(2, order + 1):
+            total = 0.0
+            for j in range(r, order + 1):
+                total += method.rows[r, j] * w.differences[j, i]
+            dense[r, i] = total
+        for r in range(order + 1, method.rows.shape[0]):
+            dense[r, i] = 0.0
+        dense[1, i] = w.states[Y_NEW, i] - y[i]
+    copy(y, dense[0])
+    if sizes[at.NW] > 0 and order <= WORK_BY_POWER:
+        # The cubic through work and power at both ends.
+        n, h = sizes[at.NQ] + sizes[at.NV], w.numbers[SPACING]
+        dense[2, n] = h * w.numbers[POWER_BEFORE] - dense[1, n]
+        dense[3, n] = dense[1, n] - h * w.numbers[POWER] - dense[2, n]
+
+
+# Pivot ratios, which are d² at the distance d from there. Nearer than the smaller one, accelerations are taken without
+# the constraint.
+NEAR_SINGULAR, ON_SINGULAR = 1e-4, 1e-8
+# How fast it is forgotten from step to step, as are the points of the history, and what is nothing.
+FADING, NOTHING = 0.5, 10.0
+MET_TO = 1e-12  # of their sizes: what projections leave of constraints
+
+
+@jitted
+def allow_for_singularity(sizes, w):
+    """Raise the tolerances of rates to what the projection leaves open of them.
+
+    At the distance d, positions that meet the constraints to ε let rates across their branch vary by ε/d. No step,
+    however short, has smaller errors, and shorter ones do not lead away from there. Where the pivot ratio is zero all
+    the time, constraints are redundant, and nothing is near.
+    """
+    if sizes[at.NM] == 0:
+        return
+    ratio, nq = w.row[sizes[at.N_ROW] - 1], sizes[at.NQ]
+    if ratio > 0.0:
+        w.numbers[PIVOT_RATIO] = ratio
+    if is_near_singular(sizes, w):
+        own = MET_TO / math.sqrt(max(ratio, ON_SINGULAR))
+        w.numbers[LEFT_OPEN] = max(w.numbers[LEFT_OPEN], own)
+    if w.numbers[LEFT_OPEN] == 0.0:
+        return
+    largest = 0.0
+    for i in range(nq, nq + sizes[at.NV]):
+        largest = max(largest, abs(w.states[PREDICTED, i]))
+    for i in range(nq, nq + sizes[at.NV]):
+        w.states[SCALE, i] = max(w.states[SCALE, i], w.numbers[LEFT_OPEN] * largest)
+
+
+@jitted
+def is_near_singular(sizes, w):
+    """Whether constraints lose rank near the last state: what the projection does to its rates is noise."""
+    ratio = w.row[sizes[at.N_ROW] - 1]
+    return sizes[at.NM] > 0 and ratio < NEAR_SINGULAR and w.numbers[PIVOT_RATIO] >= ON_SINGULAR
+
+
+@jitted
+def leave_singularity(control, w):
+    """After a step: forget, and keep steps as short as they are elsewhere, as errors along the branch are not seen."""
+    if w.numbers[LEFT_OPEN] == 0.0:
+        w.numbers[FAR_STEP] = w.numbers[SPACING]
+        return
+    w.numbers[LEFT_OPEN] *= FADING
+    if w.numbers[LEFT_OPEN] < NOTHING * MET_TO:
+        w.numbers[LEFT_OPEN] = 0.0
+    if w.numbers[FAR_STEP] > 0.0:
+        control[at.H] = min(control[at.H], w.numbers[FAR_STEP])
+
 
 N_DENSE = 6
 # So many failures in a row say that the past is no guide to the future.

@@ -53,7 +53,7 @@ def explicit_runge_kutta(
         )
 
     def partition_work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        size = resolve("symgen.runtime.integrate.partition.work:partition_work_size")
+        size = resolve("symgen.runtime.integrate.partition:partition_work_size")
         return int(size(coefficients.n_rows, sizes))
 
     def growth(z: np.ndarray, damping: float) -> np.ndarray:
@@ -77,7 +77,7 @@ def explicit_runge_kutta(
     partition = replace(
         projected,
         form="partition",
-        family="symgen.runtime.integrate.partition.loop:advance_partition",
+        family="symgen.runtime.integrate.partition:advance_partition",
         work_size=partition_work_size,
         kernels=_PARTITION_KERNELS,
         passes_dependence=False,

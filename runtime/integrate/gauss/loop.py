@@ -3,22 +3,21 @@
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step, needs_dense
-from symgen.runtime.integrate.compensated import add_compensated
-from symgen.runtime.integrate.copying import copy
-from symgen.runtime.integrate.evaluation import all_finite
-from symgen.runtime.integrate.gauss.rotation_increments import MAX_SWEEPS
-from symgen.runtime.integrate.gauss.stages import interpolation, place_stages, solve_stages
-from symgen.runtime.integrate.gauss.work import (
+from symgen.runtime.integrate.gauss.stages import (
     EXTRAPOLATED_FOR,
     FRAME,
     H_HISTORY,
     HAVE_FACTORS,
     HAVE_HISTORY,
     HAVE_JACOBIAN,
+    MAX_SWEEPS,
     NEXT_STEP,
     gauss_work,
+    interpolation,
+    place_stages,
+    solve_stages,
 )
-from symgen.runtime.integrate.loop import take_steps
+from symgen.runtime.integrate.loop import add_compensated, all_finite, copy, take_steps
 from symgen.runtime.integrate.projection import project_state, projection_size
 from symgen.runtime.integrate.quaternions import keep_lengths, n_quaternions, quaternion_at
 from symgen.runtime.integrate.step_control import grid_end, grid_length

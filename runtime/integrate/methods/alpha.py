@@ -20,14 +20,14 @@ _CONSTRAINED_KERNELS = (
 
 def _alpha(name: str, oscillation_error: float) -> Method:
     def parameters(system: System) -> Any:
-        return resolve(f"symgen.runtime.integrate.alpha.coefficients:{name}")()
+        return resolve(f"symgen.runtime.integrate.generalized_alpha:{name}")()
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(resolve("symgen.runtime.integrate.alpha.work:alpha_work_size")(sizes))
+        return int(resolve("symgen.runtime.integrate.generalized_alpha:alpha_work_size")(sizes))
 
     return Method(
         name=name, order=2, dense_order=2, adaptive=False,
-        family="symgen.runtime.integrate.alpha.loop:advance_generalized_alpha",
+        family="symgen.runtime.integrate.generalized_alpha:advance_generalized_alpha",
         coefficients=parameters, work_size=work_size, evaluations=EVALUATIONS_PER_STAGE, purpose=_PURPOSE,
         kernels=("residual_jacobian",), stiff=True, oscillation_error=oscillation_error,
     )  # fmt: skip
@@ -35,16 +35,16 @@ def _alpha(name: str, oscillation_error: float) -> Method:
 
 def _constrained(method: Method, form: str, suits_form: bool) -> Method:
     def coefficients(system: System) -> Any:
-        constrained = resolve("symgen.runtime.integrate.alpha.coefficients:ConstrainedAlpha")
+        constrained = resolve("symgen.runtime.integrate.generalized_alpha:ConstrainedAlpha")
         return constrained(*method.coefficients(system), int(form == "ggl"))
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        size = resolve("symgen.runtime.integrate.alpha.constrained_work:constrained_alpha_work_size")
+        size = resolve("symgen.runtime.integrate.constrained_alpha:constrained_alpha_work_size")
         return int(size(coefficients, sizes))
 
     return replace(
         method, form=form, suits_form=suits_form,
-        family="symgen.runtime.integrate.alpha.constrained_loop:advance_constrained_alpha",
+        family="symgen.runtime.integrate.constrained_alpha:advance_constrained_alpha",
         coefficients=coefficients, work_size=work_size, kernels=_CONSTRAINED_KERNELS,
     )  # fmt: skip
 

@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
 
 def _coefficients(system: System) -> Any:
-    return resolve("symgen.runtime.integrate.bdf.coefficients:ndf")()
+    return resolve("symgen.runtime.integrate.bdf.newton:ndf")()
 
 
 def _work_size(coefficients: Any, sizes: np.ndarray) -> int:
-    return int(resolve("symgen.runtime.integrate.bdf.work:bdf_work_size")(sizes))
+    return int(resolve("symgen.runtime.integrate.bdf.newton:bdf_work_size")(sizes))
 
 
 def _ggl_work_size(coefficients: Any, sizes: np.ndarray) -> int:
-    return int(resolve("symgen.runtime.integrate.bdf.ggl_work:bdf_ggl_work_size")(sizes))
+    return int(resolve("symgen.runtime.integrate.bdf.ggl:bdf_ggl_work_size")(sizes))
 
 
 _PROJECTED = Method(

@@ -40,7 +40,7 @@ def dopri5() -> ErkTableau:
 
 def dop853() -> ErkTableau:
     """Return Dormand and Prince's method of order 8(5,3)."""
-    return resolve("symgen.runtime.integrate.explicit.dop853_coefficients:dop853")()
+    return resolve("symgen.runtime.integrate.explicit.dop853:dop853")()
 
 
 RECORDS = (

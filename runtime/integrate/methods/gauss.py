@@ -23,7 +23,7 @@ def _gauss(order: int) -> Method:
         return resolve("symgen.runtime.integrate.gauss.coefficients:gauss")(n_stages)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(resolve("symgen.runtime.integrate.gauss.work:gauss_work_size")(coefficients, sizes))
+        return int(resolve("symgen.runtime.integrate.gauss.stages:gauss_work_size")(coefficients, sizes))
 
     return Method(
         name=f"gauss{order}", order=order, dense_order=min(n_stages, 7), adaptive=False,

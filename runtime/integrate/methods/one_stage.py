@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 def _one_stage(name: str, order: int, **traits: Any) -> Method:
     def stage(system: System) -> Any:
-        return resolve(f"symgen.runtime.integrate.one_stage.loop:{name.upper()}")
+        return resolve(f"symgen.runtime.integrate.one_stage:{name.upper()}")
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(resolve("symgen.runtime.integrate.one_stage.work:implicit_work_size")(sizes))
+        return int(resolve("symgen.runtime.integrate.one_stage:implicit_work_size")(sizes))
 
     return Method(
         name=name, order=order, dense_order=order, adaptive=False,
-        family="symgen.runtime.integrate.one_stage.loop:advance_implicit",
+        family="symgen.runtime.integrate.one_stage:advance_implicit",
         coefficients=stage, work_size=work_size, evaluations=EVALUATIONS_PER_STAGE,
         kernels=("residual_jacobian",), stiff=True, **traits,
     )  # fmt: skip

@@ -29,19 +29,19 @@ def _radau(order: int) -> tuple[Method, Method]:
         return int(resolve("symgen.runtime.integrate.radau.work:radau_work_size")(coefficients, sizes))
 
     def sparse_coefficients(system: System) -> Any:
-        pattern = resolve("symgen.runtime.integrate.sparse_pattern:newton_pattern")(system)
+        pattern = resolve("symgen.runtime.integrate.sparse:newton_pattern")(system)
         return resolve("symgen.runtime.integrate.radau.sparse:SparseRadauIIA")(*coefficients(system), pattern)
 
     def sparse_work_size(coefficients: Any, sizes: np.ndarray) -> int:
         return int(
-            resolve("symgen.runtime.integrate.radau.sparse_work:sparse_radau_work_size")(coefficients, sizes)
+            resolve("symgen.runtime.integrate.radau.sparse:sparse_radau_work_size")(coefficients, sizes)
         )
 
     def ggl_coefficients(system: System) -> Any:
-        return resolve("symgen.runtime.integrate.radau.ggl_work:radau_ggl")(n_stages)
+        return resolve("symgen.runtime.integrate.radau.ggl:radau_ggl")(n_stages)
 
     def ggl_work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(resolve("symgen.runtime.integrate.radau.ggl_work:ggl_work_size")(coefficients, sizes))
+        return int(resolve("symgen.runtime.integrate.radau.ggl:ggl_work_size")(coefficients, sizes))
 
     full = Method(
         name=f"radau{order}", order=order, dense_order=n_stages, adaptive=True,

@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 
 def _rattle(order: int) -> Method:
     def coefficients(system: System) -> Any:
-        make = resolve("symgen.runtime.integrate.rattle.coefficients:rattle")
+        make = resolve("symgen.runtime.integrate.rattle.work:rattle")
         return make(order, system.structure["constant_mass"])
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
         return int(resolve("symgen.runtime.integrate.rattle.work:rattle_work_size")(sizes))
 
     def refusal(system: System) -> str:
-        return resolve("symgen.runtime.integrate.rattle.model:rattle_refusal")(system)
+        return resolve("symgen.runtime.integrate.rattle.work:rattle_refusal")(system)
 
     def kernels(system: System) -> dict[int, tuple[int, Any]]:
-        return resolve("symgen.runtime.integrate.rattle.model:rattle_kernels")(system)
+        return resolve("symgen.runtime.integrate.rattle.work:rattle_kernels")(system)
 
     def growth(z: np.ndarray, damping: float) -> np.ndarray:
         # Forces that depend on rates are implicit.

@@ -20,19 +20,17 @@ def taylor(order: int = 0) -> Method:
     def coefficients(system: System) -> Any:
         addresses = resolve("symgen.runtime.taylor.kernel:taylor_addresses")(system)
         n_rows = resolve("symgen.runtime.taylor.kernel:N_ROWS")
-        return resolve("symgen.runtime.integrate.taylor.loop:TaylorSeries")(*addresses, n_rows, order)
+        return resolve("symgen.runtime.integrate.taylor:TaylorSeries")(*addresses, n_rows, order)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(
-            resolve("symgen.runtime.integrate.taylor.loop:taylor_work_size")(coefficients.n_rows, sizes)
-        )
+        return int(resolve("symgen.runtime.integrate.taylor:taylor_work_size")(coefficients.n_rows, sizes))
 
     def refusal(system: System) -> str:
         return resolve("symgen.runtime.taylor.kernel:taylor_refusal")(system)
 
     return Method(
         name="taylor", order=order or _USUAL_ORDER, dense_order=(order or _USUAL_ORDER) - 1, adaptive=True,
-        family="symgen.runtime.integrate.taylor.loop:advance_taylor",
+        family="symgen.runtime.integrate.taylor:advance_taylor",
         coefficients=coefficients, work_size=work_size, evaluations=20.0,
         purpose="smooth motion, above all at tight tolerances; what `auto` takes where it can",
         series=True, orders=(8, 28), scales_energy=True, refusal=refusal,

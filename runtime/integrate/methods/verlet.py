@@ -22,7 +22,7 @@ def _semi_implicit_growth(z: np.ndarray, damping: float) -> np.ndarray:
 
 def composition_growth(order: int, z: np.ndarray, damping: float) -> np.ndarray:
     """Return `Method.growth` of the composition of an order; of order 2 that is Verlet itself."""
-    coefficients = "symgen.runtime.integrate.symplectic.composition_coefficients"
+    coefficients = "symgen.runtime.integrate.composition"
     parts = resolve(f"{coefficients}:parts")(order)
     return resolve("symgen.runtime.integrate.growth:of_verlet")(parts, z, damping)
 
@@ -35,31 +35,31 @@ def _semi_implicit(name: str, order: int, verlet: bool, **traits: Any) -> Method
     def scheme(system: System) -> Any:
         plain = system.nq == system.nv and not system.m
         reuse = verlet and plain and not (system.structure["velocity_dependent"] or system.nw)
-        return resolve("symgen.runtime.integrate.symplectic.loop:SymplecticScheme")(int(verlet), int(reuse))
+        return resolve("symgen.runtime.integrate.semi_implicit:SymplecticScheme")(int(verlet), int(reuse))
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(resolve("symgen.runtime.integrate.symplectic.loop:symplectic_work_size")(sizes))
+        return int(resolve("symgen.runtime.integrate.semi_implicit:symplectic_work_size")(sizes))
 
     return Method(
         name=name, order=order, dense_order=3, adaptive=False,
-        family="symgen.runtime.integrate.symplectic.loop:advance_semi_implicit",
+        family="symgen.runtime.integrate.semi_implicit:advance_semi_implicit",
         coefficients=scheme, work_size=work_size, symplectic=True, **traits,
     )  # fmt: skip
 
 
 def _composition(order: int) -> Method:
     def coefficients(system: System) -> Any:
-        return resolve("symgen.runtime.integrate.symplectic.composition_coefficients:composition")(order)
+        return resolve("symgen.runtime.integrate.composition:composition")(order)
 
     def work_size(coefficients: Any, sizes: np.ndarray) -> int:
-        return int(resolve("symgen.runtime.integrate.symplectic.composition:composition_work_size")(sizes))
+        return int(resolve("symgen.runtime.integrate.composition:composition_work_size")(sizes))
 
     def growth(z: np.ndarray, damping: float) -> np.ndarray:
         return composition_growth(order, z, damping)
 
     return Method(
         name=f"verlet{order}", order=order, dense_order=5, adaptive=False,
-        family="symgen.runtime.integrate.symplectic.composition:advance_composition",
+        family="symgen.runtime.integrate.composition:advance_composition",
         coefficients=coefficients, work_size=work_size, evaluations=N_PARTS[order],
         purpose="long conservative runs, forces that depend on positions and time, constant mass",
         growth=growth, symplectic=True, needs_plain_rates=True, refusal=_not_separable,

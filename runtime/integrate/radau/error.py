@@ -4,7 +4,7 @@ import math
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.evaluation import evaluate
+from symgen.runtime.integrate.loop import evaluate
 from symgen.runtime.integrate.newton import EPS
 from symgen.runtime.integrate.quaternions import (
     chart_rate,
@@ -13,7 +13,7 @@ from symgen.runtime.integrate.quaternions import (
     retract,
     solve_rotation,
 )
-from symgen.runtime.integrate.radau.rotation_increments import add_rotation, error_between_places
+from symgen.runtime.integrate.radau.stages import add_rotation, error_between_places
 from symgen.runtime.integrate.radau.work import (
     ERROR,
     F_NEW,

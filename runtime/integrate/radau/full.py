@@ -7,15 +7,14 @@ from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 from symgen.runtime.integrate.radau.error import filter_accelerations, keep_axes, n_places_of_stages
 from symgen.runtime.integrate.radau.newton import Equations
-from symgen.runtime.integrate.radau.rotation_increments import factor_rotations
 from symgen.runtime.integrate.radau.stages import (
     commit_accelerations,
     correct_stages,
+    factor_rotations,
     predict_stages,
     reach_end_by_accelerations,
 )
-from symgen.runtime.integrate.radau.transform import shift_of
-from symgen.runtime.integrate.radau.work import DX, ERROR
+from symgen.runtime.integrate.radau.work import DX, ERROR, shift_of
 
 
 @jitted

@@ -1,59 +1,416 @@
 """The stabilised index-2 equations of Gear, Gupta and Leimkuhler for the Radau methods: systems of v and λ."""
 
+from __future__ import annotations
+
 import math
+from collections import namedtuple
+from typing import NamedTuple
+
+import numpy as np
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.after_step import finish_step, needs_dense
-from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
 from symgen.runtime.integrate.ggl import (
+    blocks_size,
     divide_blocks,
     equation_residuals,
+    equations_size,
     half_rotated,
     recover,
     set_blocks,
     set_shifted,
     solve_shifted,
 )
+from symgen.runtime.integrate.jacobian import jacobian_work_size
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
-from symgen.runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at
+from symgen.runtime.integrate.loop import copy
+from symgen.runtime.integrate.nested_basis import N_ROWS, fit_rows, values
+from symgen.runtime.integrate.quaternions import chart_rate, n_quaternions, quaternion_at, rotate, rotated
+from symgen.runtime.integrate.radau.coefficients import RadauIIA, radau
 from symgen.runtime.integrate.radau.error import norm_of_error, weighted
-from symgen.runtime.integrate.radau.ggl_dense_output import (
-    fit_rotations,
-    keep_rotation_polynomials,
-    predict_rotations_index2,
-    sample_rotations,
-)
-from symgen.runtime.integrate.radau.ggl_rotations import (
-    KEEP_ROTATION,
-    largest_rotation,
-    reset_rotations,
-    rotate_blocks,
-    rotate_entries,
-    solve_rotations_index2,
-    to_body_axes,
-    to_start_axes,
-)
 from symgen.runtime.integrate.radau.newton import Equations
-from symgen.runtime.integrate.radau.rotation_increments import place
 from symgen.runtime.integrate.radau.stages import (
     evaluate_stage,
     integrate_work,
+    place,
     place_end,
     predict_rates,
     radau_dense,
 )
-from symgen.runtime.integrate.radau.transform import shift_of
 from symgen.runtime.integrate.radau.work import (
     ERROR,
     F_NEW,
     F_STAGES,
     HAVE_JACOBIAN,
+    N_NUMBERS,
     SCALE,
     STAGES,
     Y_NEW,
     Y_STAGE,
+    shift_of,
 )
+
+# Besides `RadauIIA`: the inverse of its Butcher matrix; where between its ends a step is sampled for dense output, the
+# weights of the stages there, and the matrix from samples to rows of dense output.
+RadauGgl = namedtuple("RadauGgl", (*RadauIIA._fields, "a_inverse", "places", "at_places", "fit"))
+
+
+def radau_ggl(n_stages: int) -> RadauGgl:
+    """Return a Radau IIA method with what index-2 equations need."""
+    method = radau(n_stages)
+    places = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, N_ROWS - 1) / (N_ROWS - 1))
+    conditions = [(0, place) for place in places]
+    at_places = values(conditions, n_stages + 1)[:, 2:] @ method.rows
+    at_places[:, -1] += places
+    a_inverse = np.ascontiguousarray(np.linalg.inv(method.a))
+    return RadauGgl(*method, a_inverse, places, at_places, np.ascontiguousarray(fit_rows(conditions)))
+
+
+class GglWork(NamedTuple):
+    """Work arrays of a Radau method with s = 2 k + 1 stages; those not described here are as in `RadauWork`.
+
+    Attributes
+    ----------
+    numbers, states, rows, pairs, implicit, scratch : ndarray
+    blocks : ndarray
+        See `ggl.divide_blocks`.
+    real, complex : ndarray, shapes (nv + m, nv + m), (k, nv + m, nv + m)
+        Factors of `ggl.set_shifted`'s matrix for μ/h and for every ν/h.
+    pivots : ndarray of int64, shape (k + 1, nv + m)
+    multipliers : ndarray, shape (s, m + nh)
+        λ and μ of every stage.
+    residuals : ndarray, shape (s, nv + m + nh)
+        Those of the stages, then their corrections.
+    real_vector, complex_vectors : ndarray, shapes (nv + m + nh), (k, nv + m + nh)
+        The same, transformed.
+    steered : ndarray, shape (s, nv)
+        The stages' rates less those of the start, with what μ adds; or what corrections add to these.
+    rotation_rates : ndarray, shape (s, 3)
+        Derivatives of the stages' rotation vectors, or increments of their angular velocities.
+    rotation_polynomials, samples : ndarray, shapes (s, 3 r), (6, 7 r) for r quaternions
+        See `ggl_dense_output`.
+    arguments, equations : ndarray, shapes (nq + 2 nv + m), (nv + m)
+        What the kernel `residual` reads and writes; `equations` is also what `constraint_residual` writes.
+    """
+
+    numbers: np.ndarray
+    blocks: np.ndarray
+    real: np.ndarray
+    complex: np.ndarray
+    pivots: np.ndarray
+    states: np.ndarray
+    rows: np.ndarray
+    pairs: np.ndarray
+    multipliers: np.ndarray
+    residuals: np.ndarray
+    real_vector: np.ndarray
+    complex_vectors: np.ndarray
+    steered: np.ndarray
+    rotation_rates: np.ndarray
+    rotation_polynomials: np.ndarray
+    samples: np.ndarray
+    arguments: np.ndarray
+    equations: np.ndarray
+    implicit: np.ndarray
+    scratch: np.ndarray
+
+
+@jitted
+def ggl_work_size(method, sizes):
+    """Length of `work` for `advance_radau_ggl`."""
+    s, k = len(method.c), len(method.c) // 2
+    nv, ny, n_row, m = sizes[at.NV], sizes[at.NY], sizes[at.N_ROW], sizes[at.NM]
+    n, n_all, r = nv + m, nv + m + sizes[at.NH], n_quaternions(sizes)
+    own = N_NUMBERS + blocks_size(sizes) + (1 + 2 * k) * n * n + (k + 1) * n + (s + 2) * ny + (s + 1) * n_row
+    own += (
+        4 * nv + s * (n_all - nv) + s * n_all + (1 + 2 * k) * n_all + s * nv + 3 * s + sizes[at.NQ] + nv + n
+    )
+    own += 3 * s * r + 7 * (N_ROWS - 2) * r
+    return own + equations_size(sizes) + jacobian_work_size(sizes) + finish_scratch_size(sizes)
+
+
+@jitted
+def ggl_work(method, sizes, work):
+    """Divide `work`, of length `ggl_work_size(method, sizes)`, into a `GglWork`."""
+    s, k = len(method.c), len(method.c) // 2
+    nv, ny, n_row, m = sizes[at.NV], sizes[at.NY], sizes[at.N_ROW], sizes[at.NM]
+    n, n_all, r = nv + m, nv + m + sizes[at.NH], n_quaternions(sizes)
+    numbers, rest = work[:N_NUMBERS], work[N_NUMBERS:]
+    size = blocks_size(sizes)
+    blocks, rest = rest[:size], rest[size:]
+    real, rest = rest[: n * n].reshape((n, n)), rest[n * n :]
+    size = 2 * k * n * n
+    complex_, rest = rest[:size].view(np.complex128).reshape((k, n, n)), rest[size:]
+    size = (k + 1) * n
+    pivots, rest = rest[:size].view(np.int64).reshape((k + 1, n)), rest[size:]
+    size = (s + 2) * ny
+    states, rest = rest[:size].reshape((s + 2, ny)), rest[size:]
+    size = (s + 1) * n_row
+    rows, rest = rest[:size].reshape((s + 1, n_row)), rest[size:]
+    pairs, rest = rest[: 4 * nv].reshape((2, 2 * nv)), rest[4 * nv :]
+    size = s * (n_all - nv)
+    multipliers, rest = rest[:size].reshape((s, n_all - nv)), rest[size:]
+    residuals, rest = rest[: s * n_all].reshape((s, n_all)), rest[s * n_all :]
+    real_vector, rest = rest[:n_all], rest[n_all:]
+    size = 2 * k * n_all
+    complex_vectors, rest = rest[:size].view(np.complex128).reshape((k, n_all)), rest[size:]
+    steered, rest = rest[: s * nv].reshape((s, nv)), rest[s * nv :]
+    rotation_rates, rest = rest[: 3 * s].reshape((s, 3)), rest[3 * s :]
+    size = 3 * s * r
+    rotation_polynomials, rest = rest[:size].reshape((s, 3 * r)), rest[size:]
+    size = 7 * (N_ROWS - 2) * r
+    samples, rest = rest[:size].reshape((N_ROWS - 2, 7 * r)), rest[size:]
+    size = sizes[at.NQ] + nv + n
+    arguments, rest = rest[:size], rest[size:]
+    size = equations_size(sizes)
+    equations, rest = rest[:size], rest[size:]
+    size = jacobian_work_size(sizes)
+    return GglWork(
+        numbers, blocks, real, complex_, pivots, states, rows, pairs, multipliers, residuals, real_vector,
+        complex_vectors, steered, rotation_rates, rotation_polynomials, samples, arguments, equations,
+        rest[:size], rest[size:],
+    )  # fmt: skip
+
+
+# Angular velocities are collocated in the axes that the body has at the start of the step, which are fixed in space:
+# u = R(θ) ω, of which θ' = u - ½ θ×u + … and ω' = R(θ)ᵀ u'. Constraints act at points that hardly move there while a
+# body spins, and so do the gyroscopic forces of a rotor; in its own axes, the gradients G of a constraint turn with it,
+# and Newton's matrices, which hold G, would serve for a few hundredths of a turn.
+
+# Sweeps contract by h |ω| / 2 or better, and the later ones by more.
+_MAX_SWEEPS = 40
+_ROUND_OFF, _SETTLED = 2.0 * float(np.finfo(float).eps), 1e-12
+# Derivatives are in the axes of the step at whose start they were taken: a step that turns a body by more than this
+# [rad] leaves them behind.
+KEEP_ROTATION = 0.03
+
+
+@jitted
+def reset_rotations(method, sizes, w):
+    """Let the stages' quaternions be those of the start of the step, from where sweeps begin."""
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        for s in range(len(method.c)):
+            for j in range(i, i + 4):
+                w.states[STAGES + s, j] = 0.0
+
+
+@jitted
+def solve_rotations_index2(method, h, i, j, sizes, y, w):
+    """Solve for the stages' rotation vectors at `i` from the rates from `j` on; returns whether sweeps settled.
+
+    Iserles, Munthe-Kaas, Nørsett, Zanna, Acta Numerica 9 (2000) 215: θ' = `chart_rate`(-θ, u), collocated.
+    """
+    n, first, rates = len(method.c), sizes[at.NQ] + j, w.rotation_rates
+    largest, smallest = 0.0, math.inf
+    for _ in range(_MAX_SWEEPS):
+        for s in range(n):
+            z, u = w.states[STAGES + s], w.steered[s]
+            spin = y[first] + u[j], y[first + 1] + u[j + 1], y[first + 2] + u[j + 2]
+            rates[s, 0], rates[s, 1], rates[s, 2] = chart_rate(-z[i], -z[i + 1], -z[i + 2], *spin)
+        largest = 0.0
+        for s in range(n):
+            for axis in range(3):
+                total = 0.0
+                for r in range(n):
+                    total += method.a[s, r] * rates[r, axis]
+                largest = max(largest, abs(h * total - w.states[STAGES + s, i + axis]))
+                w.states[STAGES + s, i + axis] = h * total
+        if largest <= _ROUND_OFF or not largest < smallest:
+            break
+        smallest = largest
+    return largest <= _SETTLED
+
+
+@jitted
+def largest_rotation(sizes, w):
+    """Return by how much the step turns the body that it turns most [rad]."""
+    z, largest = w.states[STAGES + w.rotation_rates.shape[0] - 1], 0.0
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        largest = max(largest, z[i] * z[i] + z[i + 1] * z[i + 1] + z[i + 2] * z[i + 2])
+    return math.sqrt(largest)
+
+
+@jitted
+def rotate_blocks(sizes, y, row, b):
+    """Make derivatives by rates in body axes those by rates in the axes of the start of the step.
+
+    With δω = δu - δθ×u and likewise for u', D + M W becomes D - M W, and K + D W becomes K + D W + M [v'×]; the first
+    equation has -W, and G's derivatives add up to the same.
+    """
+    nq, nv = sizes[at.NQ], sizes[at.NV]
+    for k in range(n_quaternions(sizes)):
+        j = quaternion_at(sizes, k) - k
+        a, b_, c = y[nq + j], y[nq + j + 1], y[nq + j + 2]
+        for i in range(nv):
+            add_cross(j, -a, -b_, -c, b.mass[i], b.by_rates[i])
+            add_cross(j, row[nq + j], row[nq + j + 1], row[nq + j + 2], b.mass[i], b.by_positions[i])
+        b.spin[j], b.spin[j + 1], b.spin[j + 2] = -a, -b_, -c
+
+
+@jitted
+def add_cross(j, a, b, c, row, out):
+    """Add three entries of `row`, from `j` on, times the matrix of (a, b, c)× to those of `out`."""
+    x, y, z = row[j], row[j + 1], row[j + 2]
+    out[j] += y * c - z * b
+    out[j + 1] += z * a - x * c
+    out[j + 2] += x * b - y * a
+
+
+@jitted
+def to_start_axes(sizes, y, w):
+    """Turn the angular velocities of the stages, whose rotation vectors are known, from body axes."""
+    for s in range(w.rotation_rates.shape[0]):
+        rotate_rates(1.0, sizes, y, w.states[STAGES + s])
+
+
+@jitted
+def to_body_axes(sizes, y, w):
+    """Turn the angular velocities of the stages into body axes."""
+    for s in range(w.rotation_rates.shape[0]):
+        rotate_rates(-1.0, sizes, y, w.states[STAGES + s])
+
+
+@jitted
+def rotate_rates(sense, sizes, y, increments):
+    """Turn the angular velocities that are `increments` away from `y`, by `sense` times the rotation vectors."""
+    nq = sizes[at.NQ]
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        j = nq + i - k
+        for axis in range(3):
+            increments[j + axis] += y[j + axis]
+        rotate_entries(sense, increments, i, increments, j)
+        for axis in range(3):
+            increments[j + axis] -= y[j + axis]
+
+
+@jitted
+def rotate_entries(sense, vectors, i, x, j):
+    """Turn three entries of `x`, from `j` on, by `sense` times the rotation vector in `vectors` at `i`."""
+    a, b, c = sense * vectors[i], sense * vectors[i + 1], sense * vectors[i + 2]
+    x[j], x[j + 1], x[j + 2] = rotated(a, b, c, x[j], x[j + 1], x[j + 2])
+
+
+# The polynomials that are collocated are rotation vectors and angular velocities in the axes of the start of the step.
+# While a body spins they hardly bend, but its quaternion and its rates in body axes swing. So dense output samples
+# these at more places than there are stages, and the stages of the next step are guessed from the former.
+#
+# Loops run over `w.rotation_rates.shape[0]` stages, not over `len(method.c)`, which compilers would unroll for nothing.
+
+
+@jitted
+def keep_rotation_polynomials(method, sizes, y, w):
+    """Keep the polynomials of angular velocities, in body axes of the end of the step, for the next one."""
+    n, nq = w.rotation_rates.shape[0], sizes[at.NQ]
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        z = w.states[STAGES + n - 1]
+        increments_of_rotations(method, i, nq + i - k, y, w)
+        for r in range(n):
+            a, b, c = w.rotation_rates[n - 1, 0], w.rotation_rates[n - 1, 1], w.rotation_rates[n - 1, 2]
+            if r > 0:
+                a, b, c = weighted_rotations(method.rows[r - 1], w)
+            row, j = w.rotation_polynomials[r], 3 * k
+            row[j], row[j + 1], row[j + 2] = rotated(-z[i], -z[i + 1], -z[i + 2], a, b, c)
+
+
+@jitted
+def increments_of_rotations(method, i, first, y, w):
+    """Write the stages' increments of the angular velocity at `first`, in axes of the start, to `w.rotation_rates`."""
+    a, b, c = y[first], y[first + 1], y[first + 2]
+    for s in range(w.rotation_rates.shape[0]):
+        z, turn = w.states[STAGES + s], w.rotation_rates[s]
+        x, y_, z_ = a + z[first], b + z[first + 1], c + z[first + 2]
+        x, y_, z_ = rotated(z[i], z[i + 1], z[i + 2], x, y_, z_)
+        turn[0], turn[1], turn[2] = x - a, y_ - b, z_ - c
+
+
+@jitted
+def weighted_rotations(weights, w):
+    """Return the sum of `w.rotation_rates`, each times its weight."""
+    a, b, c = 0.0, 0.0, 0.0
+    for s in range(w.rotation_rates.shape[0]):
+        a += weights[s] * w.rotation_rates[s, 0]
+        b += weights[s] * w.rotation_rates[s, 1]
+        c += weights[s] * w.rotation_rates[s, 2]
+    return a, b, c
+
+
+@jitted
+def predict_rotations_index2(method, h, extrapolate, loop, w):
+    """Set the stages' increments of angular velocities to those of the last step's polynomial, or to zero."""
+    n, nq = w.rotation_rates.shape[0], loop.sizes[at.NQ]
+    for k in range(n_quaternions(loop.sizes)):
+        for axis in range(3):
+            column, i = 3 * k + axis, nq + quaternion_at(loop.sizes, k) - k + axis
+            for s in range(n):
+                w.states[STAGES + s, i] = 0.0
+                if extrapolate:
+                    theta = 1.0 + method.c[s] * h / loop.control[at.H_LAST]
+                    bend = w.rotation_polynomials[n - 1, column]
+                    for j in range(n - 2, 0, -1):
+                        bend = (
+                            bend * (1.0 - theta if j % 2 == 0 else theta) + w.rotation_polynomials[j, column]
+                        )
+                    w.states[STAGES + s, i] = (theta - 1.0) * (
+                        w.rotation_polynomials[0, column] - theta * bend
+                    )
+
+
+@jitted
+def sample_rotations(method, sizes, y, w):
+    """Write how far quaternions and their rates are from the chord between the ends of the step to `w.samples`."""
+    nq, n_places = sizes[at.NQ], method.places.shape[0]
+    end, there = w.states[STAGES + w.rotation_rates.shape[0] - 1], w.states[Y_STAGE]
+    for k in range(n_quaternions(sizes)):
+        i, j = quaternion_at(sizes, k), 7 * k
+        first = nq + i - k
+        increments_of_rotations(method, i, first, y, w)
+        for m in range(n_places):
+            sample_rotation(method, m, i, first, y, there, w)
+            for entry in range(4):
+                w.samples[m, j + entry] = there[i + entry] - y[i + entry]
+            for axis in range(3):
+                w.samples[m, j + 4 + axis] = there[first + axis] - y[first + axis]
+        rotate(y, i, end[i], end[i + 1], end[i + 2], there)
+        for m in range(n_places):
+            for entry in range(4):
+                w.samples[m, j + entry] -= method.places[m] * (there[i + entry] - y[i + entry])
+            for axis in range(3):
+                w.samples[m, j + 4 + axis] -= method.places[m] * end[first + axis]
+
+
+@jitted
+def sample_rotation(method, m, i, first, y, out, w):
+    """Write the quaternion at `i` and its rates, at `first`, at one place in the step."""
+    a, b, c = 0.0, 0.0, 0.0
+    for s in range(w.rotation_rates.shape[0]):
+        weight, z = method.at_places[m, s], w.states[STAGES + s]
+        a, b, c = a + weight * z[i], b + weight * z[i + 1], c + weight * z[i + 2]
+    u, v, x = weighted_rotations(method.at_places[m], w)
+    u, v, x = u + y[first], v + y[first + 1], x + y[first + 2]
+    rotate(y, i, a, b, c, out)
+    out[first], out[first + 1], out[first + 2] = rotated(-a, -b, -c, u, v, x)
+
+
+@jitted
+def fit_rotations(method, sizes, w, dense):
+    """Replace the rows of `dense` for quaternions and their rates, from the third on, by those through the samples."""
+    for r in range(w.rotation_rates.shape[0] + 1, dense.shape[0]):
+        for i in range(dense.shape[1]):
+            dense[r, i] = 0.0
+    for k in range(n_quaternions(sizes)):
+        i = quaternion_at(sizes, k)
+        for entry in range(7):
+            place = i + entry if entry < 4 else sizes[at.NQ] + i - k + entry - 4
+            for r in range(method.fit.shape[0]):
+                total = 0.0
+                for m in range(method.fit.shape[1]):
+                    total += method.fit[r, m] * w.samples[m, 7 * k + entry]
+                dense[2 + r, place] = total
 
 
 @jitted

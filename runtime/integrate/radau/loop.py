@@ -7,16 +7,13 @@ import math
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.evaluation import evaluate
-from symgen.runtime.integrate.loop import take_steps
+from symgen.runtime.integrate.loop import evaluate, take_steps
 from symgen.runtime.integrate.newton import MAX_ITERATIONS, OVERSHOOT, RATE, forget_rate
 from symgen.runtime.integrate.radau.error import estimate_error, set_tolerances
 from symgen.runtime.integrate.radau.full import FULL
-from symgen.runtime.integrate.radau.ggl import INDEX2
-from symgen.runtime.integrate.radau.ggl_work import ggl_work
+from symgen.runtime.integrate.radau.ggl import INDEX2, ggl_work
 from symgen.runtime.integrate.radau.newton import solve_stages
-from symgen.runtime.integrate.radau.sparse import SPARSE
-from symgen.runtime.integrate.radau.sparse_work import sparse_radau_work
+from symgen.runtime.integrate.radau.sparse import SPARSE, sparse_radau_work
 from symgen.runtime.integrate.radau.work import (
     F_NEW,
     FACTORED_FOR,

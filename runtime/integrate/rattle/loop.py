@@ -3,9 +3,7 @@
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step, needs_dense
-from symgen.runtime.integrate.copying import copy
-from symgen.runtime.integrate.evaluation import all_finite, evaluate
-from symgen.runtime.integrate.loop import take_steps
+from symgen.runtime.integrate.loop import all_finite, copy, evaluate, take_steps
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, quaternion_rate
 from symgen.runtime.integrate.rattle.step import rattle_step, take_start
 from symgen.runtime.integrate.rattle.work import (

@@ -1,13 +1,59 @@
-"""Work arrays of RATTLE, and what they carry from step to step."""
+"""What RATTLE asks of a model: the kernels that it calls, and momenta p = M(q) v."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size
-from symgen.runtime.integrate.copying import copy
+from symgen.runtime.integrate.composition import composition
+from symgen.runtime.integrate.loop import copy
+from symgen.runtime.integrate.nested_basis import fit_rows, rows_of_derivative
+from symgen.runtime.positions import Positions
+
+if TYPE_CHECKING:
+    from symgen.runtime.system import System
+
+
+_ENDS = [(1, 0.0), (1, 1.0), (2, 0.0), (2, 1.0)]
+
+
+class Rattle(NamedTuple):
+    """A symmetric composition of RATTLE steps.
+
+    Attributes
+    ----------
+    steps : ndarray, shape (s,)
+        Their lengths, in units of h.
+    times : ndarray, shape (s + 1,)
+        Where they begin and end, from 0 to 1.
+    constant_mass : int
+        1 where M does not depend on positions: momenta then need no derivatives of it.
+    bends : ndarray, shape (4, 4)
+        From (h v0 - Δq, h v1 - Δq, h² a0, h² a1) to rows 2 to 5 of the positions' dense output.
+    rates : ndarray, shape (5, 4)
+        From these to rows 2 to 6 of h times the velocities.
+    """
+
+    steps: np.ndarray
+    times: np.ndarray
+    constant_mass: int
+    bends: np.ndarray
+    rates: np.ndarray
+
+
+def rattle(order: int, constant_mass: bool) -> Rattle:
+    """Return the composition of order 2 (RATTLE itself), 4 or 6."""
+    if order == 2:
+        steps, times = np.array([1.0]), np.array([0.0, 1.0])
+    else:
+        steps, _, times = composition(order)[:3]
+    rates = np.ascontiguousarray(rows_of_derivative()[2:7, 2:6])
+    return Rattle(steps, times, int(constant_mass), np.ascontiguousarray(fit_rows(_ENDS)), rates)
+
 
 # Counters of this family: whether work holds M, G and ∂M/∂q of the current positions, and guesses for the next step.
 HAVE_START, HAVE_GUESS = range(16, 18)
@@ -139,3 +185,61 @@ def restore_guess(w):
     copy(w.impulses[KEPT], w.impulses[START])
     copy(w.states[KEPT_REST], w.states[REST])
     w.numbers[H_GUESS] = w.numbers[H_KEPT]
+
+
+_ROUND_OFF = 1e-9
+
+
+def rattle_kernels(system: System) -> dict[int, tuple[int, Any]]:
+    """Return the kernels that only some models need: index in `addresses` -> address, owner."""
+    wanted = {}
+    if not system.structure["constant_mass"]:
+        wanted[at.RESIDUAL_JACOBIAN] = "residual_jacobian"
+    if system.m:
+        wanted[at.CONSTRAINT_RESIDUAL] = "constraint_residual"
+        wanted[at.CONSTRAINT_JACOBIAN] = "constraint_jacobian"
+    kernels = {index: system.kernel(name) for index, name in wanted.items()}
+    return {index: (kernel.precomputed_address, kernel) for index, kernel in kernels.items()}
+
+
+def rattle_refusal(system: System) -> str:
+    """Return why RATTLE cannot integrate a model, and what can; an empty string where it can."""
+    held = {record["name"] for record in system.constraints}
+    follows = [switch["name"] for switch in system.switches if held & set(switch.get("normal", ()))]
+    if follows:
+        return (
+            "takes forces of constraints as impulses of a step, which friction in proportion to reactions "
+            f"({', '.join(follows)}) cannot follow: use implicit_midpoint, gauss8 or dop853 with projection"
+        )
+    if system.nn:
+        names = [c["name"] for c in system.constraints if c["kind"] == "velocity"]
+        return (
+            f"keeps momenta along holonomic constraints, but {names[0]!r} holds velocities: "
+            "use implicit_midpoint, gauss8 or dop853 with projection"
+        )
+    if not _is_quadratic(system):
+        return (
+            "needs a kinetic energy that is quadratic in the rates and does not depend on time by itself: "
+            "use gauss8 or dop853"
+        )
+    return ""
+
+
+def _is_quadratic(system: System) -> bool:
+    """Whether T = vᵀM(q)v / 2 and M does not depend on v and t, at a place that nothing singles out."""
+    nv, p = system.nv, system.parameter_values()
+    q = np.array([record["value"] for record in system.coordinates])
+    q += 0.01 * (1.0 + np.abs(q)) * np.sin(1.0 + np.arange(system.nq))
+    q = Positions(system).normalised(q)
+    for t, seed in ((0.0, 2.0), (0.37, 5.0)):
+        v = np.cos(seed + 1.7 * np.arange(nv))
+        mass = system.kernel("mass_matrix")(t, np.concatenate([q, v]), p).reshape(nv, nv)
+        at_rest = system.kernel("mass_matrix")(0.0, np.concatenate([q, 0.0 * v]), p).reshape(nv, nv)
+        kinetic = system.kernel("energy")(t, np.concatenate([q, v]), p)[0]
+        scale = np.abs(v) @ np.abs(mass) @ np.abs(v)
+        if not (
+            np.abs(mass - at_rest).max(initial=0.0) <= _ROUND_OFF * np.abs(mass).max(initial=0.0)
+            and abs(kinetic - 0.5 * v @ mass @ v) <= _ROUND_OFF * scale
+        ):
+            return False
+    return True

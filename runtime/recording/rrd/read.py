@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from ..errors import RecordingError
+from symgen.runtime.recording.schema import RecordingError
 
 _MAGIC = b"RRF2"
 _HEADER = 12

@@ -1,1 +1,0 @@
-"""The generalised-α method and HHT."""

@@ -1,1 +1,0 @@
-"""Implicit methods of one stage: Euler's and the midpoint rule."""

@@ -1,1 +1,0 @@
-"""Independent coordinates by partitioning, for explicit Runge-Kutta methods."""

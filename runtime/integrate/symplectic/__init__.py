@@ -1,1 +1,0 @@
-"""Semi-implicit Euler, Verlet, and symmetric compositions of Verlet."""
