@@ -85,6 +85,12 @@ def body_of(model: Model) -> tuple[float, np.ndarray, np.ndarray]:
     return mass, centre, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
+def at_state(system, function: str, y, **parameters: float) -> np.ndarray:
+    """What a function writes in a state."""
+    p = system.parameter_values(parameters)
+    return evaluate(system, function, p, np.zeros(1), np.array([y], dtype=float))[0]
+
+
 def hung(shape, **more) -> Model:
     """A model with a body of these shapes on a free joint."""
     m = Model("hung")
@@ -148,12 +154,9 @@ def test_equations_are_those_of_the_same_body_stated_by_hand():
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = tensor
         stated.body("b", mass=mass, com=list(centre), inertia=[xx, yy, zz, xy, xz, yz])
         stated.joint("j", "free", child="b", rate=[0, 0, 0, 1, 2, 3])
-        y = np.array([[0.1, 0.2, 0.3, 0.5, 0.5, -0.5, 0.5, 1.0, 2.0, 3.0, -1.0, 0.5, 0.7]])
-        rates = [
-            evaluate(s, "rhs", np.array(p), np.zeros(1), y)[0]
-            for s, p in ((system, [a, 7850.0]), (stated.derive(), []))
-        ]
-        assert rates[0] == pytest.approx(rates[1], rel=1e-5, abs=1e-5)
+        y = [0.1, 0.2, 0.3, 0.5, 0.5, -0.5, 0.5, 1.0, 2.0, 3.0, -1.0, 0.5, 0.7]
+        expected = at_state(stated.derive(), "rhs", y)
+        assert at_state(system, "rhs", y, a=a) == pytest.approx(expected, rel=1e-5, abs=1e-5)
 
 
 def test_planar_bodies_turn_about_z():
@@ -179,9 +182,8 @@ def test_solids_are_drawn_where_they_are():
     ]).derive()  # fmt: skip
     bodies = system.bodies
     assert bodies[0]["parts"] == ["box", "tube"]
-    p, y = np.array([0.3, 7850.0]), np.array([[0.0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0]])
-    sizes = evaluate(system, "shapes", p, np.zeros(1), y)[0]
-    pose = evaluate(system, "poses", p, np.zeros(1), y)[0][:3]
+    y = [0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0]
+    sizes, pose = at_state(system, "shapes", y), at_state(system, "poses", y)[:3]
     drawn = primitives(bodies, sizes, np.eye(3)[None, None], 1.0, None)[0]
     box, tube = (s.vertices + pose for s in drawn.surfaces)
     assert np.allclose([box.min(axis=0), box.max(axis=0)], [[0, -0.2, -0.3], [0.2, 0.2, 0.3]])
@@ -252,5 +254,5 @@ com = ["x", 0, 0]
 shape = [{ cone = [0.1, 0.2], axis = [1, 0, 0], offset = [0.3, 0, 0] }, { ellipsoid = [0.3, 0.1, 0.1] }]
 """)
     )
-    assert evaluate(system, "mass_matrix", np.zeros(0), np.zeros(1), np.zeros((1, 2)))[0] == 2.0
+    assert at_state(system, "mass_matrix", [0, 0]) == 2.0
     assert system.bodies[0]["parts"] == ["cone", "ellipsoid"]

@@ -19,9 +19,21 @@ from . import check_values
 from .check_tree import LoopChecker, check_tree
 from .check_values import check_contacts, check_velocity_constraints, is_massless
 from .description import Body, Description, Joint
+from .elements import check_force_elements
 from .expand import expand
 from .expression_tree import Uses, names_in, uses
-from .items import COORDINATES, INPUTS, PLACES, RATES, TIME_ITSELF, Item, body_items, definition_items, items
+from .items import (
+    COORDINATES,
+    INPUTS,
+    PLACES,
+    RATES,
+    TIME_ITSELF,
+    Item,
+    body_items,
+    definition_items,
+    items,
+    spring_items,
+)
 from .joint_tree import coordinates_in, motion_of, moved_by
 from .joint_types import TYPES
 from .printing import shortened
@@ -227,12 +239,14 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     d = with_definitions_in_order(d, sources)
     check_tree(d, sources)
     check_elements(d, sources)
+    check_force_elements(d, sources)
     loops = LoopChecker(d, sources)
     for loop in d.loops:
         loops.check(loop)
     checker = _Checker(d, sources, kinds)
+    checker.check_springs()
     checker.define()
-    if d.points or d.axes or d.loops:
+    if d.points or d.axes or d.loops or d.bushings or any(x.frame or x.reaction for x in d.loads):
         checker.place()
         checker.define()
     for item in items(d):
@@ -294,6 +308,13 @@ class _Checker:
         # Of expressions, by identity; they are kept, lest it be reused.
         self._known: dict[int, tuple[sympy.Expr, Dependence]] = {}
 
+    def check_springs(self) -> None:
+        """Whether the names that springs use are declared: their definitions have no place in the file."""
+        for spring in self.description.springs:
+            for item in spring_items(spring):
+                for name in sorted(names_in(item.expression)):
+                    self._check_name(item, name)
+
     def define(self) -> None:
         """Find what the definitions depend on."""
         self.defined.clear()
@@ -345,7 +366,7 @@ class _Checker:
 
     def _check_name(self, item: Item, name: str) -> None:
         kind = self.kinds.get(name)
-        if name == "t" or name in self.defined or kind not in (None, "definition", "output"):
+        if name == "t" or kind not in (None, "output"):
             return
         if kind == "output":
             message, hint = f"'{name}' is an output, which expressions cannot use", "make it a definition"

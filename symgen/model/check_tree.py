@@ -45,13 +45,20 @@ def check_tree(d: Description, sources: Sources) -> None:
     for body in d.bodies:
         if body.name not in above:
             _check_placed(body, sources)
+    framed = {f.name for f in d.frames}
     for what, elements in (("points", d.points), ("axes", d.axes)):
         for x in elements:
-            _check_body(x.body, f"{what}.{x.name}", "body", bodies, sources)
+            table = "frames" if x.name in framed and what == "points" else what
+            _check_body(x.body, f"{table}.{x.name}", "body", bodies, sources)
     for p in d.points:
         if p.body != WORLD and bodies[p.body].planar and not p.at[2].is_zero:
             message = f"a point of the planar body '{p.body}' has no z component"
-            raise sources.error(f"points.{p.name}", "at[2]", message, hint="leave it out")
+            raise sources.error(
+                f"{'frames' if p.name in framed else 'points'}.{p.name}",
+                "at[2]",
+                message,
+                hint="leave it out",
+            )
 
 
 def _check_body(

@@ -168,6 +168,13 @@ def check_values(d: Description, sources: Sources) -> None:
             message = f"the length is not positive at the parameters' values: {length:g} m"
             hint = "hold points at one place by 'coincident'" if length == 0 else None
             raise sources.error(f"constraints.{loop.name}", "distance.length", message, hint=hint)
+    for s in d.springs:
+        given = (("length", s.places), ("stiffness", True), ("damping", True), ("mass", True))
+        for key, counts in given:
+            value = values.get((f"springs.{s.name}", key)) if counts else None
+            if value is not None and value < 0:
+                message = f"the {key} is negative at the parameters' values: {value:g}"
+                raise sources.error(f"springs.{s.name}", key, message, hint="look at the parameters in it")
     check_contact_values(d, values, sources)
     _check_plane(d, values, sources)
 

@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from ..errors import nearest
-from .description import Axis, Constant, Coordinate, Input, Joint, Parameter, Point, Rate
+from .description import Axis, Constant, Coordinate, Frame, Input, Joint, Parameter, Point, Rate
 from .names import name_fault
 from .sources import Sources
 from .units import TIME, Unit, over
@@ -34,6 +34,7 @@ class Declared:
         self._joints: dict[str, Joint] = {}
         self._points: dict[str, Point] = {}
         self._axes: dict[str, Axis] = {}
+        self._frames: dict[str, Frame] = {}
         self._made: list[Coordinate] = []  # by joints
         self._made_rates: dict[str, list[Rate]] = {}  # by joint, where they have names of their own
         self._jointed: dict[str, str] = {}  # coordinate: joint
@@ -108,6 +109,16 @@ class Declared:
         given = self._vector(values, table, key, (2, 3))
         found = [self._sources.expression(x, table, f"{key}[{k}]") for k, x in enumerate(given)]
         return (*found, sympy.S.Zero)[:3]
+
+    def _place(self, value: Any, table: str, key: str) -> tuple[sympy.Expr, ...]:
+        """Three components: those of a point by its name, or two or three expressions in world axes."""
+        if isinstance(value, str):
+            fault = name_fault(value, element=True)
+            if fault is not None:
+                message = f"a place is a point's name, or a list of two or three components; {fault}"
+                raise self._sources.error(table, key, message, hint="name a point of [points]")
+            value = [f"{value}_{component}" for component in "xyz"]
+        return self._components(value, table, key)
 
     def _number(self, table: str, name: str, value: Any, unit: Any) -> tuple[float, Unit | None]:
         size = self._sources.unit(unit, table, f"{name}.unit")

@@ -192,6 +192,59 @@ class Axis:
 
 
 @dataclass(frozen=True)
+class Frame:
+    """A frame fixed in a body or "world", its origin `at` [m]; `rpy` [rad] as in joints. The origin is a point, too."""
+
+    name: str
+    body: str
+    at: tuple[Expr, ...]
+    rpy: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring and damper between two `places` [m] in world axes, or of an `angle`.
+
+    It pulls with stiffness (length - rest) + preload + damping d(length)/dt; one that `acts` by "pull" only is a rope,
+    by "push" only a buffer. `mass` is spread evenly between the places.
+    """
+
+    name: str
+    places: tuple[tuple[Expr, ...], ...] = ()
+    angle: Expr | None = None
+    stiffness: Expr | None = None
+    rest: Expr | None = None
+    damping: Expr | None = None
+    preload: Expr | None = None
+    mass: Expr | None = None
+    acts: str = ""
+
+    @property
+    def measured(self) -> str:
+        """What its definitions are called: NAME_length, NAME_force, or NAME_angle, NAME_torque."""
+        return f"{self.name}_angle" if self.angle is not None else f"{self.name}_length"
+
+    @property
+    def exerted(self) -> str:
+        """The name of its force or torque."""
+        return f"{self.name}_torque" if self.angle is not None else f"{self.name}_force"
+
+
+@dataclass(frozen=True)
+class Bushing:
+    """An elastic joint between two frames, bodies or "world".
+
+    `stiffness` and `damping` are along and about x, y, z of the first (planar: along x, y, and about z); angles are
+    those of successive rotations about x, y, z.
+    """
+
+    name: str
+    frames: tuple[str, str]
+    stiffness: tuple[Expr, ...]
+    damping: tuple[Expr, ...] = ()
+
+
+@dataclass(frozen=True)
 class Loop:
     """A ready-made constraint as the user asked for it: coincident, distance, gear and so on.
 
@@ -205,13 +258,19 @@ class Loop:
 
 @dataclass(frozen=True)
 class Load:
-    """A force at a point, or a torque on a body, in world axes; 2 or 3 components (a planar torque: 1)."""
+    """A force at a point, or a torque on a body; 2 or 3 components (a planar torque: 1).
+
+    They are in the axes of `frame`, a frame or body, or else of the world; the opposite acts on the body `reaction`. A
+    finished description has all in world axes, and the opposite as loads of its own.
+    """
 
     name: str
     point: tuple[Expr, ...] = ()
     force: tuple[Expr, ...] = ()
     body: str | None = None
     torque: tuple[Expr, ...] = ()
+    frame: str | None = None
+    reaction: str | None = None
 
 
 @dataclass(frozen=True)
@@ -347,6 +406,9 @@ class Description:
     contacts: tuple[Contact, ...] = ()
     drawings: tuple[Drawing, ...] = ()
     impacts: str = "simultaneous"
+    frames: tuple[Frame, ...] = ()
+    springs: tuple[Spring, ...] = ()
+    bushings: tuple[Bushing, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

@@ -24,7 +24,18 @@ from .expression_tree import kind, postorder
 from .items import Item, definition_items, items, unit_dimension
 from .printing import shortened
 from .sources import Sources
-from .units import DIMENSIONLESS, LENGTH, TIME, Dimension, dimension_text, over, times, to_power
+from .units import (
+    DIMENSIONLESS,
+    ENERGY,
+    FORCE,
+    LENGTH,
+    TIME,
+    Dimension,
+    dimension_text,
+    over,
+    times,
+    to_power,
+)
 
 NUMBER = "number"  # a bare number: fits any dimension
 Size = Dimension | str | None  # None: not known, fits any dimension too
@@ -153,9 +164,12 @@ def check_units(d: Description, sources: Sources) -> None:
     names["t"] = TIME
     names |= {r.name: unit_dimension(r.unit) for r in d.rates if r.coordinate != r.name}
     names |= {f"{p.name}_{c}": LENGTH for p in d.points for c in "xyz"}
+    for s in d.springs:
+        names |= {s.measured: DIMENSIONLESS, s.exerted: ENERGY} if s.angle is not None else {}
+        names |= {s.measured: LENGTH, s.exerted: FORCE} if s.places else {}
     for item in everything:
         size = _check_item(item, names, sources)
-        if item.table == "definitions":
+        if item.table == "definitions" and sources.of(item.table, item.key):
             names[item.key] = size
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import sympy
 
+from . import elements
 from .contact_laws import with_contact_laws, with_normals
 from .description import Axis, Body, Constraint, Description, Event, Joint, Reset, Shape
 from .functions import dot
@@ -34,7 +35,8 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
         b.name: _with_shape(_with_com(b) if b.name in children else b, b.name in children) for b in d.bodies
     }
     joints = tuple(with_axes(j, bodies[j.child]) for j in parents_first(d.joints))
-    d = replace(d, bodies=tuple(bodies.values()), joints=joints, **_energies(d, joints))
+    d = _with_elements(replace(d, bodies=tuple(bodies.values()), joints=joints), kinds)
+    d = replace(d, **_energies(d, joints))
     constraints, axes, parts = _constraints(d, sources, kinds)
     rate_of = {r.coordinate: r.name for r in d.rates if r.coordinate is not None}
     d = with_contact_laws(d, sources)
@@ -65,6 +67,23 @@ def _with_shape(body: Body, is_child: bool) -> Body:
     elif is_child and any(solid.offset for solid in body.solids):
         origin = tuple(negated(x) for x in (*body.com, sympy.S.Zero)[:3])
     return replace(body, shape=picture(body.solids, origin))
+
+
+def _with_elements(d: Description, kinds: Mapping[str, str]) -> Description:
+    """The description with its springs, bushings and loads written out."""
+    writer = elements.Writer(d, set(kinds))
+    for spring in d.springs:
+        writer.spring(spring)
+    for bushing in d.bushings:
+        writer.bushing(bushing)
+    return replace(
+        d,
+        loads=tuple(plain for load in d.loads for plain in writer.load(load)),
+        points=(*d.points, *writer.points),
+        axes=(*d.axes, *writer.axes),
+        drawings=(*d.drawings, *writer.drawings),
+        **{key: _added(getattr(d, key), terms) for key, terms in writer.terms.items()},
+    )
 
 
 def _energies(d: Description, joints: Iterable[Joint]) -> dict[str, sympy.Expr | None]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import sympy
 
-from .description import Body, Description, Drawing, Joint, Load, Loop, Solid
+from .description import Body, Bushing, Description, Drawing, Joint, Load, Loop, Solid, Spring
 from .joint_types import TYPES, JointType
 from .units import (
     ACCELERATION,
@@ -55,6 +55,7 @@ FIXED_COM = Role(
 )
 FIXED = Role("what is fixed in a body or joint", UNVARYING, "it is made of parameters and constants")
 RATIO = Role("a ratio or length", UNVARYING, "it is made of parameters and constants")
+SPANNED = Role("what a spring spans", (RATES, INPUTS), "rates belong in damping, inputs in forces")
 CONSTANT = Role(
     "a mass or inertia",
     UNVARYING,
@@ -111,8 +112,16 @@ def items(d: Description) -> Iterator[Item]:
     sizes = {c.name: unit_dimension(c.unit) for c in d.coordinates}
     for joint in d.joints:
         yield from joint_items(joint)
+    framed = {f.name for f in d.frames}
     for point in d.points:
-        yield from _vector_items(f"points.{point.name}", "at", point.at, FIXED, LENGTH)
+        table = "frames" if point.name in framed else "points"
+        yield from _vector_items(f"{table}.{point.name}", "at", point.at, FIXED, LENGTH)
+    for frame in d.frames:
+        yield from _vector_items(f"frames.{frame.name}", "rpy", frame.rpy, FIXED, DIMENSIONLESS)
+    for spring in d.springs:
+        yield from spring_items(spring)
+    for bushing in d.bushings:
+        yield from _bushing_items(bushing)
     for axis in d.axes:
         yield from _vector_items(f"axes.{axis.name}", "direction", axis.direction, FIXED)
     for axis, value in zip("xyz", d.gravity or ()):
@@ -169,6 +178,38 @@ def body_items(body: Body, is_child: bool) -> Iterator[Item]:
     if body.shape is not None:
         for k, value in enumerate(body.shape.sizes):
             yield Item(table, f"shape.{body.shape.kind}[{k}]", value, OBSERVED, LENGTH)
+
+
+def spring_items(s: Spring) -> Iterator[Item]:
+    """The expressions of a spring."""
+    table = f"springs.{s.name}"
+    for k, place in enumerate(s.places):
+        yield from _vector_items(table, f"points[{k}]", place, SPANNED, LENGTH)
+    turns = s.angle is not None
+    size, force = (DIMENSIONLESS, ENERGY) if turns else (LENGTH, FORCE)
+    stiffness, damping = (over(ENERGY, times(size, size)), over(times(ENERGY, TIME), times(size, size)))
+    for key, value, role, dimension in (
+        ("angle", s.angle, SPANNED, DIMENSIONLESS),
+        ("stiffness", s.stiffness, RATIO, stiffness),
+        ("rest" if turns else "length", s.rest, SPANNED, size),
+        ("damping", s.damping, RATIO, damping),
+        ("preload", s.preload, RATIO, force),
+        ("mass", s.mass, CONSTANT, MASS),
+    ):
+        if value is not None:
+            yield Item(table, key, value, role, dimension)
+
+
+def _bushing_items(b: Bushing) -> Iterator[Item]:
+    area = times(LENGTH, LENGTH)
+    for key, values, energy in (
+        ("stiffness", b.stiffness, ENERGY),
+        ("damping", b.damping, times(ENERGY, TIME)),
+    ):
+        n = len(values) - (1 if len(values) == 3 else 3)  # along axes; the others about them
+        for k, value in enumerate(values):
+            size = over(energy, area) if k < n else energy
+            yield Item(f"bushings.{b.name}", f"{key}[{k}]", value, RATIO, size)
 
 
 def _solid_items(table: str, solid: Solid) -> Iterator[Item]:

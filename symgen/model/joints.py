@@ -46,7 +46,10 @@ def make_joint(
             )
     _check_keys(model, table, type, given)
     kind = TYPES[type]
-    xyz, rpy = _origin(model, table, given.get("origin", {}))
+    if isinstance(given.get("origin"), str):
+        parent, xyz, rpy = _at_frame(model, table, parent, given["origin"])
+    else:
+        xyz, rpy = _origin(model, table, given.get("origin", {}))
     axis, axis2 = _axes(model, table, kind, given)
     coordinates = _coordinates(model, table, name, kind, given)
     rates = tuple(r.name for r in model._made_rates.get(name, ())) if kind.quaternion else coordinates
@@ -119,6 +122,21 @@ def _origin(
             raise sources.error(table, f"origin.{key!s:.60}", f"unknown key '{key!s:.60}'", hint=hint)
     xyz = model._components(origin.get("xyz", (0, 0, 0)), table, "origin.xyz")
     return xyz, roll_pitch_yaw(model, table, "origin.rpy", origin.get("rpy", (0, 0, 0)))
+
+
+def _at_frame(model: Declared, table: str, parent: str, name: str) -> tuple[str, tuple, tuple]:
+    """The parent that has a frame, and the frame's place in it."""
+    frame = model._frames.get(name)
+    if frame is None:
+        message = (
+            f"there is no frame '{name:.60}'" if name.isidentifier() else f"{name!r:.60} is no frame's name"
+        )
+        hint = nearest(name[:60], model._frames, "frames") if model._frames else "declare it in [frames]"
+        raise model._sources.error(table, "origin", message, hint=hint)
+    if parent not in ("world", frame.body):
+        message = f"the frame '{name}' is fixed in '{frame.body}', not in the parent '{parent}'"
+        raise model._sources.error(table, "origin", message, hint="leave out 'parent', which follows from it")
+    return frame.body, frame.at, frame.rpy
 
 
 def _axes(

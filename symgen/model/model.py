@@ -17,6 +17,7 @@ from .declared import Declared
 from .description import (
     Axis,
     Body,
+    Bushing,
     Constant,
     Constraint,
     Contact,
@@ -31,9 +32,12 @@ from .description import (
     Parameter,
     Point,
     Rate,
+    Spring,
     Stop,
     plain_rate,
 )
+from .elements import make_bushing, make_spring, measures
+from .frames import make_frame
 from .functions import dot
 from .joints import direction as unit_vector
 from .joints import make_joint
@@ -105,6 +109,8 @@ class Model(Declared):
         self._energies: dict[str, list[sympy.Expr]] = {}
         self._forces: dict[str, list[sympy.Expr]] = {}
         self._loads: dict[str, Load] = {}
+        self._springs: dict[str, Spring] = {}
+        self._bushings: dict[str, Bushing] = {}
         self._constraints: dict[str, Constraint] = {}
         self._loops: dict[str, Loop] = {}
         self._stops: dict[str, Stop] = {}
@@ -396,6 +402,121 @@ class Model(Declared):
         self._axes[name] = Axis(name, body, vector)
         return self._world_components(name)
 
+    def frame(
+        self,
+        name: str,
+        body: str = "world",
+        at: Sequence[Any] = (0, 0, 0),
+        rpy: Sequence[Any] | None = None,
+        axis: Sequence[Any] | None = None,
+        angle: Any = None,
+        quaternion: Sequence[Any] | None = None,
+        x: str | Sequence[Any] | None = None,
+        y: str | Sequence[Any] | None = None,
+    ) -> tuple[sympy.Symbol, ...]:
+        """Name a frame that is fixed in a body: joints, loads and bushings use it, and its origin is a point.
+
+        Its orientation in the body is given in one way; without any it has the body's axes.
+
+        Parameters
+        ----------
+        name : str
+        body : str
+            A body or "world".
+        at : sequence of 2 or 3
+            Its origin in the body's frame [m], of parameters and constants.
+        rpy : sequence of 3, optional
+            Roll, pitch, yaw [rad], as in joints.
+        axis, angle : sequence of 3, expression
+            A direction of numbers and constants, and how far it is turned about it [rad].
+        quaternion : sequence of 4
+            w, x, y, z of numbers and constants.
+        x, y : str or sequence of 2 or 3
+            Where its x axis points to, and (as nearly as can be) its y axis: a direction of numbers and constants, or
+            the name of a point of the same body.
+
+        Returns
+        -------
+        tuple of sympy.Symbol
+            NAME_x, NAME_y, NAME_z: world coordinates of the origin.
+        """
+        place = self._fixed_vector("frames", "frame", name, body, self._frames, at, "at")
+        given = {"rpy": rpy, "axis": axis, "angle": angle, "quaternion": quaternion, "x": x, "y": y}
+        self._frames[name] = make_frame(self, name, body, place, given)
+        return self._world_components(name)
+
+    def spring(
+        self,
+        name: str,
+        points: Sequence[Any] | None = None,
+        angle: Any = None,
+        stiffness: Any = None,
+        length: Any = None,
+        rest: Any = None,
+        damping: Any = None,
+        preload: Any = None,
+        mass: Any = None,
+        acts: str | None = None,
+    ) -> tuple[sympy.Symbol, sympy.Symbol]:
+        """Add a spring, a damper or both between two points, or of an angle; it is drawn where it is.
+
+        Parameters
+        ----------
+        name : str
+        points : sequence of 2
+            Names of points, or two or three components in world axes [m].
+        angle : expression
+            In their place: an angle between bodies [rad], such as "phi2 - phi1".
+        stiffness, damping : expression, optional
+            [N/m], [N s/m]; of angles [N m], [N m s]. Of parameters and constants.
+        length : expression
+            At which a spring between points is at rest [m]; of coordinates and t, too.
+        rest : expression, optional
+            The same of an angle, 0 by default [rad].
+        preload : expression, optional
+            Force with which it pulls at rest [N], or torque [N m].
+        mass : expression, optional
+            Spread evenly between the points [kg].
+        acts : {"both", "pull", "push"}, optional
+            "pull" is a rope or a belt, which goes slack where it is shorter than `length`; "push" a buffer.
+
+        Returns
+        -------
+        tuple of sympy.Symbol
+            NAME_length and NAME_force, with which it pulls; of an angle NAME_angle and NAME_torque.
+        """
+        given = dict(
+            points=points, angle=angle, stiffness=stiffness, length=length, rest=rest, damping=damping,
+            preload=preload, mass=mass, acts=acts,
+        )  # fmt: skip
+        self._new_element(name, "springs", self._springs)
+        made = self._springs[name] = make_spring(self, name, given)
+        for defined in (made.measured, made.exerted):
+            self._declare_made(defined, "definition", f"springs.{name}", "spring")
+        return sympy.Symbol(made.measured), sympy.Symbol(made.exerted)
+
+    def bushing(
+        self,
+        name: str,
+        frames: Sequence[str] | None = None,
+        stiffness: Sequence[Any] | None = None,
+        damping: Sequence[Any] | None = None,
+    ) -> None:
+        """Add an elastic joint between two frames, at rest where they are one.
+
+        Parameters
+        ----------
+        name : str
+        frames : sequence of 2
+            Names of frames, of bodies (the body's frame), or "world"; displacements are along the axes of the first.
+        stiffness, damping : sequence of 6 or 3
+            Along x, y, z [N/m, N s/m] and about x, y, z [N m, N m s]; between planar bodies along x and y, and about z.
+            Angles are those of successive rotations about x, y, z, below 90 degrees about y.
+        """
+        self._new_element(name, "bushings", self._bushings)
+        given = {"frames": frames, "stiffness": stiffness, "damping": damping}
+        self._bushings[name] = make_bushing(self, name, given)
+
     def kinetic(self, expression: Any) -> None:
         """Add to the kinetic energy beyond that of the bodies [J]."""
         self._add("energy", "kinetic", expression, self._energies)
@@ -434,21 +555,27 @@ class Model(Declared):
         force: Sequence[Any] = (),
         body: str | None = None,
         torque: Any = (),
+        frame: str | None = None,
+        reaction: str | None = None,
     ) -> None:
-        """Add a force at a point, or a torque on a body, both in world axes.
+        """Add a force at a point, or a torque on a body.
 
         Parameters
         ----------
         name : str
-        point, force : sequence of 2 or 3
-            Where the force acts [m], and the force [N].
+        point, force : str or sequence of 2 or 3, sequence of 2 or 3
+            Where the force acts (a point's name, or components in world axes [m]), and the force [N].
         body : str
             The body that the torque acts on.
         torque : expression or sequence of 3
             [N m]; one number for a planar body.
+        frame : str, optional
+            A frame or body in whose axes force or torque are given; world axes without it.
+        reaction : str, optional
+            A body on which the opposite acts, at the same place.
         """
         self._new_element(name, "loads", self._loads)
-        self._loads[name] = parts.make_load(self, name, point, force, body, torque)
+        self._loads[name] = parts.make_load(self, name, point, force, body, torque, frame, reaction)
 
     def constraint(self, name: str, expression: Any) -> None:
         """Hold an expression of the coordinates and `t` at zero."""
@@ -757,7 +884,7 @@ class Model(Declared):
             parameters=tuple(self._parameters),
             constants=tuple(self._constants),
             inputs=tuple(self._inputs),
-            definitions=tuple(self._definitions),
+            definitions=(*self._definitions, *(x for s in self._springs.values() for x in measures(s))),
             bodies=tuple(self._bodies.values()),
             gravity=self._gravity,
             **{key: sympy.Add(*terms) for key, terms in self._energies.items()},
@@ -771,7 +898,7 @@ class Model(Declared):
             folder=self.folder,
             rates=self._all_rates(),
             joints=tuple(self._joints.values()),
-            points=tuple(self._points.values()),
+            points=(*self._points.values(), *(Point(f.name, f.body, f.at) for f in self._frames.values())),
             axes=tuple(self._axes.values()),
             loops=tuple(self._loops.values()),
             drawings=tuple(self._drawings.values()),
@@ -779,6 +906,9 @@ class Model(Declared):
             stops=tuple(self._stops.values()),
             frictions=tuple(self._frictions.values()),
             contacts=tuple(self._contacts.values()),
+            frames=tuple(self._frames.values()),
+            springs=tuple(self._springs.values()),
+            bushings=tuple(self._bushings.values()),
         )
 
     def _all_coordinates(self) -> tuple[Coordinate, ...]:

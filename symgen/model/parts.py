@@ -214,9 +214,15 @@ def _mesh(model: Declared, table: str, key: str, file: Any) -> str:
     return str(path)
 
 
-def make_load(model: Declared, name: str, point: Any, force: Any, body: Any, torque: Any) -> Load:
+def make_load(
+    model: Declared, name: str, point: Any, force: Any, body: Any, torque: Any, frame: Any, reaction: Any
+) -> Load:
     """A load from the arguments of `Model.load`."""
     table, sources = f"loads.{name}", model._sources
+    for key, value in (("frame", frame), ("reaction", reaction)):
+        fault = None if value is None else name_fault(value, element=True)
+        if fault is not None:
+            raise sources.error(table, key, fault, hint="name a body" + " or a frame" * (key == "frame"))
     has_force, has_torque = _given(force), _given(torque)
     if has_force == has_torque:
         message = "a load is a force or a torque" + (", not both" if has_force else "; neither is given")
@@ -236,8 +242,13 @@ def make_load(model: Declared, name: str, point: Any, force: Any, body: Any, tor
                 "a force acts at a point; 'body' goes with 'torque'",
                 hint="leave 'body' out, or give a 'torque'",
             )
-        place = _expressions(model, point, table, "point", (2, 3))
-        return Load(name, place, _expressions(model, force, table, "force", (len(place),)))
+        if isinstance(point, str):
+            vector = _expressions(model, force, table, "force", (2, 3))
+            place = model._place(point, table, "point")[: len(vector)]
+        else:
+            place = _expressions(model, point, table, "point", (2, 3))
+            vector = _expressions(model, force, table, "force", (len(place),))
+        return Load(name, place, vector, frame=frame, reaction=reaction)
     if name_fault(body, element=True) is not None:
         raise sources.error(
             table, "body", "the body that the torque acts on is missing", hint='body = "NAME"'
@@ -251,7 +262,8 @@ def make_load(model: Declared, name: str, point: Any, force: Any, body: Any, tor
         )
     if isinstance(torque, str) or not isinstance(torque, Sequence):
         torque = (torque,)
-    return Load(name, body=body, torque=_expressions(model, torque, table, "torque", (1, 3)))
+    vector = _expressions(model, torque, table, "torque", (1, 3))
+    return Load(name, body=body, torque=vector, frame=frame, reaction=reaction)
 
 
 def _given(value: Any) -> bool:
@@ -275,19 +287,8 @@ def make_drawing(model: Declared, name: str, what: dict[str, Any]) -> Drawing:
         what = "a place and a force" if kind == "force" else f'{count} places, such as ["hook", "hub"]'
         raise sources.error(table, kind, f"a {kind} takes a list of {what}", hint=hint)
     given = given if count > 1 else [given]
-    vectors = (_components(model, table, drawing_key(kind, k), value) for k, value in enumerate(given))
+    vectors = (model._place(value, table, drawing_key(kind, k)) for k, value in enumerate(given))
     return Drawing(name, kind, tuple(vectors))
-
-
-def _components(model: Declared, table: str, key: str, value: Any) -> tuple[sympy.Expr, ...]:
-    """Three components: those of a point by its name, or two or three expressions in world axes."""
-    if isinstance(value, str):
-        fault = name_fault(value, element=True)
-        if fault is not None:
-            message = f"a place is a point's name, or a list of two or three components; {fault}"
-            raise model._sources.error(table, key, message, hint="name a point of [points]")
-        value = [f"{value}_{component}" for component in "xyz"]
-    return model._components(value, table, key)
 
 
 def make_event(sources: Sources, name: str, when: Any, direction: Any, then: Any) -> Event:

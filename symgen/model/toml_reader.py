@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError, nearest
+from .elements import BUSHING_KEYS, SPRING_KEYS
 from .files import LARGEST_FILE, read_plain
 from .items import DRAWINGS
 from .model import Model
@@ -32,7 +33,8 @@ READY_MADE = {  # arguments in the order of the methods; those of the second lis
     "motion": (("coordinate", "follows"), ()),
 }
 PAIRS = ("distance", "gear")  # whose first argument is a list, and two in the method
-LOAD_KEYS = ("point", "force", "body", "torque")
+FRAME_KEYS = ("body", "at", "rpy", "axis", "angle", "quaternion", "x", "y")
+LOAD_KEYS = ("point", "force", "body", "torque", "frame", "reaction")
 STOP_KEYS = ("gap", "restitution")
 FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static", "coefficient", "normal")
 CONTACT_KEYS = ("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth")
@@ -240,9 +242,12 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "inputs": _each_table("input", "inputs", INPUT_KEYS, inline=True),
     "definitions": _each("definition"),
     "bodies": _each_table("body", "bodies", BODY_KEYS, inline=False),
-    "joints": _each_table("joint", "joints", JOINT_KEYS, inline=False),
     "points": _each_table("point", "points", ("body", "at"), inline=False),
     "axes": _each_table("axis", "axes", ("body", "direction"), inline=False),
+    "frames": _each_table("frame", "frames", FRAME_KEYS, inline=False),
+    "joints": _each_table("joint", "joints", JOINT_KEYS, inline=False),
+    "springs": _each_table("spring", "springs", SPRING_KEYS, inline=False),
+    "bushings": _each_table("bushing", "bushings", BUSHING_KEYS, inline=False),
     "gravity": _gravity,
     "energy": _energy,
     "forces": _each("force"),

@@ -9,12 +9,26 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
-from .description import Body, Coordinate, Description, Drawing, Event, Input, Joint, Load, Loop, Rate, Solid
+from .description import (
+    Body,
+    Coordinate,
+    Description,
+    Drawing,
+    Event,
+    Input,
+    Joint,
+    Load,
+    Loop,
+    Rate,
+    Solid,
+    Spring,
+)
 from .items import drawing_key
 from .joint_types import TYPES
 from .printing import to_text
 from .sources import Sources
 
+SPRING_FIELDS = ("angle", "stiffness", "rest", "damping", "preload", "mass")
 CONTACT_KEYS = ("stiffness", "exponent", "damping", "friction", "slip", "smooth")
 
 
@@ -41,14 +55,31 @@ class _Writer:
         yield ["[constants]", *(f"{c.name} = {_number(c.value, c.unit)}" for c in d.constants)]
         yield ["[coordinates]", *(_coordinate(c) for c in d.coordinates if c.joint is None)]
         yield ["[inputs]", *(f"{u.name} = {_input(u)}" for u in d.inputs)]
-        yield ["[definitions]", *self.entries("definitions", d.definitions)]
+        made = {name for s in d.springs for name in (s.measured, s.exerted)}
+        yield ["[definitions]", *self.entries("definitions", [x for x in d.definitions if x[0] not in made])]
         for body in d.bodies:
             yield self.body(body)
         made = _by_joint(d)
         for joint in d.joints:
             yield self.joint(joint, *made.get(joint.name, ((), ())))
+        framed = {f.name for f in d.frames}
         for point in d.points:
-            yield self.fixed(f"points.{point.name}", point.body, "at", point.at)
+            if point.name not in framed:
+                yield self.fixed(f"points.{point.name}", point.body, "at", point.at)
+        for frame in d.frames:
+            table = f"frames.{frame.name}"
+            turn = [f"rpy = {self.array(table, 'rpy', frame.rpy)}"] if any(frame.rpy) else []
+            yield [*self.fixed(table, frame.body, "at", frame.at), *turn]
+        for spring in d.springs:
+            yield self.spring(spring)
+        for bushing in d.bushings:
+            table = f"bushings.{bushing.name}"
+            values = [(key, getattr(bushing, key)) for key in ("stiffness", "damping")]
+            yield [
+                f"[{table}]",
+                f"frames = {_literal(bushing.frames)}",
+                *(f"{key} = {self.array(table, key, x)}" for key, x in values if x),
+            ]
         for axis in d.axes:
             yield self.fixed(f"axes.{axis.name}", axis.body, "direction", axis.direction)
         if d.gravity is not None:
@@ -191,14 +222,29 @@ class _Writer:
 
     def load(self, load: Load) -> list[str]:
         table = f"loads.{load.name}"
+        more = [(key, getattr(load, key)) for key in ("frame", "reaction")]
+        named = [f"{key} = {_quoted(name)}" for key, name in more if name is not None]
         if load.force:
             point, force = self.array(table, "point", load.point), self.array(table, "force", load.force)
-            return [f"[{table}]", f"point = {point}", f"force = {force}"]
+            return [f"[{table}]", f"point = {point}", f"force = {force}", *named]
         return [
             f"[{table}]",
             f"body = {_quoted(load.body)}",
             f"torque = {self.array(table, 'torque', load.torque)}",
+            *named,
         ]
+
+    def spring(self, spring: Spring) -> list[str]:
+        table = f"springs.{spring.name}"
+        lines = [f"[{table}]"]
+        if spring.places:
+            places = [self.array(table, f"points[{k}]", place) for k, place in enumerate(spring.places)]
+            lines.append(f"points = [{', '.join(places)}]")
+        rest = "rest" if spring.angle is not None else "length"
+        for key, name in zip(("angle", "stiffness", rest, "damping", "preload", "mass"), SPRING_FIELDS):
+            value = getattr(spring, name)
+            lines += [] if value is None else [f"{key} = {self.value(table, key, value)}"]
+        return [*lines, *([f"acts = {_quoted(spring.acts)}"] if spring.acts else [])]
 
     def drawing(self, drawing: Drawing) -> list[str]:
         table, kind = f"draw.{drawing.name}", drawing.kind
