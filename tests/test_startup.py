@@ -257,3 +257,14 @@ def test_structural_zeros_and_absent_functions_are_counted():
     program = derive(cart_pole(held=True).describe())
     jacobian = program.own["residual_jacobian"]
     assert f"residual_jacobian {21 - len(jacobian.outputs)} of 21" in text
+
+
+def test_the_command_starts_no_threads_for_products_of_small_matrices():
+    """What says so must stand before NumPy is loaded, and click loads a command before it calls the group."""
+    statement = (
+        "import sys, threading; from pathlib import Path; from symgen.cli import main\n"
+        "main(['run', '--help'], standalone_mode=False)\n"
+        "print(len(list(Path('/proc/self/task').iterdir())))"
+    )
+    if Path("/proc/self/task").is_dir():
+        assert in_new_process(statement).split()[-1] == "1"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import functools
 import gc
 import importlib
 import os
@@ -47,11 +48,24 @@ class LazyCommands(FailuresAsSentences, click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in _COMMANDS:
             return None
+        _prepare()
         return importlib.import_module(f"symgen.cli.{name}{'_' * iskeyword(name)}").command
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl([*_COMMANDS.items()])
+
+
+@functools.cache
+def _prepare() -> None:
+    """Set what must be set before a command's modules are loaded; click asks for the command before it calls `main`."""
+    # NumPy's BLAS would start a thread for each processor, which takes longer than the products of small matrices.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # What Rerun has to say comes out as an error, or not at all.
+    os.environ.setdefault("RUST_LOG", "off")
+    gc.set_threshold(_COLLECT_EVERY)
+    # The process ends without looking once more through all that modules made.
+    atexit.register(gc.freeze)
 
 
 @click.group(cls=LazyCommands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -61,10 +75,3 @@ def main() -> None:
 
     MODEL is a .toml or .py description, or the name of a bundled model (see `symgen list`).
     """
-    # NumPy's BLAS would start a thread for each processor, which takes longer than the products of small matrices.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # What Rerun has to say comes out as an error, or not at all.
-    os.environ.setdefault("RUST_LOG", "off")
-    gc.set_threshold(_COLLECT_EVERY)
-    # The process ends without looking once more through all that modules made.
-    atexit.register(gc.freeze)
