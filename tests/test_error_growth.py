@@ -190,3 +190,16 @@ def test_runs_with_sampled_controllers(options, is_right):
     entry = entry_of(run)
     assert (error < 0.05) == is_right == (entry.value < 0.05) == run.ok
     assert entry.note != is_right and 0.5 * error < entry.value < 3.0 * error + 1e-9
+
+
+def test_the_remedy_names_the_tolerance_that_matters():
+    """With atol 1e-10 and motions of size 1, an rtol below that changes nothing by itself."""
+    system = bundled("double_pendulum")
+    run = system.run(t_end=30.0, method="dop853", rtol=1e-12)
+    true = system.run(t_end=30.0, method="dop853", rtol=1e-14, atol=1e-16)
+    entry = entry_of(run)
+    assert not entry.ok and "a smaller atol than 1e-10" in entry.says
+    of_rtol = system.run(t_end=30.0, method="dop853", rtol=1e-14)
+    of_atol = system.run(t_end=30.0, method="dop853", rtol=1e-12, atol=1e-14)
+    errors = [np.abs(x.q - true.q).max() for x in (run, of_rtol, of_atol)]
+    assert errors[1] > 0.5 * errors[0] and errors[2] < 0.2 * errors[0]
