@@ -384,3 +384,44 @@ def test_angles_of_many_turns_are_no_larger_than_others(unit):
     assert turned[1:] == pytest.approx(q[1:], rel=1e-11)
     near, far = (row_weights(system, p, 0.0, place)[1] for place in (q, turned))
     assert far == pytest.approx(near, rel=0.2)
+
+
+TINY = """
+[parameters]
+s = "1e-6 m"
+[coordinates]
+theta = { unit = "rad", start = 0.7 }
+x = { unit = "m", guess = 1.0 }
+y = { unit = "m", guess = 2.0 }
+[bodies.crank]
+mass = "1e-9 kg"
+com = ["2*s*cos(theta)", "2*s*sin(theta)"]
+[bodies.rod]
+mass = "1e-9 kg"
+com = ["x", "y"]
+[constraints]
+rod = "sqrt((x - 2*s*cos(theta))^2 + (y - 2*s*sin(theta))^2) - 3*s"
+rocker = "(x - 3.2*s)^2 + y^2 - 6.25*s^2"
+"""
+
+
+@pytest.mark.parametrize(
+    "guess",
+    [
+        (1.0, 2.0),
+        (-0.03183241947600437, 0.0032345660439580615),
+        (0.007765065078869217, -0.0030504545917489374),
+        (0.0013689432746955773, -0.0009889029185810778),
+        (-0.01885667818969243, 0.028282303181482473),
+    ],
+)
+def test_a_far_guess_is_not_the_size_of_a_mechanism(guess):
+    """It is the largest length of the model: what that makes of the sizes is no reason to refuse."""
+    text = TINY.replace("guess = 1.0", f"guess = {guess[0]!r}").replace(
+        "guess = 2.0", f"guess = {guess[1]!r}"
+    )
+    system = Model.from_toml(text).derive()
+    theta, x, y = assemble(system, system.parameter_values()).q
+    assert theta == 0.7
+    assert np.hypot(x - 2e-6 * np.cos(0.7), y - 2e-6 * np.sin(0.7)) == pytest.approx(3e-6, rel=1e-9)
+    assert np.hypot(x - 3.2e-6, y) == pytest.approx(2.5e-6, rel=1e-9)

@@ -340,12 +340,18 @@ class _Assembler:
             )
             return Assembly(q, v, self._moved(q0, q, v0, v, sizes), self.notes, [], self.system.m)
         q, held = q0, positions.held(q_enforced)
-        for _ in range(_MOST_SCALES):
+        for left in reversed(range(_MOST_SCALES)):
             scales = constraints.position_scales(q, sizes)
             self.chart = Chart(positions, q)
-            x = self._positions(held, sizes, scales)
+            failure = None
+            try:
+                x = self._positions(held, sizes, scales)
+            except AssemblyError as error:
+                x, failure = self.reached, error
             q = self.chart.q(x)
             found = constraints.characteristic_sizes(q)
+            if failure and not (left and (found < _MUCH_SMALLER * sizes).any()):
+                raise failure
             if (found >= _MUCH_SMALLER * sizes).all():
                 break
             sizes = found  # the guess was far from the size of the model
@@ -401,6 +407,7 @@ class _Assembler:
         x = x0.copy()
         if free.any():
             x[free] = solve_with_restarts(self._problem(x0, free, sizes, scales), x0[free])
+        self.reached = x
         off = worst(self._residual(x) / scales)
         if off <= SOLVED:
             return x
