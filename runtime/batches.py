@@ -9,6 +9,7 @@ import numpy as np
 from symgen.runtime.abi import ENTRIES
 from symgen.runtime.code.bridge import evaluate_rows
 from symgen.runtime.lazy import Late
+from symgen.runtime.sampling import row_maxima
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -84,8 +85,10 @@ def constraint_residuals(
     system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the largest magnitudes of position and velocity residuals, shape (n,) each."""
+    if not system.m:
+        return np.zeros(len(times)), np.zeros(len(times))
     rows = np.abs(evaluate(system, "constraint_residual", p, times, states))
-    return rows[:, : system.nh].max(axis=1, initial=0.0), rows[:, system.nh :].max(axis=1, initial=0.0)
+    return row_maxima(rows[:, : system.nh]), row_maxima(rows[:, system.nh :])
 
 
 def _rows(address: int, width: int, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:

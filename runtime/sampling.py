@@ -7,6 +7,7 @@ import functools
 import numpy as np
 
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+_SHORT_ROW = 50  # numbers
 
 
 @functools.lru_cache(maxsize=16)
@@ -35,3 +36,13 @@ def _constant(values: np.ndarray) -> np.ndarray:
 def upper_median(values: np.ndarray) -> float:
     """Return the median; of an even number of values the upper one of the two in the middle."""
     return float(np.sort(values)[len(values) // 2])
+
+
+def row_maxima(values: np.ndarray) -> np.ndarray:
+    """Return the largest of each row of numbers that are not negative.
+
+    It goes column by column, as NumPy takes longest over rows that are short.
+    """
+    if not 0 < values.shape[1] <= _SHORT_ROW:
+        return values.max(axis=1, initial=0.0)
+    return functools.reduce(np.maximum, values.T)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,7 @@ from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
-from symgen.runtime.sampling import sample_rows
+from symgen.runtime.sampling import row_maxima, sample_rows
 
 if TYPE_CHECKING:
     from symgen.runtime.checks.jumped_over import SharpPlaces
@@ -40,7 +39,6 @@ _MORE_FOR_ACCURATE = 3.0  # times the operations
 _OPTIMISTIC = 2.0  # times the way that a companion of the run's own method is expected to come
 _MIDDLE = 0.5  # of a long run, where other companions begin
 _TINY = np.finfo(float).tiny
-_SHORT_ROW = 50  # numbers
 _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
 _MOST_EXPONENT, _WHOLE = 60.0, 1.0  # errors grow no further than to the range
@@ -266,13 +264,6 @@ class Extent:
             largest = size[part].max(initial=0.0)
             size[part] = np.where(size[part] > _AT_REST * largest, size[part], largest)
         return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, _TINY))
-
-
-def row_maxima(values: np.ndarray) -> np.ndarray:
-    """Return the largest of each row: column by column, as NumPy takes longest over rows that are short."""
-    if values.shape[1] > _SHORT_ROW:
-        return values.max(axis=1)
-    return functools.reduce(np.maximum, values.T)
 
 
 def method_of(solution: Solution) -> Method:
