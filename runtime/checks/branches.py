@@ -41,8 +41,9 @@ def branches(solution: Solution) -> Iterator[HealthCheck]:
     rows = evaluate(system, "constraint_jacobian", solution.p, solution.t, solution.states)
     rows = rows.reshape(len(rows), system.m, system.nv)[:, :nh]
     by_entry = np.ascontiguousarray(rows.transpose(1, 2, 0))  # NumPy is fast along the frames
-    weights = 1.0 / np.maximum((by_entry**2).sum(axis=0).max(axis=1), _TINY)
-    has_turned = _turned(rows[:-1], rows[1:], weights) if nh > 2 else _turns(by_entry, weights)
+    with np.errstate(over="ignore", invalid="ignore"):  # what grows beyond all numbers turns no more
+        weights = 1.0 / np.maximum((by_entry**2).sum(axis=0).max(axis=1), _TINY)
+        has_turned = _turned(rows[:-1], rows[1:], weights) if nh > 2 else _turns(by_entry, weights)
     turned = np.flatnonzero(has_turned)
     places = [k for k in turned if _is_straight(solution, k)][:_MOST_PLACES]
     for k in places:
