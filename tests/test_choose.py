@@ -78,9 +78,10 @@ def test_dependent_constraints_are_for_the_explicit_method(monkeypatch):
     assert "constraints depend on each other" in chosen_note(solution)
 
 
+# Of a system that has run before, the choice is kept.
 def test_large_models_are_for_the_explicit_method(monkeypatch):
     monkeypatch.setattr(choose, "_LARGEST_FOR_SERIES", 20)
-    solution = derived("double_pendulum").run(t_end=0.5)
+    solution = derived.__wrapped__("double_pendulum").run(t_end=0.5)
     assert solution.method == "dop853"
     assert "take long to compile" in chosen_note(solution)
 
@@ -90,7 +91,7 @@ def test_model_without_series_is_for_the_explicit_method(monkeypatch):
         **{**vars(METHODS["taylor"]), "refusal": lambda system: "cannot do it"}
     )
     monkeypatch.setitem(METHODS, "taylor", refusing)
-    solution = derived("pendulum").run(t_end=0.5)
+    solution = derived.__wrapped__("pendulum").run(t_end=0.5)
     assert chosen_note(solution) == "method auto: dop853, because taylor cannot do it"
 
 
