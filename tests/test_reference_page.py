@@ -11,6 +11,7 @@ from symgen.link import derive
 from symgen.model import toml_reader
 from symgen.model.declared import NUMBER_KEYS
 from symgen.model.elements import ACTS, BUSHING_KEYS, SPRING_KEYS
+from symgen.model.gravity import ATTRACTOR_KEYS
 from symgen.model.items import DRAWINGS
 from symgen.model.joint_types import TYPES
 from symgen.model.names import FUNCTION_ARITY
@@ -34,7 +35,7 @@ KEYS_OF = {
     "frames": toml_reader.FRAME_KEYS,
     "springs": SPRING_KEYS,
     "bushings": BUSHING_KEYS,
-    "gravity": ("x", "y", "z"),
+    "gravity": (*toml_reader.GRAVITY_KEYS, *ATTRACTOR_KEYS),
     "energy": toml_reader.ENERGY_KEYS,
     "loads": toml_reader.LOAD_KEYS,
     "constraints": ("coincident", *toml_reader.READY_MADE),
@@ -77,7 +78,13 @@ def test_every_key_has_a_row_and_no_row_is_of_another(table):
 
 @pytest.mark.parametrize(
     "table, words",
-    [("joints", TYPES), ("inputs", KINDS), ("springs", ACTS), ("run", FORMULATIONS), ("events", (*DIRECTIONS, *ACTIONS))],
+    [
+        ("joints", TYPES),
+        ("inputs", KINDS),
+        ("springs", ACTS),
+        ("run", FORMULATIONS),
+        ("events", (*DIRECTIONS, *ACTIONS)),
+    ],
 )
 def test_words_that_a_key_takes_are_named(table, words):
     assert [word for word in words if not re.search(rf'["`]{word}["`]|{word} =', SECTIONS[table])] == []

@@ -22,6 +22,7 @@ from .description import Body, Description, Joint
 from .elements import check_force_elements
 from .expand import expand
 from .expression_tree import Uses, names_in, uses
+from .gravity import HERE, check_attractors
 from .items import (
     COORDINATES,
     INPUTS,
@@ -240,13 +241,14 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     check_tree(d, sources)
     check_elements(d, sources)
     check_force_elements(d, sources)
+    check_attractors(d, sources)
     loops = LoopChecker(d, sources)
     for loop in d.loops:
         loops.check(loop)
     checker = _Checker(d, sources, kinds)
     checker.check_springs()
     checker.define()
-    if d.points or d.axes or d.loops or d.bushings or any(x.frame or x.reaction for x in d.loads):
+    if d.points or d.axes or d.loops or _need_places(d):
         checker.place()
         checker.define()
     for item in items(d):
@@ -293,6 +295,12 @@ def with_definitions_in_order(d: Description, sources: Sources) -> Description:
             elif other not in ordered:
                 chain[other] = iter(sorted(used[other]))
     return d if list(ordered) == list(expressions) else replace(d, definitions=tuple(ordered.items()))
+
+
+def _need_places(d: Description) -> bool:
+    """Whether elements name bodies whose places become names when they are written out."""
+    fields = d.field is not None or d.gravitation is not None or d.attractors
+    return bool(d.bushings or fields or any(x.frame or x.reaction for x in d.loads))
 
 
 class _Checker:
@@ -366,6 +374,8 @@ class _Checker:
 
     def _check_name(self, item: Item, name: str) -> None:
         kind = self.kinds.get(name)
+        if name in HERE and (item.table, item.key) == ("gravity", "potential"):
+            return
         if name == "t" or kind not in (None, "output"):
             return
         if kind == "output":

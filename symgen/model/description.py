@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from dataclasses import field as default
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -245,6 +246,20 @@ class Bushing:
 
 
 @dataclass(frozen=True)
+class Attractor:
+    """A centre of gravity `at` a place [m] that pulls every mass with mu/r^2; `body` is the one that it is part of.
+
+    With its `gradient` it turns bodies, too: their potential has the second term of the series in size over distance.
+    """
+
+    name: str
+    at: tuple[Expr, ...]
+    mu: Expr
+    gradient: bool = False
+    body: str | None = None
+
+
+@dataclass(frozen=True)
 class Loop:
     """A ready-made constraint as the user asked for it: coincident, distance, gear and so on.
 
@@ -368,7 +383,9 @@ class Description:
     Expressions are SymPy objects over plain `Symbol(name)` (parameters, constants, coordinates, inputs,
     definitions, `t`) and the opaque functions of `symgen.model.functions` (`dot`, `minimum`, `maximum`).
     A definition's symbol stands for its expression; definitions come in an order in which each uses
-    only those before it; they may use the names of points and axes. `gravity` is an acceleration vector.
+    only those before it; they may use the names of points and axes. `gravity` is an acceleration vector; `field` is a
+    potential per mass of `here_x`, `here_y`, `here_z`, and `gravitation` the constant with which bodies attract each
+    other.
 
     `coordinates` are in the order of q, `rates` in that of v: a joint's three angular velocities stand where its
     four quaternion elements stand. Every joint comes after the joint of its parent. A body that is the child of
@@ -394,7 +411,7 @@ class Description:
     velocity_constraints: tuple[Constraint, ...] = ()
     outputs: tuple[tuple[str, Expr], ...] = ()
     events: tuple[Event, ...] = ()
-    run: MappingProxyType[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    run: MappingProxyType[str, Any] = default(default_factory=lambda: MappingProxyType({}))
     folder: Path | None = None
     rates: tuple[Rate, ...] = ()
     joints: tuple[Joint, ...] = ()
@@ -409,6 +426,9 @@ class Description:
     frames: tuple[Frame, ...] = ()
     springs: tuple[Spring, ...] = ()
     bushings: tuple[Bushing, ...] = ()
+    field: Expr | None = None
+    gravitation: Expr | None = None
+    attractors: tuple[Attractor, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

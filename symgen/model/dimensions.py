@@ -21,6 +21,7 @@ from ..errors import ModelError
 from .description import Coordinate, Description
 from .exact import python_number
 from .expression_tree import kind, postorder
+from .gravity import HERE
 from .items import Item, definition_items, items, unit_dimension
 from .printing import shortened
 from .sources import Sources
@@ -164,6 +165,7 @@ def check_units(d: Description, sources: Sources) -> None:
     names["t"] = TIME
     names |= {r.name: unit_dimension(r.unit) for r in d.rates if r.coordinate != r.name}
     names |= {f"{p.name}_{c}": LENGTH for p in d.points for c in "xyz"}
+    names |= dict.fromkeys(HERE, LENGTH) if d.field is not None else {}
     for s in d.springs:
         names |= {s.measured: DIMENSIONLESS, s.exerted: ENERGY} if s.angle is not None else {}
         names |= {s.measured: LENGTH, s.exerted: FORCE} if s.places else {}

@@ -191,7 +191,6 @@ class Writer:
         self.body = {b.name: b for b in d.bodies}
         self.children = {j.child for j in d.joints}
         self._directions: dict[str, list[Vector]] = {}
-        self._centres: dict[str, Vector] = {}
 
     def free(self, name: str) -> str:
         """A name that nothing else has."""
@@ -214,9 +213,8 @@ class Writer:
 
     def centre(self, body: str) -> Vector:
         """World coordinates of a body's centre of mass."""
-        b = self.body[body]
-        at = (*b.com, sympy.S.Zero)[:3] if body in self.children else (sympy.S.Zero,) * 3
-        return self.point(body, at)
+        com = (*self.body[body].com, sympy.S.Zero)[:3]
+        return self.point(body, com) if body in self.children else list(com)
 
     def point(self, body: str, at: tuple[sympy.Expr, ...]) -> Vector:
         """World coordinates of a point of a body."""
@@ -278,7 +276,9 @@ class Writer:
     def bushing(self, b: Bushing) -> None:
         """Its energy, of displacements in the axes of the first frame, and of Cardan angles."""
         first, second = (self.directions(name) for name in b.frames)
-        apart = [difference(y, x) for x, y in zip(*(self.origin(name) for name in b.frames), strict=True)]
+        origins = [self.origin(name) for name in b.frames]
+        apart = [difference(y, x) for x, y in zip(*origins, strict=True)]
+        self.drawings.append(Drawing(b.name, "pin", (tuple(origins[0]),)))
         along = [_scalar(apart, axis) for axis in first]
         if len(b.stiffness) == 3:
             x, y = _scalar(first[0], second[0]), _scalar(first[1], second[0])

@@ -9,8 +9,9 @@ import sympy
 
 from . import elements
 from .contact_laws import with_contact_laws, with_normals
-from .description import Axis, Body, Constraint, Description, Event, Joint, Reset, Shape
+from .description import Axis, Body, Constraint, Description, Drawing, Event, Joint, Reset, Shape
 from .functions import dot
+from .gravity import write_gravity
 from .joint_tree import parents_first, with_axes
 from .joint_types import TYPES
 from .parts import DRAWN
@@ -76,6 +77,9 @@ def _with_elements(d: Description, kinds: Mapping[str, str]) -> Description:
         writer.spring(spring)
     for bushing in d.bushings:
         writer.bushing(bushing)
+    writer.terms["potential"] += write_gravity(writer)
+    for attractor in d.attractors:
+        writer.drawings.append(Drawing(attractor.name, "pin", (attractor.at,)))
     return replace(
         d,
         loads=tuple(plain for load in d.loads for plain in writer.load(load)),

@@ -55,7 +55,7 @@ FIXED_COM = Role(
 )
 FIXED = Role("what is fixed in a body or joint", UNVARYING, "it is made of parameters and constants")
 RATIO = Role("a ratio or length", UNVARYING, "it is made of parameters and constants")
-SPANNED = Role("what a spring spans", (RATES, INPUTS), "rates belong in damping, inputs in forces")
+SPANNED = Role("the place of what pulls", (RATES, INPUTS), "rates belong in damping, inputs in forces")
 CONSTANT = Role(
     "a mass or inertia",
     UNVARYING,
@@ -64,8 +64,11 @@ CONSTANT = Role(
 SHAPED = Role("the size, place or density of a solid", UNVARYING, "it is made of parameters and constants")
 DENSITY = over(MASS, times(LENGTH, times(LENGTH, LENGTH)))
 GRAVITY = Role(
-    "gravity", (RATES, INPUTS, COORDINATES, PLACES), "write fields that vary as energy, in [energy] potential"
+    "gravity",
+    (RATES, INPUTS, COORDINATES, PLACES),
+    "fields that vary are stated by 'potential', or by attractors",
 )
+FIELD = Role("a field of gravity", (RATES, INPUTS), "it is made of here_x, here_y, here_z, coordinates and t")
 KINETIC = Role("the kinetic energy", (INPUTS,), "inputs act through forces and loads")
 POTENTIAL = Role(
     "the potential energy", (RATES, INPUTS), "rates belong in the dissipation or in forces, inputs in forces"
@@ -124,6 +127,17 @@ def items(d: Description) -> Iterator[Item]:
         yield from _bushing_items(bushing)
     for axis in d.axes:
         yield from _vector_items(f"axes.{axis.name}", "direction", axis.direction, FIXED)
+    for key, value, role, size in (
+        ("potential", d.field, FIELD, times(ACCELERATION, LENGTH)),
+        ("constant", d.gravitation, RATIO, over(times(ACCELERATION, times(LENGTH, LENGTH)), MASS)),
+    ):
+        if value is not None:
+            yield Item("gravity", key, value, role, size)
+    for a in d.attractors:
+        yield from _vector_items("gravity", f"attractors.{a.name}.at", a.at, SPANNED, LENGTH)
+        yield Item(
+            "gravity", f"attractors.{a.name}.mu", a.mu, RATIO, times(ACCELERATION, times(LENGTH, LENGTH))
+        )
     for axis, value in zip("xyz", d.gravity or ()):
         yield Item("gravity", axis, value, GRAVITY, ACCELERATION)
     energies = (

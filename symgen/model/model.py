@@ -15,6 +15,7 @@ from . import parts, run_defaults, toml_writer
 from .check import finished
 from .declared import Declared
 from .description import (
+    Attractor,
     Axis,
     Body,
     Bushing,
@@ -39,6 +40,7 @@ from .description import (
 from .elements import make_bushing, make_spring, measures
 from .frames import make_frame
 from .functions import dot
+from .gravity import make_attractor
 from .joints import direction as unit_vector
 from .joints import make_joint
 from .names import model_name_fault, name_fault
@@ -104,6 +106,9 @@ class Model(Declared):
         self.impacts = impacts
         self.folder = None if folder is None else Path(folder)
         self._gravity: tuple[sympy.Expr, ...] | None = None
+        self._field: sympy.Expr | None = None
+        self._gravitation: sympy.Expr | None = None
+        self._attractors: dict[str, Attractor] = {}
         self._bodies: dict[str, Body] = {}
         # Terms, added up at last: SymPy sorts a sum at each +.
         self._energies: dict[str, list[sympy.Expr]] = {}
@@ -229,20 +234,52 @@ class Model(Declared):
         self._declare(name, "output", "outputs")
         self._outputs.append((name, self._sources.expression(expression, "outputs", name)))
 
-    def gravity(self, x: Any = 0, y: Any = 0, z: Any = 0) -> None:
-        """Set the acceleration of gravity.
+    def gravity(
+        self, x: Any = 0, y: Any = 0, z: Any = 0, potential: Any = None, constant: Any = None
+    ) -> None:
+        """Set the acceleration of gravity, or a field of it.
 
         Parameters
         ----------
         x, y, z : expression
             In world axes [m/s^2].
+        potential : expression, optional
+            Of a field: energy per mass [m^2/s^2] at the place `here_x`, `here_y`, `here_z` of a mass; of coordinates
+            and `t`, too.
+        constant : expression, optional
+            The constant of gravitation with which all bodies attract each other [m^3/(kg s^2)].
         """
-        if self._gravity is not None:
+        if self._gravity is not None or self._field is not None or self._gravitation is not None:
             raise self._sources.error("gravity", "", "gravity is set already", hint="set it once")
+        if potential is not None:
+            self._field = self._sources.expression(potential, "gravity", "potential")
+        if constant is not None:
+            self._gravitation = self._sources.expression(constant, "gravity", "constant")
+        if (potential is not None or constant is not None) and all(
+            isinstance(value, int) and value == 0 for value in (x, y, z)
+        ):
+            return
         self._gravity = tuple(
             self._sources.expression(value, "gravity", axis)
             for axis, value in zip("xyz", (x, y, z), strict=True)
         )
+
+    def attractor(self, name: str, at: Any = None, mu: Any = None, gradient: bool = False) -> None:
+        """Add a centre of gravity that pulls every mass with mu/r^2 towards it.
+
+        Parameters
+        ----------
+        name : str
+        at : str or sequence of 2 or 3
+            A point's name, or components in world axes [m]. The body of that point is not attracted by itself.
+        mu : expression
+            Constant of gravitation times its mass [m^3/s^2].
+        gradient : bool
+            Whether it turns bodies, too: to the second order of their size over its distance.
+        """
+        self._new_element(name, "gravity", self._attractors)
+        given = {"at": at, "mu": mu, "gradient": gradient}
+        self._attractors[name] = make_attractor(self, name, given)
 
     def body(
         self,
@@ -909,6 +946,9 @@ class Model(Declared):
             frames=tuple(self._frames.values()),
             springs=tuple(self._springs.values()),
             bushings=tuple(self._bushings.values()),
+            field=self._field,
+            gravitation=self._gravitation,
+            attractors=tuple(self._attractors.values()),
         )
 
     def _all_coordinates(self) -> tuple[Coordinate, ...]:

@@ -11,6 +11,7 @@ from typing import Any
 from ..errors import ModelError, nearest
 from .elements import BUSHING_KEYS, SPRING_KEYS
 from .files import LARGEST_FILE, read_plain
+from .gravity import ATTRACTOR_KEYS
 from .items import DRAWINGS
 from .model import Model
 from .names import LONGEST_NAME
@@ -34,6 +35,7 @@ READY_MADE = {  # arguments in the order of the methods; those of the second lis
 }
 PAIRS = ("distance", "gear")  # whose first argument is a list, and two in the method
 FRAME_KEYS = ("body", "at", "rpy", "axis", "angle", "quaternion", "x", "y")
+GRAVITY_KEYS = ("x", "y", "z", "potential", "constant", "attractors")
 LOAD_KEYS = ("point", "force", "body", "torque", "frame", "reaction")
 STOP_KEYS = ("gap", "restitution")
 FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static", "coefficient", "normal")
@@ -222,7 +224,16 @@ def _ready_made(model: Model, name: str, value: dict[str, Any]) -> None:
 
 
 def _gravity(model: Model, content: dict[str, Any]) -> None:
-    model.gravity(**_keys(model, "gravity", "", content, ("x", "y", "z")))
+    given = dict(_keys(model, "gravity", "", content, GRAVITY_KEYS))
+    attractors = given.pop("attractors", {})
+    if not isinstance(attractors, dict):
+        message = f"'attractors' is a table of tables, not {attractors!r:.60}"
+        raise model._sources.error("gravity", "attractors", message, hint="write [gravity.attractors.NAME]")
+    for name, value in attractors.items():
+        _keys(model, "gravity", f"attractors.{name}"[:120], value, ATTRACTOR_KEYS)
+        model.attractor(name, **value)
+    if given or not attractors:
+        model.gravity(**given)
 
 
 def _energy(model: Model, content: dict[str, Any]) -> None:

@@ -82,9 +82,19 @@ class _Writer:
             ]
         for axis in d.axes:
             yield self.fixed(f"axes.{axis.name}", axis.body, "direction", axis.direction)
+        fields = [(k, x) for k, x in (("potential", d.field), ("constant", d.gravitation)) if x is not None]
         if d.gravity is not None:
             axes = [(a, x) for a, x in zip("xyz", d.gravity, strict=True) if x is not sympy.S.Zero]
-            yield ["[gravity]", *self.entries("gravity", axes or [("x", sympy.S.Zero)])]
+            fields = [*(axes or [("x", sympy.S.Zero)]), *fields]
+        yield ["[gravity]", *self.entries("gravity", fields)]
+        for a in d.attractors:
+            key = f"attractors.{a.name}"
+            yield [
+                f"[gravity.{key}]",
+                f"at = {self.array('gravity', f'{key}.at', a.at)}",
+                f"mu = {self.value('gravity', f'{key}.mu', a.mu)}",
+                *(["gradient = true"] if a.gradient else []),
+            ]
         energies = [(k, getattr(d, k)) for k in ("kinetic", "potential", "dissipation")]
         yield ["[energy]", *self.entries("energy", [(k, x) for k, x in energies if x is not None])]
         yield ["[forces]", *self.entries("forces", d.forces)]
