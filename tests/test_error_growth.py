@@ -203,3 +203,19 @@ def test_the_remedy_names_the_tolerance_that_matters():
     of_atol = system.run(t_end=30.0, method="dop853", rtol=1e-12, atol=1e-14)
     errors = [np.abs(x.q - true.q).max() for x in (run, of_rtol, of_atol)]
     assert errors[1] > 0.5 * errors[0] and errors[2] < 0.2 * errors[0]
+
+
+def test_of_a_chaotic_plant_under_a_sampled_controller_nothing_is_promised():
+    """Looked at in parts alone, errors seemed small: the dense output of so many pieces shows no growth."""
+    model = Model.from_toml(find("double_pendulum").read_text())
+    model.force("theta1", model.input("u"))
+    system = model.derive()
+    law = Controller(lambda t, x: 0.05 * np.sin(t) - 0.01 * x[2], period=0.05)
+    right, wrong, longer = (
+        system.run(t_end=t, method="dop853", inputs={"u": law}) for t in (10.0, 20.0, 40.0)
+    )
+    tight = system.run(t_end=20.0, method="dop853", rtol=1e-13, atol=1e-15, inputs={"u": law})
+    assert np.abs(wrong.q[-1] - tight.q[-1]).max() > 0.5
+    assert entry_of(right).value < 0.05 and not entry_of(right).note
+    for run in (wrong, longer):
+        assert entry_of(run).note and "not estimated" in entry_of(run).says
