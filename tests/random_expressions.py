@@ -11,8 +11,7 @@ from hypothesis import reject
 from hypothesis import strategies as st
 
 from symgen.derive.graph.graph import Graph
-from symgen.derive.graph.kinds import PARAM, Q, V
-from symgen.derive.graph.nodes import FoldingError
+from symgen.derive.graph.nodes import PARAM, FoldingError, Q, V
 from symgen.runtime.graph.functions import IN_CODE
 
 VARIABLES = ((Q, 0), (Q, 1), (V, 0), (V, 1), (PARAM, 0))

@@ -24,7 +24,7 @@ from symgen.derive.graph.differentiate import finite_at_roots, forward, jacobian
 from symgen.derive.graph.evaluate import evaluate as graph_values
 from symgen.derive.graph.graph import Graph
 from symgen.derive.graph.hessian import hessian, mixed_hessian
-from symgen.derive.graph.kinds import PARAM, Q, V
+from symgen.derive.graph.nodes import PARAM, Q, V
 
 ALL = Q | V | PARAM
 

@@ -7,7 +7,7 @@ import pytest
 from random_expressions import evaluate
 
 from symgen.derive.graph.graph import Graph
-from symgen.derive.graph.kinds import PARAM, Q
+from symgen.derive.graph.nodes import PARAM, Q
 from symgen.derive.pipeline import derive
 from symgen.derive.solve.factorise import factorise, pivot_ratio, solve
 from symgen.model.library import find, load

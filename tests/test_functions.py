@@ -21,7 +21,7 @@ from symgen.derive.graph.differentiate import forward, reverse, sparse_jacobian
 from symgen.derive.graph.evaluate import evaluate as evaluate_arrays
 from symgen.derive.graph.graph import Graph
 from symgen.derive.graph.hessian import hessian
-from symgen.derive.graph.kinds import Q
+from symgen.derive.graph.nodes import Q
 from symgen.derive.load import Loader
 from symgen.link import derive_text
 from symgen.model.evaluate import evaluate as evaluate_constant

@@ -9,8 +9,7 @@ from hypothesis import assume, given, settings
 from random_expressions import OPERATIONS, Direct, evaluate, follow, on_graph, points, recipes
 
 from symgen.derive.graph.graph import Graph
-from symgen.derive.graph.kinds import PARAM, Q, V
-from symgen.derive.graph.nodes import FoldingError
+from symgen.derive.graph.nodes import PARAM, FoldingError, Q, V
 from symgen.runtime.graph.functions import IN_CODE
 
 

@@ -12,9 +12,9 @@ from random_expressions import evaluate
 
 from symgen import Model, cos, dot, runtime, sin
 from symgen.derive.graph import hoist
-from symgen.derive.graph.gather import gather
 from symgen.derive.graph.graph import Graph
-from symgen.derive.graph.kinds import INPUT, PARAM, Q, T
+from symgen.derive.graph.hoist import gather
+from symgen.derive.graph.nodes import INPUT, PARAM, Q, T
 from symgen.derive.pipeline import derive
 from symgen.link import derive_text
 from symgen.model.library import find, load

@@ -10,7 +10,7 @@ from derived import Generated, describe
 from random_expressions import evaluate
 
 from symgen.derive.graph.graph import Graph
-from symgen.derive.graph.kinds import Q
+from symgen.derive.graph.nodes import Q
 from symgen.derive.load import Loader
 
 

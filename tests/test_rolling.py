@@ -9,7 +9,7 @@ import pytest
 
 from symgen import Model, dot, runtime
 from symgen.derive.graph.graph import Graph
-from symgen.derive.graph.kinds import PARAM, Q
+from symgen.derive.graph.nodes import PARAM, Q
 from symgen.derive.rolling import FEWEST, schedule
 from symgen.derive.rolling import find as find_clusters
 from symgen.derive.scenes.subsystems import derive

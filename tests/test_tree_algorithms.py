@@ -17,7 +17,7 @@ from symgen.derive.graph.evaluate import evaluate
 from symgen.derive.pipeline import derive
 from symgen.derive.solve import factorise as ldl
 from symgen.derive.trees.articulated import solve_articulated
-from symgen.derive.trees.link_frames import along_third, multiply, snapped, split_turn, transpose
+from symgen.derive.trees.links import along_third, multiply, snapped, split_turn, transpose
 
 
 def close(actual, expected, tolerance=1e-11):

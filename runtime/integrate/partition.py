@@ -9,11 +9,11 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
-from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
 from symgen.runtime.integrate.explicit.loop import N_STATES, combine_dense, erk_sum, norm_of_two
 from symgen.runtime.integrate.explicit.tableau import NO_ESTIMATE, TWO_ESTIMATES
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.loop import all_finite, copy, evaluate, take_steps
+from symgen.runtime.integrate.projection import count_energy, scale_energy
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at, rotate, scale_to_unit
 from symgen.runtime.integrate.row_rank import eliminate, independent_rows
 from symgen.runtime.integrate.step_control import (

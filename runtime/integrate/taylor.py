@@ -9,9 +9,8 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
-from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
 from symgen.runtime.integrate.loop import all_finite, copy, evaluate
-from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.projection import count_energy, project_state, projection_size, scale_energy
 from symgen.runtime.integrate.quaternions import n_quaternions, quaternion_at
 from symgen.runtime.integrate.step_control import (
     longest_step,

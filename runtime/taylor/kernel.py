@@ -12,7 +12,7 @@ import numpy as np
 
 from symgen.runtime.code import cache, engine
 from symgen.runtime.lazy import Late
-from symgen.runtime.taylor.refusal import Refusal
+from symgen.runtime.taylor.graph import Refusal
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

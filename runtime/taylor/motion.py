@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING
 
 from symgen.runtime.graph.carry_out import NoArrays, carry_out
 from symgen.runtime.graph.form import Form, Name
-from symgen.runtime.taylor.graph import CONVOLUTIONS, SeriesGraph
+from symgen.runtime.taylor.graph import CONVOLUTIONS, Refusal, SeriesGraph
 from symgen.runtime.taylor.reactions import Reactions, read_reactions
-from symgen.runtime.taylor.refusal import Refusal
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

@@ -60,7 +60,7 @@ def read_reactions(system: System, read: Read) -> Reactions | None:
 
     Raises
     ------
-    symgen.runtime.taylor.refusal.Refusal
+    symgen.runtime.taylor.graph.Refusal
         `rhs` is not straight-line code.
     """
     names = [record["name"] for record in system.constraints]

@@ -8,10 +8,9 @@ from fractions import Fraction
 
 from symgen.runtime.code.llvm_text import constant
 from symgen.runtime.taylor.code import ONE, Code, Value
-from symgen.runtime.taylor.graph import SeriesGraph
+from symgen.runtime.taylor.graph import Refusal, SeriesGraph
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.reactions import Reactions
-from symgen.runtime.taylor.refusal import Refusal
 
 _MOST_PRODUCTS = 4
 

@@ -19,8 +19,7 @@ from ..model.description import Coordinate, Description
 from .graph.differentiate import forward, reverse, sparse_jacobian
 from .graph.evaluate import evaluate
 from .graph.graph import Graph
-from .graph.kinds import INPUT, PARAM, T
-from .graph.nodes import SparseRows
+from .graph.nodes import INPUT, PARAM, SparseRows, T
 from .kinematics import time_derivative
 from .load import Loader
 from .variables import Variables

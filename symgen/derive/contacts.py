@@ -34,8 +34,7 @@ from ..model.description import Constraint, Description, Event, Friction, Input,
 from ..model.functions import minimum
 from .graph.differentiate import forward, jacobian
 from .graph.graph import Graph
-from .graph.kinds import LAM
-from .graph.nodes import SparseRows
+from .graph.nodes import LAM, SparseRows
 from .load import Loader
 from .solve import factorise as ldl
 from .variables import Variables

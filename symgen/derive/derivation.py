@@ -17,11 +17,10 @@ from .dynamics import (
     mass_matrix,
     mechanics,
 )
-from .graph.gather import gather
 from .graph.graph import Graph
 from .graph.hessian import hessian
-from .graph.kinds import INPUT, PARAM
-from .graph.nodes import SparseRows
+from .graph.hoist import gather
+from .graph.nodes import INPUT, PARAM, SparseRows
 from .kinematics import Scene
 from .load import Loader
 from .solve import factorise as ldl

@@ -22,8 +22,7 @@ from ..model.description import Description, Load
 from .constraints import Constraints, acceleration
 from .graph.differentiate import forward, reverse
 from .graph.hessian import mixed_hessian, sparse_hessian
-from .graph.kinds import PARAM, VIRTUAL, Q, V
-from .graph.nodes import SparseRows
+from .graph.nodes import PARAM, VIRTUAL, Q, SparseRows, V
 from .graph.vectors import cross, plus, times, transposed_times
 from .kinematics import BodyKinematics, Scene, time_derivative
 from .load import Loader

@@ -10,10 +10,10 @@ import sympy
 from ..errors import ModelError
 from ..model.description import Axis, Body, Description, Point
 from .graph.differentiate import forward
-from .graph.kinds import Q, V
+from .graph.nodes import Q, V
 from .graph.vectors import Matrix, Vector, cross, plus, product, times, transposed_times, zeros
 from .load import Loader
-from .trees.link_building import build_links, inertia_tensor, joints_by_base
+from .trees.links import build_links, inertia_tensor, joints_by_base
 from .trees.recursive import BaseMotion, Tree
 from .variables import Mark, Variables
 

@@ -11,9 +11,9 @@ from .contacts import SWITCHED, Switches, has_switches
 from .derivation import Derivation
 from .dynamics import Mechanics, inverse_dynamics, residual_by_state
 from .graph.differentiate import finite_at_roots, jacobian, sparse_jacobian
-from .graph.gather import gather
+from .graph.hoist import gather
 from .graph.nodes import SparseRows
-from .graph.quaternions import normalised
+from .graph.vectors import normalised
 from .header import header
 from .jumps import with_branches
 from .marks import mark_function, mark_records, marks

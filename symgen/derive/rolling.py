@@ -16,8 +16,7 @@ from dataclasses import dataclass, field
 
 from symgen.derive.graph import hoist
 from symgen.derive.graph.graph import Graph
-from symgen.derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
-from symgen.derive.graph.nodes import ON_ARRAYS
+from symgen.derive.graph.nodes import INPUT, LAM, ON_ARRAYS, PARAM, A, Q, T, V
 
 FEWEST_TERMS = 16  # of a sum that is made in a loop
 _CHEAP = frozenset(

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from .graph.graph import Graph
-from .graph.kinds import MOTION, Q, V
-from .places import POWER
-from .program import Function, Part, Program
+from .graph.nodes import MOTION, Q, V
+from .program import POWER, Function, Part, Program
 
 _MATRICES = ("mass_matrix", "residual_jacobian", "constraint_jacobian", "kinematics")
 

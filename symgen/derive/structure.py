@@ -24,7 +24,7 @@ from symgen.model.expression_tree import postorder
 from ..model.description import Description
 from .dynamics import applied_forces
 from .graph.evaluate import evaluate
-from .graph.kinds import INPUT, MOTION, T, V
+from .graph.nodes import INPUT, MOTION, T, V
 
 if TYPE_CHECKING:
     from .derivation import Derivation

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from .graph.graph import Graph
-from .graph.kinds import INPUT, PARAM, T
+from .graph.nodes import INPUT, PARAM, T
 from .program import Function
 
 NAME = "time_terms"

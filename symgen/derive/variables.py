@@ -7,9 +7,8 @@ from dataclasses import dataclass, field, replace
 
 from ..model.description import Description, plain_rate
 from .graph.graph import Graph
-from .graph.kinds import LAM, A, Q, T, V
-from .graph.quaternions import doubled_rates, rate
-from .graph.vectors import Matrix, Vector
+from .graph.nodes import LAM, A, Q, T, V
+from .graph.vectors import Matrix, Vector, doubled_rates, rate
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,13 @@ from symgen.runtime.graph.functions import IN_CODE
 
 from ..derive.contacts import SETTINGS
 from ..derive.graph.graph import Graph
-from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
+from ..derive.graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
 from ..derive.jumps import ACTION as JUMP
-from ..derive.places import START as START_VALUES
-from ..derive.places import reductions
-from ..derive.program import CLOSED_PREFIX, Function, Program
+from ..derive.program import CLOSED_PREFIX, Function, Program, reductions
+from ..derive.program import START as START_VALUES
 from ..derive.solve import dense_solve, fronts
 from .rolled import RolledSection
-from .section import Section, Shared
-from .tables import Tables
+from .section import Section, Shared, Tables
 
 # Operations and variables of a function that loops are tried for: from here on, straight-line code takes seconds to
 # compile. Where a large solve is by loops anyway, the rest need not be so long.

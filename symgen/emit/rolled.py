@@ -22,9 +22,8 @@ from symgen.derive.rolling import (
 )
 
 from ..derive.graph import hoist
-from ..derive.graph.graph import Graph
-from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, V
-from ..derive.graph.order import depth_first
+from ..derive.graph.graph import Graph, depth_first
+from ..derive.graph.nodes import INPUT, LAM, PARAM, A, Q, V
 from ..derive.program import Function
 from .section import _ATOM, _SUM, LONGEST_INLINE, Section, Shared
 

@@ -3,19 +3,39 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from symgen.runtime.graph.functions import IN_CODE
 
 from ..derive.graph import hoist
-from ..derive.graph.graph import Graph
-from ..derive.graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
-from ..derive.graph.order import depth_first
-from ..derive.places import RATIO
-from ..derive.program import Function, Part
+from ..derive.graph.graph import Graph, depth_first
+from ..derive.graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
+from ..derive.program import RATIO, Function, Part
 from ..derive.solve.dense_solve import FACTOR, TEXT
-from .tables import Tables
+
+
+class Tables:
+    """The module's index tables, for places in loops that are no affine function of k."""
+
+    def __init__(self) -> None:
+        self.names: dict[tuple[int, ...], str] = {}
+
+    def index(self, places: Sequence[int]) -> str:
+        """The text of an index that runs through `places`."""
+        first, step = places[0], places[1] - places[0] if len(places) > 1 else 0
+        if step < 0 or any(b - a != step for a, b in pairwise(places)):
+            return f"{self.name(places)}[k]"
+        if not step:
+            return str(first)
+        multiple = "k" if step == 1 else f"{step}*k"
+        return f"{first} + {multiple}" if first else multiple
+
+    def name(self, entries: Sequence[int]) -> str:
+        """The name of the table with these entries."""
+        return self.names.setdefault(tuple(entries), f"I{len(self.names)}")
+
 
 LONGEST_INLINE = 60  # characters of an expression that is written where it is used instead of getting a name
 # The same of one that follows from parameters: sums of hundreds would nest deeper than Python reads.

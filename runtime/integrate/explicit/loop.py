@@ -11,11 +11,16 @@ from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
 from symgen.runtime.integrate.baumgarte import hold_stabilisation, relaxation_time, release_stabilisation
 from symgen.runtime.integrate.dense import hermite_dense
-from symgen.runtime.integrate.energy_scaling import count_energy, scale_energy
 from symgen.runtime.integrate.explicit.dop853 import dop853_error, dop853_new_state, dop853_stages
 from symgen.runtime.integrate.explicit.tableau import NO_ESTIMATE, TWO_ESTIMATES
 from symgen.runtime.integrate.loop import all_finite, copy, evaluate, take_steps
-from symgen.runtime.integrate.projection import project_in_passing, project_state, projection_size
+from symgen.runtime.integrate.projection import (
+    count_energy,
+    project_in_passing,
+    project_state,
+    projection_size,
+    scale_energy,
+)
 from symgen.runtime.integrate.step_control import (
     EPS,
     accept_step,

@@ -2,11 +2,148 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
-from .condense import Statement, condense
+from .differentiate import (
+    depends_on,
+    forward,
+    is_guarded,
+    is_not_clamped,
+    partials,
+    reverse,
+    slope_needs_care,
+    slope_of_power,
+)
 from .graph import Graph
-from .nodes import SparseRows
+from .nodes import LOCAL, SparseRows
+
+# Edge pushing through every single operation multiplies each of the many edges of a node by the partials of sin(x),
+# l sin(x) and so on, one after another. Multiplying those with each other first is cheaper (preaccumulation; Griewank
+# and Walther, Evaluating Derivatives, 2008, section 10.2).
+
+
+@dataclass(frozen=True)
+class Statement:
+    """First and second derivatives of a node by the statements below it; pairs of the second are in order."""
+
+    gradient: dict[int, int]
+    curvature: dict[tuple[int, int], int]
+
+
+def condense(g: Graph, output: int, mask: int, largest: int) -> dict[int, Statement]:
+    """The statements below `output` that depend on the kinds in `mask`, in topological order, with variables.
+
+    An operation is merged into those that use it if it is a nonlinear function of a single statement, or if it has a
+    single user and at most `largest` inputs. A sum onto a statement never is: chains along bodies remain chains.
+    Nothing is merged if `largest` is 0.
+    """
+    nodes = g.reachable([output], mask)
+    active = set(nodes)
+    users = Counter(x for node in nodes for x in set(depends_on(g, node)))
+    result: dict[int, Statement] = {}
+    merged: dict[int, Statement] = {}
+    for node in nodes:
+        if g.op[node] == "var":
+            result[node] = Statement({node: g.one}, {})
+            continue
+        if is_guarded(g, node):
+            result[node] = _by_variables(g, node, mask)
+            continue
+        below = {x: merged.get(x) or Statement({x: g.one}, {}) for x in depends_on(g, node) if x in active}
+        statement = _compose(g, node, below)
+        onto_statement = g.op[node] in ("add", "sub") and any(x in result for x in below)
+        if node == output or onto_statement or not _merges(statement, users[node], largest):
+            result[node] = statement
+        else:
+            merged[node] = statement
+    return result
+
+
+def _merges(statement: Statement, n_users: int, largest: int) -> bool:
+    """Whether a statement disappears into its users; edges meet at a linear one with several, so that it stays."""
+    n_inputs = len(statement.gradient)
+    return n_inputs <= largest if n_users == 1 else n_inputs <= min(1, largest) and bool(statement.curvature)
+
+
+def _compose(g: Graph, node: int, below: dict[int, Statement]) -> Statement:
+    """Chain rule of first and second order for one operation."""
+    gradient: dict[int, int] = {}
+    curvature: dict[tuple[int, int], int] = {}
+
+    def add(table: dict, key: int | tuple[int, int], value: int) -> None:
+        if value != g.zero:
+            table[key] = g.add(table.get(key, g.zero), value)
+
+    for operand, partial in partials(g, node):
+        if operand in below and partial != g.zero:
+            for x, slope in below[operand].gradient.items():
+                add(gradient, x, g.mul(partial, slope))
+            for pair, bend in below[operand].curvature.items():
+                add(curvature, pair, g.mul(partial, bend))
+    for a, b, second in _second_partials(g, node, list(below)):
+        for x, slope in below[a].gradient.items():
+            for y, other in below[b].gradient.items():
+                if a == b and y < x:
+                    continue
+                value = g.mul(second, g.mul(slope, other))
+                twice = a != b and x == y
+                add(curvature, (min(x, y), max(x, y)), g.mul(g.const(2.0), value) if twice else value)
+    return Statement(
+        {x: d for x, d in gradient.items() if d != g.zero},
+        {pair: d for pair, d in curvature.items() if d != g.zero},
+    )
+
+
+def _by_variables(g: Graph, node: int, mask: int) -> Statement:
+    """Derivatives of a choice by variables, not by what it is made of: see `differentiate.is_guarded`."""
+    gradient = reverse(g, [(node, g.one)], mask)
+    variables = sorted(gradient)
+    curvature = {}
+    for k, x in enumerate(variables):
+        seconds = forward(g, [gradient[y] for y in variables[k:]], {x: g.one})
+        curvature |= {(x, y): s for y, s in zip(variables[k:], seconds, strict=True) if s != g.zero}
+    return Statement({x: d for x, d in gradient.items() if d != g.zero}, curvature)
+
+
+def _second_partials(g: Graph, node: int, moving: list[int]) -> Iterator[tuple[int, int, int]]:
+    """Second derivatives of one operation by each pair of the operands in `moving`."""
+    op, args = g.op[node], g.args[node]
+    if op in ("add", "sub", "neg"):
+        return
+    power = g.root_power(node)
+    if power is not None and (op != "sqrt" or slope_needs_care(g, args[0])):
+        base, exponent = power
+        yield base, base, g.mul(g.const(exponent), slope_of_power(g, base, exponent - 1.0))
+        return
+    if op == "mul":
+        a, b = args
+        if a == b:
+            yield a, a, g.const(2.0)
+        elif len(moving) == 2:
+            yield a, b, g.one
+        return
+    yield from _by_stand_ins(g, node, moving)
+
+
+def _by_stand_ins(g: Graph, node: int, moving: list[int]) -> Iterator[tuple[int, int, int]]:
+    """Second derivatives of any operation.
+
+    Variables of their own stand in for the operands meanwhile: on the operands themselves, sign rules and
+    identities could carry a derivative past them to what they are made of.
+    """
+    stand_in = {x: g.var(LOCAL, k) for k, x in enumerate(moving)}
+    operands = {variable: x for x, variable in stand_in.items()}
+    local = g.rebuild(node, [stand_in.get(x, x) for x in g.operands(node)])
+    gradient = reverse(g, [(local, g.one)], LOCAL)
+    moves = is_not_clamped(g, g.args[node][0]) if g.op[node] == "pow" else g.one
+    operands = {variable: g.choose(moves, x, g.one) for variable, x in operands.items()}
+    for k, x in enumerate(moving):
+        up_to_x = [gradient.get(stand_in[y], g.zero) for y in moving[: k + 1]]
+        second = g.substitute(forward(g, up_to_x, {stand_in[x]: g.one}), operands)
+        yield from ((x, y, g.choose(moves, s, g.zero)) for y, s in zip(moving, second, strict=False))
+
 
 Edges = dict[int, dict[int, int]]  # edges[a][b] = edges[b][a] = weight
 LARGEST_STATEMENT = 3  # inputs of an operation that is merged into its only user

@@ -8,6 +8,11 @@ from dataclasses import dataclass
 from symgen.runtime.graph.nodes import FoldingError
 from symgen.runtime.graph.nodes import Nodes as Store
 
+# LOCAL: stand-ins within a derivative; VIRTUAL: virtual velocities, by which a virtual power is differentiated.
+T, Q, V, A, LAM, PARAM, INPUT, LOCAL, VIRTUAL = (1 << k for k in range(9))
+MOTION = T | Q | V | A | LAM | INPUT  # everything that can change during a run
+
+
 __all__ = ["ON_ARRAYS", "FoldingError", "FrontPlan", "Nodes", "SparseRows"]
 
 # See `solve/dense_solve.py` and `solve/fronts.py`.

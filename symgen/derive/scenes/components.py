@@ -17,7 +17,7 @@ import sympy
 from symgen.model.expression_tree import postorder
 
 from ...model.description import Description
-from ..places import Places
+from ..program import Places
 
 ENERGIES = ("kinetic", "potential", "dissipation")
 WORLD = "world"

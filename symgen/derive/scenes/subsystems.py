@@ -18,14 +18,13 @@ from .. import pipeline
 from ..contacts import has_switches
 from ..derivation import Derivation
 from ..graph.graph import Graph
-from ..graph.kinds import INPUT, LAM, PARAM, A, Q, T, V
+from ..graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
 from ..header import dependence, header
 from ..jumps import has_jumps
 from ..load import Loader
 from ..marks import Mark, mark_function, mark_records, marks
 from ..pipeline import functions
-from ..places import ENERGY, POWER, RATIO, Sizes
-from ..program import Function, Part, Program
+from ..program import ENERGY, POWER, RATIO, Function, Part, Program, Sizes
 from ..savings import savings
 from ..structure import structure
 from ..time_terms import own_terms, term_count, time_function

@@ -12,8 +12,7 @@ from heapq import heappop, heappush
 
 from ...errors import ModelError
 from ..graph.graph import Graph
-from ..graph.kinds import MOTION
-from ..graph.nodes import SparseRows
+from ..graph.nodes import MOTION, SparseRows
 from ..graph.vectors import Matrix
 from . import dense_solve, fronts
 
