@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import operator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import count
 from typing import TYPE_CHECKING
 
 import sympy
 
+from symgen.model.time_limit import within
 from symgen.runtime.graph.carry_out import carry_out
 from symgen.runtime.graph.functions import IN_CODE
 from symgen.runtime.names import acceleration_labels, rate_labels
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Sequence
 
     from symgen.runtime.system import System
 
@@ -27,6 +29,148 @@ _FUNCTIONS: dict[str, Callable[..., sympy.Expr]] = {
 _LARGEST_DENOMINATOR = 1000
 
 
+@dataclass(frozen=True)
+class Equations:
+    """The equations of motion M v' = f + Gᵀ λ, G v' = γ, Φ = 0, in SymPy.
+
+    Symbols are called as the model calls things; rates `dot(x)`, or by names of their own (angular velocities).
+    `sense(belt)` is 1 where the friction `belt` slides forwards, -1 backwards.
+
+    Attributes
+    ----------
+    t : sympy.Symbol
+    q, v, multipliers : sympy.ImmutableMatrix, shapes (nq, 1), (nv, 1), (m, 1)
+        Symbols: coordinates, rates, and the forces λ of constraints (`lambda(pin)`).
+    M, f : sympy.ImmutableMatrix, shapes (nv, nv), (nv, 1)
+        Mass matrix and forces: applied ones, those of V, and what the bodies' rates make.
+    qdot : sympy.ImmutableMatrix, shape (nq, 1)
+        dq/dt: the rates, and of quaternions what the angular velocity makes.
+    Phi, Phi_dot : sympy.ImmutableMatrix, shapes (nh, 1), (m, 1)
+        What constraints hold at zero: of positions; of rates, Φ' and velocity constraints.
+    G, gamma : sympy.ImmutableMatrix, shapes (m, nv), (m, 1)
+    T, V : sympy.Expr
+        Kinetic and potential energy [J].
+    values : dict of sympy.Symbol to float
+        Parameters and inputs, with the model's values in SI.
+    shared : tuple of (sympy.Symbol, sympy.Expr)
+        Names of shared subexpressions, each made of those before it; empty where they are substituted.
+    notes : tuple of str
+        What was left undone.
+    """
+
+    t: sympy.Symbol
+    q: sympy.ImmutableMatrix
+    v: sympy.ImmutableMatrix
+    multipliers: sympy.ImmutableMatrix
+    M: sympy.ImmutableMatrix
+    f: sympy.ImmutableMatrix
+    qdot: sympy.ImmutableMatrix
+    Phi: sympy.ImmutableMatrix
+    Phi_dot: sympy.ImmutableMatrix
+    G: sympy.ImmutableMatrix
+    gamma: sympy.ImmutableMatrix
+    T: sympy.Expr
+    V: sympy.Expr
+    values: dict[sympy.Symbol, float]
+    shared: tuple[tuple[sympy.Symbol, sympy.Expr], ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def substituted(self) -> Equations:
+        """Return the same without names of shared subexpressions."""
+        known: dict[sympy.Expr, sympy.Expr] = {}
+        for name, value in self.shared:
+            known[name] = value.xreplace(known)
+        return replace(self._of([x.xreplace(known) for x in self._entries()]), shared=())
+
+    def named(self) -> Equations:
+        """Return the same with names for subexpressions that stand in several places, `x0`, `x1`, …"""
+        entries = self.substituted()._entries()
+        taken = {x.name for entry in (*entries, *self.q, *self.v, *self.values) for x in entry.free_symbols}
+        names = (sympy.Symbol(f"x{k}") for k in count() if f"x{k}" not in taken)
+        shared, left = sympy.cse(entries, symbols=names)
+        return replace(self._of(left), shared=tuple(shared))
+
+    def simplified(self, time_limit: float = 10.0) -> Equations:
+        """Return the same with each element as short as `sympy.simplify` makes it.
+
+        Parameters
+        ----------
+        time_limit : float [s]
+            For all of them, the short ones first; `notes` says how many are left as they were.
+        """
+        entries = self.substituted()._entries()
+        open_ones = list(dict.fromkeys(x for x in entries if not x.is_Atom))
+        found = dict(zip(open_ones, within(time_limit, sympy.simplify, open_ones)))
+        left = sum(x is None for x in found.values())
+        plain = {x: y.xreplace({sympy.Float(1.0): sympy.S.One}) for x, y in found.items() if y is not None}
+        shorter = {x: y for x, y in plain.items() if y.count_ops() < x.count_ops()}
+        said = f"{left} of {len(open_ones)} expressions are not simplified: {time_limit:g} s were over"
+        notes = (*self.notes, said) if left else self.notes
+        return replace(self._of([shorter.get(x, x) for x in entries]), shared=(), notes=notes)
+
+    def of_time(self) -> Equations:
+        """Return the same with functions of time for coordinates, their derivatives for rates: `dynamicsymbols`."""
+        functions = {x: sympy.Function(x.name)(self.t) for x in self.q}
+        plain = {f"dot({x.name})": y.diff(self.t) for x, y in functions.items()}
+        rates = {x: plain.get(x.name) or sympy.Function(x.name)(self.t) for x in self.v}
+        names = {x: sympy.Function(x.name)(self.t) for x in self.multipliers}
+        known = functions | rates | names
+        moved = self._of([x.xreplace(known) for x in self._entries()])
+        sides = {key: getattr(self, key).xreplace(known) for key in ("q", "v", "multipliers")}
+        return replace(moved, shared=tuple((x, y.xreplace(known)) for x, y in self.shared), **sides)
+
+    def _entries(self) -> list[sympy.Expr]:
+        return [x for name in _MATRICES for x in getattr(self, name)] + [self.T, self.V]
+
+    def _of(self, entries: Sequence[sympy.Expr]) -> Equations:
+        rest, made = list(entries), {}
+        for name in _MATRICES:
+            shape = getattr(self, name).shape
+            size = shape[0] * shape[1]
+            made[name], rest = sympy.ImmutableMatrix(*shape, rest[:size]), rest[size:]
+        return replace(self, **made, T=rest[0], V=rest[1])
+
+
+_MATRICES = ("M", "f", "qdot", "Phi", "Phi_dot", "G", "gamma")
+
+
+def equations_of(system: System) -> Equations:
+    """Return the equations of motion of what was derived; those of a model: `Model.equations`.
+
+    Parameters
+    ----------
+    system : symgen.runtime.System
+    """
+    nv, m, nh = system.nv, system.m, system.nh
+
+    def matrix(function: str, rows: int, columns: int = 1, first: int = 0) -> sympy.ImmutableMatrix:
+        written = symbolic(system, function) if rows * columns and system.has(function) else {}
+        return sympy.ImmutableMatrix(rows, columns, lambda i, j: written.get(first + i * columns + j, 0))
+
+    def symbols(names: Iterable[str]) -> sympy.ImmutableMatrix:
+        found = list(map(sympy.Symbol, names))
+        return sympy.ImmutableMatrix(len(found), 1, found)
+
+    energy = matrix("energy", 2)
+    known = zip((*system.parameters, *system.inputs), system.parameter_values())
+    return Equations(
+        t=sympy.Symbol("t"),
+        q=symbols(c["name"] for c in system.coordinates),
+        v=symbols(rate_labels(system.coordinates, system.rates)),
+        multipliers=symbols(f"lambda({c['name']})" for c in system.constraints),
+        M=matrix("mass_matrix", nv, nv),
+        f=matrix("forces", nv),
+        qdot=sympy.ImmutableMatrix(system.nq, 1, rates_of_coordinates(system)),
+        Phi=matrix("constraint_residual", nh),
+        Phi_dot=matrix("constraint_residual", m, first=nh),
+        G=matrix("constraint_jacobian", m, nv),
+        gamma=matrix("gamma", m),
+        T=energy[0],
+        V=energy[1],
+        values={sympy.Symbol(record["name"]): float(value) for record, value in known},
+    )
+
+
 def symbolic(system: System, function: str) -> dict[int, sympy.Expr]:
     """Return what `function` writes, by index; structural zeros are missing.
 
@@ -36,7 +180,9 @@ def symbolic(system: System, function: str) -> dict[int, sympy.Expr]:
     coordinates = [record["name"] for record in system.coordinates]
     names = coordinates + rate_labels(system.coordinates, system.rates)
     p = [*(record["name"] for record in (*system.parameters, *system.inputs)), *system.settings]
-    symbols_y, symbols_p = list(map(sympy.Symbol, names)), list(map(sympy.Symbol, p))
+    symbols_y = list(map(sympy.Symbol, names))
+    # 0 leaves the argument of a jump as it is.
+    symbols_p = [sympy.S.Zero if name.startswith("branch(") else sympy.Symbol(name) for name in p]
     written = carry_out(
         system.form(function), _Symbols(), symbols_y.__getitem__, symbols_p.__getitem__, const=_number
     )

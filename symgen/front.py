@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from . import link
+from . import equations, link
 from .model import lagrangian as lagrangians
 from .model import model, toml_reader
 from .robots.build import EARTH, import_urdf
@@ -24,6 +24,36 @@ class Model(model.Model):
     def derive(self) -> System:
         """Derive the equations of motion and load them, ready to run."""
         return link.derive(self)
+
+    def equations(
+        self, *, shared: bool = False, simplify: bool = False, time_limit: float = 10.0
+    ) -> equations.Equations:
+        """Return the equations of motion in SymPy, derived as `derive` does.
+
+        Parameters
+        ----------
+        shared : bool
+            Whether subexpressions that stand in several places get names (`equations.shared`), as long models need.
+        simplify : bool
+            Whether SymPy simplifies each element first.
+        time_limit : float [s]
+            For that.
+
+        Returns
+        -------
+        symgen.equations.Equations
+            Of what stands in a bundled model: `symgen.equations.equations_of(symgen.load(name))`.
+
+        Examples
+        --------
+        >>> found = model.equations(simplify=True)
+        >>> found.M, found.f, found.T - found.V
+        >>> found.of_time().f  # in functions of time
+        """
+        found = equations.equations_of(self.derive())
+        if simplify:
+            found = found.simplified(time_limit)
+        return found.named() if shared else found
 
     @classmethod
     def from_toml(cls, source: str | Path, folder: str | Path | None = None) -> Model:
@@ -90,6 +120,7 @@ class Model(model.Model):
         velocity_constraints: Mapping[str, Any] = MappingProxyType({}),
         start: Mapping[sympy.Expr, Any] = MappingProxyType({}),
         rate: Mapping[sympy.Expr, Any] = MappingProxyType({}),
+        inputs: Mapping[sympy.Expr, Any] = MappingProxyType({}),
     ) -> Model:
         """Make a model of a Lagrangian in SymPy's functions of time.
 
@@ -108,6 +139,8 @@ class Model(model.Model):
             What is held at zero, by names; of positions, and linear in rates.
         start, rate : mapping of sympy.Expr to number or quantity
             Values and rates of coordinates at the start; those left out are guesses of 0.
+        inputs : mapping of sympy.Expr to number or quantity
+            The `dynamicsymbols` that are no coordinates, which a run may be given, and their values otherwise.
 
         Returns
         -------
@@ -131,28 +164,33 @@ class Model(model.Model):
             name,
             lagrangian,
             coordinates,
-            lagrangians.Given(parameters, forces, constraints, velocity_constraints, start, rate),
+            lagrangians.Given(parameters, forces, constraints, velocity_constraints, start, rate, inputs),
         )
 
     @classmethod
     def from_sympy(
         cls,
         name: str,
-        method: Any,
+        problem: Any,
         *,
         parameters: Mapping[sympy.Symbol, Any] = MappingProxyType({}),
         start: Mapping[sympy.Expr, Any] = MappingProxyType({}),
         rate: Mapping[sympy.Expr, Any] = MappingProxyType({}),
+        inputs: Mapping[sympy.Expr, Any] = MappingProxyType({}),
     ) -> Model:
-        """Make a model of a `sympy.physics.mechanics.LagrangesMethod`.
+        """Make a model of a problem of `sympy.physics.mechanics`.
 
-        Its Lagrangian, coordinates, forces and constraints (`position_1`, …, `velocity_1`, …) are taken over.
+        Coordinates, forces and constraints (`position_1`, …, `velocity_1`, …) are taken over: of a `LagrangesMethod`
+        with its Lagrangian; of a `KanesMethod` or `System` with the kinetic energy of the bodies and the loads, as
+        Kane's method takes them (a potential energy that a body has been given is none of these). Generalised speeds
+        are replaced by rates of coordinates.
 
         Parameters
         ----------
         name : str
-        method : LagrangesMethod
-        parameters, start, rate
+        problem : LagrangesMethod, KanesMethod or System
+            A `KanesMethod` after `kanes_equations`, or with `bodies` and `forcelist`.
+        parameters, start, rate, inputs
             As in `from_lagrangian`.
 
         Returns
@@ -162,8 +200,8 @@ class Model(model.Model):
         Raises
         ------
         ModelError
-            `method` is another one (Kane's has speeds of its own), or as in `from_lagrangian`.
+            Speeds do not follow from rates, or as in `from_lagrangian`.
         """
-        return lagrangians.from_lagranges_method(
-            cls, name, method, parameters=parameters, start=start, rate=rate
+        return lagrangians.from_sympy(
+            cls, name, problem, parameters=parameters, start=start, rate=rate, inputs=inputs
         )

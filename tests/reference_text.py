@@ -12,7 +12,7 @@ from types import FunctionType
 import click
 
 import symgen
-from symgen import front, link, runtime
+from symgen import equations, front, link, runtime
 from symgen.cli import failures, main
 from symgen.runtime import inputs, linear
 from symgen.runtime.linear.modes import Mode, Modes
@@ -29,11 +29,13 @@ EXIT_STATUSES = {
 }
 # What users hold, in the order of the page; `symgen` also hands on functions of SymPy for expressions.
 CLASSES = (
-    front.Model, runtime.System, runtime.RunOptions, runtime.Solution, Stepper, runtime.Kernel, inputs.Controller,
-    inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode, linear.FrequencyResponse, linear.Equilibrium,
+    front.Model, equations.Equations, runtime.System, runtime.RunOptions, runtime.Solution, Stepper, runtime.Kernel,
+    inputs.Controller, inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode, linear.FrequencyResponse,
+    linear.Equilibrium,
 )  # fmt: skip
 FUNCTIONS = (
-    link.load, runtime.load, runtime.solve, runtime.read_module, linear.linearise, linear.find_equilibrium
+    link.load, equations.equations_of, runtime.load, runtime.solve, runtime.read_module, linear.linearise,
+    linear.find_equilibrium,
 )  # fmt: skip
 ERRORS = (runtime.RuntimeModelError, runtime.ModuleError)
 

@@ -1,4 +1,7 @@
-"""The equations that `symgen show` prints: loops over equal parts written out, names of rates."""
+"""Equations as SymPy expressions: those that `symgen show` prints, and `Model.equations`."""
+
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,7 +9,13 @@ import sympy
 
 import symgen
 from symgen import Model
-from symgen.equations import accelerations_if_diagonal, equations_by_elements, rates_of_coordinates, symbolic
+from symgen.equations import (
+    accelerations_if_diagonal,
+    equations_by_elements,
+    equations_of,
+    rates_of_coordinates,
+    symbolic,
+)
 from symgen.model.library import bundled, load
 from symgen.runtime.names import acceleration_labels, rate_labels
 
@@ -74,3 +83,135 @@ def test_the_first_order_form_is_what_rhs_works_out(name):
     if solved is not None:
         found = [float(x.subs(numbers)) for x in solved]
         np.testing.assert_allclose(found, out[system.nq : system.nq + system.nv], rtol=1e-12)
+
+
+ROOT = Path(__file__).resolve().parents[1]
+ALL = ["double_pendulum", "cart_pole", "slider_crank", "rolling_disc", "heavy_top_absolute", "rough_road"]
+
+
+def numbers_of(equations, random):
+    """Values for all symbols; quaternions need not be of unit length for what is compared here."""
+    found = {x: random.uniform(0.2, 0.9) for x in (*equations.q, *equations.v)}
+    return found | equations.values | {equations.t: 0.3}
+
+
+def worked_out(matrix, numbers):
+    """A matrix with numbers for its symbols; common parts are worked out once, or long ones take for ever."""
+    found = sympy.lambdify(list(numbers), sympy.Matrix(matrix), cse=True)(*numbers.values())
+    return np.array(found, dtype=float).reshape(matrix.shape)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_matrices_are_what_the_module_works_out(name):
+    system = symgen.load(name)
+    equations = equations_of(system)
+    numbers = numbers_of(equations, np.random.default_rng(1))
+    state = np.array([numbers[x] for x in (*equations.q, *equations.v)])
+
+    def expected(function, *shape, first=0):
+        size = int(np.prod(shape))
+        return system.kernel(function)(0.3, state, system.parameter_values())[first : first + size].reshape(
+            shape
+        )
+
+    nq, nv, m, nh = system.nq, system.nv, system.m, system.nh
+    checks = [
+        (equations.M, expected("mass_matrix", nv, nv)),
+        (equations.f, expected("forces", nv, 1)),
+        (equations.qdot, expected("rhs", nq, 1)),
+        (sympy.Matrix([equations.T, equations.V]), expected("energy", 2, 1)),
+    ]
+    if m:
+        checks += [
+            (equations.G, expected("constraint_jacobian", m, nv)),
+            (equations.gamma, expected("gamma", m, 1)),
+            (equations.Phi, expected("constraint_residual", nh, 1)),
+            (equations.Phi_dot, expected("constraint_residual", m, 1, first=nh)),
+        ]
+    for matrix, values in checks:
+        assert matrix.shape == values.shape
+        np.testing.assert_allclose(worked_out(matrix, numbers), values, rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "cart_pole", "slider_crank", "spinning_top"])
+def test_matrices_are_those_of_lagrange(name):
+    """M, f, G, gamma by SymPy's derivatives of T, V and Phi, without dissipation and inputs."""
+    equations = equations_of(symgen.load(name))
+    q, v, numbers = list(equations.q), list(equations.v), numbers_of(equations, np.random.default_rng(2))
+    push = {x: 0.0 for x in equations.values if x.name in ("F", "c", "b")}
+    numbers |= push
+    momenta = [equations.T.diff(x) for x in v]
+    bias = [sum(p.diff(x) * rate for x, rate in zip(q, v)) - equations.T.diff(y) for p, y in zip(momenta, q)]
+    expected = {
+        "M": sympy.Matrix([[p.diff(x) for x in v] for p in momenta]),
+        "f": sympy.Matrix([-b - equations.V.diff(x) for b, x in zip(bias, q)]),
+        "G": equations.Phi.jacobian(q) if equations.Phi else equations.G,
+        "gamma": -(equations.G * sympy.Matrix(v)).jacobian(q) * sympy.Matrix(v)
+        if equations.Phi
+        else equations.gamma,
+    }
+    for key, matrix in expected.items():
+        difference = worked_out(matrix, numbers) - worked_out(getattr(equations, key), numbers)
+        assert np.abs(difference).max(initial=0.0) < 1e-10, key
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "slider_crank", "heavy_top_absolute", "seven_dof_arm"])
+def test_shared_subexpressions_are_named_and_substituted(name):
+    plain = equations_of(symgen.load(name))
+    named = plain.named()
+    assert named.shared and not plain.shared and named.substituted().shared == ()
+    assert not {x for x, _ in named.shared} & {*plain.q, *plain.v, *plain.values}
+    numbers, known = numbers_of(plain, np.random.default_rng(3)), {}
+    for x, value in named.shared:
+        known[x] = float(value.xreplace(numbers | known))
+    for key in ("M", "f", "G", "gamma"):
+        ours = worked_out(getattr(named, key), numbers | known)
+        np.testing.assert_allclose(ours, worked_out(getattr(plain, key), numbers), rtol=1e-12, atol=1e-12)
+    assert not any(x.count_ops() > 200 for _, x in named.shared)
+
+
+def test_simplified_equations_are_the_same_and_shorter():
+    model = Model.from_toml(ROOT / "models" / "slider_crank.toml")
+    plain, short = model.equations(), model.equations(simplify=True, time_limit=60.0)
+    assert short.notes == ()
+    assert short.M[0, 1].count_ops() < plain.M[0, 1].count_ops()  # an angle's difference
+    numbers = numbers_of(plain, np.random.default_rng(4))
+    for ours, theirs in zip(short._entries(), plain._entries()):
+        assert float(ours.evalf(20, subs=numbers)) == pytest.approx(
+            float(theirs.evalf(20, subs=numbers)), rel=1e-12
+        )
+
+
+def test_simplifying_ends_when_its_time_is_over():
+    plain = equations_of(symgen.load("seven_dof_arm"))
+    began = time.perf_counter()
+    short = plain.simplified(0.5)
+    assert time.perf_counter() - began < 10.0
+    (note,) = short.notes
+    assert "are not simplified: 0.5 s were over" in note
+    numbers = numbers_of(plain, np.random.default_rng(5))
+    np.testing.assert_allclose(
+        worked_out(short.M, numbers), worked_out(plain.M, numbers), rtol=1e-11, atol=1e-12
+    )
+
+
+def test_functions_of_time():
+    moved = equations_of(symgen.load("slider_crank")).named().of_time()
+    theta = sympy.Function("theta")(moved.t)
+    assert moved.q[0] == theta and moved.v[0] == theta.diff(moved.t)
+    assert moved.multipliers[0] == sympy.Function("lambda(pin_x_closes)")(moved.t)
+    assert moved.substituted().Phi.diff(moved.t).equals(moved.substituted().Phi_dot)
+    ball = equations_of(symgen.load("free_rigid_body")).of_time()
+    assert ball.v[0] == sympy.Function("turn_wx")(ball.t)
+
+
+def test_settings_of_jumps_are_left_out():
+    model = Model.from_toml(
+        '[parameters]\nmu = 0.3\n[coordinates]\nx = { start = 1.0 }\n[energy]\nkinetic = "dot(x)^2/2"\n'
+        'potential = "abs(x)"\n[forces]\nx = "where(x < 0, -1, 2)"\n[friction.f]\nspeed = "dot(x)"\nforce = "mu"'
+    )
+    (force,) = model.equations().f
+    assert {x.name for x in force.free_symbols} == {"x", "mu", "sense(f)"}
+    x, mu, sense = sympy.symbols("x mu sense(f)")
+    for at, expected in ((2.0, -1 + 2 - 0.3), (-2.0, 1 - 1 - 0.3)):
+        assert float(force.subs({x: at, mu: 0.3, sense: 1})) == pytest.approx(expected)

@@ -1,4 +1,4 @@
-"""Models from Lagrangians of SymPy's functions of time (`dynamicsymbols`), and from its `LagrangesMethod`."""
+"""Models from Lagrangians of SymPy's functions of time (`dynamicsymbols`), and from its classes of mechanics."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from sympy.core.function import AppliedUndef
 
 from ..errors import ModelError
 from .functions import dot, t
+from .kane import Mechanics
 from .model import Model
 from .names import name_fault
 from .sources import read
@@ -28,6 +29,7 @@ class Given(NamedTuple):
     velocity_constraints: Mapping[str, Any] = _NONE
     start: Mapping[sympy.Expr, Any] = _NONE
     rate: Mapping[sympy.Expr, Any] = _NONE
+    inputs: Mapping[sympy.Expr, Any] = _NONE
 
 
 def from_lagrangian(
@@ -38,7 +40,7 @@ def from_lagrangian(
     given: Given,
 ) -> Model:
     """The model of a Lagrangian; see `Model.from_lagrangian`."""
-    names = _Names(coordinates)
+    names = _Names(coordinates, given.inputs)
     held = [*given.constraints.values(), *given.velocity_constraints.values()]
     expressions = [lagrangian, *given.forces.values(), *held]
     kinetic, potential = _split(lagrangian, names)
@@ -55,6 +57,8 @@ def from_lagrangian(
                 hint=f"give all: parameters={{{symbol}: 1.0, …}}",
             )
         m.parameter(symbol.name, given.parameters[symbol])
+    for x, value in given.inputs.items():
+        m.input(names.inputs[x].name, default=value)
     m.kinetic(names.taken_over(kinetic))
     m.potential(names.taken_over(potential))
     for q, force in given.forces.items():
@@ -66,13 +70,40 @@ def from_lagrangian(
     return m
 
 
-def from_lagranges_method(make: Make, name: str, method: Any, **given: Mapping[sympy.Expr, Any]) -> Model:
-    """The model of a `sympy.physics.mechanics.LagrangesMethod`; see `Model.from_sympy`."""
-    if type(method).__name__ != "LagrangesMethod":
-        raise ModelError(
-            f"a model is made of a LagrangesMethod, not of a {type(method).__name__}",
-            hint="or write its Lagrangian: Model.from_lagrangian(name, L, coordinates, …)",
-        )
+def from_sympy(make: Make, name: str, problem: Any, **given: Mapping[sympy.Expr, Any]) -> Model:
+    """The model of a problem of `sympy.physics.mechanics`; see `Model.from_sympy`."""
+    kind = type(problem).__name__
+    if kind == "System" and type(getattr(problem, "_eom_method", None)).__name__ == "LagrangesMethod":
+        problem, kind = problem._eom_method, "LagrangesMethod"
+    if kind == "LagrangesMethod":
+        return _from_lagranges_method(make, name, problem, **given)
+    if kind == "KanesMethod":
+        return _from_mechanics(make, name, Mechanics.of_kane(problem), **given)
+    if kind == "System" and hasattr(problem, "kdes"):
+        return _from_mechanics(make, name, Mechanics.of_system(problem), **given)
+    raise ModelError(
+        f"a model is made of a LagrangesMethod, a KanesMethod or a System of SymPy, not of a {kind}",
+        hint="or write its Lagrangian: Model.from_lagrangian(name, L, coordinates, …)",
+    )
+
+
+def _from_mechanics(make: Make, name: str, made_of: Mechanics, **given: Mapping[sympy.Expr, Any]) -> Model:
+    kinetic, forces, velocity = made_of.in_rates()
+    return from_lagrangian(
+        make,
+        name,
+        kinetic,
+        made_of.q,
+        Given(
+            forces=forces,
+            constraints=_numbered("position", made_of.holonomic),
+            velocity_constraints=_numbered("velocity", made_of.independent(velocity)),
+            **given,
+        ),
+    )
+
+
+def _from_lagranges_method(make: Make, name: str, method: Any, **given: Mapping[sympy.Expr, Any]) -> Model:
     if not method.eom:
         method.form_lagranges_equations()
     work = method._term4
@@ -104,22 +135,25 @@ def _split(lagrangian: sympy.Expr, names: _Names) -> tuple[sympy.Expr, sympy.Exp
 class _Names:
     """What functions of time, their derivatives and other symbols are called in a model."""
 
-    def __init__(self, coordinates: Sequence[sympy.Expr]) -> None:
-        self.symbols: dict[sympy.Expr, sympy.Symbol] = {}
-        for q in coordinates:
-            if not isinstance(q, AppliedUndef) or len(q.args) != 1 or not isinstance(q.args[0], sympy.Symbol):
-                raise ModelError(
-                    f"the coordinate '{q!s:.60}' is no function of time",
-                    hint="write sympy.physics.mechanics.dynamicsymbols('q')",
-                )
-            fault = name_fault(q.func.__name__)
-            if fault is not None:
-                raise ModelError(fault, hint="give the dynamicsymbol another name")
-            self.symbols[q] = sympy.Symbol(q.func.__name__)
-            self.time = q.args[0]
+    def __init__(self, coordinates: Sequence[sympy.Expr], inputs: Iterable[sympy.Expr] = ()) -> None:
+        self.symbols = {q: self._named("coordinate", q) for q in coordinates}
         if not self.symbols:
             raise ModelError("a Lagrangian needs coordinates", hint="give its dynamicsymbols")
+        self.time = next(iter(self.symbols)).args[0]
+        self.inputs = {given: self._named("input", given) for given in inputs}
         self.rates = {q.diff(self.time): dot(symbol) for q, symbol in self.symbols.items()}
+
+    @staticmethod
+    def _named(what: str, x: sympy.Expr) -> sympy.Symbol:
+        if not isinstance(x, AppliedUndef) or len(x.args) != 1 or not isinstance(x.args[0], sympy.Symbol):
+            raise ModelError(
+                f"the {what} '{x!s:.60}' is no function of time",
+                hint="write sympy.physics.mechanics.dynamicsymbols('q')",
+            )
+        fault = name_fault(x.func.__name__)
+        if fault is not None:
+            raise ModelError(fault, hint="give the dynamicsymbol another name")
+        return sympy.Symbol(x.func.__name__)
 
     def parameters(self, expressions: Iterable[Any]) -> list[sympy.Symbol]:
         """The symbols of expressions, by name, without the time."""
@@ -135,14 +169,13 @@ class _Names:
             It has a function of time that is no coordinate, or a second derivative.
         """
         plain = {x: sympy.Symbol(x.name) for x in self.parameters([expression])}
-        own = (
-            read(expression).expression.doit().xreplace({**self.rates, **self.symbols, self.time: t, **plain})
-        )
+        known = {**self.rates, **self.symbols, **self.inputs, self.time: t, **plain}
+        own = read(expression).expression.doit().xreplace(known)
         left = own.atoms(AppliedUndef, sympy.Derivative) - own.atoms(dot)
         left = {x for x in left if isinstance(x, sympy.Derivative) or x.args == (t,)}
         if left:
             raise ModelError(
                 f"'{min(left, key=str)!s:.60}' is neither a coordinate nor the rate of one",
-                hint="name all dynamicsymbols as coordinates; accelerations cannot stand in a model",
+                hint="name all dynamicsymbols as coordinates or inputs; accelerations cannot stand in a model",
             )
         return own
