@@ -1,4 +1,4 @@
-"""Gravity that varies: orbits against Kepler, bodies against Newton in NumPy, gradients against d'Alembert's formula."""
+"""Gravity: orbits against Kepler, bodies against Newton in NumPy, gradients against d'Alembert's formula."""
 
 from __future__ import annotations
 
