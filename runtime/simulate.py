@@ -18,6 +18,7 @@ from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import SMALLEST_RTOL, RunOptions
+from symgen.runtime.remembered import remembered
 from symgen.runtime.summary import summarise
 from symgen.runtime.timing.timetable import make_timetable
 
@@ -60,7 +61,12 @@ def simulate(system: System, options: RunOptions) -> Solution:
     began = time.perf_counter()
     assembly = _start(system, p, options)
     state = np.concatenate([assembly.q, assembly.v])
-    refuse_negative_inertia(system, p, options.t_start, state)
+    start = options.t_start, p.tobytes(), state.tobytes()
+    remembered(
+        system,
+        ("inertia", *start),
+        lambda: refuse_negative_inertia(system, p, options.t_start, state) or True,
+    )
     if moving:
         schedule.first_samples(system, p, options.t_start, state)
     notes = [*_moved_notes(assembly.moved), *assembly.notes]
@@ -75,8 +81,11 @@ def simulate(system: System, options: RunOptions) -> Solution:
         if not isinstance(solution, str):
             return solution
         notes.append(f"subsystems: integrated as one, because {solution}")
-    method, more = (formed, []) if formed else choose_method(system, p, state, options)
-    notes += more
+    method = formed
+    if formed is None:
+        key = ("method", *start, options.method, options.rtol, options.atol)
+        method, more = remembered(system, key, lambda: choose_method(system, p, state, options))
+        notes += more
     step, more = choose_step(method, system, p, state, options)
     notes += more
     timetable = make_timetable(system, p, method, options)

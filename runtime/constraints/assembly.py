@@ -29,6 +29,7 @@ from symgen.runtime.constraints.nearest_point import (
 from symgen.runtime.constraints.start_values import Assembly, StartValues, start_values
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Chart
+from symgen.runtime.remembered import remembered
 from symgen.runtime.size import LARGEST_DENSE, is_large
 
 if TYPE_CHECKING:
@@ -316,8 +317,15 @@ def assemble(
     given = start_values(system, start, rate)
     if not system.m:
         return Assembly(given.q, given.v, notes=given.notes)
-    assembler = _Assembler(system, np.ascontiguousarray(p, dtype=float), float(t), given.notes)
-    return assembler.run(given.q, given.v, given.q_enforced, given.v_enforced)
+    p, t = np.ascontiguousarray(p, dtype=float), float(t)
+    found = remembered(
+        system,
+        ("assembly", t, p.tobytes(), *(values.tobytes() for values in given[:4]), *given.notes),
+        lambda: _Assembler(system, p, t, given.notes).run(*given[:4]),
+    )
+    # What is kept is nobody's to change.
+    lists = (list(values) for values in (found.moved, found.notes, found.redundant))
+    return Assembly(found.q.copy(), found.v.copy(), *lists, found.rank)
 
 
 class _Assembler:
