@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -120,6 +121,26 @@ def test_fixed_step_that_is_too_long_exits_with_3(folder):
     ]
 
 
+@pytest.mark.parametrize("quiet", [(), ("--quiet",)])
+def test_what_is_not_to_be_trusted_is_said_once(quiet):
+    result = symgen("run", "rod.toml", "--no-log", "--method", "rk4", "--step", "0.3 s", *quiet)
+    assert result.output.count("Not to be trusted") == 1 and result.output.count("It may be because of") == 1
+    (said,) = re.findall(r"Not to be trusted: energy: (.*?)(?:;|\n)", result.stderr) if quiet else [None]
+    assert ("energy balance is off" in said) if quiet else ("energy balance" not in result.stderr)
+    assert result.output.count("the energy balance is off") == 1
+
+
+def test_times_are_quantities_too(folder):
+    result = symgen(
+        "run", "rod.toml", "--no-log", "--json", "o.json", "--t-end", "500 ms", "--at", "0.1,200 ms, 0.3 s",
+        "--method", "rk4", "--step", "1 ms",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    data = json.loads((folder / "o.json").read_text())
+    assert (data["t"], data["stats"]["steps"]) == (0.5, 501)  # one of them ends at the event
+    assert [sample["t"] for sample in data["samples"]] == [0.1, 0.2, 0.3]
+
+
 def test_start_and_rate_take_quantities(folder):
     result = symgen(
         "run", "rod.toml", "--no-log", "--json", "o.json", "--start", "x=30 cm", "--rate", "dot(x)=100 mm/s",
@@ -163,7 +184,10 @@ def test_zeno_exits_with_1(folder):
         (["--method", "dop835"], "did you mean 'dop853'?"),
         (["--method", "dop853", "--step", "0.1"], "chooses its own steps"),
         (["--rtol", "-1"], "not a finite number above zero"),
-        (["--t-end", "soon"], "not a number"),
+        (["--t-end", "soon"], "neither a number nor a quantity"),
+        (["--t-end", "2 N"], "the unit N does not fit s"),
+        (["--t-end", "-2 s"], "not a finite number above zero"),
+        (["--at", "1 m"], "not a list of times"),
         (["--at", "0.5,2"], "2 s is outside the run"),
         (["--no-log", "--play"], "contradict each other"),
         (["--json", "nowhere/o.json"], "does not exist"),

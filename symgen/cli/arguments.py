@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from symgen.model.library import SUFFIXES, bundled, find
+from symgen.runtime.quantities import QuantityError, in_si
 
 
 class NameValue(click.ParamType):
@@ -29,7 +30,7 @@ class NameValue(click.ParamType):
 
 
 class Times(click.ParamType):
-    """`T1,T2,…`, converted to a tuple of numbers [s]."""
+    """`T1,T2,…`, numbers or quantities, converted to a tuple of numbers [s]."""
 
     name = "T1,T2,…"
 
@@ -39,9 +40,13 @@ class Times(click.ParamType):
         if isinstance(value, tuple):
             return value
         try:
-            times = tuple(float(part) for part in value.split(",") if part.strip())
-        except ValueError:
-            self.fail(f"{value!r} is not a list of times in seconds, such as 0.5,1,2.25", param, context)
+            times = tuple(in_si(part, "s", part.strip()) for part in value.split(",") if part.strip())
+        except QuantityError as error:
+            self.fail(
+                f"{value!r} is not a list of times in seconds, such as 0.5,1,2.25 or '500 ms, 1 s': {error}",
+                param,
+                context,
+            )
         if not all(map(math.isfinite, times)):
             self.fail(f"{value!r} holds a time that is not finite", param, context)
         return times
@@ -56,13 +61,28 @@ class Positive(click.ParamType):
         self._or_zero = or_zero
 
     def convert(self, value: Any, param: Any, context: click.Context | None) -> float:
-        try:
-            number = float(value)
-        except ValueError:
-            self.fail(f"{value!r} is not a number", param, context)
+        number = self._read(value, param, context)
         if not (math.isfinite(number) and (number > 0.0 or (self._or_zero and number == 0.0))):
             self.fail(f"{value!r} is not a finite number above zero", param, context)
         return number
+
+    def _read(self, value: Any, param: Any, context: click.Context | None) -> float:
+        try:
+            return float(value)
+        except ValueError:
+            self.fail(f"{value!r} is not a number", param, context)
+
+
+class Duration(Positive):
+    """A time above zero: a number of seconds, or a quantity such as '10 s' or '5 ms'."""
+
+    name = "TIME"
+
+    def _read(self, value: Any, param: Any, context: click.Context | None) -> float:
+        try:
+            return in_si(value, "s", repr(value))
+        except QuantityError as error:
+            self.fail(str(error), param, context)
 
 
 def model_argument(command: Callable, *, required: bool = True) -> Callable:

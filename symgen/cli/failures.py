@@ -191,8 +191,8 @@ def _short_warnings() -> Iterator[None]:
         warnings.showwarning = before
 
 
-def exit_status(solution: Solution) -> int:
-    """Say on standard error what is wrong, and return the exit status."""
+def exit_status(solution: Solution, is_told: bool = False) -> int:
+    """Say on standard error what is wrong, in short where standard output has told it, and return the exit status."""
     if solution.status == "interrupted":
         complain(solution.message)
         return interrupted_status()
@@ -200,9 +200,12 @@ def exit_status(solution: Solution) -> int:
         context = click.get_current_context(silent=True)
         complain(f"Error: {_about(subject_of(context) if context else '', solution.message)}")
         return FAILED
-    for entry in solution.objections:
-        complain(f"Not to be trusted: {entry.check}: {entry.says}")
-    if solution.objections:
-        for entry in solution.advice:
-            complain(f"It may be because of: {entry.check}: {entry.says}")
-    return NOT_TRUSTED if solution.objections else 0
+    if not solution.objections:
+        return 0
+    kinds = {"Not to be trusted": solution.objections, "It may be because of": solution.advice}
+    for head, entries in kinds.items():
+        if entries and is_told:
+            complain(f"{head}: {', '.join(entry.check for entry in entries)}")
+        elif entries:
+            complain(f"{head}: " + "; ".join(f"{entry.check}: {entry.says}" for entry in entries))
+    return NOT_TRUSTED

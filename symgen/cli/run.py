@@ -138,7 +138,7 @@ def command(
     if explain:
         for line in explanation(solution, recording is not None):
             say(line)
-    status = exit_status(solution)
+    status = exit_status(solution, is_told=not quiet)
     if play and recording is not None:
         recording_play.play(recording.path)
     context.exit(status)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen import runtime
-from symgen.cli.arguments import Positive, Times, value_options
+from symgen.cli.arguments import Duration, Positive, Times, value_options
 from symgen.cli.quantities import parameter_values, start_values
 from symgen.cli.terminal import complain
 from symgen.link import module_for
@@ -100,7 +100,7 @@ def _methods(context: click.Context, parameter: click.Parameter, begun: str) -> 
 def run_options(command: Callable) -> Callable:
     """Give a command the options that say how to integrate: time, method, tolerances, values."""
     options = (
-        click.option("--t-end", type=Positive(), help="Time at which the run ends [s]."),
+        click.option("--t-end", type=Duration(), help="Time at which the run ends [s]."),
         click.option("--method", help="Integration method, or auto (default).", shell_complete=_methods),
         click.option(
             "--constraints",
@@ -109,8 +109,8 @@ def run_options(command: Callable) -> Callable:
         ),
         click.option("--rtol", type=Positive(), help="Relative tolerance (default 1e-8)."),
         click.option("--atol", type=Positive(or_zero=True), help="Absolute tolerance (default 1e-10)."),
-        click.option("--step", type=Positive(), help="Step of a fixed-step method [s]."),
-        click.option("--max-step", type=Positive(), help="Longest step of an adaptive method [s]."),
+        click.option("--step", type=Duration(), help="Step of a fixed-step method [s]."),
+        click.option("--max-step", type=Duration(), help="Longest step of an adaptive method [s]."),
         click.option("--breaks", type=Times(), help="Times that steps land on [s]."),
         click.option(
             "--input",
