@@ -258,7 +258,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     check_values.check_values(d, sources)
     full = expand(d, sources, kinds)
     checker.add_axes(full)
-    found = [(item, checker.dependence(item).coordinates) for item in items(full)]
+    found = [(item, checker.written_out(item).coordinates) for item in items(full)]
     check_mentions(full, sources, found, checker.moved)
     dimensions.check_units(d, sources)
     return full
@@ -360,6 +360,11 @@ class _Checker:
         if id(expression) not in self._known:
             self._known[id(expression)] = expression, self._dependence(item)
         return self._known[id(expression)][1]
+
+    def written_out(self, item: Item) -> Dependence:
+        """What an expression of the finished description depends on; nothing is left to check in it."""
+        known = self._known.get(id(item.expression))
+        return self._combined(uses(item.expression)) if known is None else known[1]
 
     def _dependence(self, item: Item) -> Dependence:
         found = uses(item.expression)

@@ -10,6 +10,7 @@ import sympy
 from . import elements
 from .contact_laws import with_contact_laws, with_normals
 from .description import Axis, Body, Constraint, Description, Drawing, Event, Joint, Reset, Shape
+from .expression_tree import names_in
 from .functions import dot
 from .gravity import write_gravity
 from .joint_tree import parents_first, with_axes
@@ -106,7 +107,27 @@ def _energies(d: Description, joints: Iterable[Joint]) -> dict[str, sympy.Expr |
             terms["potential"] += _quadratic(j.stiffness, stretched)
             terms["kinetic"] += _quadratic(j.armature, rates)
         terms["dissipation"] += _quadratic(j.damping, rates)
+    stored, worked = _without_inputs(d)
+    energies["potential"], terms["dissipation"] = stored, terms["dissipation"] + worked
     return {key: _added(energies[key], terms[key]) for key in energies}
+
+
+def _without_inputs(d: Description) -> tuple[sympy.Expr | None, list[sympy.Expr]]:
+    """The terms of the potential that are energy, and those with inputs, whose forces do work instead.
+
+    What an input does over time is not known, so that such a term is no stored energy. The rate of a term is linear in
+    the rates, with the term's gradient for coefficients: as dissipation it makes the same forces.
+    """
+    given = {u.name for u in d.inputs}
+    for name, expression in d.definitions if given else ():
+        if not given.isdisjoint(names_in(expression)):
+            given.add(name)
+    parts = () if d.potential is None else sympy.Add.make_args(d.potential)
+    driven = [x for x in parts if not given.isdisjoint(names_in(x))]
+    if not driven:
+        return d.potential, []
+    stored = [x for x in parts if x not in driven]
+    return total(stored) if stored else None, [dot(x) for x in driven]
 
 
 def _quadratic(factors: tuple[sympy.Expr, ...], values: list[sympy.Expr]) -> list[sympy.Expr]:

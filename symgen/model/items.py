@@ -70,9 +70,7 @@ GRAVITY = Role(
 )
 FIELD = Role("a field of gravity", (RATES, INPUTS), "it is made of here_x, here_y, here_z, coordinates and t")
 KINETIC = Role("the kinetic energy", (INPUTS,), "inputs act through forces and loads")
-POTENTIAL = Role(
-    "the potential energy", (RATES, INPUTS), "rates belong in the dissipation or in forces, inputs in forces"
-)
+POTENTIAL = Role("the potential energy", (RATES,), "rates belong in the dissipation or in forces")
 FORCE_ROLE = Role("a force")
 HOLONOMIC = Role(
     "a constraint", (RATES, INPUTS), "an expression with rates belongs in [velocity_constraints]"
