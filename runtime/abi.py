@@ -53,6 +53,8 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
     for event in header["events"]:
         if event["action"] == "reset":
             yield _RESET + event["name"]
+    if header.get("starts"):
+        yield "starts"
     if header.get("time_terms"):
         yield "time_terms"
     if header.get("switches"):
@@ -130,6 +132,7 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         "shapes": (state, sum(body["sizes"] for body in header["bodies"])),
         "outputs": (state, len(header["outputs"])),
         "events": (state, len(header["events"])),
+        "starts": (state, state),
         "time_terms": (state, header.get("time_terms", 0)),
         "marks": (state, sum(mark["numbers"] for mark in header.get("marks", ()))),
         "switches": (state, sum(N_WATCHED[switch["kind"]] for switch in header.get("switches", ()))),

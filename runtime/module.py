@@ -87,6 +87,8 @@ def check_header(header: Any) -> None:
     for name in _get(header, "hoisted", dict, "") if "hoisted" in header else ():
         if not 1 <= _get(header["hoisted"], name, int, "hoisted") <= _LARGEST:
             raise HeaderFault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
+    if header.get("starts", True) is not True:
+        raise HeaderFault(f"'starts' is {header['starts']!r:.60}, expected True")
     if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
         raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
     _check_marks(header)

@@ -127,7 +127,7 @@ def _start(system: System, p: np.ndarray, options: RunOptions) -> Assembly:
     """Return consistent initial conditions."""
     if system.m:
         return constrained.assemble(system, p, options.start, options.rate, options.t_start)
-    given = start_values(system, options.start, options.rate)
+    given = start_values(system, p, options.start, options.rate)
     return Assembly(given.q, given.v, notes=given.notes)
 
 

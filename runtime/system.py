@@ -250,8 +250,15 @@ class System(ModelFunctions):
         """Return the times [s] between `t0` and `t1` at which inputs over time are not smooth."""
         return ()
 
-    def initial_state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def initial_state(
+        self, p: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return the model's start values, before assembly.
+
+        Parameters
+        ----------
+        p : ndarray, shape (n_p,), optional
+            Parameters and inputs; the model's own without it. Starts that are expressions follow them.
 
         Returns
         -------
@@ -259,9 +266,12 @@ class System(ModelFunctions):
         q_enforced, v_enforced : ndarray of bool
             Which of them assembly must keep.
         """
+        values = np.array([float(record["value"]) for record in (*self.coordinates, *self.rates)])
+        if p is not None and self.source.header.get("starts"):
+            values = self.kernel("starts")(0.0, values, np.ascontiguousarray(p, dtype=float))
         return (
-            np.array([float(record["value"]) for record in self.coordinates]),
-            np.array([float(record["value"]) for record in self.rates]),
+            values[: self.nq],
+            values[self.nq :],
             np.array([record["enforced"] for record in self.coordinates], dtype=bool),
             np.array([record["enforced"] for record in self.rates], dtype=bool),
         )

@@ -314,7 +314,7 @@ def assemble(
     UnknownNameError
         A name in `start` or `rate` is not a coordinate's.
     """
-    given = start_values(system, start, rate)
+    given = start_values(system, p, start, rate)
     if not system.m:
         return Assembly(given.q, given.v, notes=given.notes)
     p, t = np.ascontiguousarray(p, dtype=float), float(t)

@@ -67,9 +67,12 @@ class Assembly:
 
 
 def start_values(
-    system: System, start: Mapping[str, float | str] | None, rate: Mapping[str, float | str] | None
+    system: System,
+    p: np.ndarray,
+    start: Mapping[str, float | str] | None,
+    rate: Mapping[str, float | str] | None,
 ) -> StartValues:
-    """Return the model's start with the values of `start` and `rate`, which are enforced.
+    """Return the model's start at these parameters with the values of `start` and `rate`, which are enforced.
 
     Raises
     ------
@@ -78,7 +81,7 @@ def start_values(
     UnknownNameError
         A name is not that of a coordinate or rate.
     """
-    q, v, q_enforced, v_enforced = system.initial_state()
+    q, v, q_enforced, v_enforced = system.initial_state(p)
     coordinates = {record["name"]: index for index, record in enumerate(system.coordinates)}
     for name, value in (start or {}).items():
         index = _index(system, "start", name, name, coordinates)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..model.description import Body, Description, Event, Input
 from ..version import __version__
+from .starts import has_formulas
 from .structure import Movement, structure
 from .variables import with_rates
 
@@ -47,6 +48,7 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         "operations": operations,
         "run": dict(d.run),
         **dependence(derivation.dependent),
+        **({"starts": True} if has_formulas(d) else {}),
     }
 
 

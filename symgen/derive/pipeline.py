@@ -19,6 +19,7 @@ from .jumps import with_branches
 from .marks import mark_function, mark_records, marks
 from .program import Function, Program
 from .solve import factorise as ldl
+from .starts import start_function
 from .structure import structure
 from .time_terms import own_terms, term_count, time_function
 from .trees.derivatives import add_tree_derivatives
@@ -52,7 +53,11 @@ def derive(
     d = Derivation(with_branches(description, description), articulated=articulated)
     found = marks(d.description)
     own = tuple(functions(d, gathered))
-    own += (*mark_function(d.loader, found), *time_function(own_terms(d.g, own)))
+    own += (
+        *mark_function(d.loader, found),
+        *start_function(d.loader, d.description),
+        *time_function(own_terms(d.g, own)),
+    )
     program = Program(d.g, own, {})
     head = header(d.description, d, source, program.operations()) | {"subsystems": []} | mark_records(found)
     head |= term_count(own)
@@ -72,7 +77,12 @@ def derive_switched(description: Description, source: str) -> Program:
     second = Program(closed.g, tuple(f for f in functions(closed) if f.name in SWITCHED), {})
     found = marks(description)
     own = tuple(functions(d))
-    own += (*mark_function(d.loader, found), watched, *time_function(own_terms(d.g, own)))
+    own += (
+        *mark_function(d.loader, found),
+        *start_function(d.loader, description),
+        watched,
+        *time_function(own_terms(d.g, own)),
+    )
     program = Program(d.g, own, {}, closed=second)
     head = header(d.description, d, source, program.operations())
     head |= {

@@ -18,8 +18,9 @@ from ..errors import nearest
 from . import check_values
 from .check_tree import LoopChecker, check_tree
 from .check_values import check_contacts, check_velocity_constraints, is_massless
-from .description import Body, Description, Joint
+from .description import Body, Coordinate, Description, Joint, Rate
 from .elements import check_force_elements
+from .evaluate import NotFinite, evaluate
 from .expand import expand
 from .expression_tree import Uses, names_in, uses
 from .gravity import HERE, check_attractors
@@ -237,7 +238,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     ModelError
         For the first thing that is wrong.
     """
-    d = with_definitions_in_order(d, sources)
+    d = _with_starts(with_definitions_in_order(d, sources))
     check_tree(d, sources)
     check_elements(d, sources)
     check_force_elements(d, sources)
@@ -295,6 +296,37 @@ def with_definitions_in_order(d: Description, sources: Sources) -> Description:
             elif other not in ordered:
                 chain[other] = iter(sorted(used[other]))
     return d if list(ordered) == list(expressions) else replace(d, definitions=tuple(ordered.items()))
+
+
+def _with_starts(d: Description) -> Description:
+    """The description with the values of starts that are formulas; those that have none are refused later."""
+    if not any(x.formula for x in (*d.coordinates, *d.rates)):
+        return d
+    values: dict[str, float | None] = {p.name: p.value for p in (*d.parameters, *d.constants)}
+    for name, expression in d.definitions:
+        values[name] = _value_of(expression, values)
+
+    def valued(x: Coordinate | Rate) -> Coordinate | Rate:
+        if x.formula is None:
+            return x
+        value = _value_of(x.formula.expression, values) or 0.0
+        return replace(x, guess=value) if x.start is None else replace(x, start=value)
+
+    rates = {r.name: valued(r) for r in d.rates}
+    of = {r.coordinate: r for r in rates.values() if r.coordinate is not None}
+    coordinates = [valued(c) for c in d.coordinates]
+    coordinates = [
+        replace(c, rate=of[c.name].start, rate_guess=of[c.name].guess) if c.rate_formula else c
+        for c in coordinates
+    ]
+    return replace(d, coordinates=tuple(coordinates), rates=tuple(rates.values()))
+
+
+def _value_of(expression: sympy.Expr, values: Mapping[str, float | None]) -> float | None:
+    try:
+        return evaluate(expression, values)
+    except NotFinite:
+        return None
 
 
 def _need_places(d: Description) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from ..errors import nearest
-from .description import Axis, Constant, Coordinate, Frame, Input, Joint, Parameter, Point, Rate
+from .description import Axis, Constant, Coordinate, Formula, Frame, Input, Joint, Parameter, Point, Rate
 from .names import name_fault
 from .sources import Sources
 from .units import TIME, Unit, over
@@ -62,14 +62,14 @@ class Declared:
         self, table: str, place: str, size: Unit | None, numbers: Mapping[str, Any]
     ) -> tuple[dict[str, float], Unit | None]:
         """Initial values of a coordinate in SI units; `place` is a key with {} where that of `numbers` stands."""
-        values: dict[str, float] = {}
-        for key in ("start", "guess"):
+        values: dict[str, Any] = {}
+        for key, formula in (("start", "formula"), ("guess", "formula")):
             if numbers.get(key) is not None:
-                values[key], size = self._sources.number(numbers[key], size, table, place.format(key))
+                size = self._one_initial(values, key, formula, numbers[key], size, table, place)
         per_second = None if size is None else _per_second(size)
-        for key in ("rate", "rate_guess"):
+        for key, formula in (("rate", "rate_formula"), ("rate_guess", "rate_formula")):
             if numbers.get(key) is not None:
-                values[key], _ = self._sources.number(numbers[key], per_second, table, place.format(key))
+                self._one_initial(values, key, formula, numbers[key], per_second, table, place)
         for enforced, moved in (("start", "guess"), ("rate", "rate_guess")):
             if numbers.get(enforced) is not None and numbers.get(moved) not in (None, 0.0):
                 raise self._sources.error(
@@ -79,6 +79,25 @@ class Declared:
                     hint=f"'{enforced}' is kept, '{moved}' may be moved by assembly: give one of them",
                 )
         return values, size
+
+    def _one_initial(
+        self,
+        values: dict[str, Any],
+        key: str,
+        formula: str,
+        given: Any,
+        size: Unit | None,
+        table: str,
+        place: str,
+    ) -> Unit | None:
+        """Take a number, a quantity or an expression of parameters; returns the unit that is known then."""
+        at = place.format(key)
+        if not self._sources.is_formula(given):
+            values[key], size = self._sources.number(given, size, table, at)
+            return size
+        values[key] = 0.0  # its value follows when all parameters are known
+        values[formula] = Formula(self._sources.expression(given, table, at), table, at)
+        return size
 
     def _new_element(self, name: Any, table: str, elements: Mapping[str, Any]) -> None:
         fault = name_fault(name, element=True)

@@ -31,11 +31,21 @@ class Constant:
 
 
 @dataclass(frozen=True)
+class Formula:
+    """A start that parameters make, and where it stands in the model file: a table and a key."""
+
+    expression: Expr
+    table: str
+    key: str
+
+
+@dataclass(frozen=True)
 class Coordinate:
     """A generalised coordinate: `start`, `rate` are enforced, `guess`, `rate_guess` assembly may move.
 
     `quaternion` names the joint whose unit quaternion it is an element of; such a coordinate has no rate
-    of its own. `joint` names the joint that made it; None where the user declared it.
+    of its own. `joint` names the joint that made it; None where the user declared it. Where the start (or guess) or the
+    rate has a formula, the number is its value at the parameters' values.
     """
 
     name: str
@@ -46,6 +56,8 @@ class Coordinate:
     rate_guess: float = 0.0
     quaternion: str | None = None
     joint: str | None = None
+    formula: Formula | None = None
+    rate_formula: Formula | None = None
 
 
 @dataclass(frozen=True)
@@ -61,6 +73,7 @@ class Rate:
     start: float | None = None
     guess: float = 0.0
     coordinate: str | None = None
+    formula: Formula | None = None
 
 
 @dataclass(frozen=True)
@@ -437,4 +450,4 @@ class Description:
 
 def plain_rate(c: Coordinate) -> Rate:
     """The time derivative of a coordinate as an element of v."""
-    return Rate(c.name, c.unit and f"{c.unit}/s", c.rate, c.rate_guess, c.name)
+    return Rate(c.name, c.unit and f"{c.unit}/s", c.rate, c.rate_guess, c.name, c.rate_formula)

@@ -53,6 +53,7 @@ UNVARYING = (RATES, INPUTS, PLACES, COORDINATES, TIME_ITSELF)
 FIXED_COM = Role(
     "the centre of mass of a joint's child", UNVARYING, "it is in the body's own frame, which the joint moves"
 )
+START = Role("a start", UNVARYING, "it is made of parameters and constants")
 FIXED = Role("what is fixed in a body or joint", UNVARYING, "it is made of parameters and constants")
 RATIO = Role("a ratio or length", UNVARYING, "it is made of parameters and constants")
 SPANNED = Role("the place of what pulls", (RATES, INPUTS), "rates belong in damping, inputs in forces")
@@ -111,6 +112,11 @@ def items(d: Description) -> Iterator[Item]:
     for body in d.bodies:
         yield from body_items(body, body.name in children)
     sizes = {c.name: unit_dimension(c.unit) for c in d.coordinates}
+    for x, size in [(c, sizes[c.name]) for c in d.coordinates] + [
+        (r, unit_dimension(r.unit)) for r in d.rates
+    ]:
+        if x.formula is not None:
+            yield Item(x.formula.table, x.formula.key, x.formula.expression, START, size)
     for joint in d.joints:
         yield from joint_items(joint)
     framed = {f.name for f in d.frames}

@@ -297,7 +297,8 @@ def _make_plain(
         model._made.append(Coordinate(names[k], kind.units[k], **values, joint=joint))
     if kind.velocities:
         for c, suffix in zip(model._made[-len(made) :], kind.velocities, strict=True):
-            _make_rate(model, table, joint, Rate(joint + suffix, "m/s", c.rate, c.rate_guess, c.name))
+            made_rate = Rate(joint + suffix, "m/s", c.rate, c.rate_guess, c.name, c.rate_formula)
+            _make_rate(model, table, joint, made_rate)
 
 
 def _make_quaternion(
@@ -322,7 +323,13 @@ def _make_quaternion(
     for k, suffix in enumerate(ANGULAR_VELOCITY, first):
         numbers = {key: state[key][k] for key in ("rate", "rate_guess") if key in state}
         initial, _ = model._initial(table, f"{{}}[{k}]", speed, numbers)
-        rate = Rate(joint + suffix, "rad/s", initial.get("rate"), initial.get("rate_guess", 0.0))
+        rate = Rate(
+            joint + suffix,
+            "rad/s",
+            initial.get("rate"),
+            initial.get("rate_guess", 0.0),
+            formula=initial.get("rate_formula"),
+        )
         _make_rate(model, table, joint, rate)
 
 

@@ -120,6 +120,16 @@ class Sources:
         self._sources.setdefault((table, key), []).append(source)
         return source.expression
 
+    @staticmethod
+    def is_formula(value: Any) -> bool:
+        """Whether a value names something: text or an expression that is no number and no quantity."""
+        if isinstance(value, str):
+            try:
+                value = parse(value).expression
+            except ModelError:  # the reader of numbers says what is wrong
+                return False
+        return isinstance(value, sympy.Expr) and bool(value.free_symbols)
+
     def number(self, value: Any, unit: Unit | None, table: str, key: str) -> tuple[float, Unit | None]:
         """Take a number (in `unit`) or a quantity (which must fit `unit`); returns its SI value and unit."""
         try:

@@ -15,6 +15,7 @@ from .description import (
     Description,
     Drawing,
     Event,
+    Formula,
     Input,
     Joint,
     Load,
@@ -53,7 +54,7 @@ class _Writer:
     def blocks(self, d: Description) -> Iterator[list[str]]:
         yield ["[parameters]", *(f"{p.name} = {_number(p.value, p.unit, p.doc)}" for p in d.parameters)]
         yield ["[constants]", *(f"{c.name} = {_number(c.value, c.unit)}" for c in d.constants)]
-        yield ["[coordinates]", *(_coordinate(c) for c in d.coordinates if c.joint is None)]
+        yield ["[coordinates]", *(_coordinate(self, c) for c in d.coordinates if c.joint is None)]
         yield ["[inputs]", *(f"{u.name} = {_input(u)}" for u in d.inputs)]
         made = {name for s in d.springs for name in (s.measured, s.exerted)}
         yield ["[definitions]", *self.entries("definitions", [x for x in d.definitions if x[0] not in made])]
@@ -194,7 +195,7 @@ class _Writer:
         lines += [f"{key} = {_literal(x)}" for key, x in (("axis", joint.axis), ("axis2", joint.axis2)) if x]
         if joint.coordinates != TYPES[joint.type].coordinate_names(joint.name):
             lines.append(f"coordinate = {_one_or_list(joint.coordinates)}")
-        lines += _joint_state(joint, made, rates)
+        lines += _joint_state(self, joint, made, rates)
         for key in ("stiffness", "damping", "rest", "armature"):
             values = getattr(joint, key)
             if len(values) == 1:
@@ -290,15 +291,17 @@ def _by_joint(d: Description) -> dict[str, tuple[list[Coordinate], list[Rate]]]:
     return made
 
 
-def _joint_state(joint: Joint, made: Sequence[Coordinate], rates: Sequence[Rate]) -> list[str]:
+def _joint_state(
+    writer: _Writer, joint: Joint, made: Sequence[Coordinate], rates: Sequence[Rate]
+) -> list[str]:
     """Initial values of the coordinates and rates that a joint made; nothing where they are the defaults."""
     if not made:
         return []
-    speeds = [(r.start, r.guess) for r in rates]
+    speeds = [_state(writer, r.start, r.guess, r.formula) for r in rates]
     lines = []
     defaults = tuple(float(c.quaternion is not None and c.name == joint.coordinates[-4]) for c in made)
     for keys, pairs, unmoved in (
-        (("start", "guess"), [(c.start, c.guess) for c in made], defaults),
+        (("start", "guess"), [_state(writer, c.start, c.guess, c.formula) for c in made], defaults),
         (("rate", "rate_guess"), speeds, (0.0,) * len(speeds)),
     ):
         enforced, guesses = zip(*pairs, strict=True)
@@ -309,17 +312,28 @@ def _joint_state(joint: Joint, made: Sequence[Coordinate], rates: Sequence[Rate]
     return lines
 
 
+class _Written(str):
+    """A value as it stands in a file."""
+
+
+def _state(writer: _Writer, start: Any, guess: Any, formula: Formula | None) -> tuple[Any, Any]:
+    """What is enforced, and what is guessed, with the formula in the place of its value."""
+    if formula is None:
+        return start, guess
+    text = _Written(writer.value(formula.table, formula.key, formula.expression))
+    return (None, text) if start is None else (text, guess)
+
+
 def _one_or_list(values: tuple[Any, ...]) -> str:
     return _literal(values[0] if len(values) == 1 else values)
 
 
-def _coordinate(c: Coordinate) -> str:
-    guesses = {
-        "guess": c.guess if c.start is None else 0.0,
-        "rate_guess": c.rate_guess if c.rate is None else 0.0,
-    }
+def _coordinate(writer: _Writer, c: Coordinate) -> str:
+    start, guess = _state(writer, c.start, c.guess, c.formula)
+    rate, rate_guess = _state(writer, c.rate, c.rate_guess, c.rate_formula)
+    guesses = {"guess": guess if start is None else 0.0, "rate_guess": rate_guess if rate is None else 0.0}
     moved = {key: value for key, value in guesses.items() if value}
-    return f"{c.name} = {_table(unit=c.unit, start=c.start, rate=c.rate, **moved)}"
+    return f"{c.name} = {_table(unit=c.unit, start=start, rate=rate, **moved)}"
 
 
 def _number(value: float, unit: str | None, doc: str = "") -> str:
@@ -341,6 +355,8 @@ def _table(**values: Any) -> str:
 
 
 def _literal(value: Any) -> str:
+    if isinstance(value, _Written):
+        return value
     if isinstance(value, str):
         return _quoted(value)
     if isinstance(value, tuple):

@@ -26,6 +26,7 @@ from ..marks import Mark, mark_function, mark_records, marks
 from ..pipeline import functions
 from ..program import ENERGY, POWER, RATIO, Function, Part, Program, Sizes
 from ..savings import savings
+from ..starts import formulas, start_function
 from ..structure import structure
 from ..time_terms import own_terms, term_count, time_function
 from .components import Component, split
@@ -59,7 +60,7 @@ def watchers(
     for name, expression in d.definitions:
         if name in needed:
             loader.define(name, expression)
-    return g, [*_functions(d, loader), *mark_function(loader, marks)]
+    return g, [*_functions(d, loader), *mark_function(loader, marks), *start_function(loader, d)]
 
 
 def _functions(d: Description, loader: Loader) -> Iterator[Function]:
@@ -82,6 +83,7 @@ def _functions(d: Description, loader: Loader) -> Iterator[Function]:
 def _needed(d: Description, marks: list[Mark]) -> set[str]:
     """All names that the watchers' expressions mention, through definitions too."""
     roots = [*(expression for _, expression in d.outputs), *(x for mark in marks for x in mark.values)]
+    roots += formulas(d)
     for event in d.events:
         roots += [event.when, *(r.value for r in event.resets)]
     found = _names(roots)
