@@ -17,6 +17,7 @@ from symgen.model.joint_types import TYPES
 from symgen.model.names import FUNCTION_ARITY
 from symgen.model.over_time import KINDS
 from symgen.model.parts import ACTIONS, DIRECTIONS, SHAPES
+from symgen.model.rolling import ROLLING_KEYS
 from symgen.model.run_defaults import FORMULATIONS, KEYS
 from symgen.model.solids import SHAPE_KEYS
 from symgen.model.toml_reader import READERS, TOP_KEYS, read_text
@@ -33,6 +34,7 @@ KEYS_OF = {
     "points": ("body", "at"),
     "axes": ("body", "direction"),
     "frames": toml_reader.FRAME_KEYS,
+    "rolling": ROLLING_KEYS,
     "springs": SPRING_KEYS,
     "bushings": BUSHING_KEYS,
     "gravity": (*toml_reader.GRAVITY_KEYS, *ATTRACTOR_KEYS),

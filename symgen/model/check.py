@@ -39,6 +39,7 @@ from .items import (
 from .joint_tree import coordinates_in, motion_of, moved_by
 from .joint_types import TYPES
 from .printing import shortened
+from .rolling import check_rolling
 from .sources import Sources
 
 
@@ -243,6 +244,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     check_elements(d, sources)
     check_force_elements(d, sources)
     check_attractors(d, sources)
+    check_rolling(d, sources)
     loops = LoopChecker(d, sources)
     for loop in d.loops:
         loops.check(loop)
@@ -332,7 +334,7 @@ def _value_of(expression: sympy.Expr, values: Mapping[str, float | None]) -> flo
 def _need_places(d: Description) -> bool:
     """Whether elements name bodies whose places become names when they are written out."""
     fields = d.field is not None or d.gravitation is not None or d.attractors
-    return bool(d.bushings or fields or any(x.frame or x.reaction for x in d.loads))
+    return bool(d.bushings or d.rolling or fields or any(x.frame or x.reaction for x in d.loads))
 
 
 class _Checker:

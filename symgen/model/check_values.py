@@ -175,6 +175,11 @@ def check_values(d: Description, sources: Sources) -> None:
             if value is not None and value < 0:
                 message = f"the {key} is negative at the parameters' values: {value:g}"
                 raise sources.error(f"springs.{s.name}", key, message, hint="look at the parameters in it")
+    for r in d.rolling:
+        radius = values.get((f"rolling.{r.name}", r.kind))
+        if radius is not None and radius <= 0:
+            message = f"the radius is not positive at the parameters' values: {radius:g} m"
+            raise sources.error(f"rolling.{r.name}", r.kind, message, hint="look at the parameters in it")
     check_contact_values(d, values, sources)
     _check_plane(d, values, sources)
 

@@ -273,6 +273,24 @@ class Attractor:
 
 
 @dataclass(frozen=True)
+class Rolling:
+    """What rolls without slipping on the x-y plane of a frame (planar: on its x axis): a ball, a wheel, a knife edge.
+
+    `axis` is a wheel's axle or a blade's direction, `at` the centre of the wheel or the point of the blade [m], both in
+    the body's frame; by default its z axis and its centre of mass. `holds` names the constraints: gap, along, across.
+    """
+
+    name: str
+    body: str
+    kind: str
+    radius: Expr | None
+    axis: tuple[float, ...]
+    at: tuple[Expr, ...]
+    plane: str
+    holds: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Loop:
     """A ready-made constraint as the user asked for it: coincident, distance, gear and so on.
 
@@ -442,6 +460,7 @@ class Description:
     field: Expr | None = None
     gravitation: Expr | None = None
     attractors: tuple[Attractor, ...] = ()
+    rolling: tuple[Rolling, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

@@ -17,6 +17,7 @@ from .joint_tree import parents_first, with_axes
 from .joint_types import TYPES
 from .parts import DRAWN
 from .ready_made import HALF, Writer
+from .rolling import drawn, write_rolling
 from .solids import picture, together
 from .sources import Sources
 from .unevaluated import difference, negated, product, squared, total
@@ -37,7 +38,7 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
         b.name: _with_shape(_with_com(b) if b.name in children else b, b.name in children) for b in d.bodies
     }
     joints = tuple(with_axes(j, bodies[j.child]) for j in parents_first(d.joints))
-    d = _with_elements(replace(d, bodies=tuple(bodies.values()), joints=joints), kinds)
+    d = _with_elements(replace(d, bodies=tuple(bodies.values()), joints=joints), sources, kinds)
     d = replace(d, **_energies(d, joints))
     constraints, axes, parts = _constraints(d, sources, kinds)
     rate_of = {r.coordinate: r.name for r in d.rates if r.coordinate is not None}
@@ -71,7 +72,7 @@ def _with_shape(body: Body, is_child: bool) -> Body:
     return replace(body, shape=picture(body.solids, origin))
 
 
-def _with_elements(d: Description, kinds: Mapping[str, str]) -> Description:
+def _with_elements(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Description:
     """The description with its springs, bushings and loads written out."""
     writer = elements.Writer(d, set(kinds))
     for spring in d.springs:
@@ -81,8 +82,18 @@ def _with_elements(d: Description, kinds: Mapping[str, str]) -> Description:
     writer.terms["potential"] += write_gravity(writer)
     for attractor in d.attractors:
         writer.drawings.append(Drawing(attractor.name, "pin", (attractor.at,)))
+    rolling = [(r, c) for r in d.rolling for c in write_rolling(writer, r)]
+    taken = {c.name for c in (*d.constraints, *d.velocity_constraints)}
+    for r, c in rolling:
+        if c.name in taken:
+            message = f"the rolling '{r.name}' makes the constraint '{c.name}', which is taken"
+            raise sources.error(f"rolling.{r.name}", "", message, hint="choose another name")
+        taken.add(c.name)
     return replace(
         d,
+        bodies=drawn(d),
+        constraints=(*d.constraints, *(c for _, c in rolling if c.kind == "holonomic")),
+        velocity_constraints=(*d.velocity_constraints, *(c for _, c in rolling if c.kind == "velocity")),
         loads=tuple(plain for load in d.loads for plain in writer.load(load)),
         points=(*d.points, *writer.points),
         axes=(*d.axes, *writer.axes),

@@ -162,6 +162,10 @@ def items(d: Description) -> Iterator[Item]:
         yield Item("constraints", c.name, c.expression, HOLONOMIC)
     for loop in d.loops:
         yield from loop_items(loop, sizes)
+    for r in d.rolling:
+        if r.radius is not None:
+            yield Item(f"rolling.{r.name}", r.kind, r.radius, RATIO, LENGTH)
+        yield from _vector_items(f"rolling.{r.name}", "at", r.at, FIXED, LENGTH)
     yield from _contact_items(d)
     for c in d.velocity_constraints:
         yield Item("velocity_constraints", c.name, c.expression, VELOCITY)

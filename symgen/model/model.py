@@ -33,6 +33,7 @@ from .description import (
     Parameter,
     Point,
     Rate,
+    Rolling,
     Spring,
     Stop,
     plain_rate,
@@ -45,6 +46,7 @@ from .joints import direction as unit_vector
 from .joints import make_joint
 from .names import model_name_fault, name_fault
 from .over_time import read_over_time
+from .rolling import make_rolling
 from .sources import Sources
 
 IMPACTS = ("simultaneous", "sequential")
@@ -116,6 +118,7 @@ class Model(Declared):
         self._loads: dict[str, Load] = {}
         self._springs: dict[str, Spring] = {}
         self._bushings: dict[str, Bushing] = {}
+        self._rolling: dict[str, Rolling] = {}
         self._constraints: dict[str, Constraint] = {}
         self._loops: dict[str, Loop] = {}
         self._stops: dict[str, Stop] = {}
@@ -692,6 +695,49 @@ class Model(Declared):
         moved = self._named(name, "motion.coordinate", coordinate)
         self._close(name, "motion", coordinate=moved, follows=self._argument(name, "motion.follows", follows))
 
+    def rolling(
+        self,
+        name: str,
+        body: str | None = None,
+        ball: Any = None,
+        wheel: Any = None,
+        knife: Sequence[Any] | None = None,
+        axis: Sequence[Any] | None = None,
+        at: Sequence[Any] | None = None,
+        plane: str | None = None,
+        holds: Sequence[str] | None = None,
+    ) -> None:
+        """Let a ball, a wheel or a knife edge roll (or glide along itself) on a plane without slipping.
+
+        Makes the constraint NAME_gap, which keeps it on the plane, and the velocity constraints NAME_along and
+        NAME_across, which keep what touches from slipping along the way and across it. A body in the x-y plane rolls
+        along a line; a knife edge is seen from above there.
+
+        Parameters
+        ----------
+        name : str
+        body : str
+        ball, wheel : expression
+            The radius [m]; of parameters and constants. One of the three.
+        knife : sequence of 2 or 3
+            The direction of the blade in the body's axes, of numbers and constants.
+        axis : sequence of 3, optional
+            A wheel's axle in the body's axes; z by default.
+        at : sequence of 2 or 3, optional
+            The centre of ball or wheel, or the blade's point, in the body's frame [m]; its centre of mass by default.
+        plane : str, optional
+            A frame, body or "world" (the default), on whose x-y plane it rolls, with z up; a planar body on its x axis,
+            with y up.
+        holds : sequence of str, optional
+            Which of "gap", "along", "across" are held; all by default. The second wheel of an axle leaves "across" out.
+        """
+        given = {
+            "body": body, "ball": ball, "wheel": wheel, "knife": knife, "axis": axis, "at": at, "plane": plane,
+            "holds": holds,
+        }  # fmt: skip
+        self._new_element(name, "rolling", self._rolling)
+        self._rolling[name] = make_rolling(self, name, given)
+
     def stop(self, name: str, gap: Any = None, restitution: Any = 0) -> None:
         """Keep an expression of the coordinates (and `t`) from falling below zero.
 
@@ -949,6 +995,7 @@ class Model(Declared):
             field=self._field,
             gravitation=self._gravitation,
             attractors=tuple(self._attractors.values()),
+            rolling=tuple(self._rolling.values()),
         )
 
     def _all_coordinates(self) -> tuple[Coordinate, ...]:

@@ -32,6 +32,7 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "frames": "frame",
     "springs": "spring",
     "bushings": "bushing",
+    "rolling": "rolling",
     "loads": "load",
     "constraints": "constraint",
     "velocity_constraints": "velocity_constraint",

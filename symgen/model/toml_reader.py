@@ -15,6 +15,7 @@ from .gravity import ATTRACTOR_KEYS
 from .items import DRAWINGS
 from .model import Model
 from .names import LONGEST_NAME
+from .rolling import ROLLING_KEYS
 from .toml_text import parse
 
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
@@ -267,6 +268,7 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "friction": _each_table("friction", "friction", FRICTION_KEYS, inline=False),
     "contacts": _each_table("contact", "contacts", CONTACT_KEYS, inline=False),
     "constraints": _constraints,
+    "rolling": _each_table("rolling", "rolling", ROLLING_KEYS, inline=False),
     "velocity_constraints": _each("velocity_constraint"),
     "outputs": _each("output"),
     "events": _event,

@@ -21,12 +21,14 @@ from .description import (
     Load,
     Loop,
     Rate,
+    Rolling,
     Solid,
     Spring,
 )
 from .items import drawing_key
 from .joint_types import TYPES
 from .printing import to_text
+from .rolling import held_by
 from .sources import Sources
 
 SPRING_FIELDS = ("angle", "stiffness", "rest", "damping", "preload", "mass")
@@ -106,6 +108,8 @@ class _Writer:
         yield ["[constraints]", *self.entries("constraints", [(c.name, c.expression) for c in d.constraints])]
         for loop in d.loops:
             yield self.loop(loop)
+        for r in d.rolling:
+            yield self.rolling(r)
         held = [(c.name, c.expression) for c in d.velocity_constraints]
         yield ["[velocity_constraints]", *self.entries("velocity_constraints", held)]
         yield ["[outputs]", *self.entries("outputs", d.outputs)]
@@ -244,6 +248,18 @@ class _Writer:
             f"torque = {self.array(table, 'torque', load.torque)}",
             *named,
         ]
+
+    def rolling(self, r: Rolling) -> list[str]:
+        table = f"rolling.{r.name}"
+        lines = [f"[{table}]", f"body = {_quoted(r.body)}"]
+        if r.kind == "knife":
+            lines.append(f"knife = {_literal(r.axis)}")
+        else:
+            lines.append(f"{r.kind} = {self.value(table, r.kind, r.radius)}")
+            lines += [f"axis = {_literal(r.axis)}"] if r.axis else []
+        lines += [f"at = {self.array(table, 'at', r.at)}"] if r.at else []
+        lines += [f"plane = {_quoted(r.plane)}"] if r.plane != "world" else []
+        return [*lines, *([f"holds = {_literal(r.holds)}"] if r.holds != held_by(r.kind) else [])]
 
     def spring(self, spring: Spring) -> list[str]:
         table = f"springs.{spring.name}"

@@ -1,0 +1,221 @@
+"""Balls, wheels and knife edges by `[rolling]`: against closed forms, and against constraints written by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from symgen import Model, load
+from symgen.errors import ModelError
+from symgen.link import derive
+from symgen.model.toml_reader import read_text
+
+TURNTABLE = """
+[parameters]
+R = "0.1 m"
+w = "2 rad/s"
+
+[bodies.table]
+mass = 1
+inertia = [1, 1, 1]
+
+[bodies.ball]
+density = "1000 kg/m^3"
+shape = { sphere = ["R"] }
+
+[joints.pivot]
+type = "revolute"
+child = "table"
+axis = [0, 0, 1]
+rate = "w"
+
+[joints.float]
+type = "free"
+child = "ball"
+start = [0.5, 0, "R", 1, 0, 0, 0]
+rate = [0, 0.3, 0, 0, 0, 0]
+
+[constraints.drive]
+motion = { coordinate = "pivot", follows = "w*t" }
+
+[rolling.ball]
+body = "ball"
+ball = "R"
+plane = "table"
+
+[gravity]
+z = "-9.81 m/s^2"
+"""
+
+
+def test_a_ball_on_a_turntable_runs_in_circles():
+    """A solid ball's centre turns with 2/7 of the table's rate, whatever its size (Earnshaw, Dynamics, 1844)."""
+    text = TURNTABLE.replace("rate = [0, 0.3, 0, 0, 0, 0]", "rate_guess = [0, 0, 0, 0, 0, 0]")
+    run = derive(read_text(text)).run(t_end=6.0, rtol=1e-10)
+    x, v = run.q[0, [1, 2]], np.array([run["float_vx"][0], run["float_vy"][0]])
+    turn = 2 / 7 * 2.0
+    middle = x + np.array([-v[1], v[0]]) / turn
+    angle, away = turn * run.t, x - middle
+    assert np.hypot(*v) > 0.1
+    expected = middle[0] + away[0] * np.cos(angle) - away[1] * np.sin(angle)
+    assert run["float_x"] == pytest.approx(expected, abs=1e-8)
+    expected = middle[1] + away[0] * np.sin(angle) + away[1] * np.cos(angle)
+    assert run["float_y"] == pytest.approx(expected, abs=1e-8)
+    assert run["float_z"] == pytest.approx(np.full(len(run.t), 0.1), abs=1e-12)
+    assert all(check.ok for check in run.health), run.health
+
+
+@pytest.mark.parametrize("planar", [False, True])
+def test_down_a_slope(planar):
+    """A ball, and a wheel in the plane, at 5/7 and 2/3 of g sin: on a frame that is tilted."""
+    m = Model("slope", gravity=(0, "-9.81 m/s^2") if planar else (0, 0, "-9.81 m/s^2"))
+    if planar:
+        m.frame("slope", at=(0.1, 0.2), axis=(0, 0, 1), angle=-0.3)
+        x, y, phi = (m.coordinate(name) for name in ("x", "y", "phi"))
+        m.body("b", density=500, shape={"cylinder": [0.2, 0.1], "axis": [0, 0, 1]}, com=(x, y), angle=phi)
+        m.rolling("b", "b", wheel=0.2, plane="slope")
+    else:
+        m.frame("slope", at=(0.1, 0, 0.2), axis=(0, 1, 0), angle=0.3)
+        m.body("b", density=500, shape={"sphere": [0.2]})
+        m.joint("j", "free", "b")
+        m.rolling("b", "b", ball=0.2, plane="slope")
+    run = m.derive().run(t_end=1.0, rtol=1e-10)
+    share = 2 / 3 if planar else 5 / 7
+    away = share * 9.81 * np.sin(0.3) / 2
+    start, end = run.q[0], run.q[-1]
+    fallen = end[:2] - start[:2] if planar else end[[0, 2]] - start[[0, 2]]
+    assert fallen == pytest.approx(away * np.array([np.cos(0.3), -np.sin(0.3)]), abs=1e-9)
+    assert all(check.ok for check in run.health), run.health
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_a_disc_rolls_as_the_bundled_one_does(free):
+    """models/rolling_disc.toml holds the touching point by constraints in Euler's angles, written by hand."""
+    reference = load("rolling_disc").run(t_end=3.0, rtol=1e-11, atol=1e-13)
+    m = Model("disc", gravity=(0, 0, -9.81))
+    inertia = [0.25, 0.5, 0.25]
+    if free:
+        m.body("disc", mass=1, inertia=inertia)
+        turn = Rotation.from_euler("ZXY", [0.0, 0.3, 0.0])
+        q = turn.as_quat()[[3, 0, 1, 2]]
+        spin = turn.inv().apply([0, 0, 0.5]) + np.array([0, 5.0, 0])
+        rates = [reference["dot(x)"][0], reference["dot(y)"][0], reference["dot(z)"][0], *spin]
+        m.joint("d", "free", "disc", start=[0, 0, np.cos(0.3), *q], rate=[float(x) for x in rates])
+    else:
+        for name, value in (("x", 0), ("y", 0), ("z", np.cos(0.3))):
+            m.coordinate(name, start=value)
+        angles = [m.coordinate("yaw", start=0, rate=0.5), m.coordinate("lean", start=0.3, rate=0),
+                  m.coordinate("spin", start=0, rate=5.0)]  # fmt: skip
+        m.body("disc", mass=1, com=("x", "y", "z"), rotation=list(zip("zxy", angles)), inertia=inertia)
+    m.rolling("wheel", "disc", wheel=1.0, axis=(0, 1, 0))
+    run = m.derive().run(t_end=3.0, rtol=1e-11, atol=1e-13, t_eval=reference.t)
+    names = ["d_x", "d_y", "d_z"] if free else ["x", "y", "z"]
+    for name, other in zip(names, ["x", "y", "z"]):
+        assert run[name] == pytest.approx(reference[other], abs=1e-7)
+    assert run.energy.max_error < 1e-8
+
+
+@pytest.mark.parametrize("planar", [True, False])
+def test_a_skate_on_a_slope_does_not_run_away(planar):
+    """u' = -g sin(w t) along the blade, which turns evenly (Neimark & Fufaev, Dynamics of nonholonomic systems)."""
+    g, w = 3.0, 1.7
+    m = Model("skate", gravity=(0, -g))
+    if planar:
+        x, y, phi = (
+            m.coordinate("x", start=0),
+            m.coordinate("y", start=0),
+            m.coordinate("phi", start=0, rate=w),
+        )
+        m.body("skate", mass=2, inertia=0.3, com=(x, y), angle=phi)
+        m.rolling("edge", "skate", knife=(1, 0))
+    else:
+        m = Model("skate")
+        m.gravity(y=-g, z=-9.81)
+        m.body("skate", mass=2, inertia=[0.1, 0.2, 0.3])
+        m.joint("s", "free", "skate", start=[0, 0, 0, 1, 0, 0, 0], rate=[0, 0, 0, 0, 0, w])
+        m.point("heel", "skate", (0, 0, 1))
+        m.axis("up", "skate", (0, 0, 1))
+        m.constraint("upright_x", "up_x")
+        m.constraint("upright_y", "up_y")
+        m.rolling("edge", "skate", knife=(1, 0, 0))
+    run = m.derive().run(t_end=6.0, rtol=1e-10)
+    t = run.t
+    x = g / w**2 * (w * t / 2 + np.sin(2 * w * t) / 4 - np.sin(w * t))
+    y = g / w**2 * (np.sin(w * t) ** 2 / 2 - (1 - np.cos(w * t)))
+    names = ("x", "y") if planar else ("s_x", "s_y")
+    assert run[names[0]] == pytest.approx(x, abs=1e-7)
+    assert run[names[1]] == pytest.approx(y, abs=1e-7)
+
+
+def test_two_wheels_of_an_axle_hold_it_with_five_constraints():
+    m = Model("axle", gravity=(0, 0, -9.81))
+    m.body("axle", density=7850, shape=[
+        {"cylinder": [0.02, 1.4]}, {"cylinder": [0.4, 0.05], "offset": [0, 0, 0.7]},
+        {"cylinder": [0.4, 0.05], "offset": [0, 0, -0.7]},
+    ])  # fmt: skip
+    m.joint(
+        "j",
+        "free",
+        "axle",
+        start=[0, 0, 0.4, np.sqrt(0.5), -np.sqrt(0.5), 0, 0],
+        rate_guess=[2, 0, 0, 0, 0, 5.0],
+    )
+    m.rolling("left", "axle", wheel=0.4, at=(0, 0, 0.7))
+    m.rolling("right", "axle", wheel=0.4, at=(0, 0, -0.7), holds=["gap", "along"])
+    system = m.derive()
+    assert [c["name"] for c in system.source.header["constraints"]] == [
+        "left_gap", "right_gap", "left_along", "left_across", "right_along",
+    ]  # fmt: skip
+    run = system.run(t_end=2.0)
+    assert not any("redundant" in note for note in run.notes)
+    speed = run["j_vx"][0]
+    assert speed > 1 and run["j_wz"] == pytest.approx(np.full(len(run.t), speed / 0.4), rel=1e-9)
+    assert run["j_x"] == pytest.approx(speed * run.t, abs=1e-8)
+    assert all(check.ok for check in run.health), run.health
+
+
+def test_files_round_trip():
+    text = TURNTABLE.replace('plane = "table"', 'plane = "table"\nholds = ["gap", "along"]').replace(
+        "[gravity]",
+        '[frames.f]\n[rolling.edge]\nbody = "table"\nknife = [1, 0, 0]\nat = [0.1, 0, 0]\n[gravity]',
+    )
+    first = read_text(text)
+    again = read_text(first.to_toml())
+    assert again.to_toml() == first.to_toml()
+    assert again.describe().constraints == first.describe().constraints
+    assert again.describe().velocity_constraints == first.describe().velocity_constraints
+
+
+def test_what_rolls_is_drawn_without_a_shape():
+    m = Model("drawn")
+    for name in ("ball", "wheel"):
+        m.body(name, mass=1, inertia=[1, 1, 1])
+        m.joint(name, "free", name)
+        m.rolling(name, name, **{name: 0.3})
+    bodies = m.derive().bodies
+    assert [(b["shape"], b.get("parts")) for b in bodies] == [("sphere", None), ("solids", ["cylinder"])]
+
+
+@pytest.mark.parametrize(
+    "old, new, place, words",
+    [
+        ('ball = "R"', "", "", "one of ball, wheel, knife; 0 are given"),
+        ('ball = "R"', 'ball = "R"\nwheel = 1', "", "2 are given"),
+        ('ball = "R"', 'ball = "w"', "ball", "units do not match"),
+        ('ball = "R"', 'ball = "-R"', "ball", "not positive"),
+        ('ball = "R"', 'ball = "R"\naxis = [1, 0, 0]', "axis", "a ball has no 'axis'"),
+        ('ball = "R"', 'ball = "R"\nholds = ["up"]', "holds, element 1", "one of gap, along, across"),
+        ('body = "ball"\nball', 'body = "bal"\nball', "body", "did you mean 'ball'"),
+        ('plane = "table"', 'plane = "tabel"', "plane", "did you mean 'table'"),
+        ('plane = "table"', 'plane = "ball"', "plane", "fixed in 'ball', which rolls"),
+        ("[gravity]", '[constraints]\nball_gap = "pivot"\n[gravity]', "", "which is taken"),
+        ('ball = "R"', "knife = [0, 0, 0]", "knife", "zero length"),
+    ],
+)  # fmt: skip
+def test_wrong_rolling(old, new, place, words):
+    if words is None:
+        return
+    with pytest.raises(ModelError, match=words) as caught:
+        read_text(TURNTABLE.replace(old, new), file="a.toml").describe()
+    assert (caught.value.table, caught.value.key or "") == ("rolling.ball", place)
