@@ -78,6 +78,29 @@ _DARK = (
     "--paper:#16181c;--ink:#e8e8e8;--faint:#3a3d44;--soft:#a7abb3;--bad:#ff8a80;"
     "--c0:#6cb0ff;--c1:#ff9b66;--c2:#6fd08f;--c3:#d79bf0;--c4:#e3c75a;--c5:#6ad2dc;"
 )
+# Pictures of mechanisms: `drawing` needs these rules wherever it stands, below an element with these colours.
+_SHAPES = (
+    (".origin", "fill:none;stroke:var(--soft)"),
+    (".bar", "fill:none;stroke-linecap:round;stroke-opacity:.55"),
+    (".body", "fill-opacity:.35;stroke-width:1.5"),
+    *((f".c{i}", f"stroke:var(--c{i})") for i in range(6)),
+    *((f".body.c{i}", f"fill:var(--c{i})") for i in range(6)),
+)
+
+
+def drawing_style(scope: str = "") -> str:
+    """Return the rules of drawings, of those alone that stand below elements that a selector names; of a file without.
+
+    With a scope the colours are those for light paper, which the picture brings along.
+    """
+    below = f"{scope} svg " if scope else ""
+    rules = "".join(f"{below}{name}{{{rule}}}" for name, rule in _SHAPES)
+    letters = f"{below}text{{font:12px system-ui,sans-serif;fill:var(--ink)}}"
+    if scope:
+        return f"{scope} svg{{{_LIGHT}background:var(--paper);max-width:24rem}}{letters}{rules}"
+    return f":root{{{_LIGHT}}}@media (prefers-color-scheme:dark){{:root{{{_DARK}}}}}{letters}{rules}"
+
+
 _STYLE = (
     f":root{{color-scheme:light dark;{_LIGHT}}}"
     f"@media (prefers-color-scheme:dark){{:root{{{_DARK}}}}}"
@@ -98,9 +121,7 @@ _STYLE = (
     f"@media print{{:root{{{_LIGHT}}}body{{font-size:10pt}}main{{padding:0}}.wide,figure{{overflow:visible}}"
     "table{font-size:8pt}math{font-size:9pt}}"
     "svg text{font:12px system-ui,sans-serif;fill:var(--ink)}"
-    ".frame{fill:none;stroke:var(--soft)}.grid,.origin{fill:none;stroke:var(--faint)}.origin{stroke:var(--soft)}"
+    ".frame{fill:none;stroke:var(--soft)}.grid{fill:none;stroke:var(--faint)}"
     ".curve{fill:none;stroke-width:1.6;stroke-linejoin:round}"
-    ".bar{fill:none;stroke-linecap:round;stroke-opacity:.55}"
-    ".body{fill-opacity:.35;stroke-width:1.5}"
-    + "".join(f".c{i}{{stroke:var(--c{i})}}.body.c{i}{{fill:var(--c{i})}}" for i in range(6))
+    + "".join(f"{name}{{{rule}}}" for name, rule in _SHAPES)
 )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from symgen.runtime.checks.health import health_of, objections_to
 from symgen.runtime.plain_text import plain
 from symgen.runtime.report.drawing import drawing
-from symgen.runtime.report.html import figure, markup, number, paragraph, table
+from symgen.runtime.report.html import drawing_style, figure, markup, number, paragraph, table
 from symgen.runtime.tables import columns_of
 
 if TYPE_CHECKING:
@@ -17,10 +17,6 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
 
 _MOST_ROWS = 12
-_STYLE = (
-    "<style>.symgen svg{max-width:24rem}.symgen .body{fill-opacity:.35;stroke-width:1.5;stroke:#0b62c4;fill:#0b62c4}"
-    ".symgen .bar{fill:none;stroke:#0b62c4}.symgen .curve,.symgen .frame{fill:none;stroke:#5c5c5c}</style>"
-)
 
 
 def html(solution: Solution) -> str:
@@ -36,7 +32,7 @@ def html(solution: Solution) -> str:
     passed = sum(not entry.note for entry in found) - len(objections)
     verdict = f"{passed} of {passed + len(objections)} health checks passed"
     parts = [
-        paragraph(f"{system.name}: {solution!r}"),
+        paragraph(f"{system.name}: {solution.status} at t = {number(solution.t[-1])} s by {solution.method}"),
         paragraph(solution.message),
         figure(
             drawing(system, solution.p, float(solution.t[row]), solution.states[row]), "the end of the run"
@@ -47,7 +43,9 @@ def html(solution: Solution) -> str:
         table(("not to be trusted", ""), [(entry.check, entry.says) for entry in objections]),
         table(("note", ""), [(entry.check, entry.says) for entry in found if entry.note]),
     ]
-    return plain(f'<div class="symgen">{_STYLE}{"".join(map(markup, parts))}</div>')
+    return plain(
+        f'<div class="symgen"><style>{drawing_style(".symgen")}</style>{"".join(map(markup, parts))}</div>'
+    )
 
 
 def plot(solution: Solution, names: Sequence[str] = ()) -> Figure:
