@@ -31,6 +31,7 @@ _MAY_BE_DEPENDENT = (
     at.NOT_FINITE,
 )
 NEARLY_DEPENDENT = 1e-2  # methods that do not pass such a configuration may stop well before it
+_ROUND_OFF_RULES = 0.1  # steps that fall to nothing in front of one do so farther off, where round-off shows
 _STEPS_AHEAD, _PLACES_AHEAD = 3, 60  # Newton's iteration fails before constraints depend on each other
 _BY_ITSELF = (at.STEP_TOO_SMALL, at.SINGULAR_MATRIX, at.NOT_FINITE, at.NEWTON_FAILED)
 
@@ -92,25 +93,35 @@ def _dependent(status: int, system: System, method: Method, arrays: LoopArrays, 
     if not system.m:
         return ""
     passes = method.passes_dependence
-    part = dependence.DEPENDENT if passes else NEARLY_DEPENDENT
-    names = []
-    for q in _on_the_way(system, method, arrays):
-        place = system, arrays.p, arrays.t, q
-        names = dependence.dependent_constraints(*place, part)
-        # Those that depend on each other everywhere are no reason to stop, unless they ask for different motions.
-        if names and not (status in _BY_ITSELF and not dependence.rank_is_lost(*place, part)):
-            break
-    else:
-        return ""
+    parts = [dependence.DEPENDENT if passes else NEARLY_DEPENDENT]
+    if status == at.STEP_TOO_SMALL:
+        parts.append(_ROUND_OFF_RULES)
+    for part in parts:
+        for q in _on_the_way(system, method, arrays):
+            place = system, arrays.p, arrays.t, q
+            names = dependence.dependent_constraints(*place, part)
+            # Those that depend on each other everywhere are no reason to stop, unless they ask for different motions.
+            if names and not (status in _BY_ITSELF and not dependence.rank_is_lost(*place, part)):
+                return _of_dependent(method, names, place, when)
+    return ""
+
+
+def _of_dependent(method: Method, names: list[str], place: tuple, when: str) -> str:
+    """Return the sentence for these constraints, which depend on each other, or nearly so, at a place."""
     nearly = "" if dependence.dependent_constraints(*place) else "nearly "
     subject = ", ".join(repr(name) for name in names)
     one = len(names) == 1
     verdict = f"restricts {nearly}nothing" if one else f"{nearly}depend on each other"
     what = f"Constraint{'' if one else 's'} {subject} {verdict} at {when}"
-    if not passes:
+    if not method.passes_dependence:
         return (
             f"{what}, and {method.name} with constraints = {method.form} does not get past that. Use --method dop853 "
             "with --constraints projection, which passes such configurations where a motion leads on from them."
+        )
+    if nearly:
+        return (
+            f"{what}, and {method.name} cannot tell the accelerations there as well as the tolerance asks for, for "
+            "round-off: use --method dop853, or loosen --rtol."
         )
     return (
         f"{what}, and no motion leads on from there: the mechanism is locked or out of reach, or what these "
