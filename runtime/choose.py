@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 kkt = Late("symgen.runtime.constraints.kkt")
 at_start = Late("symgen.runtime.contact.at_start")
-redundancy = Late("symgen.runtime.constraints.dependence")
+dependence = Late("symgen.runtime.constraints.dependence")
 forms = Late("symgen.runtime.integrate.forms")
 
 CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
@@ -139,7 +139,7 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
 
 def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     """Return why the equations that leave constraints out do not hold for this run; an empty string where they do."""
-    if not system.dependent or redundancy.has_dependence(system, p, t, state[: system.nq]):
+    if not system.dependent or dependence.has_dependence(system, p, t, state[: system.nq]):
         return ""
     names = ", ".join(system.constraints[k]["name"] for k in system.dependent)
     return (
@@ -239,8 +239,12 @@ def choose_step(
     notes = []
     if step is None:
         scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
-        period, what = _period_at_start(system, p, t, state, scales.motion)
-        if scales.fastest_period < _INVISIBLE * period:
+        q, v = state[: system.nq], state[system.nq :]
+        # Where constraints depend on each other the motion linearised about the start is that of no other place.
+        singular = bool(system.m) and dependence.rank_is_lost(system, p, t, q)
+        motion = float((np.abs(v) / Positions(system).per_rate(np.maximum(1.0, np.abs(q)), 1.0)).max())
+        period, what = _period_at_start(system, p, t, state, motion if singular else scales.motion)
+        if scales.fastest_period < _INVISIBLE * period and not singular:
             step = default_step(method, system, scales)
             what = "the fastest period at the start"
             part = scales.fastest_period / step

@@ -213,10 +213,11 @@ class Run(RunState):
     def _steps_used_up(self) -> bool:
         if self.max_steps is None or self.arrays.counters[at.STEPS] < self.max_steps:
             return False
+        remedy = "loosen --rtol" if self.method.adaptive else "lengthen --step"
         self._end(
             "failed",
             f"All {self.max_steps} steps allowed were used up at t = {self.arrays.t:.9g} s, with steps of "
-            f"{self.arrays.h_last:.1e} s: allow more, or loosen --rtol.",
+            f"{self.arrays.h_last:.1e} s: allow more, or {remedy}.",
         )
         return True
 
