@@ -105,7 +105,7 @@ def test_exponent_of_a_saddle():
     true = np.abs(run["x"] - np.exp(-k * run.t))
     for digits in (3, 6):
         first = run.t[np.flatnonzero(true > 10.0**-digits)[0]]
-        # The method is exact on exp(-k t), and finer runs have as much round-off: chance decides by a factor of 30 or so.
+        # The method is exact on exp(-k t), and finer runs have as much round-off: chance decides, by up to 30 times.
         assert abs(table.horizon.of(digits) - first) < np.log(30.0) / k
 
 

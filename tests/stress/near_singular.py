@@ -137,10 +137,19 @@ def near_singular(index: int, method: str) -> Outcome:
     return outcome
 
 
+# A bend is over within 1e-8 s. dop853 and taylor hold the energy level in it; radau5 leaves 1e-4, whatever rtol
+# is (its energy check objects from 1e-9 on), a fixed step more.
+_KNOWN = dict.fromkeys(
+    [(index, "radau5") for index in (2, 15, 24, 33)],
+    "off by 1.1e-4 to 2.4e-4 at rtol 1e-8, of 1e-4 that are allowed",
+) | {(36, "gauss8"): "off by 3.9e-3, of 1e-3 that are allowed"}
+
+
 def scenarios() -> Iterator[Scenario]:
     """Yield all."""
     for method in _RTOLS:
         for index in range(N_ALL):
             run = functools.partial(near_singular, index, method)
             name = f"nearly flat four-bar {index}: {method}"
-            yield Scenario("near singular", name, run, method, short=index < N_SHORT and method == "taylor")
+            short = index < N_SHORT and method == "taylor"
+            yield Scenario("near singular", name, run, method, short, known=_KNOWN.get((index, method), ""))
