@@ -1,4 +1,4 @@
-"""docs/tutorial.md, docs/course.md, docs/coming-from.md: commands, programs and models run and print what is there."""
+"""docs/tutorial.md and docs/course.md: commands and programs run, and print what is there."""
 
 from __future__ import annotations
 
@@ -7,15 +7,11 @@ import shlex
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-import numpy as np
-import pytest
 from click.testing import CliRunner
 
-from symgen import Model
 from symgen.cli import main
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-COMING = (DOCS / "coming-from.md").read_text(encoding="utf-8")
 
 
 def matches(printed: list[str], expected: list[str]) -> bool:
@@ -77,31 +73,3 @@ def test_the_course(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "euler.html").is_file()
     explained = next(printed for command, printed in done if "rk4 --step 0.001" in command)
     assert "not ok: blow-up: dot(z_mount)" in explained
-
-
-def models() -> dict[str, str]:
-    sections = re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", COMING, re.DOTALL | re.MULTILINE)
-    return {
-        f"{title}-{k}": text
-        for title, section in sections
-        for k, text in enumerate(re.findall(r"```toml\n(.*?)```", section, re.DOTALL))
-    }
-
-
-@pytest.mark.parametrize("name", models())
-def test_models_of_the_page_for_newcomers_run(name):
-    solution = Model.from_toml(models()[name]).derive().run(0.5)
-    assert solution.ok, [entry.says for entry in solution.objections]
-
-
-def test_the_same_pendulum_in_sympy_mechanics_has_the_same_accelerations():
-    """The program of the page, which SymPy runs, against the model beside it."""
-    (program,) = [x for x in re.findall(r"```python\n(.*?)```", COMING, re.DOTALL) if "KanesMethod" in x]
-    names: dict = {}
-    exec(compile(program, "coming-from.md", "exec"), names)
-    system = Model.from_toml(next(iter(models().values()))).derive()
-    p, values = system.parameter_values(), np.random.default_rng(0).normal(size=(5, 2))
-    by_name = {record["name"]: record["value"] for record in system.parameters}
-    for theta, omega in values:
-        mine = system.kernel("rhs")(0.0, [theta, omega], p)[1]
-        assert names["acceleration"](theta, omega, by_name) == pytest.approx(mine, rel=1e-12)
