@@ -128,7 +128,7 @@ class _Branches:
             exponent = self._rewritten(e.exp, power)
             return e if (base, exponent) == e.args else sympy.Pow(base, exponent, evaluate=False)
         args = [self._rewritten(x, power) for x in e.args]
-        same = all(a is b for a, b in zip(args, e.args, strict=True))
+        same = tuple(args) == e.args  # SymPy makes equal symbols anew where its cache is full
         if e.func not in _KINDS or (e.func in _KINKS and power > 1.0):
             return e if same else e.func(*args)
         argument = e.args[0] if len(e.args) == 1 else e.args[0] - e.args[1]

@@ -95,6 +95,16 @@ def measures(spring: Spring) -> list[tuple[str, sympy.Expr]]:
     return [(spring.measured, length), (spring.exerted, force)]
 
 
+def _ends(s: Spring) -> tuple[tuple[sympy.Expr, ...], ...]:
+    """Between which places it is drawn: a buffer stands at the second, and is no longer than at rest."""
+    if s.acts != "push":
+        return s.places
+    first, second = s.places
+    share = product([sympy.Symbol(s.measured), sympy.Pow(_squared_distance(s), -HALF, evaluate=False)])
+    tip = tuple(total([b, product([difference(a, b), share])]) for a, b in zip(first, second, strict=True))
+    return tip, second
+
+
 def _squared_distance(spring: Spring) -> sympy.Expr:
     a, b = spring.places
     return total([squared(difference(x, y)) for x, y in zip(a, b, strict=True)])
@@ -262,7 +272,7 @@ class Writer:
         if s.places:
             kind = "spring" if s.acts != "pull" else "bar"
             kind = "damper" if s.stiffness is None and s.preload is None else kind
-            self.drawings.append(Drawing(s.name, kind, s.places))
+            self.drawings.append(Drawing(s.name, kind, _ends(s)))
 
     def _mass(self, s: Spring) -> None:
         """A mass that is spread evenly between two places: v = (1 - s) v_a + s v_b, and its weight in the middle."""
