@@ -133,6 +133,7 @@ SECTIONS: dict[str, dict[str, Entry]] = {
             "Long and symplectic: energy stays.",
             3000.0,
         ),
+        "satellite": Entry("run satellite", "The gradient of gravity holds the boom upright.", 2000.0),
     },
     "Rolling, contact, friction": {
         "rolling_disc": Entry("run rolling_disc", "Constraints of velocities: it steers itself.", 1.0),
@@ -144,6 +145,9 @@ SECTIONS: dict[str, dict[str, Entry]] = {
             "run door_stop", "Stop and dry friction: when it sticks is part of the result.", 0.5
         ),
         "stick_slip": Entry("run stick_slip", "Steps end where it begins to stick or to slip.", 1.0),
+        "turntable": Entry(
+            "run turntable", "Rolling on what turns: no energy is lost, and it stays on the table.", 2.0
+        ),
     },
     "Vehicles and control": {
         "quarter_car": Entry(
@@ -154,6 +158,10 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "cart_pole_lqr": Entry(
             "run cart_pole_lqr", "A sampled regulator, made from the linearised model.", 0.3
         ),
+        "crane": Entry(
+            "run crane", "Ropes that grow tight and slack: forces with kinks, found on the way.", 1.0
+        ),
+        "engine_mounts": Entry("run engine_mounts", "Bushings between frames, with masses from shapes.", 0.5),
         "spring_chain": Entry(
             "run spring_chain --t-end 0.5", "Stiff springs: a note says which method was taken, and why.", 0.4
         ),

@@ -16,7 +16,9 @@ QUICK = ("pendulum_linear", "bricard", "bouncing_ball", "stiff_bushing_pendulum"
 
 
 def test_every_bundled_model_is_there(request):
-    assert set(gallery.entries()) == set(bundled())
+    assert set(gallery.entries()) == set(bundled()), (
+        "a line in tests/gallery.py, then python -m tests.gallery"
+    )
     if request.config.getoption("--update-golden"):
         gallery.PAGE.write_text(gallery.page(), encoding="utf-8")
     assert gallery.PAGE.read_text(encoding="utf-8") == gallery.page(), "run python -m tests.gallery"
