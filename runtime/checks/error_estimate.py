@@ -140,6 +140,12 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
     return _extrapolated(solution, parts, rate)
 
 
+def followed(solution: Solution, operations: float) -> ErrorEstimate:
+    """Return what the most accurate companion says, as far as it gets with so many operations."""
+    beside = _Beside(solution)
+    return beside.follow(independent(solution, beside.own, beside.least_range)[0], operations)
+
+
 class _Beside:
     """A run, against which companions are held.
 

@@ -192,6 +192,12 @@ class DrivenSystem(System):
         }
         return DrivenSystem(self.base, {**self._pieces, **said}, (), self.feedback)
 
+    def anew(self) -> DrivenSystem:
+        """Return the same with sampled controllers that have not been called yet."""
+        return DrivenSystem(
+            self.base, self._pieces, [sampler.anew() for sampler in self.samplers], self.feedback
+        )
+
     @property
     def all_pieces(self) -> list[Pieces]:
         """Tables, polynomials and what was sampled so far, in the order of `places.pieces`."""

@@ -36,13 +36,17 @@ class Sampler:
         values: np.ndarray,
     ):
         self.signals, self.inputs, self._names = signals, inputs, names
-        self._controller, self._t_start = controller, t_start
+        self._controller, self._t_start, self._before = controller, t_start, values
         self._deviations = deviations(controller, signals)
         self._random = np.random.default_rng(controller.seed)
         self._memory = None if controller.memory is None else np.array(controller.memory, dtype=float)
         self._n_calls = 0
         self.times: list[float] = [t_start]
         self.values: list[np.ndarray] = [np.array(values, dtype=float)]
+
+    def anew(self) -> Sampler:
+        """Return the same as it was before its first call: `memory` and noise begin again."""
+        return Sampler(self._controller, self.signals, self.inputs, self._names, self._t_start, self._before)
 
     @property
     def next_time(self) -> float:
