@@ -51,9 +51,9 @@ class RunOptions:
     start, rate : mapping of str to float or str, optional
         Initial values of coordinates and rates, enforced.
     inputs : mapping, optional
-        By name: a number, a quantity, a pair (times, values), or a Table, Polynomial or Controller of
-        `symgen.runtime.inputs`; the latter also by a tuple of names, for several inputs at once. The model's own
-        otherwise.
+        By name: a number, a quantity, a pair (times, values), a function of time (taken as polynomials in pieces; a
+        note says how far they are off), or a Table, Polynomial or Controller of `symgen.runtime.inputs`; the latter
+        also by a tuple of names, for several inputs at once. The model's own otherwise.
     at : sequence of float [s]
         Times at which states are kept as samples; they change no step.
     fps : float, optional

@@ -70,6 +70,8 @@ def simulate(system: System, options: RunOptions) -> Solution:
     if moving:
         schedule.first_samples(system, p, options.t_start, state)
     notes = [*_moved_notes(assembly.moved), *assembly.notes]
+    if moving:
+        notes += system.input_notes
     if options.rtol < SMALLEST_RTOL:
         notes.append(f"rtol: {SMALLEST_RTOL:.1e} instead of {options.rtol:.1e}, which is below round-off")
         options = replace(options, rtol=SMALLEST_RTOL)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +11,12 @@ import pytest
 from driven_models import closed_crane, crane, exact_motion, oscillator
 from scipy.interpolate import CubicSpline
 
+import symgen
+from symgen import Model, dot
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.inputs import Controller, Polynomial, Table
 from symgen.runtime.inputs.drive import drive
+from symgen.runtime.inputs.function import sampled
 from symgen.runtime.integrate.methods import METHODS
 
 C0, C1, C2 = 0.7, -1.3, 0.9
@@ -206,3 +211,64 @@ def test_a_recording_of_a_table_is_verified_from_itself(tmp_path, monkeypatch):
     broken = {"u": {"knots": [1.0, 0.0], "coefficients": [[1.0], [2.0]]}}
     monkeypatch.setattr(module, "read_recording", lambda path: replace(recording, inputs_over_time=broken))
     assert "failed: inputs" in module.verify(tmp_path / "run.rrd").summary
+
+
+@pytest.mark.parametrize(
+    "method, step", [("taylor", None), ("dop853", None), ("radau9", None), ("verlet", 1e-3)]
+)
+def test_a_function_of_time_is_taken_as_pieces(method, step):
+    """A mass that is pushed by F0 sin(w t) from rest: m x = F0 (t/w - sin(w t)/w²)."""
+    m = Model("pushed")
+    x, push = m.coordinate("x"), m.input("push")
+    m.kinetic(2.0 * dot(x) ** 2 / 2)
+    m.force(x, push)
+    run = m.derive().run(3.0, inputs={"push": lambda t: 5.0 * math.sin(3.0 * t)}, method=method, step=step)
+    expected = 5.0 / 2.0 * (run.t / 3.0 - np.sin(3.0 * run.t) / 9.0)
+    np.testing.assert_allclose(run["x"], expected, atol=1e-7 if step is None else 1e-5)
+    np.testing.assert_allclose(run["push"], 5.0 * np.sin(3.0 * run.t), atol=1e-9)
+    (note,) = [text for text in run.notes if text.startswith("input push")]
+    assert float(re.search(r"off by (\S+) at most", note).group(1)) < 1e-9 and "jumps" not in note
+    assert run.ok
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda t: math.exp(-(((t - 3.0) / 0.05) ** 2)), lambda t: math.sin(100.0 * t), lambda t: 0.0, lambda t: 7,
+        lambda t: np.float64(t) ** 3 - t, lambda t: abs(t - 1.1), lambda t: math.sqrt(max(t, 0.0)),
+    ],
+)  # fmt: skip
+def test_pieces_of_functions_are_as_good_as_they_say(function):
+    pieces, off, _ = sampled(function, 0.0, 4.7)
+    for t in np.random.default_rng(0).uniform(0.0, 4.7, 500):
+        k = pieces.piece_at(t)
+        found = np.polynomial.polynomial.polyval(t - pieces.knots[k], pieces.coefficients[k])
+        assert found == pytest.approx(function(t), abs=max(2.0 * off, 1e-9))
+    assert not pieces.jumps().any()
+    longer, *_ = sampled(function, 0.0, 5.9)
+    shared = [k for k, knot in enumerate(pieces.knots[:-2]) if knot in longer.knots]
+    assert len(shared) >= len(pieces.knots) - 3 or len(pieces.knots) < 4
+
+
+def test_a_function_that_jumps_is_said_to():
+    _, off, when = sampled(lambda t: 5.0 if t > 1.1 else 0.0, 0.0, 2.0)
+    assert off > 1.0 and when == pytest.approx(1.1, abs=1e-8)
+    system = symgen.load("cart_pole")
+    run = system.run(2.0, inputs={"F": lambda t: 5.0 if t > 1.1 else 0.0}, method="dop853")
+    held = system.run(2.0, inputs={"F": Table([0.0, 1.1], [0.0, 5.0], kind="hold")}, method="dop853")
+    assert any("near t = 1.1 s, where it jumps or bends" in note for note in run.notes)
+    np.testing.assert_allclose(run.q[-1], held.q[-1], atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    "function, says",
+    [
+        (lambda t: 1.0 / (t - 1.0), "fails at t = 1 s: ZeroDivisionError"),
+        (lambda t: float("nan"), "gives nan at t = 0 s"),
+        (lambda: 3.0, "fails at t = 0 s: TypeError"),
+        (lambda t: math.sin(1e6 * t), "needs more than 20000 pieces"),
+    ],
+)
+def test_functions_that_cannot_be_taken(function, says):
+    with pytest.raises(RuntimeModelError, match=re.escape("input 'F': ") + ".*" + re.escape(says)):
+        symgen.load("cart_pole").run(2.0, inputs={"F": function})

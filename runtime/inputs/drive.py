@@ -10,14 +10,18 @@ import numpy as np
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.inputs.controller import CompiledFeedback, Controller, find_signals
 from symgen.runtime.inputs.driven import DrivenSystem, Feedback
-from symgen.runtime.inputs.given import InputFault, Polynomial, Table, from_pair
+from symgen.runtime.inputs.given import InputFault, Pieces, Polynomial, Table, from_pair
 from symgen.runtime.inputs.samples import Sampler
+from symgen.runtime.lazy import Late
 from symgen.runtime.options import time_resolution
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
+function = Late("symgen.runtime.inputs.function")
+
 _LEAST_TICKS = 16  # of floating-point time in a period, as in a step
+_ROUGH = 1e-6  # error of a function's pieces, in parts of its largest value
 _MOST_SAMPLES = 1e8  # all of them are kept
 # What inputs may not stand in: their rates of change are not known there.
 _FIXED = ("energy", "mass_matrix", "constraint_residual", "gamma")
@@ -32,7 +36,8 @@ def drive(
     ----------
     system : System
     moving : mapping
-        Name of an input, or a tuple of names -> Table, Polynomial, Controller or a pair (times, values).
+        Name of an input, or a tuple of names -> Table, Polynomial, Controller, a pair (times, values), or a function of
+        time.
     p : ndarray
         Parameters, then inputs: what sampled controllers' inputs are before their first call.
     t_start, t_end : float [s]
@@ -44,7 +49,7 @@ def drive(
     """
     numbers = {record["name"]: k for k, record in enumerate(system.inputs)}
     first = len(system.parameters)
-    pieces, samplers, feedback = {}, [], []
+    pieces, samplers, feedback, notes = {}, [], [], []
     taken: set[str] = set()
     for key, value in moving.items():
         names = key if isinstance(key, tuple) else (key,)
@@ -69,6 +74,9 @@ def drive(
                     samplers.append(Sampler(value, signals, places, names, t_start, before))
             elif len(names) > 1:
                 raise InputFault("only a Controller gives several inputs: give each one its own")
+            elif callable(value) and not isinstance(value, type):
+                pieces[places[0]], off, when = function.sampled(value, t_start, t_end)
+                notes.append(_how_good(names[0], pieces[places[0]], off, when))
             else:
                 pieces[places[0]] = (
                     value if isinstance(value, (Table, Polynomial)) else from_pair(value)
@@ -76,7 +84,15 @@ def drive(
         except InputFault as fault:
             raise RuntimeModelError(f"input {', '.join(map(repr, names))}: {fault}") from None
     _refuse_rates(system, sorted(numbers[name] for name in taken))
-    return DrivenSystem(system, pieces, samplers, feedback)
+    return DrivenSystem(system, pieces, samplers, feedback, notes)
+
+
+def _how_good(name: str, pieces: Pieces, off: float, when: float) -> str:
+    n, largest = len(pieces.knots), np.abs(pieces.coefficients[:, 0]).max()
+    where = f" near t = {when:.6g} s, where it jumps or bends" if off > _ROUGH * largest else ""
+    return (
+        f"input {name}: a function of time, in {n} polynomial pieces that are off by {off:.1e} at most{where}"
+    )
 
 
 def _no_input(system: System, name: Any, numbers: Mapping[str, int]) -> str:

@@ -96,6 +96,8 @@ class DrivenSystem(System):
     samplers : sequence of Sampler
         Their inputs hold between calls; what they said so far is part of this system.
     feedback : sequence of Feedback
+    notes : sequence of str
+        What a run says of its inputs: `input_notes`.
 
     Attributes
     ----------
@@ -111,11 +113,17 @@ class DrivenSystem(System):
         pieces: Mapping[int, Pieces],
         samplers: Sequence[Sampler] = (),
         feedback: Sequence[Feedback] = (),
+        notes: Sequence[str] = (),
     ):
         own = self.__dict__
         own.update({key: value for key, value in base.__dict__.items() if key not in _OWN})
         own.update(
-            base=base, samplers=tuple(samplers), feedback=tuple(feedback), _kernels={}, _precomputed={}
+            base=base,
+            samplers=tuple(samplers),
+            feedback=tuple(feedback),
+            _kernels={},
+            _precomputed={},
+            input_notes=tuple(notes),
         )
         own["_pieces"] = dict(sorted(pieces.items()))
         own["structure"] = {

@@ -233,7 +233,8 @@ def from_pair(value: Sequence[Any]) -> Table:
     """Return the linear table of a pair of times and values."""
     if not isinstance(value, (tuple, list)) or len(value) != 2:
         raise InputFault(
-            f"a {type(value).__name__}: give a number, a pair (times, values), a Table, a Polynomial or a Controller"
+            f"a {type(value).__name__}: give a number, a pair (times, values), a function of time, a Table, a "
+            "Polynomial or a Controller"
         )
     return Table(*value)
 
