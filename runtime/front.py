@@ -216,7 +216,7 @@ class System(SystemData):
         Parameters
         ----------
         t_end : float or str, optional [s]
-            The model's own `[run]` table by default.
+            The model's own `[run]` table by default; ten periods of the slowest motion where that says nothing.
         parameters, start, rate : mapping of str to float or str, optional
         method, step : str, float [s], optional
             A choice to judge: `Advice.ok` says whether it suits.
@@ -231,6 +231,8 @@ class System(SystemData):
         asked = RunOptions(
             t_end=t_end, parameters=parameters, start=start, rate=rate, method=method or "auto"
         )
+        if t_end is None and "t_end" not in self.run_defaults:
+            asked = replace(asked, t_end=advising.length_to_see(self, asked))
         chosen = None if method is None and step is None else (asked.method, step)
         return advising.advise(self, asked, steps_per_period=steps_per_period, chosen=chosen)
 

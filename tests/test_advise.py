@@ -297,3 +297,23 @@ def test_errors_on_an_oscillation_are_as_methods_say():
             assert off < 0.01  # of order 2: its amplitude wavers, but nothing adds up
         else:
             assert off == pytest.approx(method.oscillation_error, rel=0.05), method.name
+
+
+def test_a_model_without_an_end_is_seen_for_ten_periods(tmp_path):
+    """Of the slowest motion: of two oscillators in one model that of 4 rad/s; what stands still has no period."""
+    assert oscillator(4.0).advise().t_end == pytest.approx(20 * math.pi / 4, rel=1e-9)
+    assert oscillator(4.0).advise(t_end=3.0).t_end == 3.0
+    model = Model("two")
+    for name, k in (("a", 16.0), ("b", 900.0), ("c", 0.0)):
+        q = model.coordinate(name, start=0.1)
+        model.body(name, mass=1, com=(q, 0))
+        model.potential(k * q**2 / 2)
+    assert model.derive().advise().t_end == pytest.approx(20 * math.pi / 4, rel=1e-6)
+    free = Model("free")
+    free.body("b", mass=1, com=(free.coordinate("x", rate=1.0), 0))
+    assert free.derive().advise().t_end == 10.0
+    (tmp_path / "two.toml").write_text(model.to_toml(), encoding="utf-8")
+    told = symgen("advise", "two.toml")
+    assert told.exit_code == 0
+    assert "no end is given: ten periods of the slowest motion are 15.71 s" in told.output
+    assert "no end" not in symgen("advise", "two.toml", "--t-end", "3").output

@@ -38,6 +38,8 @@ _SHORT_RUN_STEPS = 2000
 _SAFETY = 0.5  # of the stability limit
 _MANY = 100  # steps: one more or less is within what a recommendation may be off by
 _ROUND_OFF = 1e-12
+_PERIODS_SEEN, _NO_SCALE = 10, 10.0  # how long a run is thought of where nobody says: periods, else seconds
+_STANDS_STILL = 1e-6  # of the fastest eigenvalue: a smaller one is round-off of what does not move by itself
 _SLOWEST = (
     1e-3  # of the fastest: eigenvalues below are round-off of the zeros of constraints and free motions
 )
@@ -422,6 +424,19 @@ def advise(
     method, step = chosen
     meant = replace(options, method=method, step=step)
     return replace(advice, choice=judge_choice(undriven, advice, scales, meant, steps_per_period))
+
+
+def length_to_see(system: System, options: RunOptions) -> float:
+    """Return how long a run takes to show the slowest motion at its start [s], for models that name no end.
+
+    Ten of its periods, or times in which it falls e-fold; ten seconds of what neither oscillates nor decays.
+    """
+    run = _short_run(system, replace(options, t_end=_NO_SCALE))
+    scales = time_scales(run.system, run.p, run.t[0], run.q[0], run.v[0])
+    magnitudes = np.abs(scales.eigenvalues)
+    slow = magnitudes[magnitudes > _STANDS_STILL * scales.fastest]
+    slowest = float(slow.min(initial=scales.fastest)) if scales.fastest > 0.0 else 0.0
+    return _PERIODS_SEEN * 2.0 * math.pi / slowest if slowest > 0.0 else _NO_SCALE
 
 
 def _short_run(system: System, options: RunOptions) -> Solution:

@@ -20,7 +20,7 @@ from symgen.cli.files import CarefulCommand, OutputFile, write_text
 from symgen.cli.recorded_state import place_in_run, recorded_state
 from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import say
-from symgen.runtime.checks.advice import Advice, Cost, advise
+from symgen.runtime.checks.advice import Advice, Cost, advise, length_to_see
 from symgen.runtime.lazy import Late
 from symgen.runtime.quantities import QuantityError, in_si
 from symgen.runtime.recording.reader import read_recording
@@ -154,14 +154,19 @@ def command(
     )
     if place is not None and given["t_end"] is None and "t_end" not in system.run_defaults:
         given["t_end"] = _length(place[0])
-    asked = options_of(system, given)
+    endless = given["t_end"] is None and "t_end" not in system.run_defaults
+    asked = options_of(system, {**given, "t_end": 1.0} if endless else given)
     if place is not None:
         asked = _begun_at(system, asked, *place)
     if model is not None:
         asked = with_control(find_model(model), system, asked)
+    if endless:
+        asked = replace(asked, t_end=length_to_see(system, asked))
     advice = advise(system, asked, steps_per_period=steps_per_period, chosen=_chosen(given, asked))
     times = f"from t = {advice.t_first:.4g} s " if advice.t_first else ""
     head = f"{system.name}: time scales at {advice.n_states} states {times}up to t = {advice.t_seen:.4g} s"
+    if endless:
+        head += f"; no end is given: ten periods of the slowest motion are {asked.t_end:.4g} s"
     _answer(context, advice, head, json_file)
 
 
