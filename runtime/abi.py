@@ -14,7 +14,12 @@ CLOSED = "closed_"
 JUMP = "jump"  # the action of an event at which a force goes over to another branch
 ENTRIES = "_entries"  # behind the name of a function: the same, with structural zeros left out
 # Functions that leave structural zeros out.
-SPARSE = frozenset(("mass_matrix", "residual_jacobian", "constraint_jacobian", "kinematics", "marks"))
+SPARSE = frozenset(
+    (
+        "mass_matrix", "residual_jacobian", "constraint_jacobian", "kinematics", "marks", "rhs_by_state",
+        "rhs_by_parameters",
+    )
+)  # fmt: skip
 SWITCHED = (
     "rhs", "residual", "residual_jacobian", "constraint_residual", "constraint_jacobian", "gamma", "project", "events",
 )  # fmt: skip
@@ -55,6 +60,10 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
             yield _RESET + event["name"]
     if header.get("starts"):
         yield "starts"
+    if header.get("jacobian"):
+        yield "rhs_by_state"
+        if header["parameters"] or header["inputs"]:
+            yield "rhs_by_parameters"
     if header.get("time_terms"):
         yield "time_terms"
     if header.get("switches"):
@@ -118,6 +127,8 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
     state, extended = nq + nv, nq + nv + nv + m
     sizes = {
         "rhs": (state, state + nw + m + (m > 0)),
+        "rhs_by_state": (state, state * state),
+        "rhs_by_parameters": (state, state * (len(header["parameters"]) + len(header["inputs"]))),
         "mass_matrix": (state, nv * nv),
         "forces": (state, nv),
         "energy": (state, 2),

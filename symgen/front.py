@@ -21,9 +21,21 @@ if TYPE_CHECKING:
 class Model(model.Model):
     __doc__ = model.Model.__doc__
 
-    def derive(self) -> System:
-        """Derive the equations of motion and load them, ready to run."""
-        return link.derive(self)
+    def derive(self, jacobian: bool = False) -> System:
+        """Derive the equations of motion and load them, ready to run.
+
+        Parameters
+        ----------
+        jacobian : bool
+            Whether the module has `rhs_by_state` and `rhs_by_parameters` as well: exact derivatives of dq/dt and dv/dt
+            by q and v, and by parameters and inputs, row by row. `system.kernel("rhs_by_state")(t, y, p)`.
+
+        Raises
+        ------
+        ModelError
+            The model is wrong, or Jacobians are asked for where stops or dry friction switch.
+        """
+        return link.derive(self, jacobian)
 
     def equations(
         self, *, shared: bool = False, simplify: bool = False, time_limit: float = 10.0

@@ -70,18 +70,20 @@ class DerivedModel:
     findings: tuple[str, ...]
 
 
-def derive(model: Model) -> System:
+def derive(model: Model, jacobian: bool = False) -> System:
     """Derive a model and load the result.
 
     Parameters
     ----------
     model : Model
+    jacobian : bool
+        Whether the derivatives of `rhs` are functions of its module, too.
 
     Returns
     -------
     symgen.runtime.System
     """
-    return runtime.load(derive_text(model).text)
+    return runtime.load(derive_text(model, jacobian=jacobian).text)
 
 
 def load(model: str | Path, **options: Any) -> System:
@@ -133,7 +135,7 @@ def _uncollected(function: Callable[..., DerivedModel]) -> Callable[..., Derived
 
 
 @_uncollected
-def derive_text(model: Model, source: str | None = None) -> DerivedModel:
+def derive_text(model: Model, source: str | None = None, jacobian: bool = False) -> DerivedModel:
     """Derive a model into the text of its generated module.
 
     Parameters
@@ -141,6 +143,8 @@ def derive_text(model: Model, source: str | None = None) -> DerivedModel:
     model : Model
     source : str, optional
         Hash of the file that the model came from; made of the equations themselves where there is none.
+    jacobian : bool
+        Whether the derivatives of `rhs` are functions of the module, too.
 
     Returns
     -------
@@ -150,7 +154,7 @@ def derive_text(model: Model, source: str | None = None) -> DerivedModel:
     description = model.describe()
     checked = time.perf_counter()
     try:
-        program = subsystems.derive(description, source or "")
+        program = subsystems.derive(description, source or "", jacobian)
     except ModelError as error:
         raise error.located(file=f"model '{description.name}'") from None
     derived = time.perf_counter()
@@ -194,7 +198,7 @@ def _derived_model(program: Program, text: str, seconds: dict[str, float]) -> De
     )
 
 
-def derive_file(path: Path, options: dict[str, str] | None = None) -> DerivedModel:
+def derive_file(path: Path, options: dict[str, str] | None = None, jacobian: bool = False) -> DerivedModel:
     """Read a model file and derive it, without looking into the cache.
 
     Parameters
@@ -203,6 +207,8 @@ def derive_file(path: Path, options: dict[str, str] | None = None) -> DerivedMod
         A `.toml` or `.py` description.
     options : dict of str to str
         Build options of a `.py` description.
+    jacobian : bool
+        As of `derive_text`.
 
     Returns
     -------
@@ -212,7 +218,7 @@ def derive_file(path: Path, options: dict[str, str] | None = None) -> DerivedMod
     content = _read(path)
     model = library.load(path, options or {})
     read = time.perf_counter() - start
-    result = derive_text(model, _source_hash(content, options or {}))
+    result = derive_text(model, _source_hash(content, options or {}), jacobian)
     result.seconds["read"] = read
     return result
 

@@ -36,12 +36,22 @@ _READ = 1 << 20  # bytes in which a module's header begins
     type=OutputFile(".json"),
     help="Write the figures to a file.",
 )
+@click.option(
+    "--jacobian",
+    is_flag=True,
+    help="Functions for the derivatives of rhs by the state and by parameters, too.",
+)
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 def command(
-    model: str, options: tuple[tuple[str, str], ...], output: Path, json_file: Path | None, quiet: bool
+    model: str,
+    options: tuple[tuple[str, str], ...],
+    output: Path,
+    json_file: Path | None,
+    jacobian: bool,
+    quiet: bool,
 ) -> None:
     """Derive MODEL and write DIR/<name>.py."""
-    derived = derive_file(find_model(model), as_dict(options, "--option"))
+    derived = derive_file(find_model(model), as_dict(options, "--option"), jacobian)
     output.mkdir(parents=True, exist_ok=True)
     path = claim("the module", output / f"{derived.name}.py")
     _refuse_other_python(path)

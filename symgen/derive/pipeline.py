@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ..model.description import Description
+from . import sensitivity
 from .constraints import acceleration, constraint_forces
 from .contacts import SWITCHED, Switches, has_switches
 from .derivation import Derivation
@@ -30,7 +31,12 @@ LARGEST_TRIED_ALL_WAYS = 60
 
 
 def derive(
-    description: Description, source: str = "", *, gathered: bool = True, articulated: bool = True
+    description: Description,
+    source: str = "",
+    *,
+    gathered: bool = True,
+    articulated: bool = True,
+    jacobian: bool = False,
 ) -> Program:
     """Derive the equations of motion, all of them together, and every function that the model needs.
 
@@ -43,6 +49,8 @@ def derive(
     gathered, articulated : bool
         Whether parameters are collected in products, and whether trees are solved body by body where that costs less;
         not, to see what that gains. Models with stops or dry friction take no notice.
+    jacobian : bool
+        Whether there are functions for the derivatives of `rhs`; not of models with stops or dry friction.
 
     Returns
     -------
@@ -53,6 +61,8 @@ def derive(
     d = Derivation(with_branches(description, description), articulated=articulated)
     found = marks(d.description)
     own = tuple(functions(d, gathered))
+    if jacobian:
+        own += tuple(sensitivity.derivatives(d, lambda: _residual(d, d.form), len(description.inputs)))
     own += (
         *mark_function(d.loader, found),
         *start_function(d.loader, d.description),
@@ -61,6 +71,8 @@ def derive(
     program = Program(d.g, own, {})
     head = header(d.description, d, source, program.operations()) | {"subsystems": []} | mark_records(found)
     head |= term_count(own)
+    if jacobian:
+        head["jacobian"] = True
     head["inputs"] = head["inputs"][: len(description.inputs)]
     return replace(program, header=head, findings=tuple(structure(d).findings))
 

@@ -14,7 +14,7 @@ from symgen.model.expression_tree import postorder
 from symgen.runtime.graph.functions import IN_CODE
 
 from ...model.description import Description
-from .. import pipeline
+from .. import pipeline, sensitivity
 from ..contacts import has_switches
 from ..derivation import Derivation
 from ..graph.graph import Graph
@@ -131,7 +131,7 @@ LONGEST_LIST = 4  # names in a comment
 MOST_KINDS = 10  # in the findings
 
 
-def derive(description: Description, source: str = "") -> Program:
+def derive(description: Description, source: str = "", jacobian: bool = False) -> Program:
     """Derive a model by its independent subsystems, equal ones once.
 
     Parameters
@@ -140,11 +140,16 @@ def derive(description: Description, source: str = "") -> Program:
         A checked description.
     source : str
         Hash of the model's text, kept in the module's header.
+    jacobian : bool
+        Whether there are functions for the derivatives of `rhs`; the model is then derived as one.
 
     Returns
     -------
     Program
     """
+    if jacobian:
+        sensitivity.refuse_switches(description)
+        return _with_savings(pipeline.derive(description, source, jacobian=True))
     kinds = [] if has_switches(description) or has_jumps(description) else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
         return _with_savings(pipeline.derive(description, source))
