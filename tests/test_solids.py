@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.spatial.transform import Rotation
 
 from symgen import Model
+from symgen.cli import main
 from symgen.errors import ModelError
 from symgen.link import derive
 from symgen.model.solids import FORMS
@@ -256,3 +258,82 @@ shape = [{ cone = [0.1, 0.2], axis = [1, 0, 0], offset = [0.3, 0, 0] }, { ellips
     )
     assert at_state(system, "mass_matrix", [0, 0]) == 2.0
     assert system.bodies[0]["parts"] == ["cone", "ellipsoid"]
+
+
+def stl(kind: str, sizes, shift, *, binary: bool) -> bytes:
+    """The surface of a solid as an STL file."""
+    drawn = surface(kind, np.array(sizes))
+    corners = (drawn.vertices + shift)[drawn.triangles]
+    if not binary:
+        facets = ("".join(f" vertex {x!r} {y!r} {z!r}\n" for x, y, z in t.tolist()) for t in corners)
+        return ("solid s\n" + "".join(f"facet\n{facet}endfacet\n" for facet in facets)).encode()
+    rows = b"".join(bytes(12) + t.astype("<f4").tobytes() + bytes(2) for t in corners)
+    return bytes(80) + len(corners).to_bytes(4, "little") + rows
+
+
+def with_mesh(folder, **more) -> Model:
+    m = Model("meshed", folder=folder)
+    m.parameter("rho", "7850 kg/m^3")
+    m.body("b", shape={"mesh": "part.stl"}, density="rho", **more)
+    m.joint("j", "free", child="b")
+    return m
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_a_closed_mesh_has_the_integrals_of_its_volume(tmp_path, binary):
+    (tmp_path / "part.stl").write_bytes(stl("box", SIZES["box"], [0.1, -0.2, 0.4], binary=binary))
+    points, volumes = quadrature("box", SIZES["box"])
+    mass, centre, tensor = moments(points + np.array([0.1, -0.2, 0.4]), 7850.0 * volumes)
+    found = body_of(with_mesh(tmp_path))
+    assert found[0] == pytest.approx(mass, rel=1e-6)
+    assert found[1] == pytest.approx(centre, abs=1e-7)
+    assert found[2] == pytest.approx(tensor, abs=1e-6 * tensor.max())
+
+
+def test_a_mesh_of_many_sides_is_near_the_solid(tmp_path):
+    (tmp_path / "part.stl").write_bytes(stl("cone", SIZES["cone"], [0, 0, 0], binary=True))
+    points, volumes = quadrature("cone", SIZES["cone"])
+    mass, centre, tensor = moments(points, 7850.0 * volumes)
+    found = body_of(with_mesh(tmp_path))
+    assert found[0] == pytest.approx(mass, rel=0.01)
+    assert found[1] == pytest.approx(centre, abs=1e-4)
+    assert found[2] == pytest.approx(tensor, abs=0.02 * tensor.max())
+
+
+def test_a_heavy_mesh_is_drawn_where_it_is(tmp_path):
+    (tmp_path / "part.stl").write_bytes(stl("box", SIZES["box"], [0.1, -0.2, 0.4], binary=False))
+    m = with_mesh(tmp_path)
+    assert Model.from_toml(m.to_toml(), folder=tmp_path).to_toml() == m.to_toml()
+    system = m.derive()
+    sizes = at_state(system, "shapes", [0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0])
+    assert sizes == pytest.approx([-0.1, 0.2, -0.4])  # of its own origin from the centre of mass
+    (drawn,) = primitives(system.bodies, sizes, np.eye(3)[None, None], 1.0, tmp_path)
+    assert (drawn.kind, drawn.half_thickness()) == ("mesh", 0.0)
+    (tmp_path / "meshed.toml").write_text(m.to_toml(), encoding="utf-8")
+    arguments = ["run", str(tmp_path / "meshed.toml"), "--t-end", "0.1", "--log", str(tmp_path / "run.rrd")]
+    assert CliRunner().invoke(main, arguments).exit_code == 0
+    assert (tmp_path / "run.rrd").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    "make, words",
+    [
+        (lambda whole: whole[:-1], "no STL file"),
+        (lambda whole: b"solid nothing", "no STL file"),
+        (lambda whole: bytes(80) + (11).to_bytes(4, "little") + whole[84:-50], "not closed: 3 edges"),
+    ],
+)
+def test_meshes_that_hold_nothing(tmp_path, make, words):
+    (tmp_path / "part.stl").write_bytes(make(stl("box", SIZES["box"], [0, 0, 0], binary=True)))
+    with pytest.raises(ModelError, match=words):
+        with_mesh(tmp_path)
+
+
+def test_a_mesh_turned_inside_out_is_refused(tmp_path):
+    whole = stl("box", SIZES["box"], [0, 0, 0], binary=True)
+    rows = [bytearray(whole[84 + 50 * k : 134 + 50 * k]) for k in range(12)]
+    for row in rows:
+        row[12:24], row[24:36] = row[24:36], row[12:24]
+    (tmp_path / "part.stl").write_bytes(whole[:84] + b"".join(rows))
+    with pytest.raises(ModelError, match=r"holds no volume"):
+        with_mesh(tmp_path)

@@ -30,7 +30,7 @@ class Primitive:
         `box`, `sphere`, `cylinder`, `capsule`, `mesh`, `bars` between joints, or `solids`.
     sizes : tuple of float [m]
         box: the three edges; sphere: radius; cylinder: radius, length; capsule: radius, length between the
-        centres of its caps; mesh: none; bars: radius.
+        centres of its caps; mesh: none, or where its origin is, from the body's; bars: radius.
     along_x : bool
         The axis of a cylinder or capsule is body x (planar models), else body z.
     mesh : Path, optional
@@ -84,7 +84,7 @@ class Primitive:
             return np.abs(self.ends).max(axis=(0, 1)), self.sizes[0]
         if self.kind == "solids":
             return np.abs(np.concatenate([s.vertices for s in self.surfaces])).max(axis=0), 0.0
-        return np.zeros(3), self.sizes[0] if self.sizes else 0.0
+        return np.zeros(3), self.sizes[0] if self.sizes and self.kind != "mesh" else 0.0
 
 
 def split_poses(rows: np.ndarray, n_bodies: int) -> tuple[np.ndarray, np.ndarray]:
@@ -203,7 +203,7 @@ def primitives(
         own = tuple(float(s) for s in sizes[offset : offset + body["sizes"]])
         offset += body["sizes"]
         if body["shape"] == "mesh":
-            result.append(Primitive("mesh", (), body["planar"], _mesh_file(body, mesh_folder)))
+            result.append(Primitive("mesh", own, body["planar"], _mesh_file(body, mesh_folder)))
         elif body["shape"] == "solids":
             made = tuple(surfaces(body["parts"], np.array(own)))
             result.append(Primitive("solids", (), body["planar"], surfaces=made))

@@ -111,7 +111,8 @@ class Solid:
     """A solid that a body is made of, or drawn with; a `cut` is taken away.
 
     `offset` [m] and `axis` or `rpy` [rad] place its middle and turn it in the body's frame; empty where they are not
-    given. `density` [kg/m^3] is None for one that is drawn only. `place` is its key in the body's table.
+    given. `density` [kg/m^3] is None for one that is drawn only. `place` is its key in the body's table. A `mesh` (its
+    file) has no sizes, but what it `holds` per density: volume [m^3], centre [m], second moments about it [m^5].
     """
 
     kind: str
@@ -124,6 +125,8 @@ class Solid:
     density: Expr | None = None
     own_density: bool = False
     cut: bool = False
+    mesh: str = ""
+    holds: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

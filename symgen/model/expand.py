@@ -61,7 +61,7 @@ def _with_shape(body: Body, is_child: bool) -> Body:
     if not body.solids:
         return body
     first, made = body.solids[0], together(body.solids)
-    unmoved = not (first.offset or first.axis or first.rpy or first.cut)
+    unmoved = not (first.offset or first.axis or first.rpy or first.cut or first.mesh)
     if len(body.solids) == 1 and unmoved and first.kind in DRAWN:
         return replace(body, shape=Shape(first.kind, first.sizes))
     origin: tuple[sympy.Expr, ...] = (sympy.S.Zero,) * 3

@@ -11,9 +11,10 @@ import sympy
 
 from ..errors import ModelError, nearest
 from .declared import Declared
-from .description import Body, Drawing, Event, Load, Reset, Shape
+from .description import Body, Drawing, Event, Load, Reset, Shape, Solid
 from .functions import dot
 from .items import DRAWINGS, drawing_key
+from .mesh import volume_of
 from .names import name_fault
 from .solids import FORMS, given_sizes, make_solids, together
 from .sources import Sources
@@ -47,6 +48,8 @@ def make_body(
     drawn, solids = None, ()
     if density is None and _is_drawn_alone(shape):
         drawn = None if shape is None else _shape(model, table, shape)
+    elif isinstance(shape, Mapping) and list(shape) == ["mesh"]:
+        solids = (_heavy_mesh(model, table, shape["mesh"], density),)
     else:
         solids = make_solids(model, table, {} if shape is None else shape, density, len(position) == 2)
     made = together(solids)
@@ -212,6 +215,18 @@ def _mesh(model: Declared, table: str, key: str, file: Any) -> str:
     if not found.is_file():
         raise sources.error(table, key, f"the mesh {file!r:.100} is not there", hint=f"looked in {folder}")
     return str(path)
+
+
+def _heavy_mesh(model: Declared, table: str, file: Any, density: Any) -> Solid:
+    """A closed mesh with a density."""
+    name = _mesh(model, table, "shape.mesh", file)
+    try:
+        held = volume_of(model.folder / name)
+    except ModelError as error:
+        raise model._sources.locate(error, table, "shape.mesh") from None
+    heavy = model._sources.expression(density, table, "density")
+    holds = (held.volume, *held.centre, *held.inertia)
+    return Solid("mesh", (), False, "shape", density=heavy, mesh=name, holds=holds)
 
 
 def make_load(

@@ -152,7 +152,7 @@ def _solid(
         if key not in FORMS:
             hint = nearest(str(key)[:60], [*FORMS, *SHAPE_KEYS], "shapes and keys")
             if key == "mesh":
-                hint = "a mesh stands alone in 'shape', and gives no mass: state mass and inertia beside it"
+                hint = "a mesh stands alone: shape = { mesh = … }"
             raise sources.error(table, f"{place}.{key!s:.60}", f"unknown shape {key!r:.60}", hint=hint)
     if len(kinds) != 1:
         message = f"a shape is one of {', '.join(FORMS)}; {len(kinds)} are given"
@@ -219,6 +219,11 @@ def together(solids: Iterable[Solid]) -> Inertia | None:
     heavy = [s for s in solids if s.density is not None]
     if not heavy:
         return None
+    if heavy[0].mesh:  # stands alone
+        volume, *rest = map(sympy.Float, heavy[0].holds)
+        return Inertia(
+            heavy[0].density * volume, tuple(rest[:3]), tuple(heavy[0].density * x for x in rest[3:])
+        )
     masses = [s.density * FORMS[s.kind].volume(*s.sizes) * (-1 if s.cut else 1) for s in heavy]
     turns = [turned(s) for s in heavy]
     places = [_centre(s, turn) for s, turn in zip(heavy, turns, strict=True)]
@@ -262,6 +267,8 @@ def picture(solids: Sequence[Solid], from_centre: Expressions) -> Shape | None:
     from_centre : tuple of Expr
         Where the origin that their offsets count from lies, from the body's centre of mass.
     """
+    if solids[0].mesh:
+        return Shape("mesh", tuple(from_centre), solids[0].mesh)
     numbers: list[sympy.Expr] = []
     shown = [s for s in solids if not s.cut]
     for s in shown:

@@ -172,6 +172,8 @@ class _Writer:
         return lines
 
     def solid(self, table: str, solid: Solid) -> str:
+        if solid.mesh:
+            return f"{{ mesh = {_quoted(solid.mesh)} }}"
         pairs = [f"{solid.kind} = {self.array(table, f'{solid.place}.{solid.kind}', solid.sizes)}"]
         for key in ("offset", "rpy"):
             values = getattr(solid, key)

@@ -194,8 +194,9 @@ class RrdWriter:
         where = f"{schema.BODIES}/{name}/geometry"
         with strict():
             self.static(where, _archetype(primitive, colour))
-            if lift:
-                self.static(where, rr.Transform3D(translation=[0.0, 0.0, lift]))
+            origin = primitive.sizes if primitive.kind == "mesh" and primitive.sizes else (0.0, 0.0, 0.0)
+            if lift or any(origin):
+                self.static(where, rr.Transform3D(translation=[*origin[:2], origin[2] + lift]))
 
     def poses(self, name: str, positions: np.ndarray, turned: np.ndarray) -> None:
         """Write a body's poses: positions (n, 3), quaternions (n, 4) as x, y, z, w."""

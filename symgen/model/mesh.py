@@ -1,0 +1,93 @@
+"""Closed surfaces from STL files: volume, centre and second moments by tetrahedra from the origin.
+
+Eberly, Polyhedral mass properties (2002): a polyhedron is the sum of the signed tetrahedra that its triangles make with
+any point; those of one are polynomials of its corners.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import ModelError
+
+LARGEST = 1 << 28  # bytes
+HEADER, RECORD = 84, 50  # bytes of a binary file: head, and of each triangle: normal, corners, attribute
+
+
+@dataclass(frozen=True)
+class Volume:
+    """What a closed surface holds: volume [m^3], centre [m], and second moments about it per density [m^5]."""
+
+    volume: float
+    centre: tuple[float, ...]
+    inertia: tuple[float, ...]  # xx, yy, zz, xy, xz, yz
+
+
+def volume_of(file: Path) -> Volume:
+    """The volume inside the surface of an STL file, in metres.
+
+    Raises
+    ------
+    ModelError
+        The file is no STL, or its surface is not closed.
+    """
+    corners = _corners(file)
+    _check_closed(corners, file)
+    determinants = np.einsum("ni,ni->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    volume = determinants.sum() / 6
+    if not volume > 0:
+        hint = "turn its triangles round: seen from outside, corners go counterclockwise"
+        raise ModelError(
+            f"the surface of the mesh {file.name!r:.100} holds no volume: {volume:.3g} m^3", hint=hint
+        )
+    sums = corners.sum(axis=1)
+    centre = np.einsum("n,ni->i", determinants, sums) / 24 / volume
+    squares = np.einsum("n,ni,nj->ij", determinants, sums, sums)
+    squares += np.einsum("n,nki,nkj->ij", determinants, corners, corners)
+    moments = squares / 120 - volume * np.outer(centre, centre)
+    tensor = np.trace(moments) * np.eye(3) - moments
+    places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    return Volume(float(volume), tuple(map(float, centre)), tuple(float(tensor[place]) for place in places))
+
+
+def _corners(file: Path) -> np.ndarray:
+    """Corners of the triangles, shape (n, 3, 3)."""
+    wrong = ModelError(f"the mesh {file.name!r:.100} is no STL file", hint="save it as STL, in metres")
+    if file.suffix.lower() != ".stl" or file.stat().st_size > LARGEST:
+        raise wrong
+    data = file.read_bytes()
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) == HEADER + RECORD * count and count:
+        rows = np.frombuffer(data, dtype=np.uint8, offset=HEADER).reshape(count, RECORD)[:, 12:48]
+        corners = np.ascontiguousarray(rows).view("<f4").astype(float).reshape(count, 3, 3)
+    else:
+        words = data.split()
+        places = [k for k, word in enumerate(words) if word.lower() == b"vertex"]
+        try:
+            corners = np.array([[float(x) for x in words[k + 1 : k + 4]] for k in places]).reshape(-1, 3, 3)
+        except ValueError:
+            raise wrong from None
+    if not len(corners) or not np.isfinite(corners).all():
+        raise wrong
+    return corners
+
+
+def _check_closed(corners: np.ndarray, file: Path) -> None:
+    """Whether every edge is one of two triangles, which go along it in opposite directions."""
+    _, which = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    triangles = which.reshape(-1, 3)
+    edges: Counter[tuple[int, int]] = Counter()
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        for p, q in zip(triangles[:, a].tolist(), triangles[:, b].tolist(), strict=True):
+            if p != q:
+                edges[min(p, q), max(p, q)] += 1 if p < q else -1
+    open_edges = sum(count != 0 for count in edges.values())
+    if open_edges:
+        message = (
+            f"the surface of the mesh {file.name!r:.100} is not closed: {open_edges} edges have no other side"
+        )
+        raise ModelError(message, hint="close it, or state mass and inertia of the body")
