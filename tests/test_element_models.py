@@ -160,3 +160,20 @@ def test_the_ball_on_the_turntable_runs_in_circles():
     assert run["float_y"] == pytest.approx(
         middle[1] + away[0] * np.sin(angle) + away[1] * np.cos(angle), abs=1e-8
     )
+
+
+def test_the_wheel_set_runs_in_cycloids():
+    """A skate on a slope whose wheels' spin counts as mass: u' = -g' sin(w t) (Neimark & Fufaev, 1972)."""
+    run = load("wheel_set").run(rtol=1e-11)
+    alpha, t = np.radians(15), run.t
+    axle, wheel = (properties("wheel_set", name)[0] for name in ("axle", "left"))
+    g = 9.81 * np.sin(alpha) * (axle + 2 * wheel) / (axle + 3 * wheel)  # a disc's spin is half its mass
+    w = -run["axle_wy"][0]
+    assert w == pytest.approx(1.5, rel=1e-9)
+    assert run["axle_wx"] ** 2 + run["axle_wy"] ** 2 == pytest.approx(np.full(len(t), w**2), rel=1e-9)
+    assert run["axle_x"] == pytest.approx(
+        g / w**2 * (w * t / 2 + np.sin(2 * w * t) / 4 - np.sin(w * t)), abs=1e-8
+    )
+    uphill = run["axle_y"] * np.cos(alpha) + run["axle_z"] * np.sin(alpha)
+    assert uphill == pytest.approx(g / w**2 * (np.sin(w * t) ** 2 / 2 - 1 + np.cos(w * t)), abs=1e-8)
+    assert all(check.ok for check in run.health), run.health
