@@ -254,7 +254,7 @@ def mass_matrix(t, y, p, out):
     c0 = p_radius*p_radius
     c1 = 5026.548245743669*(p_radius*c0)
     c2 = 2010.6192982974676*(p_radius*(c0*c0))
-    out[0] = 13.511361684558981
+    out[0] = 13.511361684558983
     out[8] = c1
     out[16] = c1
     out[24] = c1
@@ -294,8 +294,8 @@ def energy(t, y, p, out):
     v_float_wz = y[14]
     x0 = c1*(v_float_vx*v_float_vx) + c1*(v_float_vy*v_float_vy) + c1*(v_float_vz*v_float_vz)
     x1 = c2*(v_float_wx*v_float_wx) + c2*(v_float_wy*v_float_wy) + c2*(v_float_wz*v_float_wz)
-    out[0] = 0.5*(13.511361684558981*(v_pivot*v_pivot) + x0 + x1)
-    out[1] = 9.81*(-0.6333450789637022 + q_float_z*c1)
+    out[0] = 0.5*(13.511361684558983*(v_pivot*v_pivot) + x0 + x1)
+    out[1] = 9.81*(-0.6333450789637023 + q_float_z*c1)
 
 
 @njit(error_model="numpy")
@@ -335,7 +335,7 @@ def residual(t, y, p, out):
     x3 = lam_ball_along*x0 - lam_ball_across*x1
     x4 = q_float_x*x0 + q_float_y*x1
     x5 = lam_ball_across*x0 + lam_ball_along*x1
-    x6 = 13.511361684558981*a_pivot - (lam_drive + x0*(x2*x3 - x4*x5) + x1*(x2*x5 + x4*x3))
+    x6 = 13.511361684558983*a_pivot - (lam_drive + x0*(x2*x3 - x4*x5) + x1*(x2*x5 + x4*x3))
     x7 = q_float_qx + q_float_qx
     x8 = q_float_qx*x7
     x9 = q_float_qz + q_float_qz
@@ -727,7 +727,7 @@ def residual_jacobian(t, y, p, out):
     out[0] = x6 + x7 - x7 - x6 + x4*x8 + x2*x9
     out[1] = x1*x8 + x0*x9
     out[2] = x1*x9 - x0*x8
-    out[15] = 13.511361684558981
+    out[15] = 13.511361684558983
     out[23] = -1.0
     out[24] = -x16
     out[25] = x17

@@ -223,6 +223,7 @@ def test_files_round_trip():
         ('offset = ["l/2", 0, 0]', "axis = [1, 0, 0]", "shape[0].axis", "'rpy'"),
         ("cut = true", "cut = 1", "shape[1].cut", "true or false"),
         ("cone = [0.008, 0.1]", "cone = [0.2, 0.1]", "shape", "holes .* larger"),
+        ("cone = [0.008, 0.1], axis = [1, 0, 0]", 'box = ["l", 0.02, 0.02]', "shape", "holes .* larger"),
         ("cone = [0.008, 0.1]", "tube = [0.1, 0.2, 1]", "shape[1].tube, element 2", "not below the outer"),
         ('density = "rho"', 'density = "rho"\nmass = 2', "mass", "follows from the shapes"),
         ('density = "rho"', 'density = "l"', "density", "units do not match"),
@@ -337,3 +338,20 @@ def test_a_mesh_turned_inside_out_is_refused(tmp_path):
     (tmp_path / "part.stl").write_bytes(whole[:84] + b"".join(rows))
     with pytest.raises(ModelError, match=r"holds no volume"):
         with_mesh(tmp_path)
+
+
+def test_numbers_alone_make_numbers():
+    """Sizes without parameters: no expression is left but the density."""
+    body = (
+        hung([{"cylinder": [0.2, 0.5]}, {"box": [0.1, 0.2, 0.3], "offset": [0.3, 0, 0]}]).describe().bodies[0]
+    )
+    assert all(x.is_Number for x in body.com)
+    assert all(str(x.free_symbols) == "{rho}" and x.args[0].is_Number for x in (body.mass, *body.inertia[:3]))
+
+
+def test_shapes_of_density_zero_are_drawn_only():
+    m = Model("drawn")
+    m.body("b", shape=[{"sphere": [0.1]}, {"box": [1, 1, 1], "offset": [1, 0, 0]}], density=0)
+    m.joint("j", "free", "b")
+    with pytest.raises(ModelError, match="moves nothing that has mass"):
+        m.describe()

@@ -224,11 +224,16 @@ def together(solids: Iterable[Solid]) -> Inertia | None:
         return Inertia(
             heavy[0].density * volume, tuple(rest[:3]), tuple(heavy[0].density * x for x in rest[3:])
         )
-    masses = [s.density * FORMS[s.kind].volume(*s.sizes) * (-1 if s.cut else 1) for s in heavy]
+    same = all(s.density == heavy[0].density for s in heavy)
+    density = heavy[0].density if same else sympy.S.One  # common to all: the centre does not depend on it
+    masses = [
+        (sympy.S.One if same else s.density) * FORMS[s.kind].volume(*s.sizes) * (-1 if s.cut else 1)
+        for s in heavy
+    ]
     turns = [turned(s) for s in heavy]
     places = [_centre(s, turn) for s, turn in zip(heavy, turns, strict=True)]
     mass = sympy.Add(*masses)
-    if len(heavy) == 1:
+    if len(heavy) == 1 or mass.is_zero:  # of no mass at all: refused, or drawn only
         centre = places[0]
     else:
         centre = tuple(
@@ -249,7 +254,14 @@ def together(solids: Iterable[Solid]) -> Inertia | None:
             if i == j:
                 apart += sympy.Add(*(x**2 for x in away))
             tensor[k] += m * (own + apart)
-    return Inertia(mass, centre, tuple(tensor))
+    return Inertia(
+        density * _short(mass), tuple(map(_short, centre)), tuple(density * _short(x) for x in tensor)
+    )
+
+
+def _short(x: sympy.Expr) -> sympy.Expr:
+    """An expression of numbers alone as one number."""
+    return x if x.free_symbols or x.is_Integer else _exact(float(x))
 
 
 def _centre(solid: Solid, turn: Matrix) -> Expressions:
