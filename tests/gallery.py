@@ -148,6 +148,9 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "turntable": Entry(
             "run turntable", "Rolling on what turns: no energy is lost, and it stays on the table.", 2.0
         ),
+        "wheel_set": Entry(
+            "run wheel_set", "Rolling holds it: energy stays, and it runs in cycloids across the slope.", 1.0
+        ),
     },
     "Vehicles and control": {
         "quarter_car": Entry(

@@ -78,6 +78,15 @@ def test_pydy_has_the_same_motion(tmp_path, monkeypatch):
         assert np.abs(motion[-1, : system.nq] - motion[0, : system.nq]).max() > 0.01
 
 
+def test_scipy_integrates_the_equations(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.toml").write_text(MODELS["Arm"], encoding="utf-8")
+    found = run_programs("SciPy")["found"]
+    ours = Model.from_toml(MODELS["Arm"]).derive().run(1.0, inputs={"tau": 0.2}, rtol=1e-11)
+    np.testing.assert_allclose(found.y[:, -1], ours.states[-1][:4], atol=1e-6)
+    assert found.njev > 0
+
+
 @pytest.mark.parametrize("name", ["Pendulum", "Arm"])
 def test_mujoco_has_the_same_accelerations(name):
     mujoco = pytest.importorskip("mujoco")
