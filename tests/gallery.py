@@ -172,9 +172,18 @@ SECTIONS: dict[str, dict[str, Entry]] = {
 }
 
 
+def sections() -> dict[str, dict[str, Entry]]:
+    """Return the sections, the last one with the models of which nothing is said above."""
+    named = {name for section in SECTIONS.values() for name in section}
+    rest = {
+        name: Entry(f"run {name}", "It runs, and its checks pass.") for name in bundled() if name not in named
+    }
+    return SECTIONS | ({"More": rest} if rest else {})
+
+
 def entries() -> dict[str, Entry]:
     """Return all of them by the names of models."""
-    return {name: entry for section in SECTIONS.values() for name, entry in section.items()}
+    return {name: entry for section in sections().values() for name, entry in section.items()}
 
 
 def page() -> str:
@@ -184,7 +193,7 @@ def page() -> str:
         "",
         "Bundled models as `symgen report` draws them. `python -m tests.gallery` made this; a test runs the commands.",
     ]  # fmt: skip
-    for title, section in SECTIONS.items():
+    for title, section in sections().items():
         lines += ["", f"## {title}"]
         for name, entry in section.items():
             about = " ".join(load(files[name], {}).describe().description.split()).rstrip(".")
@@ -205,8 +214,15 @@ def picture(name: str, at: float) -> str:
     return opened.replace(">", f"><style>{drawing_style()}</style>", 1) + "\n"
 
 
-if __name__ == "__main__":
+def write(all_pictures: bool = True) -> None:
+    """Write the page, and all pictures or those that are missing."""
     PICTURES.mkdir(exist_ok=True)
     for model, said in entries().items():
-        (PICTURES / f"{model}.svg").write_text(picture(model, said.at), encoding="utf-8")
+        target = PICTURES / f"{model}.svg"
+        if all_pictures or not target.is_file():
+            target.write_text(picture(model, said.at), encoding="utf-8")
     PAGE.write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write()
