@@ -39,6 +39,10 @@ class ContactError(RuntimeModelError):
     """Stops or frictions allow no motion, or several."""
 
 
+class Refusal(RuntimeModelError):
+    """An operation that has no Taylor series everywhere; the message says which."""
+
+
 class UnknownNameError(RuntimeModelError, KeyError):
     """A name that the model does not have."""
 

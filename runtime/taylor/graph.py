@@ -8,14 +8,9 @@ from __future__ import annotations
 
 import math
 
-from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.errors import Refusal
 from symgen.runtime.graph.functions import IN_CODE, slopes
 from symgen.runtime.graph.nodes import Nodes
-
-
-class Refusal(RuntimeModelError):
-    """An operation that has no Taylor series everywhere; the message says which."""
-
 
 MOVING = 1  # a node's mask, if it changes during a step
 CONVOLUTIONS = ("mul", "div", "sqrt", "power")

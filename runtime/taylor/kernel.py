@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.code import cache, engine
+from symgen.runtime.errors import Refusal
 from symgen.runtime.lazy import Late
-from symgen.runtime.taylor.graph import Refusal
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System

@@ -15,9 +15,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from symgen.runtime.errors import Refusal
 from symgen.runtime.graph.carry_out import NoArrays, carry_out
 from symgen.runtime.graph.form import Form, Name
-from symgen.runtime.taylor.graph import CONVOLUTIONS, Refusal, SeriesGraph
+from symgen.runtime.taylor.graph import CONVOLUTIONS, SeriesGraph
 from symgen.runtime.taylor.reactions import Reactions, read_reactions
 
 if TYPE_CHECKING:

@@ -60,7 +60,7 @@ def read_reactions(system: System, read: Read) -> Reactions | None:
 
     Raises
     ------
-    symgen.runtime.taylor.graph.Refusal
+    symgen.runtime.errors.Refusal
         `rhs` is not straight-line code.
     """
     names = [record["name"] for record in system.constraints]

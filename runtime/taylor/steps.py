@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symgen.runtime.code.llvm_text import constant
+from symgen.runtime.errors import Refusal
 from symgen.runtime.taylor.code import ONE, Code, Value
-from symgen.runtime.taylor.graph import Refusal, SeriesGraph
+from symgen.runtime.taylor.graph import SeriesGraph
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.reactions import Reactions
 
