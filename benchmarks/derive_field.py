@@ -63,7 +63,7 @@ def compile_for_run(system: System) -> None:
     own = [(kind.system, KERNELS) for kind in kinds] or [(system, KERNELS)]
     for owner, names in [*own, (system, ("energy",))] if kinds else own:
         for name in names:
-            compiler.compile_ir(owner.kernel(name).source.lower_apart(f"symgen_{name}")[0])
+            compiler.compile_ir(owner.kernel(name).source.lower_standalone(f"symgen_{name}")[0])
 
 
 def main(n: int) -> None:

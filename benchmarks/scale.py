@@ -63,7 +63,7 @@ def run(text: str, method: str) -> dict:
     names += ["residual_jacobian_entries"] if method == STIFF else []
     began = time.process_time()
     for name in names:
-        compiler.compile_ir(system._kernel_source(name).lower_apart(name)[0])
+        compiler.compile_ir(system._kernel_source(name).lower_standalone(name)[0])
     compiled = time.process_time() - began
     assemble(system, system.parameter_values())  # compiles what it needs
     began = time.process_time()

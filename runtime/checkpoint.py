@@ -83,8 +83,8 @@ def put_back(checkpoint: Checkpoint, run: RunState, past: np.ndarray) -> None:
     arrays.frames[:n] = past
     arrays.counters[at.NEXT_FRAME] = run.handed = n
     run.forms = list(held["settings"])
-    run.reset_energy_at_frames[:n] = _spread(held["resets_from"], held["resets"], n)
-    run.form_at_frames[:n] = _spread(held["forms_from"], held["forms"], n)
+    run.reset_energy_at_frames[:n] = _held_values(held["resets_from"], held["resets"], n)
+    run.form_at_frames[:n] = _held_values(held["forms_from"], held["forms"], n)
     run.samples = [
         (t, y, energy, form)
         for (t, energy, form), y in zip(facts["samples"], held["sample_states"], strict=True)
@@ -143,6 +143,6 @@ def _pieces(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return begins, values[begins]
 
 
-def _spread(begins: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
+def _held_values(begins: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
     """Undo `_pieces`."""
     return np.repeat(values, np.diff(np.append(begins, n)))

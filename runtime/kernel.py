@@ -70,7 +70,7 @@ class KernelSource:
         lowered = modules.lower_function(self.code, symbol)
         return lowered.ir, lowered.operations
 
-    def lower_apart(self, symbol: str) -> tuple[str, int]:
+    def lower_standalone(self, symbol: str) -> tuple[str, int]:
         """Return LLVM IR that defines `symbol` and, where work is hoisted, `symbol_precomputed` as well."""
         if not self.n_hoisted:
             return self.lower(symbol)
@@ -210,7 +210,7 @@ def compile_kernel(source: KernelSource) -> Kernel:
     try:
         owner, symbol = source.system.machine_code(), f"symgen_{source.name}"
         key = engine.cache_key(f"{symbol}\0{source.key_text()}")
-        address = owner.add(engine.object_code(key, source.name, symbol, source.lower_apart), symbol)
+        address = owner.add(engine.object_code(key, source.name, symbol, source.lower_standalone), symbol)
         precomputed = owner.address(symbol + PRECOMPUTED) if source.n_hoisted else address
     except ModuleError:
         raise

@@ -78,7 +78,7 @@ def check_header(header: Any) -> None:
     for key, fields in _RECORDS.items():
         _check_records(key, _get(header, key, list, ""), fields)
     for index, record in enumerate(header["inputs"]):
-        _check_course(record, f"inputs[{index}]")
+        _check_input_over_time(record, f"inputs[{index}]")
     for flag in _FLAGS:
         _get(_get(header, "structure", dict, ""), flag, bool, "structure")
     for name in _get(header, "operations", dict, ""):
@@ -163,7 +163,7 @@ def _check_records(key: str, records: list[Any], fields: dict[str, type]) -> Non
         seen.add(name)
 
 
-def _check_course(record: dict[str, Any], place: str) -> None:
+def _check_input_over_time(record: dict[str, Any], place: str) -> None:
     """What an input does over time, if the model says so: numbers, as many times as values."""
     lists = [(record, "polynomial", place)] if "polynomial" in record else []
     if "table" in record:

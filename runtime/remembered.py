@@ -24,7 +24,7 @@ def remembered(system: System, key: Hashable, make: Callable[[], T]) -> T:
     key : hashable
         All that the result depends on besides the system; arrays by their bytes.
     """
-    if system.input_words or system.nq > _LARGEST:
+    if system.input_descriptions or system.nq > _LARGEST:
         return make()
     known = vars(system).setdefault("_starts", {})
     found = known.get(key)

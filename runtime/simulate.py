@@ -31,7 +31,7 @@ constrained = Late("symgen.runtime.constraints.assembly")
 drive = Late("symgen.runtime.inputs.drive")
 given = Late("symgen.runtime.inputs.given")
 schedule = Late("symgen.runtime.inputs.schedule")
-apart = Late("symgen.runtime.subsystems.simulate")
+subsystem_runs = Late("symgen.runtime.subsystems.simulate")
 
 
 def simulate(system: System, options: RunOptions) -> Solution:
@@ -77,7 +77,7 @@ def simulate(system: System, options: RunOptions) -> Solution:
         options = replace(options, rtol=SMALLEST_RTOL)
     notes += form_notes
     if options.split is not False and system.subsystems:
-        solution = apart.simulate_subsystems(
+        solution = subsystem_runs.simulate_subsystems(
             system, p, state, options, treatment, redundant=assembly.redundant, notes=notes, began=began
         )
         if not isinstance(solution, str):

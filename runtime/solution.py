@@ -271,7 +271,7 @@ class Solution:
     @cached_property
     def input_values(self) -> np.ndarray:
         """The model's inputs at the frames, shape (n_frames, number of inputs)."""
-        if not self.system.input_words:
+        if not self.system.input_descriptions:
             first, n = len(self.system.parameters), len(self.system.inputs)
             return np.tile(self.p[first : first + n], (len(self.t), 1))
         return batches.evaluate(self.system, "inputs", self.p, self.t, self.states)

@@ -123,7 +123,7 @@ class Stepper:
         arrays = self._arrays
         if not np.array_equal(self.inputs, self._last_inputs):
             self._last_inputs[:] = self.inputs
-            self._system.precompute_again(arrays.precomputed)
+            self._system.update_precomputed(arrays.precomputed)
         arrays.restart(state_changed=False)
         stop = arrays.t + dt
         status = at.RUNNING

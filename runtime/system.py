@@ -127,7 +127,7 @@ class System(ModelFunctions):
         return False
 
     @property
-    def input_words(self) -> Mapping[str, str]:
+    def input_descriptions(self) -> Mapping[str, str]:
         """What inputs over time are, in words, by name."""
         return {}
 
@@ -237,7 +237,7 @@ class System(ModelFunctions):
                 self.__dict__["n_precomputations"] += 1
         return longer.copy()
 
-    def precompute_again(self, precomputed: np.ndarray) -> None:
+    def update_precomputed(self, precomputed: np.ndarray) -> None:
         """Work out in place what depends on `p` alone, after something in it, at the beginning, changed."""
         if self._hoisted:
             self._setup(precomputed, self.n_p)

@@ -24,7 +24,8 @@ STARTS = 9
 def compile_anew(system: System, names: list[str]) -> list[bytes]:
     """The object code of functions, compiled without a cache."""
     return [
-        compiler.compile_ir(system.kernel(name).source.lower_apart(f"symgen_{name}")[0]) for name in names
+        compiler.compile_ir(system.kernel(name).source.lower_standalone(f"symgen_{name}")[0])
+        for name in names
     ]
 
 

@@ -153,7 +153,7 @@ def follow(
     t, end = float(times[0]), float(times[-1])
     kept = _timetable(solution, companion, t, end, most_steps, sharp)
     try:
-        run = _Beside(solution, companion, times, state, most_steps, is_lost, kept)
+        run = _CompanionRun(solution, companion, times, state, most_steps, is_lost, kept)
         run.go()
     except (ContactError, RuntimeModelError):
         return Followed(state[None], 0, float(times[0]), ended=False)
@@ -187,7 +187,7 @@ def _timetable(
     )
 
 
-class _Beside(Run):
+class _CompanionRun(Run):
     """A run that gives up where it has lost the run beside it, or would take too long."""
 
     def __init__(
@@ -211,7 +211,7 @@ class _Beside(Run):
         arrays.y[: len(state)] = state
         arrays.control[[at.T, at.T_GRID, at.T_EVENT]] = t
         inputs = None
-        if system.input_words:
+        if system.input_descriptions:
             inputs = schedule.InputSchedule(system, arrays, method, t)
         super().__init__(
             system, method, arrays, np.zeros(len(times), dtype=bool), [end], max_steps=most_steps, inputs=inputs,

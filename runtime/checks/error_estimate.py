@@ -102,38 +102,38 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
     operations : float
         About how many a companion may take.
     """
-    beside = _Beside(solution)
-    least = beside.least_range
-    accurate = independent(solution, beside.own, least)
+    comparison = _Comparison(solution)
+    least = comparison.least_range
+    accurate = independent(solution, comparison.own, least)
     companion = accurate[0]
-    found = beside.follow(companion, operations)
+    found = comparison.follow(companion, operations)
     if found.known:
         # What is off may be the companion.
         for better in accurate[1:] if found.largest > LARGEST_ERROR else ():
-            again = beside.follow(better, _MORE_FOR_ACCURATE * operations)
+            again = comparison.follow(better, _MORE_FOR_ACCURATE * operations)
             if again.known and again.largest < found.largest:
                 found = again
         return found
     neighbour = loose(least)
-    if companion.method is not beside.own:
-        other = finer(solution, beside.own, least)
-        if beside.reach(other, operations) > found.t[-1]:
-            again = beside.follow(other, operations)
+    if companion.method is not comparison.own:
+        other = finer(solution, comparison.own, least)
+        if comparison.reach(other, operations) > found.t[-1]:
+            again = comparison.follow(other, operations)
             if again.t[-1] > found.t[-1]:
                 found, companion, neighbour = again, other, other
     if found.known:
         return found
     if len(found.t) < _LEAST_FOLLOWED:
         return None
-    if beside.jumps:
+    if comparison.jumps:
         return _extrapolated(solution, [found], found.rate or 0.0)  # events take longest
     parts, half = [found], 0.5 * operations
-    if beside.own.adaptive:
+    if comparison.own.adaptive:
         # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
-        parts.append(beside.follow(companion, half, _MIDDLE))
+        parts.append(comparison.follow(companion, half, _MIDDLE))
     rate = 0.0
     if _may_be_chaotic(solution.system):
-        seen = [beside.follow(neighbour, half, place).rate or 0.0 for place in (0.0, _MIDDLE)]
+        seen = [comparison.follow(neighbour, half, place).rate or 0.0 for place in (0.0, _MIDDLE)]
         for k, part in enumerate(parts):
             seen[k] = max(seen[k], part.rate or 0.0)
         rate = min(seen)  # motion that passes a saddle once is not chaotic
@@ -142,11 +142,11 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
 
 def followed(solution: Solution, operations: float) -> ErrorEstimate:
     """Return what the most accurate companion says, as far as it gets with so many operations."""
-    beside = _Beside(solution)
-    return beside.follow(independent(solution, beside.own, beside.least_range)[0], operations)
+    comparison = _Comparison(solution)
+    return comparison.follow(independent(solution, comparison.own, comparison.least_range)[0], operations)
 
 
-class _Beside:
+class _Comparison:
     """A run, against which companions are held.
 
     Attributes

@@ -110,7 +110,7 @@ def check(solution: Solution) -> list[HealthCheck]:
     found += _steps(solution) if method.adaptive else _resolution(solution, method)
     found += _further(solution, method, found)
     if any(entry.check == "accuracy" and entry.ok and not entry.note for entry in found):
-        found = beside_work(found, solution)
+        found = judged_with_work_passed(found, solution)
     return _with_evidence(found)
 
 
@@ -135,7 +135,7 @@ def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> It
         yield from accuracy(solution)
 
 
-def beside_work(found: list[HealthCheck], solution: Solution) -> list[HealthCheck]:
+def judged_with_work_passed(found: list[HealthCheck], solution: Solution) -> list[HealthCheck]:
     """Judge the energy balance of fixed steps by the work that passes through a motion, too, where that is right.
 
     The drive of a damped motion makes up for what is lost in steps: the balance drifts, and the motion does not. In

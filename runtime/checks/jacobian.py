@@ -34,7 +34,12 @@ def jacobian(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     """
     system = solution.system
     n = system.nq + 2 * system.nv + system.m
-    if _KERNEL not in method.kernels or n > _LARGEST or system.input_words or solution.forms is not None:
+    if (
+        _KERNEL not in method.kernels
+        or n > _LARGEST
+        or system.input_descriptions
+        or solution.forms is not None
+    ):
         return
     if system.operations.get("residual", 0) > _SMALL and not _trouble(solution):
         return

@@ -153,7 +153,7 @@ def momenta(runs: list[Solution], compared: Comparison) -> tuple[Momentum, ...]:
     """Return the conserved momenta of the runs; none where events, stops or inputs over time act."""
     first = runs[0]
     system, p = first.system, first.p
-    if any(run.events for run in runs) or first.forms is not None or system.input_words:
+    if any(run.events for run in runs) or first.forms is not None or system.input_descriptions:
         return ()
     at = np.unique(np.linspace(0, len(compared.t) - 1, _MOST_TIMES).astype(int))
     t, states = compared.t[at], compared.states[:, at]
@@ -170,7 +170,7 @@ def _conserved(
     system: System, p: np.ndarray, t: np.ndarray, states: np.ndarray
 ) -> list[tuple[str, Direction]]:
     """Return the directions whose momenta stay, those of coordinates first; what follows from others is left out."""
-    beside = _BesideTheRun(system, p, t, states)
+    beside = _NeighbouringStates(system, p, t, states)
     if not beside.usable:
         return []
     found = [(name, along) for name, along in coordinate_directions(system) if beside.keeps(along)]
@@ -189,7 +189,7 @@ def _conserved(
     return found
 
 
-class _BesideTheRun:
+class _NeighbouringStates:
     """Some states near those of a run, each with states before and behind it on the line that it moves along."""
 
     def __init__(self, system: System, p: np.ndarray, t: np.ndarray, states: np.ndarray):

@@ -31,7 +31,7 @@ def poles(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     outlive a pole like 1/(t - 1): that is an objection. They get across a weaker one, which is a note.
     """
     system = solution.system
-    if system.m or system.quaternions or system.input_words or solution.forms is not None:
+    if system.m or system.quaternions or system.input_descriptions or solution.forms is not None:
         return
     if len(solution.t) < 2 or solution.states.size > _MOST_NUMBERS:
         return

@@ -177,10 +177,10 @@ class DrivenSystem(System):
             controller.code.refuse_faults(names, controller.signals)
 
     @property
-    def input_words(self) -> dict[str, str]:
+    def input_descriptions(self) -> dict[str, str]:
         """What inputs over time are, in words, by name."""
         names = [record["name"] for record in self.inputs]
-        words = {names[k]: _words(pieces) for k, pieces in self._pieces.items()}
+        words = {names[k]: _description(pieces) for k, pieces in self._pieces.items()}
         words |= {names[k]: "sampled controller" for sampler in self.samplers for k in sampler.inputs}
         return words | {names[k]: "controller" for controller in self.feedback for k in controller.inputs}
 
@@ -310,6 +310,6 @@ class DrivenSystem(System):
         feedback_code.driven_jacobian(self.__dict__["_path"][1], t, *arrays)
 
 
-def _words(pieces: Pieces) -> str:
+def _description(pieces: Pieces) -> str:
     n = len(pieces.knots)
     return f"{n} pieces over time" if n > 1 else f"polynomial of degree {pieces.degree} in time"

@@ -51,7 +51,7 @@ def _pieces_record(pieces: Pieces) -> dict[str, Any]:
     return {"knots": pieces.knots.tolist(), "coefficients": pieces.coefficients.tolist()}
 
 
-def drive_again(
+def drive_as_recorded(
     system: System, recorded: Mapping[str, Any], controlled: DrivenSystem | None = None
 ) -> tuple[System, list[str]]:
     """Return the system as it was driven, and the names of inputs of which nothing is known.

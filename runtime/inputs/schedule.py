@@ -46,7 +46,9 @@ class InputSchedule:
         self._t_start = abs(t_start)
         n = len(system.places.pieces) - sum(len(sampler.inputs) for sampler in system.samplers)
         places, everywhere = system.places.pieces, needs_all_breaks(method)
-        self._courses = [_Course(place, x, everywhere) for place, x in zip(places, system.all_pieces[:n])]
+        self._piecewise = [
+            _PiecewiseInput(place, x, everywhere) for place, x in zip(places, system.all_pieces[:n])
+        ]
         self._sampled = places[n:]
         self._until = -math.inf
         self._fix(t_start)
@@ -82,18 +84,18 @@ class InputSchedule:
     def take_new_arrays(self, system: DrivenSystem, t: float) -> None:
         """Go on with another form of the model, and with a `precomputed` that was made anew."""
         self._system = system
-        n = len(self._courses)
-        for course, place in zip(self._courses, system.places.pieces):
-            course.place = place
+        n = len(self._piecewise)
+        for given, place in zip(self._piecewise, system.places.pieces):
+            given.place = place
         self._sampled = system.places.pieces[n:]
         self._fix(t)
 
     def _fix(self, t: float) -> bool:
         """Fix the pieces that hold after `t`, and find out until when; returns whether a value jumps there."""
         precomputed, jumped, until = self._arrays.precomputed, False, math.inf
-        for course in self._courses:
-            jumped = course.enter(t + self._near(t), precomputed) or jumped
-            until = min(until, course.until)
+        for given in self._piecewise:
+            jumped = given.enter(t + self._near(t), precomputed) or jumped
+            until = min(until, given.until)
         k = 0
         for sampler in self._system.samplers:
             for value in sampler.values[-1]:
@@ -105,7 +107,7 @@ class InputSchedule:
         return jumped
 
 
-class _Course:
+class _PiecewiseInput:
     """An input in pieces during a run.
 
     Attributes

@@ -73,7 +73,7 @@ def record_mode(
         atol=0.0,
         module_text=module_text,
         model_text=model_text,
-        title=f"mode {mode.number} of {system.name}: {period}{mode.words()}",
+        title=f"mode {mode.number} of {system.name}: {period}{mode.description()}",
         options={"mode": mode.number, "frequency": mode.frequency, "amplitude": factor, "seconds": SECONDS},
         mesh_folder=mesh_folder,
     )

@@ -55,7 +55,7 @@ class Mode:
         """Time in which the amplitude changes e-fold [s]; infinite where it does not."""
         return 1.0 / abs(self.eigenvalue.real) if self.eigenvalue.real else np.inf
 
-    def words(self) -> str:
+    def description(self) -> str:
         """Say what it does."""
         if self.kind == "free":
             return "free: nothing drives it back"
@@ -124,7 +124,7 @@ class Modes:
         for mode in self.modes:
             lines.append(
                 f"{mode.number:4d} {mode.frequency:10.6g} {mode.natural_frequency:12.6g} {mode.damping_ratio:11.4g}   "
-                + mode.words()
+                + mode.description()
             )
         return lines
 

@@ -75,7 +75,7 @@ class Batch:
             writer.checkpoint(self.checkpoint)
 
 
-class Beside:
+class BackgroundWork:
     """One piece of work at a time; what it raises comes out where the caller waits for it, once."""
 
     def __init__(self) -> None:
@@ -197,9 +197,9 @@ class RunRecorder:
             "mesh_folder": None if mesh_folder is None else Path(mesh_folder),
         }
         self._writer: RunWriter | None = None
-        self._beside = Beside()
+        self._background = BackgroundWork()
         # Controllers may look at what the run is changing.
-        self._in_step = system.has_feedback or bool(system.input_words)
+        self._in_step = system.has_feedback or bool(system.input_descriptions)
         self._closed = False
         self._first: tuple[float, np.ndarray] | None = None
         self._batches = [Batch()]
@@ -241,8 +241,8 @@ class RunRecorder:
             self._take(t, y)
         enough = _CHUNK if self._begun else _EARLY_CHUNK
         due = self._n_waiting >= enough or time.monotonic() - self._last_flush >= _MAX_WAIT
-        may_wait = self._beside.busy and 8 * self._of.system.ny * self._n_waiting < _MOST_WAITING
-        if ((due or len(self._batches) > 1) and not may_wait) or self._beside.failed:
+        may_wait = self._background.busy and 8 * self._of.system.ny * self._n_waiting < _MOST_WAITING
+        if ((due or len(self._batches) > 1) and not may_wait) or self._background.failed:
             self._write_whole(wait=self._in_step)
 
     def steps(self, step_log: np.ndarray) -> None:
@@ -288,7 +288,7 @@ class RunRecorder:
             self._checkpoint_bytes += len(content)
             self._batches[-1].checkpoint = content
             self._batches.append(Batch())
-            if not self._beside.busy:
+            if not self._background.busy:
                 self._write_whole(wait=self._in_step)
 
     def finish(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:
@@ -322,7 +322,7 @@ class RunRecorder:
             return
         with uninterrupted(writing=True):  # half a chunk on file would make the recording unreadable
             try:
-                self._beside.wait()
+                self._background.wait()
                 if self._n_taken:
                     # Rerun takes a while to load, which a run that fails at its start should not wait for. Imports are
                     # done here and not beside the run, which may be importing too.
@@ -331,9 +331,9 @@ class RunRecorder:
                     make = functools.partial(
                         run_writer.RunWriter, self.path, self._of, Settings(**self._settings)
                     )
-                    self._beside.start(self._write, make, batches)
+                    self._background.start(self._write, make, batches)
                 if wait:
-                    self._beside.wait()
+                    self._background.wait()
             except RuntimeError as error:  # of Rerun, which writes the file
                 self._give_up()
                 raise RuntimeModelError(

@@ -20,7 +20,7 @@ from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.front import Solution
 from symgen.runtime.inputs.controller import Controller
 from symgen.runtime.inputs.drive import drive
-from symgen.runtime.inputs.recorded import drive_again
+from symgen.runtime.inputs.recorded import drive_as_recorded
 from symgen.runtime.inputs.schedule import InputSchedule
 from symgen.runtime.integrate import layout as at_index
 from symgen.runtime.integrate.methods import METHODS
@@ -294,7 +294,7 @@ def _driven(
     if controllers:
         given = given(system, recording.parameters) if callable(given) else given
         controlled = _controlled(system, recording, [tuple(x["inputs"]) for x in controllers], given or {})
-    driven, unknown = drive_again(system, recording.inputs_over_time, controlled)
+    driven, unknown = drive_as_recorded(system, recording.inputs_over_time, controlled)
     if unknown:
         raise RecordingError(f"{recording.path}: the values of {', '.join(unknown)} are not in the recording")
     return driven

@@ -415,7 +415,7 @@ class RunWriter:
         self._rrd.property(schema.VERSIONS, versions)
 
     def _write_inputs_over_time(self, *, done: bool) -> None:
-        if not self._of.system.input_words:
+        if not self._of.system.input_descriptions:
             return
         times, values = np.zeros(0), np.zeros((0, len(self._header["inputs"])))
         if self._inputs_at_frames:
@@ -424,7 +424,7 @@ class RunWriter:
         self._rrd.property(schema.INPUTS_OVER_TIME, {"pieces": text})
 
     def _document(self, status: str, health: Sequence[dict], stats: dict[str, Any]) -> None:
-        over_time = self._of.system.input_words
+        over_time = self._of.system.input_descriptions
         self._rrd.document(page(self._header, self._of.p, over_time, self._settings, status, health, stats))
 
     def _balance_error(self, energies: np.ndarray, y: np.ndarray, energy_of_resets: np.ndarray) -> np.ndarray:

@@ -16,13 +16,13 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from symgen.runtime.batches import constraint_residuals
-from symgen.runtime.checks.health import beside_work, health_of
+from symgen.runtime.checks.health import health_of, judged_with_work_passed
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.constraints.kkt import robust_rhs_address
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.exchange import Exchange
 from symgen.runtime.inputs.given import InputFault
-from symgen.runtime.inputs.recorded import drive_again
+from symgen.runtime.inputs.recorded import drive_as_recorded
 from symgen.runtime.module import read_module
 from symgen.runtime.recording import schema
 from symgen.runtime.recording.reader import blamed_on, read_recording
@@ -424,7 +424,7 @@ def _driven(system: System, recording: Recording) -> tuple[System | None, Check 
     if not recording.inputs_over_time:
         return system, None
     try:
-        driven, unknown = drive_again(system, recording.inputs_over_time)
+        driven, unknown = drive_as_recorded(system, recording.inputs_over_time)
     except InputFault as fault:
         return None, Check("inputs", False, 1.0, 0.0, str(fault))
     if unknown:
@@ -469,7 +469,7 @@ def _health(solution: Solution, recording: Recording) -> list[Check]:
         check.get("check") == "accuracy" and check.get("ok") and not check.get("note")
         for check in recording.health
     ):
-        found = beside_work(found, solution)
+        found = judged_with_work_passed(found, solution)
     again = [
         check
         for check in found

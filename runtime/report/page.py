@@ -208,7 +208,7 @@ def _quantities(solution: Solution) -> list[Markup]:
     system = solution.system
     values = solution.p[: system.n_settable]
     known = (*system.parameters, *system.inputs)
-    words = system.input_words
+    words = system.input_descriptions
     rows = [
         (r["name"], words.get(r["name"], number(value)), r["unit"], r.get("doc", ""))
         for r, value in zip(known, values)

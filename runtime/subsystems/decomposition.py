@@ -511,7 +511,7 @@ def _divide(system: System) -> tuple[list[Kind], str]:
 
 
 def _objection(system: System) -> str:
-    if system.input_words:
+    if system.input_descriptions:
         return "inputs over time act on it"
     if system.switches:
         return "it has stops or dry friction"

@@ -11,7 +11,7 @@ import numpy as np
 
 from symgen.runtime.batches import evaluate
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.inputs.recorded import drive_again
+from symgen.runtime.inputs.recorded import drive_as_recorded
 from symgen.runtime.recording.reader import read_recording
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def _inputs_at(system: System, recording: Recording, row: int) -> dict[str, floa
     """Return the values of inputs over time at a frame, those of controllers included."""
     if not recording.inputs_over_time:
         return {}
-    driven, _ = drive_again(system, recording.inputs_over_time)
+    driven, _ = drive_as_recorded(system, recording.inputs_over_time)
     p, rows = system.with_settings(recording.p), slice(row, row + 1)
     values = evaluate(driven, "inputs", p, recording.t[rows].copy(), recording.states[rows].copy())[0]
     return {record["name"]: float(x) for record, x in zip(system.inputs, values)}

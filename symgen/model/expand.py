@@ -113,7 +113,7 @@ def _energies(d: Description, joints: Iterable[Joint]) -> dict[str, sympy.Expr |
         else:
             coordinates = list(names)
             rates = list(map(dot, coordinates))
-            rests = _spread(j.rest or (sympy.S.Zero,), len(coordinates))
+            rests = _to_length(j.rest or (sympy.S.Zero,), len(coordinates))
             stretched = [difference(q, rest) for q, rest in zip(coordinates, rests, strict=True)]
             terms["potential"] += _quadratic(j.stiffness, stretched)
             terms["kinetic"] += _quadratic(j.armature, rates)
@@ -144,11 +144,11 @@ def _without_inputs(d: Description) -> tuple[sympy.Expr | None, list[sympy.Expr]
 def _quadratic(factors: tuple[sympy.Expr, ...], values: list[sympy.Expr]) -> list[sympy.Expr]:
     if not factors:
         return []
-    pairs = zip(_spread(factors, len(values)), values, strict=True)
+    pairs = zip(_to_length(factors, len(values)), values, strict=True)
     return [product([HALF, factor, squared(value)]) for factor, value in pairs]
 
 
-def _spread(values: tuple[sympy.Expr, ...], count: int) -> tuple[sympy.Expr, ...]:
+def _to_length(values: tuple[sympy.Expr, ...], count: int) -> tuple[sympy.Expr, ...]:
     return values * count if len(values) == 1 else values
 
 

@@ -110,7 +110,9 @@ class _Comparison:
         for pair in pairs:
             pair["potential"] = tuple(a - b for a, b in zip(pair["potential"], first, strict=True))
         names = pairs[0].keys()
-        return Agreement(states, **{name: _apart([pair[name] for pair in pairs]) for name in names})
+        return Agreement(
+            states, **{name: _largest_difference([pair[name] for pair in pairs]) for name in names}
+        )
 
     def _at_random(self) -> dict[str, tuple[Any, Any]]:
         """What both say at a random state, by kind: ours and theirs."""
@@ -171,7 +173,7 @@ class _Comparison:
         return self._system.kernel(name)(0.0, y, self._p)
 
 
-def _apart(pairs: list[tuple[Any, Any]]) -> float:
+def _largest_difference(pairs: list[tuple[Any, Any]]) -> float:
     """The largest difference over the largest value."""
     ours, theirs = (np.array([pair[k] for pair in pairs], dtype=float) for k in (0, 1))
     scale = np.abs(theirs).max(initial=0.0)

@@ -11,40 +11,40 @@ import pytest
 
 from symgen.runtime import System, load
 from symgen.runtime import system as data
-from symgen.runtime.recording.recorder import Beside
+from symgen.runtime.recording.recorder import BackgroundWork
 
 GENERATED = Path(__file__).resolve().parents[1] / "generated"
 
 
 def test_pieces_are_done_one_after_another():
-    beside, gate, done = Beside(), threading.Event(), []
+    work, gate, done = BackgroundWork(), threading.Event(), []
 
     def slow(number: int) -> None:
         gate.wait(60)
         done.append(number)
 
-    beside.start(slow, 1)
-    assert beside.busy and not done
+    work.start(slow, 1)
+    assert work.busy and not done
     gate.set()
-    beside.start(done.append, 2)
-    beside.wait()
-    assert done == [1, 2] and not beside.busy
+    work.start(done.append, 2)
+    work.wait()
+    assert done == [1, 2] and not work.busy
 
 
 def test_an_error_comes_out_once_where_it_is_waited_for():
-    beside = Beside()
+    work = BackgroundWork()
 
     def fail() -> None:
         raise OSError("no space left")
 
-    beside.start(fail)
-    while beside.busy:
+    work.start(fail)
+    while work.busy:
         pass
-    assert beside.failed
+    assert work.failed
     with pytest.raises(OSError, match="no space left"):
-        beside.start(print, "never")
-    beside.wait()
-    assert not beside.failed
+        work.start(print, "never")
+    work.wait()
+    assert not work.failed
 
 
 def test_a_run_and_its_recording_may_ask_for_the_same_kernels_at_once(monkeypatch):
