@@ -261,6 +261,22 @@ def test_a_floor_of_time_is_a_number_in_a_series(emitter):
     np.testing.assert_allclose(rows[1:4, 1], [2.6, 1.0, 0.0], rtol=1e-15)
 
 
+@pytest.mark.parametrize("emitter", EMITTERS)
+@pytest.mark.parametrize("time", [0.5, 0.8, 2.5])
+def test_choices_of_time_stand_in_choices_of_time(time, emitter):
+    """What the inner one leaves out breaks where it is not chosen."""
+    inner = "where(t > 2, sqrt(t - 2), where(t > 0.7, 1/t, t^2))"
+    rows, _ = coefficients(driven(f"where({inner} > 1, 2*{inner}, t + {inner})"), time, np.zeros(3), emitter)
+
+    def exact(t):
+        value = mpmath.sqrt(t - 2) if time > 2 else 1 / t if time > 0.7 else t**2
+        return 2 * value if time == 0.8 else t + value
+
+    with mpmath.workdps(60):
+        expected = [float(c) / (k + 1) for k, c in enumerate(mpmath.taylor(exact, time, 5))]
+    np.testing.assert_allclose(rows[1:7, 1], expected, rtol=1e-10)
+
+
 def test_classes_of_sympy_are_taken_over():
     x, y = sympy.symbols("x y")
     pieces = sympy.Piecewise((x, x < 0), (y**2, (x >= 1) & ~(y > 2) | (x > 5)), (3, True))

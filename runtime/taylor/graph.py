@@ -339,7 +339,7 @@ class Algebra(SeriesNodes):
             return self._node("call", tuple(args), (name,))
         if kind == "power":
             return self._node("call", (args[0], self.number(self.data[a][0])), ("pow",))
-        return getattr(self, "mul" if kind == "scale" else kind)(*args)
+        return getattr(self, {"scale": "mul", "kept": "_kept"}.get(kind, kind))(*args)
 
     def shift(self, a: int) -> int:
         """The derivative with respect to time, carried down through linear operations."""
