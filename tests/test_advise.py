@@ -79,6 +79,23 @@ def test_whole_steps_are_whole_and_short_numbers():
 
 
 @pytest.mark.parametrize(
+    ("span", "step"),
+    [
+        (1.0, 1e-310),
+        (1.0, 1e-200),
+        (1e9, 1e-9),
+        (1e-300, 1e-302),
+        (1e300, 1e-300),
+        (1e308, 3e305),
+        (5e-324, 1.0),
+    ],
+)
+def test_whole_steps_of_any_size(span, step):
+    """A forged recording had rates that no number of steps fits."""
+    assert 0.0 < whole_step(span, step) <= max(step * 1.01, span * 1.01) < np.inf
+
+
+@pytest.mark.parametrize(
     ("rate", "asked", "rule", "limit"),
     [
         ("100", ("--steps-per-period", "50", "--t-end", "5"), "3979 steps of 0.0012566 s for 5 s", "0.02 s"),

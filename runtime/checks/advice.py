@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
+from decimal import ROUND_CEILING, Decimal
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -513,16 +514,22 @@ def _fixed_steps(
         yield FixedStep(method.name, step, stable, reason, fixed_step_cost(method, span / step, evaluation))
 
 
+_COUNTED = 1e15  # steps: a run of more has no whole number of them
+
+
 def whole_step(span: float, step: float) -> float:
     """Return about `step` [s], of few digits, so that a run of `span` [s] takes a whole number of such steps.
 
     The number is the nearest, so that a period has hardly fewer steps; of less than a hundred the next higher one.
     """
+    if not span / step <= _COUNTED:
+        return step
     n = max(1, round(span / step) if span / step >= _MANY else math.ceil(span / step * (1.0 - _ROUND_OFF)))
     exact = span / n
-    digits = max(4, len(str(n)) + 1) - 1 - math.floor(math.log10(exact))
     # Rounded up: of shorter ones it would take one step more, and of so many digits never one less.
-    return max(exact, float(f"{math.ceil(exact * 10.0**digits * (1.0 - _ROUND_OFF)) / 10.0**digits:.16g}"))
+    least = Decimal(exact * (1.0 - _ROUND_OFF))
+    last_digit = Decimal(1).scaleb(least.adjusted() + 1 - max(4, len(str(n)) + 1))
+    return max(exact, float(least.quantize(last_digit, rounding=ROUND_CEILING)))
 
 
 def _step(rate: float, stable: float, span: float, n: int) -> tuple[float, str]:
