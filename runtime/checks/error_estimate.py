@@ -29,6 +29,9 @@ LARGEST_ERROR = 0.05  # of what a coordinate or rate does
 LEAST_FRAMES = 8
 _LEAST_FOLLOWED, _FINER_STEPS = 3, 2.0  # frames, and how many steps of a companion for one of the run
 _MOST_FRAMES, _MOST_NUMBERS = 4000, 400_000  # that are compared
+_HELD_BACK = (
+    2.0  # times as far: where the run's own method gets so much farther, stability holds explicit ones back
+)
 _LOST = 0.5  # of a range: from there on a companion tells nothing more
 _LOST_FRAMES = 3  # in a row
 _AT_REST = 1e-9  # of the largest range: what moves less does not move
@@ -120,7 +123,9 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         if comparison.reach(other, operations) > found.t[-1]:
             again = comparison.follow(other, operations)
             if again.t[-1] > found.t[-1]:
-                found, companion, neighbour = again, other, other
+                if again.t[-1] - again.t[0] > _HELD_BACK * (found.t[-1] - found.t[0]):
+                    neighbour = other
+                found, companion = again, other
     if found.known:
         return found
     if len(found.t) < _LEAST_FOLLOWED:

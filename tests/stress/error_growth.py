@@ -367,12 +367,21 @@ def case(seed: int, index: int) -> Outcome:
     return Outcome(FLAGGED if verdict == "failed" else verdict, says)
 
 
+_KNOWN = {
+    44: "an even spin at rtol 1e-4: off by a tenth of a range that hardly exceeds atol; no errors below that are told",
+    124: "off by 0.9 at 284 s: loose companions get lost on the way, but not exponentially, and a power is carried on",
+    517: "off by 0.05 and not known any better: growth is seen from the start, and not from the middle",
+}
+_SHOWN = (159,)  # chaos that was not seen while companions were of a form that takes much longer
+
+
 def scenarios() -> Iterator[Scenario]:
     """Yield all."""
     for index in range(N_CASES):
         yield Scenario(
-            "error growth", f"error growth {index}", functools.partial(case, 0, index), short=index < 20
-        )
+            "error growth", f"error growth {index}", functools.partial(case, 0, index),
+            short=index < 20 or index in _SHOWN, known=_KNOWN.get(index, ""),
+        )  # fmt: skip
 
 
 def main() -> int:
