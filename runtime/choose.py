@@ -238,12 +238,14 @@ def choose_step(
         return 0.0, []
     notes = []
     if step is None:
-        scales = time_scales(system, p, t, state[: system.nq], state[system.nq :])
         q, v = state[: system.nq], state[system.nq :]
+        scales = time_scales(system, p, t, q, v)
         # Where constraints depend on each other the motion linearised about the start is that of no other place.
         singular = bool(system.m) and dependence.rank_is_lost(system, p, t, q)
-        motion = float((np.abs(v) / Positions(system).per_rate(np.maximum(1.0, np.abs(q)), 1.0)).max())
-        period, what = _period_at_start(system, p, t, state, motion if singular else scales.motion)
+        motion = scales.motion
+        if singular:
+            motion = float((np.abs(v) / Positions(system).per_rate(np.maximum(1.0, np.abs(q)), 1.0)).max())
+        period, what = _period_at_start(system, p, t, state, motion)
         if scales.fastest_period < _INVISIBLE * period and not singular:
             step = default_step(method, system, scales)
             what = "the fastest period at the start"

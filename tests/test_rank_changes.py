@@ -325,3 +325,10 @@ def test_ten_loops_pass_their_change_points():
     gain = 2 * 9.81 * ((n + 1) / 2 + n) / ((n + 1) / 3 + n)
     np.testing.assert_allclose(run.v[:, 0] ** 2, 1.0 + gain * (1.0 - np.sin(theta)), rtol=1e-7)
     assert theta[-1] < -np.pi and np.abs(run.q - np.where(run.q[0] > 1.0, theta[:, None], 0.0)).max() < 1e-9
+
+
+def test_the_default_step_at_a_change_point_is_that_of_the_motion():
+    """Linearised there, round-off alone looks like a motion of a microsecond."""
+    options = {"N": "2", "rate": "-3.0", "angle": "0.0"}
+    run = derive(load(find("n_four_bar"), options)).run(t_end=0.2, method="generalized_alpha")
+    assert run.status == "success" and run.step > 1e-3

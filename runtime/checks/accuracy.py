@@ -76,8 +76,8 @@ def _with_samplers(solution: Solution) -> Iterator[HealthCheck]:
     says = (
         "not estimated: with what sampled controllers said held as it was, errors exceed "
         f"{LARGEST_ERROR:.0%} from t = {found.until(LARGEST_ERROR):.4g} s on, and whether the controllers act against "
-        "them is not known, since they say something else when they are called again; compare a run with "
-        f"{_tighter(solution, 0)}"
+        "them was not to be found by calling them again (what they remember belongs into `memory`); compare a run "
+        f"with {_tighter(solution, 0)}"
     )
     yield noted("accuracy", found.largest, LARGEST_ERROR, says)
 
