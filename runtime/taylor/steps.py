@@ -120,8 +120,8 @@ class Start:
         return self._inverses[node]
 
 
-# [M Gᵀ; G 0] (a; -λ) = -r. As in `symgen.derive.solve.factorise`: minimum degree, a constraint only after all of its
-# coordinates that have inertia, and in pairs what inertia does not determine.
+# [M Gᵀ; G 0] (a; -λ) = -r. As in `symgen.derive.solve.factorise`: minimum degree, a constraint only after all
+# coordinates of its own row that have inertia, and in pairs what inertia does not determine.
 
 # Up to this size the inverse is formed: its products wait for each other less than substitutions do.
 LARGEST_INVERSE = 6
@@ -158,6 +158,9 @@ class Factors:
         self._inverse_matrix: list[list[Value]] | None = None
         while (pair := self._next_pair()) is not None:
             self._eliminate(pair)
+        # What a constraint waits for; inertia from constraints alone makes all of them wait.
+        bare = {i for i in self.left if i < n and i not in entries[i]}
+        self.own = {c: bare | {i for i in entries[c] if i < n} for c in self.left if c >= n}
         while self.left:
             self._eliminate((self._next(),))
 
@@ -234,7 +237,8 @@ class Factors:
         eligible = [
             i
             for i in self.left
-            if i in rows[i] and (i < self.n or not any(self._massive(j) for j in rows[i]))
+            if i in rows[i]
+            and (i < self.n or not any(self._massive(j) for j in rows[i].keys() & self.own[i]))
         ]
         if not eligible:
             raise Refusal("accelerations that neither inertia nor constraints determine")

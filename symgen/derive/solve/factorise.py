@@ -55,11 +55,15 @@ def factorise(
     names: list[str],
     corner: Mapping[int, int] | None = None,
 ) -> Factors:
-    """Factorise by minimum degree, constraints only after all of their coordinates that have inertia.
+    """Factorise by minimum degree, constraints only after all coordinates of their own rows that have inertia.
 
-    That restriction makes every pivot nonzero when M is positive definite and G has full rank (each
-    constraint's pivot is one of G M⁻¹ Gᵀ). Coordinates that a constraint determines without regard to inertia
-    come first, as pairs with that constraint (see `_Elimination._next_pair`).
+    That restriction makes every pivot nonzero when M is positive definite and G has full rank: let E be the coordinates
+    and C the constraints that are gone. No row of G_C has an entry outside of E. So the next constraint's pivot is one
+    of the elimination of -G_CE M_EE⁻¹ G_CEᵀ, a definite matrix, as if nothing but E moved; and what M has become on
+    the other coordinates is its Schur complement for E with constraints C, no smaller than without them, so positive
+    definite. Fill does not matter: a constraint need not wait for what M alone couples to its coordinates.
+    Coordinates that a constraint determines without regard to inertia come first, as pairs with that constraint (see
+    `_Elimination._next_pair`).
 
     Parameters
     ----------
@@ -114,10 +118,12 @@ class _Elimination:
         self.prescribed: list[int] = []
         self.determined: list[tuple[bool, int, int, int]] = []
         self.by_degree: list[tuple[int, int]] = []
+        self.own: dict[int, set[int]] = {}
 
     def run(self) -> Factors:
         while (pair := self._next_pair()) is not None:
             self._eliminate_pair(*pair)
+        self._note_own_coordinates()
         self.touched = sorted(self.left)
         if self._is_large():
             while (k := self._next_coordinate()) is not None:
@@ -241,8 +247,18 @@ class _Elimination:
     def _massive(self, i: int) -> bool:
         return i < self.n and i in self.entries[i]
 
+    def _note_own_coordinates(self) -> None:
+        """What each constraint has to wait for, where it has inertia: the coordinates of its own row of G.
+
+        Inertia that a coordinate gets from constraints alone is not covered by the argument in `factorise`, which is
+        about M: every constraint waits for such a coordinate.
+        """
+        bare = {i for i in self.left if i < self.n and i not in self.entries[i]}
+        self.own = {i: bare | {j for j in self.entries[i] if j < self.n} for i in self.left if i >= self.n}
+
     def _eligible(self, i: int) -> bool:
-        return i in self.entries[i] and (i < self.n or not any(self._massive(j) for j in self.entries[i]))
+        row = self.entries[i]
+        return i in row and (i < self.n or not any(self._massive(j) for j in row.keys() & self.own[i]))
 
     def _next(self) -> int:
         for i in self.touched:
