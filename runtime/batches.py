@@ -42,7 +42,15 @@ def evaluate(
 
 
 def right_hand_sides(system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Return rows of `rhs`, shape (n, n_row), also where constraints are redundant."""
+    """Return rows of `rhs`, shape (n, n_row), also where constraints are redundant.
+
+    `p` is that of all states, or, of a model without constraints, has shape (k, n_p): each row is that of as many
+    states, one after another.
+    """
+    if p.ndim == 2:
+        address = system.kernel("rhs").precomputed_address
+        rows = system.precomputed_rows(p).repeat(len(times) // max(len(p), 1), axis=0)
+        return _rows(address, system.n_row, rows, times, states)
     if system.m:
         address, _keep = kkt.robust_rhs_address(system)
     else:
@@ -76,7 +84,10 @@ def projected(system: System, p: np.ndarray, times: np.ndarray, states: np.ndarr
 def accelerations_and_multipliers(
     system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return accelerations, shape (n, nv), and multipliers, shape (n, m), also where constraints are redundant."""
+    """Return accelerations, shape (n, nv), and multipliers, shape (n, m), also where constraints are redundant.
+
+    `p` may have rows, as in `right_hand_sides`.
+    """
     rows = right_hand_sides(system, p, times, states)
     return rows[:, system.nq : system.nq + system.nv], rows[:, system.ny : system.ny + system.m]
 

@@ -177,7 +177,7 @@ def scout(
         system, METHODS[EXPLICIT], p, t, state, frame_times=np.zeros(0), rtol=rtol, atol=atol,
         with_events=False, log_length=_SCOUT_STEPS,
     )  # fmt: skip
-    changes = [change_rate(system, state[: system.nq], state[system.nq :])]
+    changes = [float(change_rate(system, state[: system.nq], state[system.nq :]))]
     for n_steps in (_FIRST_LOOK, _SCOUT_STEPS - _FIRST_LOOK):
         status = arrays.advance(until, n_steps, keep_log=True)
         if status == at.REACHED_STOP or not np.isfinite(arrays.y).all():
@@ -187,7 +187,7 @@ def scout(
             return ""
         q, v = arrays.y[: system.nq], arrays.y[system.nq : system.nq + system.nv]
         scales = time_scales(system, p, arrays.t, q, v)
-        changes.append(change_rate(system, q, v))
+        changes.append(float(change_rate(system, q, v)))
         slow = max(changes[-1], 1.0 / rest)
         vibrates_fast = scales.fastest >= max(_STIFFNESS_RATIO * slow, _FOLLOWED / h)
         # What falls off a hilltop has a decay that its growth hides.

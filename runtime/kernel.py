@@ -159,7 +159,7 @@ class Kernel:
         times : ndarray, shape (n,) [s]
         states : ndarray, shape (n, at least what it reads)
         p : ndarray
-            Parameters, then inputs.
+            Parameters, then inputs: of all states, or shape (n, n_p), of each.
 
         Returns
         -------

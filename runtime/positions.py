@@ -78,9 +78,12 @@ class Positions:
         return q
 
     def per_rate(self, values: np.ndarray, of_rotations: float) -> np.ndarray:
-        """Return the values of coordinates as those of the rates that move them; rotations have `of_rotations`."""
-        result = np.full(self._nv, of_rotations)
-        result[self.plain_v] = values[self.plain_q]
+        """Return values of coordinates, shape (..., nq), as those of the rates that move them, shape (..., nv).
+
+        Rotations have `of_rotations`.
+        """
+        result = np.full((*values.shape[:-1], self._nv), of_rotations)
+        result[..., self.plain_v] = values[..., self.plain_q]
         return result
 
     def held(self, enforced: np.ndarray) -> np.ndarray:

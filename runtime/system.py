@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -220,16 +220,11 @@ class System(ModelFunctions):
         p = np.ascontiguousarray(p, dtype=float)
         if not self._hoisted:
             return p
-        if "_setup" not in self.__dict__:
-            with self._lock:  # a recording evaluates kernels beside the run
-                if "_setup" not in self.__dict__:
-                    sources = [self._kernel_source(name) for name in self._hoisted]
-                    self.__dict__["_setup"] = compile_setup(sources)
         key, known = p.tobytes(), self._precomputed
         longer = known.get(key)
         if longer is None:
             longer = np.concatenate([p, np.zeros(self.n_precomputed - self.n_p)])
-            self._setup(longer, self.n_p)
+            self.update_precomputed(longer)
             with self._lock:
                 if len(known) >= _MOST_PRECOMPUTED:
                     del known[next(iter(known))]
@@ -237,10 +232,27 @@ class System(ModelFunctions):
                 self.__dict__["n_precomputations"] += 1
         return longer.copy()
 
+    def precomputed_rows(self, p: np.ndarray) -> np.ndarray:
+        """Return `precomputed` of each row of `p`, shape (n, n_p), without keeping any of them."""
+        rows = np.zeros((len(p), self.n_precomputed))
+        rows[:, : self.n_p] = p
+        for row in rows:
+            self.update_precomputed(row)
+        return rows
+
     def update_precomputed(self, precomputed: np.ndarray) -> None:
         """Work out in place what depends on `p` alone, after something in it, at the beginning, changed."""
         if self._hoisted:
-            self._setup(precomputed, self.n_p)
+            self._setup()(precomputed, self.n_p)
+
+    def _setup(self) -> Callable[[np.ndarray, int], None]:
+        """The function that works out what depends on `p` alone, compiled when it is first needed."""
+        if "_compiled_setup" not in self.__dict__:
+            with self._lock:  # a recording evaluates kernels beside the run
+                if "_compiled_setup" not in self.__dict__:
+                    sources = [self._kernel_source(name) for name in self._hoisted]
+                    self.__dict__["_compiled_setup"] = compile_setup(sources)
+        return self.__dict__["_compiled_setup"]
 
     def precomputed_between(self, p: np.ndarray, t0: float, t1: float) -> np.ndarray:
         """Return `precomputed(p)` for times between two neighbouring `input_breaks` [s]."""

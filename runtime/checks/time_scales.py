@@ -57,10 +57,15 @@ class TimeScales:
         return 2.0 * np.pi / self.fastest if self.fastest > 0.0 else np.inf
 
 
-def change_rate(system: System, q: np.ndarray, v: np.ndarray) -> float:
-    """Return how fast a state changes [1/s]: the fastest of its rates, in radians or sizes of its coordinate."""
+def change_rate(system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Return how fast states change [1/s], shape (...): the fastest of their rates, in radians or sizes of coordinates.
+
+    Parameters
+    ----------
+    q, v : ndarray, shapes (..., nq) and (..., nv)
+    """
     sizes = Positions(system).per_rate(np.maximum(1.0, np.abs(q)), 1.0)
-    return float(np.max(np.abs(v) / sizes, initial=0.0))
+    return np.max(np.abs(v) / sizes, axis=-1, initial=0.0)
 
 
 def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> TimeScales:
@@ -78,39 +83,47 @@ def time_scales_at(
 
     Parameters
     ----------
+    p : ndarray
+        Parameters, then inputs: of all states, or shape (n, n_p), of each. Then there are no constraints.
     t : ndarray, shape (n,) [s]
     q, v : ndarray, shapes (n, nq) and (n, nv)
     """
     if is_large(system):
-        found = [extreme_rates.extreme_eigenvalues(system, p, *state) for state in zip(t, q, v)]
-    else:
-        found = _eigenvalues(system, motion_jacobians(system, p, t, q, v))
-    return [_scales_of(system, *state) for state in zip(q, v, found)]
+        states = zip(np.broadcast_to(p, (len(t), p.shape[-1])), t, q, v)
+        found = [extreme_rates.extreme_eigenvalues(system, *state)[None] for state in states]
+        return [_scales_of(system, q[k : k + 1], v[k : k + 1], x)[0] for k, x in enumerate(found)]
+    return _scales_of(system, q, v, _eigenvalues(system, motion_jacobians(system, p, t, q, v)))
 
 
-def _scales_of(system: System, q: np.ndarray, v: np.ndarray, eigenvalues: np.ndarray) -> TimeScales:
-    magnitudes = np.abs(eigenvalues)
-    overdamped = -eigenvalues.real > _OVERDAMPED * magnitudes
-    motion = float(magnitudes[~overdamped].max(initial=0.0))
-    # Swings and turns need steps even where the linearised motion is slow.
-    motion = max(motion, change_rate(system, q, v))
-    return TimeScales(
-        fastest=float(magnitudes.max(initial=0.0)),
-        decay=float(-eigenvalues.real[overdamped].min(initial=0.0)),
-        motion=motion,
-        damping=float(-eigenvalues.real[np.argmax(magnitudes)]) if len(magnitudes) else 0.0,
-        eigenvalues=eigenvalues,
-        turning=_turning(system, v),
+def _scales_of(system: System, q: np.ndarray, v: np.ndarray, eigenvalues: np.ndarray) -> list[TimeScales]:
+    """Return the time scales of states with these eigenvalues of their linearised motion, a row each."""
+    magnitudes, decays = np.abs(eigenvalues), -eigenvalues.real
+    overdamped = decays > _OVERDAMPED * magnitudes
+    motion = np.where(overdamped, 0.0, magnitudes).max(axis=1, initial=0.0)
+    fastest = magnitudes.argmax(axis=1)[:, None] if magnitudes.shape[1] else np.zeros((len(q), 0), dtype=int)
+    columns = (
+        magnitudes.max(axis=1, initial=0.0),
+        np.where(overdamped, decays, 0.0).max(axis=1, initial=0.0),
+        # Swings and turns need steps even where the linearised motion is slow.
+        np.maximum(motion, change_rate(system, q, v)),
+        np.take_along_axis(decays, fastest, axis=1).sum(axis=1),
+        _turning(system, v),
     )
+    return [
+        TimeScales(biggest, decay, motion, damping, row, turning)
+        for biggest, decay, motion, damping, turning, row in zip(*(x.tolist() for x in columns), eigenvalues)
+    ]
 
 
-def _turning(system: System, v: np.ndarray) -> float:
+def _turning(system: System, v: np.ndarray) -> np.ndarray:
     positions = Positions(system)
     angles = [
         j for i, j in zip(positions.plain_q, positions.plain_v) if system.coordinates[i].get("unit") == "rad"
     ]
-    spins = [np.linalg.norm(v[j : j + 3]) for _, j in positions.quaternions]
-    return float(max([*np.abs(v[angles]), *spins], default=0.0))
+    fastest = np.abs(v[:, angles]).max(axis=1, initial=0.0)
+    for _, j in positions.quaternions:
+        fastest = np.maximum(fastest, np.linalg.norm(v[:, j : j + 3], axis=1))
+    return fastest
 
 
 def _eigenvalues(system: System, jacobians: np.ndarray) -> np.ndarray:
@@ -139,6 +152,8 @@ def motion_jacobians(
 
     Parameters
     ----------
+    p : ndarray
+        Parameters, then inputs: of all states, or shape (n, n_p), of each. Then there are no constraints.
     t : ndarray, shape (n,) [s]
     q, v : ndarray, shapes (n, nq) and (n, nv)
 
@@ -148,7 +163,7 @@ def motion_jacobians(
     """
     positions, n, nv = Positions(system), len(t), system.nv
     sizes = np.maximum(1.0, np.abs(q)), np.maximum(1.0, np.abs(v))
-    steps = _DIFFERENCE * np.hstack([[positions.per_rate(row, 1.0) for row in sizes[0]], sizes[1]])
+    steps = _DIFFERENCE * np.hstack([positions.per_rate(sizes[0], 1.0), sizes[1]])
     changes = steps[:, :, None] * np.eye(2 * nv)
     changes = np.concatenate([changes, -changes], axis=1)
     states = np.empty((n, 4 * nv, system.nq + nv))

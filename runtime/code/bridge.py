@@ -68,7 +68,8 @@ def _callable(address: int):
 
 # Few rows take less time than a call through a jitted function's many arguments.
 _ROWS = """
-define void @rows(ptr %kernel, i64 %n, ptr %times, ptr %states, i64 %n_state, ptr %p, ptr %out, i64 %n_out) nounwind {
+define void @rows(ptr %kernel, i64 %n, ptr %times, ptr %states, i64 %n_state, ptr %all_p, i64 %n_p,
+                  ptr %out, i64 %n_out) nounwind {
 entry:
   br label %head
 head:
@@ -80,6 +81,8 @@ body:
   %t = load double, ptr %t_at
   %y_offset = mul i64 %i, %n_state
   %y = getelementptr inbounds double, ptr %states, i64 %y_offset
+  %p_offset = mul i64 %i, %n_p
+  %p = getelementptr inbounds double, ptr %all_p, i64 %p_offset
   %out_offset = mul i64 %i, %n_out
   %row = getelementptr inbounds double, ptr %out, i64 %out_offset
   call void %kernel(double %t, ptr %y, ptr %p, ptr %row)
@@ -96,11 +99,12 @@ def evaluate_rows(
 ) -> None:
     """Call the kernel at `address` for each row of `states`; `out`, shape (n, width), is written in place.
 
-    All arrays are float64 and C-contiguous; their lengths are not checked.
+    `p` is for all rows, or has a row for each. All arrays are float64 and C-contiguous; their lengths are not checked.
     """
+    n_p = p.shape[1] if p.ndim == 2 else 0
     _call_rows()(
         int(address), len(times), times.ctypes.data, states.ctypes.data, states.shape[1], p.ctypes.data,
-        out.ctypes.data, out.shape[1],
+        n_p, out.ctypes.data, out.shape[1],
     )  # fmt: skip
 
 
@@ -110,7 +114,7 @@ def _call_rows() -> Callable:
     _rows_code = engine.MachineCode()
     content = engine.object_code(engine.cache_key(_ROWS), "rows", "rows", lambda _: (_ROWS, 0))
     size, pointer = ctypes.c_int64, ctypes.c_void_p
-    types = [pointer, size, pointer, pointer, size, pointer, pointer, size]
+    types = [pointer, size, pointer, pointer, size, pointer, size, pointer, size]
     return ctypes.CFUNCTYPE(None, *types)(_rows_code.add(content, "rows"))
 
 

@@ -219,6 +219,10 @@ class DrivenSystem(System):
             self.places, np.asarray(self.base.precomputed(p), dtype=float), self.all_pieces, addresses
         )
 
+    def precomputed_rows(self, p: np.ndarray) -> np.ndarray:
+        """Return `precomputed` of each row of `p`."""
+        return np.array([self.precomputed(row) for row in p])
+
     def precomputed_between(self, p: np.ndarray, t0: float, t1: float) -> np.ndarray:
         """Return a precomputed `p` in which the pieces that hold between two neighbouring breaks are fixed."""
         precomputed = self.precomputed(p)

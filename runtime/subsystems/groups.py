@@ -167,6 +167,7 @@ class Group(Subsystem):
             first.t_start,
             _by_vectors(first, [m.state for m in members]),
             replace(first.choice, rate=fastest.choice.rate),
+            is_asleep=False,
         )
         self.members = members
         self.titles = [title for member in members for title in member.titles]

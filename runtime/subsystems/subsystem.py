@@ -7,13 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.batches import evaluate
-from symgen.runtime.checks.time_scales import motion_jacobian, time_scales
+from symgen.runtime.batches import accelerations_and_multipliers, evaluate
+from symgen.runtime.checks.time_scales import motion_jacobian, time_scales, time_scales_at
 from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.driver import Run
@@ -79,7 +78,12 @@ class Settings:
 
 
 def is_at_rest(system: System, p: np.ndarray, t: float, state: np.ndarray, atol: float = 0.0) -> bool:
-    """Return whether a model that does not depend on time stays where it is.
+    """Return whether a model that does not depend on time stays where it is; see `are_at_rest`."""
+    return bool(are_at_rest(system, p[None], t, state[None], atol)[0])
+
+
+def are_at_rest(system: System, p: np.ndarray, t: float, states: np.ndarray, atol: float = 0.0) -> np.ndarray:
+    """Return of several states of a model that does not depend on time whether they stay where they are.
 
     Either nothing moves and nothing pushes, exactly. Or the nearest point of equilibrium is so near that numbers
     hardly tell it from the state, and no motion about it grows or is free; where all motions about it die out, so near
@@ -87,29 +91,47 @@ def is_at_rest(system: System, p: np.ndarray, t: float, state: np.ndarray, atol:
 
     Parameters
     ----------
-    p : ndarray
+    p : ndarray, shape (n, n_p)
     t : float [s]
-    state : ndarray, shape (nq + nv,)
+    states : ndarray, shape (n, nq + nv)
     atol : float
         Absolute tolerance of the run.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
     """
-    q, v = state[: system.nq], state[system.nq : system.nq + system.nv]
+    rest = np.zeros(len(states), dtype=bool)
+    if system.structure["time_dependent"]:
+        return rest
+    q, v = states[:, : system.nq], states[:, system.nq :]
     positions = Positions(system)
     sizes = positions.per_rate(np.maximum(1.0, np.abs(q)), 1.0)
-    if np.max(np.abs(v) / sizes, initial=0.0) > max(_NEAR, atol) or system.structure["time_dependent"]:
-        return False
-    rhs, rates = system.kernel("rhs"), slice(system.nq, system.nq + system.nv)
-    a = rhs(t, state, p)[rates]
-    if not (v.any() or a.any()):
-        return True
-    if system.m or not np.all(np.isfinite(a)):
-        return False
-    moved = np.concatenate([positions.retract(q, _NEAR * sizes), v])
-    change = np.abs(rhs(t, moved, p)[rates] - a)
-    if np.max(np.abs(a)) > _FAR * np.max(change):
-        return False
-    return _is_stable_and_near(
-        system, motion_jacobian(system, p, t, q, v), np.concatenate([v, a]), sizes, atol
+    slow = np.flatnonzero(np.max(np.abs(v) / sizes, axis=1, initial=0.0) <= max(_NEAR, atol))
+    a = _accelerations(system, p[slow], t, states[slow])
+    still = ~(v[slow].any(axis=1) | a.any(axis=1))
+    rest[slow[still]] = True
+    if system.m:
+        return rest
+    tried = ~still & np.isfinite(a).all(axis=1)
+    rows, a = slow[tried], a[tried]
+    moved = [positions.retract(q[k], _NEAR * sizes[k]) for k in rows]
+    change = np.abs(_accelerations(system, p[rows], t, np.hstack([moved, v[rows]])) - a) if moved else a
+    near = np.max(np.abs(a), axis=1, initial=0.0) <= _FAR * np.max(change, axis=1, initial=0.0)
+    for k, acceleration in zip(rows[near], a[near]):
+        jacobian = motion_jacobian(system, p[k], t, q[k], v[k])
+        away = np.concatenate([v[k], acceleration])
+        rest[k] = _is_stable_and_near(system, jacobian, away, sizes[k], atol)
+    return rest
+
+
+def _accelerations(system: System, p: np.ndarray, t: float, states: np.ndarray) -> np.ndarray:
+    times = np.full(len(states), t)
+    if not system.m:
+        return accelerations_and_multipliers(system, p, times, states)[0]
+    each = zip(p, times[:, None], states[:, None])
+    return np.vstack(
+        [np.zeros((0, system.nv)), *(accelerations_and_multipliers(system, *x)[0] for x in each)]
     )
 
 
@@ -167,15 +189,21 @@ class Chooser:
         self._treatment, self._formed, _ = choose_constraints(wanted, kind.system, settings.options.method)
         self._made: dict[tuple[int, ...], tuple[Method, tuple[str, ...]]] = {}
 
-    def choose(self, p: np.ndarray, state: np.ndarray) -> Choice:
-        """Return the choice for the member with these parameters and this start."""
+    def choose(self, p: np.ndarray, states: np.ndarray) -> list[Choice]:
+        """Return the choices for members with these parameters and starts, shapes (n, n_p) and (n, nq + nv)."""
+        return [self._choice(*member) for member in zip(p, states, self._time_scales(p, states), strict=True)]
+
+    def _time_scales(self, p: np.ndarray, states: np.ndarray) -> Sequence[TimeScales | None]:
+        system, start = self._system, self._settings.options.t_start
+        if is_large(system):
+            return [None] * len(states)
+        q, v = states[:, : system.nq], states[:, system.nq :]
+        if system.m:
+            return [time_scales(system, *member) for member in zip(p, [start] * len(p), q, v)]
+        return time_scales_at(system, p, np.full(len(p), start), q, v)
+
+    def _choice(self, p: np.ndarray, state: np.ndarray, scales: TimeScales | None) -> Choice:
         settings, system = self._settings, self._system
-        start = settings.options.t_start
-        scales = (
-            None
-            if is_large(system)
-            else time_scales(system, p, start, state[: system.nq], state[system.nq :])
-        )
         method, notes = self._method(p, state, scales)
         step, more = choose_step(method, system, p, state, settings.options)
         rate = 1.0 / step if step else 0.0
@@ -292,6 +320,8 @@ class Subsystem:
     choice : Choice
     p, state : ndarray
         Its parameters and inputs, and its start.
+    is_asleep : bool
+        Whether it rests from the start on.
     tolerance : float
         What it makes of the tolerances asked for.
     run : MemberRun
@@ -300,8 +330,17 @@ class Subsystem:
 
     tolerance = 1.0
 
-    def __init__(self, system: System, p: np.ndarray, t_start: float, state: np.ndarray, choice: Choice):
+    def __init__(
+        self,
+        system: System,
+        p: np.ndarray,
+        t_start: float,
+        state: np.ndarray,
+        choice: Choice,
+        is_asleep: bool,
+    ):
         self.system, self.choice, self.p, self.t_start, self.state = system, choice, p, t_start, state
+        self.is_asleep = is_asleep
         self.titles: list[str] = []
         self.columns: list[np.ndarray] = []
         self.run: MemberRun
@@ -310,11 +349,6 @@ class Subsystem:
     def name(self) -> str:
         """What it is called."""
         return self.titles[0]
-
-    @cached_property
-    def is_asleep(self) -> bool:
-        """Whether it rests from the start on."""
-        return not self.system.events and is_at_rest(self.system, self.p, self.t_start, self.state)
 
     def prepare(
         self, times: np.ndarray, shown: np.ndarray, stops: Sequence[float], settings: Settings
@@ -357,20 +391,24 @@ def subsystems(
     state : ndarray, shape (nq + nv,)
         Consistent initial state of the whole.
     """
-    found = []
+    found, t_start = [], settings.options.t_start
     for kind in kinds:
         chooser = Chooser(kind, settings)
         columns = np.hstack([kind.q, whole.nq + kind.v])
         own_p, starts = p[kind.p], state[columns]
-        made: dict[bytes, Subsystem] = {}
+        members: dict[bytes, list[int]] = {}  # equal ones: the first, and its twins
         for number in range(len(columns)):
             key = own_p[number].tobytes() + starts[number].tobytes()
-            if key not in made:
-                choice = chooser.choose(own_p[number], starts[number])
-                made[key] = Subsystem(
-                    kind.system, own_p[number], settings.options.t_start, starts[number], choice
-                )
-            made[key].titles.append(f"subsystem of {whole.coordinates[kind.q[number, 0]]['name']}")
-            made[key].columns.append(columns[number])
-        found += made.values()
+            members.setdefault(key, []).append(number)
+        firsts = [equal[0] for equal in members.values()]
+        choices = chooser.choose(own_p[firsts], starts[firsts])
+        rest = np.zeros(len(firsts), dtype=bool)
+        if not kind.system.events:
+            rest = are_at_rest(kind.system, own_p[firsts], t_start, starts[firsts])
+        for equal, choice, asleep in zip(members.values(), choices, rest.tolist(), strict=True):
+            first = equal[0]
+            subsystem = Subsystem(kind.system, own_p[first], t_start, starts[first], choice, asleep)
+            subsystem.titles += [f"subsystem of {whole.coordinates[kind.q[k, 0]]['name']}" for k in equal]
+            subsystem.columns += [columns[k] for k in equal]
+            found.append(subsystem)
     return found
