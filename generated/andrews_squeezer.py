@@ -86,15 +86,15 @@ MODEL = {
         {"name": "bar", "unit": "m", "value": 0.0007},
     ],
     "constraints": [
-        {"name": "loop1_x", "kind": "holonomic"},
-        {"name": "loop1_y", "kind": "holonomic"},
-        {"name": "loop2_x", "kind": "holonomic"},
-        {"name": "loop2_y", "kind": "holonomic"},
-        {"name": "loop3_x", "kind": "holonomic"},
-        {"name": "loop3_y", "kind": "holonomic"},
+        {"name": "loop1_x", "kind": "holonomic", "multiplier": "N"},
+        {"name": "loop1_y", "kind": "holonomic", "multiplier": "N"},
+        {"name": "loop2_x", "kind": "holonomic", "multiplier": "N"},
+        {"name": "loop2_y", "kind": "holonomic", "multiplier": "N"},
+        {"name": "loop3_x", "kind": "holonomic", "multiplier": "N"},
+        {"name": "loop3_y", "kind": "holonomic", "multiplier": "N"},
     ],
     "outputs": [
-        {"name": "crank_speed", "unit": ""},
+        {"name": "crank_speed", "unit": "1/s"},
     ],
     "events": [],
     "bodies": [

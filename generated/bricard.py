@@ -42,9 +42,9 @@ MODEL = {
     "inputs": [],
     "constants": [],
     "constraints": [
-        {"name": "hinge6_place_x", "kind": "holonomic"},
-        {"name": "hinge6_place_y", "kind": "holonomic"},
-        {"name": "hinge6_place_z", "kind": "holonomic"},
+        {"name": "hinge6_place_x", "kind": "holonomic", "multiplier": "N"},
+        {"name": "hinge6_place_y", "kind": "holonomic", "multiplier": "N"},
+        {"name": "hinge6_place_z", "kind": "holonomic", "multiplier": "N"},
         {"name": "hinge6_axis_1", "kind": "holonomic"},
         {"name": "hinge6_axis_2", "kind": "holonomic"},
     ],

@@ -40,7 +40,7 @@ MODEL = {
     "constants": [],
     "constraints": [],
     "outputs": [
-        {"name": "tip_height", "unit": ""},
+        {"name": "tip_height", "unit": "m"},
     ],
     "events": [],
     "bodies": [

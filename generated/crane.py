@@ -43,8 +43,8 @@ MODEL = {
     "constants": [],
     "constraints": [],
     "outputs": [
-        {"name": "tension_left", "unit": ""},
-        {"name": "tension_right", "unit": ""},
+        {"name": "tension_left", "unit": "N"},
+        {"name": "tension_right", "unit": "N"},
     ],
     "events": [
         {"name": "jump_0", "direction": "both", "action": "jump", "says": "min(buffer_y^2 + buffer_z^2 + (buffer_x - 31/10)^2, (1/2)^2) in the potential"},

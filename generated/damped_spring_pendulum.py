@@ -38,7 +38,7 @@ MODEL = {
     "constants": [],
     "constraints": [],
     "outputs": [
-        {"name": "spring_force", "unit": ""},
+        {"name": "spring_force", "unit": "N"},
     ],
     "events": [],
     "bodies": [

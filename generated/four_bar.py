@@ -42,11 +42,11 @@ MODEL = {
     "inputs": [],
     "constants": [],
     "constraints": [
-        {"name": "loop_x", "kind": "holonomic"},
-        {"name": "loop_y", "kind": "holonomic"},
+        {"name": "loop_x", "kind": "holonomic", "multiplier": "N"},
+        {"name": "loop_y", "kind": "holonomic", "multiplier": "N"},
     ],
     "outputs": [
-        {"name": "rocker_speed", "unit": ""},
+        {"name": "rocker_speed", "unit": "1/s"},
     ],
     "events": [],
     "bodies": [

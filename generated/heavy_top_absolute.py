@@ -48,9 +48,9 @@ MODEL = {
     "inputs": [],
     "constants": [],
     "constraints": [
-        {"name": "tip_stays_x", "kind": "holonomic"},
-        {"name": "tip_stays_y", "kind": "holonomic"},
-        {"name": "tip_stays_z", "kind": "holonomic"},
+        {"name": "tip_stays_x", "kind": "holonomic", "multiplier": "N"},
+        {"name": "tip_stays_y", "kind": "holonomic", "multiplier": "N"},
+        {"name": "tip_stays_z", "kind": "holonomic", "multiplier": "N"},
     ],
     "outputs": [],
     "events": [],

@@ -54,8 +54,8 @@ MODEL = {
     ],
     "constraints": [],
     "outputs": [
-        {"name": "road_height", "unit": ""},
-        {"name": "tyre_load_change", "unit": ""},
+        {"name": "road_height", "unit": "m"},
+        {"name": "tyre_load_change", "unit": "N"},
     ],
     "events": [],
     "bodies": [

@@ -43,13 +43,13 @@ MODEL = {
     "inputs": [],
     "constants": [],
     "constraints": [
-        {"name": "contact_x", "kind": "velocity"},
-        {"name": "contact_y", "kind": "velocity"},
-        {"name": "contact_z", "kind": "velocity"},
+        {"name": "contact_x", "kind": "velocity", "multiplier": "N"},
+        {"name": "contact_y", "kind": "velocity", "multiplier": "N"},
+        {"name": "contact_z", "kind": "velocity", "multiplier": "N"},
     ],
     "outputs": [
-        {"name": "contact_point_x", "unit": ""},
-        {"name": "contact_point_y", "unit": ""},
+        {"name": "contact_point_x", "unit": "m"},
+        {"name": "contact_point_y", "unit": "m"},
     ],
     "events": [],
     "bodies": [

@@ -51,8 +51,8 @@ MODEL = {
     ],
     "constraints": [],
     "outputs": [
-        {"name": "height", "unit": ""},
-        {"name": "lean", "unit": ""},
+        {"name": "height", "unit": "m"},
+        {"name": "lean", "unit": "1"},
     ],
     "events": [],
     "bodies": [

@@ -50,7 +50,7 @@ MODEL = {
     ],
     "constraints": [],
     "outputs": [
-        {"name": "height", "unit": ""},
+        {"name": "height", "unit": "m"},
     ],
     "events": [],
     "bodies": [

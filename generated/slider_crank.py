@@ -42,11 +42,11 @@ MODEL = {
     "inputs": [],
     "constants": [],
     "constraints": [
-        {"name": "pin_x_closes", "kind": "holonomic"},
-        {"name": "pin_y_closes", "kind": "holonomic"},
+        {"name": "pin_x_closes", "kind": "holonomic", "multiplier": "N"},
+        {"name": "pin_y_closes", "kind": "holonomic", "multiplier": "N"},
     ],
     "outputs": [
-        {"name": "piston_speed", "unit": ""},
+        {"name": "piston_speed", "unit": "m/s"},
     ],
     "events": [],
     "bodies": [

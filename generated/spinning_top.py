@@ -42,7 +42,7 @@ MODEL = {
     ],
     "constraints": [],
     "outputs": [
-        {"name": "height", "unit": ""},
+        {"name": "height", "unit": "m"},
     ],
     "events": [],
     "bodies": [

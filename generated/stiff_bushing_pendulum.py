@@ -40,8 +40,8 @@ MODEL = {
     "constants": [],
     "constraints": [],
     "outputs": [
-        {"name": "bushing_force_x", "unit": ""},
-        {"name": "bushing_force_y", "unit": ""},
+        {"name": "bushing_force_x", "unit": "N"},
+        {"name": "bushing_force_y", "unit": "N"},
     ],
     "events": [],
     "bodies": [

@@ -47,8 +47,8 @@ MODEL = {
     "inputs": [],
     "constants": [],
     "constraints": [
-        {"name": "ball_gap", "kind": "holonomic"},
-        {"name": "drive", "kind": "holonomic"},
+        {"name": "ball_gap", "kind": "holonomic", "multiplier": "N"},
+        {"name": "drive", "kind": "holonomic", "multiplier": "N*m"},
         {"name": "ball_along", "kind": "velocity"},
         {"name": "ball_across", "kind": "velocity"},
     ],

@@ -79,6 +79,9 @@ def check_header(header: Any) -> None:
         _check_records(key, _get(header, key, list, ""), fields)
     for index, record in enumerate(header["inputs"]):
         _check_input_over_time(record, f"inputs[{index}]")
+    for index, record in enumerate(header["constraints"]):
+        if "multiplier" in record:
+            _get(record, "multiplier", str, f"constraints[{index}]")
     for flag in _FLAGS:
         _get(_get(header, "structure", dict, ""), flag, bool, "structure")
     for name in _get(header, "operations", dict, ""):

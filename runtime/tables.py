@@ -139,6 +139,7 @@ def _units(system: System) -> dict[str, str]:
     for rate, acceleration, record in zip(rates, accelerations, system.rates):
         units.setdefault(rate, record["unit"])
         units.setdefault(acceleration, _per_second(record["unit"]))
+    units |= {f"lambda({c['name']})": c.get("multiplier", "") for c in system.constraints}
     return units
 
 

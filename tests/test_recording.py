@@ -486,8 +486,8 @@ def test_bodies_without_a_shape_are_drawn_by_what_they_do():
     assert point.kind == "sphere" and point.sizes[0] == pytest.approx(0.1)
     assert block.kind == "box" and block.sizes[0] > block.sizes[1]
     assert (rod.kind, rod.sizes, rod.along_x) == ("capsule", (0.1, 2.0), True)
-    _, high = geometry.drawn_box([rod], np.zeros((1, 1, 3)), np.eye(3)[None, None])
-    np.testing.assert_allclose(high, [1.1, 0.1, 0.1])
+    _, high = geometry.drawn_boxes([rod], np.zeros((1, 1, 3)), np.eye(3)[None, None])
+    np.testing.assert_allclose(high, [[1.1, 0.1, 0.1]])
 
 
 def test_meshes_stay_below_the_models_folder(tmp_path):
@@ -658,7 +658,7 @@ def test_curves_that_would_be_flat_get_a_plot_of_their_own():
     header = {"coordinates": names, "rates": names, "outputs": [], "constraints": []}
     low = {"q": np.array([0.0, -0.5, -0.4]), "v": np.array([-1.0, -1.0, -1.0])}
     high = {"q": np.array([120.0, 0.5, 0.6]), "v": np.array([1.0, 2.0, 1.0])}
-    large, small, rates = layout.readable(layout.plot_rows(header), low, high)[0]
+    large, small, rates = layout.readable(layout.plot_rows(header), low, high)[0].plots
     assert (large.title, large.shown) == ("Coordinates [rad]: crank", (True, False, False))
     assert (small.title, small.shown) == ("Coordinates [rad]: coupler, rocker", (False, True, True))
     assert large.path == small.path and rates.shown == ()
@@ -666,7 +666,7 @@ def test_curves_that_would_be_flat_get_a_plot_of_their_own():
 
 def test_many_curves_are_spread_over_plots():
     many = [{"name": f"q{i}", "unit": "m"} for i in range(100)]
-    plots = layout.plot_rows({"coordinates": many, "rates": [], "outputs": [], "constraints": []})[0]
+    plots = layout.plot_rows({"coordinates": many, "rates": [], "outputs": [], "constraints": []})[0].plots
     assert [len(plot.columns) for plot in plots] == [12, 12, 12, 12]
     assert plots[1].title == "Coordinates [m] 13 to 24 of 100" and plots[1].names[0] == "q12"
     assert len({plot.path for plot in plots}) == 4

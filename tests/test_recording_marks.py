@@ -316,13 +316,10 @@ def test_symbols_reach_from_end_to_end():
 def test_the_camera_sees_the_whole_box_and_comes_near(planar):
     low, high = np.array([-1.0, -0.2, 0.1]), np.array([2.0, 0.6, 0.5])
     camera = layout.choose_camera(low, high, planar)
-    eye, target, up = map(np.array, (camera.eye, camera.target, camera.up))
-    forward = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(forward, up)
-    right /= np.linalg.norm(right)
-    corners = np.array(np.meshgrid(*zip(low, high))).reshape(3, -1).T - eye
-    depth = corners @ forward
-    tangent = np.tan(np.radians(27.5))
-    across = np.abs(corners @ right / depth).max() / tangent
-    upwards = np.abs(corners @ np.cross(right, forward) / depth).max() / tangent
-    assert max(across / 1.1, upwards) < 1.0 and max(across / 1.1, upwards) > 0.75
+    np.testing.assert_allclose(camera.axes @ camera.axes.T, np.eye(3), atol=1e-14)
+    corners = np.array(np.meshgrid(*zip(low, high))).reshape(3, -1).T - camera.axes @ camera.eye
+    across, upwards = (np.abs(corners[:, k] / corners[:, 2]).max() / camera.opening for k in (0, 1))
+    assert 0.75 < max(across / 1.1, upwards) < 1.0
+    if planar:
+        nearest, farthest = -corners[:, 2].max(), -corners[:, 2].min()
+        assert farthest / nearest < 1.01  # what is behind is not drawn smaller

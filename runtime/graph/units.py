@@ -324,6 +324,26 @@ def dimension_text(size: Dimension) -> str:
     return f"{name} ({text})" if name else text
 
 
+_FORCES = (("N", FORCE), ("N*s", times(FORCE, TIME)))  # what is in kg, in words of statics and of damping
+
+
+def unit_text(size: Dimension) -> str:
+    """The unit of a dimension as people write it: `N`, `N*m`, `m/s^2`, `N*s/m`; `1` for a pure number."""
+    if size in NAMED.values() and size != ENERGY:
+        return next(name for name, known in NAMED.items() if known == size)
+    for name, force in _FORCES:
+        rest = over(size, force)
+        if size[BASE.index("kg")] == 1 and not any(rest[1:]):
+            return name + (
+                ""
+                if not rest[0]
+                else f"*{_factor('m', rest[0])}"
+                if rest[0] > 0
+                else f"/{_factor('m', -rest[0])}"
+            )
+    return "1" if size == DIMENSIONLESS else dimension_text(size)
+
+
 def _factor(base: str, exponent: Fraction) -> str:
     if exponent == 1:
         return base

@@ -17,7 +17,7 @@ _POINT_RADIUS = 0.025  # of a body without shape and without rotation, in units 
 _BLOCK = (0.09, 0.055, 0.035)  # edges of a body without shape that turns, likewise
 _BAR, _STOUTEST = 0.009, 0.025  # radius of a bar between joints, likewise: from the one to the other, or
 _STOUT = 0.12  # of its length
-_FAR = 3.0  # the origin belongs to the scene unless it is this many diagonals away
+_FAR = 1.0  # the origin belongs to the scene unless it is this many diagonals away
 
 
 @dataclass(frozen=True)
@@ -145,21 +145,22 @@ def scene_box(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return low, high
 
 
-def drawn_box(
+def drawn_boxes(
     shapes: list[Primitive], positions: np.ndarray, rotations: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corners of the box that holds all that is drawn of the bodies, and what `scene_box` adds.
+    """Return the corners, shape (n, 3) each [m], of the boxes that hold all that is drawn of the bodies in each frame.
 
     Parameters
     ----------
     shapes : list of Primitive
     positions : ndarray, shape (n, bodies, 3) [m]
     rotations : ndarray, shape (n, bodies, 3, 3)
+        Into the axes of the boxes.
     """
     half = np.stack([core for core, _ in (shape.half_box() for shape in shapes)])
     thickness = np.array([shape.half_box()[1] for shape in shapes])
     reach = np.einsum("nbij,bj->nbi", np.abs(rotations), half) + thickness[:, None]
-    return scene_box((positions - reach).min(axis=(0, 1)), (positions + reach).max(axis=(0, 1)))
+    return (positions - reach).min(axis=1), (positions + reach).max(axis=1)
 
 
 def diagonal_of(low: np.ndarray, high: np.ndarray) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,13 +12,30 @@ from symgen.runtime.names import rate_labels
 from . import schema
 
 _CURVES_IN_PLOT = 12  # more in one plot cannot be told apart
+_LABEL = 16.0  # points between labels of a vertical axis: where they would stand closer, the viewer leaves them out
+_FEWEST_LABELS, _MOST_LABELS = 3, 20
+_HEIGHT, _AROUND = 740.0, 46.0  # of all plots in a small window, of the frame around each [points]
+_AXIS_MARGIN = 0.07  # of the range of the curves, on either side
+_BEYOND = 0.2  # of the distance of labels, beyond an outer one: it is not cut off
+_SHARES = {
+    "coordinates": 2.6,
+    "inputs": 2.0,
+    "outputs": 2.0,
+    "energy": 2.0,
+    "diagnostics": 2.0,
+}  # of the height, by row
+_LOGARITHMS = ("balance", "residual")
+_DECADES = 2.0  # that their axes span at least
+_TOGETHER = ("energy", "residual")  # curves that are to be compared
 _MOST_PLOTS = 4  # of one kind and unit; more curves slow a viewer down
 _READABLE = 1 / 25  # of the height of a plot: a curve that moves less than that looks like a straight line
 _MOST_TRAILS = 24
-_TAN_HALF_VIEW = np.tan(np.radians(55.0) / 2)  # a viewer's usual vertical field of view
+_TAN_HALF_VIEW = np.tan(np.radians(30.0) / 2)  # of the vertical field of view in space
+_FAR_AWAY = 200.0  # half heights of the view from which plane models are seen: rays are parallel to 1 in 200
 _ASPECT = 1.1  # of the width of the scene's view to its height
 _MARGIN = 1.1
 _SLANT = np.array([0.62, -0.68, 0.38]) / np.linalg.norm([0.62, -0.68, 0.38])
+_TRAVELS = 3.0  # scenes move on when their middle moves farther than this many times what is in view at once
 _PALE = 200
 _RODS = ("capsule", "cylinder")
 
@@ -33,11 +50,15 @@ class Curves:
     path : str
         Entity path.
     source : str
-        Which array: `q`, `v`, `outputs`, `energy`, `balance`, `residual`, `multipliers` or `step_size`.
+        Which array: `q`, `v`, `inputs`, `outputs`, `energy`, `balance`, `residual`, `multipliers` or `step_size`.
     columns : tuple of int
     names : tuple of str
     shown : tuple of bool
         Which of them a view of the plot shows; empty: all.
+    bounds : tuple of float or None
+        What the vertical axis spans; None: what is there.
+    note : bool
+        It is a text that stands in for the plot.
     """
 
     title: str
@@ -46,15 +67,38 @@ class Curves:
     columns: tuple[int, ...]
     names: tuple[str, ...]
     shown: tuple[bool, ...] = ()
+    bounds: tuple[float, float] | None = None
+    note: bool = False
+
+
+@dataclass(frozen=True)
+class Row:
+    """Plots as tabs of one panel, and its share of the height."""
+
+    plots: tuple[Curves, ...]
+    share: float
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Where the eye is, what it looks at, and which way is up, in world axes [m]."""
+    """Where the eye is and how it looks.
 
-    eye: tuple[float, float, float]
-    target: tuple[float, float, float]
-    up: tuple[float, float, float]
+    Attributes
+    ----------
+    eye : ndarray, shape (3,) [m]
+        In world axes.
+    axes : ndarray, shape (3, 3)
+        Rows in world axes: to the right, up, towards the eye.
+    opening : float
+        Tangent of half the vertical field of view.
+    path : ndarray, shape (n, 3), or None [m]
+        Where the eye is at each frame, of scenes that move on.
+    """
+
+    eye: np.ndarray
+    axes: np.ndarray
+    opening: float
+    path: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -67,6 +111,8 @@ class Layout:
         All bodies move in the x-y plane: it is looked at from +z.
     camera : Camera or None
         None: there are no bodies to look at.
+    times : ndarray, shape (n,) [s]
+        Of the frames, at which the camera may move.
     grid : float
         Spacing of the grid [m].
     trails : tuple of (str, bool)
@@ -75,66 +121,96 @@ class Layout:
         Entity folders of joints, springs, forces and so on, and whether each is shown at first.
     trail_seconds : float
         How much of the past a trail shows [s of simulated time].
-    rows : tuple of tuple of Curves
-        Each row is a stack of tabs.
+    rows : tuple of Row
     speed : float
         Simulated seconds per second of playback.
+    seconds : tuple of float [s]
+        The simulated time that plots span.
     """
 
     planar: bool
     camera: Camera | None
+    times: np.ndarray
     grid: float
     trails: tuple[tuple[str, bool], ...]
     folders: tuple[tuple[str, bool], ...]
     trail_seconds: float
-    rows: tuple[tuple[Curves, ...], ...]
+    rows: tuple[Row, ...]
     speed: float
+    seconds: tuple[float, float]
 
 
-def plot_rows(header: dict) -> tuple[tuple[Curves, ...], ...]:
-    """Return the plots of a model, row by row."""
+def plot_rows(header: dict, over_time: Collection[str] = ()) -> tuple[Row, ...]:
+    """Return the plots of a model, row by row.
+
+    Parameters
+    ----------
+    header : dict
+        `MODEL` of the generated module.
+    over_time : collection of str
+        Inputs that are not constant.
+    """
     m = len(header["constraints"])
-    coordinates = _by_unit("coordinates", "Coordinates", "q", header["coordinates"])
     labels = rate_labels(header["coordinates"], header["rates"])
     names_of_rates = [{**rate, "name": label} for rate, label in zip(header["rates"], labels)]
-    rates = _by_unit("rates", "Rates", "v", names_of_rates)
-    outputs = _by_unit("outputs", "Outputs", "outputs", header["outputs"])
-    energy = Curves("Energy", schema.ENERGY, "energy", (0, 1, 2), ("kinetic T", "potential V", "total T + V"))
+    driven = [record for record in header.get("inputs", ()) if record["name"] in over_time]
+    places = [header["inputs"].index(record) for record in driven]
+    multipliers = [{**c, "unit": c.get("multiplier", "")} for c in header["constraints"]]
+    energy = Curves(
+        "Energy [J]", schema.ENERGY, "energy", (0, 1, 2), ("kinetic T", "potential V", "total T + V")
+    )
     balance = Curves(
-        "Energy balance error, log10",
+        "Energy error, log10 of [1]",
         schema.BALANCE,
         "balance",
         (0,),
         ("|T + V − work − initial| / largest",),
     )
-    step = Curves("Step size", schema.STEP_SIZE, "step_size", (0,), ("h [s]",))
     residual = Curves(
-        "Constraint residual, log10",
+        "Constraint residual, log10 of SI units",
         schema.RESIDUAL,
         "residual",
         (0, 1),
         ("largest, positions", "largest, velocities"),
     )
-    if not m:
-        return _filled([coordinates + rates, outputs, [energy], [balance], [step]])
-    names = [constraint["name"] for constraint in header["constraints"]]
-    multipliers = _curves("Multipliers", schema.MULTIPLIERS, "multipliers", range(m), names)
-    return _filled([coordinates + rates, outputs, [energy, balance], [*multipliers, residual], [step]])
+    step = Curves("Step size [s]", schema.STEP_SIZE, "step_size", (0,), ("h",))
+    rows = {
+        "coordinates": [
+            *_by_unit("coordinates", "Coordinates", "q", header["coordinates"]),
+            *_by_unit("rates", "Rates", "v", names_of_rates),
+        ],
+        "inputs": _by_unit("inputs", "Inputs", "inputs", driven, places),
+        "outputs": _by_unit("outputs", "Outputs", "outputs", header["outputs"]),
+        "energy": [energy, *_by_unit("multipliers", "Multipliers", "multipliers", multipliers)],
+        "diagnostics": [balance, *([residual] if m else []), step],
+    }
+    return tuple(Row(tuple(plots), _SHARES[name]) for name, plots in rows.items() if plots)
 
 
-def _filled(rows: list[list[Curves]]) -> tuple[tuple[Curves, ...], ...]:
-    return tuple(tuple(row) for row in rows if row)
+def with_equal_steps(rows: tuple[Row, ...]) -> tuple[Row, ...]:
+    """Return rows in which a text stands in for the plot of step sizes."""
+    text = Curves("Step size", schema.EQUAL_STEPS, "", (), (), note=True)
+    return tuple(
+        replace(row, plots=tuple(text if x.source == "step_size" else x for x in row.plots)) for row in rows
+    )
 
 
-def _by_unit(path: str, title: str, source: str, quantities: list[dict]) -> list[Curves]:
-    """Group quantities of one unit into one plot: angles and lengths do not share an axis."""
+def _by_unit(
+    path: str, title: str, source: str, quantities: list[dict], places: Sequence[int] = ()
+) -> list[Curves]:
+    """Group quantities of one unit into one plot: angles and lengths do not share an axis.
+
+    `places` are those of the quantities in the array that they are columns of, if they are not all of it.
+    """
+    places = places or range(len(quantities))
     units = list(dict.fromkeys(quantity["unit"] for quantity in quantities))
     groups = []
     for number, unit in enumerate(units):
         members = [i for i, quantity in enumerate(quantities) if quantity["unit"] == unit]
         names = [quantities[i]["name"] for i in members]
         where = f"{schema.PLOTS}/{path}" + (f"/{number + 1}" if len(units) > 1 else "")
-        groups += _curves(f"{title} [{unit}]" if unit else title, where, source, members, names)
+        columns = [places[i] for i in members]
+        groups += _curves(f"{title} [{unit}]" if unit else title, where, source, columns, names)
     return groups
 
 
@@ -142,7 +218,7 @@ def _curves(title: str, path: str, source: str, columns, names) -> list[Curves]:
     """Return one plot, or several where curves are too many for one."""
     columns, names, n = tuple(columns), tuple(names), _CURVES_IN_PLOT
     if len(columns) <= n:
-        return [Curves(title, path, source, columns, names)]
+        return [Curves(_named(title, names), path, source, columns, names)]
     plots = []
     for first in range(0, min(len(columns), _MOST_PLOTS * n), n):
         last = min(first + n, len(columns))
@@ -151,36 +227,48 @@ def _curves(title: str, path: str, source: str, columns, names) -> list[Curves]:
     return plots
 
 
+def _named(title: str, names: Sequence[str]) -> str:
+    """Return the title of a plot; that of one curve has its name, which no legend has to say then."""
+    return f"{title}: {names[0]}" if len(names) == 1 else title
+
+
 def readable(
-    rows: tuple[tuple[Curves, ...], ...], low: dict[str, np.ndarray], high: dict[str, np.ndarray]
-) -> tuple[tuple[Curves, ...], ...]:
-    """Return rows in which curves that would be flat beside larger ones have a plot of their own.
+    rows: tuple[Row, ...], low: dict[str, np.ndarray], high: dict[str, np.ndarray]
+) -> tuple[Row, ...]:
+    """Return rows whose axes have labels; curves that would be flat beside larger ones get a plot of their own.
 
     Parameters
     ----------
     low, high : dict of ndarray
         The smallest and largest values of all columns, by source; sources that are not there stay as they are.
     """
-    return tuple(
-        tuple(
+    total = sum(row.share for row in rows)
+    result = []
+    for row in rows:
+        room = int((_HEIGHT * row.share / total - _AROUND) / _LABEL)
+        plots = [
             part
-            for curves in row
-            for part in _split_by_size(curves, low.get(curves.source), high.get(curves.source))
-        )
-        for row in rows
-    )
+            for curves in row.plots
+            for part in _split_by_size(curves, low.get(curves.source), high.get(curves.source), room)
+        ]
+        result.append(replace(row, plots=tuple(plots)))
+    return tuple(result)
 
 
-def _split_by_size(curves: Curves, low: np.ndarray | None, high: np.ndarray | None) -> list[Curves]:
-    if low is None or high is None or len(curves.columns) < 2:
+def _split_by_size(
+    curves: Curves, low: np.ndarray | None, high: np.ndarray | None, room: int
+) -> list[Curves]:
+    if low is None or high is None:
         return [curves]
     columns = list(curves.columns)
     bottom, top = low[columns], high[columns]
     if not (np.isfinite(bottom).all() and np.isfinite(top).all()):
         return [curves]
+    if curves.source in _LOGARITHMS:
+        top = np.maximum(top, bottom.min() + _DECADES)
     flat = (top - bottom < _READABLE * (top.max() - bottom.min())) & (top > bottom)
-    if not flat.any() or flat.all():
-        return [curves]
+    if curves.source in _TOGETHER or not flat.any() or flat.all():
+        return [replace(curves, bounds=labelled(bottom.min(), top.max(), room))]
     parts = []
     for shown in (~flat, flat):
         names = [name for name, is_shown in zip(curves.names, shown) if is_shown]
@@ -189,8 +277,39 @@ def _split_by_size(curves: Curves, low: np.ndarray | None, high: np.ndarray | No
             if len(names) < 4
             else f"{curves.title}, {len(names)} of them"
         )
-        parts.append(replace(curves, title=title, shown=tuple(map(bool, shown))))
+        bounds = labelled(bottom[shown].min(), top[shown].max(), room)
+        parts.append(replace(curves, title=title, shown=tuple(map(bool, shown)), bounds=bounds))
     return parts
+
+
+def labelled(low: float, high: float, room: int) -> tuple[float, float]:
+    """Return what a vertical axis has to span so that at least three labels stand at it.
+
+    The viewer labels multiples of a power of ten, and only of one that leaves room for its labels: a curve between
+    -130 and 130 would have 0 alone.
+
+    Parameters
+    ----------
+    low, high : float
+        The smallest and largest value of the curves.
+    room : int
+        For how many labels there is room.
+    """
+    room = int(np.clip(room, 2 * _FEWEST_LABELS, _MOST_LABELS))
+    least = 1e-4 * max(abs(low), abs(high)) or 1.0
+    if high - low < least:
+        low, high = (low + high) / 2 - least / 2, (low + high) / 2 + least / 2
+    margin = _AXIS_MARGIN * (high - low)
+    low, high = low - margin, high + margin
+    power = 10.0 ** np.floor(np.log10(high - low))
+    unit = next(unit for unit in (power / 10.0, power, 10.0 * power) if high - low <= room * unit)
+    while (first := np.ceil(low / unit)) + _FEWEST_LABELS - 1 > np.floor(high / unit):
+        # The nearer one of the next multiples on either side.
+        if low - (first - 1) * unit < (np.floor(high / unit) + 1) * unit - high:
+            low = (first - 1 - _BEYOND) * unit
+        else:
+            high = (np.floor(high / unit) + 1 + _BEYOND) * unit
+    return float(low), float(high)
 
 
 def choose_trails(bodies: list[dict]) -> tuple[tuple[str, bool], ...]:
@@ -216,28 +335,55 @@ def choose_colours(bodies: list[dict]) -> list[tuple[int, int, int]]:
     return [{**colours, **pale}[i] for i in range(len(bodies))]
 
 
-def choose_camera(low: np.ndarray, high: np.ndarray, planar: bool) -> Camera:
-    """Place the eye so that the box fills the view.
+def eye_axes(planar: bool) -> np.ndarray:
+    """Return the axes of the eye as rows in world axes: to the right, up, towards the eye.
+
+    Plane models are seen from +z with y up; others from above at a slant with z up.
+    """
+    if planar:
+        return np.eye(3)
+    right = np.cross([0.0, 0.0, 1.0], _SLANT)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(_SLANT, right), _SLANT])
+
+
+def choose_camera(low: np.ndarray, high: np.ndarray, planar: bool, path: np.ndarray | None = None) -> Camera:
+    """Place the eye so that a box fills the view.
 
     Parameters
     ----------
     low, high : ndarray, shape (3,) [m]
-        Corners of the box that the bodies stay in.
+        Corners of the box that the bodies stay in, along the axes of the eye.
     planar : bool
-        Look from +z with y up; else from above at a slant with z up.
+        Seen from so far away that rays are parallel, as in a technical drawing.
+    path : ndarray, shape (n, 3), optional [m]
+        By how much the box has moved at each frame, in world axes.
     """
-    centre = (low + high) / 2
-    half = (high - low) / 2
-    if planar:
-        distance = _MARGIN * max(half[0] / _ASPECT, half[1], 1e-9) / _TAN_HALF_VIEW + half[2]
-        return Camera((centre[0], centre[1], centre[2] + distance), tuple(centre), (0.0, 1.0, 0.0))
-    corners = np.array(list(itertools.product(*zip(-half, half))))
-    right = np.cross([0.0, 0.0, 1.0], _SLANT)
-    right /= np.linalg.norm(right)
-    across, upwards = np.abs(corners @ right) / _ASPECT, np.abs(corners @ np.cross(_SLANT, right))
-    nearest = corners @ _SLANT + _MARGIN * np.maximum(across, upwards) / _TAN_HALF_VIEW
-    distance = max(float(nearest.max()), 1e-9)
-    return Camera(tuple(centre + distance * _SLANT), tuple(centre), (0.0, 0.0, 1.0))
+    axes, middle, half = eye_axes(planar), (low + high) / 2, (high - low) / 2
+    radius = _MARGIN * max(half[0] / _ASPECT, half[1], 1e-9)
+    opening = 1.0 / _FAR_AWAY if planar else _TAN_HALF_VIEW
+    distance = half[2] + radius / opening
+    eye = axes.T @ middle + distance * axes[2]
+    return Camera(eye, axes, opening, None if path is None else path + eye)
+
+
+def follow(middles: np.ndarray, in_view: np.ndarray) -> np.ndarray | None:
+    """Return how the eye has to move so that it keeps a scene in view that moves on; None where it does not.
+
+    Only along axes on which the scene goes farther than it is large: a car is followed along its road, and heaves.
+
+    Parameters
+    ----------
+    middles : ndarray, shape (n, 3) [m]
+        Of the bodies at each frame.
+    in_view : ndarray, shape (3,) [m]
+        How much room they take at once, along each axis.
+    """
+    if not len(middles) or not np.isfinite(middles).all():
+        return None
+    moved = middles - middles[0]
+    goes_on = np.ptp(middles, axis=0) > _TRAVELS * max(float(in_view.max()), 1e-12)
+    return np.where(goes_on, moved, 0.0) if goes_on.any() else None
 
 
 def round_down(value: float) -> float:

@@ -18,6 +18,7 @@ from symgen.runtime.recording.recording import Quantities
 
 from . import schema, symbols
 from .geometry import Primitive, quaternions
+from .layout import eye_axes
 
 if TYPE_CHECKING:
     from symgen.runtime.recording.rrd.write import MarkWriter
@@ -297,12 +298,12 @@ class Marks:
     Attributes
     ----------
     low, high : ndarray, shape (3,) [m]
-        Corners of the box that holds the marks of all frames so far.
+        Corners of the box, along the axes of the eye, that holds the marks of all frames so far.
     """
 
     def __init__(self, header: dict, of: Quantities, planar: bool):
         self._marks = read_marks(header.get("marks", ()))
-        self._of, self._planar = of, planar
+        self._of, self._planar, self._axes = of, planar, eye_axes(planar)
         self._moving = any(mark.moves for mark in self._marks)  # whether later frames have to be evaluated
         self._start = np.zeros(0)
         self._around: Surroundings | None = None
@@ -419,7 +420,7 @@ class Marks:
 
     def _widen_around(self, place: np.ndarray, reach: float) -> None:
         if reach > 0.0:
-            sides = np.array([reach, reach, 0.0 if self._planar else reach])
+            place, sides = self._axes @ place, np.array([reach, reach, 0.0 if self._planar else reach])
             self.low, self.high = np.minimum(self.low, place - sides), np.maximum(self.high, place + sides)
 
     def _widen(self, rows: np.ndarray) -> None:
@@ -427,7 +428,7 @@ class Marks:
         for mark in self._marks:
             if not mark.body:
                 places = rows[:, mark.columns][:, : 6 if mark.kind in STRETCHED else 3].reshape(-1, 3)
-                places = places[np.isfinite(places).all(axis=1)]
+                places = places[np.isfinite(places).all(axis=1)] @ self._axes.T
                 if len(places):
                     self.low = np.minimum(self.low, places.min(axis=0))
                     self.high = np.maximum(self.high, places.max(axis=0))

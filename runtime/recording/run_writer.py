@@ -56,14 +56,17 @@ class Scene:
         self._bodies = header["bodies"]
         self._of = of
         self._mesh_folder = mesh_folder
-        self._rows = layout.plot_rows(header)
         self.planar = all(body["planar"] for body in self._bodies)
+        self._axes = layout.eye_axes(self.planar)
         self._trails = layout.choose_trails(self._bodies)
         self._colours = layout.choose_colours(self._bodies)
         self._marks = Marks(header if self._bodies else {}, of, self.planar)
         self._primitives: list[geometry.Primitive] = []
         self._diagonal = 1.0
-        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
+        # Of some frames the boxes around all bodies, along the axes of the eye; where these frames are among all.
+        self._boxes: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        self._middles: list[np.ndarray] = []  # of the bodies, of all frames
+        self._times: list[np.ndarray] = []
         self._t_first = self._t_last = 0.0
         self._last_position: np.ndarray | None = None
         self._mark_writer: MarkWriter | None = None
@@ -77,7 +80,8 @@ class Scene:
             return
         positions, rotations = geometry.split_poses(self._of.evaluate("poses", t, y), len(self._bodies))
         self._sizes = sizes = self._of.shape_sizes(t[0], y[0])
-        low, high = positions.min(axis=(0, 1)), positions.max(axis=(0, 1))
+        seen = positions @ self._axes.T
+        low, high = seen.min(axis=(0, 1)), seen.max(axis=(0, 1))
         if self._marks:
             self._marks.prepare(t, y)
             low, high = np.minimum(low, self._marks.low), np.maximum(high, self._marks.high)
@@ -120,8 +124,11 @@ class Scene:
             return
         positions, rotations = geometry.split_poses(self._of.evaluate("poses", t, y), len(self._bodies))
         some = slice(None, None, max(1, len(t) // _FRAMES_FOR_BOX))
-        low, high = geometry.drawn_box(self._primitives, positions[some], rotations[some])
-        self._low, self._high = np.minimum(self._low, low), np.maximum(self._high, high)
+        seen = positions[some] @ self._axes.T, self._axes @ rotations[some]
+        known = sum(map(len, self._times))
+        self._boxes.append((*geometry.drawn_boxes(self._primitives, *seen), known + np.arange(len(t))[some]))
+        self._middles.append(positions.mean(axis=1).astype(np.float32))
+        self._times.append(t)
         path = np.concatenate([self._last_position[None], positions]).astype(np.float32)
         self._last_position = positions[-1]
         turned = geometry.quaternions(rotations).astype(np.float32)
@@ -151,27 +158,37 @@ class Scene:
         if self._marks:
             self._marks.scale(self._mark_writer)
 
-    def layout(self, low_of: dict[str, np.ndarray], high_of: dict[str, np.ndarray]) -> layout.Layout:
-        """Return the screen for all frames so far.
+    def _camera(self, done: bool) -> tuple[layout.Camera | None, float]:
+        """Return where all frames so far are seen from, and the diagonal of what is seen [m]."""
+        if not self._bodies:
+            return None, 1.0
+        low, high, frames = (np.concatenate(part) for part in zip(*self._boxes))
+        middles = np.concatenate(self._middles).astype(float)
+        path = layout.follow(middles, np.median(high - low, axis=0)) if done else None
+        if path is not None:
+            moved = path[frames] @ self._axes.T
+            low, high = (low - moved).min(axis=0), (high - moved).max(axis=0)
+        else:
+            low, high = geometry.scene_box(low.min(axis=0), high.max(axis=0))
+            low, high = np.minimum(low, self._marks.low), np.maximum(high, self._marks.high)
+        return layout.choose_camera(low, high, self.planar, path), geometry.diagonal_of(low, high)
 
-        Parameters
-        ----------
-        low_of, high_of : dict of ndarray
-            Smallest and largest values of what is plotted, see `layout.readable`.
-        """
-        low, high = (self._low, self._high) if self._bodies else (np.zeros(3), np.zeros(3))
-        low, high = np.minimum(low, self._marks.low), np.maximum(high, self._marks.high)
+    def layout(self, rows: tuple[layout.Row, ...], *, done: bool) -> layout.Layout:
+        """Return the screen for all frames so far, with these plots; scenes are followed when the run is done."""
+        camera, diagonal = self._camera(done)
         seconds = self._t_last - self._t_first
         speed = layout.choose_speed(seconds)
         return layout.Layout(
             planar=self.planar,
-            camera=layout.choose_camera(low, high, self.planar) if self._bodies else None,
-            grid=layout.round_down(geometry.diagonal_of(low, high) / 8),
+            camera=camera,
+            times=np.concatenate([np.zeros(0), *self._times]),
+            grid=layout.round_down(diagonal / 8),
             trails=self._trails,
             folders=tuple(self._marks.folders.items()),
             trail_seconds=min(_TRAIL_PART * seconds, _TRAIL_LONGEST * speed),
-            rows=layout.readable(self._rows, low_of, high_of),
+            rows=rows,
             speed=speed,
+            seconds=(self._t_first, max(self._t_last, self._t_first + 1e-9)),
         )
 
 
@@ -242,7 +259,7 @@ def _table(head: tuple[str, ...], rows) -> list[str]:
     return ["| " + " | ".join(row) + " |" for row in (head, ("---",) * len(head), *cells)]
 
 
-_OF_ONE_UNIT = ("q", "v", "outputs", "multipliers")  # plots of several quantities
+_EQUAL = 1e-6  # steps that differ less, of their length, are equal
 _SMALLEST_SHOWN = 1e-16  # what stands for zero where the logarithm is plotted
 
 
@@ -261,7 +278,8 @@ class RunWriter:
     def __init__(self, path: Path, of: Quantities, settings: Settings, t: np.ndarray, y: np.ndarray):
         header = of.system.source.header
         self._of, self._settings, self._header = of, settings, header
-        self._plots = [curves for row in plot_rows(header) for curves in row]
+        self._rows = plot_rows(header, of.system.input_descriptions)
+        self._plots = [curves for row in self._rows for curves in row.plots]
         self._scene = Scene(header, of, settings.mesh_folder)
         self._sha256, self._file_digest = hashlib.sha256(), schema.FileDigest(path)
         self._exchange = Exchange()
@@ -270,6 +288,7 @@ class RunWriter:
         self._balance_at_start = float(of.balance(of.evaluate("energy", t[:1], y[:1]), y[:1])[0])
         self.n_frames = self._n_checkpoints = 0
         self._last_time = t[:1]
+        self._last_step = np.zeros((0, 1))
         self._inputs_at_frames: list[tuple[np.ndarray, np.ndarray]] = []
         # All that can go wrong with the model's shapes goes wrong before the file is made.
         self._scene.prepare(t, y)
@@ -306,6 +325,7 @@ class RunWriter:
         shown = {
             "q": q,
             "v": v,
+            "inputs": of.evaluate("inputs", t, y),
             "outputs": of.evaluate("outputs", t, y),
             "energy": np.column_stack([energies, energies.sum(axis=1)]),
             "balance": _logarithm(self._balance_error(energies, y, energy_of_resets))[:, None],
@@ -314,21 +334,21 @@ class RunWriter:
         }
         self._widen(shown)
         for curves in self._plots:
-            if curves.source in shown:
+            if curves.source != "step_size":
                 self._rrd.scalars(curves.path, shown[curves.source][:, curves.columns])
         self._scene.frames(self._rrd, t, y, multipliers)
         if of.system.has_feedback:
-            self._inputs_at_frames.append((t, of.evaluate("inputs", t, y)))
+            self._inputs_at_frames.append((t, shown["inputs"]))
         if not self.n_frames:
-            self._rrd.layout(self._scene.layout(self._low, self._high))
+            self._rrd.layout(self._scene.layout(self._rows, done=False))
         self.n_frames += len(t)
         self._last_time = t[-1:]
 
     def _widen(self, shown: dict[str, np.ndarray]) -> None:
         """Note the smallest and largest values of what is plotted."""
-        for source in _OF_ONE_UNIT:
+        for source, values in shown.items():
             for ends, bound, pick in ((self._low, np.min, np.minimum), (self._high, np.max, np.maximum)):
-                here = bound(shown[source], axis=0)
+                here = bound(values, axis=0)
                 ends[source] = pick(ends[source], here) if source in ends else here
 
     def events(self, events: list[tuple[int, float, str, float]]) -> None:
@@ -342,8 +362,24 @@ class RunWriter:
     def steps(self, log: np.ndarray) -> None:
         """Write the plot of step sizes: rows of t and h."""
         # Equal steps differ in their last bits, which a plot would blow up to its full height.
+        lengths = log[:, 1:].astype(np.float32).astype(float)
         self._rrd.times(log[:, 0])
-        self._rrd.scalars(schema.STEP_SIZE, log[:, 1:].astype(np.float32).astype(float))
+        self._rrd.scalars(schema.STEP_SIZE, lengths)
+        # The last one ends where the run does.
+        before_last = np.concatenate([self._last_step, lengths[:-1]])
+        if len(before_last):
+            self._widen({"step_size": before_last})
+        self._last_step = lengths[-1:]
+
+    def _final_rows(self) -> tuple[layout.Row, ...]:
+        """Return the plots as all values suggest: of equal steps the length stands in place of a flat line."""
+        low, high = self._low.get("step_size"), self._high.get("step_size")
+        if low is None or not high[0] - low[0] <= _EQUAL * high[0]:
+            return layout.readable(self._rows, self._low, self._high)
+        self._rrd.note(
+            schema.EQUAL_STEPS, f"All steps are **h = {high[0]:.7g} s** long; the last one may be shorter."
+        )
+        return layout.readable(layout.with_equal_steps(self._rows), self._low, self._high)
 
     def checkpoint(self, content: bytes) -> None:
         """Write a checkpoint of the run after the frames so far."""
@@ -366,7 +402,7 @@ class RunWriter:
         self._document(status, health, stats)
         self._write_inputs_over_time(done=True)
         self._scene.close()
-        self._rrd.layout(self._scene.layout(self._low, self._high))
+        self._rrd.layout(self._scene.layout(self._final_rows(), done=True))
         closing = {
             "status": status,
             "health": json.dumps([dict(check) for check in health]),

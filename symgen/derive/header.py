@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from ..model.description import Body, Description, Event, Input
+from ..model.description import Body, Constraint, Description, Event, Input
 from ..version import __version__
 from .starts import has_formulas
 from .structure import Movement, structure
@@ -40,8 +40,8 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         ],
         "inputs": [_input(u) for u in d.inputs],
         "constants": [{"name": c.name, "unit": c.unit or "", "value": float(c.value)} for c in d.constants],
-        "constraints": [{"name": c.name, "kind": c.kind} for c in (*d.constraints, *d.velocity_constraints)],
-        "outputs": [{"name": name, "unit": ""} for name, _ in d.outputs],
+        "constraints": [_constraint(c, d) for c in (*d.constraints, *d.velocity_constraints)],
+        "outputs": [{"name": name, "unit": d.units_of_outputs.get(name, "")} for name, _ in d.outputs],
         "events": [_event(e) for e in d.events],
         "bodies": [_body(b, movement) for b in d.bodies],
         "structure": structure(derivation).flags,
@@ -70,6 +70,12 @@ def _body(b: Body, movement: Movement) -> dict[str, Any]:
     if shape and shape.parts:
         record["parts"] = list(shape.parts)
     return record | {"stretches": True} if shape and movement.of(shape.sizes) else record
+
+
+def _constraint(c: Constraint, d: Description) -> dict[str, Any]:
+    record = {"name": c.name, "kind": c.kind}
+    unit = d.units_of_multipliers.get(c.name)
+    return record | {"multiplier": unit} if unit else record
 
 
 def _event(e: Event) -> dict[str, Any]:

@@ -263,8 +263,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     checker.add_axes(full)
     found = [(item, checker.written_out(item).coordinates) for item in items(full)]
     check_mentions(full, sources, found, checker.moved)
-    dimensions.check_units(d, sources)
-    return full
+    return dimensions.with_units_of_results(full, dimensions.check_units(d, sources))
 
 
 def with_definitions_in_order(d: Description, sources: Sources) -> Description:

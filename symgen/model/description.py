@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import field as default
 from pathlib import Path
@@ -424,7 +425,8 @@ class Description:
     `coordinates` are in the order of q, `rates` in that of v: a joint's three angular velocities stand where its
     four quaternion elements stand. Every joint comes after the joint of its parent. A body that is the child of
     a joint has `com` in its own frame; the frame of any other stands at its centre of mass, with its axes.
-    `forces` are by the names of rates, as are resets of rates.
+    `forces` are by the names of rates, as are resets of rates. `units_of_outputs` and `units_of_multipliers` have those
+    names whose dimension follows from the units that were given.
     """
 
     name: str
@@ -464,6 +466,8 @@ class Description:
     gravitation: Expr | None = None
     attractors: tuple[Attractor, ...] = ()
     rolling: tuple[Rolling, ...] = ()
+    units_of_outputs: Mapping[str, str] = default(default_factory=lambda: MappingProxyType({}))
+    units_of_multipliers: Mapping[str, str] = default(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
         if not self.rates:

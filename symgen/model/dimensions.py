@@ -11,14 +11,16 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from types import MappingProxyType
 
 import sympy
 
 from symgen.runtime.graph.functions import CONDITIONS, IN_MODELS
 
 from ..errors import ModelError
-from .description import Coordinate, Description
+from .description import Constraint, Coordinate, Description
 from .exact import python_number
 from .expression_tree import kind, postorder
 from .gravity import HERE
@@ -30,12 +32,14 @@ from .units import (
     ENERGY,
     FORCE,
     LENGTH,
+    POWER,
     TIME,
     Dimension,
     dimension_text,
     over,
     times,
     to_power,
+    unit_text,
 )
 
 NUMBER = "number"  # a bare number: fits any dimension
@@ -153,14 +157,30 @@ def _function(node: sympy.Basic, what: str, size: Size) -> Size:
     return DIMENSIONLESS
 
 
-def check_units(d: Description, sources: Sources) -> None:
-    """Check the dimensions of all expressions; a model without units is not checked."""
+@dataclass(frozen=True)
+class Sizes:
+    """What a check of units found.
+
+    Attributes
+    ----------
+    names : mapping of str to Size
+        Dimensions of names, definitions included.
+    expressions : mapping of (str, str) to Dimension
+        Dimensions of expressions by table and key, as far as they are known.
+    """
+
+    names: Mapping[str, Size]
+    expressions: Mapping[tuple[str, str], Dimension]
+
+
+def check_units(d: Description, sources: Sources) -> Sizes:
+    """Check the dimensions of all expressions; a model without units is not checked, and nothing is known of it."""
     declared = (*d.parameters, *d.constants, *d.coordinates, *d.inputs)
     everything = [*definition_items(d), *items(d)]
     given = [x for x in declared if not isinstance(x, Coordinate) or x.joint is None]
     has_units = any(x.unit is not None for x in given)
     if not has_units and not any(s.unit is not None for x in everything for s in sources.of(x.table, x.key)):
-        return
+        return Sizes({}, {})
     names: dict[str, Size] = {x.name: unit_dimension(x.unit) for x in declared}
     names["t"] = TIME
     names |= {r.name: unit_dimension(r.unit) for r in d.rates if r.coordinate != r.name}
@@ -169,10 +189,42 @@ def check_units(d: Description, sources: Sources) -> None:
     for s in d.springs:
         names |= {s.measured: DIMENSIONLESS, s.exerted: ENERGY} if s.angle is not None else {}
         names |= {s.measured: LENGTH, s.exerted: FORCE} if s.places else {}
+    found: dict[tuple[str, str], Dimension] = {}
     for item in everything:
         size = _check_item(item, names, sources)
         if item.table == "definitions" and sources.of(item.table, item.key):
             names[item.key] = size
+        if isinstance(size, tuple):
+            found[item.table, item.key] = size
+    return Sizes(names, found)
+
+
+def with_units_of_results(d: Description, sizes: Sizes) -> Description:
+    """Return the description with the units of outputs and multipliers, as far as they follow from what was given."""
+    if not sizes.names:
+        return d
+    outputs = {name: sizes.expressions.get(("outputs", name)) for name, _ in d.outputs}
+    constraints = {c.name: _size_of_constraint(c, "constraints", sizes) for c in d.constraints}
+    velocity = {c.name: _size_of_constraint(c, "velocity_constraints", sizes) for c in d.velocity_constraints}
+    multipliers = {name: size and over(ENERGY, size) for name, size in constraints.items()}
+    multipliers |= {name: size and over(POWER, size) for name, size in velocity.items()}
+    outputs, multipliers = (
+        MappingProxyType({name: unit_text(size) for name, size in found.items() if size})
+        for found in (outputs, multipliers)
+    )
+    return replace(d, units_of_outputs=outputs, units_of_multipliers=multipliers)
+
+
+def _size_of_constraint(c: Constraint, table: str, sizes: Sizes) -> Dimension | None:
+    """The dimension of a constraint; ready-made ones are written out in points and coordinates."""
+    known = sizes.expressions.get((table, c.name))
+    if known is not None:
+        return known
+    try:
+        size = infer(c.expression, sizes.names)
+    except ModelError:
+        return None
+    return size if isinstance(size, tuple) else None
 
 
 def _check_item(item: Item, names: dict[str, Size], sources: Sources) -> Size:

@@ -22,6 +22,7 @@ from symgen.runtime.graph.units import (
     over,
     times,
     to_power,
+    unit_text,
 )
 
 from ..errors import ModelError
@@ -46,6 +47,7 @@ __all__ = [
     "parse_unit",
     "times",
     "to_power",
+    "unit_text",
 ]
 
 

@@ -15,7 +15,7 @@ import rerun.blueprint as rrb
 
 from symgen.runtime.recording import schema
 from symgen.runtime.recording.geometry import Primitive, quaternions
-from symgen.runtime.recording.layout import Curves, Layout
+from symgen.runtime.recording.layout import Camera, Curves, Layout
 from symgen.runtime.recording.schema import RecordingError
 from symgen.runtime.recording.symbols import frames_along
 
@@ -23,16 +23,22 @@ from symgen.runtime.recording.symbols import frames_along
 
 GREY = (150, 155, 165)
 _LEGEND_FITS = 12
+_FOCUS = 1000.0  # pixels; only ratios count
+_UNSEEN = 1e-9  # size of the camera itself [m]
 
 
 def blueprint(layout: Layout) -> rrb.Blueprint:
     """Return Rerun's form of a layout."""
-    rows = [_tabs([_plot(curves) for curves in row]) for row in layout.rows]
+    boundary = rrb.TimeRangeBoundary.absolute
+    whole = rr.TimeRange(start=boundary(seconds=layout.seconds[0]), end=boundary(seconds=layout.seconds[1]))
+    rows = [_tabs([_plot(curves, whole) for curves in row.plots]) for row in layout.rows]
     about = rrb.TextDocumentView(origin=schema.ABOUT, name="About this run")
     scene = [] if layout.camera is None else [_scene(layout)]
     left = rrb.Tabs(*scene, about, rrb.TextLogView(origin=schema.EVENTS, name="Events"), active_tab=0)
     return rrb.Blueprint(
-        rrb.Horizontal(left, rrb.Vertical(*rows), column_shares=[3, 2]),
+        rrb.Horizontal(
+            left, rrb.Vertical(*rows, row_shares=[row.share for row in layout.rows]), column_shares=[3, 2]
+        ),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(
@@ -70,18 +76,25 @@ def _scene(layout: Layout) -> rrb.Spatial3DView:
         name="Scene",
         overrides=overrides,
         line_grid=rrb.LineGrid3D(visible=True, spacing=layout.grid, plane=plane, color=(*GREY, 40)),
-        eye_controls=rrb.EyeControls3D(position=camera.eye, look_target=camera.target, eye_up=camera.up),
+        eye_controls=rrb.EyeControls3D(tracking_entity=f"/{_eye(camera)}"),
     )
 
 
-def _plot(curves: Curves) -> rrb.TimeSeriesView:
+def _eye(camera: Camera) -> str:
+    return schema.EYE if camera.path is None else schema.FOLLOWING_EYE
+
+
+def _plot(curves: Curves, whole: rr.TimeRange) -> rrb.TimeSeriesView | rrb.TextDocumentView:
+    if curves.note:
+        return rrb.TextDocumentView(origin=curves.path, name=curves.title)
     overrides = {curves.path: rr.SeriesLines(visible_series=list(curves.shown))} if curves.shown else {}
     return rrb.TimeSeriesView(
         origin=curves.path,
         overrides=overrides,
         name=curves.title,
-        plot_legend=rrb.PlotLegend(visible=len(curves.names) <= _LEGEND_FITS),
-        axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+        axis_y=None if curves.bounds is None else rrb.ScalarAxis(range=curves.bounds),
+        axis_x=rrb.TimeAxis(view_range=whole),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=1 < len(curves.names) <= _LEGEND_FITS),
     )
 
 
@@ -246,12 +259,44 @@ class RrdWriter:
 
     def document(self, text: str) -> None:
         """Write the page about the run (Markdown)."""
+        self.note(schema.ABOUT, text)
+
+    def note(self, path: str, text: str) -> None:
+        """Write a text (Markdown)."""
         with strict():
-            self.static(schema.ABOUT, rr.TextDocument(text, media_type="text/markdown"))
+            self.static(path, rr.TextDocument(text, media_type="text/markdown"))
+
+    def _eye(self, layout: Layout) -> None:
+        """Write the eye as a camera: the view looks through it, until someone turns the view."""
+        camera, path = layout.camera, _eye(layout.camera)
+        half = _FOCUS * camera.opening  # pixels
+        lens = rr.Pinhole(
+            focal_length=_FOCUS,
+            width=2.0 * half,
+            height=2.0 * half,
+            camera_xyz=rr.ViewCoordinates.RUB,
+            image_plane_distance=_UNSEEN,
+        )
+        if camera.path is None:
+            return self.static(path, lens, rr.Transform3D(translation=camera.eye, mat3x3=camera.axes.T))
+        self.static(path, lens)
+        self.times(layout.times, np.arange(len(layout.times)))
+        turned = np.tile(quaternions(camera.axes.T), (len(camera.path), 1))
+        columns = [
+            rr.ComponentColumn(
+                rr.Transform3D.descriptor_translation(), rows(rr.components.Translation3DBatch, camera.path)
+            ),
+            rr.ComponentColumn(
+                rr.Transform3D.descriptor_quaternion(), rows(rr.components.RotationQuatBatch, turned)
+            ),
+        ]
+        self.send(path, columns)
 
     def layout(self, layout: Layout) -> None:
         """Say how the recording is shown when it is opened; the last one written counts."""
         with strict():
+            if layout.camera is not None:
+                self._eye(layout)
             # What `RecordingStream.send_blueprint` does, which never ends the stream that it makes: two threads that
             # wake all the time, for each blueprint, as long as the process lives.
             stream = rr.RecordingStream._from_native(
