@@ -24,6 +24,8 @@ from .graph.nodes import INPUT, PARAM, SparseRows
 from .kinematics import Scene
 from .load import Loader
 from .solve import factorise as ldl
+from .solve.choice import best_factors
+from .solve.lifting import Lifted, lift
 from .trees.articulated import solve_articulated
 from .variables import Variables, variables, with_rates
 
@@ -57,7 +59,9 @@ class Derivation:
         kept = self.kept
         names = names[:n] + [names[n + k] for k in kept]
         rows = [self.jacobian_rows[k] for k in kept]
-        self.factors = ldl.factorise(g, self.mass_rows, rows, names, opposite)
+        self.factors = best_factors(
+            g, self.mass_rows, rows, names, opposite, lambda: self._lifted(opposite), self.forces
+        )
         gamma = [self.constraints.gamma[k] for k in kept]
         solution, self.margins = self.levels.solve(self.factors, self.forces, gamma)
         self.forces = self.levels.without(self.forces)
@@ -88,6 +92,13 @@ class Derivation:
         g, n = self.g, len(self.x.v)
         right = [*[g.zero] * n, *[targets[k] for k in self.kept]]
         return ldl.solve(g, self.factors, right)[:n]
+
+    def _lifted(self, corner: dict[int, int]) -> Lifted | None:
+        """The system behind M and G; None where M comes from trees on the world, which are gathered otherwise."""
+        if any(tree.on_world for tree in self.mech.trees):
+            return None
+        velocities = [self.constraints.velocity[k] for k in self.kept]
+        return lift(self.g, self.mech.kinetic, velocities, self.x.v, corner)
 
     def _by_articulated_bodies(self) -> list[int] | None:
         """Accelerations along the trees, where nothing but single joints' inertia adds to theirs."""

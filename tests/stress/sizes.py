@@ -16,7 +16,7 @@ import numpy as np
 
 from symgen import Model, cos, dot, link, runtime, sin, t
 from symgen.derive.rolling import Schedule
-from symgen.derive.solve import dense_solve, factorise
+from symgen.derive.solve import choice, dense_solve, factorise
 from symgen.emit import module as function_text
 from symgen.emit import rolled as emitted_loops
 from symgen.model.library import find, load
@@ -87,7 +87,7 @@ MODELS: dict[str, tuple[Callable[[int], Model], int]] = {
     "ring": (ring, 89),
     "masses on springs": (bars, 233),
 }
-FORMS = ("as it comes", "rolled", "dense", "fronts", "rolled and dense", "written out")
+FORMS = ("as it comes", "rolled", "dense", "fronts", "rolled and dense", "written out", "lifted")
 
 
 @contextlib.contextmanager
@@ -96,13 +96,14 @@ def form(name: str) -> Iterator[None]:
     huge = 10**9
     rolled = {(function_text, "SMALLEST_ROLLED"): 0, (function_text, "SMALLEST_WITH_FRONTS"): 0,
               (emitted_loops, "FEWEST"): 2, (Schedule, "is_short"): lambda self: True}  # fmt: skip
-    dense = {(dense_solve, "SMALLEST"): 2, (dense_solve, "LEAST_FULL"): 0.0}
+    dense = {(dense_solve, "SMALLEST"): 2, (dense_solve, "LEAST_FULL"): 0.0, (choice, "FEWEST_RATES"): huge}
     fronts = {(factorise, "FEWEST_IN_FRONTS"): 2, (factorise, "LEAST_IN_FRONTS"): 0}
     none = {(function_text, "SMALLEST_ROLLED"): huge, (dense_solve, "SMALLEST"): huge,
-            (factorise, "FEWEST_IN_FRONTS"): huge}  # fmt: skip
+            (factorise, "FEWEST_IN_FRONTS"): huge, (choice, "FEWEST_RATES"): huge}  # fmt: skip
+    lifted = {(choice, "FEWEST_RATES"): 1, (choice, "FEWEST_COUPLED"): 0.0, (choice, "GAIN"): 0.0}
     changes = {
         "as it comes": {}, "rolled": rolled, "dense": dense, "fronts": rolled | fronts,
-        "rolled and dense": rolled | dense, "written out": none,
+        "rolled and dense": rolled | dense, "written out": none, "lifted": lifted,
     }[name]  # fmt: skip
     with contextlib.ExitStack() as stack:
         for (module, constant), value in changes.items():

@@ -7,45 +7,19 @@ loops.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from heapq import heappop, heappush
 
 from ...errors import ModelError
 from ..graph.graph import Graph
 from ..graph.nodes import MOTION, SparseRows
-from ..graph.vectors import Matrix
 from . import dense_solve, fronts
+from .rows import Factors, Rows, pivot_ratio, solve
+
+__all__ = ["Factors", "factorise", "pivot_ratio", "solve"]
 
 # Constraints, and operations of their elimination, from which on it is done by loops over a table.
 FEWEST_IN_FRONTS, LEAST_IN_FRONTS = 80, 6000
 LARGEST_BLOCK = 12  # coordinates whose inertia is coupled, where that is done
-
-
-@dataclass(frozen=True)
-class Pivot:
-    """One block step of the elimination: a single row, or a coordinate and the constraint that determines it.
-
-    `inverse` is the inverse of the block on `rows`; `lower` maps each row below to its entries of L.
-    """
-
-    rows: tuple[int, ...]
-    inverse: Matrix
-    lower: dict[int, list[int]]
-
-
-@dataclass(frozen=True)
-class Factors:
-    """Block LDLᵀ in elimination order; rows below nv are coordinates, the others constraints.
-
-    `conditions` are the constraint pivots relative to their values before other constraints were eliminated:
-    1 for constraints that do not influence each other, 0 for dependent ones.
-    """
-
-    pivots: list[Pivot]
-    conditions: list[int]
-    rest: tuple[int, ...] = ()  # rows that are left to a dense factorisation by loops
-    dense: int = -1  # and its node
-    by_fronts: bool = False  # whether that factorisation is sparse
 
 
 def factorise(
@@ -80,20 +54,23 @@ def factorise(
     ModelError
         If a coordinate has neither inertia nor a constraint that determines it.
     """
-    n, m = len(mass), len(jacobian)
-    entries: dict[int, dict[int, int]] = {i: {} for i in range(n + m)}
-    for i, row in enumerate(mass):
-        entries[i].update(row)
-    for k, row in enumerate(jacobian):
-        for j, value in row.items():
-            entries[n + k][j] = entries[j][n + k] = value
-    switched = {n + k: node for k, node in (corner or {}).items()}
-    for k, node in switched.items():
-        entries[k][k] = node
-    return _Elimination(g, n, entries, names, switched).run()
+    return _Elimination.of(g, mass, jacobian, names, corner or {}).run()
 
 
-class _Elimination:
+def pairs(
+    g: Graph, mass: SparseRows, jacobian: SparseRows, corner: Mapping[int, int]
+) -> tuple[list[tuple[int, int]], bool]:
+    """The pairs that `factorise` eliminates first, and whether some coordinates still have no inertia after them."""
+    elimination = _Elimination.of(g, mass, jacobian, [], corner)
+    found = []
+    while (pair := elimination._next_pair()) is not None:
+        elimination.eliminate_pair(*pair)
+        found.append(pair)
+    bare = any(i < elimination.n and i not in elimination.entries[i] for i in elimination.left)
+    return found, bare
+
+
+class _Elimination(Rows):
     """The state of one factorisation.
 
     Candidates wait in heaps. Whatever changes a row puts it there again, and an entry that no longer holds is
@@ -108,32 +85,43 @@ class _Elimination:
         names: list[str],
         switched: Mapping[int, int],
     ) -> None:
-        self.g, self.n, self.entries, self.names = g, n, entries, names
-        self.left = set(entries)
-        self.switched = switched  # a pivot with such a constraint could be zero
-        self.before_constraints = dict(switched)  # diagonal from eliminated coordinates alone
-        self.result = Factors([], [])
-        self.n_entries = sum(map(len, entries.values()))
-        self.touched = sorted(entries)
+        super().__init__(g, n, len(entries) - n, entries, switched)
+        self.names = names
         self.prescribed: list[int] = []
         self.determined: list[tuple[bool, int, int, int]] = []
         self.by_degree: list[tuple[int, int]] = []
         self.own: dict[int, set[int]] = {}
 
+    @staticmethod
+    def of(
+        g: Graph, mass: SparseRows, jacobian: SparseRows, names: list[str], corner: Mapping[int, int]
+    ) -> _Elimination:
+        n, m = len(mass), len(jacobian)
+        entries: dict[int, dict[int, int]] = {i: {} for i in range(n + m)}
+        for i, row in enumerate(mass):
+            entries[i].update(row)
+        for k, row in enumerate(jacobian):
+            for j, value in row.items():
+                entries[n + k][j] = entries[j][n + k] = value
+        switched = {n + k: node for k, node in corner.items()}
+        for k, node in switched.items():
+            entries[k][k] = node
+        return _Elimination(g, n, entries, names, switched)
+
     def run(self) -> Factors:
         while (pair := self._next_pair()) is not None:
-            self._eliminate_pair(*pair)
+            self.eliminate_pair(*pair)
         self._note_own_coordinates()
         self.touched = sorted(self.left)
         if self._is_large():
             while (k := self._next_coordinate()) is not None:
-                self._eliminate(k)
+                self.eliminate(k)
             if min(self.left) >= self.n and (factors := self._with_fronts()) is not None:
                 return factors
             self.touched = sorted(self.left)
             self.by_degree.clear()
         while self.left and not self._rest_is_dense():
-            self._eliminate(self._next())
+            self.eliminate(self._next())
         return self._with_dense_rest() if self.left else self.result
 
     def _is_large(self) -> bool:
@@ -277,92 +265,3 @@ class _Elimination:
             hint="give a body or a kinetic energy that moves with them, or a constraint to a coordinate "
             "that has inertia",
         )
-
-    def _eliminate(self, k: int) -> None:
-        g, row = self.g, self.entries[k]
-        pivot = row.get(k, g.zero)
-        if k >= self.n:
-            reference = self.before_constraints.get(k, pivot)
-            self.result.conditions.append(g.div(pivot, reference) if pivot != g.zero else g.zero)
-        if pivot == g.zero:  # a dependent constraint: without it the others give the same motion
-            self._apply(Pivot((k,), [[g.zero]], {i: [g.zero] for i in row}))
-            return
-        inverse = g.div(g.one, pivot)
-        lower = {
-            i: [g.one if value == pivot else g.mul(value, inverse)] for i, value in row.items() if i != k
-        }
-        self._apply(Pivot((k,), [[inverse]], lower))
-
-    def _eliminate_pair(self, z: int, c: int) -> None:
-        """Eliminate the block [[e, h], [h, 0]] of a coordinate and a constraint: regular whatever e is."""
-        g, rows = self.g, self.entries
-        inverse = g.div(g.one, rows[z][c])
-        corner = g.neg(g.mul(g.mul(inverse, rows[z].get(z, g.zero)), inverse))
-        block = [[g.zero, inverse], [inverse, corner]]
-        others = sorted((rows[z].keys() | rows[c].keys()) - {z, c})
-        couplings = {i: [rows[i].get(z, g.zero), rows[i].get(c, g.zero)] for i in others}
-        lower = {i: [g.dot(pair, column) for column in block] for i, pair in couplings.items()}
-        self._apply(Pivot((z, c), block, lower))
-
-    def _apply(self, pivot: Pivot) -> None:
-        """Subtract L D Lᵀ of a pivot from the rows that are left."""
-        g = self.g
-        removed = {k: self.entries.pop(k) for k in pivot.rows}
-        self.left -= removed.keys()
-        self.n_entries -= sum(map(len, removed.values()))
-        from_coordinate = pivot.rows[0] < self.n
-        others = sorted(pivot.lower)
-        self.touched = others
-        for position, i in enumerate(others):
-            for k in pivot.rows:
-                self.n_entries -= self.entries[i].pop(k, None) is not None
-            for j in others[position:]:
-                terms = zip(pivot.lower[i], pivot.rows, strict=True)
-                value = g.sum(g.mul(entry, removed[k].get(j, g.zero)) for entry, k in terms)
-                if value != g.zero:
-                    self._subtract(i, j, value, from_coordinate)
-        self.result.pivots.append(pivot)
-
-    def _subtract(self, i: int, j: int, value: int, from_coordinate: bool) -> None:
-        g = self.g
-        updated = g.sub(self.entries[i].get(j, g.zero), value)
-        if i == j and i >= self.n and from_coordinate:
-            self.before_constraints[i] = g.sub(self.before_constraints.get(i, g.zero), value)
-        if updated == g.zero:
-            if i == j and i in self.entries[i]:  # without inertia it no longer holds its constraints back
-                self.touched = sorted({*self.touched, *self.entries[i]})
-            self.n_entries -= (2 if i != j else 1) * (j in self.entries[i])
-            self.entries[i].pop(j, None)
-            self.entries[j].pop(i, None)
-        else:
-            self.n_entries += (2 if i != j else 1) * (j not in self.entries[i])
-            self.entries[i][j] = self.entries[j][i] = updated
-
-
-def solve(g: Graph, factors: Factors, right: list[int]) -> list[int]:
-    """Solution of [M Gᵀ; G 0] x = right."""
-    x = list(right)
-    for pivot in factors.pivots:
-        for i, entries in pivot.lower.items():
-            for k, entry in zip(pivot.rows, entries, strict=True):
-                x[i] = g.sub(x[i], g.mul(entry, x[k]))
-    if factors.rest:
-        by_loops = fronts.solve if factors.by_fronts else dense_solve.solve
-        dense = by_loops(g, factors.dense, [x[i] for i in factors.rest])
-        for i, value in zip(factors.rest, dense, strict=True):
-            x[i] = value
-    for pivot in reversed(factors.pivots):
-        here = [x[k] for k in pivot.rows]
-        for position, k in enumerate(pivot.rows):
-            x[k] = g.dot(pivot.inverse[position], here)
-            for i, entries in pivot.lower.items():
-                x[k] = g.sub(x[k], g.mul(entries[position], x[i]))
-    return x
-
-
-def pivot_ratio(g: Graph, factors: Factors) -> int:
-    """Smallest relative pivot of the constraints (1 if there is none to compare)."""
-    ratio = g.one
-    for condition in factors.conditions:
-        ratio = g.minimum(ratio, condition)
-    return ratio

@@ -1,0 +1,169 @@
+"""Block LDLᵀ of symmetric matrices as operations: the rows that are left, one step of the elimination, the solution."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..graph.graph import Graph
+from ..graph.vectors import Matrix
+from . import dense_solve, fronts
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """One block step of the elimination: a single row, or a coordinate and the constraint that determines it.
+
+    `inverse` is the inverse of the block on `rows`; `lower` maps each row below to its entries of L.
+    """
+
+    rows: tuple[int, ...]
+    inverse: Matrix
+    lower: dict[int, list[int]]
+
+
+@dataclass(frozen=True)
+class Substitution:
+    """A velocity, `node`, replaced by what it is made of: `inputs` are factors of rows and other such velocities."""
+
+    node: int
+    inputs: dict[int, int]
+
+
+@dataclass(frozen=True)
+class Factors:
+    """Block LDLᵀ in elimination order; rows below nv are coordinates, the next ones constraints.
+
+    `conditions` are the constraint pivots relative to their values before other constraints were eliminated:
+    1 for constraints that do not influence each other, 0 for dependent ones.
+    """
+
+    pivots: list[Pivot | Substitution]
+    conditions: list[int]
+    rest: tuple[int, ...] = ()  # rows that are left to a dense factorisation by loops
+    dense: int = -1  # and its node
+    by_fronts: bool = False  # whether that factorisation is sparse
+    n_nodes: int = 0  # velocities behind the rows, in which right-hand sides are zero: see `lifting.py`
+
+
+class Rows:
+    """A matrix while it is eliminated: `entries` has both triangles of what is left of it.
+
+    Rows below `n` are coordinates, the next `m` constraints.
+
+    Attributes
+    ----------
+    before_constraints : dict of int to int
+        The diagonal of constraints from eliminated coordinates alone.
+    touched : list of int
+        The rows that the last step has changed.
+    """
+
+    def __init__(
+        self, g: Graph, n: int, m: int, entries: dict[int, dict[int, int]], switched: Mapping[int, int]
+    ) -> None:
+        self.g, self.n, self.m, self.entries = g, n, m, entries
+        self.left = set(entries)
+        self.switched = (
+            switched  # constraints with something in their diagonal: a pivot with one could be zero
+        )
+        self.before_constraints = dict(switched)
+        self.result = Factors([], [])
+        self.n_entries = sum(map(len, entries.values()))
+        self.touched = sorted(entries)
+
+    def eliminate(self, k: int) -> None:
+        g, row = self.g, self.entries[k]
+        pivot = row.get(k, g.zero)
+        if k >= self.n:
+            reference = self.before_constraints.get(k, pivot)
+            self.result.conditions.append(g.div(pivot, reference) if pivot != g.zero else g.zero)
+        if pivot == g.zero:  # a dependent constraint: without it the others give the same motion
+            self._apply(Pivot((k,), [[g.zero]], {i: [g.zero] for i in row}))
+            return
+        inverse = g.div(g.one, pivot)
+        lower = {
+            i: [g.one if value == pivot else g.mul(value, inverse)] for i, value in row.items() if i != k
+        }
+        self._apply(Pivot((k,), [[inverse]], lower))
+
+    def eliminate_pair(self, z: int, c: int) -> None:
+        """Eliminate the block [[e, h], [h, 0]] of a coordinate and a constraint: regular whatever e is."""
+        g, rows = self.g, self.entries
+        inverse = g.div(g.one, rows[z][c])
+        corner = g.neg(g.mul(g.mul(inverse, rows[z].get(z, g.zero)), inverse))
+        block = [[g.zero, inverse], [inverse, corner]]
+        others = sorted((rows[z].keys() | rows[c].keys()) - {z, c})
+        couplings = {i: [rows[i].get(z, g.zero), rows[i].get(c, g.zero)] for i in others}
+        lower = {i: [g.dot(pair, column) for column in block] for i, pair in couplings.items()}
+        self._apply(Pivot((z, c), block, lower))
+
+    def _apply(self, pivot: Pivot) -> None:
+        """Subtract L D Lᵀ of a pivot from the rows that are left."""
+        g = self.g
+        removed = {k: self.entries.pop(k) for k in pivot.rows}
+        self.left -= removed.keys()
+        self.n_entries -= sum(map(len, removed.values()))
+        from_coordinate = pivot.rows[0] < self.n
+        others = sorted(pivot.lower)
+        self.touched = others
+        for position, i in enumerate(others):
+            for k in pivot.rows:
+                self.n_entries -= self.entries[i].pop(k, None) is not None
+            for j in others[position:]:
+                terms = zip(pivot.lower[i], pivot.rows, strict=True)
+                value = g.sum(g.mul(entry, removed[k].get(j, g.zero)) for entry, k in terms)
+                if value != g.zero:
+                    self._subtract(i, j, value, from_coordinate)
+        self.result.pivots.append(pivot)
+
+    def _subtract(self, i: int, j: int, value: int, from_coordinate: bool) -> None:
+        g = self.g
+        updated = g.sub(self.entries[i].get(j, g.zero), value)
+        if i == j and self.n <= i < self.n + self.m and from_coordinate:
+            self.before_constraints[i] = g.sub(self.before_constraints.get(i, g.zero), value)
+        if updated == g.zero:
+            if i == j and i in self.entries[i]:  # without inertia it no longer holds its constraints back
+                self.touched = sorted({*self.touched, *self.entries[i]})
+            self.n_entries -= (2 if i != j else 1) * (j in self.entries[i])
+            self.entries[i].pop(j, None)
+            self.entries[j].pop(i, None)
+        else:
+            self.n_entries += (2 if i != j else 1) * (j not in self.entries[i])
+            self.entries[i][j] = self.entries[j][i] = updated
+
+
+def solve(g: Graph, factors: Factors, right: list[int]) -> list[int]:
+    """Solution of [M Gᵀ; G 0] x = right."""
+    x = [*right, *[g.zero] * factors.n_nodes]
+    for step in factors.pivots:
+        if isinstance(step, Substitution):
+            for i, factor in step.inputs.items():
+                x[i] = g.add(x[i], g.mul(factor, x[step.node]))
+            continue
+        for i, entries in step.lower.items():
+            for k, entry in zip(step.rows, entries, strict=True):
+                x[i] = g.sub(x[i], g.mul(entry, x[k]))
+    if factors.rest:
+        by_loops = fronts.solve if factors.by_fronts else dense_solve.solve
+        dense = by_loops(g, factors.dense, [x[i] for i in factors.rest])
+        for i, value in zip(factors.rest, dense, strict=True):
+            x[i] = value
+    for step in reversed(factors.pivots):
+        if isinstance(step, Substitution):
+            x[step.node] = g.sum(g.mul(factor, x[i]) for i, factor in step.inputs.items())
+            continue
+        here = [x[k] for k in step.rows]
+        for position, k in enumerate(step.rows):
+            x[k] = g.dot(step.inverse[position], here)
+            for i, entries in step.lower.items():
+                x[k] = g.sub(x[k], g.mul(entries[position], x[i]))
+    return x[: len(right)]
+
+
+def pivot_ratio(g: Graph, factors: Factors) -> int:
+    """Smallest relative pivot of the constraints (1 if there is none to compare)."""
+    ratio = g.one
+    for condition in factors.conditions:
+        ratio = g.minimum(ratio, condition)
+    return ratio
