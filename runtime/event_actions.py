@@ -61,7 +61,11 @@ def arm_events(
     band = floor.copy()
     if fired is not None and len(fired):
         # The state is past the event by less than the last digit of time; that is no side either.
-        band[fired] += np.abs(g[fired])
+        reset = np.array([system.events[k]["action"] == "reset" for k in fired])
+        past = np.abs(g[fired])
+        if before is not None:  # a reset may carry its own function away, from where it comes again
+            past = np.where(reset, np.minimum(past, np.abs(before[fired])), past)
+        band[fired] += past
         if bands is None or np.isnan(bands[fired]).any():
             lean[fired] = _heading(system, arrays, g, floor)[fired]
     if bands is not None:

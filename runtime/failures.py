@@ -192,7 +192,10 @@ def _constraint_without_gradient(system: System, arrays: LoopArrays) -> str | No
 
 def state_names(system: System) -> list[str]:
     """Return the names of (q, v)."""
-    return [r["name"] for r in system.coordinates] + rate_labels(system.coordinates, system.rates)
+    names = [r["name"] for r in system.coordinates]
+    for i in system.integrals:
+        names[i] = f"the integral of {names[i].removesuffix('_integral')}"
+    return names + rate_labels(system.coordinates, system.rates)
 
 
 def fastest(system: System, arrays: LoopArrays) -> str:

@@ -192,6 +192,7 @@ def _check_sizes(header: dict[str, Any]) -> None:
         if len(header[key]) != size:
             raise HeaderFault(f"{key} has {len(header[key])} entries, but {symbol} is {size}")
     _check_quaternions(header)
+    _check_states(header)
     dependent = _get(header, "dependent", list, "") if "dependent" in header else []
     if any(type(k) is not int or not 0 <= k < m for k in dependent) or sorted(set(dependent)) != dependent:
         raise HeaderFault(f"'dependent' is {dependent!r:.60}, expected ascending indices of constraints")
@@ -265,6 +266,24 @@ def _check_quaternions(header: dict[str, Any]) -> None:
             f"nq - nv is {header['nq'] - header['nv']}, but 'quaternions' has {len(places)} entries: "
             "every unit quaternion has one coordinate more than it has rates, all else as many"
         )
+
+
+def _check_states(header: dict[str, Any]) -> None:
+    """States are rates, each of a coordinate that is no element of a quaternion."""
+    if "states" not in header:
+        return
+    places = _get(header, "states", list, "")
+    turning = {first - k + j for k, first in enumerate(header.get("quaternions", [])) for j in range(3)}
+    if (
+        any(type(k) is not int or not 0 <= k < header["nv"] or k in turning for k in places)
+        or sorted(set(places)) != places
+        or not places
+    ):
+        raise HeaderFault(f"'states' is {places!r:.60}, expected ascending indices of rates")
+    moved = _get(header, "constraints_of_states", list, "") if "constraints_of_states" in header else []
+    known = [record["name"] for record in header["constraints"] if record["kind"] == "velocity"]
+    if any(name not in known for name in moved):
+        raise HeaderFault(f"'constraints_of_states' is {moved!r:.60}, expected names of velocity constraints")
 
 
 DECORATOR = '@njit(error_model="numpy")'

@@ -37,6 +37,20 @@ def rate_indices(coordinates: Records, rates: Records, quaternions: Sequence[int
     return indices
 
 
+def integral_places(header: Mapping[str, Any]) -> tuple[int, ...]:
+    """Return where in q the coordinates are whose rates are first-order states."""
+    states = set(header.get("states", ()))
+    if not states:
+        return ()
+    rates = rate_indices(header["coordinates"], header["rates"], header.get("quaternions", ()))
+    return tuple(i for i, record in enumerate(header["coordinates"]) if rates.get(record["name"]) in states)
+
+
+def motion_records(records: Records, left_out: Sequence[int]) -> list[tuple[int, Mapping[str, Any]]]:
+    """Return records with their places, without those at some places: coordinates without integrals of states."""
+    return [(place, record) for place, record in enumerate(records) if place not in left_out]
+
+
 def inside_dot(name: str) -> str:
     """Return x for `dot(x)`, other names as they are."""
     return name[4:-1] if name.startswith("dot(") and name.endswith(")") else name

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.checks.health import health_of
+from symgen.runtime.names import motion_records
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Sample, Solution
@@ -75,7 +76,9 @@ def _state(
     system = solution.system
     touching = {} if contact_forces is None else {"contact_forces": _named(system.switches, contact_forces)}
     return {
-        "coordinates": _named(system.coordinates, q),
+        "coordinates": {
+            c["name"]: float(q[i]) for i, c in motion_records(system.coordinates, system.integrals)
+        },
         "rates": _named(system.rates, v),
         "accelerations": _named(system.rates, acceleration),
         "multipliers": _named(system.constraints, multipliers),

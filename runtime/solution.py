@@ -296,8 +296,11 @@ def series_of(system: System) -> dict[str, tuple[str, int]]:
         "contact_forces": [f"force({record['name']})" for record in system.switches],
     }
     series: dict[str, tuple[str, int]] = {}
+    hidden = {coordinates[i]["name"] for i in system.integrals}
     for attribute, names in named.items():
         for column, name in enumerate(names):
+            if name in hidden:
+                continue
             series.setdefault(name, (attribute, column))
     for name, column in rate_indices(coordinates, rates, system.quaternions).items():
         # A rate of another name than its coordinate's, as `ball_vx` of `ball_x`, is its derivative as well.

@@ -15,6 +15,7 @@ from symgen.runtime.functions import ModelFunctions
 from symgen.runtime.kernel import compile_setup
 from symgen.runtime.lazy import Late
 from symgen.runtime.module_source import ModuleSource
+from symgen.runtime.names import integral_places
 
 # Most runs are given numbers.
 quantities = Late("symgen.runtime.quantities")
@@ -57,6 +58,10 @@ class System(ModelFunctions):
         out, and the multipliers of `rhs` are zero for them.
     quaternions : tuple of int
         Where in q each unit quaternion (w, x, y, z) begins.
+    states, integrals : tuple of int
+        Where in v the first-order states are, and where in q their integrals over time, which nothing depends on.
+    constraints_of_states : tuple of str
+        Velocity constraints that depend on states.
     structure, operations, run_defaults : dict
         The header's `structure`, `operations` and `run`.
     source : ModuleSource
@@ -76,6 +81,9 @@ class System(ModelFunctions):
         for key in ("outputs", "events", "bodies"):
             set_(key, tuple(header[key]))
         set_("quaternions", tuple(header.get("quaternions", ())))
+        set_("states", tuple(header.get("states", ())))
+        set_("integrals", integral_places(header))
+        set_("constraints_of_states", tuple(header.get("constraints_of_states", ())))
         set_("dependent", tuple(header.get("dependent", ())))
         set_("subsystems", tuple(header.get("subsystems", ())))
         m = self.nh + self.nn

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.names import acceleration_labels, rate_labels
+from symgen.runtime.names import acceleration_labels, motion_records, rate_labels
 from symgen.runtime.solution import series_of
 
 if TYPE_CHECKING:
@@ -173,10 +173,12 @@ def columns_of_recording(recording: Recording, system: System) -> Columns:
     system : System
         Of the recording's own module.
     """
-    labels = [record["name"] for record in system.coordinates]
+    shown = motion_records(system.coordinates, system.integrals)
+    labels = [record["name"] for _, record in shown]
     labels += rate_labels(system.coordinates, system.rates)
     labels += [f"lambda({record['name']})" for record in system.constraints]
-    parts = [recording.t[:, None], recording.q, recording.v, recording.multipliers]
+    q = recording.q[:, [place for place, _ in shown]]
+    parts = [recording.t[:, None], q, recording.v, recording.multipliers]
     if len(recording.energy) == len(recording.t):  # a run that was cut off may lack those of its last frames
         energies = [name for name in _ENERGIES[:2] if name not in labels]
         labels += energies

@@ -28,6 +28,7 @@ SECTIONS = dict(re.findall(r"^## `?(.+?)`?\n(.*?)(?=^## |\Z)", PAGE, re.DOTALL |
 KEYS_OF = {
     "parameters": NUMBER_KEYS,
     "coordinates": toml_reader.COORDINATE_KEYS,
+    "states": toml_reader.STATE_KEYS,
     "inputs": toml_reader.INPUT_KEYS,
     "bodies": toml_reader.BODY_KEYS,
     "joints": toml_reader.JOINT_KEYS,

@@ -21,6 +21,7 @@ from symgen.runtime.checks.horizon import DIGITS, Comparison, Horizon, compare_r
 from symgen.runtime.checks.momenta import Momentum, momenta
 from symgen.runtime.failures import state_names
 from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.names import motion_records
 from symgen.runtime.options import SMALLEST_RTOL, RunOptions
 from symgen.runtime.simulate import simulate
 
@@ -163,13 +164,14 @@ def coordinate_errors(system: System, compared: Comparison, refinement: float) -
     """
     units = [record["unit"] for record in (*system.coordinates, *system.rates)]
     errors, order = compared.errors, _orders(compared, refinement)
-    return tuple(
+    found = [
         CoordinateError(name, unit, float(largest), float(last), float(part), power)
         for name, unit, largest, last, part, power in zip(
             state_names(system), units, errors.max(axis=0), errors[-1],
             (errors / compared.size).max(axis=0), order, strict=True,
         )
-    )  # fmt: skip
+    ]  # fmt: skip
+    return tuple(entry for _, entry in motion_records(found, system.integrals))
 
 
 def _orders(compared: Comparison, refinement: float) -> list[float | None]:

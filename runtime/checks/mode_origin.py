@@ -92,7 +92,7 @@ def _origin(system: System, p, t, q, v, size: Callable[[np.ndarray], np.ndarray]
     w = left[:, np.argmin(np.abs(left_values - value.conj()))]
     return Origin(
         complex(value),
-        _coordinates(system, p, t, q, v, x),
+        _coordinates(system, p, t, q, v, x) if not system.states else _participants(system, x, w),
         _bodies(system, p, t, q, v, x),
         _parameters(system, p, t, q, v, value, x, w),
     )
@@ -109,10 +109,25 @@ def _coordinates(system: System, p, t, q, v, x: np.ndarray) -> tuple[tuple[str, 
     return tuple((names[i], float(shares[i])) for i in _most(shares) if shares[i] >= _LEAST_SHARE)
 
 
+def _participants(system: System, x: np.ndarray, w: np.ndarray) -> tuple[tuple[str, float], ...]:
+    """What takes part in a motion in which first-order states do, too: these have no kinetic energy.
+
+    Parts are those of the eigenvectors' product, in which units cancel (Perez-Arriaga, Verghese, Schweppe 1982).
+    """
+    nv = system.nv
+    parts = np.abs(w.conj() * x)
+    shares = parts[:nv] + parts[nv:]
+    shares /= max(shares.sum(), 1e-300)
+    names = _names_per_rate(system)
+    return tuple((names[i], float(shares[i])) for i in _most(shares) if shares[i] >= _LEAST_SHARE)
+
+
 def _names_per_rate(system: System) -> list[str]:
     names = rate_labels(system.coordinates, system.rates)
     positions = Positions(system)
     for i, j in zip(positions.plain_q, positions.plain_v):
+        if j in system.states:
+            continue
         names[j] = system.coordinates[i]["name"]
     return names
 

@@ -46,6 +46,8 @@ def coordinate_directions(system: System) -> Iterator[tuple[str, Direction]]:
         return
     positions = Positions(system)
     for k, j in zip(positions.plain_q, positions.plain_v, strict=True):
+        if int(j) in system.states:
+            continue
         yield f"momentum of {system.coordinates[k]['name']}", _along(int(j), system.nv)
 
 

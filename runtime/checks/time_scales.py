@@ -65,7 +65,9 @@ def change_rate(system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     q, v : ndarray, shapes (..., nq) and (..., nv)
     """
     sizes = Positions(system).per_rate(np.maximum(1.0, np.abs(q)), 1.0)
-    return np.max(np.abs(v) / sizes, axis=-1, initial=0.0)
+    speeds = np.abs(v) / sizes
+    speeds[..., list(system.states)] = 0.0  # values, and no speeds of anything
+    return np.max(speeds, axis=-1, initial=0.0)
 
 
 def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> TimeScales:

@@ -52,8 +52,8 @@ def _negative_damping(solution: Solution) -> Iterator[HealthCheck]:
     Damping does the same work if all rates are turned round; constant and driven forces do the opposite work.
     """
     system, energy = solution.system, solution.energy
-    if not system.nw:
-        return
+    if not system.nw or system.states:
+        return  # forces of actuators and controllers may well feed a motion
     if (name := _negative_damper(solution)) is not None:
         value = float(solution.p[[record["name"] for record in system.parameters].index(name)])
         says = f"parameter {name!r} = {value:g} makes a damping negative, which feeds the motion: is its sign meant?"

@@ -83,8 +83,12 @@ def start_values(
     """
     q, v, q_enforced, v_enforced = system.initial_state(p)
     coordinates = {record["name"]: index for index, record in enumerate(system.coordinates)}
+    states = {system.rates[i]["name"]: i for i in system.states}
     for name, value in (start or {}).items():
-        index = _index(system, "start", name, name, coordinates)
+        if name in states:
+            v[states[name]] = _in_si(f"start: {name}", value, system.rates[states[name]])
+            continue
+        index = _index(system, "start", name, name, coordinates | states)
         q[index], q_enforced[index] = _in_si(f"start: {name}", value, system.coordinates[index]), True
     rates = rate_indices(system.coordinates, system.rates, system.quaternions)
     for name, value in (rate or {}).items():

@@ -88,9 +88,10 @@ def find_signals(system: System, reads: Sequence[str] | None) -> Signals:
     """Return where what a controller reads is found."""
     states = [record["name"] for record in system.coordinates]
     states += rate_labels(system.coordinates, system.rates)
+    hidden = {states[i] for i in system.integrals}
     places = {name: -1 - k for k, record in enumerate(system.outputs) for name in [record["name"]]}
-    places |= {name: k for k, name in enumerate(states)}
-    names = tuple(states if reads is None else reads)
+    places |= {name: k for k, name in enumerate(states) if name not in hidden}
+    names = tuple([name for name in states if name not in hidden] if reads is None else reads)
     for name in names:
         if name not in places:
             raise InputFault(

@@ -210,16 +210,24 @@ class Equilibrium:
         The largest force that is left, times the size of its coordinate, in parts of the largest that acts.
     descended : bool
         Whether it was found by going downhill, so that it is a stable one.
+    v : ndarray, shape (nv,)
+        Zeros, but for the values of first-order states.
     """
 
     q: np.ndarray
     multipliers: np.ndarray
     residual: float
     descended: bool
+    v: np.ndarray
 
 
 def find_equilibrium(
-    system: System, p: np.ndarray, q: np.ndarray, t: float = 0.0, stable: bool = False
+    system: System,
+    p: np.ndarray,
+    q: np.ndarray,
+    t: float = 0.0,
+    stable: bool = False,
+    v: np.ndarray | None = None,
 ) -> Equilibrium:
     """Return a state of rest near a guess.
 
@@ -237,15 +245,26 @@ def find_equilibrium(
     t : float [s]
     stable : bool
         Take no unstable one.
+    v : ndarray, shape (nv,), optional
+        The guess of first-order states, among zeros; their own starts without it.
 
     Raises
     ------
     RuntimeModelError
         None was found; says which coordinate is not at rest. Or constraints move with time.
     """
+    if system.states and stable:
+        raise RuntimeModelError(
+            f"model {system.name!r} has first-order states, and no energy says which of its equilibria are stable: "
+            "look at the modes of the one that is found"
+        )
+    q = q.copy()
+    q[list(system.integrals)] = (system.initial_state(p)[1] if v is None else v)[list(system.states)]
     statics = _Statics(system, p, t, q)
     found = None if stable else statics.newton(q)
-    descended = found is None
+    descended = found is None and not system.states
+    if found is None and system.states:
+        raise RuntimeModelError(statics.why_none(q))
     if descended:
         lowest = statics.descend(q)
         found = statics.newton(lowest)
@@ -253,7 +272,9 @@ def find_equilibrium(
             raise RuntimeModelError(statics.why_none(lowest))
     q, multipliers, residual = found
     statics.check_rest(q)
-    return Equilibrium(statics.equations.positions.normalised(q), multipliers, residual, descended)
+    rest = statics.rest(q)
+    q[list(system.integrals)] = 0.0
+    return Equilibrium(statics.equations.positions.normalised(q), multipliers, residual, descended, rest)
 
 
 class _Forces(NamedTuple):
@@ -270,26 +291,64 @@ class _Forces(NamedTuple):
 
 
 class _Statics:
-    """Forces at rest, scaled: displacements by characteristic sizes, forces by the largest, as energies."""
+    """Forces at rest, scaled: displacements by characteristic sizes, forces by the largest, as energies.
+
+    First-order states stand in the places of their integrals in q, which nothing depends on, and their derivatives are
+    forces that vanish.
+    """
 
     def __init__(self, system: System, p: np.ndarray, t: float, q: np.ndarray):
         self.system, self.equations = system, MotionEquations(system, p, t)
         self.constraints = Constraints(system, self.equations.p, t)
         self.sizes = self.constraints.characteristic_sizes(q)
         self.position_scales = self.constraints.position_scales(q, self.sizes) if system.nh else np.zeros(0)
-        self.rest = np.zeros(system.nv)
+        self._states = list(system.states)
+        self._weights = np.ones(system.nv)
+        if self._states:
+            self._balance(q)
+
+    def _balance(self, q: np.ndarray) -> None:
+        """Find the sizes of states, how far they have to go, and bring their derivatives to the size of the forces."""
+        multipliers, states = np.zeros(self.system.m), self._states
+        change = self.equations.residual(q, self.rest(q), self._still, multipliers)[states]
+        by_states = self._stiffness(q, multipliers)[np.ix_(states, states)]
+        away = np.maximum(np.abs(np.linalg.pinv(by_states) @ change), np.abs(self.rest(q)[states]))
+        self.sizes[states] = np.where(away > 0.0, away, 1.0)
+        rows = np.abs(self._stiffness(q, multipliers)) * self.sizes[:, None] * self.sizes
+        left = self.equations.residual(q, self.rest(q), self._still, multipliers)[: len(rows)]
+        largest = np.maximum(rows.max(axis=1), np.abs(left) * self.sizes)
+        others = np.delete(largest, self._states).max(initial=0.0) or 1.0
+        known = largest[self._states] > 0.0
+        self._weights[np.array(self._states)[known]] = others / largest[self._states][known]
+
+    @property
+    def _still(self) -> np.ndarray:
+        return np.zeros(self.system.nv)
+
+    def rest(self, q: np.ndarray) -> np.ndarray:
+        """Return rates of zero, and the states that q holds."""
+        v = self._still
+        v[self._states] = q[list(self.system.integrals)]
+        return v
+
+    def _stiffness(self, q: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the forces that act, times -1, by displacements and states."""
+        nv = self.system.nv
+        by_q, by_v, _ = self.equations.jacobian(q, self.rest(q), self._still, multipliers)
+        by_q[:, self._states] = by_v[:, self._states]
+        return by_q[:nv]
 
     def at(self, q: np.ndarray, multipliers: np.ndarray | None = None) -> _Forces:
         """Return the forces at rest; with the multipliers that balance them best where none are given."""
         nv, m = self.system.nv, self.system.m
-        _, _, unknowns = self.equations.jacobian(q, self.rest, self.rest, np.zeros(m))
+        rest, weights = self.rest(q), self._weights * self.sizes
+        _, _, unknowns = self.equations.jacobian(q, rest, self._still, np.zeros(m))
         jacobian = -unknowns[:nv, nv:].T * self.sizes
-        applied = -self.equations.residual(q, self.rest, self.rest, np.zeros(m))[:nv] * self.sizes
+        applied = -self.equations.residual(q, rest, self._still, np.zeros(m))[:nv] * weights
         if multipliers is None:
             multipliers = -RowSpace(jacobian).combination(applied)
         held = jacobian.T @ multipliers
-        stiffness = self.equations.jacobian(q, self.rest, self.rest, multipliers)[0][:nv]
-        stiffness = stiffness * self.sizes[:, None] * self.sizes
+        stiffness = self._stiffness(q, multipliers) * weights[:, None] * self.sizes
         scale = max(np.abs(x).max(initial=0.0) for x in (applied, held, stiffness)) or 1.0
         position = self.constraints.position(q) / self.position_scales if self.system.nh else np.zeros(0)
         left = np.concatenate([(applied + held) / scale, -position])
@@ -312,8 +371,10 @@ class _Statics:
             size = float(np.abs(step[: self.system.nv]).max(initial=0.0))
             if size <= _SETTLED:
                 break
+            # Nothing leads downhill where there are states: a step that is cut must not be asked to be a whole one.
+            whole = float(np.linalg.norm(step[: self.system.nv])) if self._states else None
             step *= min(1.0, _LONGEST_STEP / size)
-            tried = self._first_better(q, state, step, inverse)
+            tried = self._first_better(q, state, step, inverse, whole)
             if tried is None:
                 break
             q, multipliers = tried
@@ -334,9 +395,10 @@ class _Statics:
         return matrix
 
     def _first_better(
-        self, q: np.ndarray, state: _Forces, step: np.ndarray, inverse: np.ndarray
+        self, q: np.ndarray, state: _Forces, step: np.ndarray, inverse: np.ndarray, norm: float | None
     ) -> tuple[np.ndarray, np.ndarray] | None:
-        nv, norm = self.system.nv, np.linalg.norm(step[: self.system.nv])
+        nv = self.system.nv
+        norm = np.linalg.norm(step[:nv]) if norm is None else norm
         for fraction in _FRACTIONS:
             trial = self.equations.positions.retract(q, fraction * step[:nv] * self.sizes)
             multipliers = state.multipliers + fraction * step[nv:] * state.scale / state.gain
@@ -388,7 +450,7 @@ class _Statics:
         """Refuse constraints that move with time."""
         if not self.system.m:
             return
-        moving = self.constraints.velocity(q, self.rest)
+        moving = self.constraints.velocity(q, self.rest(q))
         if np.abs(moving).max() > 0.0:
             name = self.constraints.names[int(np.argmax(np.abs(moving)))]
             raise RuntimeModelError(

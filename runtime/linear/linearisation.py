@@ -25,7 +25,7 @@ from symgen.runtime.graph.functions import IN_CODE, sign, slopes
 from symgen.runtime.inputs.given import from_record
 from symgen.runtime.linear.equilibrium import MotionEquations, find_equilibrium
 from symgen.runtime.linear.model import LinearModel
-from symgen.runtime.names import acceleration_labels, inside_dot, rate_indices, rate_labels
+from symgen.runtime.names import acceleration_labels, inside_dot, motion_records, rate_indices, rate_labels
 from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
@@ -306,6 +306,7 @@ def independent_motions(
     n_holonomic: int,
     sizes: np.ndarray,
     given: tuple[np.ndarray, np.ndarray],
+    states: tuple[int, ...] = (),
 ) -> Independent:
     """Choose independent coordinates by pivots, so that each keeps its name, and solve for the others.
 
@@ -321,12 +322,15 @@ def independent_motions(
         What counts as large for each coordinate.
     given : pair of ndarray of bool, shape (nv,)
         Positions and rates that the user gave rather than guessed: these stay independent where the choice is free.
+    states : tuple of int
+        Rates that are first-order states: nothing binds them, and what they are the rates of is no position.
     """
     nv = jacobian.shape[1]
     scaled = jacobian * sizes
+    scaled[:, list(states)] = 0.0
     bound, rows = _pivots(scaled * np.where(given[0], 1.0, _PREFERENCE), n_holonomic)
     bound_rates, all_rows = _pivots(scaled * np.where(given[1], 1.0, _PREFERENCE), len(scaled))
-    positions = np.setdiff1d(np.arange(nv), bound)
+    positions = np.setdiff1d(np.arange(nv), [*bound, *states])
     rates = np.setdiff1d(np.arange(nv), bound_rates)
     basis = np.zeros((nv, len(positions)))
     basis[positions] = np.eye(len(positions))
@@ -393,6 +397,12 @@ class Tangent(NamedTuple):
         chosen = self.independent
         return [positions[i] for i in chosen.positions] + [rates[i] for i in chosen.rates]
 
+    def shape(self, system: System) -> np.ndarray:
+        """Return what x brings with it: displacements, and the values of first-order states."""
+        found, states = self.displacements.copy(), list(system.states)
+        found[states] = self.rates[states]
+        return found
+
 
 def tangent_at(
     system: System,
@@ -443,19 +453,21 @@ def _independent(
 ) -> Independent:
     nv, nh = system.nv, system.nh
     if not system.m:
-        return independent_motions(np.zeros((0, nv)), np.zeros((0, nv)), 0, np.ones(nv), given)
+        return independent_motions(np.zeros((0, nv)), np.zeros((0, nv)), 0, np.ones(nv), given, system.states)
     along = np.zeros((system.nq + nv, 2 * nv))
     along[: system.nq, :nv], along[system.nq :, nv:] = equations.kinematics(q), np.eye(nv)
     y, still = np.concatenate([q, v]), np.zeros((len(equations.p), 2 * nv))
     _, slopes = derivatives(system, "constraint_residual", equations.t, y, equations.p, along, still)
     by_positions, jacobian = slopes[nh:, :nv], slopes[nh:, nv:]
     sizes = Constraints(system, equations.p, equations.t).characteristic_sizes(q)
-    return independent_motions(jacobian, by_positions, nh, sizes, given)
+    return independent_motions(jacobian, by_positions, nh, sizes, given, system.states)
 
 
 def motion_names(system: System) -> list[str]:
-    """Return what rates move: coordinates by their names, small rotations of quaternions by those of their rates."""
-    names = {record["name"] for record in system.coordinates}
+    """Return what rates move: coordinates, small rotations of quaternions by their rates; and states by their names."""
+    names = {record["name"] for record in system.coordinates} | {
+        system.rates[k]["name"] for k in system.states
+    }
     return [r["name"] if r["name"] in names else _moved(system, k) for k, r in enumerate(system.rates)]
 
 
@@ -479,14 +491,15 @@ def observation(
     """
     equations, n_u = tangent.equations, tangent.B.shape[1]
     kinematics = equations.kinematics(tangent.q)
-    coordinates = [record["name"] for record in system.coordinates]
-    known = dict(zip(coordinates, kinematics @ tangent.displacements))
+    known = dict(zip((record["name"] for record in system.coordinates), kinematics @ tangent.displacements))
+    coordinates = [record["name"] for _, record in motion_records(system.coordinates, system.integrals)]
+    coordinates += [system.rates[k]["name"] for k in system.states]
     own: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     if system.has("outputs"):
         own = _model_outputs(system, p, tangent, kinematics)
     labels = rate_labels(system.coordinates, system.rates)
     wanted = list(names) if names is not None else [*coordinates, *own]
-    moving = known | dict(zip(labels, tangent.rates))
+    moving = {name: known[name] for name in coordinates if name in known} | dict(zip(labels, tangent.rates))
     steered = dict(zip(acceleration_labels(system.coordinates, system.rates), range(system.nv)))
     rows = []
     for name in wanted:
@@ -580,8 +593,15 @@ def linearise(
     return LinearModel(
         system, p, float(t), q, v, tangent.a, tangent.multipliers, kind, tangent.A, tangent.B, C, D,
         tangent.states(system), [record["name"] for record in system.inputs], names, motion_names(system),
-        tangent.displacements, Constraints(system, p, t).characteristic_sizes(q), notes,
+        tangent.shape(system), _sizes(system, p, t, q), notes,
     )  # fmt: skip
+
+
+def _sizes(system: System, p: np.ndarray, t: float, q: np.ndarray) -> np.ndarray:
+    """What counts as large for each motion; first-order states have no size beside them."""
+    sizes = Constraints(system, p, t).characteristic_sizes(q)
+    sizes[list(system.states)] = np.inf
+    return sizes
 
 
 def _state(
@@ -601,8 +621,8 @@ def _state(
     assembled = assemble(system, p, start, rate, t)
     if at == "start":
         return assembled.q, assembled.v, list(assembled.notes)
-    found = find_equilibrium(system, p, assembled.q, t, stable)
-    return found.q, np.zeros(system.nv), list(assembled.notes)
+    found = find_equilibrium(system, p, assembled.q, t, stable, assembled.v)
+    return found.q, found.v, list(assembled.notes)
 
 
 def _check_closed(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> None:
@@ -664,7 +684,8 @@ def _kind(
     A motion is steady where accelerations, and with them A, stay the same along it.
     """
     sizes = Constraints(system, p, t).characteristic_sizes(q)
-    speed, change = (float(np.abs(x / sizes).max(initial=0.0)) for x in (v, tangent.a))
+    moving = np.where(np.isin(np.arange(system.nv), system.states), 0.0, v)
+    speed, change = (float(np.abs(x / sizes).max(initial=0.0)) for x in (moving, tangent.a))
     if speed <= _STILL and change <= _STILL * max(1.0, np.abs(tangent.A).max(initial=0.0)):
         return "equilibrium"
     h = _FLOW_STEP / max(speed, np.sqrt(change))

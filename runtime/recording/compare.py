@@ -12,7 +12,7 @@ from symgen.runtime.checks.growth import growth_rate
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.exchange import Exchange
 from symgen.runtime.module import read_module
-from symgen.runtime.names import rate_labels
+from symgen.runtime.names import motion_records, rate_labels
 from symgen.runtime.recording.reader import blamed_on, check_fits
 from symgen.runtime.recording.schema import RecordingError
 from symgen.runtime.system import System
@@ -159,8 +159,8 @@ def _comparison(first: str | Path, second: str | Path, tolerance: float) -> Comp
     named_a, named_b = _quantities(a, systems[0], rows[0]), _quantities(b, systems[1], rows[1])
     _turn_alike(named_a, named_b, systems[0])
     shared = [name for name in named_a if name in named_b]
-    own = [{c["name"] for c in system.coordinates} for system in systems]
-    if not own[0] & own[1]:
+    own = [_names_of_motion(system) for system in systems]
+    if set(own[0]).isdisjoint(own[1]):
         raise RecordingError(
             f"{first} and {second} have no coordinate in common: there is nothing to compare"
         )
@@ -183,13 +183,19 @@ def _comparison(first: str | Path, second: str | Path, tolerance: float) -> Comp
         t_end=float(t[-1]),
         settings=tuple(_settings(a, b)),
         differences=differences,
-        only_first=tuple(c["name"] for c in systems[0].coordinates if c["name"] not in own[1]),
-        only_second=tuple(c["name"] for c in systems[1].coordinates if c["name"] not in own[0]),
+        only_first=tuple(name for name in own[0] if name not in own[1]),
+        only_second=tuple(name for name in own[1] if name not in own[0]),
         growth=growth_rate(t, np.max(moving, axis=0)),
     )
 
 
 _ENERGY = "T + V"
+
+
+def _names_of_motion(system: System) -> list[str]:
+    """Coordinates, then states."""
+    names = [record["name"] for _, record in motion_records(system.coordinates, system.integrals)]
+    return names + [system.rates[k]["name"] for k in system.states]
 
 
 def _system(recording: Recording) -> System:
@@ -215,7 +221,7 @@ def _common_frames(a: Recording, b: Recording) -> tuple[np.ndarray, np.ndarray]:
 def _quantities(recording: Recording, system: System, rows: np.ndarray) -> dict[str, tuple[str, np.ndarray]]:
     """Return units and values of all that is compared, by name."""
     named: dict[str, tuple[str, np.ndarray]] = {}
-    for k, record in enumerate(system.coordinates):
+    for k, record in motion_records(system.coordinates, system.integrals):
         named[record["name"]] = record["unit"], recording.q[rows, k].copy()
     labels = rate_labels(system.coordinates, system.rates)
     for k, (label, record) in enumerate(zip(labels, system.rates, strict=True)):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symgen.runtime.names import rate_labels
+from symgen.runtime.names import integral_places, motion_records, rate_labels
 
 from . import schema
 
@@ -153,9 +153,12 @@ def plot_rows(header: dict, over_time: Collection[str] = ()) -> tuple[Row, ...]:
     m = len(header["constraints"])
     labels = rate_labels(header["coordinates"], header["rates"])
     names_of_rates = [{**rate, "name": label} for rate, label in zip(header["rates"], labels)]
-    driven = [record for record in header.get("inputs", ()) if record["name"] in over_time]
-    places = [header["inputs"].index(record) for record in driven]
-    multipliers = [{**c, "unit": c.get("multiplier", "")} for c in header["constraints"]]
+    states, coordinates = (
+        header.get("states", ()),
+        motion_records(header["coordinates"], integral_places(header)),
+    )
+    driven = [(k, u) for k, u in enumerate(header.get("inputs", ())) if u["name"] in over_time]
+    multipliers = [(k, {**c, "unit": c.get("multiplier", "")}) for k, c in enumerate(header["constraints"])]
     energy = Curves(
         "Energy [J]", schema.ENERGY, "energy", (0, 1, 2), ("kinetic T", "potential V", "total T + V")
     )
@@ -176,11 +179,12 @@ def plot_rows(header: dict, over_time: Collection[str] = ()) -> tuple[Row, ...]:
     step = Curves("Step size [s]", schema.STEP_SIZE, "step_size", (0,), ("h",))
     rows = {
         "coordinates": [
-            *_by_unit("coordinates", "Coordinates", "q", header["coordinates"]),
-            *_by_unit("rates", "Rates", "v", names_of_rates),
+            *_by_unit("coordinates", "Coordinates", "q", coordinates),
+            *_by_unit("rates", "Rates", "v", motion_records(names_of_rates, states)),
+            *_by_unit("states", "States", "v", [(k, names_of_rates[k]) for k in states]),
         ],
-        "inputs": _by_unit("inputs", "Inputs", "inputs", driven, places),
-        "outputs": _by_unit("outputs", "Outputs", "outputs", header["outputs"]),
+        "inputs": _by_unit("inputs", "Inputs", "inputs", driven),
+        "outputs": _by_unit("outputs", "Outputs", "outputs", list(enumerate(header["outputs"]))),
         "energy": [energy, *_by_unit("multipliers", "Multipliers", "multipliers", multipliers)],
         "diagnostics": [balance, *([residual] if m else []), step],
     }
@@ -195,22 +199,15 @@ def with_equal_steps(rows: tuple[Row, ...]) -> tuple[Row, ...]:
     )
 
 
-def _by_unit(
-    path: str, title: str, source: str, quantities: list[dict], places: Sequence[int] = ()
-) -> list[Curves]:
-    """Group quantities of one unit into one plot: angles and lengths do not share an axis.
-
-    `places` are those of the quantities in the array that they are columns of, if they are not all of it.
-    """
-    places = places or range(len(quantities))
-    units = list(dict.fromkeys(quantity["unit"] for quantity in quantities))
+def _by_unit(path: str, title: str, source: str, quantities: list[tuple[int, dict]]) -> list[Curves]:
+    """Group quantities of one unit, given with their places, into one plot: angles and lengths do not share an axis."""
+    units = list(dict.fromkeys(quantity["unit"] for _, quantity in quantities))
     groups = []
     for number, unit in enumerate(units):
-        members = [i for i, quantity in enumerate(quantities) if quantity["unit"] == unit]
-        names = [quantities[i]["name"] for i in members]
+        some = [(i, quantity["name"]) for i, quantity in quantities if quantity["unit"] == unit]
+        members, names = [i for i, _ in some], [name for _, name in some]
         where = f"{schema.PLOTS}/{path}" + (f"/{number + 1}" if len(units) > 1 else "")
-        columns = [places[i] for i in members]
-        groups += _curves(f"{title} [{unit}]" if unit else title, where, source, columns, names)
+        groups += _curves(f"{title} [{unit}]" if unit else title, where, source, members, names)
     return groups
 
 

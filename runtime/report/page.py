@@ -14,7 +14,7 @@ import numpy as np
 from symgen.runtime.checks.convergence import tables
 from symgen.runtime.checks.growth import running_maximum
 from symgen.runtime.checks.health import health_of, objections_to
-from symgen.runtime.names import rate_indices, rate_labels
+from symgen.runtime.names import motion_records, rate_indices, rate_labels
 from symgen.runtime.report.drawing import drawing
 from symgen.runtime.report.first_numbers import first_numbers
 from symgen.runtime.report.html import (
@@ -42,18 +42,22 @@ _TIME = "t [s]"
 
 
 def motion(solution: Solution) -> Iterator[Markup]:
-    """Yield plots of the coordinates over time, those of a unit together."""
-    coordinates = solution.system.coordinates
-    units: dict[str, list[int]] = {}
-    for index, record in enumerate(coordinates[:_MOST_COORDINATES]):
-        units.setdefault(record["unit"], []).append(index)
-    left_out = len(coordinates) - _MOST_COORDINATES
-    for unit, indices in units.items():
-        for first in range(0, len(indices), N_COLOURS):
-            some = indices[first : first + N_COLOURS]
-            curves = [Curve(coordinates[i]["name"], solution.t, solution.q[:, i]) for i in some]
+    """Yield plots of the coordinates and first-order states over time, those of a unit together."""
+    system = solution.system
+    coordinates, states = system.coordinates, solution.states
+    shown = [
+        (i, record["name"], record["unit"]) for i, record in motion_records(coordinates, system.integrals)
+    ]
+    shown += [(system.nq + i, system.rates[i]["name"], system.rates[i]["unit"]) for i in system.states]
+    units: dict[str, list[Curve]] = {}
+    for column, name, unit in shown[:_MOST_COORDINATES]:
+        units.setdefault(unit, []).append(Curve(name, solution.t, states[:, column]))
+    left_out = len(shown) - _MOST_COORDINATES
+    for unit, all_curves in units.items():
+        for first in range(0, len(all_curves), N_COLOURS):
+            curves = all_curves[first : first + N_COLOURS]
             names = ", ".join(curve.name for curve in curves)
-            yield figure(plot(curves, _TIME, _with_unit(names if len(some) == 1 else "", unit)), names)
+            yield figure(plot(curves, _TIME, _with_unit(names if len(curves) == 1 else "", unit)), names)
     if left_out > 0:
         yield Markup(f"<p>{left_out} more coordinates are not plotted.</p>")
 
@@ -63,7 +67,7 @@ def phase_portraits(solution: Solution) -> Iterator[Markup]:
     system = solution.system
     labels = rate_labels(system.coordinates, system.rates)
     columns = rate_indices(system.coordinates, system.rates, system.quaternions)
-    named = [(i, c) for i, c in enumerate(system.coordinates) if c["name"] in columns]
+    named = [(i, c) for i, c in motion_records(system.coordinates, system.integrals) if c["name"] in columns]
     for index, record in named[:_MOST_PORTRAITS]:
         column = columns[record["name"]]
         curve = Curve(record["name"], solution.q[:, index], solution.v[:, column])
@@ -226,7 +230,8 @@ def _quantities(solution: Solution) -> list[Markup]:
 def _state(solution: Solution, row: int) -> Markup:
     """Return coordinates and rates at a frame."""
     system = solution.system
-    rows = [(c["name"], number(x), c["unit"]) for c, x in zip(system.coordinates, solution.q[row])]
+    shown = motion_records(system.coordinates, system.integrals)
+    rows = [(c["name"], number(solution.q[row, i]), c["unit"]) for i, c in shown]
     labels = rate_labels(system.coordinates, system.rates)
     rows += [(n, number(x), r["unit"]) for n, r, x in zip(labels, system.rates, solution.v[row])]
     return table((f"at t = {number(solution.t[row])} s", "value", "unit"), rows)

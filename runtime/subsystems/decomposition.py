@@ -302,15 +302,20 @@ class _Cut:
         inputs = [whole["inputs"][k - n_parameters] for k in p if k >= n_parameters]
         hoisted = {name: form.n_hoisted for name, form in forms.items()}
         nh, m = len(first["h"]), len(first["c"])
+        states = [i for i, k in enumerate(first["v"]) if k in self.whole.states]
+        names = [whole["constraints"][k]["name"] for k in first["c"]]
+        moved = [name for name in names if name in self.whole.constraints_of_states]
         timed = any(form.nodes.mask[node] & T for form in forms.values() for node in form.roots())
         flags = {**whole["structure"], "conservative": not own[POWER], "time_dependent": timed}
         return {
-            **whole,
+            **{key: value for key, value in whole.items() if key not in ("states", "constraints_of_states")},
             "nq": len(first["q"]), "nv": len(first["v"]), "nh": nh, "nn": m - nh, "nw": own[POWER],
             "coordinates": [whole["coordinates"][k] for k in first["q"]],
             "rates": [whole["rates"][k] for k in first["v"]],
             "constraints": [whole["constraints"][k] for k in first["c"]],
             "quaternions": self.quaternions,
+            **({"states": states} if states else {}),
+            **({"constraints_of_states": moved} if moved else {}),
             "dependent": [i for i, k in enumerate(first["c"]) if k in self.whole.dependent],
             "parameters": parameters, "inputs": inputs,
             "outputs": [], "events": [], "bodies": [], "marks": [], "subsystems": [],
@@ -457,7 +462,11 @@ def _watched(whole: System, kind: Kind, numbers: Sequence[int]) -> Kind:
         "operations": header["operations"] | {name: form.operations() for name, form in made.items()},
         "hoisted": header["hoisted"] | {name: n for name, form in made.items() if (n := form.n_hoisted)},
     }
-    return replace(kind, system=System(verified(source.made(header, source.forms | made))), p=np.array([p]))
+    return replace(
+        kind,
+        system=System(verified(source.made(header, source.forms | made))),
+        p=np.array([p], dtype=np.int64),
+    )
 
 
 def _moved(

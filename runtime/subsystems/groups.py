@@ -101,6 +101,11 @@ def _joined(member: System, count: int) -> System:
         **sizes,
         **{key: [_named(record, k) for k in range(count) for record in head[key]] for key in _PER_MEMBER},
         "quaternions": [k * member.nq + place for k in range(count) for place in member.quaternions],
+        **(
+            {"states": [k * member.nv + i for k in range(count) for i in member.states]}
+            if member.states
+            else {}
+        ),
         "operations": {name: count * head["operations"].get(name, 0) for name in functions},
         "hoisted": {name: count * n for name, n in head.get("hoisted", {}).items() if name in functions},
     }

@@ -21,6 +21,7 @@ from symgen.cli.terminal import say
 from symgen.runtime.linear import linearise
 from symgen.runtime.linear.animation import SECONDS, record_mode
 from symgen.runtime.linear.frequency import around_modes, spaced
+from symgen.runtime.names import motion_records
 from symgen.runtime.result_json import to_json
 
 if TYPE_CHECKING:
@@ -129,7 +130,8 @@ def _linear(
     if place not in ("equilibrium", "start"):
         settings |= _recorded(system, place, values)
     if target is not None:
-        own = [record["name"] for record in (*system.coordinates, *system.outputs)]
+        shown = (record for _, record in motion_records(system.coordinates, system.integrals))
+        own = [record["name"] for record in (*shown, *system.outputs)]
         settings["outputs"] = [*own, *([] if target in own else [target])]
     return linearise(system, stable=stable, **settings)
 
@@ -160,7 +162,8 @@ def _response(
 def _report(linear: LinearModel, modes: Modes, response: FrequencyResponse | None) -> list[str]:
     system = linear.system
     lines = [f"{system.name}: {linear.kind}" + (f" at t = {linear.t:g} s" if linear.t else "")]
-    lines += _listed("coordinates", [c["name"] for c in system.coordinates], linear.q)
+    shown = motion_records(system.coordinates, system.integrals)
+    lines += _listed("coordinates", [c["name"] for _, c in shown], [linear.q[i] for i, _ in shown])
     if linear.v.any():
         lines += _listed("rates", [r["name"] for r in system.rates], linear.v)
     if system.m:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.runtime.errors import nearest
-from symgen.runtime.names import inside_dot, rate_indices
+from symgen.runtime.names import inside_dot, motion_records, rate_indices
 from symgen.runtime.quantities import QuantityError, in_si
 
 if TYPE_CHECKING:
@@ -34,7 +34,8 @@ def parameter_values(system: System, pairs: Iterable[tuple[str, str]]) -> dict[s
 
 def start_values(system: System, option: str, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
     """Return the values of `--start` or `--rate`, in SI; a rate may also be written `dot(x)` or as its coordinate."""
-    records = {record["name"]: record for record in system.coordinates}
+    records = {record["name"]: record for _, record in motion_records(system.coordinates, system.integrals)}
+    records |= {record["name"]: record for record in (system.rates[i] for i in system.states)}
     if option == "--rate":
         places = rate_indices(system.coordinates, system.rates, system.quaternions)
         records = {name: system.rates[index] for name, index in places.items()}

@@ -222,10 +222,11 @@ def _first_order(system: System) -> Iterator[str]:
         return
     coordinates = [record["name"] for record in system.coordinates]
     rates = rate_labels(system.coordinates, system.rates)
-    states = "<mo>,</mo>".join(name(x) for x in (*coordinates, *rates))
+    shown = [x for i, x in enumerate(coordinates) if i not in system.integrals]
+    states = "<mo>,</mo>".join(name(x) for x in (*shown, *rates))
     yield equation("<mi>x</mi>", f"<mrow><mo>(</mo>{states}<mo>)</mo></mrow>")
     for coordinate, rate, value in zip_longest(coordinates, rates, rates_of_coordinates(system)):
-        if rate != f"dot({coordinate})" or value.name != rate:
+        if coordinate in shown and (rate != f"dot({coordinate})" or value.name != rate):
             yield equation_of(dotted(name(coordinate)), value)
     accelerations = acceleration_labels(system.coordinates, system.rates)
     solved = accelerations_if_diagonal(system)

@@ -30,7 +30,7 @@ from symgen.model.from_sympy import as_piecewise
 from symgen.model.functions import dot
 from symgen.model.library import load
 from symgen.model.printing import to_text
-from symgen.runtime.names import acceleration_labels, rate_labels
+from symgen.runtime.names import acceleration_labels, motion_records, rate_labels
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -139,8 +139,9 @@ def _tables(d: Description) -> list[str]:
         return f"{value:.10g} {unit or ''}".strip()
 
     return [
-        *section("coordinates", [(c.name, c.unit or "", _start(c)) for c in d.coordinates]),
-        *section("rates", [(r.name, r.unit or "", _rate(r)) for r in d.rates if r.coordinate != r.name]),
+        *section("coordinates", [(c.name, c.unit or "", _start(c)) for c in d.coordinates if not c.integral]),
+        *section("rates", [(r.name, r.unit or "", _rate(r)) for r in d.rates if _is_named_rate(r)]),
+        *section("states", [(r.name, r.unit or "", f"start {r.start:.10g}") for r in d.rates if r.state]),
         *section("parameters", [(p.name, quantity(p.value, p.unit), p.doc) for p in d.parameters]),
         *section("constants", [(c.name, quantity(c.value, c.unit)) for c in d.constants]),
         *section("inputs", [(u.name, quantity(u.default, u.unit)) for u in d.inputs]),
@@ -153,6 +154,10 @@ def _start(c: Coordinate) -> str:
         return position
     rate = f"rate guess {c.rate_guess:.10g}" if c.rate is None else f"rate {c.rate:.10g}"
     return f"{position}, {rate}"
+
+
+def _is_named_rate(r: Rate) -> bool:
+    return r.coordinate != r.name and not r.state
 
 
 def _rate(r: Rate) -> str:
@@ -183,7 +188,7 @@ def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
     def point(name: str, parts: tuple[sympy.Expr, ...]) -> str:
         return f"{name} ({', '.join(map(show, parts))})"
 
-    children = {j.child for j in d.joints}
+    children, states = {j.child for j in d.joints}, {s.name for s in d.states}
     kinetic = [
         (
             b.name,
@@ -213,7 +218,10 @@ def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
         *section("kinetic energy", kinetic),
         *section("potential energy", potential),
         *section("dissipation", dissipation),
-        *section("forces on coordinates", [(name, "=", show(e)) for name, e in d.forces]),
+        *section(
+            "forces on coordinates", [(name, "=", show(e)) for name, e in d.forces if name not in states]
+        ),
+        *section("states", [(f"dot({s.name})", "=", show(s.derivative)) for s in d.states]),
         *section("loads", loads),
         *section(
             "stops", [(s.name, "0 <=", show(s.gap), f"restitution {show(s.restitution)}") for s in d.stops]
@@ -299,8 +307,9 @@ def _equations(system: System, show: Callable[[sympy.Expr], str]) -> list[str]:
 
 def _first_order(system: System, show: Callable[[sympy.Expr], str]) -> list[str]:
     """The equations of x' that are not of the form dot(q) = dot(q), by the names of their elements."""
-    states = [*(c["name"] for c in system.coordinates), *rate_labels(system.coordinates, system.rates)]
-    rates = [(f"dot({c['name']})", show(x)) for c, x in zip(system.coordinates, rates_of_coordinates(system))]
+    shown, moving = motion_records(system.coordinates, system.integrals), rates_of_coordinates(system)
+    states = [*(c["name"] for _, c in shown), *rate_labels(system.coordinates, system.rates)]
+    rates = [(f"dot({c['name']})", show(moving[i])) for i, c in shown]
     rows = [(left, "=", right) for left, right in rates if left != right.strip("$")]
     solved, elements = accelerations_if_diagonal(system), []
     if solved is None:

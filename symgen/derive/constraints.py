@@ -45,13 +45,14 @@ def constraints(loader: Loader, description: Description, x: Variables) -> Const
         G = sparse_jacobian(g, velocity, x.v)
     else:
         G = sparse_jacobian(g, position, x.q) + sparse_jacobian(g, nonholonomic, x.v)
+    G = [x.without_states(row) for row in G]
     bias = acceleration(loader, velocity, x, [g.zero] * len(x.v))
     return Constraints(position, velocity, G, [g.neg(b) for b in bias])
 
 
 def acceleration(loader: Loader, velocity: list[int], x: Variables, accelerations: list[int]) -> list[int]:
     """Time derivatives of velocity-level constraints for given accelerations: G a - γ."""
-    return forward(loader.g, velocity, x.motion(accelerations))
+    return forward(loader.g, velocity, x.motion(x.changing(accelerations)))
 
 
 def constraint_forces(loader: Loader, c: Constraints, x: Variables) -> list[int]:
@@ -59,20 +60,18 @@ def constraint_forces(loader: Loader, c: Constraints, x: Variables) -> list[int]
     g = loader.g
     if x.marks or x.quaternions:
         by_rate = reverse(g, list(zip(c.velocity, x.lam, strict=True)), g.mask[x.v[0]])
-        return [by_rate.get(v, g.zero) for v in x.v]
+        return x.along_rates(by_rate)
     from_position = reverse(g, list(zip(c.position, x.lam, strict=False)), g.mask[x.q[0]])
     rest = list(zip(c.velocity[len(c.position) :], x.lam[len(c.position) :], strict=True))
     from_velocity = reverse(g, rest, g.mask[x.v[0]])
-    return [
-        g.add(from_position.get(q, g.zero), from_velocity.get(v, g.zero))
-        for q, v in zip(x.q, x.v, strict=True)
-    ]
+    along = x.along_rates(from_velocity)
+    return [g.add(from_position.get(q, g.zero), node) for q, node in zip(x.q, along, strict=True)]
 
 
 def rheonomic_power(loader: Loader, c: Constraints, x: Variables, multipliers: list[int]) -> int:
     """Power of the constraint forces, λᵀ G v = -λᵀ (what is left of the velocity level at v = 0)."""
     g = loader.g
-    drift = g.substitute(c.velocity, dict.fromkeys(x.v, g.zero))
+    drift = g.substitute(c.velocity, x.of_motion([g.zero] * len(x.v)))
     return g.neg(g.dot(multipliers, drift))
 
 

@@ -46,7 +46,7 @@ class Derivation:
         self.levels = switches.levels(self.loader, d)
         self.scene = Scene(self.loader, d, x)
         self.bodies = self.scene.bodies
-        self.mech: Mechanics = mechanics(self.loader, d, self.scene)
+        self.mech: Mechanics = mechanics(self.loader, d, self.scene, x)
         self.mass_rows: SparseRows = _gathered(g, mass_matrix(self.loader, self.mech, x))
         self.form: Mechanics = cheapest_form(self.loader, self.mech, x, self.mass_rows)
         self.forces = [g.neg(h) for h in inverse_dynamics(self.loader, self.form, x, [g.zero] * n)]
@@ -107,14 +107,16 @@ class Derivation:
         if not trees or x.lam or not all(tree.on_world for tree in trees):
             return None
         rest = hessian(g, self.mech.kinetic, x.v)
+        for k in x.states:
+            rest[k][k] = g.one
         if any(entry != g.zero for i, row in enumerate(rest) for k, entry in enumerate(row) if i != k):
             return None
         return solve_articulated(g, trees, [row[i] for i, row in enumerate(rest)], self.forces)
 
     @property
     def conservative(self) -> bool:
-        """Whether nothing but the gradient of V does work, with all stops open or closed."""
-        return not self.does_work and self.power == self.g.zero
+        """Whether nothing but the gradient of V does work, with all stops open or closed; and there are no states."""
+        return not self.does_work and self.power == self.g.zero and not self.x.states
 
 
 def _gathered(g: Graph, rows: SparseRows) -> SparseRows:

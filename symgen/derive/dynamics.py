@@ -41,6 +41,7 @@ class Mechanics:
     V. `potential` is what generalised forces are derived from: V without the gravity that acts on trees. `products`
     are terms c·u·w of T with u, w exact time derivatives; `kinetic_rest` is what else T holds. `bodies` are those
     placed by hand. `applied` are pairs (velocity, force) of the loads: their power is that of non-conservative forces.
+    First-order states are rates of mass 1 that have no kinetic energy, and no force but their derivative.
     """
 
     kinetic: int
@@ -55,7 +56,7 @@ class Mechanics:
     generalised: dict[int, int]  # force on each rate, by index
 
 
-def mechanics(loader: Loader, description: Description, scene: Scene) -> Mechanics:
+def mechanics(loader: Loader, description: Description, scene: Scene, x: Variables) -> Mechanics:
     """Energies and applied forces of a description."""
     g = loader.g
     half = g.const(0.5)
@@ -74,6 +75,8 @@ def mechanics(loader: Loader, description: Description, scene: Scene) -> Mechani
     of_trees = g.sum(tree.gravity_potential(scene.gravity) for tree in scene.trees)
     whole_kinetic = g.sum([kinetic, *(tree.kinetic for tree in scene.trees if tree.on_world)])
     index = {r.name: k for k, r in enumerate(description.rates)}
+    along = {index[name]: loader.load(force) for name, force in description.forces}
+    x.changes.update({k: along.pop(k) for k in sorted(x.states)})
     return Mechanics(
         kinetic=kinetic,
         potential=potential if scene.uniform_gravity else g.add(potential, of_trees),
@@ -84,7 +87,7 @@ def mechanics(loader: Loader, description: Description, scene: Scene) -> Mechani
         products=products,
         kinetic_rest=rest,
         applied=[pair for load in description.loads for pair in _load_pairs(loader, load, scene.bodies)],
-        generalised={index[name]: loader.load(force) for name, force in description.forces},
+        generalised=along,
     )
 
 
@@ -156,6 +159,8 @@ def mass_matrix(loader: Loader, mech: Mechanics, x: Variables) -> SparseRows:
         if tree.on_world:
             for (i, j), entry in tree.mass_entries().items():
                 rows[i][j] = g.add(rows[i].get(j, g.zero), entry)
+    for k in x.states:
+        rows[k][k] = g.one
     return [{j: entry for j, entry in sorted(row.items()) if entry != g.zero} for row in rows]
 
 
@@ -173,7 +178,7 @@ def inverse_dynamics(loader: Loader, mech: Mechanics, x: Variables, acceleration
         down.insert(0, (mech.potential, g.one))
     by_rate = reverse(g, seeds, V)
     by_position = x.by_rates(reverse(g, down, Q))
-    result = [g.add(by_rate.get(v, g.zero), p) for v, p in zip(x.v, by_position, strict=True)]
+    result = [g.add(r, p) for r, p in zip(x.along_rates(by_rate), by_position, strict=True)]
     for k, force in mech.generalised.items():
         result[k] = g.sub(result[k], force)
     if mech.kinetic_rest != g.zero:
@@ -181,6 +186,8 @@ def inverse_dynamics(loader: Loader, mech: Mechanics, x: Variables, acceleration
         p = [momentum.get(v, g.zero) for v in x.v]
         result = [g.add(r, change) for r, change in zip(result, forward(g, p, motion), strict=True)]
         result = [g.add(r, turning) for r, turning in zip(result, turning_momentum(x, p), strict=True)]
+    for k, change in x.changes.items():
+        result[k] = g.sub(accelerations[k], change)
     return result
 
 
@@ -223,7 +230,7 @@ def external_power(
     """
     g = loader.g
     power = g.dot(applied_forces(mech, x), x.v)
-    by_time = forward(g, list(mech.energy), {x.t: g.one})
+    by_time = forward(g, list(mech.energy), {x.t: g.one} | {x.v[k]: rate for k, rate in x.changes.items()})
     power = g.add(power, g.sub(by_time[1], by_time[0]))
     if not _is_quadratic(loader, mech, x, mass):
         momentum = reverse(g, [(mech.kinetic, g.one)], V)
@@ -239,7 +246,7 @@ def applied_forces(mech: Mechanics, x: Variables) -> list[int]:
     g = x.g
     seeds = [*mech.applied, (mech.dissipation, g.const(-1.0))]
     by_rate = reverse(g, seeds, V)
-    return [g.add(by_rate.get(v, g.zero), mech.generalised.get(k, g.zero)) for k, v in enumerate(x.v)]
+    return [g.add(r, mech.generalised.get(k, g.zero)) for k, r in enumerate(x.along_rates(by_rate))]
 
 
 def _is_quadratic(loader: Loader, mech: Mechanics, x: Variables, mass: SparseRows) -> bool:
@@ -263,7 +270,7 @@ def cheapest_form(loader: Loader, mech: Mechanics, x: Variables, mass: SparseRow
     largest = LARGEST_QUADRATIC_FORM_OF_A_TREE if mech.trees else LARGEST_QUADRATIC_FORM
     if len(x.v) > largest or not _is_quadratic(loader, mech, x, mass):
         return mech
-    momentum = [g.dot(row, x.v) for row in g.dense(mass, len(x.v))]
+    momentum = [g.dot(row, x.v) for row in g.dense(list(map(x.without_states, mass)), len(x.v))]
     quadratic = g.mul(g.const(0.5), g.dot(momentum, x.v))
     other = replace(mech, bodies=[], trees=[], products=[], kinetic_rest=quadratic, potential=mech.energy[1])
     at_rest = [g.zero] * len(x.v)
@@ -290,7 +297,7 @@ def _inertial_and_applied(loader: Loader, mech: Mechanics, x: Variables, w: list
     """wᵀ (M a - f): power of inertia and applied forces under virtual velocities."""
     g = loader.g
     motion = x.motion(x.a)
-    virtual_rates = dict(zip(x.v, w, strict=True))
+    virtual_rates = x.of_motion(w)
     pairs = inertia_pairs(loader, mech, motion) + [(u, g.neg(force)) for u, force in mech.applied]
     virtual = g.substitute([u for u, _ in pairs], virtual_rates)
     terms = [g.dot(virtual, [force for _, force in pairs])]
@@ -303,13 +310,14 @@ def _inertial_and_applied(loader: Loader, mech: Mechanics, x: Variables, w: list
         by_rate = reverse(g, [(mech.kinetic_rest, g.one)], V)
         terms.append(g.dot(w, turning_momentum(x, [by_rate.get(v, g.zero) for v in x.v])))
     terms += [g.neg(g.mul(w[k], force)) for k, force in sorted(mech.generalised.items())]
+    terms += [g.mul(w[k], g.sub(x.a[k], change)) for k, change in x.changes.items()]
     return g.sum(terms)
 
 
 def _constraint_power(loader: Loader, c: Constraints, x: Variables, w: list[int], weights: list[int]) -> int:
     """-λᵀ G w + μᵀ (G a - γ)."""
     g = loader.g
-    virtual_rates = dict(zip(x.v, w, strict=True))
+    virtual_rates = x.of_motion(w)
     if x.marks or x.quaternions:
         velocities = forward(g, c.velocity, virtual_rates)
     else:

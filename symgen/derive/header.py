@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from ..model.description import Body, Constraint, Description, Event, Input
+from ..model.description import Body, Constraint, Description, Event, Input, Rate
 from ..version import __version__
 from .starts import has_formulas
 from .structure import Movement, structure
@@ -49,6 +49,7 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         "run": dict(d.run),
         **dependence(derivation.dependent),
         **({"starts": True} if has_formulas(d) else {}),
+        **_states(d, rates),
     }
 
 
@@ -56,6 +57,18 @@ def dependence(rows: Iterable[int]) -> dict[str, list[int]]:
     """The constraints that `rhs` and `project` leave to the others, if there are any."""
     found = sorted(rows)
     return {"dependent": found} if found else {}
+
+
+def _states(d: Description, rates: tuple[Rate, ...]) -> dict[str, list]:
+    """Which rates are first-order states, and which velocity constraints change with them."""
+    found = [k for k, r in enumerate(rates) if r.state]
+    if not found:
+        return {}
+    others = {r.name for r in rates if not r.state} | {c.name for c in d.coordinates} | {"t"}
+    others |= {f"{x.name}_{component}" for x in (*d.points, *d.axes) for component in "xyz"}
+    movement = Movement(d, others)
+    moved = [c.name for c in d.velocity_constraints if movement.of([c.expression])]
+    return {"states": found, **({"constraints_of_states": moved} if moved else {})}
 
 
 def _body(b: Body, movement: Movement) -> dict[str, Any]:

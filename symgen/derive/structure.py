@@ -11,7 +11,7 @@ Which expressions of a description change during a run, by the names in them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -53,7 +53,7 @@ def conserved_momenta(d: Derivation) -> list[int]:
 def _without_effect(d: Derivation, nodes: list[int]) -> list[int]:
     """Coordinates with a rate of their own that no node depends on, in order."""
     g, x = d.g, d.x
-    left = [k for k, _ in x.plain]
+    left = [k for k, i in x.plain if i not in x.states]
     if len(left) > MOST_TRIED:
         return []
     order = g.reachable(nodes)
@@ -154,10 +154,12 @@ class Movement:
     Parameters
     ----------
     d : Description
+    apart_from : collection of str
+        Names that are not looked at.
     """
 
-    def __init__(self, d: Description) -> None:
-        self._fixed = {x.name for x in (*d.parameters, *d.constants)}
+    def __init__(self, d: Description, apart_from: Collection[str] = ()) -> None:
+        self._fixed = {x.name for x in (*d.parameters, *d.constants)} | set(apart_from)
         self._fixed |= {f"{x.name}_{c}" for x in (*d.points, *d.axes) if x.body == WORLD for c in "xyz"}
         for name, expression in d.definitions:
             if not self.of([expression]):

@@ -28,7 +28,7 @@ class Variables:
     """Nodes of the variables.
 
     `plain` are pairs (k, i) with dq_k/dt = v_i; `quaternions` are pairs of first indices in q and in v. `marks` are
-    added as they become known.
+    added as they become known, as are `changes`: the derivatives of first-order states, by their indices in v.
     """
 
     g: Graph
@@ -40,7 +40,28 @@ class Variables:
     qdot: list[int]
     plain: list[tuple[int, int]]
     quaternions: list[tuple[int, int]]
+    states: frozenset[int] = frozenset()
     marks: list[Mark] = field(default_factory=list)
+    changes: dict[int, int] = field(default_factory=dict)
+
+    def without_states(self, row: dict[int, int]) -> dict[int, int]:
+        """A row by rates without states: these are no speeds of anything, so that no force acts along them."""
+        return {i: node for i, node in row.items() if i not in self.states} if self.states else row
+
+    def of_motion(self, nodes: list[int]) -> dict[int, int]:
+        """Nodes by the rates' own, but for states."""
+        return {
+            v: node for i, (v, node) in enumerate(zip(self.v, nodes, strict=True)) if i not in self.states
+        }
+
+    def along_rates(self, by_rate: dict[int, int]) -> list[int]:
+        """Forces along the rates that derivatives by the rates' nodes are; none along states."""
+        zero, states = self.g.zero, self.states
+        return [zero if i in states else by_rate.get(v, zero) for i, v in enumerate(self.v)]
+
+    def changing(self, accelerations: list[int]) -> list[int]:
+        """Accelerations with states' derivatives as they are, whatever is tried for the others."""
+        return [self.changes.get(i, node) for i, node in enumerate(accelerations)]
 
     def variable_motion(self, dv: list[int]) -> dict[int, int]:
         """Time derivatives of all variables for given dv/dt."""
@@ -134,4 +155,5 @@ def variables(g: Graph, description: Description) -> Variables:
         qdot=qdot,
         plain=plain,
         quaternions=quaternions,
+        states=frozenset(i for i, r in enumerate(d.rates) if r.state),
     )

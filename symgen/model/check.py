@@ -29,6 +29,7 @@ from .items import (
     INPUTS,
     PLACES,
     RATES,
+    STATES,
     TIME_ITSELF,
     Item,
     body_items,
@@ -52,11 +53,12 @@ def check_elements(d: Description, sources: Sources) -> None:
             "the model has no coordinates",
             hint="declare them in [coordinates], or let joints make them",
         )
+    only_states = all(c.integral for c in d.coordinates)
     _check_forces(d, sources)
     _check_resets(d, sources)
     _check_torques(d, sources)
     moving = [b for b in d.bodies if b.mass is not None or b.inertia]
-    if not moving and d.kinetic is None:
+    if not moving and d.kinetic is None and not only_states:
         raise sources.error(
             "", "bodies", "nothing has kinetic energy", hint="give bodies, or [energy] kinetic"
         )
@@ -64,8 +66,12 @@ def check_elements(d: Description, sources: Sources) -> None:
 
 def _check_forces(d: Description, sources: Sources) -> None:
     own_name = {r.coordinate: r.name for r in d.rates if r.coordinate is not None}
+    states = {s.name for s in d.states}
     taken: dict[str, str] = {}
     for name, _ in d.forces:
+        if name in states:
+            message = f"'{name}' is a state, which no force acts on"
+            raise sources.error("forces", name, message, hint="add the term to its derivative in [states]")
         _check_moved(name, d, sources, "forces", name, "for a force to act on", with_rates=True)
         rate = own_name.get(name, name)
         if rate in taken:
@@ -87,7 +93,7 @@ def _check_moved(
     name: str, d: Description, sources: Sources, table: str, key: str, purpose: str, with_rates: bool
 ) -> None:
     """Whether a name is that of a coordinate with a rate, or, `with_rates`, that of a rate."""
-    coordinates = {c.name: c for c in d.coordinates}
+    coordinates = {c.name: c for c in d.coordinates if not c.integral}
     rates = {r.name for r in d.rates} if with_rates else set()
     if name in rates or (name in coordinates and coordinates[name].quaternion is None):
         return
@@ -210,6 +216,7 @@ KIND_OF_DEPENDENCE = {
     "coordinate": COORDINATES,
     "input": INPUTS,
     "rate": RATES,
+    "state": STATES,
     "point component": PLACES,
     "axis component": PLACES,
 }
@@ -414,12 +421,15 @@ class _Checker:
         kind = self.kinds.get(name)
         if name in HERE and (item.table, item.key) == ("gravity", "potential"):
             return
-        if name == "t" or kind not in (None, "output"):
+        if name == "t" or kind not in (None, "output", "integral"):
             return
         if kind == "output":
             message, hint = f"'{name}' is an output, which expressions cannot use", "make it a definition"
+        elif kind == "integral":
+            message = f"'{name}' is the integral of a state, which expressions cannot use"
+            hint = f'declare a state for it: {{ derivative = "{name.removesuffix("_integral")}" }}'
         else:
-            usable = [n for n, k in self.kinds.items() if k != "output"]
+            usable = [n for n, k in self.kinds.items() if k not in ("output", "integral")]
             message, hint = (
                 f"the name '{name}' is not declared",
                 nearest(name, [*usable, "t"], "declared names"),
@@ -438,6 +448,14 @@ class _Checker:
                     item.key,
                     "dot",
                     f"dot(…) of the input '{name}': how fast inputs change is not known",
+                )
+            if self.kinds.get(name) == "state" or STATES in via:
+                raise self.sources.name_error(
+                    item.table,
+                    item.key,
+                    "dot",
+                    f"dot(…) of the state '{name}'",
+                    "its derivative is an expression: make that a definition, and use it in both places",
                 )
         if culprit is not None:
             reason = "is a rate" if self.kinds.get(culprit) == "rate" else "contains a dot already"

@@ -25,7 +25,7 @@ def check_velocity_constraints(d: Description, sources: Sources) -> None:
     """Every velocity constraint must contain rates, and be linear in them."""
     if not d.velocity_constraints:
         return
-    degrees = {r.name: 1 for r in d.rates if r.coordinate != r.name}
+    degrees = own_degrees(d)
     for name, expression in d.definitions:
         degrees[name] = rate_degree(expression, degrees)
     for c in d.velocity_constraints:
@@ -44,6 +44,11 @@ def check_velocity_constraints(d: Description, sources: Sources) -> None:
                 "a velocity constraint must be linear in the rates",
                 hint="write it as a sum of rates, each times an expression of coordinates and t",
             )
+
+
+def own_degrees(d: Description) -> dict[str, int]:
+    """Degrees in the rates of those that have names of their own; states are no rates of anything."""
+    return {r.name: 1 for r in d.rates if r.coordinate != r.name and not r.state}
 
 
 def rate_degree(root: sympy.Expr, definitions: Mapping[str, int]) -> int:
@@ -85,7 +90,7 @@ def check_contacts(d: Description, sources: Sources) -> None:
             if taken is not None:
                 message = f"the name '{x.name}' is taken by {'an' if taken == 'event' else 'a'} {taken}"
                 raise sources.error(f"{table}.{x.name}", "", message, hint="choose another name")
-    degrees = {r.name: 1 for r in d.rates if r.coordinate != r.name}
+    degrees = own_degrees(d)
     for name, expression in d.definitions:
         degrees[name] = rate_degree(expression, degrees)
     speeds = [(f"friction.{f.name}", "speed", f.speed) for f in d.frictions]

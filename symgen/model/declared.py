@@ -9,7 +9,19 @@ from typing import Any
 import sympy
 
 from ..errors import nearest
-from .description import Axis, Constant, Coordinate, Formula, Frame, Input, Joint, Parameter, Point, Rate
+from .description import (
+    Axis,
+    Constant,
+    Coordinate,
+    Formula,
+    Frame,
+    Input,
+    Joint,
+    Parameter,
+    Point,
+    Rate,
+    State,
+)
 from .names import name_fault
 from .sources import Sources
 from .units import TIME, Unit, over
@@ -31,6 +43,9 @@ class Declared:
         self._inputs: list[Input] = []
         self._definitions: list[tuple[str, sympy.Expr]] = []
         self._outputs: list[tuple[str, sympy.Expr]] = []
+        self._states: list[State] = []
+        self._integrals: list[Coordinate] = []  # of states over time
+        self._state_rates: list[Rate] = []
         self._joints: dict[str, Joint] = {}
         self._points: dict[str, Point] = {}
         self._axes: dict[str, Axis] = {}

@@ -46,7 +46,8 @@ class Coordinate:
 
     `quaternion` names the joint whose unit quaternion it is an element of; such a coordinate has no rate
     of its own. `joint` names the joint that made it; None where the user declared it. Where the start (or guess) or the
-    rate has a formula, the number is its value at the parameters' values.
+    rate has a formula, the number is its value at the parameters' values. An `integral` is that of a state over time:
+    nothing depends on it.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Coordinate:
     joint: str | None = None
     formula: Formula | None = None
     rate_formula: Formula | None = None
+    integral: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ class Rate:
     """A generalised speed: an element of v, with an enforced `start` or a `guess`.
 
     `coordinate` names the coordinate whose time derivative it is; None for the angular velocities of
-    spherical and free joints. Outside free joints such a rate has its coordinate's name.
+    spherical and free joints. Outside free joints such a rate has its coordinate's name. A `state` has its derivative
+    among the forces, and its integral for a coordinate.
     """
 
     name: str
@@ -75,6 +78,15 @@ class Rate:
     guess: float = 0.0
     coordinate: str | None = None
     formula: Formula | None = None
+    state: bool = False
+
+
+@dataclass(frozen=True)
+class State:
+    """A first-order state: its `derivative` by time may depend on all that moves."""
+
+    name: str
+    derivative: Expr
 
 
 @dataclass(frozen=True)
@@ -425,8 +437,9 @@ class Description:
     `coordinates` are in the order of q, `rates` in that of v: a joint's three angular velocities stand where its
     four quaternion elements stand. Every joint comes after the joint of its parent. A body that is the child of
     a joint has `com` in its own frame; the frame of any other stands at its centre of mass, with its axes.
-    `forces` are by the names of rates, as are resets of rates. `units_of_outputs` and `units_of_multipliers` have those
-    names whose dimension follows from the units that were given.
+    `forces` are by the names of rates, as are resets of rates; in a finished description those of `states` are their
+    derivatives. `units_of_outputs` and `units_of_multipliers` have those names whose dimension follows from the units
+    that were given.
     """
 
     name: str
@@ -468,6 +481,7 @@ class Description:
     rolling: tuple[Rolling, ...] = ()
     units_of_outputs: Mapping[str, str] = default(default_factory=lambda: MappingProxyType({}))
     units_of_multipliers: Mapping[str, str] = default(default_factory=lambda: MappingProxyType({}))
+    states: tuple[State, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

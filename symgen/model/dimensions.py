@@ -177,8 +177,8 @@ def check_units(d: Description, sources: Sources) -> Sizes:
     """Check the dimensions of all expressions; a model without units is not checked, and nothing is known of it."""
     declared = (*d.parameters, *d.constants, *d.coordinates, *d.inputs)
     everything = [*definition_items(d), *items(d)]
-    given = [x for x in declared if not isinstance(x, Coordinate) or x.joint is None]
-    has_units = any(x.unit is not None for x in given)
+    given = [x for x in declared if not isinstance(x, Coordinate) or not (x.joint or x.integral)]
+    has_units = any(x.unit is not None for x in (*given, *(r for r in d.rates if r.state)))
     if not has_units and not any(s.unit is not None for x in everything for s in sources.of(x.table, x.key)):
         return Sizes({}, {})
     names: dict[str, Size] = {x.name: unit_dimension(x.unit) for x in declared}

@@ -47,7 +47,10 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
     return replace(
         d,
         axes=(*d.axes, *axes),
-        forces=tuple((rate_of.get(name, name), value) for name, value in d.forces),
+        forces=(
+            *((rate_of.get(name, name), value) for name, value in d.forces),
+            *((s.name, s.derivative) for s in d.states),
+        ),
         events=(*(_with_rates(e, d, rate_of) for e in d.events), *_limits(d, sources)),
     )
 

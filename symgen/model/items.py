@@ -31,6 +31,7 @@ from .units import (
 DRAWINGS = {"spring": 2, "damper": 2, "bar": 2, "rail": 2, "pin": 1, "ground": 1, "force": 2}
 RATES, INPUTS, COORDINATES, TIME_ITSELF = "a rate", "an input", "a coordinate", "the time"
 PLACES = "the place of a point or axis"
+STATES = "a state"
 
 
 @dataclass(frozen=True)
@@ -43,20 +44,23 @@ class Role:
 
 
 DEFINITION = Role("a definition")
-POSITION = Role("a position or angle", (RATES, INPUTS))
+POSITION = Role("a position or angle", (RATES, INPUTS, STATES))
 PLACEMENT = Role(
     "the place of a body",
-    (RATES, INPUTS, PLACES),
+    (RATES, INPUTS, PLACES, STATES),
     "attach it by [joints], or by a constraint such as coincident",
 )
-UNVARYING = (RATES, INPUTS, PLACES, COORDINATES, TIME_ITSELF)
+UNVARYING = (RATES, INPUTS, PLACES, COORDINATES, TIME_ITSELF, STATES)
 FIXED_COM = Role(
     "the centre of mass of a joint's child", UNVARYING, "it is in the body's own frame, which the joint moves"
 )
 START = Role("a start", UNVARYING, "it is made of parameters and constants")
 FIXED = Role("what is fixed in a body or joint", UNVARYING, "it is made of parameters and constants")
 RATIO = Role("a ratio or length", UNVARYING, "it is made of parameters and constants")
-SPANNED = Role("the place of what pulls", (RATES, INPUTS), "rates belong in damping, inputs in forces")
+SPANNED = Role(
+    "the place of what pulls", (RATES, INPUTS, STATES), "rates belong in damping, inputs in forces"
+)
+REST = Role("the rest of a spring", (RATES, INPUTS), "rates belong in damping, inputs in forces")
 CONSTANT = Role(
     "a mass or inertia",
     UNVARYING,
@@ -66,23 +70,28 @@ SHAPED = Role("the size, place or density of a solid", UNVARYING, "it is made of
 DENSITY = over(MASS, times(LENGTH, times(LENGTH, LENGTH)))
 GRAVITY = Role(
     "gravity",
-    (RATES, INPUTS, COORDINATES, PLACES),
+    (RATES, INPUTS, COORDINATES, PLACES, STATES),
     "fields that vary are stated by 'potential', or by attractors",
 )
-FIELD = Role("a field of gravity", (RATES, INPUTS), "it is made of here_x, here_y, here_z, coordinates and t")
-KINETIC = Role("the kinetic energy", (INPUTS,), "inputs act through forces and loads")
+FIELD = Role(
+    "a field of gravity", (RATES, INPUTS, STATES), "it is made of here_x, here_y, here_z, coordinates and t"
+)
+KINETIC = Role("the kinetic energy", (INPUTS, STATES), "inputs and states act through forces and loads")
+DERIVATIVE = Role("the derivative of a state")
 POTENTIAL = Role("the potential energy", (RATES,), "rates belong in the dissipation or in forces")
 FORCE_ROLE = Role("a force")
 HOLONOMIC = Role(
-    "a constraint", (RATES, INPUTS), "an expression with rates belongs in [velocity_constraints]"
+    "a constraint",
+    (RATES, INPUTS, STATES),
+    "an expression with rates belongs in [velocity_constraints], and so does one with states, by its derivative",
 )
 COURSE = Role(
     "a prescribed motion",
-    (RATES, INPUTS, COORDINATES, PLACES),
+    (RATES, INPUTS, COORDINATES, PLACES, STATES),
     "it is made of t, parameters and constants; hold expressions of coordinates at zero by 'couple'",
 )
 VELOCITY = Role("a velocity constraint", (INPUTS,), "prescribed motion is written with t")
-SPEED = Role("a sliding speed", (INPUTS,), "prescribed motion is written with t")
+SPEED = Role("a sliding speed", (INPUTS, STATES), "prescribed motion is written with t")
 LEVEL = Role(
     "a friction force",
     (RATES,),
@@ -156,6 +165,10 @@ def items(d: Description) -> Iterator[Item]:
     for name, value in d.forces:
         size = over(sizes[name], TIME) if sizes.get(name) else speeds.get(name)
         yield Item("forces", name, value, FORCE_ROLE, None if size is None else over(POWER, size))
+    for state in d.states:
+        size = speeds.get(state.name)
+        derivative = None if size is None else over(size, TIME)
+        yield Item("states", f"{state.name}.derivative", state.derivative, DERIVATIVE, derivative)
     for load in d.loads:
         yield from _load_items(load)
     for c in d.constraints:
@@ -213,7 +226,7 @@ def spring_items(s: Spring) -> Iterator[Item]:
     for key, value, role, dimension in (
         ("angle", s.angle, SPANNED, DIMENSIONLESS),
         ("stiffness", s.stiffness, RATIO, stiffness),
-        ("rest" if turns else "length", s.rest, SPANNED, size),
+        ("rest" if turns else "length", s.rest, REST, size),
         ("damping", s.damping, RATIO, damping),
         ("preload", s.preload, RATIO, force),
         ("mass", s.mass, CONSTANT, MASS),

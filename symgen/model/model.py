@@ -35,6 +35,7 @@ from .description import (
     Rate,
     Rolling,
     Spring,
+    State,
     Stop,
     plain_rate,
 )
@@ -44,7 +45,7 @@ from .functions import dot
 from .gravity import make_attractor
 from .joints import direction as unit_vector
 from .joints import make_joint
-from .names import model_name_fault, name_fault
+from .names import integral_name, model_name_fault, name_fault
 from .over_time import read_over_time
 from .rolling import make_rolling
 from .sources import Sources
@@ -156,6 +157,35 @@ class Model(Declared):
         numbers = {"start": start, "guess": guess, "rate": rate, "rate_guess": rate_guess}
         values, size = self._initial("coordinates", f"{name}.{{}}", size, numbers)
         self._coordinates.append(Coordinate(name, None if size is None else size.coherent, **values))
+        return sympy.Symbol(name)
+
+    def state(
+        self, name: str, derivative: Any = None, start: Any = 0.0, unit: str | None = None
+    ) -> sympy.Symbol:
+        """Declare a first-order state: of an actuator, a filter, a controller, a current, a bristle of friction.
+
+        Parameters
+        ----------
+        name : str
+        derivative : expression
+            By time [unit/s], of coordinates, rates, inputs, parameters, `t`, other states and itself.
+        start : float, str or expression of parameters
+            Its value where the run begins.
+        unit : str, optional
+            Numbers for `start` are in it.
+        """
+        self._declare(name, "state", "states")
+        self._declare_made(integral_name(name), "integral", f"states.{name}", "state")
+        size = self._sources.unit(unit, "states", f"{name}.unit")
+        values, size = self._initial("states", f"{name}.{{}}", size, {"start": start})
+        expression = self._required("states", f"{name}.derivative", derivative)
+        self._states.append(State(name, expression))
+        coherent = None if size is None else size.coherent
+        integrated = None if coherent is None else f"({coherent})*s"
+        self._integrals.append(Coordinate(integral_name(name), integrated, integral=True))
+        self._state_rates.append(
+            Rate(name, coherent, values["start"], 0.0, integral_name(name), values.get("formula"), state=True)
+        )
         return sympy.Symbol(name)
 
     def parameter(self, name: str, value: Any, doc: str = "", unit: str | None = None) -> sympy.Symbol:
@@ -996,23 +1026,24 @@ class Model(Declared):
             gravitation=self._gravitation,
             attractors=tuple(self._attractors.values()),
             rolling=tuple(self._rolling.values()),
+            states=tuple(self._states),
         )
 
     def _all_coordinates(self) -> tuple[Coordinate, ...]:
-        """The order of q: coordinates as they are declared, then those that joints made."""
-        return (*self._coordinates, *self._made)
+        """The order of q: coordinates as they are declared, those that joints made, the integrals of states."""
+        return (*self._coordinates, *self._made, *self._integrals)
 
     def _all_rates(self) -> tuple[Rate, ...]:
-        """The order of v: that of q, with a joint's angular velocities where its quaternion stands."""
+        """The order of v: that of q, with a joint's angular velocities where its quaternion stands, states at last."""
         rates: list[Rate] = []
-        for c in self._all_coordinates():
+        for c in (*self._coordinates, *self._made):
             own = self._made_rates.get(c.joint, ())
             if c.quaternion is None:
                 named = [r for r in own if r.coordinate == c.name]
                 rates += named or [plain_rate(c)]
             elif c.name == self._joints[c.joint].coordinates[-4]:
                 rates += [r for r in own if r.coordinate is None]
-        return tuple(rates)
+        return (*rates, *self._state_rates)
 
     def _fixed_vector(
         self, table: str, what: str, name: Any, body: Any, taken: Mapping[str, Any], values: Any, key: str

@@ -42,6 +42,11 @@ def name_fault(name: object, element: bool = False) -> str | None:
     return None
 
 
+def integral_name(state: str) -> str:
+    """The name of the coordinate whose rate a state is."""
+    return f"{state}_integral"
+
+
 def model_name_fault(name: object) -> str | None:
     """Why `name` cannot be that of a model, whose files are called like it, or None."""
     if isinstance(name, str) and name.lower() in DEVICES:

@@ -22,6 +22,7 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "parameters": "parameter",
     "constants": "constant",
     "coordinates": "coordinate",
+    "states": "state",
     "inputs": "input",
     "definitions": "definition",
     "bodies": "body",

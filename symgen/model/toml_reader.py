@@ -19,6 +19,7 @@ from .rolling import ROLLING_KEYS
 from .toml_text import parse
 
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
+STATE_KEYS = ("derivative", "start", "unit")
 INPUT_KEYS = ("unit", "default", "table", "kind", "polynomial")
 BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape", "density")
 JOINT_KEYS = (
@@ -251,6 +252,7 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "parameters": _each("parameter"),
     "constants": _each("constant"),
     "coordinates": _each_table("coordinate", "coordinates", COORDINATE_KEYS, inline=True),
+    "states": _each_table("state", "states", STATE_KEYS, inline=True),
     "inputs": _each_table("input", "inputs", INPUT_KEYS, inline=True),
     "definitions": _each("definition"),
     "bodies": _each_table("body", "bodies", BODY_KEYS, inline=False),

@@ -24,6 +24,7 @@ from .description import (
     Rolling,
     Solid,
     Spring,
+    State,
 )
 from .items import drawing_key
 from .joint_types import TYPES
@@ -56,7 +57,10 @@ class _Writer:
     def blocks(self, d: Description) -> Iterator[list[str]]:
         yield ["[parameters]", *(f"{p.name} = {_number(p.value, p.unit, p.doc)}" for p in d.parameters)]
         yield ["[constants]", *(f"{c.name} = {_number(c.value, c.unit)}" for c in d.constants)]
-        yield ["[coordinates]", *(_coordinate(self, c) for c in d.coordinates if c.joint is None)]
+        own = [c for c in d.coordinates if c.joint is None and not c.integral]
+        yield ["[coordinates]", *(_coordinate(self, c) for c in own)]
+        rates = {r.name: r for r in d.rates}
+        yield ["[states]", *(self.state(s, rates[s.name]) for s in d.states)]
         yield ["[inputs]", *(f"{u.name} = {_input(u)}" for u in d.inputs)]
         made = {name for s in d.springs for name in (s.measured, s.exerted)}
         yield ["[definitions]", *self.entries("definitions", [x for x in d.definitions if x[0] not in made])]
@@ -274,6 +278,11 @@ class _Writer:
             value = getattr(spring, name)
             lines += [] if value is None else [f"{key} = {self.value(table, key, value)}"]
         return [*lines, *([f"acts = {_quoted(spring.acts)}"] if spring.acts else [])]
+
+    def state(self, state: State, rate: Rate) -> str:
+        derivative = _Written(self.value("states", f"{state.name}.derivative", state.derivative))
+        start, _ = _state(self, rate.start, rate.guess, rate.formula)
+        return f"{state.name} = {_table(derivative=derivative, start=start, unit=rate.unit)}"
 
     def drawing(self, drawing: Drawing) -> list[str]:
         table, kind = f"draw.{drawing.name}", drawing.kind

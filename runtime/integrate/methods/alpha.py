@@ -42,8 +42,17 @@ def _constrained(method: Method, form: str, suits_form: bool) -> Method:
         size = resolve("symgen.runtime.integrate.constrained_alpha:constrained_alpha_work_size")
         return int(size(coefficients, sizes))
 
+    def refusal(system: System) -> str:
+        changing = system.constraints_of_states
+        if not changing:
+            return ""
+        return (
+            f"iterates with the derivatives of constraints by speeds, and {changing[0]!r} changes with a first-order "
+            "state as well: leave constraints to 'projection', or use radau5"
+        )
+
     return replace(
-        method, form=form, suits_form=suits_form,
+        method, form=form, suits_form=suits_form, refusal=refusal,
         family="symgen.runtime.integrate.constrained_alpha:advance_constrained_alpha",
         coefficients=coefficients, work_size=work_size, kernels=_CONSTRAINED_KERNELS,
     )  # fmt: skip

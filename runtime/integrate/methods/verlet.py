@@ -71,6 +71,7 @@ def _not_separable(system: System) -> str:
     reasons = (
         (system.m, "has constraints"),
         (not system.structure["constant_mass"], "has a mass matrix that changes"),
+        (system.structure["velocity_dependent"] and system.states, "has first-order states"),
         (system.structure["velocity_dependent"], "has forces that depend on velocities"),
     )
     why = next((text for applies, text in reasons if applies), "")

@@ -63,7 +63,7 @@ class Canonical:
 
         return (
             tuple((c.quaternion is not None) for c in d.coordinates),
-            tuple(names.get(r.coordinate) for r in d.rates),
+            tuple((names.get(r.coordinate), r.state) for r in d.rates),
             all_of(expression for _, expression in d.definitions),
             tuple(_canonical_body(b, all_of, one) for b in d.bodies),
             tuple(
