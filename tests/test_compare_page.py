@@ -32,7 +32,7 @@ def test_what_is_here_runs(row, tmp_path, monkeypatch):
     found = re.findall(r"`([^`]+)`(?: \((\d)\))?", row[1])
     assert bool(found) == (not row[1].startswith(("no", "MIT")))
     for command, status in found:
-        if command in ELSEWHERE:
+        if command.startswith(ELSEWHERE):
             continue
         if command.startswith("symgen "):
             done = CliRunner().invoke(main, shlex.split(command.removeprefix("symgen ")))

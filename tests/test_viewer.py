@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
+import io
+import itertools
 import os
 import signal
 import subprocess
@@ -12,9 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from symgen.runtime import load, solve
-from symgen.runtime.recording import schema
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.recording import pictures, schema
+from symgen.runtime.recording.play import viewer_command
 from symgen.runtime.recording.recorder import RunRecorder
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -119,30 +123,25 @@ def test_the_browsers_server_listens_here_only_and_leaves_nothing(recording, num
 @pytest.fixture(scope="module")
 def viewer(recording):
     """A headless viewer that shows the recording."""
-    spec = importlib.util.spec_from_file_location("screenshot", ROOT / "benchmarks" / "screenshot.py")
-    screenshot = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(screenshot)
-    with screenshot.headless_viewer() as viewer:
-        viewer.open(str(recording))
-        time.sleep(2.0)
+    from symgen.runtime.recording.rrd.headless import headless_viewer
+
+    with headless_viewer(viewer_command(), 1280, 800) as viewer:
+        viewer.open(recording)
+        viewer.settle(0.3)
         yield viewer
 
 
-def picture(viewer, t, path):
-    """What the viewer shows at a time, shape (height, width, 3)."""
+def pixels(content):
+    """A picture's pixels, shape (height, width, 3)."""
     from PIL import Image
 
-    viewer.set_time(schema.SIM_TIME, duration=t, play_state="paused")
-    time.sleep(1.5)
-    path.write_bytes(viewer.take_screenshot())
-    with Image.open(path) as image:
+    with Image.open(io.BytesIO(content)) as image:
         return np.asarray(image.convert("RGB")).astype(int)
 
 
 @needs_vulkan
-def test_the_viewer_shows_bodies_that_move_and_plots(viewer, tmp_path):
-    pytest.importorskip("PIL")
-    early, late = (picture(viewer, t, tmp_path / f"{t}.png") for t in (0.3, 1.1))
+def test_the_viewer_shows_bodies_that_move_and_plots(viewer):
+    early, late = (pixels(viewer.painted(t, scene_only=False)) for t in (0.3, 1.1))
     height, width, _ = early.shape
     scene = np.s_[height // 10 : 9 * height // 10, : width // 2]
     for index in range(3):  # a bar of each colour, shaded by the light
@@ -158,6 +157,74 @@ def test_the_viewer_shows_bodies_that_move_and_plots(viewer, tmp_path):
 
 @needs_vulkan
 def test_the_viewer_has_nothing_to_complain_about(viewer):
-    levels = {"WARN", "ERROR"}
-    logs = [entry.message for entry in viewer.get_logs() if str(entry.level).upper() in levels]
-    assert not [text for text in logs if "oftware rasterizer" not in text]
+    assert not viewer.complaints()
+
+
+@needs_vulkan
+def test_parallel_lines_of_a_plane_model_are_parallel_and_to_scale(viewer):
+    """Rays are parallel: the pins of the frame, 0.3 m apart, and a crank of 0.1 m, are so in the picture."""
+    scene = pixels(viewer.painted(0.3, scene_only=True))
+    light = (np.abs(scene - np.array(schema.MARK_COLOURS["pin"])).max(axis=2) < 40) & (
+        np.ptp(scene, axis=2) < 25
+    )
+    shape = ndimage.binary_opening(light, iterations=3)  # pins are discs, the lines of supports are thin
+    labels, n = ndimage.label(shape)
+    assert n >= 4
+    centres = np.array(ndimage.center_of_mass(shape, labels, range(1, n + 1)))[:, ::-1]
+    solution = solve(
+        load((ROOT / "generated" / "four_bar.py").read_text(encoding="utf-8")), 0.3, method="dop853"
+    )
+    crank, rocker = solution["crank"][-1], solution["rocker"][-1]
+    wanted = np.array([[0.0, 0.0], [0.3, 0.0], [0.1 * np.cos(crank), 0.1 * np.sin(crank)],
+                       [0.3 + 0.25 * np.cos(rocker), 0.25 * np.sin(rocker)]])  # fmt: skip
+    # The one scale and shift that bring the places of the pins onto the picture's.
+    best = min(
+        (np.abs(fit(wanted, np.array(chosen))).max() for chosen in itertools.permutations(centres, 4)),
+        default=np.inf,
+    )
+    assert best < 2.5  # pixels
+
+
+def fit(places, seen):
+    """What is left of places [m] in a picture [pixels], y down, after the best scale and shift."""
+    a = (places - places.mean(axis=0)) * [1.0, -1.0]
+    b = seen - seen.mean(axis=0)
+    return b - a * (a * b).sum() / (a * a).sum()
+
+
+# Pictures and films
+
+
+@needs_vulkan
+def test_a_picture_and_a_film_are_made_without_a_screen(recording, tmp_path):
+    from PIL import Image
+
+    picture, film = tmp_path / "run.png", tmp_path / "run.gif"
+    pictures.image(recording, picture, at=0.5, frame=pictures.Frame(800, 500))
+    with Image.open(picture) as image:
+        assert image.size == (800, 500)
+    pictures.film(recording, film, fps=2.0, frame=pictures.Frame(400, 300, scene_only=True))
+    with Image.open(film) as image:
+        assert image.n_frames == 5 and image.info["duration"] == 500
+        image.seek(0)
+        first = np.asarray(image.convert("RGB")).astype(int)
+        image.seek(2)
+        assert (np.abs(np.asarray(image.convert("RGB")).astype(int) - first).max(axis=2) > 40).sum() > 200
+
+
+def test_times_outside_the_run_and_films_without_ffmpeg_are_refused(recording, tmp_path, monkeypatch):
+    with pytest.raises(RuntimeModelError, match="9 s is outside the run, which is from 0 s to 2 s"):
+        pictures.image(recording, tmp_path / "a.png", at=9.0)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(RuntimeModelError, match=r"ffmpeg is not installed.*or name a \.gif"):
+        pictures.film(recording, tmp_path / "a.mp4")
+    with pytest.raises(RuntimeModelError, match=r"would have .* frames"):
+        pictures.film(recording, tmp_path / "a.gif", fps=1e4)
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_a_driver_the_remedy_is_named(recording, tmp_path, monkeypatch):
+    monkeypatch.setattr(pictures, "viewer_command", lambda: [sys.executable, "-c", "raise SystemExit(1)"])
+    with pytest.raises(RuntimeModelError, match=r"Vulkan driver.*apt-get install"):
+        pictures.image(recording, tmp_path / "a.png")
+    assert not list(tmp_path.iterdir())

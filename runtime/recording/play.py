@@ -85,7 +85,7 @@ def _run(command: list[str]) -> int:
     except KeyboardInterrupt:
         return 0
     finally:
-        _end_group(process)
+        end_group(process)
         with contextlib.suppress(ValueError):
             signal.signal(signal.SIGTERM, before)
 
@@ -94,7 +94,8 @@ def _interrupt(number, frame) -> None:
     raise KeyboardInterrupt
 
 
-def _end_group(process: subprocess.Popen) -> None:
+def end_group(process: subprocess.Popen) -> None:
+    """End a process and all that it started, asked first, then made to."""
     if not hasattr(os, "killpg"):
         subprocess.run(["taskkill", "/PID", str(process.pid), "/T", "/F"], capture_output=True, check=False)
         return

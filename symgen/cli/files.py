@@ -32,6 +32,9 @@ _KINDS = {
     ".json": "a JSON file",
     ".html": "a page",
     ".png": "a figure",
+    ".gif": "a film",
+    ".mp4": "a film",
+    ".webm": "a film",
     ".stl": "a mesh",
     ".urdf": "a robot",
     ".xml": "an XML file",
@@ -43,6 +46,9 @@ _BEGINNINGS = {
     ".html": (b"<!DOCTYPE html",),
     ".png": (b"\x89PNG",),
     ".parquet": (b"PAR1",),
+    ".gif": (b"GIF8",),
+    ".mp4": (b"\0\0\0",),
+    ".webm": (b"\x1aE\xdf\xa3",),
 }
 STANDARD_OUTPUT = Path("-")
 _TEXTS = (".json", ".csv")  # what may go to the standard output
@@ -76,6 +82,19 @@ class OutputFile(click.ParamType):
         if kind is not None and path.suffix.lower() != self.suffix:
             self.fail(f"{value!r} is the name of {kind}, this writes {_KINDS[self.suffix]}", param, context)
         return path
+
+
+class FilmFile(OutputFile):
+    """A film to write; its name says of which kind."""
+
+    def __init__(self) -> None:
+        super().__init__("")
+
+    def convert(self, value: Any, param: Any, context: click.Context | None) -> Path:
+        path = Path(value)
+        if _KINDS.get(path.suffix.lower()) != "a film":
+            self.fail(f"{value!r}: a film is called .mp4, .webm or .gif", param, context)
+        return OutputFile(path.suffix.lower()).convert(value, param, context)
 
 
 class CarefulCommand(click.Command):
