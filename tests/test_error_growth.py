@@ -13,6 +13,7 @@ from references import load_reference
 from symgen import Model, cos, dot, exp, runtime, sqrt
 from symgen.link import module_for
 from symgen.model.library import find
+from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.error_estimate import Extent, estimate
 from symgen.runtime.inputs import Controller
 
@@ -116,6 +117,30 @@ def test_passes_next_to_a_saddle_are_flagged():
     assert entry_of(system.run(t_end=20.0, method="dop853", rtol=1e-8)).ok
 
 
+def test_chaos_that_loose_companions_hardly_tell_from_a_power_of_time_is_flagged():
+    """Three decades, within which they are lost, are a power of five of the time; regular motion has three at most."""
+    pendulum = bundled("spring_pendulum")
+    options = {"t_end": 285.0, "method": "bdf", "rtol": 1e-10, "atol": 1e-12}
+    wild = entry_of(pendulum.run(start={"r": 1.2476582848037285, "theta": 1.240926109896571}, **options))
+    assert not wild.ok and "tenfold every" in wild.says
+    seen = float(re.search(r"from t = (\S+) s on", wild.says)[1])
+    assert 40.0 < seen < 90.0  # 5 % at 64 s, by `taylor` at 1e-15
+    assert entry_of(pendulum.run(start={"r": 1.05, "theta": 0.3}, **options)).ok
+
+
+def test_exponents_are_those_of_the_stretches():
+    grown = Amplification((Stretch(1.0, 3.0, 2.0), Stretch(3.0, 5.0, 0.0)), elsewhere=0.5)
+    assert grown.exponent(0.0, 10.0) == pytest.approx(0.5 + 4.0 + 0.0 + 2.5)
+    assert grown.exponent(2.0, 4.0) == pytest.approx(2.0)
+    assert grown.rate == 2.0 and grown.last(10.0) == 10.0
+    once = together([Stretch(0.0, 2.0, 3.0), Stretch(2.0, 4.0, 0.0)], [Stretch(5.0, 9.0, 0.0)])
+    assert once.exponent(0.0, 10.0) == pytest.approx(6.0)  # a saddle that is passed once
+    assert once.last(10.0) == 2.0
+    chaos = together([Stretch(0.0, 2.0, 3.0), Stretch(2.0, 6.0, 3.0)], [Stretch(5.0, 6.0, 1.0)])
+    assert chaos.exponent(0.0, 10.0) == pytest.approx(5 * 3.0 + 1.0 + 4 * 1.0)
+    assert together([], []).rate is None
+
+
 def test_what_a_run_went_over_is_told_with_the_step_that_sees_it():
     """A thin barrier that is too high to pass: the motion turns round there."""
     model = Model("barrier")
@@ -128,6 +153,19 @@ def test_what_a_run_went_over_is_told_with_the_step_that_sees_it():
     found = re.search(r"steps of at most (\S+) s \(max_step\)", over.says)
     seen = system.run(t_end=10.0, method="dop853", max_step=float(found[1]))
     assert entry_of(seen).ok and seen.v[-1, 0] == pytest.approx(-1.0, rel=1e-6)
+
+
+def test_what_errors_are_measured_by():
+    """The range; of what is still the largest range, and of a speed that stays as it is its magnitude."""
+    body = bundled("free_rigid_body")
+    wave = np.sin(np.linspace(0.0, 7.0, 50))
+    q = np.column_stack([wave, 1e-7 * wave, np.cos(wave), 0.0 * wave])
+    v = np.column_stack([0.5 * wave, 150.0 + 0.0 * wave, 3000.0 + 1e-3 * wave])
+    size = Extent(np.hstack([q, v])).sizes(body)
+    two = np.ptp(wave)
+    np.testing.assert_allclose(
+        size, [two, 1e-7 * two, np.ptp(np.cos(wave)), two, 0.5 * two, 150.0, 3.0], rtol=1e-6
+    )
 
 
 def test_turning_bodies_and_mechanisms():

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import Companion, finer, follow, independent, loose
-from symgen.runtime.checks.growth import growth_rate, is_exponential, running_maximum, slope
+from symgen.runtime.checks.growth import SATURATED, growth_rate, is_exponential, running_maximum, slope
 from symgen.runtime.checks.sharpness import may_be_sharp
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
@@ -32,7 +33,7 @@ _MOST_FRAMES, _MOST_NUMBERS = 4000, 400_000  # that are compared
 _HELD_BACK = (
     2.0  # times as far: where the run's own method gets so much farther, stability holds explicit ones back
 )
-_LOST = 0.5  # of a range: from there on a companion tells nothing more
+_LOST = 0.5  # of a range: from there on an accurate companion tells nothing more
 _LOST_FRAMES = 3  # in a row
 _AT_REST = 1e-9  # of the largest range: what moves less does not move
 _LEAST_RIPPLE = 1e-3  # of a rate's magnitude: variations that count
@@ -41,9 +42,11 @@ _OF_ATOL, _LEAST = 10.0, 1e-14  # ranges below so many atol are no motion, and b
 _MORE_FOR_ACCURATE = 3.0  # times the operations
 _OPTIMISTIC = 2.0  # times the way that a companion of the run's own method is expected to come
 _MIDDLE = 0.5  # of a long run, where other companions begin
+_OF_COMPANION = 5e5  # operations that take as long as what there is to do before its first step
 _TINY = np.finfo(float).tiny
 _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
+_TIMES_BEYOND = 20  # between where companions got and the end, for when errors become large
 _MOST_EXPONENT, _WHOLE = 60.0, 1.0  # errors grow no further than to the range
 
 
@@ -130,19 +133,32 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         return found
     if len(found.t) < _LEAST_FOLLOWED:
         return None
-    if comparison.jumps:
-        return _extrapolated(solution, [found], found.rate or 0.0)  # events take longest
+    if comparison.jumps:  # events take longest
+        return _extrapolated(solution, [found], Amplification(elsewhere=found.rate or 0.0))
     parts, half = [found], 0.5 * operations
     if comparison.own.adaptive:
         # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
-        parts.append(comparison.follow(companion, half, _MIDDLE))
-    rate = 0.0
-    if _may_be_chaotic(solution.system):
-        seen = [comparison.follow(neighbour, half, place).rate or 0.0 for place in (0.0, _MIDDLE)]
-        for k, part in enumerate(parts):
-            seen[k] = max(seen[k], part.rate or 0.0)
-        rate = min(seen)  # motion that passes a saddle once is not chaotic
-    return _extrapolated(solution, parts, rate)
+        parts.append(comparison.follow(companion, half, comparison.middle))
+    grown = _amplification(comparison, neighbour, parts, half)
+    return _extrapolated(solution, parts, grown)
+
+
+def _amplification(
+    comparison: _Comparison, neighbour: Companion, parts: list[ErrorEstimate], operations: float
+) -> Amplification:
+    """Return how small differences grow where accurate companions have not been: after the first part, and later."""
+    if not _may_be_chaotic(comparison.system):
+        return Amplification()
+    begins = [comparison.frame(part.t[-1]) for part in parts]
+    begins = [begins[0], max(begins[-1], comparison.middle)]
+    seen: list[list[Stretch]] = [[], []]
+    for place, begin in enumerate(begins):
+        seen[place] = comparison.stretches(neighbour, operations, begin)
+        if place < len(parts) and parts[place].rate:
+            seen[place].insert(0, Stretch(parts[place].t[0], parts[place].t[-1], parts[place].rate))
+        if seen[place] and seen[place][-1].end == comparison.end:
+            break
+    return together(*seen)
 
 
 def followed(solution: Solution, operations: float) -> ErrorEstimate:
@@ -156,8 +172,12 @@ class _Comparison:
 
     Attributes
     ----------
+    system : System
     own : Method
         Its method, in its form of constraints.
+    end : float [s]
+    middle : int
+        The frame in its middle.
     least_range : float
         Of what moves, the range of the coordinate or rate that moves least.
     jumps : bool
@@ -168,6 +188,11 @@ class _Comparison:
         rows = _rows(solution)
         whole = len(rows) == len(solution.t)
         self._solution, self._t = solution, solution.t if whole else solution.t[rows]
+        self.system, self.end, self.middle = (
+            solution.system,
+            float(self._t[-1]),
+            int(_MIDDLE * (len(self._t) - 1)),
+        )
         self._states = solution.states if whole else solution.states[rows]
         self.own = method_of(solution)
         self._least = _OF_ATOL * solution.atol if self.own.adaptive else _LEAST
@@ -191,9 +216,12 @@ class _Comparison:
         part = operations / (more * operations_of_run(self._solution))
         return float(self._t[0] + _OPTIMISTIC * part * (self._t[-1] - self._t[0]))
 
-    def follow(self, companion: Companion, operations: float, place: float = 0.0) -> ErrorEstimate:
-        """Return what a companion says that begins at some part of the run."""
-        first = int(place * (len(self._t) - 1))
+    def frame(self, t: float) -> int:
+        """Return the first frame at or after a time [s]."""
+        return int(np.searchsorted(self._t, t))
+
+    def follow(self, companion: Companion, operations: float, first: int = 0) -> ErrorEstimate:
+        """Return what a companion says that begins at some frame of the run."""
         t, states = self._t[first:], self._states[first:]
         least = _LEAST_FOLLOWED * _FINER_STEPS * self._solution.stats["steps"] / len(self._t)
         most = int(max(operations / operations_per_step(self._solution, companion.method), least))
@@ -217,6 +245,32 @@ class _Comparison:
         worst = row_maxima(relative)
         rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
         return ErrorEstimate(t[:n], relative, known, rate, self._sharp)
+
+    def stretches(self, companion: Companion, operations: float, first: int) -> list[Stretch]:
+        """Return how differences grow from some frame on, as companions say of which each begins where one is lost."""
+        found: list[Stretch] = []
+        per_step = operations_per_step(self._solution, companion.method)
+        while first + LEAST_FRAMES < len(self._t) and operations > per_step:
+            t, states = self._t[first:], self._states[first:]
+
+            def off(seen: np.ndarray, states: np.ndarray = states) -> np.ndarray:
+                return row_maxima(self._off(seen, states, self._size))
+
+            beside = follow(
+                self._solution, companion, t, states[0], int(operations / per_step),
+                lambda seen, off=off: bool(off(seen).max() > SATURATED), self._sharp,
+            )  # fmt: skip
+            apart = off(beside.states)
+            beyond = np.flatnonzero(apart > SATURATED)
+            last = int(beyond[0]) if beyond.size else len(apart) - 1
+            t, apart = t[: last + 1], apart[: last + 1]
+            rate = growth_rate(t, apart) if is_exponential(t, apart) else None
+            found.append(Stretch(float(t[0]), float(t[-1]), rate or 0.0))
+            if rate is None or not beyond.size:
+                break
+            operations -= beside.steps * per_step + _OF_COMPANION
+            first += last
+        return found
 
     def _sizes_seen(self, states: np.ndarray, companion: Companion) -> np.ndarray:
         """What errors are measured by: where a companion sees more than its own tolerances, that is motion."""
@@ -264,16 +318,16 @@ class Extent:
     def sizes(self, system: System) -> np.ndarray:
         """Return what errors are measured by: what each coordinate and rate does.
 
-        That is its range; of a rate at least a part of its magnitude; of a quaternion the largest of its four. What
-        moves by less than a billionth of the largest, as what symmetry keeps in its place, is measured by that.
+        That is its range; of a rate at least a part of its magnitude. What moves by less than a billionth of the
+        largest, as what symmetry keeps in its place, is measured by that; of rates also by their magnitude.
         """
         size, magnitude, rates = self.range.copy(), self.magnitude, slice(system.nq, None)
-        size[rates] = np.maximum(size[rates], _LEAST_RIPPLE * magnitude[rates])
-        for first in system.quaternions:
-            size[first : first + 4] = size[first : first + 4].max()
+        still = np.zeros(len(size))
+        still[rates] = magnitude[rates]
         for part in (slice(0, system.nq), rates):
-            largest = size[part].max(initial=0.0)
-            size[part] = np.where(size[part] > _AT_REST * largest, size[part], largest)
+            largest = np.maximum(size[part].max(initial=0.0), still[part])
+            moves = size[part] > _AT_REST * largest
+            size[part] = np.where(moves, np.maximum(size[part], _LEAST_RIPPLE * still[part]), largest)
         return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, _TINY))
 
 
@@ -293,25 +347,39 @@ def _rows(solution: Solution) -> np.ndarray:
     return different if len(different) <= most else different[sample_rows(len(different), most)]
 
 
-def _extrapolated(solution: Solution, parts: list[ErrorEstimate], rate: float) -> ErrorEstimate:
-    """Return the error at the end of a long run, as parts of it tell.
+def _extrapolated(solution: Solution, parts: list[ErrorEstimate], grown: Amplification) -> ErrorEstimate:
+    """Return the error until the end of a long run, as parts of it tell.
 
     Parameters
     ----------
     parts : list of ErrorEstimate
         The first from the start.
-    rate : float [1/s]
-        Of exponential growth seen in the run; 0: errors go on by the power of time that they have grown with.
+    grown : Amplification
+        Where errors grow exponentially; elsewhere they go on by the power of time that they have grown with.
     """
     found, end = parts[0], float(solution.t[-1])
-    span = end - float(solution.t[0])
-    rate = rate if _may_be_chaotic(solution.system) else 0.0
-    factors = [_factor(part, span, rate, solution) for part in parts]
-    worst = int(np.argmax([part.largest * factor for part, factor in zip(parts, factors, strict=True)]))
-    last = np.minimum(parts[worst].relative.max(axis=0) * factors[worst], _WHOLE)
+    times = np.array([end])
+    rows = _at_times(times, solution, parts, grown)
+    if rows.max() > LARGEST_ERROR:
+        times = np.linspace(found.t[-1], end, _TIMES_BEYOND + 1)[1:]
+        rows = _at_times(times, solution, parts, grown)
     return ErrorEstimate(
-        np.append(found.t, end), np.vstack([found.relative, last]), known=False, rate=rate or None
+        np.append(found.t, times), np.vstack([found.relative, rows]), known=False, rate=grown.rate
     )
+
+
+def _at_times(
+    times: np.ndarray, solution: Solution, parts: list[ErrorEstimate], grown: Amplification
+) -> np.ndarray:
+    """Return errors beyond what companions have seen: of the part that has the largest at the end."""
+    largest = [part.relative.max(axis=0) for part in parts]
+    at_end = [
+        row.max() * _factor(part, grown, solution, times[-1])
+        for part, row in zip(parts, largest, strict=True)
+    ]
+    worst = int(np.argmax(at_end))
+    factors = [_factor(parts[worst], grown, solution, t) for t in times]
+    return np.minimum(np.outer(factors, largest[worst]), _WHOLE)
 
 
 def _may_be_chaotic(system: System) -> bool:
@@ -319,15 +387,21 @@ def _may_be_chaotic(system: System) -> bool:
     return 2 * (system.nv - system.m) + system.structure["time_dependent"] >= 3
 
 
-def _factor(part: ErrorEstimate, span: float, rate: float, solution: Solution) -> float:
-    """Return by how much the largest error of a part grows until the end of the run."""
-    length = float(part.t[-1] - part.t[0])
-    if length <= 0.0:
+def _factor(part: ErrorEstimate, grown: Amplification, solution: Solution, end: float) -> float:
+    """Return by how much the largest error of a part grows until some time.
+
+    Errors that steps make later on grow as those of the part do, so it counts as one from the start.
+    """
+    begin = float(solution.t[0])
+    span, length = end - begin, float(part.t[-1] - part.t[0])
+    if not 0.0 < length < span:
         return 1.0
-    if rate > 0.0:
-        return float(np.exp(min(rate * (span - length), _MOST_EXPONENT)))
     # Of motion that is damped errors die out as well; where energy is kept, they add up.
     least = 1.0 if solution.system.structure["conservative"] else 0.0
+    exponent = grown.exponent(begin + length, end)
+    if exponent > 0.0:
+        regular = (span / min(max(length, grown.last(end) - begin), span)) ** least
+        return float(np.exp(min(exponent, _MOST_EXPONENT)) * regular)
     return float((span / length) ** np.clip(_power(part), least, _FASTEST_POWER))
 
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-_ROUND_OFF, _SATURATED = 1e-14, 0.1  # relative differences between which growth is looked for
+_ROUND_OFF, SATURATED = 1e-14, 0.1  # relative differences between which growth is looked for
 _LEAST_GROWTH = 10.0  # by which a difference must have grown for its rate to mean something
 _LEAST_FRAMES = 10
 _NEAR_LEAST = 2.0  # times the least value
 _ENVELOPE_PART = 20  # of the run
-_SMALL = 1e-2  # differences below this are far from saturation
-# In the second half of a time a power t^k grows 2^k times. Errors of regular motion grow with k up to 3: a drift of
-# the energy moves the frequency (1), that the phase (2), and resonance may add one.
-_MORE_THAN_POWERS = 2.0**5
+# From a quarter of a time to its end a power t^k grows 4^k times. Errors of regular motion grow with k up to 3: a drift
+# of the energy moves the frequency (1), that the phase (2), and resonance may add one.
+_FIRST_PART, _MORE_THAN_POWERS = 0.25, 4.0**4
 
 
 def growth_rate(t: np.ndarray, relative: np.ndarray) -> float | None:
@@ -32,7 +31,7 @@ def growth_rate(t: np.ndarray, relative: np.ndarray) -> float | None:
     """
     first = len(t) // _ENVELOPE_PART
     upper = _envelope(relative, first)
-    saturated = np.flatnonzero(upper >= _SATURATED)
+    saturated = np.flatnonzero(upper >= SATURATED)
     end = int(saturated[0]) if saturated.size else len(t)
     usable = np.maximum(upper[first:end], _ROUND_OFF)
     if not usable.size:
@@ -68,7 +67,7 @@ def _envelope(relative: np.ndarray, width: int) -> np.ndarray:
 def is_exponential(t: np.ndarray, relative: np.ndarray) -> bool:
     """Return whether a difference grows faster than any power that errors of regular motion grow with.
 
-    Looked at is its running maximum, up to where it is no longer small: from the middle of that time to its end.
+    Looked at is its running maximum, up to where it is no longer small: from the first quarter of that time to its end.
 
     Parameters
     ----------
@@ -76,12 +75,12 @@ def is_exponential(t: np.ndarray, relative: np.ndarray) -> bool:
     relative : ndarray, shape (n,)
     """
     peak = running_maximum(relative)
-    small = np.flatnonzero(peak < _SMALL)
-    if len(small) < _LEAST_FRAMES:
+    end = int(np.searchsorted(peak, SATURATED))
+    if end < _LEAST_FRAMES:
         return False
-    last = small[-1]
-    middle = int(np.searchsorted(t, 0.5 * (t[0] + t[last])))
-    return bool(peak[last] > _MORE_THAN_POWERS * max(peak[middle], _ROUND_OFF))
+    last = min(end, len(t) - 1)
+    early = int(np.searchsorted(t, t[0] + _FIRST_PART * (t[last] - t[0])))
+    return bool(min(peak[last], SATURATED) > _MORE_THAN_POWERS * max(peak[early], _ROUND_OFF))
 
 
 def running_maximum(relative: np.ndarray) -> np.ndarray:
