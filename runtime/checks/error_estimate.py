@@ -47,6 +47,7 @@ _TINY = np.finfo(float).tiny
 _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
 _TIMES_BEYOND = 20  # between where companions got and the end, for when errors become large
+_UNSURE = 1.25  # times an exponent: along some stretches differences grow faster than along others
 _MOST_EXPONENT, _WHOLE = 60.0, 1.0  # errors grow no further than to the range
 
 
@@ -322,12 +323,13 @@ class Extent:
         largest, as what symmetry keeps in its place, is measured by that; of rates also by their magnitude.
         """
         size, magnitude, rates = self.range.copy(), self.magnitude, slice(system.nq, None)
-        still = np.zeros(len(size))
-        still[rates] = magnitude[rates]
+        at_rest = np.zeros(len(size))
+        at_rest[rates] = magnitude[rates]
+        least = _LEAST_RIPPLE * at_rest
         for part in (slice(0, system.nq), rates):
-            largest = np.maximum(size[part].max(initial=0.0), still[part])
-            moves = size[part] > _AT_REST * largest
-            size[part] = np.where(moves, np.maximum(size[part], _LEAST_RIPPLE * still[part]), largest)
+            rippled = np.maximum(size[part], least[part])
+            largest = np.maximum(rippled.max(initial=0.0), at_rest[part])
+            size[part] = np.where(size[part] > _AT_REST * largest, rippled, largest)
         return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, _TINY))
 
 
@@ -398,7 +400,7 @@ def _factor(part: ErrorEstimate, grown: Amplification, solution: Solution, end: 
         return 1.0
     # Of motion that is damped errors die out as well; where energy is kept, they add up.
     least = 1.0 if solution.system.structure["conservative"] else 0.0
-    exponent = grown.exponent(begin + length, end)
+    exponent = _UNSURE * grown.exponent(begin + length, end)
     if exponent > 0.0:
         regular = (span / min(max(length, grown.last(end) - begin), span)) ** least
         return float(np.exp(min(exponent, _MOST_EXPONENT)) * regular)

@@ -11,7 +11,7 @@ _NEAR_LEAST = 2.0  # times the least value
 _ENVELOPE_PART = 20  # of the run
 # From a quarter of a time to its end a power t^k grows 4^k times. Errors of regular motion grow with k up to 3: a drift
 # of the energy moves the frequency (1), that the phase (2), and resonance may add one.
-_FIRST_PART, _MORE_THAN_POWERS = 0.25, 4.0**4
+_FIRST_PART, _MORE_THAN_POWERS = 0.25, 4.0**3.5
 
 
 def growth_rate(t: np.ndarray, relative: np.ndarray) -> float | None:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
 
 _SMALL = 150  # operations of a residual that is quick to look at
-_COST, _SHARE = 6e4, 0.02  # operations of a look, for each of the residual's; of the run
+_COST, _SHARE = 4e5, 0.02  # operations of a look, for each of the residual's; of the run
 
 
 def may_be_sharp(solution: Solution) -> bool:
