@@ -19,7 +19,7 @@ from symgen.runtime.exchange import energy_error_so_far
 from symgen.runtime.failures import failure_message
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
-from symgen.runtime.options import time_resolution
+from symgen.runtime.options import SAME_TICKS, time_resolution
 from symgen.runtime.run_state import RunState
 from symgen.runtime.stall import StallWatch
 from symgen.runtime.uninterrupted import uninterrupted
@@ -33,7 +33,6 @@ _FRAMES_AT_ONCE = 1000
 _FIRST_STEPS = 200
 _SECONDS_PER_CALL = 0.1
 _STIFF_SIGNS = 15
-_SAME_TICKS = 4  # of floating-point time: times that are nearer to each other are one
 _STEPS_ASIDE = 256
 
 
@@ -225,7 +224,7 @@ class Run(RunState):
         return self.arrays.t >= wanted or self._same(self.arrays.t, wanted)
 
     def _same(self, t: float, wanted: float) -> bool:
-        return abs(t - wanted) <= _SAME_TICKS * time_resolution(self.t_start, wanted)
+        return abs(t - wanted) <= SAME_TICKS * time_resolution(self.t_start, wanted)
 
     def _advance(self, stop: float, n_steps: int, *, keep_log: bool = False) -> int:
         """Advance to `stop` [s], by `n_steps` at most; returns the status of the loop."""

@@ -39,6 +39,23 @@ class ContactError(RuntimeModelError):
     """Stops or frictions allow no motion, or several."""
 
 
+class RunFailed(RuntimeModelError):
+    """A prepared run came to no end that is to be trusted; the message says why.
+
+    Attributes
+    ----------
+    status : str
+        failed, zeno, doubtful.
+    """
+
+    def __init__(self, message: str, status: str = "failed"):
+        self.status = status
+        super().__init__(message)
+
+    def __reduce__(self):
+        return type(self), (self.args[0], self.status)
+
+
 class Refusal(RuntimeModelError):
     """An operation that has no Taylor series everywhere; the message says which."""
 

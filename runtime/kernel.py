@@ -227,14 +227,27 @@ def compile_kernel(source: KernelSource) -> Kernel:
     return Kernel(source.name, address, precomputed, source, owner, _PROTOTYPE(address))
 
 
-def compile_setup(sources: Sequence[KernelSource]) -> Callable[[np.ndarray, int], None]:
-    """Compile the hoisted work of functions, or take it from the cache.
+@record(eq=False)
+class Setup:
+    """The compiled hoisted work of functions.
 
-    Returns
-    -------
-    callable
-        `setup(p, n)` reads parameters and inputs from p[:n] and writes the functions' hoisted values behind them.
+    Attributes
+    ----------
+    address : int
+        Of code with the signature of a kernel: it reads `p`, and writes what is hoisted to `out`.
     """
+
+    address: int
+    _owner: Any = field(repr=False)
+    _call: Any = field(repr=False)
+
+    def __call__(self, p: np.ndarray, n: int) -> None:
+        """Read parameters and inputs from `p[:n]`, and write the functions' hoisted values behind them."""
+        self._call(0.0, None, p.ctypes.data, p.ctypes.data + n * p.itemsize)
+
+
+def compile_setup(sources: Sequence[KernelSource]) -> Setup:
+    """Compile the hoisted work of functions, or take it from the cache."""
     parts = [(source.code, source.n_hoisted) for source in sources]
 
     def lower(symbol: str) -> tuple[str, int]:
@@ -243,12 +256,8 @@ def compile_setup(sources: Sequence[KernelSource]) -> Callable[[np.ndarray, int]
 
     owner, symbol = sources[0].system.machine_code(), "symgen_setup"
     key = engine.cache_key("\0".join((symbol, *(source.key_text() for source in sources))))
-    call = _PROTOTYPE(owner.add(engine.object_code(key, "setup", symbol, lower), symbol))
-
-    def setup(p: np.ndarray, n: int) -> None:
-        call(0.0, None, p.ctypes.data, p.ctypes.data + n * p.itemsize)
-
-    return setup
+    address = owner.add(engine.object_code(key, "setup", symbol, lower), symbol)
+    return Setup(address, owner, _PROTOTYPE(address))
 
 
 def _compile_with_numba(source: KernelSource) -> Any:

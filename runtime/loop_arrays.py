@@ -11,7 +11,13 @@ import numpy as np
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.large_models import suited_to_size
 from symgen.runtime.integrate.loop import Loop
-from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.projection import (
+    LEAST_USUAL,
+    MOST_USUAL,
+    RESIDUAL_LEFT,
+    project_state,
+    projection_size,
+)
 from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
@@ -24,8 +30,6 @@ _CARRIED = ("control", "counters", "y", "f", "work", "dense", "tail")  # from st
 _STEPS_ASIDE = 256
 DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
 NO_DIRECTION = 2  # of an event that is not looked for
-# Of constraints of the usual sizes; where lengths are in micrometres or in parsecs, of what they change by.
-PROJECTION_TOL, _USUAL_SIZES = 1e-12, (1e-3, 1e3)
 _SHORTEST_STEP = 1e-150  # [s]: squares of the steps must not underflow
 # How long steps of adaptive methods may be: a time [s], and a share of what the run has covered. Nothing that depends
 # on the end of the run limits them, so that steps are the same for all ends.
@@ -118,7 +122,7 @@ class LoopArrays:
         c[at.T] = c[at.T_START] = c[at.T_GRID] = c[at.T_EVENT] = t
         self.limit_steps(method)
         c[at.ERROR_OLD] = 1e-4
-        c[at.PROJECTION_TOL] = PROJECTION_TOL
+        c[at.PROJECTION_TOL] = RESIDUAL_LEFT
         c[at.MIN_PIVOT_RATIO] = np.inf
         c[at.ENERGY_LEVEL] = energy_level
         self.event_block(at.LOWEST)[:] = np.inf
@@ -311,8 +315,8 @@ class LoopArrays:
         if system.m:
             self._keep[0].expect(self.p, self.t, self.y[: system.nq])
             size = self._keep[0].residual_size
-            usual = _USUAL_SIZES[0] <= size <= _USUAL_SIZES[1]
-            self.control[at.PROJECTION_TOL] = PROJECTION_TOL * (1.0 if usual else size**2)
+            usual = LEAST_USUAL <= size <= MOST_USUAL
+            self.control[at.PROJECTION_TOL] = RESIDUAL_LEFT * (1.0 if usual else size**2)
 
     def limit_steps(self, method: Method, *, held: bool = False) -> None:
         """Set how long steps may be; `held`: while a stop is closed, or a friction sticks."""
@@ -338,6 +342,12 @@ class LoopArrays:
             self.frames[k] = self.y
             k += 1
         self.counters[at.NEXT_FRAME] = k
+
+    def guard_arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the arrays that the guard of a constrained model reads; without one, empty ones."""
+        if not hasattr(self._keep[0], "arrays"):
+            return np.zeros(0, dtype=np.int64), np.zeros(0)
+        return self._keep[0].arrays
 
     def guard_memory(self) -> np.ndarray:
         """What the guard of a constrained model has taken note of; without one, an empty array."""

@@ -25,6 +25,7 @@ _FPS = 60.0
 _LEAST_FRAMES, _MOST_FRAMES = 200, 20_000
 _FRAMES_IN_MEMORY = 1_000_000_000
 _SHORTEST_RUN = 1e-150  # [s]: squares of the steps must not underflow
+SAME_TICKS = 4  # of floating-point time: times that are nearer to each other are one
 _LEAST_TICKS = 1000  # of floating-point time in a run
 
 

@@ -18,6 +18,7 @@ from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import SMALLEST_RTOL, RunOptions
+from symgen.runtime.record import record
 from symgen.runtime.remembered import remembered
 from symgen.runtime.summary import summarise
 from symgen.runtime.timing.timetable import make_timetable
@@ -34,13 +35,62 @@ schedule = Late("symgen.runtime.inputs.schedule")
 subsystem_runs = Late("symgen.runtime.subsystems.simulate")
 
 
-def simulate(system: System, options: RunOptions) -> Solution:
+@record
+class Choice:
+    """What a run was left to choose: it can be made once for many runs.
+
+    Attributes
+    ----------
+    method : Method
+    step : float [s]
+        Of a method of fixed step, else 0.
+    treatment : str
+        How constraints are treated.
+    notes : list of str
+        What was chosen, and why.
+    """
+
+    method: Method
+    step: float
+    treatment: str
+    notes: list[str]
+
+
+def choose(
+    system: System,
+    p: np.ndarray,
+    state: np.ndarray,
+    options: RunOptions,
+    form: tuple[str, Method | None, list[str]],
+) -> Choice:
+    """Choose the method and the step of a run that is not split.
+
+    Parameters
+    ----------
+    state : ndarray, shape (nq + nv,)
+        Consistent initial state.
+    form : tuple
+        From `choose_constraints`.
+    """
+    treatment, method, notes = form
+    if method is None:
+        start = options.t_start, p.tobytes(), state.tobytes()
+        key = ("method", *start, options.method, options.rtol, options.atol)
+        method, more = remembered(system, key, lambda: choose_method(system, p, state, options))
+        notes = [*notes, *more]
+    step, more = choose_step(method, system, p, state, options)
+    return Choice(method, step, treatment, [*notes, *more])
+
+
+def simulate(system: System, options: RunOptions, choice: Choice | None = None) -> Solution:
     """Integrate `system` as `options` say.
 
     Parameters
     ----------
     system : System
     options : RunOptions
+    choice : Choice, optional
+        One that was made before; the run is not split then.
 
     Returns
     -------
@@ -53,13 +103,13 @@ def simulate(system: System, options: RunOptions) -> Solution:
         An option does not fit the model, or the initial conditions contradict the constraints.
     """
     options = options.for_model(system)
-    moving, constant = _split_inputs(system, {**(options.inputs or {})}, options.parameters or {})
+    moving, constant = split_inputs(system, {**(options.inputs or {})}, options.parameters or {})
     p = system.parameter_values({**(options.parameters or {}), **constant})
     if moving:
         system = drive.drive(system, moving, p, options.t_start, options.t_end)
-    treatment, formed, form_notes = choose_constraints(options.constraints, system, options.method)
+    form = choose_constraints(options.constraints, system, options.method) if choice is None else None
     began = time.perf_counter()
-    assembly = _start(system, p, options)
+    assembly = consistent_start(system, p, options)
     state = np.concatenate([assembly.q, assembly.v])
     start = options.t_start, p.tobytes(), state.tobytes()
     remembered(
@@ -75,21 +125,24 @@ def simulate(system: System, options: RunOptions) -> Solution:
     if options.rtol < SMALLEST_RTOL:
         notes.append(f"rtol: {SMALLEST_RTOL:.1e} instead of {options.rtol:.1e}, which is below round-off")
         options = replace(options, rtol=SMALLEST_RTOL)
-    notes += form_notes
-    if options.split is not False and system.subsystems:
-        solution = subsystem_runs.simulate_subsystems(
-            system, p, state, options, treatment, redundant=assembly.redundant, notes=notes, began=began
-        )
-        if not isinstance(solution, str):
-            return solution
-        notes.append(f"subsystems: integrated as one, because {solution}")
-    method = formed
-    if formed is None:
-        key = ("method", *start, options.method, options.rtol, options.atol)
-        method, more = remembered(system, key, lambda: choose_method(system, p, state, options))
-        notes += more
-    step, more = choose_step(method, system, p, state, options)
-    notes += more
+    if choice is None:
+        if options.split is not False and system.subsystems:
+            solution = subsystem_runs.simulate_subsystems(
+                system,
+                p,
+                state,
+                options,
+                form[0],
+                redundant=assembly.redundant,
+                notes=[*notes, *form[2]],
+                began=began,
+            )
+            if not isinstance(solution, str):
+                return solution
+            notes.append(f"subsystems: integrated as one, because {solution}")
+        choice = choose(system, p, state, options, form)
+    method, step, treatment = choice.method, choice.step, choice.treatment
+    notes += choice.notes
     timetable = make_timetable(system, p, method, options)
     times, shown = options.frame_times()
     if timetable is not None:
@@ -125,7 +178,7 @@ def simulate(system: System, options: RunOptions) -> Solution:
     return summarise(run, options.at, [*notes, *run.notes], seconds, settings)
 
 
-def _start(system: System, p: np.ndarray, options: RunOptions) -> Assembly:
+def consistent_start(system: System, p: np.ndarray, options: RunOptions) -> Assembly:
     """Return consistent initial conditions."""
     if system.m:
         return constrained.assemble(system, p, options.start, options.rate, options.t_start)
@@ -133,7 +186,7 @@ def _start(system: System, p: np.ndarray, options: RunOptions) -> Assembly:
     return Assembly(given.q, given.v, notes=given.notes)
 
 
-def _split_inputs(
+def split_inputs(
     system: System, inputs: dict[Any, Any], parameters: Mapping[str, float | str]
 ) -> tuple[dict[Any, Any], dict[Any, float | str]]:
     """Return inputs over time, those of the model included where nothing else is said, and constant ones."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from symgen.runtime.abi import CLOSED, JUMP, SWITCHED, closed_header, setting_names
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.functions import ModelFunctions
-from symgen.runtime.kernel import compile_setup
+from symgen.runtime.kernel import Setup, compile_setup
 from symgen.runtime.lazy import Late
 from symgen.runtime.module_source import ModuleSource
 from symgen.runtime.names import integral_places
@@ -167,6 +167,12 @@ class System(ModelFunctions):
             p[self._p_index[name]] = float(value)
         return p
 
+    def place_of_parameter(self, name: str) -> int:
+        """Return where in `p` a parameter or input is."""
+        if name not in self._p_index:
+            raise UnknownNameError(self._not_settable(name))
+        return self._p_index[name]
+
     def _not_settable(self, name: str) -> str:
         for constant in self.constants:
             if constant["name"] == name:
@@ -248,12 +254,17 @@ class System(ModelFunctions):
             self.update_precomputed(row)
         return rows
 
+    @property
+    def setup_address(self) -> int:
+        """Address of the code `f(t, unused, p, out)` of `update_precomputed`, `out` behind `p`; 0 without such work."""
+        return self._setup().address if self._hoisted else 0
+
     def update_precomputed(self, precomputed: np.ndarray) -> None:
         """Work out in place what depends on `p` alone, after something in it, at the beginning, changed."""
         if self._hoisted:
             self._setup()(precomputed, self.n_p)
 
-    def _setup(self) -> Callable[[np.ndarray, int], None]:
+    def _setup(self) -> Setup:
         """The function that works out what depends on `p` alone, compiled when it is first needed."""
         if "_compiled_setup" not in self.__dict__:
             with self._lock:  # a recording evaluates kernels beside the run

@@ -16,6 +16,8 @@ from symgen import equations, front, link, runtime
 from symgen.cli import failures, main
 from symgen.runtime import inputs, linear
 from symgen.runtime.linear.modes import Mode, Modes
+from symgen.runtime.prepared.prepared import PreparedRun
+from symgen.runtime.prepared.runs import Runs
 from symgen.runtime.stepper import Stepper
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -29,9 +31,9 @@ EXIT_STATUSES = {
 }
 # What users hold, in the order of the page; `symgen` also hands on functions of SymPy for expressions.
 CLASSES = (
-    front.Model, equations.Equations, runtime.System, runtime.RunOptions, runtime.Solution, Stepper, runtime.Kernel,
-    inputs.Controller, inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode, linear.FrequencyResponse,
-    linear.Equilibrium,
+    front.Model, equations.Equations, runtime.System, runtime.RunOptions, runtime.Solution, PreparedRun, Runs, Stepper,
+    runtime.Kernel, inputs.Controller, inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode,
+    linear.FrequencyResponse, linear.Equilibrium,
 )  # fmt: skip
 FUNCTIONS = (
     link.load, equations.equations_of, runtime.load, runtime.solve, runtime.read_module, linear.linearise,

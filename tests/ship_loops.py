@@ -111,6 +111,8 @@ def runs() -> Iterator[tuple[str, object]]:
     large = _chain()
     for method in ("dop853", "radau5", "radau9", "bdf", "generalized_alpha", "implicit_midpoint", "gauss8"):
         yield f"chain {method}", lambda method=method: large.run(t_end=0.01, method=method)
+    for model in ("double_pendulum", "slider_crank"):
+        yield f"prepared {model}", lambda model=model: load(GENERATED / f"{model}.py").prepare(0.05)()
     for model in MODELS:
         yield f"modes {model}", load(GENERATED / f"{model}.py").modes
 

@@ -40,8 +40,6 @@ stops = Late("symgen.runtime.checks.stops")
 subsystems = Late("symgen.runtime.checks.subsystems")
 time_resolution = Late("symgen.runtime.checks.time_resolution")
 
-_DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
-_FIXED_STEP_DRIFT = 1e-6
 _QUATERNION_LENGTH = 1e-12
 _FROM_ROUND_OFF = -np.log(np.finfo(float).eps)  # e-folds
 _TINY_STEP = 64 * np.finfo(float).eps
@@ -202,11 +200,7 @@ def _energy(solution: Solution, method: Method) -> HealthCheck:
 
 
 def _constraints(solution: Solution, method: Method) -> Iterator[HealthCheck]:
-    limit = (
-        min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * solution.rtol))
-        if method.adaptive
-        else _FIXED_STEP_DRIFT
-    )
+    limit = drift_of_constraints.drift_limit(method, solution.rtol)
     for level, drift in drift_of_constraints.constraint_drift(solution).items():
         found = (
             f"constraint {drift.name!r} is off by {drift.relative:.2g} of its scale at t = {drift.t:.6g} s"

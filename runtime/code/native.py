@@ -167,11 +167,16 @@ class NativeFunction:
     def __call__(self, *args: Any) -> Any:
         return self.bind(*args)()
 
+    def flat(self, *args: Any) -> tuple[list, list]:
+        """Return the types of the flat arguments, and their values."""
+        values: list = []
+        for value in args:
+            _flatten(value, values)
+        return list(self._call.argtypes[2:]), values
+
     def bind(self, *args: Any) -> Callable[[], Any]:
         """Return the call with these arguments, for calls in a row: converting arrays takes longer than a short run."""
-        flat: list = []
-        for value in args:
-            _flatten(value, flat)
+        _, flat = self.flat(*args)
         result, error = self._result(), ctypes.c_void_p()
         pointers = [ctypes.addressof(result), ctypes.addressof(error)]
         passed = [kind(value) for kind, value in zip(self._call.argtypes, pointers + flat)]

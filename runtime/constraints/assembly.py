@@ -328,6 +328,18 @@ def assemble(
     return Assembly(found.q.copy(), found.v.copy(), *lists, found.rank)
 
 
+def is_consistent(system: System, p: np.ndarray, t: float, state: np.ndarray) -> bool:
+    """Whether a state, shape (nq + nv,), meets the constraints so well that `assemble` would leave it as it is."""
+    q, v = state[: system.nq], state[system.nq :]
+    constraints = Constraints(system, np.ascontiguousarray(p, dtype=float), float(t))
+    sizes = constraints.characteristic_sizes(q)
+    off = (
+        worst(constraints.position(q) / constraints.position_scales(q, sizes)),
+        worst(constraints.velocity(q, v) / constraints.velocity_scales(q, v, sizes)),
+    )
+    return max(off) <= _SATISFIED
+
+
 class _Assembler:
     """One assembly: the model's constraints at fixed parameters and time, and what has been noted so far."""
 

@@ -12,9 +12,12 @@ from symgen.runtime.record import record
 from symgen.runtime.sampling import sample_rows
 
 if TYPE_CHECKING:
+    from symgen.runtime.integrate.methods import Method
     from symgen.runtime.solution import Solution
 
 _STATES_FOR_SCALES = 16
+_DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
+_FIXED_STEP_DRIFT = 1e-6
 
 
 @record
@@ -24,6 +27,13 @@ class Drift:
     name: str
     relative: float
     t: float
+
+
+def drift_limit(method: Method, rtol: float) -> float:
+    """Return how far a run may leave its constraints, in parts of their scales."""
+    if not method.adaptive:
+        return _FIXED_STEP_DRIFT
+    return min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol))
 
 
 def constraint_drift(solution: Solution) -> dict[str, Drift]:

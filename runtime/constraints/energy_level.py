@@ -49,7 +49,23 @@ def energy(system: System, p: np.ndarray, t: float, state: np.ndarray) -> float:
     return float(system.kernel("energy")(t, state, p).sum())
 
 
+def may_be_kept(system: System, method: Method) -> bool:
+    """Whether energy scaling suits model and method, as far as parameters and state have no say in it."""
+    return not _objection_to_model(system, method)
+
+
 def _objection(system: System, method: Method, p: np.ndarray, t: float, state: np.ndarray) -> str:
+    name = f"model {system.name!r}"
+    if objection := _objection_to_model(system, method):
+        return objection
+    if system.nw and not _constant_forces(system, p, t, state):
+        return f"{name} exchanges energy with the outside, not by constant forces only"
+    if not _quadratic(system, p, t, state):
+        return f"the kinetic energy of {name} is not quadratic in the rates"
+    return ""
+
+
+def _objection_to_model(system: System, method: Method) -> str:
     name = f"model {system.name!r}"
     if not system.m:
         return f"{name} has no constraints, and the methods keep its energy as well as its motion"
@@ -57,14 +73,10 @@ def _objection(system: System, method: Method, p: np.ndarray, t: float, state: n
         return f"only {', '.join(_those_that_scale())} have it, with constraints 'projection' or 'partition'"
     if system.structure["time_dependent"] or system.m > system.nh:
         return f"{name} depends on time, or has velocity constraints"
-    if system.nw and not _constant_forces(system, p, t, state):
-        return f"{name} exchanges energy with the outside, not by constant forces only"
     if system.switches:
         return f"{name} has stops or frictions that act at times"
     if sum(len(kind["coordinates"]) for kind in system.subsystems) > 1:
         return f"{name} has parts that exchange no energy, each with its own"
-    if not _quadratic(system, p, t, state):
-        return f"the kinetic energy of {name} is not quadratic in the rates"
     return ""
 
 

@@ -105,6 +105,11 @@ class Lease:
             self._guard.always_slow()
 
     @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """The context of the guard (`branch.py`) and its weights; whoever writes there says what `expect` says."""
+        return self._guard.arrays
+
+    @property
     def memory(self) -> np.ndarray:
         """What the guard carries from call to call, a copy; set it to go on where another guard has left off."""
         return self._guard.memory
@@ -174,6 +179,11 @@ class _Guard:
         ):  # fmt: skip
             self._table[slot] = array.ctypes.data
 
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """The context and the weights."""
+        return self._context, self._weights
+
     def forget(self) -> None:
         """Take every row of G for as large as it gets."""
         self._weights[:] = _ANY_ROW_IS_LARGE
@@ -240,11 +250,20 @@ def is_ill_conditioned(system: System, p: np.ndarray, t: float, q: np.ndarray) -
     if system.switched:
         p = p.copy()
         p[list(system.switched.values())] = 0.0
-    random = np.random.default_rng(20240229)
-    nearby = Positions(system).retract(q, _NEARBY * random.uniform(-1.0, 1.0, system.nv))
-    rates = Constraints(system, p, t).characteristic_sizes(q) * random.uniform(-1.0, 1.0, system.nv)
+    nearby = Positions(system).retract(q, nearby_step(system.nv))
+    rates = Constraints(system, p, t).characteristic_sizes(q) * _random(system.nv)[1]
     # Forces that nearly balance leave accelerations as small as round-off. With some rates they do not.
     return all(_misses(system, p, t, np.concatenate([nearby, speed * rates])) for speed in _SPEEDS)
+
+
+def nearby_step(nv: int) -> np.ndarray:
+    """Return the step to a state at random, near enough to be as singular, and off the constraints."""
+    return _NEARBY * _random(nv)[0]
+
+
+@functools.lru_cache(maxsize=16)
+def _random(nv: int) -> np.ndarray:
+    return np.random.default_rng(20240229).uniform(-1.0, 1.0, (2, nv))
 
 
 def _misses(system: System, p: np.ndarray, t: float, y: np.ndarray) -> bool:

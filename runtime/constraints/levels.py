@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 # Without units nothing tells an angle from a length in micrometres but the constraints themselves: a coordinate that
 # changes them by many times the size of their terms has been moved too far.
 
-_ANGLES = ("rad", "deg")
+ANGLES = ("rad", "deg")
 _SMALL_CHANGE = 1e-6  # of parameters: what they make of the constraints' terms
 _FAR = 30.0  # terms of a constraint: a change by more says that the sizes are not those of the model
 _DIVIDED_BY = 4.0
@@ -55,7 +55,7 @@ def coordinate_sizes(
     for record, value in zip(records, np.abs(np.concatenate([q, p]))):
         largest[record["unit"]] = max(largest.get(record["unit"], 0.0), float(value))
     units = [record["unit"] for record in system.coordinates]
-    sizes = np.array([1.0 if unit in _ANGLES else largest[unit] or 1.0 for unit in units])
+    sizes = np.array([1.0 if unit in ANGLES else largest[unit] or 1.0 for unit in units])
     bare = np.array([unit == "" for unit in units])
     bare[[k for i in system.quaternions for k in range(i, i + 4)]] = False
     if bare.any():

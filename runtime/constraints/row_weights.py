@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.code.jitted import jitted
 from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.integrate.loop import copy
+from symgen.runtime.integrate.quaternions import rotate
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -46,20 +52,99 @@ def row_weights(system: System, p: np.ndarray, t: float, q: np.ndarray) -> tuple
     """
     if not n_weights(system):
         return np.zeros(0), 1.0
-    constraints = Constraints(system, p, t)
-    sizes = constraints.characteristic_sizes(q)
-    random = np.random.default_rng(20240229)
-    places = [q]
-    for _ in range(_NEIGHBOURS):
-        places.append(
-            constraints.positions.retract(q, _SPREAD * sizes * random.uniform(-1.0, 1.0, sizes.size))
-        )
-    squares = np.array([((constraints.jacobian(place) * sizes) ** 2).sum(axis=1) for place in places])
-    largest = np.max(np.where(np.isfinite(squares), squares, 0.0), axis=0)
-    scales = np.where(largest > 0.0, largest, 1.0)
-    weights = np.concatenate([(sizes**2 / scales[:, None]).ravel(), 1.0 / np.sqrt(scales), sizes])
-    at_start = squares[0] / scales
-    for row, place in system.switched.items():  # off, its row of zeros says nothing
-        at_start[row] += 1.0 - p[place]
-    at_start[list(system.dependent)] = 1.0
-    return weights, float(np.min(at_start))
+    m, nv = system.m, system.nv
+    weights, squares, rows = np.zeros(n_weights(system)), np.zeros(m), np.zeros(m * nv)
+    weights[m * nv + m :] = Constraints(system, p, t).characteristic_sizes(q)
+    place = np.concatenate([q, np.zeros(nv)])
+    kernel = np.uint64(system.kernel("constraint_jacobian").precomputed_address)
+    fill_row_weights(
+        kernel, t, q, system.precomputed(p), random_steps(nv), quaternion_places(system), place, rows, weights, squares
+    )  # fmt: skip
+    for row, at in system.switched.items():  # off, its row of zeros says nothing
+        squares[row] += 1.0 - p[at]
+    squares[list(system.dependent)] = 1.0
+    return weights, float(np.min(squares))
+
+
+@functools.lru_cache(maxsize=16)
+def random_steps(nv: int) -> np.ndarray:
+    """Return how far neighbours are, in parts of the characteristic sizes, shape (number of neighbours, nv)."""
+    return _SPREAD * np.random.default_rng(20240229).uniform(-1.0, 1.0, (_NEIGHBOURS, nv))
+
+
+def quaternion_places(system: System) -> np.ndarray:
+    """Return where in q quaternions begin, and nq behind them."""
+    return np.array([*system.quaternions, system.nq], dtype=np.int64)
+
+
+@jitted
+def retract(places, q, step, out):
+    """Write the retraction of `step` at q to `out`: rotation vectors in body axes turn the quaternions at `places`."""
+    nq = places[places.shape[0] - 1]
+    i = j = k = 0
+    while i < nq:
+        if i == places[k]:
+            rotate(q, i, step[j], step[j + 1], step[j + 2], out)
+            i, j, k = i + 4, j + 3, k + 1
+        else:
+            out[i] = q[i] + step[j]
+            i, j = i + 1, j + 1
+
+
+@jitted
+def fill_row_weights(jacobian, t, q, p, steps, places, y, rows, weights, squares):
+    """Write the weights of `row_weights`, behind which the characteristic sizes stand already.
+
+    Parameters
+    ----------
+    jacobian : uint64
+        Address of the kernel; it takes a precomputed `p`.
+    steps : ndarray, shape (number of neighbours, nv)
+        From `random_steps`.
+    y : ndarray, shape (nq + nv,)
+        Scratch; the rates in it are zero.
+    rows : ndarray, shape (m * nv,)
+        Scratch, for G.
+    squares : ndarray, shape (m,)
+        The squares of the sizes of rows at `q`, in parts of the largest ones, are written here.
+    """
+    m, nv = squares.shape[0], steps.shape[1]
+    sizes, scales = weights[m * nv + m :], weights[m * nv : m * nv + m]
+    scale_rows(jacobian, t, y, p, q, rows, sizes, squares)
+    for i in range(m):
+        scales[i] = squares[i] if math.isfinite(squares[i]) else 0.0
+    moved = weights[: m * nv]  # is written behind all reading
+    for k in range(steps.shape[0]):
+        for j in range(nv):
+            moved[j] = steps[k, j] * sizes[j]
+        retract(places, q, moved, y)
+        call_kernel(jacobian, t, y, p, rows)
+        for i in range(m):
+            total = row_square(rows, i, nv, sizes)
+            if math.isfinite(total):
+                scales[i] = max(scales[i], total)
+    for i in range(m):
+        scale = scales[i] if scales[i] > 0.0 else 1.0
+        for j in range(nv):
+            weights[i * nv + j] = sizes[j] * sizes[j] / scale
+        squares[i] /= scale
+        scales[i] = 1.0 / math.sqrt(scale)
+
+
+@jitted
+def scale_rows(jacobian, t, y, p, q, rows, sizes, squares):
+    """Write G at `q` to `rows`, and the squares of the sizes of its rows to `squares`."""
+    copy(q, y)
+    call_kernel(jacobian, t, y, p, rows)
+    for i in range(squares.shape[0]):
+        squares[i] = row_square(rows, i, sizes.shape[0], sizes)
+
+
+@jitted
+def row_square(rows, i, nv, sizes):
+    """Return the sum of the squares of row `i` of G, each entry times a size."""
+    total = 0.0
+    for j in range(nv):
+        entry = rows[i * nv + j] * sizes[j]
+        total += entry * entry
+    return total

@@ -9,6 +9,9 @@ from symgen.runtime.integrate.loop import all_finite
 from symgen.runtime.integrate.quaternions import scale_to_unit
 from symgen.runtime.integrate.step_control import error_scale
 
+# What is left of residuals: of constraints of the usual sizes; where lengths are in micrometres or in parsecs, of what
+# they change by.
+RESIDUAL_LEFT, LEAST_USUAL, MOST_USUAL = 1e-12, 1e-3, 1e3
 # Near rest the rates hold too little of the energy to carry its whole error.
 LEAST_KINETIC = 0.05
 # A larger error of the kinetic energy, relative, is not one to be smoothed over.

@@ -1,0 +1,114 @@
+"""Calls of jitted functions as data: a block of arguments, and code with a kernel's signature that passes them on.
+
+Handing a hundred arguments over from Python takes longer than short runs do, and jitted code can call nothing but
+kernels. A block is filled once; Python then calls it with four arguments, and other jitted code by `call_kernel`.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symgen.runtime.code import engine
+from symgen.runtime.code.bridge import KERNEL_PROTOTYPE
+from symgen.runtime.code.jitted import DISABLE_JIT
+from symgen.runtime.record import record
+
+if TYPE_CHECKING:
+    from symgen.runtime.code.jitted import Jitted
+
+_TYPES = {
+    ctypes.c_void_p: "ptr",
+    ctypes.c_ssize_t: "i64",
+    ctypes.c_int64: "i64",
+    ctypes.c_uint64: "i64",
+    ctypes.c_double: "double",
+    ctypes.c_uint8: "i8",
+}
+_FAILED = -1000.0  # what is written where the function has raised an exception
+
+
+@record(eq=False)
+class CallBlock:
+    """A call of a jitted function that returns an integer, ready to be made.
+
+    Attributes
+    ----------
+    address : int
+        Of code with a kernel's signature: it reads the block as `y`, and writes the result to `out[0]`.
+    block : ndarray of float64
+        What it reads: the function's address and its arguments, eight bytes each.
+    """
+
+    address: int
+    block: np.ndarray
+    _call: Any
+    _result: np.ndarray
+    _keep: Any
+
+    def __call__(self) -> int:
+        """Make the call; the interpreter's lock is free meanwhile."""
+        self._call(0.0, self.block.ctypes.data, 0, self._result.ctypes.data)
+        return int(self._result[0])
+
+
+def call_block(function: Jitted, *args: Any) -> CallBlock:
+    """Return the call of a function with arguments; arrays are read and written where they are now.
+
+    Parameters
+    ----------
+    function : Jitted
+        It returns an integer.
+    """
+    if DISABLE_JIT:
+        return _interpreted(function, args)
+    native = function.compiled(*args)
+    kinds, values = native.flat(*args)
+    owner = engine.MachineCode()
+    ir = _ir([_TYPES[kind] for kind in kinds])
+    code = engine.object_code(engine.cache_key(ir), "call block", "pass_on", lambda _: (ir, 0))
+    address = owner.add(code, "pass_on")
+    slots = (ctypes.c_uint64 * (len(values) + 1))()
+    slots[0] = native.address
+    for k, (kind, value) in enumerate(zip(kinds, values), 1):
+        slot = kind.from_buffer(slots, 8 * k)
+        slot.value = value
+    block = np.frombuffer(slots, dtype=np.float64)
+    return CallBlock(address, block, KERNEL_PROTOTYPE(address), np.zeros(1), (args, native, owner, slots))
+
+
+def _interpreted(function: Any, args: tuple) -> CallBlock:
+    """The same without a compiler, for runs with NUMBA_DISABLE_JIT."""
+
+    def call(_t: float, _y: int, _p: int, out: int) -> None:
+        ctypes.c_double.from_address(out).value = float(function(*args))
+
+    callback = KERNEL_PROTOTYPE(call)
+    address = ctypes.cast(callback, ctypes.c_void_p).value
+    return CallBlock(address, np.zeros(1), callback, np.zeros(1), args)
+
+
+def _ir(kinds: list[str]) -> str:
+    """Return the code: it loads the arguments from the block, calls, and turns the result into a number.
+
+    A function of Numba's writes its result through the first pointer, an exception through the second, and returns
+    0 for a value.
+    """
+    lines = ["%function = load ptr, ptr %y", "%result = alloca i64", "%error = alloca ptr"]
+    passed = ["ptr %result", "ptr %error"]
+    for k, kind in enumerate(kinds, 1):
+        lines += [f"%at{k} = getelementptr inbounds i64, ptr %y, i64 {k}", f"%a{k} = load {kind}, ptr %at{k}"]
+        passed.append(f"{kind} %a{k}")
+    lines += [
+        f"%status = call i32 %function({', '.join(passed)})",
+        "%ok = icmp eq i32 %status, 0",
+        "%value = load i64, ptr %result",
+        "%number = sitofp i64 %value to double",
+        f"%answer = select i1 %ok, double %number, double {_FAILED:e}",
+        "store double %answer, ptr %out",
+        "ret void",
+    ]
+    body = "\n".join(lines)
+    return f"define void @pass_on(double %t, ptr %y, ptr %p, ptr %out) nounwind {{\nentry:\n{body}\n}}\n"

@@ -1,0 +1,1 @@
+"""Runs that are prepared once and made many times, most of them wholly in machine code."""
