@@ -57,7 +57,8 @@ def failure_message(status: int, system: System, method: Method, arrays: LoopArr
             return dependent
     if status == at.STEP_TOO_SMALL:
         return _step_too_small(system, method, arrays, when)
-    if status == at.NOT_FINITE:
+    # Without constraints a projection only scales quaternions, and fails where the step before it overflowed.
+    if status == at.NOT_FINITE or (status == at.PROJECTION_FAILED and not system.m):
         return _not_finite(system, method, arrays, when)
     if status == at.PROJECTION_FAILED:
         return (

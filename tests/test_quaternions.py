@@ -415,6 +415,25 @@ def test_time_scales_are_those_of_turns_not_of_quaternion_components():
     assert scales.motion == pytest.approx(spin, rel=1e-4)
 
 
+def test_a_place_far_off_is_as_slow_as_its_direction_changes():
+    system = load(module_for(find("satellite")).text)
+    orbit = np.sqrt(3.986004e14 / 6.878e6**3)  # 1/s
+    scales = time_scales(system, system.parameter_values(), 0.0, *system.initial_state()[:2])
+    assert scales.motion < 5.0 * orbit
+    run = system.run(method="gauss8", t_end=5700.0)
+    finer = system.run(method="gauss8", t_end=5700.0, step=0.25 * run.step)
+    assert run.step > 1.0
+    assert np.abs(run.q[-1] - finer.q[-1]).max() < 1e-4  # of 1.4e7 m
+
+
+def test_overflow_of_a_body_without_constraints_has_its_true_reason():
+    system = load(module_for(find("satellite")).text)
+    run = system.run(method="rk4", step=200.0, t_end=11400.0)
+    assert run.status == "failed"
+    assert "became infinite" in run.message
+    assert "--step" in run.message
+
+
 def test_advice_and_convergence_study_take_quaternions():
     system = model("top_on_cart")
     arguments = {"t_end": 0.5, "method": "auto", "rtol": 1e-8, "atol": 1e-10}

@@ -60,14 +60,29 @@ class TimeScales:
 def change_rate(system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return how fast states change [1/s], shape (...): the fastest of their rates, in radians or sizes of coordinates.
 
+    The size of a place is the largest of its coordinates: what passes zero of one of them is no faster there.
+
     Parameters
     ----------
     q, v : ndarray, shapes (..., nq) and (..., nv)
     """
-    sizes = Positions(system).per_rate(np.maximum(1.0, np.abs(q)), 1.0)
+    sizes = np.maximum(1.0, np.abs(q))
+    for together in _lengths(system):
+        sizes[..., together] = sizes[..., together].max(axis=-1, keepdims=True)
+    sizes = Positions(system).per_rate(sizes, 1.0)
     speeds = np.abs(v) / sizes
     speeds[..., list(system.states)] = 0.0  # values, and no speeds of anything
     return np.max(speeds, axis=-1, initial=0.0)
+
+
+def _lengths(system: System) -> list[list[int]]:
+    """Return which coordinates are lengths of one subsystem."""
+    kinds = [member for kind in system.subsystems for member in kind["coordinates"]]
+    of_subsystems = [
+        [i for i in members if system.coordinates[i].get("unit") == "m"]
+        for members in kinds or [range(system.nq)]
+    ]
+    return [lengths for lengths in of_subsystems if len(lengths) > 1]
 
 
 def time_scales(system: System, p: np.ndarray, t: float, q: np.ndarray, v: np.ndarray) -> TimeScales:
