@@ -35,6 +35,22 @@ def compile_ir(ir: str) -> bytes:
         return machine.emit_object(module)
 
 
+def compile_loops(ir: str) -> bytes:
+    """Compile the text of a module of loops, whose variables are in memory, for this machine; no vectors but its own."""
+    with _lock:
+        initialise()
+        module = llvm.parse_assembly(ir)
+        module.triple = llvm.get_process_triple()
+        module.verify()
+        machine = _target_machine()
+        module.data_layout = str(machine.target_data)
+        options = llvm.create_pipeline_tuning_options(_SPEED_LEVEL)
+        options.loop_vectorization = options.slp_vectorization = False
+        builder = llvm.create_pass_builder(machine, options)
+        builder.getModulePassManager().run(module, builder)
+        return machine.emit_object(module)
+
+
 def neutral_bitcode(module: llvm.ModuleRef) -> bytes:
     """Run LLVM's pipeline on a module of loops (inlining, hoisting), for no machine in particular; return its bitcode.
 

@@ -30,7 +30,7 @@ _SECONDS_PER_OPERATION = 6e-5
 # The files that decide what a function's machine code is; a test holds the list against their imports.
 _SOURCES = (
     "parse", "function_text", "lower", "llvm_text", "printing",
-    "dense_ldl", "front_ldl", "modules", "compiler",
+    "dense_ldl", "front_ldl", "modules", "compiler", "sincos",
     "../graph/form", "../graph/functions", "../graph/layouts", "../graph/nodes",
 )  # fmt: skip
 
@@ -121,7 +121,13 @@ def cache_key(text: str) -> str:
 
 
 def object_code(
-    key: str, name: str, symbol: str, lower: Callable[[str], tuple[str, int]], folder: Path | None = None
+    key: str,
+    name: str,
+    symbol: str,
+    lower: Callable[[str], tuple[str, int]],
+    folder: Path | None = None,
+    *,
+    loops: bool = False,
 ) -> bytes:
     """Return the object code for `key`, from the cache on disk, or compiled now and put there.
 
@@ -138,6 +144,8 @@ def object_code(
         It is called only when nothing is cached.
     folder : Path, optional
         The cache, instead of the user's.
+    loops : bool
+        Whether it is a module of loops, see `compiler.compile_loops`.
     """
     folder = folder or cache.cache_folder("kernels")
     path = folder / f"{key}.o"
@@ -145,7 +153,7 @@ def object_code(
     if code is None:
         ir, operations = lower(symbol)
         announce(name, operations, operations * _SECONDS_PER_OPERATION)
-        code = compiler.compile_ir(ir)
+        code = (compiler.compile_loops if loops else compiler.compile_ir)(ir)
         if cache.store(path, code):
             cache.prune(folder, _KEPT_OBJECTS, "*.o")
     return code

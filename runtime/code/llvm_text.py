@@ -60,6 +60,21 @@ def constant(value: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 
+def lanes_type(lanes: int) -> str:
+    """Return the type of a number in code for so many members of an ensemble at once; 0: for one, as a plain number."""
+    return f"<{lanes} x double>" if lanes else "double"
+
+
+def lanes_suffix(lanes: int) -> str:
+    """Return how names of intrinsics on that type end."""
+    return f"v{lanes}f64" if lanes else "f64"
+
+
+def lanes_constant(value: float, lanes: int) -> str:
+    """Return a float64 in all lanes."""
+    return f"splat (double {constant(value)})" if lanes else constant(value)
+
+
 def math_symbol(function: str) -> str:
     """Return what LLVM calls a mathematical function."""
     return f"llvm.{function}.f64" if IN_CODE[function].llvm == "intrinsic" else function
@@ -70,6 +85,23 @@ def math_declaration(function: str) -> str:
     parameters = ", ".join(["double"] * IN_CODE[function].arity[0])
     attributes = "" if IN_CODE[function].llvm == "intrinsic" else " nounwind willreturn memory(none)"
     return f"declare double @{math_symbol(function)}({parameters}){attributes}"
+
+
+def each_lane(symbol: str, function: str, n_arguments: int, lanes: int) -> str:
+    """Return the IR of a function on vectors that calls a mathematical function for one lane after another."""
+    kind, names = lanes_type(lanes), [f"a{k}" for k in range(n_arguments)]
+    lines, result = [], "poison"
+    for lane in range(lanes):
+        lines += [f"%{name}.{lane} = extractelement {kind} %{name}, i32 {lane}" for name in names]
+        passed = ", ".join(f"double %{name}.{lane}" for name in names)
+        lines += [
+            f"%r.{lane} = call double @{math_symbol(function)}({passed})",
+            f"%all.{lane} = insertelement {kind} {result}, double %r.{lane}, i32 {lane}",
+        ]
+        result = f"%all.{lane}"
+    arguments = ", ".join(f"{kind} %{name}" for name in names)
+    body = "\n".join(lines)
+    return f"define internal {kind} @{symbol}({arguments}) noinline nounwind {{\n{body}\nret {kind} {result}\n}}\n"
 
 
 def declarations(called: set[str]) -> str:

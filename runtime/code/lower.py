@@ -12,14 +12,29 @@ from typing import NoReturn
 
 from symgen.runtime.code import dense_ldl, front_ldl
 from symgen.runtime.code.function_text import FunctionText
-from symgen.runtime.code.llvm_text import call_arguments, constant, function, loop, math_symbol
+from symgen.runtime.code.llvm_text import (
+    call_arguments,
+    each_lane,
+    function,
+    lanes_constant,
+    lanes_suffix,
+    lanes_type,
+    loop,
+    math_symbol,
+)
 from symgen.runtime.code.parse import LARGEST
+from symgen.runtime.code.sincos import lanes_sincos
 from symgen.runtime.graph.form import ELEMENT, HELD, OUT, Array, Loop, Name, P, Place, Solve, Statement, T
 
 # LLVM's time per line, be it an operation, a load or a store, grows with the length of a function.
 PIECE_LINES = 600
 
-_KERNEL = {"t": "double", "y": "ptr", "p": "ptr", "out": "ptr"}
+# Functions of numbers that processors have for vectors too, to the same bits.
+_VECTOR_INTRINSICS = ("sqrt", "fabs", "floor", "copysign")
+
+
+class NoLanes(Exception):
+    """A function cannot be lowered for several members at once; the message says why."""
 
 
 class StraightLine:
@@ -31,13 +46,18 @@ class StraightLine:
     ----------
     extra : dict of str to str
         Arguments beyond `t, y, p, out`, with their types: arrays (`ptr`), and in loops `k` (`i64`).
+    lanes : int
+        For how many members of an ensemble at once: every number is a vector then, in arrays too. 0: for one.
     """
 
-    def __init__(self, extra: dict[str, str] | None = None) -> None:
+    def __init__(self, extra: dict[str, str] | None = None, lanes: int = 0) -> None:
+        self.lanes, self.number = lanes, lanes_type(lanes)
+        self._align = 8 * max(lanes, 1)
+        self._pairs: dict[str, tuple[str, str]] = {}  # sine and cosine of an angle, in lanes
         self.operations = 0
         self.definitions: list[str] = []  # of functions that this code calls
         self.solvers: dict[str, str] = {}  # definitions of solvers, and what they need, by name
-        self._arguments = {**_KERNEL, **(extra or {})}
+        self._arguments = {"t": self.number, "y": "ptr", "p": "ptr", "out": "ptr", **(extra or {})}
         self._pieces: list[list[str]] = [[]]
         self._lines = self._pieces[0]
         self._n_values = 0
@@ -50,23 +70,58 @@ class StraightLine:
 
     def operation(self, instruction: str, left: str, right: str) -> str:
         """Write `instruction` (fadd, fsub, fmul, fdiv) and return its value."""
-        return self._value(f"{instruction} double {left}, {right}")
+        return self._value(f"{instruction} {self.number} {left}, {right}")
 
     def negative(self, value: str) -> str:
         """Write the change of sign, which also turns 0 to -0."""
-        return self._value(f"fneg double {value}")
+        return self._value(f"fneg {self.number} {value}")
 
     def call(self, function: str, arguments: list[str]) -> str:
         """Write the call of a mathematical function."""
+        if self.lanes:
+            return self._call_in_lanes(function, arguments)
         self.called.add(function)
         passed = ", ".join(f"double {argument}" for argument in arguments)
         return self._value(f"call double @{math_symbol(function)}({passed})")
 
+    def _call_in_lanes(self, function: str, arguments: list[str]) -> str:
+        """Write the call for each lane: sine and cosine are our own, others the C library's, one lane after another."""
+        kind, lanes = self.number, self.lanes
+        passed = ", ".join(f"{kind} {argument}" for argument in arguments)
+        if function in ("sin", "cos"):
+            return self._sincos(arguments[0])[function == "cos"]
+        if function in _VECTOR_INTRINSICS:
+            symbol = f"llvm.{function}.{lanes_suffix(lanes)}"
+            self.solvers[symbol] = f"declare {kind} @{symbol}({', '.join([kind] * len(arguments))})\n"
+            return self._value(f"call {kind} @{symbol}({passed})")
+        self.called.add(function)
+        symbol = f"symgen.each.{function}"
+        self.solvers[symbol] = each_lane(symbol, function, len(arguments), lanes)
+        return self._value(f"call {kind} @{symbol}({passed})")
+
+    def _sincos(self, angle: str) -> tuple[str, str]:
+        """Sine and cosine of an angle, which are found together."""
+        if angle not in self._pairs:
+            text, declared = lanes_sincos("symgen.sincos", self.lanes)
+            self.solvers["symgen.sincos"] = text
+            self.solvers |= {line: f"{line}\n" for line in declared}
+            kind, pair = self.number, f"%pair{self._n_values}"
+            self._lines.append(f"{pair} = call {{{kind}, {kind}}} @symgen.sincos({kind} {angle})")
+            first, second = (self._value(f"extractvalue {{{kind}, {kind}}} {pair}, {k}") for k in (0, 1))
+            self._pairs[angle] = first, second
+        first, second = self._pairs[angle]
+        return self.reuse(first), self.reuse(second)
+
+    def constant(self, value: float) -> str:
+        """Return a number as this code writes it."""
+        return lanes_constant(value, self.lanes)
+
     def select(self, comparison: str, left: str, right: str, chosen: str, other: str) -> str:
         """Write `chosen if left < right else other`; comparison is olt or ole."""
         condition = f"%c{self._n_values}"
-        self._lines.append(f"{condition} = fcmp {comparison} double {left}, {right}")
-        return self._value(f"select i1 {condition}, double {chosen}, double {other}")
+        kind, flag = self.number, f"<{self.lanes} x i1>" if self.lanes else "i1"
+        self._lines.append(f"{condition} = fcmp {comparison} {kind} {left}, {right}")
+        return self._value(f"select {flag} {condition}, {kind} {chosen}, {kind} {other}")
 
     def load(self, array: str, index: Place) -> str:
         """Return the value at a place in `y`, `p` or an array that is passed besides, loaded once in each piece."""
@@ -76,7 +131,7 @@ class StraightLine:
             self._loaded[value] = (array, index)
             address = f"%a{value[1:]}"
             self._address(address, array, index)
-            self._lines.append(f"{value} = load double, ptr {address}, align 8")
+            self._lines.append(f"{value} = load {self.number}, ptr {address}, align {self._align}")
         return value
 
     def later_load(self, array: str, index: Place) -> str:
@@ -89,20 +144,22 @@ class StraightLine:
         """Return what stands in an array now, even if it was loaded before."""
         place = f"%f{self._n_values}"
         self._address(place, array, index)
-        return self._value(f"load double, ptr {place}, align 8", free=True)
+        return self._value(f"load {self.number}, ptr {place}, align {self._align}", free=True)
 
     def store(self, index: Place, value: str, array: str = "out") -> None:
         """Write `out[index] = value`."""
         place = f"%o{self._n_values}.{len(self._lines)}"
         self._address(place, array, index)
-        self._lines.append(f"store double {value}, ptr {place}, align 8")
+        self._lines.append(f"store {self.number} {value}, ptr {place}, align {self._align}")
 
     def clear(self, array: str, first: int, length: int) -> None:
         """Fill a part of an array with zeros."""
         place = f"%o{self._n_values}.{len(self._lines)}"
         self._address(place, array, Place(first))
         self.solvers["memset"] = "declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)\n"
-        self._lines.append(f"call void @llvm.memset.p0.i64(ptr {place}, i8 0, i64 {8 * length}, i1 false)")
+        self._lines.append(
+            f"call void @llvm.memset.p0.i64(ptr {place}, i8 0, i64 {self._align * length}, i1 false)"
+        )
 
     def solve(self, solver: str, arrays: list[int], sizes: list[int]) -> None:
         """Call a solver with parts of the array `work`, which begin at the places `arrays`."""
@@ -140,7 +197,7 @@ class StraightLine:
             write(f"{name}.m = mul nuw nsw i64 %k, {index.step}")
             write(f"{name}.i = add nuw nsw i64 {name}.m, {index.first}")
             offset = f"{name}.i"
-        write(f"{name} = getelementptr inbounds double, ptr %{array}, i64 {offset}")
+        write(f"{name} = getelementptr inbounds {self.number}, ptr %{array}, i64 {offset}")
 
     def reuse(self, value: str) -> str:
         """Return a value that an earlier statement named; it may come from an earlier piece."""
@@ -152,11 +209,11 @@ class StraightLine:
         span = self._spans.get(value)
         if span is None:
             home = self._home[value]
-            self._pieces[home].append(f"store double {value}, ptr %s{value[1:]}, align 8")
+            self._pieces[home].append(f"store {self.number} {value}, ptr %s{value[1:]}, align {self._align}")
             span = self._spans[value] = [home]
         span.append(piece)
         self._local.add(value)
-        self._lines.append(f"{value} = load double, ptr %s{value[1:]}, align 8")
+        self._lines.append(f"{value} = load {self.number}, ptr %s{value[1:]}, align {self._align}")
         return value
 
     def stands_in(self, value: str) -> tuple[str, Place] | None:
@@ -201,7 +258,7 @@ class StraightLine:
         for value, span in self._spans.items():
             for piece in span:
                 addresses[piece].append(
-                    f"%s{value[1:]} = getelementptr inbounds double, ptr %scratch, i64 {slots[value]}"
+                    f"%s{value[1:]} = getelementptr inbounds {self.number}, ptr %scratch, i64 {slots[value]}"
                 )
         arguments = {**self._arguments, "scratch": "ptr"}
         for number, lines in enumerate(self._pieces):
@@ -213,7 +270,7 @@ class StraightLine:
             f"call void @{symbol}.{number}({call_arguments(arguments)})"
             for number in range(len(self._pieces))
         ]
-        return [f"%scratch = alloca double, i64 {n_slots}, align 64"], calls
+        return [f"%scratch = alloca {self.number}, i64 {n_slots}, align {max(64, self._align)}"], calls
 
     def text(self, symbol: str, linkage: str = "") -> str:
         """Return the IR of the function `symbol` and of those that it calls, without declarations."""
@@ -264,12 +321,14 @@ class ExpressionLowering:
     function : FunctionText
     part : {"whole", "setup", "body"}
         See `lower.Lowering`.
+    lanes : int
+        See `StraightLine`.
     """
 
     code: StraightLine
 
-    def __init__(self, function: FunctionText, part: str):
-        self._function, self._part = function, part
+    def __init__(self, function: FunctionText, part: str, lanes: int = 0):
+        self._function, self._part, self._lanes = function, part, lanes
         self._nodes = function.form.nodes
         self._values: dict[int | str, str] = {}  # of nodes that a name stands for, and of names that are held
         self._outer: dict[int | str, str] = {}  # values of the code around a loop, while in the loop
@@ -294,12 +353,12 @@ class ExpressionLowering:
         if op == "var":
             return self._variable(*args)
         if op == "const":
-            return constant(args[0])
+            return self.code.constant(args[0])
         if op in _INSTRUCTIONS:
             return self._binary(node)
         if op == "neg":
             if self._nodes.op[args[0]] == "const":
-                return constant(-self._nodes.args[args[0]][0])
+                return self.code.constant(-self._nodes.args[args[0]][0])
             return self.code.negative(self._lower(args[0]))
         values = [self._lower(x) for x in args]
         if op in _COMPARISONS:
@@ -358,6 +417,8 @@ class Lowering(ExpressionLowering):
     part : {"whole", "setup", "body"}
         What is lowered: everything; only the hoisted assignments, which are written to an array `h`; or all but
         these, with their values read from `h`.
+    lanes : int
+        See `StraightLine`.
 
     Attributes
     ----------
@@ -365,8 +426,8 @@ class Lowering(ExpressionLowering):
         Hoisted values that were met, each loop's as often as it runs.
     """
 
-    def __init__(self, function: FunctionText, part: str = "whole"):
-        super().__init__(function, part)
+    def __init__(self, function: FunctionText, part: str = "whole", lanes: int = 0):
+        super().__init__(function, part, lanes)
         self._extra: dict[str, str] = {} if part == "whole" else {"h": "ptr"}
         self._step = 0  # hoisted values for each k of the loop that is being lowered
         self._n_loops = 0
@@ -381,7 +442,7 @@ class Lowering(ExpressionLowering):
             self._extra["frame"] = "ptr"
         if self._part != "setup" and any(type(statement) is Array for statement, _ in form.statements()):
             self._extra["work"] = "ptr"
-        self.code = StraightLine(self._extra)
+        self.code = StraightLine(self._extra, self._lanes)
         for statement in body:
             if type(statement) is Loop:
                 self._loop(statement, symbol)
@@ -453,6 +514,8 @@ class Lowering(ExpressionLowering):
         self.code.clear("work", first, statement.length)
 
     def _solve(self, statement: Solve) -> None:
+        if self._lanes:
+            raise NoLanes(f"its equations are solved by {statement.solver}, which takes one member at a time")
         solver, given = statement.solver, [self._arrays[name] for name in statement.arrays]
         firsts, lengths = [first for first, _ in given], [length for _, length in given]
         if statement.table:
@@ -480,7 +543,7 @@ class Lowering(ExpressionLowering):
         hoisted = 0 if self._part == "whole" else sum(type(x) is Name and x.hoisted for x in loop.body)
         assigned = dict.fromkeys(x.name for x in loop.body if type(x) is Name)
         self._carried = [name for name in assigned if name in self._values]
-        self._outer_code, self.code = self.code, StraightLine({**self._extra, "k": "i64"})
+        self._outer_code, self.code = self.code, StraightLine({**self._extra, "k": "i64"}, self._lanes)
         self._outer, self._values = self._values, {}
         before, self._step = self.n_hoisted, hoisted
         for inner in loop.body:

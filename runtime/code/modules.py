@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symgen.runtime.code.function_text import FunctionText
-from symgen.runtime.code.llvm_text import PRECOMPUTED, declarations, function, table
-from symgen.runtime.code.lower import Lowering
+from symgen.runtime.code.llvm_text import PRECOMPUTED, declarations, function, lanes_type, table
+from symgen.runtime.code.lower import Lowering, NoLanes
 
 _ABI = {"t": "double", "y": "ptr", "p": "ptr", "out": "ptr"}
 _PASSED = "double %t, ptr %y, ptr %p, ptr %out"
@@ -23,9 +23,12 @@ class Lowered:
 
 
 class _Module:
-    """Collects the functions of one LLVM module."""
+    """Collects the functions of one LLVM module, which work on so many lanes at once; 0: on plain numbers."""
 
-    def __init__(self) -> None:
+    def __init__(self, lanes: int = 0) -> None:
+        self._lanes, self._number = lanes, lanes_type(lanes)
+        self._abi = {**_ABI, "t": self._number}
+        self.passed = _PASSED.replace("double", self._number)
         self._parts: list[str] = []
         self._called: set[str] = set()
         self._tables: dict[str, tuple[int, ...]] = {}
@@ -34,7 +37,7 @@ class _Module:
 
     def add(self, source: FunctionText, part: str, symbol: str, linkage: str = "internal") -> Lowering:
         """Define `symbol`: a part of a function, that takes `h` besides unless the part is "whole"."""
-        lowering = Lowering(source, part)
+        lowering = Lowering(source, part, self._lanes)
         inner = f"{symbol}.code"
         lowering.lower(inner)
         self._called |= lowering.code.called
@@ -46,7 +49,7 @@ class _Module:
             return lowering
         self._parts.append(lowering.code.text(inner, "internal"))
         more = {} if part == "whole" else {"h": "ptr"}
-        passed = _PASSED + "".join(f", ptr %{name}" for name in more)
+        passed = self.passed + "".join(f", ptr %{name}" for name in more)
         passed += "".join(f", ptr %{name}" for name in lowering.spaces)
         begin, end = self.make_spaces(lowering.spaces)
         self.define(symbol, [*begin, f"call void @{inner}({passed})", *end], linkage, more)
@@ -56,12 +59,15 @@ class _Module:
         """Lines that make arrays, on the stack unless they are large, and lines that give them back."""
         begin, end = [], []
         for name, length in spaces.items():
-            if length <= _LARGEST_ON_STACK:
-                begin.append(f"%{name} = alloca double, i64 {length}, align 64")
+            size = 8 * max(self._lanes, 1)
+            if length * size <= 8 * _LARGEST_ON_STACK:
+                begin.append(f"%{name} = alloca {self._number}, i64 {length}, align {max(64, size)}")
                 continue
+            if self._lanes:
+                raise NoLanes(f"it works on arrays of {length} numbers for each member")
             self._solvers["malloc"] = "declare noalias ptr @malloc(i64)\ndeclare void @free(ptr)\n"
             begin += [
-                f"%{name} = call ptr @malloc(i64 {8 * length})",
+                f"%{name} = call ptr @malloc(i64 {size * length})",
                 f"%{name}.none = icmp eq ptr %{name}, null",
                 f"br i1 %{name}.none, label %{name}.missing, label %{name}.there",
                 # Without room for it the result is nan, which is told to the user.
@@ -78,7 +84,7 @@ class _Module:
         self, symbol: str, lines: list[str], linkage: str = "", more: dict[str, str] | None = None
     ) -> None:
         """Define a function by the lines of its body."""
-        self._parts.append(function(symbol, {**_ABI, **(more or {})}, lines, linkage))
+        self._parts.append(function(symbol, {**self._abi, **(more or {})}, lines, linkage))
 
     def lowered(self) -> Lowered:
         tables = [table(name, entries) for name, entries in self._tables.items()]
@@ -147,4 +153,33 @@ def lower_setup(sources: Sequence[tuple[FunctionText, int]], symbol: str) -> Low
         lines.append(f"call void @{name}({_PASSED}, ptr %h{number})")
         offset += n_hoisted
     module.define(symbol, lines)
+    return module.lowered()
+
+
+def lower_lanes(source: FunctionText, symbol: str, n_hoisted: int, offset: int, lanes: int) -> Lowered:
+    """Lower one function for several members of an ensemble at once.
+
+    The function is `void symbol(V t, ptr y, ptr p, ptr out)` with V a vector of `lanes` numbers, one for each member;
+    arrays hold such vectors. Each member's results have the bits that they have alone, at any number of lanes.
+
+    Parameters
+    ----------
+    source : FunctionText
+    symbol : str
+    n_hoisted, offset : int
+        As in `lower_kernel`: `p` is a precomputed one.
+    lanes : int
+
+    Raises
+    ------
+    NoLanes
+        It cannot be done; says why.
+    """
+    module = _Module(lanes)
+    if not n_hoisted:
+        module.add(source, "whole", symbol, "")
+        return module.lowered()
+    module.add(source, "body", f"{symbol}.body")
+    there = f"%h = getelementptr inbounds {lanes_type(lanes)}, ptr %p, i64 {offset}"
+    module.define(symbol, [there, f"tail call void @{symbol}.body({module.passed}, ptr %h)"])
     return module.lowered()

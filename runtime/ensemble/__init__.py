@@ -1,0 +1,1 @@
+"""Ensembles: one model many times, several members at once in the lanes of vector registers."""

@@ -1,0 +1,225 @@
+"""Dormand and Prince's method of order 8(5,3) in lanes: the steps of `integrate/explicit/`, one for each member."""
+
+from __future__ import annotations
+
+from symgen.runtime.ensemble.lanes import (
+    PIVOT_LIMIT,
+    Lanes,
+    copy_rows,
+    ended,
+    finite_rows,
+    keep_energy,
+    note_energy,
+    note_pivots,
+    project,
+    write_frames,
+)
+from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.explicit.dop853 import (
+    DOP853_A,
+    DOP853_C,
+    DOP853_D,
+    DOP853_ERROR_3,
+    DOP853_ERROR_5,
+)
+from symgen.runtime.integrate.explicit.tableau import SAFETY
+from symgen.runtime.integrate.step_control import EPS
+
+N_ROWS = 16  # of stage derivatives
+_NEW = 12  # the row of the new state
+_FARTHEST, _TRIALS = 100.0, 5  # as in `step_control.first_step`
+_SHRINK, _GROW = 0.333, 6.0
+_ORDER = 8
+
+
+def _eighth_root(lanes: Lanes, a: Value) -> Value:
+    code = lanes.code
+    return code.root(code.root(code.root(a)))
+
+
+def first_step(lanes: Lanes) -> Value:
+    """Write what finds the length of the first step, as `step_control.first_step`."""
+    code = lanes.code
+    y, f = lanes.y, lanes.k
+    size_f, size_y = code.variable(0.0), code.variable(0.0)
+    with code.each(lanes.n) as i:
+        scale = lanes.scale(y[i], y[i])
+        a, b = f[i] / scale, y[i] / scale
+        size_f.value = size_f.value + a * a
+        size_y.value = size_y.value + b * b
+    told = (size_f.value > 1e-10) & (size_y.value > 1e-10) & code.finite(size_f.value)
+    t = code.as_kind(lanes.t_start, "lanes")
+    longest = lanes.longest_step(t)
+    ahead = code.smaller(longest, code.as_kind(lanes.t_end, "lanes") - t)
+    h = code.variable(code.select(told, code.root(size_y.value / size_f.value) * 0.01, code.all_lanes(1e-6)))
+    h.value = code.smaller(h.value, ahead)
+    found, going = code.variable(h.value), code.variable(code.flags(True))
+    trial = code.variable(0, INTEGER)
+    with code.forever() as leave:
+        leave(~code.any(going.value))
+        leave(trial.value >= _TRIALS)
+        step = h.value
+        steepest = _steepest(lanes, t, step)
+        lost = ~code.finite(steepest)
+        is_first = code.equal(trial.value, 0)
+        back = code.select(is_first, step, step / _FARTHEST)
+        suggested = code.select(
+            steepest <= 1e-15, code.larger(step * 1e-3, 1e-6), _eighth_root(lanes, 0.01 / steepest)
+        )
+        reached = (suggested <= step * _FARTHEST) | (step >= ahead)
+        chosen = code.larger(code.smaller(suggested, longest), code.as_kind(lanes.h_min, "lanes"))
+        result = code.select(lost, back, chosen)
+        ending = going.value & (lost | reached)
+        found.value = code.select(ending, result, found.value)
+        going.value = going.value & ~ending
+        h.value = code.select(going.value, code.smaller(step * _FARTHEST, ahead), step)
+        trial.value = trial.value + 1
+    return code.select(going.value, h.value, found.value)
+
+
+def _steepest(lanes: Lanes, t: Value, h: Value) -> Value:
+    """The larger of |y'| and |y''|, as an Euler step sees them, in units of tolerances."""
+    code = lanes.code
+    y, f, trial, row = lanes.y, lanes.k, lanes.y_stage, lanes.k.behind(lanes.n_row)
+    with code.each(lanes.ny) as i:
+        trial[i] = y[i] + h * f[i]
+    code.call_kernel(lanes.rhs, t + h, trial, lanes.p, row)
+    size, change = code.variable(0.0), code.variable(0.0)
+    with code.each(lanes.n) as i:
+        scale = lanes.scale(y[i], trial[i])
+        a, b = f[i] / scale, (row[i] - f[i]) / scale
+        size.value = size.value + a * a
+        change.value = change.value + b * b
+    return code.larger(code.root(change.value) / h, code.root(size.value))
+
+
+def attempt(lanes: Lanes, active: Value) -> Value:
+    """Write one step of all lanes; returns in which of them the member is done."""
+    code = lanes.code
+    t, wanted = lanes.own("t"), lanes.own("h")
+    stop = code.as_kind(lanes.t_end, "lanes")
+    t1 = code.select(t + wanted * 1.01 >= stop, stop, t + wanted)
+    h = t1 - t
+    too_small = ~(wanted > code.larger(code.size(t) * (16.0 * EPS), code.as_kind(lanes.h_min, "lanes")))
+    rows = [lanes.k.behind(lanes.n_row * s) for s in range(N_ROWS)]
+    least = code.variable(float("inf"))
+    for s in range(1, _NEW):
+        _sum(lanes, DOP853_A[s], h, rows, lanes.y_stage)
+        code.call_kernel(lanes.rhs, t + h * DOP853_C[s], lanes.y_stage, lanes.p, rows[s])
+        with code.when(lanes.m > 0):
+            least.value = code.smaller(least.value, rows[s][lanes.n_row - 1])
+    _sum(lanes, DOP853_A[_NEW], h, rows, lanes.y_new)
+    error = _error(lanes, h, rows)
+    tried = active & (error <= 1.0)
+    on_constraints, taken = code.variable(tried), code.variable(0.0)
+    with code.when(lanes.n_project > 0):
+        on_constraints.value = project(lanes, t1, lanes.y_new, tried, t1 < stop)
+        taken.value = keep_energy(lanes, t1, lanes.y_new, on_constraints.value)
+    new = rows[_NEW]
+    code.call_kernel(lanes.rhs, t1, lanes.y_new, lanes.p, new)
+    sound = finite_rows(lanes, lanes.y_new, lanes.ny) & finite_rows(lanes, new, lanes.ny)
+    accepted = on_constraints.value & sound
+    # What is not on the constraints, or infinite, is taken for the end of a step that was much too long.
+    lost = tried & ~on_constraints.value
+    infinite = active & ((on_constraints.value & ~sound) | ~code.finite(error))
+    note_pivots(lanes, new, accepted)
+    with code.when(lanes.m > 0):
+        lanes.set_own("pivot", code.smaller(lanes.own("pivot"), least.value), accepted)
+    root = _eighth_root(lanes, error)
+    _choose_step(lanes, active, accepted, lost | infinite, h, wanted, root)
+    lanes.set_own("t", t1, accepted)
+    write_frames(
+        lanes, accepted, t, t1, lambda: _dense(lanes, t, h, rows), lambda theta, out: _at(lanes, theta, out)
+    )
+    copy_rows(lanes, lanes.y_new, lanes.y, lanes.ny, accepted)
+    copy_rows(lanes, new, rows[0], lanes.ny, accepted)
+    note_energy(lanes, t1, lanes.y, accepted, taken.value)
+    lanes.count("steps", accepted)
+    lanes.count("rejected", active & ~accepted)
+    singular = active & (lanes.own("pivot") < PIVOT_LIMIT)
+    small = active & ~accepted & too_small
+    cause = code.select(singular, code.all_lanes(float(at.SINGULAR_MATRIX)), code.select(
+        infinite, code.all_lanes(float(at.NOT_FINITE)), code.select(
+            lost, code.all_lanes(float(at.PROJECTION_FAILED)), code.all_lanes(float(at.STEP_TOO_SMALL)))))  # fmt: skip
+    return ended(lanes, accepted, t1, small | singular, cause)
+
+
+def _sum(lanes: Lanes, weights: dict[int, float], h: Value, rows: list[Rows], out: Rows) -> None:
+    """Write y + h Σ weights[j] k[j] to `out`."""
+    code = lanes.code
+    with code.each(lanes.ny) as i:
+        total: Value | None = None
+        for j, weight in weights.items():
+            total = rows[j][i] * weight if total is None else code.fused(rows[j][i], weight, total)
+        out[i] = code.fused(h, total, lanes.y[i])
+
+
+def _error(lanes: Lanes, h: Value, rows: list[Rows]) -> Value:
+    """The error in units of the tolerance, as `explicit.loop.norm_of_two`."""
+    code = lanes.code
+    fifth, third = code.variable(0.0), code.variable(0.0)
+    weights = DOP853_A[_NEW]
+    differences = {j: weights.get(j, 0.0) - DOP853_ERROR_3.get(j, 0.0) for j in (*weights,)}
+    with code.each(lanes.n) as i:
+        scale = lanes.scale(lanes.y[i], lanes.y_new[i])
+        for total, parts in ((fifth, DOP853_ERROR_5), (third, differences)):
+            value: Value | None = None
+            for j, weight in parts.items():
+                value = rows[j][i] * weight if value is None else code.fused(rows[j][i], weight, value)
+            value = value / scale
+            total.value = total.value + value * value
+    below = fifth.value + third.value * 0.01
+    error = h * fifth.value / code.root(below * code.to_number(lanes.n))
+    return code.select(code.compare("eq", below, 0.0), code.all_lanes(0.0), error)
+
+
+def _choose_step(
+    lanes: Lanes, active: Value, accepted: Value, broken: Value, h: Value, wanted: Value, root: Value
+) -> None:
+    """Set the next step, as `accept_step` and `reject_step`; `root` is the eighth root of the error."""
+    code = lanes.code
+    factor = code.smaller(root / SAFETY, 1.0 / _SHRINK)
+    factor = code.larger(factor, 1.0 / _GROW)
+    longer = h / factor
+    longer = code.select(h < wanted, code.larger(longer, wanted), longer)
+    longer = code.select(lanes.own("last_rejected") > 0.5, code.smaller(longer, h), longer)
+    longer = code.smaller(longer, lanes.longest_step(lanes.own("t") + h))
+    by_error = code.smaller(root / SAFETY, 1.0 / _SHRINK)
+    shorter = h / code.select(broken, code.all_lanes(1.0 / _SHRINK), by_error)
+    lanes.set_own("h", code.select(accepted, longer, shorter), active)
+    lanes.set_own("last_rejected", code.select(accepted, code.all_lanes(0.0), code.all_lanes(1.0)), active)
+
+
+def _dense(lanes: Lanes, t: Value, h: Value, rows: list[Rows]) -> None:
+    """Work out the rows of dense output, as `explicit.loop.erk_dense`."""
+    code = lanes.code
+    for s in range(_NEW + 1, N_ROWS):
+        _sum(lanes, DOP853_A[s], h, rows, lanes.y_stage)
+        code.call_kernel(lanes.rhs, t + h * DOP853_C[s], lanes.y_stage, lanes.p, rows[s])
+    ny = lanes.ny
+    dense = [lanes.dense.behind(ny * r) for r in range(8)]
+    with code.each(ny) as i:
+        rise = lanes.y_new[i] - lanes.y[i]
+        bend = h * rows[0][i] - rise
+        dense[0][i] = lanes.y[i]
+        dense[1][i] = rise
+        dense[2][i] = bend
+        dense[3][i] = rise - h * rows[_NEW][i] - bend
+        for r, weights in enumerate(DOP853_D):
+            total: Value | None = None
+            for j, weight in weights.items():
+                total = rows[j][i] * weight if total is None else code.fused(rows[j][i], weight, total)
+            dense[4 + r][i] = h * total
+
+
+def _at(lanes: Lanes, theta: Value, out: Rows) -> None:
+    """Write the states at places of the step, as `dense.evaluate_dense`."""
+    code, ny = lanes.code, lanes.ny
+    dense = [lanes.dense.behind(ny * r) for r in range(8)]
+    other = 1.0 - theta
+    with code.each(ny) as i:
+        total = dense[7][i]
+        for r in range(6, -1, -1):
+            total = code.fused(total, theta if r % 2 == 0 else other, dense[r][i])
+        out[i] = total

@@ -1,0 +1,441 @@
+"""What the loops of all methods do with lanes: members enter and leave, energies, projection, frames.
+
+A lane takes steps of its own. As soon as its member is done, the next one of the queue takes its place; lanes without
+a member go on with what they hold, which nobody reads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from symgen.runtime.ensemble.slots import AT, COLUMN, COLUMNS, NUMBERS, TOO_MANY_STEPS
+from symgen.runtime.ensemble.writer import ADDRESS, INTEGER, NUMBER, Code, Rows, Value
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.projection import (
+    LARGEST_ERROR,
+    LARGEST_IN_PASSING,
+    LEAST_KINETIC,
+    LEFT_IN_PASSING,
+    MAX_GAUSS_STEPS,
+)
+from symgen.runtime.integrate.step_control import EPS
+
+LOAD, STORE, BEGIN, RUN = (f"symgen_lanes_{word}" for word in ("load", "store", "begin", "run"))
+PIVOT_LIMIT = 1e-6  # below it the accelerations are in doubt: as in `constraints/guard_code.py`
+
+
+@dataclass(eq=False)
+class Lanes:
+    """The lanes in a function that is being written: `lanes.y[i]`, `lanes.t_end`, `lanes.own("h")`.
+
+    Attributes of the names in `slots` are read from the table once, where the function begins.
+    """
+
+    code: Code
+    _known: dict[str, Value | Rows] = field(default_factory=dict)
+
+    def read(self, *names: str) -> None:
+        """Read slots of the table, here."""
+        for name in names:
+            self._known[name] = self._read(name)
+
+    def _read(self, name: str) -> Value | Rows:
+        code = self.code
+        if name in NUMBERS:
+            return code.slot(AT[name], NUMBER)
+        if name in _ROWS:
+            return Rows(code, code.slot(AT[name], ADDRESS))
+        if name in _PLAIN:
+            return Rows(code, code.slot(AT[name], ADDRESS), NUMBER)
+        if name in _INTEGERS:
+            return Rows(code, code.slot(AT[name], ADDRESS), INTEGER)
+        return code.slot(AT[name], ADDRESS if name in _CODE else INTEGER)
+
+    def __getattr__(self, name: str) -> Value | Rows:
+        try:
+            return self._known[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def own(self, column: str) -> Value:
+        """What each lane carries under a name of `slots.COLUMNS`."""
+        return self.numbers[COLUMN[column]]
+
+    def set_own(self, column: str, value: Value | float, where: Value | None = None) -> None:
+        """Set it, in the lanes of `where`."""
+        if where is not None:
+            value = self.code.select(where, value, self.own(column))
+        self.numbers[COLUMN[column]] = value
+
+    def count(self, column: str, where: Value) -> None:
+        """Count one more in the lanes of `where`."""
+        one = self.code.select(where, self.code.all_lanes(1.0), self.code.all_lanes(0.0))
+        self.set_own(column, self.own(column) + one)
+
+    def scale(self, a: Value, b: Value) -> Value:
+        """The tolerance of a component between two values, as `step_control.error_scale`."""
+        code = self.code
+        size = code.larger(code.size(a), code.size(b))
+        return code.larger(self.atol + self.rtol * size, 4.0 * EPS * size + 1e-300)
+
+    def longest_step(self, t: Value) -> Value:
+        """As `step_control.longest_step`."""
+        code = self.code
+        return code.smaller(
+            code.as_kind(self.h_base, "lanes") + self.h_share * (t - self.t_start), self.h_max
+        )
+
+
+_CODE = ("rhs", "project", "energy", "residual", "setup", "series")
+_ROWS = (
+    "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
+)  # fmt: skip
+_PLAIN = ("start", "parameters", "precomputed", "derivative", "results", "end", "frames", "frame_times")
+_INTEGERS = ("quaternions", "member_of_lane", "frame_of_lane")
+ALL = tuple(name for name in AT if name != "next")
+
+
+def finite_rows(lanes: Lanes, rows: Rows, n: Value) -> Value:
+    """Whether the first `n` rows are finite, for each lane."""
+    code = lanes.code
+    total = code.variable(0.0)
+    with code.each(n) as i:
+        total.value = total.value + rows[i] * 0.0
+    return code.compare("eq", total.value, 0.0)
+
+
+def copy_rows(lanes: Lanes, source: Rows, target: Rows, n: Value, where: Value | None = None) -> None:
+    """Copy rows, in the lanes of `where`."""
+    code = lanes.code
+    with code.each(n) as i:
+        target[i] = source[i] if where is None else code.select(where, source[i], target[i])
+
+
+def project(lanes: Lanes, t: Value, y: Rows, wanted: Value, in_passing: Value) -> Value:
+    """Project the states in the lanes of `wanted`, as `integrate/projection.py`; returns where that went well.
+
+    Lanes that are not wanted are left as they are, but for rounding of quaternions' lengths.
+    """
+    code = lanes.code
+    going, broken = code.variable(wanted), code.variable(code.flags(False))
+    enough = code.root(code.as_kind(lanes.projection_tol, "lanes"))
+    tries = code.variable(0, INTEGER)
+    with code.forever() as leave:
+        leave(~code.any(going.value))
+        leave(tries.value >= MAX_GAUSS_STEPS)
+        tries.value = tries.value + 1
+        with code.each(lanes.n_quaternions) as k:
+            first = lanes.quaternions[k]
+            w, a, b, c = parts = [y[first + j] for j in range(4)]
+            length = code.root(w * w + a * a + b * b + c * c)
+            for j, part in enumerate(parts):
+                y[first + j] = code.select(going.value, part / length, part)
+        code.call_kernel(lanes.project, t, y, lanes.p, lanes.projected)
+        sound = finite_rows(lanes, lanes.projected, lanes.n_project)
+        residual, total = code.variable(0.0), code.variable(0.0)
+        with code.each(lanes.n_project, lanes.n) as i:
+            residual.value = code.larger(residual.value, code.size(lanes.projected[i]))
+        with code.each(lanes.n) as i:
+            ratio = (lanes.projected[i] - y[i]) / lanes.scale(y[i], lanes.projected[i])
+            total.value = total.value + ratio * ratio
+        small = total.value * lanes.rtol <= code.as_kind(code.to_number(lanes.n), "lanes") * LEFT_IN_PASSING
+        near = residual.value <= code.as_kind(lanes.rtol, "lanes") * LARGEST_IN_PASSING
+        converged = (residual.value <= enough) | (in_passing & near & small)
+        moved = going.value & sound
+        copy_rows(lanes, lanes.projected, y, lanes.n, moved)
+        broken.value = broken.value | (going.value & ~sound)
+        going.value = moved & ~converged
+    return wanted & ~(going.value | broken.value)
+
+
+def evaluate_energy(lanes: Lanes, t: Value, y: Rows) -> tuple[Value, Value, Value]:
+    """Return T, V and the work done from outside."""
+    code = lanes.code
+    code.call_kernel(lanes.energy, t, y, lanes.p, lanes.energies)
+    work = code.variable(0.0)
+    with code.when(lanes.n < lanes.ny):
+        work.value = y[lanes.n]
+    return lanes.energies[0], lanes.energies[1], work.value
+
+
+def keep_energy(lanes: Lanes, t: Value, y: Rows, where: Value) -> Value:
+    """Scale rates to the energy of the start, as `projection.scale_energy`; returns what that takes away."""
+    code = lanes.code
+    taken = code.variable(0.0)
+    with code.when(code.compare("ne", lanes.scale_energy, 0)):
+        kinetic, potential, work = evaluate_energy(lanes, t, y)
+        level = lanes.own("level") + work
+        error = kinetic + potential - level
+        usable = (kinetic > (code.size(level) + code.size(potential)) * LEAST_KINETIC) & (
+            code.size(error) <= kinetic * LARGEST_ERROR
+        )
+        usable = usable & where
+        factor = code.root((kinetic - error) / kinetic)
+        with code.each(lanes.n, lanes.nq) as i:
+            y[i] = code.select(usable, y[i] * factor, y[i])
+        taken.value = code.select(usable, error, code.all_lanes(0.0))
+    return taken.value
+
+
+def note_energy(lanes: Lanes, t: Value, y: Rows, where: Value, taken: Value) -> None:
+    """Take note of the energy balance at accepted states, and of what scaling took away."""
+    code = lanes.code
+    with code.when(code.compare("ne", lanes.watch_energy, 0)):
+        kinetic, potential, work = evaluate_energy(lanes, t, y)
+        off = code.size(kinetic + potential - work - lanes.own("level"))
+        for column, value in (
+            ("energy_off", off), ("kinetic", code.size(kinetic)), ("most_potential", potential),
+            ("work", code.size(work)),
+        ):  # fmt: skip
+            lanes.set_own(column, code.larger(lanes.own(column), value), where)
+        lanes.set_own("least_potential", code.smaller(lanes.own("least_potential"), potential), where)
+        sum_taken = lanes.own("taken") + taken
+        lanes.set_own("taken", sum_taken, where)
+        lanes.set_own("most_taken", code.larger(lanes.own("most_taken"), code.size(sum_taken)), where)
+
+
+def note_pivots(lanes: Lanes, row: Rows, where: Value) -> None:
+    """Take note of the ratio of pivots that `rhs` has written behind its row."""
+    code = lanes.code
+    with code.when(lanes.m > 0):
+        ratio = row[lanes.n_row - 1]
+        lanes.set_own("pivot", code.smaller(lanes.own("pivot"), ratio), where)
+
+
+def function_load(lanes_wide: int) -> Code:
+    """Return `load(table, lane, member)`: a member takes a lane."""
+    code = Code(LOAD, lanes_wide, ("lane", "member"))
+    lanes = Lanes(code)
+    lanes.read(*ALL)
+    lane, member = code.argument("lane"), code.argument("member")
+
+    def spread(source: Rows, target: Rows, n: Value | int) -> None:
+        single, own = target.single(), source.behind(member * n)
+        with code.each(n) as i:
+            single[i * code.lanes + lane] = own[i]
+
+    spread(lanes.start, lanes.y, lanes.ny)
+    spread(lanes.precomputed, lanes.p, lanes.n_precomputed)
+    spread(lanes.derivative, lanes.k, lanes.n_row)
+    spread(lanes.results, lanes.numbers, len(COLUMNS))
+    carry = lanes.carry.single()
+    with code.each(lanes.ny) as i:
+        carry[i * code.lanes + lane] = code.number(0.0)
+    lanes.member_of_lane[lane] = member
+    lanes.frame_of_lane[lane] = code.integer(0)
+    return code
+
+
+def function_store(lanes_wide: int) -> Code:
+    """Return `store(table, lane)`: what a member has come to."""
+    code = Code(STORE, lanes_wide, ("lane",))
+    lanes = Lanes(code)
+    lanes.read(*ALL)
+    lane = code.argument("lane")
+    member = lanes.member_of_lane[lane]
+
+    def gather(source: Rows, target: Rows, n: Value | int) -> None:
+        single, own = source.single(), target.behind(member * n)
+        with code.each(n) as i:
+            own[i] = single[i * code.lanes + lane]
+
+    gather(lanes.y, lanes.end, lanes.ny)
+    gather(lanes.numbers, lanes.results, len(COLUMNS))
+    return code
+
+
+def function_begin(lanes_wide: int, first_step: Callable[[Lanes], Value] | None) -> Code:
+    """Return `begin(table)`: work out what members need to enter lanes, for all in the queue.
+
+    `first_step` writes what finds the length of the first step of an adaptive method, from `k`, the derivative.
+    """
+    code = Code(BEGIN, lanes_wide)
+    lanes = Lanes(code)
+    lanes.read(*ALL)
+    block = code.variable(0, INTEGER)
+    with code.forever() as leave:
+        leave(block.value >= lanes.n_members)
+        with code.each(code.lanes) as lane:
+            _enter(lanes, block.value + lane, lane)
+        t = code.as_kind(lanes.t_start, "lanes")
+        code.call_kernel(lanes.rhs, t, lanes.y, lanes.p, lanes.k)
+        for column in COLUMNS:
+            lanes.set_own(column, 0.0)
+        lanes.set_own("t", t)
+        lanes.set_own("pivot", float("inf"))
+        lanes.set_own("active", 1.0)
+        note_pivots(lanes, lanes.k, code.flags(True))
+        with code.when(code.compare("ne", lanes.watch_energy, 0)):
+            kinetic, potential, work = evaluate_energy(lanes, t, lanes.y)
+            lanes.set_own("level", kinetic + potential - work)
+            lanes.set_own("kinetic", code.size(kinetic))
+            lanes.set_own("least_potential", potential)
+            lanes.set_own("most_potential", potential)
+        lanes.set_own("h", first_step(lanes) if first_step is not None else code.as_kind(lanes.step, "lanes"))
+        with code.each(code.lanes) as lane:
+            _leave(lanes, block.value + lane, lane)
+        block.value = block.value + code.lanes
+    return code
+
+
+def _enter(lanes: Lanes, number: Value, lane: Value) -> None:
+    code = lanes.code
+    member = code.select(number < lanes.n_members, number, lanes.n_members - 1)
+    given, longer = (
+        lanes.parameters.behind(member * lanes.n_p),
+        lanes.precomputed.behind(member * lanes.n_precomputed),
+    )
+    with code.each(lanes.n_p) as i:
+        longer[i] = given[i]
+    with code.when(lanes.n_p < lanes.n_precomputed):
+        code.call_plain(lanes.setup, code.number(0.0), longer, longer, longer.behind(lanes.n_p))
+    start = lanes.start.behind(member * lanes.ny)
+    y, p = lanes.y.single(), lanes.p.single()
+    with code.each(lanes.ny) as i:
+        y[i * code.lanes + lane] = start[i]
+    with code.each(lanes.n_precomputed) as i:
+        p[i * code.lanes + lane] = longer[i]
+
+
+def _leave(lanes: Lanes, number: Value, lane: Value) -> None:
+    code = lanes.code
+    with code.when(number < lanes.n_members):
+        row = lanes.derivative.behind(number * lanes.n_row)
+        k, numbers = lanes.k.single(), lanes.numbers.single()
+        with code.each(lanes.n_row) as i:
+            row[i] = k[i * code.lanes + lane]
+        columns = lanes.results.behind(number * len(COLUMNS))
+        with code.each(len(COLUMNS)) as i:
+            columns[i] = numbers[i * code.lanes + lane]
+
+
+def refill(lanes: Lanes, done: Value) -> None:
+    """Write what members in the lanes of `done` have come to, and let the next ones of the queue in."""
+    code = lanes.code
+    with code.when(code.any(done)):
+        _note_residuals(lanes, done)
+        mask = code.mask(done)
+        with code.each(code.lanes) as lane:
+            with code.when(code.bit(mask, lane)):
+                code.call(STORE, lane)
+                enter(lanes, lane)
+
+
+def _note_residuals(lanes: Lanes, done: Value) -> None:
+    code = lanes.code
+    with code.when(lanes.m > 0):
+        code.call_kernel(lanes.residual, lanes.own("t"), lanes.y, lanes.p, lanes.residuals)
+        for column, first, end in (
+            ("position_residual", code.integer(0), lanes.nh),
+            ("velocity_residual", lanes.nh, lanes.nh + lanes.m),
+        ):
+            worst = code.variable(0.0)
+            with code.each(end, first) as i:
+                worst.value = code.larger(worst.value, code.size(lanes.residuals[i]))
+            lanes.set_own(column, worst.value, done)
+
+
+def enter(lanes: Lanes, lane: Value) -> None:
+    """Let the next member of the queue into a lane; without one the lane is idle."""
+    code = lanes.code
+    following = code.slot(AT["next"], INTEGER)
+    is_there = following < lanes.n_members
+    with code.when(is_there):
+        code.call(LOAD, lane, following)
+        code.set_slot(AT["next"], following + 1)
+    with code.when(~is_there):
+        lanes.numbers.single()[lane + COLUMN["active"] * code.lanes] = code.number(0.0)
+
+
+def function_run(lanes_wide: int, attempt: Callable[[Lanes, Value], Value]) -> Code:
+    """Return `run(table)`: take steps until the queue is empty.
+
+    `attempt(lanes, active)` writes one step of all lanes, and returns in which the member is done; these have their
+    status.
+    """
+    code = Code(RUN, lanes_wide)
+    lanes = Lanes(code)
+    lanes.read(*ALL)
+    with code.each(code.lanes) as lane:
+        # What is idle from the beginning holds a member's numbers, too.
+        code.call(LOAD, lane, code.integer(0))
+    with code.each(code.lanes) as lane:
+        enter(lanes, lane)
+    with code.forever() as leave:
+        active = lanes.own("active") > 0.5
+        leave(~code.any(active))
+        refill(lanes, attempt(lanes, active))
+    return code
+
+
+def ended(lanes: Lanes, accepted: Value, t1: Value, failed: Value, cause: Value) -> Value:
+    """Set the status of members that are done: at the end of the run, failed, or out of steps; returns which these are."""
+    code = lanes.code
+    arrived = accepted & (t1 >= lanes.t_end)
+    spent = lanes.own("active") > 0.5
+    spent = spent & (
+        lanes.own("steps") + lanes.own("rejected") >= code.as_kind(code.to_number(lanes.max_steps), "lanes")
+    )
+    lanes.set_own("status", float(TOO_MANY_STEPS), spent)
+    lanes.set_own("status", cause, failed)
+    lanes.set_own("status", float(at.REACHED_STOP), arrived)
+    return arrived | failed | spent
+
+
+def write_frames(
+    lanes: Lanes, accepted: Value, t0: Value, t1: Value, make_dense: Callable[[], None],
+    evaluate: Callable[[Value, Rows], None],
+) -> None:  # fmt: skip
+    """Write the frames that accepted steps have passed, by dense output on the constraints.
+
+    Parameters
+    ----------
+    make_dense : callable
+        Writes what works out the dense output of the step, for all lanes.
+    evaluate : callable
+        `evaluate(theta, rows)` writes the states at places of the step to `rows`.
+    """
+    code = lanes.code
+    with code.when(lanes.n_frames > 0):
+        made = code.variable(0, INTEGER)
+        with code.forever() as leave:
+            times = _next_frames(lanes)
+            due = accepted & (times <= t1)
+            leave(~code.any(due))
+            with code.when(code.equal(made.value, 0)):
+                make_dense()
+                made.value = code.integer(1)
+            evaluate((times - t0) / (t1 - t0), lanes.y_stage)
+            at_end = code.compare("eq", times, t1)
+            copy_rows(lanes, lanes.y_new, lanes.y_stage, lanes.ny, at_end)
+            with code.when(lanes.n_project > 0):
+                project(lanes, times, lanes.y_stage, due, code.flags(False))
+            mask = code.mask(due)
+            with code.each(code.lanes) as lane:
+                with code.when(code.bit(mask, lane)):
+                    _write_frame(lanes, lane)
+
+
+def _next_frames(lanes: Lanes) -> Value:
+    """The time of each lane's next frame; infinite where there is none."""
+    code = lanes.code
+    place = Rows(
+        code, code.at_entry(f"alloca {code.type_of('lanes')}, align {code.align_of('lanes')}"), NUMBER
+    )
+    with code.each(code.lanes) as lane:
+        number = lanes.frame_of_lane[lane]
+        place[lane] = code.number(float("inf"))
+        with code.when(number < lanes.n_frames):
+            place[lane] = lanes.frame_times[number]
+    return Rows(code, place.address)[0]
+
+
+def _write_frame(lanes: Lanes, lane: Value) -> None:
+    code = lanes.code
+    number = lanes.frame_of_lane[lane]
+    row = (lanes.member_of_lane[lane] * lanes.n_frames + number) * lanes.ny
+    frame, state = lanes.frames.behind(row), lanes.y_stage.single()
+    with code.each(lanes.ny) as i:
+        frame[i] = state[i * code.lanes + lane]
+    lanes.frame_of_lane[lane] = number + 1

@@ -1,0 +1,95 @@
+"""Machine code of ensembles: the loop of a method, for all models, and a model's functions in lanes."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from symgen.runtime.code import engine
+from symgen.runtime.ensemble import dop853
+from symgen.runtime.ensemble.lanes import (
+    BEGIN,
+    RUN,
+    function_begin,
+    function_load,
+    function_run,
+    function_store,
+)
+from symgen.runtime.lazy import Late
+from symgen.runtime.record import record
+
+if TYPE_CHECKING:
+    from symgen.runtime.system import System
+
+modules = Late("symgen.runtime.code.modules")
+
+_PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p)  # it lets other threads run
+
+
+@record(eq=False)
+class LaneLoop:
+    """The loop of a method: `begin(table)`, then `run(table)`, see `lanes`."""
+
+    begin: Callable[[int], None]
+    run: Callable[[int], None]
+    _code: Any
+
+
+_METHODS = {"dop853": (dop853.first_step, dop853.attempt)}
+
+
+@functools.lru_cache(maxsize=16)
+def lane_loop(method: str, lanes: int) -> LaneLoop:
+    """Return the loop of a method for so many lanes, compiled on first use on this machine."""
+    key = engine.cache_key(f"lanes {method} {lanes} {_generator()}")
+    code = engine.MachineCode()
+    content = engine.object_code(
+        key, f"lanes of {method}", RUN, lambda _: (loop_ir(method, lanes), 0), loops=True
+    )
+    run = code.add(content, RUN)
+    return LaneLoop(_PROTOTYPE(code.address(BEGIN)), _PROTOTYPE(run), code)
+
+
+def loop_ir(method: str, lanes: int) -> str:
+    """Return the LLVM IR of the loop of a method."""
+    first_step, attempt = _METHODS[method]
+    functions = [
+        function_load(lanes), function_store(lanes), function_begin(lanes, first_step), function_run(lanes, attempt)
+    ]  # fmt: skip
+    declared = sorted({line for function in functions for line in function.declared})
+    return "\n".join([*declared, *(function.text() for function in functions)])
+
+
+def lane_kernel(system: System, name: str, lanes: int) -> int:
+    """Return the address of a model's function in lanes, of which the model owns the code.
+
+    Raises
+    ------
+    symgen.runtime.code.lower.NoLanes
+        It can only be had for one member at a time; says why.
+    """
+    known = system.__dict__.setdefault("_lane_kernels", {})
+    if (name, lanes) not in known:
+        source, symbol = system._kernel_source(name), f"symgen_{name}_{lanes}"
+
+        def lower(symbol: str) -> tuple[str, int]:
+            lowered = modules.lower_lanes(source.code, symbol, source.n_hoisted, source.offset, lanes)
+            return lowered.ir, lowered.operations
+
+        key = engine.cache_key(f"{symbol}\0{source.key_text()}")
+        known[name, lanes] = system.machine_code().add(engine.object_code(key, name, symbol, lower), symbol)
+    return known[name, lanes]
+
+
+@functools.lru_cache(maxsize=1)
+def _generator() -> str:
+    """Hash of the sources that decide what a loop is."""
+    digest = hashlib.sha256()
+    folder = Path(__file__).parent
+    for path in (*sorted(folder.glob("*.py")), folder.parent / "integrate" / "explicit" / "dop853.py"):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

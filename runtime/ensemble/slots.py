@@ -1,0 +1,33 @@
+"""What the machine code of ensembles and Python share: a table of addresses, sizes and numbers, and columns of results."""
+
+from __future__ import annotations
+
+_KERNELS = ("rhs", "project", "energy", "residual", "setup", "series")
+_SIZES = (
+    "n_members", "ny", "n", "nq", "n_row", "n_p", "n_precomputed", "nh", "m", "n_project", "n_quaternions", "n_frames",
+    "max_steps", "next", "watch_energy", "scale_energy", "order", "in_passing", "stages", "has_tail",
+)  # fmt: skip
+_NUMBERS = (
+    "t_start", "t_end", "rtol", "atol", "h_max", "h_base", "h_share", "h_min", "projection_tol", "step",
+)  # fmt: skip
+# Of members, in the order of the queue: plain numbers, a row for each.
+_MEMBERS = ("start", "parameters", "precomputed", "derivative", "results", "end", "frames")
+# Of lanes: vectors.
+_LANES = (
+    "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
+)  # fmt: skip
+_OTHERS = ("quaternions", "frame_times", "member_of_lane", "frame_of_lane")
+NAMES = (*_KERNELS, *_SIZES, *_NUMBERS, *_MEMBERS, *_LANES, *_OTHERS)
+AT = {name: index for index, name in enumerate(NAMES)}
+NUMBERS = frozenset(_NUMBERS)
+
+# What each lane carries, and what is known of each member afterwards: columns of its row in `results`.
+COLUMNS = (
+    "t", "status", "steps", "rejected", "level", "energy_off", "kinetic", "least_potential", "most_potential", "work",
+    "pivot", "taken", "most_taken", "position_residual", "velocity_residual",
+    # Of the steps alone.
+    "h", "last_rejected", "active", "round_off", "shorter", "varied", "reach",
+)  # fmt: skip
+COLUMN = {name: index for index, name in enumerate(COLUMNS)}
+
+TOO_MANY_STEPS = -10
