@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 # Of the largest energy: the terms of V are rounded, and so are the states that it is evaluated at.
-_ROUND_OFF = 64.0 * np.finfo(float).eps
+ROUND_OFF = 64.0 * np.finfo(float).eps
 _ERROR_PER_RTOL, _LEAST_ERROR, _LARGEST_ERROR = 1e5, 1e-6, 2e-2
 _ERROR_OF_FIXED_STEPS, _ERROR_OF_ORDER_1 = 2e-2, 5e-2  # about twice the error of an amplitude
 _LOOKED_AT = 200  # frames that tell the exchange of a run on its way
@@ -66,7 +66,7 @@ class Exchange:
         size, off = self.size, np.abs(deviation)
         if not self._largest > 0.0:
             return off
-        rounded = np.minimum(off, _ROUND_OFF * self._largest)
+        rounded = np.minimum(off, ROUND_OFF * self._largest)
         parts = rounded / max(size, self._largest)
         return parts + ((off - rounded) / size if size > 0.0 else off - rounded)
 

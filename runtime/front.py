@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from symgen.runtime.checks.advice import Advice
     from symgen.runtime.checks.entry import HealthCheck
+    from symgen.runtime.ensemble.result import Ensemble
     from symgen.runtime.linear.model import LinearModel
     from symgen.runtime.linear.modes import Modes
     from symgen.runtime.prepared.prepared import PreparedRun
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 
 # A process that loads a model may do without running it, and one that runs it without checks and recordings.
 simulation = Late("symgen.runtime.simulate")
+ensembles = Late("symgen.runtime.ensemble.run")
+ensemble_options = Late("symgen.runtime.ensemble.options")
 preparing = Late("symgen.runtime.prepared.prepared")
 health = Late("symgen.runtime.checks.health")
 linear = Late("symgen.runtime.linear")
@@ -140,6 +143,15 @@ class System(SystemData):
 
     run = solve
 
+    def ensemble(
+        self,
+        t_end: Quantity | None = None,
+        *,
+        n: int | None = None,
+        seed: int = 0,
+        parameters: Any = None,
+        start: Any = None,
+        rate: Any = None,
     def prepare(
         self,
         t_end: Quantity | None = None,
@@ -148,6 +160,59 @@ class System(SystemData):
         rtol: float = 1e-8,
         atol: float = 1e-10,
         step: Quantity | None = None,
+        keep: str | Sequence[str] | None = "end",
+        frames: int | Sequence[float] | None = None,
+        reduce: Mapping[str, Any] | None = None,
+        threads: int | None = None,
+        executor: Any = None,
+        t_start: float = 0.0,
+        max_steps: int | None = None,
+        progress: Callable[[int, int, int], None] | None = None,
+        energy_scaling: bool | None = None,
+    ) -> Ensemble:
+        """Run the model many times, with parameters and starts that differ; see docs/ensembles.md.
+
+        What each option says: `symgen.runtime.ensemble.options.EnsembleOptions`. Results depend neither on the number
+        of threads nor on which other members there are, to the last bit.
+
+        Returns
+        -------
+        symgen.runtime.ensemble.Ensemble
+            `e["theta"]`, `e.failed`, `e.health`, `e.member(17)`.
+
+        Raises
+        ------
+        RuntimeModelError
+            An option does not fit the model, or the first member has no start on the constraints.
+
+        Examples
+        --------
+        >>> e = system.ensemble(10, n=1000, seed=1, parameters={"L2": normal(1.0, 0.01)}, rtol=1e-9)
+        """
+        asked = ensemble_options.EnsembleOptions(
+            t_end=t_end,
+            n=n,
+            seed=seed,
+            parameters=parameters,
+            start=start,
+            rate=rate,
+            method=method,
+            rtol=rtol,
+            atol=atol,
+            step=step,
+            keep=keep,
+            frames=frames,
+            reduce=reduce,
+            threads=threads,
+            executor=executor,
+            t_start=t_start,
+            max_steps=max_steps,
+            progress=progress,
+            energy_scaling=energy_scaling,
+        )
+        found = ensembles.run_ensemble(self, asked)
+        found.present = Solution.of
+        return found
         constraints: str = "auto",
         parameters: Sequence[str] | Mapping[str, Quantity] | None = None,
         start: Sequence[str] | Mapping[str, Quantity] | None = None,

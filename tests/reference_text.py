@@ -14,7 +14,10 @@ import click
 import symgen
 from symgen import equations, front, link, runtime
 from symgen.cli import failures, main
-from symgen.runtime import inputs, linear
+from symgen.runtime import ensemble, inputs, linear
+from symgen.runtime.ensemble.options import EnsembleOptions
+from symgen.runtime.ensemble.result import EnsembleHealth
+from symgen.runtime.ensemble.verdict import Verdicts
 from symgen.runtime.linear.modes import Mode, Modes
 from symgen.runtime.prepared.prepared import PreparedRun
 from symgen.runtime.prepared.runs import Runs
@@ -31,13 +34,18 @@ EXIT_STATUSES = {
 }
 # What users hold, in the order of the page; `symgen` also hands on functions of SymPy for expressions.
 CLASSES = (
+    front.Model, equations.Equations, runtime.System, runtime.RunOptions, runtime.Solution, Stepper, runtime.Kernel,
+    inputs.Controller, inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode, linear.FrequencyResponse,
+    linear.Equilibrium, ensemble.Ensemble, EnsembleOptions, EnsembleHealth, Verdicts,
     front.Model, equations.Equations, runtime.System, runtime.RunOptions, runtime.Solution, PreparedRun, Runs, Stepper,
     runtime.Kernel, inputs.Controller, inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode,
     linear.FrequencyResponse, linear.Equilibrium,
 )  # fmt: skip
 FUNCTIONS = (
     link.load, equations.equations_of, runtime.load, runtime.solve, runtime.read_module, linear.linearise,
-    linear.find_equilibrium,
+    linear.find_equilibrium, ensemble.normal, ensemble.uniform, ensemble.lognormal, ensemble.triangular,
+    ensemble.choice,
+    ensemble.linspace, ensemble.grid, ensemble.quantiles, ensemble.histogram,
 )  # fmt: skip
 ERRORS = (runtime.RuntimeModelError, runtime.ModuleError)
 

@@ -36,7 +36,7 @@ def compile_ir(ir: str) -> bytes:
 
 
 def compile_loops(ir: str) -> bytes:
-    """Compile the text of a module of loops, whose variables are in memory, for this machine; no vectors but its own."""
+    """Compile the text of a module of loops, whose variables are in memory; no vectors but its own."""
     with _lock:
         initialise()
         module = llvm.parse_assembly(ir)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.machine import lane_kernel, lane_loop
-from symgen.runtime.ensemble.slots import AT, COLUMNS
+from symgen.runtime.ensemble.slots import COLUMNS
 from symgen.runtime.record import record
 from symgen.runtime.system import System
 
 LANES = 8  # right for AVX-512, and within 13 % of the best elsewhere
-_ALIGNMENT = 64  # bytes
+_SHORTEST_STEP = 1e-150  # [s]: squares of the steps must not underflow
 _N_DENSE = 8
 
 
@@ -33,6 +34,8 @@ class BatchSettings:
     frame_times : ndarray, shape (F,) [s]
     max_steps : int
     lanes : int
+    log_size : int
+        Of the log of steps, which one lane alone keeps.
     """
 
     method: str
@@ -47,6 +50,7 @@ class BatchSettings:
     scale_energy: bool = False
     max_steps: int = 1 << 52
     lanes: int = LANES
+    log_size: int = 0
 
 
 @record
@@ -90,46 +94,43 @@ class LaneBatch:
         self.system, self.settings = system, settings
         lanes = settings.lanes
         self._loop = lane_loop(settings.method, lanes)
-        self._table = np.zeros(len(AT), dtype=np.uint64)
+        self._table = table = Table()
         n = system.nq + system.nv
         projects = bool(system.m or system.quaternions)
         n_project = n + system.nh + system.m if projects else 0
-        for name in ("rhs", "energy", *(("project",) if projects else ())):
-            self._set(name, lane_kernel(system, name, lanes))
-        if system.m:
-            self._set("residual", lane_kernel(system, "constraint_residual", lanes))
-        self._set("setup", system.setup_address())
-        sizes = {
-            "ny": system.ny, "n": n, "nq": system.nq, "n_row": system.n_row, "n_p": system.n_p,
-            "n_precomputed": system.n_precomputed, "nh": system.nh, "m": system.m, "n_project": n_project,
-            "n_quaternions": len(system.quaternions), "n_frames": len(settings.frame_times),
-            "max_steps": settings.max_steps, "watch_energy": 1, "scale_energy": int(settings.scale_energy),
-        }  # fmt: skip
-        for name, value in sizes.items():
-            self._set(name, value)
+        names = {"rhs": "rhs", "energy": "energy"}
+        names |= {"project": "project"} if projects else {}
+        names |= {"residual": "constraint_residual"} if system.m else {}
+        table.set_integers(**{slot: lane_kernel(system, name, lanes) for slot, name in names.items()})
+        table.set_integers(
+            setup=system.setup_address(), ny=system.ny, n=n, nq=system.nq, n_row=system.n_row, n_p=system.n_p,
+            n_precomputed=system.n_precomputed, nh=system.nh, m=system.m, n_project=n_project,
+            n_quaternions=len(system.quaternions), n_frames=len(settings.frame_times),
+            max_steps=settings.max_steps, watch_energy=1, scale_energy=int(settings.scale_energy),
+            log_size=settings.log_size,
+        )  # fmt: skip
         h_max, h_base, h_share = settings.longest
-        numbers = {
-            "t_start": settings.t_start, "t_end": settings.t_end, "rtol": settings.rtol, "atol": settings.atol,
-            "h_max": h_max, "h_base": h_base, "h_share": h_share, "h_min": 1e-150,
-            "projection_tol": settings.projection_tol, "step": settings.step,
-        }  # fmt: skip
-        for name, value in numbers.items():
-            self._table.view(np.float64)[AT[name]] = value
+        table.set_numbers(
+            t_start=settings.t_start, t_end=settings.t_end, rtol=settings.rtol, atol=settings.atol, h_max=h_max,
+            h_base=h_base, h_share=h_share, h_min=_SHORTEST_STEP, projection_tol=settings.projection_tol,
+            step=settings.step,
+        )  # fmt: skip
         rows = {
             "y": system.ny, "y_new": system.ny, "y_stage": system.ny, "k": 16 * system.n_row,
             "p": system.n_precomputed, "projected": n_project, "energies": 2, "residuals": system.nh + system.m,
             "dense": _N_DENSE * system.ny, "numbers": len(COLUMNS), "carry": system.ny, "slope": system.ny,
         }  # fmt: skip
-        self._keep = {name: _aligned(length * lanes) for name, length in rows.items()}
-        self._keep["quaternions"] = np.array(system.quaternions, dtype=np.int64)
-        self._keep["frame_times"] = np.ascontiguousarray(settings.frame_times, dtype=float)
-        self._keep["member_of_lane"] = np.zeros(lanes, dtype=np.int64)
-        self._keep["frame_of_lane"] = np.zeros(lanes, dtype=np.int64)
-        for name, array in self._keep.items():
-            self._set(name, array.ctypes.data)
-
-    def _set(self, name: str, value: int) -> None:
-        self._table[AT[name]] = value
+        table.set_arrays({name: aligned(length * lanes) for name, length in rows.items()})
+        self.step_log = np.zeros((settings.log_size, 2))
+        table.set_arrays(
+            {
+                "quaternions": np.array(system.quaternions, dtype=np.int64),
+                "frame_times": np.ascontiguousarray(settings.frame_times, dtype=float),
+                "member_of_lane": np.zeros(lanes, dtype=np.int64),
+                "frame_of_lane": np.zeros(lanes, dtype=np.int64),
+                "step_log": self.step_log,
+            }
+        )
 
     def run(self, parameters: np.ndarray, start: np.ndarray) -> BatchResult:
         """Run members from their starts to the end.
@@ -154,18 +155,9 @@ class LaneBatch:
             "derivative": np.zeros((n, system.n_row)), "results": result.columns, "end": result.end,
             "frames": result.frames,
         }  # fmt: skip
-        for name, array in held.items():
-            self._set(name, array.ctypes.data)
-        self._set("n_members", n)
-        self._set("next", 0)
+        self._table.set_arrays(held)
+        self._table.set_integers(n_members=n, next=0, n_logged=0)
         if n:
-            self._loop.begin(self._table.ctypes.data)
-            self._loop.run(self._table.ctypes.data)
+            self._loop.begin(self._table.address)
+            self._loop.run(self._table.address)
         return result
-
-
-def _aligned(length: int) -> np.ndarray:
-    """Return zeros that begin at a multiple of the width of vector registers."""
-    memory = np.zeros(length + _ALIGNMENT // 8 * 2)
-    first = -memory.ctypes.data % (2 * _ALIGNMENT) // 8
-    return memory[first : first + length]

@@ -9,6 +9,7 @@ from symgen.runtime.ensemble.lanes import (
     ended,
     finite_rows,
     keep_energy,
+    log_step,
     note_energy,
     note_pivots,
     project,
@@ -135,6 +136,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     copy_rows(lanes, lanes.y_new, lanes.y, lanes.ny, accepted)
     copy_rows(lanes, new, rows[0], lanes.ny, accepted)
     note_energy(lanes, t1, lanes.y, accepted, taken.value)
+    log_step(lanes, accepted, t1, h)
     lanes.count("steps", accepted)
     lanes.count("rejected", active & ~accepted)
     singular = active & (lanes.own("pivot") < PIVOT_LIMIT)

@@ -21,7 +21,7 @@ from symgen.runtime.integrate.projection import (
 )
 from symgen.runtime.integrate.step_control import EPS
 
-LOAD, STORE, BEGIN, RUN = (f"symgen_lanes_{word}" for word in ("load", "store", "begin", "run"))
+LOAD, STORE, BEGIN, RUN, MAP = (f"symgen_lanes_{word}" for word in ("load", "store", "begin", "run", "map"))
 PIVOT_LIMIT = 1e-6  # below it the accelerations are in doubt: as in `constraints/guard_code.py`
 
 
@@ -91,9 +91,19 @@ _CODE = ("rhs", "project", "energy", "residual", "setup", "series")
 _ROWS = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
 )  # fmt: skip
-_PLAIN = ("start", "parameters", "precomputed", "derivative", "results", "end", "frames", "frame_times")
+_PLAIN = (
+    "start",
+    "parameters",
+    "precomputed",
+    "derivative",
+    "results",
+    "end",
+    "frames",
+    "frame_times",
+    "step_log",
+)
 _INTEGERS = ("quaternions", "member_of_lane", "frame_of_lane")
-ALL = tuple(name for name in AT if name != "next")
+ALL = tuple(name for name in AT if name not in ("next", "n_logged"))
 
 
 def finite_rows(lanes: Lanes, rows: Rows, n: Value) -> Value:
@@ -282,6 +292,18 @@ def function_begin(lanes_wide: int, first_step: Callable[[Lanes], Value] | None)
 def _enter(lanes: Lanes, number: Value, lane: Value) -> None:
     code = lanes.code
     member = code.select(number < lanes.n_members, number, lanes.n_members - 1)
+    longer = _precompute(lanes, member)
+    start = lanes.start.behind(member * lanes.ny)
+    y, p = lanes.y.single(), lanes.p.single()
+    with code.each(lanes.ny) as i:
+        y[i * code.lanes + lane] = start[i]
+    with code.each(lanes.n_precomputed) as i:
+        p[i * code.lanes + lane] = longer[i]
+
+
+def _precompute(lanes: Lanes, member: Value) -> Rows:
+    """Work out what depends on a member's parameters alone; returns its row."""
+    code = lanes.code
     given, longer = (
         lanes.parameters.behind(member * lanes.n_p),
         lanes.precomputed.behind(member * lanes.n_precomputed),
@@ -290,12 +312,7 @@ def _enter(lanes: Lanes, number: Value, lane: Value) -> None:
         longer[i] = given[i]
     with code.when(lanes.n_p < lanes.n_precomputed):
         code.call_plain(lanes.setup, code.number(0.0), longer, longer, longer.behind(lanes.n_p))
-    start = lanes.start.behind(member * lanes.ny)
-    y, p = lanes.y.single(), lanes.p.single()
-    with code.each(lanes.ny) as i:
-        y[i * code.lanes + lane] = start[i]
-    with code.each(lanes.n_precomputed) as i:
-        p[i * code.lanes + lane] = longer[i]
+    return longer
 
 
 def _leave(lanes: Lanes, number: Value, lane: Value) -> None:
@@ -369,8 +386,18 @@ def function_run(lanes_wide: int, attempt: Callable[[Lanes, Value], Value]) -> C
     return code
 
 
+def log_step(lanes: Lanes, accepted: Value, t1: Value, h: Value) -> None:
+    """Log the step of a lane that runs alone."""
+    code = lanes.code
+    logged = code.slot(AT["n_logged"], INTEGER)
+    with code.when((logged < lanes.log_size) & code.any(accepted)):
+        for k, value in enumerate((t1, h)):
+            lanes.step_log[logged * 2 + k] = code.of_lane(value, 0)
+        code.set_slot(AT["n_logged"], logged + 1)
+
+
 def ended(lanes: Lanes, accepted: Value, t1: Value, failed: Value, cause: Value) -> Value:
-    """Set the status of members that are done: at the end of the run, failed, or out of steps; returns which these are."""
+    """Set the status of members that are done, at the end of the run, failed, or out of steps; returns which are."""
     code = lanes.code
     arrived = accepted & (t1 >= lanes.t_end)
     spent = lanes.own("active") > 0.5
@@ -439,3 +466,43 @@ def _write_frame(lanes: Lanes, lane: Value) -> None:
     with code.each(lanes.ny) as i:
         frame[i] = state[i * code.lanes + lane]
     lanes.frame_of_lane[lane] = number + 1
+
+
+def function_map(lanes_wide: int) -> Code:
+    """Return `map(table)`: evaluate the function in the slot of `rhs`, which writes `n_row` values, at many states.
+
+    State k has parameters k // `n_frames`; it is read from `start`, and what is written goes to `end`.
+    """
+    code = Code(MAP, lanes_wide)
+    lanes = Lanes(code)
+    lanes.read(*ALL)
+    block = code.variable(0, INTEGER)
+    with code.forever() as leave:
+        leave(block.value >= lanes.n_members)
+        with code.each(code.lanes) as lane:
+            number = block.value + lane
+            state = code.select(number < lanes.n_members, number, lanes.n_members - 1)
+            member = code.quotient(state, lanes.n_frames)
+            with code.when(code.equal(code.remainder(state, lanes.n_frames), 0) | code.equal(lane, 0)):
+                _precompute(lanes, member)
+            source, longer = (
+                lanes.start.behind(state * lanes.ny),
+                lanes.precomputed.behind(member * lanes.n_precomputed),
+            )
+            y, p, t = lanes.y.single(), lanes.p.single(), lanes.numbers.single()
+            t[lane] = lanes.frame_times[code.remainder(state, lanes.n_frames)]
+            with code.each(lanes.ny) as i:
+                y[i * code.lanes + lane] = source[i]
+            with code.each(lanes.n_precomputed) as i:
+                p[i * code.lanes + lane] = longer[i]
+        with code.each(lanes.n_row) as i:  # structural zeros are not written
+            lanes.k[i] = 0.0
+        code.call_kernel(lanes.rhs, lanes.numbers[0], lanes.y, lanes.p, lanes.k)
+        with code.each(code.lanes) as lane:
+            number = block.value + lane
+            with code.when(number < lanes.n_members):
+                row, k = lanes.end.behind(number * lanes.n_row), lanes.k.single()
+                with code.each(lanes.n_row) as i:
+                    row[i] = k[i * code.lanes + lane]
+        block.value = block.value + code.lanes
+    return code

@@ -13,9 +13,11 @@ from symgen.runtime.code import engine
 from symgen.runtime.ensemble import dop853
 from symgen.runtime.ensemble.lanes import (
     BEGIN,
+    MAP,
     RUN,
     function_begin,
     function_load,
+    function_map,
     function_run,
     function_store,
 )
@@ -39,6 +41,7 @@ class LaneLoop:
     _code: Any
 
 
+IN_LANES = ("dop853",)
 _METHODS = {"dop853": (dop853.first_step, dop853.attempt)}
 
 
@@ -52,6 +55,19 @@ def lane_loop(method: str, lanes: int) -> LaneLoop:
     )
     run = code.add(content, RUN)
     return LaneLoop(_PROTOTYPE(code.address(BEGIN)), _PROTOTYPE(run), code)
+
+
+@functools.lru_cache(maxsize=1)
+def lane_map(lanes: int) -> tuple[Callable[[int], None], Any]:
+    """Return `map(table)`, see `lanes.function_map`, and what holds its code."""
+    key = engine.cache_key(f"map {lanes} {_generator()}")
+    code = engine.MachineCode()
+
+    def lower(_: str) -> tuple[str, int]:
+        function = function_map(lanes)
+        return "\n".join([*sorted(function.declared), function.text()]), 0
+
+    return _PROTOTYPE(code.add(engine.object_code(key, "map of lanes", MAP, lower, loops=True), MAP)), code
 
 
 def loop_ir(method: str, lanes: int) -> str:

@@ -1,11 +1,11 @@
-"""What the machine code of ensembles and Python share: a table of addresses, sizes and numbers, and columns of results."""
+"""What machine code of ensembles and Python share: a table of addresses, sizes and numbers; columns of results."""
 
 from __future__ import annotations
 
 _KERNELS = ("rhs", "project", "energy", "residual", "setup", "series")
 _SIZES = (
     "n_members", "ny", "n", "nq", "n_row", "n_p", "n_precomputed", "nh", "m", "n_project", "n_quaternions", "n_frames",
-    "max_steps", "next", "watch_energy", "scale_energy", "order", "in_passing", "stages", "has_tail",
+    "max_steps", "next", "watch_energy", "scale_energy", "order", "has_tail", "log_size", "n_logged",
 )  # fmt: skip
 _NUMBERS = (
     "t_start", "t_end", "rtol", "atol", "h_max", "h_base", "h_share", "h_min", "projection_tol", "step",
@@ -16,7 +16,7 @@ _MEMBERS = ("start", "parameters", "precomputed", "derivative", "results", "end"
 _LANES = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
 )  # fmt: skip
-_OTHERS = ("quaternions", "frame_times", "member_of_lane", "frame_of_lane")
+_OTHERS = ("quaternions", "frame_times", "member_of_lane", "frame_of_lane", "step_log")
 NAMES = (*_KERNELS, *_SIZES, *_NUMBERS, *_MEMBERS, *_LANES, *_OTHERS)
 AT = {name: index for index, name in enumerate(NAMES)}
 NUMBERS = frozenset(_NUMBERS)

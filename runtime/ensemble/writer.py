@@ -293,6 +293,10 @@ class Code:
             result = self.new(f"insertelement {kind} {result}, double {one.text}, i32 {lane}", LANES).text
         return Value(self, result, LANES)
 
+    def of_lane(self, a: Value, lane: int) -> Value:
+        """The number of one lane."""
+        return self.new(f"extractelement {self.type_of(LANES)} {a.text}, i32 {lane}", NUMBER)
+
     def exponent(self, a: Value) -> tuple[Value, Value]:
         """Return a positive number's bits as a number (a rough logarithm): bits / 2^52, and the bits themselves."""
         bits = self.new(f"bitcast {self.type_of(LANES)} {a.text} to <{self.lanes} x i64>", LANES)
@@ -308,6 +312,12 @@ class Code:
 
     def _bits(self, flags: Value) -> str:
         return self.new(f"bitcast {self.type_of(FLAGS)} {flags.text} to i{self.lanes}", INTEGER).text
+
+    def quotient(self, a: Value, b: Value) -> Value:
+        return self.new(f"udiv i64 {a.text}, {b.text}", INTEGER)
+
+    def remainder(self, a: Value, b: Value) -> Value:
+        return self.new(f"urem i64 {a.text}, {b.text}", INTEGER)
 
     def mask(self, flags: Value) -> Value:
         """Return flags as the bits of an integer, lane 0 the lowest."""

@@ -1,0 +1,124 @@
+"""One member of an ensemble again, in full: the same steps to the last bit, with frames, a log and energies."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.runtime.batches import constraint_residuals, evaluate
+from symgen.runtime.ensemble.batch import BatchResult, LaneBatch
+from symgen.runtime.ensemble.plan import alone
+from symgen.runtime.ensemble.slots import COLUMN
+from symgen.runtime.ensemble.verdict import CAUSES
+from symgen.runtime.ensemble.work import FOR_SINGLE_RUNS, run_single
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.exchange import Exchange
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.solution import ConstraintResidual, Energy, Solution
+
+if TYPE_CHECKING:
+    from symgen.runtime.ensemble.plan import Plan
+
+
+def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None) -> Solution:
+    """Run a member again.
+
+    Parameters
+    ----------
+    plan : Plan
+    number : int
+    t_eval : sequence of float, optional [s]
+        Times of its frames; as in a single run by default, with those of the ensemble among them.
+
+    Raises
+    ------
+    RuntimeModelError
+        There is no such member, or it has no start on the constraints.
+    """
+    if not 0 <= number < plan.members.n:
+        raise RuntimeModelError(f"member {number}: the ensemble has members 0 to {plan.members.n - 1}")
+    began = time.perf_counter()
+    parameters, varied = plan.members.arrays(plan.p, number, number + 1)
+    p, here = parameters[0], {name: float(values[0]) for name, values in varied.items()}
+    times = _frames(plan, t_eval)
+    if plan.settings is None:
+        return run_single(plan, p, here, times)
+    starts, failures = plan.starts.of(parameters, varied)
+    if failures:
+        raise RuntimeModelError(failures[0])
+    batch = LaneBatch(plan.system, alone(plan, times))
+    result = batch.run(parameters, starts)
+    status = int(result.columns[0, COLUMN["status"]])
+    if plan.system.m and status in FOR_SINGLE_RUNS:
+        return run_single(plan, p, here, times)
+    seconds = {"prepare": 0.0, "compile": 0.0, "run": time.perf_counter() - began}
+    return _solution(plan, p, status, times, batch, result, seconds)
+
+
+def _frames(plan: Plan, t_eval: Sequence[float] | None) -> np.ndarray:
+    own = plan.single.frame_times()[0] if t_eval is None else np.asarray(t_eval, dtype=float)
+    ends = [plan.single.t_start, plan.single.t_end]
+    times = np.unique(np.concatenate([own, plan.frame_times, ends]))
+    if times[0] < ends[0] or times[-1] > ends[1]:
+        raise RuntimeModelError(f"t_eval: the run is from {ends[0]:.9g} s to {ends[1]:.9g} s")
+    return times
+
+
+def _solution(
+    plan: Plan, p: np.ndarray, status: int, times: np.ndarray, batch: LaneBatch, result: BatchResult,
+    seconds: dict[str, float],
+) -> Solution:  # fmt: skip
+    system = plan.system
+    there = np.isfinite(result.frames[0]).all(axis=1) & (times <= result.column("t")[0])
+    t, rows = times[there], result.frames[0][there]
+    if not len(t):
+        t, rows = np.array([plan.single.t_start]), result.end
+    energies = evaluate(system, "energy", p, t, rows)
+    work = rows[:, system.nq + system.nv] if system.nw else np.zeros(len(t))
+    position, velocity = constraint_residuals(system, p, t, rows)
+    exchange = Exchange(energies, work)
+    balance = energies.sum(axis=1) - work
+    with np.errstate(invalid="ignore", over="ignore"):
+        error = float(exchange.relative(np.abs(balance - balance[0]).max()))
+        taken = float(exchange.relative(result.column("most_taken")[0]))
+    steps, rejected = int(result.column("steps")[0]), int(result.column("rejected")[0])
+    message = "" if status == at.REACHED_STOP else (
+        f"{CAUSES[status]} at t = {result.column('t')[0]:.9g} s, as this member of the ensemble"
+    )  # fmt: skip
+    q, v = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
+    return Solution(
+        system=system, p=p, t=t, q=rows[:, q], v=rows[:, v], w=work, samples=[], events=[],
+        energy=Energy(energies[:, 0], energies[:, 1], work, exchange, error, taken),
+        constraint_residual=ConstraintResidual(
+            position, velocity, float(position.max(initial=0.0)), float(velocity.max(initial=0.0))
+        ),
+        step_log=batch.step_log[: min(steps, len(batch.step_log))].copy(),
+        stats={
+            "steps": steps, "rejected": rejected, "rhs": 0, "jacobians": 0, "factorisations": 0, "newton": 0,
+            "projections": 0,
+        },
+        status="success" if status == at.REACHED_STOP else "failed", message=message,
+        notes=[*plan.notes, "run in a lane of its own, as a member of an ensemble"], method=plan.method,
+        constraints=plan.treatment, rtol=plan.single.rtol, atol=plan.single.atol, step=plan.single.step,
+        t_start=plan.single.t_start, t_end=plan.single.t_end, seconds=seconds,
+        min_pivot_ratio=float(result.column("pivot")[0]),
+    )  # fmt: skip
+
+
+def end_again(plan: Plan, numbers: np.ndarray, rtol: float) -> np.ndarray:
+    """Return the ends, shape (k, ny), of members at another tolerance."""
+    settings = replace(
+        plan.settings, rtol=rtol, atol=plan.single.atol * rtol / plan.single.rtol, frame_times=np.zeros(0)
+    )
+    found = []
+    batch = LaneBatch(plan.system, settings)
+    for number in numbers:
+        parameters, varied = plan.members.arrays(plan.p, int(number), int(number) + 1)
+        starts, _ = plan.starts.of(parameters, varied)
+        found.append((parameters[0], starts[0]))
+    result = batch.run(np.array([p for p, _ in found]), np.array([start for _, start in found]))
+    return np.where(result.column("status")[:, None] == at.REACHED_STOP, result.end, np.nan)

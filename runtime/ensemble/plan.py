@@ -1,0 +1,245 @@
+"""From what is asked for to what can be run: members, method, settings, and what lanes cannot do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method
+from symgen.runtime.code.lower import NoLanes
+from symgen.runtime.constraints.energy_level import choose_energy_level
+from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
+from symgen.runtime.ensemble.machine import IN_LANES
+from symgen.runtime.ensemble.options import EnsembleOptions
+from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
+from symgen.runtime.ensemble.starts import Starts
+from symgen.runtime.errors import Refusal, RuntimeModelError, UnknownNameError, nearest
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.lazy import Late
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.names import inside_dot, rate_indices
+from symgen.runtime.options import SMALLEST_RTOL, RunOptions
+from symgen.runtime.record import record
+from symgen.runtime.timing.timetable import make_timetable
+
+if TYPE_CHECKING:
+    from symgen.runtime.system import System
+
+quantities = Late("symgen.runtime.quantities")
+
+# Of a constraint's scale, as in `checks/health.py`.
+_DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
+_NO_LIMIT = 1 << 52
+_LOG = 1 << 20  # steps that are kept of a member that is run again
+
+
+@record(eq=False)
+class Plan:
+    """An ensemble before it runs.
+
+    Attributes
+    ----------
+    system : System
+    options : EnsembleOptions
+    members : Members
+    p : ndarray, shape (n_p,)
+        What all members go from.
+    starts : Starts
+    single : RunOptions
+        How a member is run by itself, but for what varies.
+    method : str
+    treatment : str
+        Of constraints.
+    settings : BatchSettings or None
+        For lanes; None where members run one after another.
+    frame_times : ndarray, shape (F,) [s]
+        Empty where only the end counts.
+    residual_limit : float
+        Of the constraints, as they are.
+    notes : list of str
+    """
+
+    system: System
+    options: EnsembleOptions
+    members: Members
+    p: np.ndarray
+    starts: Starts
+    single: RunOptions
+    method: str
+    treatment: str
+    settings: BatchSettings | None
+    frame_times: np.ndarray
+    residual_limit: float
+    notes: list[str]
+
+
+def make_plan(system: System, options: EnsembleOptions) -> Plan:
+    """Check what is asked for, and choose how to do it.
+
+    Raises
+    ------
+    RuntimeModelError
+        An option does not fit the model; the first member's start contradicts the constraints.
+    """
+    columns, fixed = _columns(system, options)
+    members = Members(columns, options.n, options.seed)
+    rtol = max(float(options.rtol), SMALLEST_RTOL)
+    single = RunOptions(
+        t_end=options.t_end, method=options.method, rtol=rtol, atol=options.atol, step=options.step,
+        parameters=fixed["parameters"], start=fixed["start"], rate=fixed["rate"], t_start=options.t_start,
+        max_steps=options.max_steps, energy_scaling=options.energy_scaling,
+    ).for_model(system)  # fmt: skip
+    p = system.parameter_values(fixed["parameters"])
+    rows, varied = members.arrays(p, 0, 1)
+    first = {name: values[0] for name, values in varied.items()}
+    starts = Starts(system, single.t_start, rows[0], fixed["start"], fixed["rate"], first)
+    state = starts.one(rows[0], first)
+    treatment, formed, notes = choose_constraints("auto", system, options.method)
+    objection = _objection(system, rows[0], state, single)
+    method = formed
+    if formed is None:
+        method, more = choose_method(system, rows[0], state, single)
+        notes = [*notes, *more]
+    frame_times = _frame_times(options, single)
+    settings = None
+    if not objection:
+        settings, method, objection = _settings(system, rows[0], state, single, method, frame_times)
+    if len(starts.redundant) > len(system.dependent) and not objection:
+        settings, objection = None, "constraints follow from others at the start"
+    if objection:
+        notes.append(f"members run one after another, not in lanes: {objection}")
+    return Plan(
+        system, options, members, p, starts, replace(single, method=method.name), method.name, treatment, settings,
+        frame_times, starts.smallest_scale * min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol)), notes,
+    )  # fmt: skip
+
+
+def _columns(system: System, options: EnsembleOptions) -> tuple[list[Column], dict[str, dict[str, Any]]]:
+    """Return what varies, and what all members have, by place."""
+    rates = rate_indices(system.coordinates, system.rates, system.quaternions)
+    places = {
+        "parameters": (system._p_index, [*system.parameters, *system.inputs]),
+        "start": ({r["name"]: k for k, r in enumerate(system.coordinates)}, system.coordinates),
+        "rate": (rates, system.rates),
+    }
+    columns: list[Column] = []
+    fixed: dict[str, dict[str, Any]] = {}
+    for place, (index, records) in places.items():
+        given = as_mapping(getattr(options, place))
+        if not isinstance(given, Mapping):
+            raise RuntimeModelError(f"{place}: give a mapping of names to values, or a DataFrame")
+        fixed[place] = {}
+        for name, value in given.items():
+            inner = inside_dot(name) if place == "rate" else name
+            if inner not in index:
+                if place == "parameters":
+                    system.parameter_values({name: 0.0})  # says what is wrong
+                raise UnknownNameError(
+                    f"{place}: model {system.name!r} has no {'coordinate' if place == 'start' else 'rate'} {name!r}: "
+                    f"{nearest(name, index)}"
+                )
+            unit = records[index[inner]]["unit"]
+            varied = _varied(name, value, unit)
+            if varied is None:
+                fixed[place][name if place != "rate" else inner] = value
+                continue
+            label = f"dot({inner})" if place == "rate" else name
+            columns.append(Column(label, place, index[inner], varied))
+    return columns, fixed
+
+
+def _varied(name: str, value: Any, unit: str) -> Any:
+    """Return how a value varies, in SI; None where it does not."""
+
+    def convert(number: float | str) -> float:
+        if isinstance(number, str):
+            return float(quantities.in_si(number, unit, name))
+        return float(number)
+
+    if isinstance(value, (Sampler, Grid)):
+        return value.in_si(convert)
+    if isinstance(value, (str, int, float, np.number)):
+        return None
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        array = np.zeros((0, 0))
+    if array.ndim == 0:
+        return None
+    if array.ndim != 1 or not len(array):
+        raise RuntimeModelError(
+            f"{name}: give a number, a sampler such as normal(1, 0.1), a grid such as linspace(0, 1, 11), or an array "
+            "with a number for each member"
+        )
+    return array
+
+
+def _frame_times(options: EnsembleOptions, single: RunOptions) -> np.ndarray:
+    if options.frames is None:
+        return np.zeros(0)
+    if isinstance(options.frames, int):
+        return np.linspace(single.t_start, single.t_end, options.frames)
+    times = np.asarray(options.frames, dtype=float)
+    rising = times.ndim == 1 and len(times) and bool(np.all(np.diff(times) > 0.0))
+    if not rising or not single.t_start <= times[0] <= times[-1] <= single.t_end:
+        raise RuntimeModelError(
+            f"frames: give a number, or times that rise from {single.t_start} s to {single.t_end} s at most"
+        )
+    return times
+
+
+def _objection(system: System, p: np.ndarray, state: np.ndarray, single: RunOptions) -> str:
+    """Return what a model has that lanes cannot do; an empty string where there is nothing."""
+    if any("table" in record or "polynomial" in record for record in system.inputs):
+        return "inputs over time are for single runs"
+    if system.switches:
+        return "stops and frictions that stick are for single runs"
+    if system.events:
+        return "events are for single runs"
+    if single.step is None and system.structure["time_dependent"]:
+        if make_timetable(system, p, METHODS[EXPLICIT], single) is not None:
+            return "steps have to keep to what time alone does"
+    return ""
+
+
+def _settings(
+    system: System, p: np.ndarray, state: np.ndarray, single: RunOptions, method: Any, frame_times: np.ndarray
+) -> tuple[BatchSettings | None, Any, str]:
+    """Return settings for lanes with the method, or with the explicit one where a series cannot be had; or why not."""
+    if method.name == SERIES and SERIES not in IN_LANES:
+        if single.method != "auto":
+            return None, method, f"{method.name} is for single runs"
+        method = METHODS[EXPLICIT]
+    if method.name not in IN_LANES:
+        return None, method, f"method {method.name} is for single runs"
+    step = 0.0
+    if not method.adaptive:
+        if single.step is None:
+            return None, method, f"{method.name} without a step of its own is for single runs"
+        step = float(single.step)
+    level = choose_energy_level(single.energy_scaling, system, method, p, single.t_start, state)
+    arrays = LoopArrays(
+        system, method, p, single.t_start, state, frame_times=np.zeros(0), rtol=single.rtol, atol=single.atol,
+        step=step, energy_level=level, log_length=1,
+    )  # fmt: skip
+    c = arrays.control
+    settings = BatchSettings(
+        method.name, single.t_start, single.t_end, single.rtol, single.atol, frame_times, step=step,
+        projection_tol=float(c[at.PROJECTION_TOL]),
+        longest=(float(c[at.H_MAX]), float(c[at.H_BASE]), float(c[at.H_SHARE])),
+        scale_energy=bool(np.isfinite(level)), max_steps=single.max_steps or _NO_LIMIT,
+    )  # fmt: skip
+    try:
+        LaneBatch(system, settings)
+    except (NoLanes, Refusal) as why:
+        return None, method, str(why)
+    return settings, method, ""
+
+
+def alone(plan: Plan, frame_times: np.ndarray) -> BatchSettings:
+    """Return settings for one member in a lane of its own, with a log of steps."""
+    return replace(plan.settings, lanes=1, frame_times=frame_times, log_size=_LOG)

@@ -1,0 +1,271 @@
+"""What an ensemble has come to: series by name, statistics, verdicts, and members again in full."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symgen.runtime.ensemble.member import end_again, member_again
+from symgen.runtime.ensemble.verdict import CAUSES, Verdicts
+from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
+from symgen.runtime.lazy import Late
+from symgen.runtime.record import record
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+    from symgen.runtime.ensemble.plan import Plan
+    from symgen.runtime.solution import Solution
+
+export = Late("symgen.runtime.ensemble.export")
+
+_SAMPLE = 64  # members of which errors are estimated
+_TIGHTER = 1.0 / 30.0
+
+
+@record
+class EnsembleHealth:
+    """Whether members can be trusted.
+
+    Attributes
+    ----------
+    n : int
+        Members that were run.
+    n_failed, n_doubtful : int
+        Members without a result, and with one that a check objects to.
+    worst : list of int
+        Members that failed or are doubtful, the first thousand.
+    causes : dict of str to int
+        Why members failed, and how many.
+    largest_energy_error, largest_residual : float
+        Over the members that are kept.
+    """
+
+    n: int
+    n_failed: int
+    n_doubtful: int
+    worst: list[int]
+    causes: dict[str, int]
+    largest_energy_error: float
+    largest_residual: float
+
+    @property
+    def ok(self) -> bool:
+        """Whether every member has a result that no check objects to."""
+        return not (self.n_failed or self.n_doubtful)
+
+    def lines(self) -> list[str]:
+        """Return the report in words."""
+        said = [f"{self.n - self.n_failed - self.n_doubtful} of {self.n} members are ok"]
+        if self.n_failed:
+            causes = "; ".join(f"{count}: {cause}" for cause, count in self.causes.items())
+            said.append(
+                f"{self.n_failed} failed ({self.n_failed / self.n:.2%})" + (f": {causes}" if causes else "")
+            )
+        if self.n_doubtful:
+            said.append(
+                f"{self.n_doubtful} are doubtful ({self.n_doubtful / self.n:.2%}): their energy balance or constraints "
+                "are off by more than the tolerance explains; try a smaller rtol"
+            )
+        if self.worst:
+            few = ", ".join(map(str, self.worst[:5]))
+            said.append(f"look at member{'s' * (len(self.worst) > 1)} {few}{' …' * (len(self.worst) > 5)}")
+        return said
+
+
+@dataclass(eq=False, repr=False)
+class Ensemble:
+    """The members of an ensemble after their runs.
+
+    `e["theta1"]` is a series: shape (n,) at the end, or (n, F) at the times `e.t`; a member that failed has no numbers.
+
+    Attributes
+    ----------
+    plan : Plan
+    n_done : int
+        Members that were run: all, unless the ensemble was interrupted.
+    series : dict of str to ndarray
+    verdicts : Verdicts
+        Of members that are kept.
+    reduced : dict of str to dict
+        Statistics by the name of what was reduced, then by their own.
+    n_failed, n_doubtful : int
+    named : list of int
+        Members that failed or are doubtful, the first thousand.
+    messages : dict of int to str
+        Why members failed that could not begin or ran by themselves.
+    """
+
+    plan: Plan
+    n_done: int
+    series: dict[str, np.ndarray]
+    verdicts: Verdicts
+    reduced: dict[str, dict[str, Any]]
+    n_failed: int
+    n_doubtful: int
+    named: list[int]
+    messages: dict[int, str] = field(default_factory=dict)
+    present: Callable[[Solution], Any] | None = None  # what makes of a run as data one with doors
+
+    @property
+    def n(self) -> int:
+        """The number of members."""
+        return self.plan.members.n
+
+    def __len__(self) -> int:
+        return self.n
+
+    @property
+    def t(self) -> np.ndarray:
+        """The times of series [s]: the frames, or the end alone."""
+        return self.plan.frame_times if len(self.plan.frame_times) else np.array([self.plan.single.t_end])
+
+    @property
+    def method(self) -> str:
+        """The method that was used."""
+        return self.plan.method
+
+    @property
+    def notes(self) -> list[str]:
+        """What was chosen on the way."""
+        return self.plan.notes
+
+    @property
+    def names(self) -> list[str]:
+        """The names of series that are kept."""
+        return list(self.series)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a series that is kept, or what varies between members, by name."""
+        if name in self.series:
+            return self.series[name]
+        if name in self.varied:
+            return self.varied[name]
+        raise UnknownNameError(
+            f"the ensemble has kept no {name!r}: {nearest(name, [*self.series, *self.varied])}; `keep` says what is"
+        )
+
+    @cached_property
+    def varied(self) -> dict[str, np.ndarray]:
+        """What varies between members, by name, shape (n,)."""
+        return self.plan.members.values(0, self.n)
+
+    @property
+    def shape(self) -> dict[str, int]:
+        """Lengths of the grids by name, and of what is drawn at each of their points: members in this shape."""
+        return self.plan.members.shape
+
+    @property
+    def failed(self) -> np.ndarray:
+        """The numbers of members without a result; where nothing is kept, the first ones."""
+        if not len(self.verdicts.status):
+            return np.array([k for k in self.named if k in self.messages], dtype=int)
+        return np.flatnonzero(self.verdicts.status[: self.n_done] != 1)
+
+    @property
+    def doubtful(self) -> np.ndarray:
+        """The numbers of members with a result that a check objects to, as far as they are kept."""
+        v = self.verdicts
+        return np.flatnonzero((v.status[: self.n_done] == 1) & ~v.ok[: self.n_done])
+
+    @property
+    def health(self) -> EnsembleHealth:
+        """Whether members can be trusted; `verdicts` has it for each."""
+        v, n = self.verdicts, self.n_done
+        causes: dict[str, int] = {}
+        for status, cause in CAUSES.items():
+            count = int((v.status[:n] == status).sum())
+            if count:
+                causes[cause] = count
+        with np.errstate(invalid="ignore"):
+            largest = float(np.nanmax(v.energy_error[:n], initial=0.0)) if len(v.status) else float("nan")
+            residual = (
+                float(np.nanmax(v.constraint_residual[:n], initial=0.0)) if len(v.status) else float("nan")
+            )
+        return EnsembleHealth(n, self.n_failed, self.n_doubtful, self.named, causes, largest, residual)
+
+    def accuracy(self, sample: int = _SAMPLE) -> dict[str, Any]:
+        """Estimate errors at the end by running some members again at a thirtieth of the tolerance.
+
+        Parameters
+        ----------
+        sample : int
+            How many, spread evenly.
+
+        Returns
+        -------
+        dict
+            `members`, their numbers, and the largest difference of each at the end as `errors`, in parts of the range
+            that each coordinate and rate has over the sample, or of its size where that is larger.
+
+        Raises
+        ------
+        RuntimeModelError
+            Members ran one after another: `member(k).health` estimates errors of each.
+        """
+        if self.plan.settings is None:
+            raise RuntimeModelError(
+                "accuracy: members ran one after another; member(k).health has their errors"
+            )
+        numbers = np.unique(np.linspace(0, self.n - 1, min(sample, self.n)).astype(int))
+        ends = end_again(self.plan, numbers, self.plan.single.rtol)
+        better = end_again(self.plan, numbers, max(self.plan.single.rtol * _TIGHTER, 1e-15))
+        n = self.plan.system.nq + self.plan.system.nv
+        with np.errstate(invalid="ignore"):
+            scale = np.fmax(np.nanmax(np.abs(better[:, :n]), axis=0), 1e-300)
+            errors = np.nanmax(np.abs(ends - better)[:, :n] / scale, axis=1)
+        return {"members": numbers, "errors": errors}
+
+    def member(self, number: int, t_eval: Any = None) -> Solution:
+        """Run a member again, in full: its end is the same to the last bit.
+
+        Parameters
+        ----------
+        number : int
+            From 0 on; a negative one counts from the end.
+        t_eval : sequence of float, optional [s]
+            Times of its frames, as in `system.run`.
+        """
+        found = member_again(self.plan, int(number) + (self.n if number < 0 else 0), t_eval)
+        return found if self.present is None else self.present(found)
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return all that is kept of each member, shape (n,) or (n, F): what varies, series, verdicts."""
+        v = self.verdicts
+        known = {"status": v.status, "ok": v.ok, "steps": v.steps, "energy_error": v.energy_error}
+        return {**self.varied, **self.series, **(known if len(v.status) else {})}
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write all that is kept as NumPy's `.npz`, with the times as `t`."""
+        with open(path, "wb") as file:
+            np.savez(file, t=self.t, **self.columns())
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return what is kept as a pandas DataFrame, a row for each member; of series over time the last value."""
+        return export.as_dataframe(self.columns())
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return what is kept as an xarray Dataset over members, and the time of series."""
+        return export.as_dataset(self.columns(), self.t, model=self.plan.system.name, method=self.method)
+
+    def to_parquet(self, path: str | os.PathLike[str]) -> None:
+        """Write what is kept as a Parquet file, a row for each member; series over time are lists in it."""
+        export.write_parquet(self.columns(), path)
+
+    def plot(self, name: str) -> Figure:
+        """Draw how a quantity is distributed over the members at the end."""
+        values = self[name]
+        return export.distribution(name, values if values.ndim == 1 else values[:, -1])
+
+    def __repr__(self) -> str:
+        return (
+            f"<Ensemble of {self.plan.system.name!r}: {self.n_done} of {self.n} members by {self.method}, "
+            f"{self.n_failed} failed, {self.n_doubtful} doubtful>"
+        )

@@ -1,0 +1,300 @@
+"""How what differs from member to member is given: grids that multiply, samplers that draw, arrays row by row."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.record import record
+
+Number = float | str  # an SI value, or text such as "20 deg"
+_BLOCK = 1024  # members that are drawn together
+_MOST_GRID_POINTS = 10**9
+
+
+@record
+class Sampler:
+    """A distribution: `numbers` are drawn for each member.
+
+    Attributes
+    ----------
+    kind : {"normal", "uniform", "lognormal", "triangular", "choice"}
+    numbers : tuple of float or str
+        Its parameters, in SI, or quantities as text.
+    """
+
+    kind: str
+    numbers: tuple[Number, ...]
+
+    def in_si(self, convert: Callable[[Number], float]) -> Sampler:
+        """Return the sampler with plain numbers, checked."""
+        values = tuple(convert(value) for value in self.numbers)
+        if self.kind == "lognormal":  # the second is a pure number
+            values = (values[0], float(self.numbers[1]))
+        wrong = _OBJECTIONS[self.kind](*values)
+        if not all(map(math.isfinite, values)):
+            wrong = "its numbers must be finite"
+        if wrong:
+            raise RuntimeModelError(f"{self}: {wrong}")
+        return replace(self, numbers=values)
+
+    def draw(self, generator: np.random.Generator, n: int) -> np.ndarray:
+        """Return `n` values."""
+        return _DRAWS[self.kind](generator, n, *self.numbers)
+
+    def __str__(self) -> str:
+        return f"{self.kind}({', '.join(map(str, self.numbers))})"
+
+
+def _lognormal(g: np.random.Generator, n: int, median: float, spread: float) -> np.ndarray:
+    return median * np.exp(spread * g.standard_normal(n))
+
+
+_DRAWS: dict[str, Callable[..., np.ndarray]] = {
+    "normal": lambda g, n, mean, deviation: mean + deviation * g.standard_normal(n),
+    "uniform": lambda g, n, low, high: low + (high - low) * g.random(n),
+    "lognormal": _lognormal,
+    "triangular": lambda g, n, low, mode, high: g.triangular(low, mode, high, n),
+    "choice": lambda g, n, *values: np.array(values)[g.integers(len(values), size=n)],
+}
+_OBJECTIONS: dict[str, Callable[..., str]] = {
+    "normal": lambda mean, deviation: "" if deviation >= 0.0 else "the standard deviation is negative",
+    "uniform": lambda low, high: "" if low <= high else "the lower bound is above the upper one",
+    "lognormal": lambda median, spread: "" if spread >= 0.0 else "the spread is negative",
+    "triangular": lambda low, mode, high: (
+        "" if low <= mode <= high and low < high else "its numbers must rise"
+    ),
+    "choice": lambda *values: "" if values else "it has nothing to choose from",
+}
+_COUNTS = {"normal": 2, "uniform": 2, "lognormal": 2, "triangular": 3, "choice": None}
+
+
+def normal(mean: Number, deviation: Number) -> Sampler:
+    """Values of a normal distribution, by its mean and standard deviation."""
+    return Sampler("normal", (mean, deviation))
+
+
+def uniform(low: Number, high: Number) -> Sampler:
+    """Values between two bounds, all of them alike."""
+    return Sampler("uniform", (low, high))
+
+
+def lognormal(median: Number, spread: float) -> Sampler:
+    """Positive values whose logarithm has a normal distribution: half lie below `median`, `spread` is its deviation."""
+    return Sampler("lognormal", (median, spread))
+
+
+def triangular(low: Number, mode: Number, high: Number) -> Sampler:
+    """Values between two bounds, the most likely one in between."""
+    return Sampler("triangular", (low, mode, high))
+
+
+def choice(*values: Number) -> Sampler:
+    """One of some values, all of them alike."""
+    return Sampler("choice", values)
+
+
+@record
+class Grid:
+    """Values that are all taken, together with all those of other grids."""
+
+    values: tuple[Number, ...]
+
+    def in_si(self, convert: Callable[[Number], float]) -> Grid:
+        """Return the grid with plain numbers."""
+        values = [convert(value) for value in self.values]
+        if len(values) == 3 and isinstance(self, Line):
+            low, high, n = values[0], values[1], int(self.values[2])
+            return Grid(tuple(np.linspace(low, high, n).tolist()))
+        return Grid(tuple(values))
+
+
+@record
+class Line(Grid):
+    """A grid of (low, high, number) at equal distances."""
+
+
+def linspace(low: Number, high: Number, n: int) -> Grid:
+    """A grid of `n` values at equal distances from `low` to `high`, both included."""
+    if not 1 <= int(n) <= _MOST_GRID_POINTS:
+        raise RuntimeModelError(f"linspace: {n} values; give a number from 1 to {_MOST_GRID_POINTS}")
+    return Line((low, high, int(n)))
+
+
+def grid(*values: Number) -> Grid:
+    """A grid of these values."""
+    if not values:
+        raise RuntimeModelError("grid: give at least one value")
+    return Grid(tuple(values))
+
+
+_CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*\Z")
+_SAMPLERS = (*_COUNTS, "linspace", "grid")
+
+
+def read_variation(text: str) -> Sampler | Grid | str:
+    """Read how a value varies from a command line: `0.9:1.1:1001`, `normal(1.5, 0.01)`, `choice(1, 2)`, or one value.
+
+    Nothing is evaluated: numbers and quantities stay text until their unit is known.
+
+    Raises
+    ------
+    RuntimeModelError
+        It is none of these.
+    """
+    call = _CALL.match(text)
+    if call is None:
+        parts = [part.strip() for part in text.split(":")]
+        if len(parts) == 1:
+            return parts[0]
+        if len(parts) != 3 or not all(parts):
+            raise RuntimeModelError(f"{text!r}: a grid is low:high:number, such as 0.9:1.1:1001")
+        return linspace(parts[0], parts[1], _whole(parts[2], text))
+    name, parts = call[1], [part.strip() for part in call[2].split(",")]
+    if name not in _SAMPLERS:
+        raise RuntimeModelError(f"{text!r}: there is no {name!r}; there are {', '.join(_SAMPLERS)}")
+    if not all(parts):
+        raise RuntimeModelError(f"{text!r}: a value is missing between commas")
+    if name == "grid":
+        return grid(*parts)
+    wanted = 3 if name == "linspace" else _COUNTS[name]
+    if wanted is not None and len(parts) != wanted:
+        raise RuntimeModelError(f"{text!r}: {name} takes {wanted} numbers, not {len(parts)}")
+    if name == "linspace":
+        return linspace(parts[0], parts[1], _whole(parts[2], text))
+    return Sampler(name, tuple(parts))
+
+
+def _whole(text: str, whole: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise RuntimeModelError(f"{whole!r}: {text!r} is no number of values") from None
+
+
+@record
+class Column:
+    """What varies: a place in `p`, q or v.
+
+    Attributes
+    ----------
+    name : str
+        As the user has it; `dot(x)` for a rate.
+    place : {"parameters", "start", "rate"}
+    index : int
+    values : Sampler, Grid, ndarray or float
+    """
+
+    name: str
+    place: str
+    index: int
+    values: Any
+
+
+class Members:
+    """The members of an ensemble: what each one's numbers are, without keeping them.
+
+    Member k takes point k // n of the grids (the last one given turns fastest) and draw k % n, whatever else is run
+    and in whatever order: what is drawn for a name follows from the seed, the name and the number of the draw.
+
+    Parameters
+    ----------
+    columns : sequence of Column
+        With values in SI.
+    n : int or None
+        Draws, or rows, for each point of the grids.
+    seed : int
+
+    Attributes
+    ----------
+    n : int
+        Of members.
+    """
+
+    def __init__(self, columns: Sequence[Column], n: int | None, seed: int) -> None:
+        self.columns, self.seed = tuple(columns), int(seed)
+        if n is not None and n < 1:
+            raise RuntimeModelError(f"n is {n}: an ensemble has at least one member")
+        rows = {len(c.values): c.name for c in columns if isinstance(c.values, np.ndarray)}
+        if len(rows) > 1:
+            said = ", ".join(f"{name} has {length}" for length, name in rows.items())
+            raise RuntimeModelError(f"arrays go row by row, and need one length: {said}")
+        if rows and n not in (None, *rows):
+            length, name = next(iter(rows.items()))
+            raise RuntimeModelError(
+                f"n is {n}, but {name} has {length} values: leave n out, or make them agree"
+            )
+        drawn = [c.name for c in columns if isinstance(c.values, Sampler)]
+        if drawn and n is None and not rows:
+            raise RuntimeModelError(f"n: say how many members to draw ({', '.join(drawn)} are drawn)")
+        if n is not None and n > 1 and not (drawn or rows):
+            raise RuntimeModelError(f"n is {n}, but nothing is drawn: all members would be the same")
+        self._each = n if n is not None else next(iter(rows), 1)
+        self._grids = [c for c in columns if isinstance(c.values, Grid)]
+        self._points = math.prod(len(c.values.values) for c in self._grids)
+        self.n = self._points * self._each
+
+    @property
+    def shape(self) -> dict[str, int]:
+        """Lengths of the grids by name, and of what is drawn at each point of them as "draw"."""
+        found = {c.name: len(c.values.values) for c in self._grids}
+        return {**found, "draw": self._each} if self._each > 1 or not found else found
+
+    def values(self, first: int, last: int) -> dict[str, np.ndarray]:
+        """Return what varies for members from `first` up to, not including, `last`, by name."""
+        return {c.name: self._column(c, first, last) for c in self.columns}
+
+    def arrays(self, p: np.ndarray, first: int, last: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return parameters of members, shape (last - first, n_p), and starts and rates that vary, by their name."""
+        rows, starts = np.tile(p, (last - first, 1)), {}
+        for column in self.columns:
+            values = self._column(column, first, last)
+            if column.place == "parameters":
+                rows[:, column.index] = values
+            else:
+                starts[column.name] = values
+        return rows, starts
+
+    def _column(self, column: Column, first: int, last: int) -> np.ndarray:
+        numbers = np.arange(first, last)
+        given = column.values
+        if isinstance(given, Grid):
+            point, faster = numbers // self._each, 1
+            for other in reversed(self._grids):
+                if other is column:
+                    break
+                faster *= len(other.values.values)
+            return np.array(given.values, dtype=float)[point // faster % len(given.values)]
+        draws = numbers % self._each
+        if isinstance(given, Sampler):
+            return self._drawn(column, given, draws)
+        if isinstance(given, np.ndarray):
+            return given[draws]
+        return np.full(last - first, float(given))
+
+    def _drawn(self, column: Column, sampler: Sampler, draws: np.ndarray) -> np.ndarray:
+        found = np.empty(len(draws))
+        own = int.from_bytes(hashlib.sha256(f"{column.place} {column.name}".encode()).digest()[:8], "little")
+        blocks = draws // _BLOCK
+        for block in np.unique(blocks):
+            sequence = np.random.SeedSequence(self.seed, spawn_key=(own & 0xFFFFFFFF, own >> 32, int(block)))
+            values = sampler.draw(np.random.Generator(np.random.Philox(sequence)), _BLOCK)
+            here = blocks == block
+            found[here] = values[draws[here] - block * _BLOCK]
+        return found
+
+
+def as_mapping(given: Any) -> Mapping[str, Any]:
+    """Return what varies by name; the columns of a DataFrame are."""
+    if given is None:
+        return {}
+    if hasattr(given, "columns") and hasattr(given, "to_numpy"):
+        return {str(name): np.asarray(given[name], dtype=float) for name in given.columns}
+    return given

@@ -1,0 +1,192 @@
+"""Some members at once: their starts, their runs in lanes or one after another, and what is wanted of them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symgen.runtime.ensemble.batch import LaneBatch
+from symgen.runtime.ensemble.evaluate import evaluate_members
+from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verdicts_of
+from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
+from symgen.runtime.exchange import energy_limit
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.lazy import Late
+from symgen.runtime.record import record
+from symgen.runtime.solution import series_of
+
+if TYPE_CHECKING:
+    from symgen.runtime.ensemble.plan import Plan
+    from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
+
+simulation = Late("symgen.runtime.simulate")
+
+ENERGY = "energy"
+# Single runs see singular configurations and change points through.
+FOR_SINGLE_RUNS = (at.PROJECTION_FAILED, at.SINGULAR_MATRIX)
+_FUNCTIONS = {"outputs": "outputs", "accelerations": "rhs", "multipliers": "rhs", ENERGY: "energy"}
+_own = threading.local()
+
+
+@record(eq=False)
+class Part:
+    """Some members after their runs.
+
+    Attributes
+    ----------
+    first : int
+        The number of the first one.
+    series : dict of str to ndarray, shape (k, F), or (k,) where only the end counts
+    verdicts : Verdicts
+    messages : dict of int to str
+        Why members failed that could not begin, or ran by themselves; by number.
+    """
+
+    first: int
+    series: dict[str, np.ndarray]
+    verdicts: Verdicts
+    messages: dict[int, str]
+
+
+def run_part(plan: Plan, names: Sequence[str], first: int, last: int) -> Part:
+    """Run members from `first` up to, not including, `last`, and return series by name; failed ones have no numbers."""
+    states, parameters, verdicts, messages = run_members(plan, first, last)
+    states = np.where((verdicts.status == at.REACHED_STOP)[:, None, None], states, np.nan)
+    times = plan.frame_times if len(plan.frame_times) else np.array([plan.single.t_end])
+    found = series(plan.system, names, parameters, times, states)
+    if not len(plan.frame_times):
+        found = {name: values[:, 0] for name, values in found.items()}
+    return Part(first, found, verdicts, messages)
+
+
+def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarray, Verdicts, dict[int, str]]:
+    """Return states, shape (k, F, ny), parameters, verdicts and messages of members."""
+    parameters, varied = plan.members.arrays(plan.p, first, last)
+    if plan.settings is None:
+        return _one_by_one(plan, first, parameters, varied)
+    starts, failures = plan.starts.of(parameters, varied)
+    result = _batch(plan).run(parameters, starts)
+    states = result.frames if len(plan.frame_times) else result.end[:, None]
+    verdicts = verdicts_of(plan, result.columns)
+    messages = {first + k: message for k, message in failures.items()}
+    for k in failures:
+        verdicts.status[k], verdicts.ok[k] = NO_START, False
+    if plan.system.m:
+        for k in np.flatnonzero(np.isin(verdicts.status, FOR_SINGLE_RUNS)):
+            here = {name: float(values[k]) for name, values in varied.items()}
+            messages |= _take_single(plan, first + int(k), parameters[k], here, states[k], verdicts, int(k))
+    return states, parameters, verdicts, messages
+
+
+def _batch(plan: Plan) -> LaneBatch:
+    """The thread's own lanes."""
+    if getattr(_own, "plan", None) is not plan:
+        _own.plan, _own.batch = plan, LaneBatch(plan.system, plan.settings)
+    return _own.batch
+
+
+def _one_by_one(
+    plan: Plan, first: int, parameters: np.ndarray, varied: dict[str, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, Verdicts, dict[int, str]]:
+    n = len(parameters)
+    states = np.full((n, max(len(plan.frame_times), 1), plan.system.ny), np.nan)
+    verdicts, messages = Verdicts.empty(n), {}
+    for k in range(n):
+        here = {name: float(values[k]) for name, values in varied.items()}
+        messages |= _take_single(plan, first + k, parameters[k], here, states[k], verdicts, k)
+    return states, parameters, verdicts, messages
+
+
+def _take_single(
+    plan: Plan, number: int, p: np.ndarray, varied: dict[str, float], states: np.ndarray, verdicts: Verdicts, k: int
+) -> dict[int, str]:  # fmt: skip
+    """Run a member by itself, and fill in its states and verdict; returns why it failed, by its number."""
+    verdicts.singly[k] = True
+    try:
+        solution = run_single(plan, p, varied)
+    except RuntimeModelError as error:
+        verdicts.status[k], verdicts.ok[k] = NO_START, False
+        return {number: str(error)}
+    verdicts.steps[k] = solution.stats["steps"]
+    verdicts.energy_error[k] = solution.energy.unscaled_error
+    verdicts.constraint_residual[k] = solution.constraint_residual.max_position
+    if solution.status not in ("success", "terminated"):
+        verdicts.status[k], verdicts.ok[k] = RUN_FAILED, False
+        return {number: solution.message}
+    limit = energy_limit(find_method(solution.method), solution.rtol)
+    verdicts.status[k] = at.REACHED_STOP
+    verdicts.ok[k] = bool(
+        solution.energy.unscaled_error <= limit
+        and (not plan.system.m or solution.constraint_residual.max_position <= plan.residual_limit)
+    )
+    n = plan.system.nq + plan.system.nv
+    # A run that its events end stays where it is.
+    wanted = plan.frame_times if len(plan.frame_times) else [plan.single.t_end]
+    rows = np.searchsorted(solution.t, np.minimum(wanted, solution.t[-1]))
+    states[:, :n] = solution.states[rows]
+    if plan.system.nw:
+        states[:, n] = solution.w[rows]
+    return {}
+
+
+def run_single(plan: Plan, p: np.ndarray, varied: dict[str, float], t_eval: Any = None) -> Solution:
+    """Run a member by itself.
+
+    Raises
+    ------
+    RuntimeModelError
+        It has no start on the constraints.
+    """
+    system = plan.system
+    names = [entry["name"] for entry in (*system.parameters, *system.inputs)]
+    start, rate = plan.starts.given(varied)
+    times = plan.frame_times if t_eval is None else t_eval
+    options = replace(
+        plan.single, parameters=dict(zip(names, map(float, p), strict=False)), start=start, rate=rate,
+        t_eval=times if len(times) else (plan.single.t_end,), fps=None,
+    )  # fmt: skip
+    return simulation.simulate(system, options)
+
+
+def check_names(system: System, names: Sequence[str]) -> None:
+    """Refuse names of series that are not there.
+
+    Raises
+    ------
+    UnknownNameError
+    """
+    known = series_of(system)
+    for name in names:
+        place = known.get(name, ("",))[0]
+        if name != ENERGY and place in ("", "contact_forces", "input_values"):
+            raise UnknownNameError(
+                f"model {system.name!r} has no series {name!r} that ensembles keep: {nearest(name, [*known, ENERGY])}"
+            )
+
+
+def series(
+    system: System, names: Sequence[str], parameters: np.ndarray, times: np.ndarray, states: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return series by name, shape (k, F) each, of states of shape (k, F, ny)."""
+    known, found, rows = series_of(system), {}, {}
+    for name in names:
+        place, column = known.get(name, (ENERGY, 0))
+        if place in ("q", "v"):
+            found[name] = states[:, :, column + (system.nq if place == "v" else 0)]
+            continue
+        function = _FUNCTIONS[place]
+        if function not in rows:
+            read = states[:, :, : system.nq + system.nv]
+            rows[function] = evaluate_members(system, function, parameters, times, np.ascontiguousarray(read))
+        if place == ENERGY:
+            found[name] = rows[function].sum(axis=2)
+        else:
+            offset = {"outputs": 0, "accelerations": system.nq, "multipliers": system.ny}[place]
+            found[name] = rows[function][:, :, offset + column]
+    return found

@@ -1,0 +1,353 @@
+"""Ensembles: members in lanes are the runs that they would be alone, and nothing that is asked for is left out."""
+
+from __future__ import annotations
+
+import concurrent.futures
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pyarrow import parquet
+
+from symgen.runtime.ensemble import choice, grid, histogram, linspace, normal, quantiles, uniform
+from symgen.runtime.ensemble.batch import LaneBatch
+from symgen.runtime.ensemble.options import EnsembleOptions
+from symgen.runtime.ensemble.plan import make_plan
+from symgen.runtime.ensemble.reduction import Digest, Moments
+from symgen.runtime.ensemble.sampling import read_variation
+from symgen.runtime.errors import RuntimeModelError, UnknownNameError
+from symgen.runtime.front import load
+
+GENERATED = Path(__file__).parents[1] / "generated"
+# Model, end [s], what varies: with constraints that parameters change, quaternions, work, time, friction.
+MODELS = {
+    "double_pendulum": (5.0, {"parameters": {"L2": normal(1.0, 0.1)}, "start": {"theta1": uniform(-1, 1)}}),
+    "slider_crank": (1.0, {"parameters": {"r": uniform("0.08 m", "0.12 m"), "m": normal(1.0, 0.05)}}),
+    "four_bar": (1.0, {"parameters": {"g": uniform(5.0, 15.0)}}),
+    "seven_dof_arm": (1.0, {"start": {"q1": uniform(-1, 1)}, "rate": {"q2": normal(0, 1)}}),
+    "spinning_top": (1.0, {"parameters": {"m": uniform(0.5, 1.5)}}),
+    "cart_pole": (3.0, {"start": {"theta": uniform(-1, 1)}, "rate": {"x": normal(0, 1)}}),
+    "outer_solar_system": (5000.0, {"rate": {"x1": normal(0.0, 1e-4)}}),
+    "bricard": (0.5, {"parameters": {"g": uniform(5.0, 15.0)}}),
+    "rolling_disc": (1.0, {"parameters": {"g": uniform(5.0, 15.0)}}),
+    "heavy_top_absolute": (0.3, {}),
+    "n_four_bar": (0.5, {}),
+    "turntable": (1.0, {}),
+    "chain_absolute": (0.5, {}),
+    "damped_spring_pendulum": (0.02, {}),
+}
+
+
+def system_of(name):
+    return load(GENERATED / f"{name}.py")
+
+
+def varied(name):
+    """What varies, of names that the model has."""
+    system, (t_end, given) = system_of(name), MODELS[name]
+    places = {
+        "parameters": [r["name"] for r in system.parameters], "start": [r["name"] for r in system.coordinates],
+        "rate": [r["name"] for r in system.rates],
+    }  # fmt: skip
+    kept = {place: {x: y for x, y in values.items() if x in places[place]} for place, values in given.items()}
+    if not any(kept.values()):
+        p = system.parameters[0]
+        kept = {"parameters": {p["name"]: uniform(0.95 * p["value"], 1.05 * p["value"])}}
+    return system, t_end, kept
+
+
+def plan_of(name, **options):
+    system, t_end, kept = varied(name)
+    return make_plan(
+        system, EnsembleOptions(t_end=t_end, **{"n": 21, "rtol": 1e-7, "seed": 3, **kept, **options})
+    )
+
+
+def members_of(plan):
+    parameters, values = plan.members.arrays(plan.p, 0, plan.members.n)
+    return parameters, *plan.starts.of(parameters, values)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_lanes_do_not_change_members(name):
+    """At any width, in any order, alone or among others: the same bits."""
+    plan = plan_of(name, method="dop853")
+    assert plan.settings is not None, plan.notes
+    parameters, starts, failures = members_of(plan)
+    assert not failures
+    wide = LaneBatch(plan.system, plan.settings).run(parameters, starts)
+    assert (wide.column("status") == 1).all()
+    for lanes in (1, 2, 16):
+        other = LaneBatch(plan.system, replace(plan.settings, lanes=lanes)).run(parameters, starts)
+        assert other.end.tobytes() == wide.end.tobytes()
+        assert other.columns.tobytes() == wide.columns.tobytes()
+    order = np.random.default_rng(1).permutation(len(starts))
+    mixed = LaneBatch(plan.system, plan.settings).run(parameters[order], starts[order])
+    assert mixed.end.tobytes() == wide.end[order].tobytes()
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_members_are_single_runs(name):
+    """To the tolerance the ends are those of `system.run`, which knows nothing of lanes; energies are as good."""
+    system, t_end, kept = varied(name)
+    e = system.ensemble(t_end, n=3, seed=3, rtol=1e-10, atol=1e-12, method="dop853", **kept)
+    assert e.health.ok, e.health.lines()
+    for k in range(3):
+        values = {place: {x: float(e.varied[x if place != "rate" else f"dot({x})"][k]) for x in given}
+                  for place, given in kept.items()}  # fmt: skip
+        run = system.run(t_end, rtol=1e-11, atol=1e-13, method="dop853", fps=10, **values)
+        end = np.array([e[name][k] for name in e.names])
+        scale = np.maximum(np.abs(run.states).max(axis=0), 1e-3)
+        assert np.abs((run.states[-1] - end) / scale).max() < 1e-6
+        assert np.isclose(e.member(k).energy.initial, run.energy.initial, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "slider_crank", "spinning_top"])
+def test_a_member_again_is_the_same(name):
+    system, t_end, kept = varied(name)
+    e = system.ensemble(t_end, n=40, seed=5, method="dop853", frames=7, **kept)
+    for k in (0, 17, 39):
+        run = e.member(k)
+        assert run.status == "success"
+        assert len(run.step_log) == e.verdicts.steps[k] == run.stats["steps"]
+        assert np.isclose(run.step_log[:, 1].sum(), t_end, rtol=1e-12)
+        rows = np.searchsorted(run.t, e.t)
+        assert np.array_equal(run.t[rows], e.t)
+        for column in e.names:
+            assert np.array_equal(run[column][rows], e[column][k]), column
+    assert np.array_equal(e.member(-1).states, e.member(39).states)
+
+
+def test_frames_are_those_of_single_runs():
+    system, t_end, kept = varied("slider_crank")
+    e = system.ensemble(t_end, n=4, seed=2, rtol=1e-10, atol=1e-12, method="dop853", frames=23,
+                        keep=["x", "dot(theta)", "energy", "dot(dot(x))"], **kept)  # fmt: skip
+    for k in range(4):
+        values = {name: float(e.varied[name][k]) for name in e.varied}
+        run = system.run(t_end, rtol=1e-11, atol=1e-13, method="dop853", t_eval=e.t, parameters=values)
+        assert np.allclose(run["x"], e["x"][k], atol=1e-8)
+        assert np.allclose(run["dot(dot(x))"], e["dot(dot(x))"][k], rtol=1e-4, atol=1e-5)
+        assert np.allclose(run.energy.total, e["energy"][k], rtol=1e-7)
+
+
+def test_frames_change_no_step():
+    system, t_end, kept = varied("double_pendulum")
+    asked = {"n": 9, "seed": 2, "method": "dop853", **kept}
+    assert np.array_equal(
+        system.ensemble(t_end, **asked)["theta1"], system.ensemble(t_end, frames=50, **asked)["theta1"][:, -1]
+    )
+
+
+def test_threads_and_processes_give_the_same():
+    system, t_end, kept = varied("double_pendulum")
+    asked = {"n": 3000, "seed": 4, "rtol": 1e-5, "method": "dop853", **kept}
+    one = system.ensemble(t_end, threads=1, **asked)
+    two = system.ensemble(t_end, threads=3, **asked)
+    with concurrent.futures.ProcessPoolExecutor(1) as executor:
+        elsewhere = system.ensemble(t_end, executor=executor, **asked)
+    for name in one.names:
+        assert one[name].tobytes() == two[name].tobytes() == elsewhere[name].tobytes()
+
+
+def test_members_that_become_infinite_leave_the_others_alone():
+    plan = plan_of("double_pendulum", method="dop853")
+    parameters, starts, _ = members_of(plan)
+    batch = LaneBatch(plan.system, plan.settings)
+    good = batch.run(parameters, starts)
+    spoiled = starts.copy()
+    spoiled[3, 0], spoiled[11, 2], spoiled[20, 1] = np.nan, np.inf, 1e300
+    found = batch.run(parameters, spoiled)
+    others = np.setdiff1d(np.arange(21), [3, 11, 20])
+    assert found.end[others].tobytes() == good.end[others].tobytes()
+    assert (found.column("status")[[3, 11]] < 0).all()
+
+
+def test_failed_members_are_told_and_have_no_numbers():
+    """A negative mass makes a singular matrix at some place; a limit of steps is one, too."""
+    system = system_of("double_pendulum")
+    e = system.ensemble(
+        10, method="dop853", max_steps=210, start={"theta1": linspace(0.01, 3.0, 12)}, rtol=1e-7
+    )
+    assert 0 < e.n_failed < 12
+    assert np.isnan(e["theta1"][e.failed]).all()
+    assert np.isfinite(e["theta1"][np.setdiff1d(np.arange(12), e.failed)]).all()
+    assert not e.health.ok
+    assert "more steps than allowed" in " ".join(e.health.lines())
+    assert e.member(int(e.failed[0])).status == "failed"
+
+
+def test_doubtful_members_are_found():
+    """At loose tolerances the energy of a fast pendulum is off: single runs say so, members too."""
+    system = system_of("double_pendulum")
+    e = system.ensemble(60, method="dop853", rtol=1e-3, atol=1e-3, start={"theta1": linspace(0.05, 2.5, 16)})
+    for k in range(16):
+        run = system.run(
+            60, method="dop853", rtol=1e-3, atol=1e-3, start={"theta1": float(e.varied["theta1"][k])}
+        )
+        energy = next(entry for entry in run.health if entry.check == "energy")
+        if 0.3 < energy.value / energy.limit < 3.0:
+            continue  # the steps are not the same
+        assert e.verdicts.ok[k] == energy.ok, (k, energy.value, e.verdicts.energy_error[k])
+    assert 0 < len(e.doubtful)
+
+
+def test_models_that_lanes_cannot_run_go_one_by_one():
+    system = system_of("bouncing_ball")
+    height = system.coordinates[0]["name"]
+    e = system.ensemble(1.0, start={height: linspace(0.5, 1.5, 3)})
+    assert any("one after another" in note for note in e.notes)
+    assert e.verdicts.singly.all()
+    for k in range(3):
+        run = system.run(1.0, start={height: float(e.varied[height][k])})
+        assert np.array_equal(run[height][-1], e[height][k])
+        assert np.array_equal(e.member(k)[height][-1], e[height][k])
+
+
+def test_starts_follow_parameters():
+    """A mechanism is assembled for each member's own lengths, as single runs are."""
+    system = system_of("slider_crank")
+    plan = plan_of("slider_crank", n=50)
+    parameters, starts, failures = members_of(plan)
+    assert not failures
+    names = [r["name"] for r in system.parameters]
+    for k in (0, 7, 49):
+        run = system.run(1e-3, parameters=dict(zip(names, parameters[k], strict=False)))
+        assert np.allclose(run.states[0], starts[k], rtol=0, atol=1e-12)
+
+
+def test_starts_that_contradict_constraints_fail_alone():
+    system = system_of("slider_crank")
+    e = system.ensemble(0.1, parameters={"l": grid(0.3, 0.02, 0.31)}, method="dop853")
+    assert list(e.failed) == [1]
+    assert e.messages[1]
+    assert np.isfinite(e["x"][[0, 2]]).all()
+
+
+def test_grids_multiply_and_draws_repeat():
+    system = system_of("double_pendulum")
+    e = system.ensemble(
+        0.1, n=5, seed=1, parameters={"m1": grid(1, 2), "m2": linspace(1, 3, 3), "L1": normal(1, 0.1)}
+    )
+    assert e.n == 30
+    assert e.shape == {"m1": 2, "m2": 3, "draw": 5}
+    assert np.array_equal(e["m1"].reshape(2, 3, 5)[:, 0, 0], [1, 2])
+    assert np.array_equal(e["m2"].reshape(2, 3, 5)[0, :, 0], [1, 2, 3])
+    assert np.array_equal(e["L1"][:5], e["L1"][25:])
+    again = system.ensemble(0.1, n=2000, seed=1, parameters={"L1": normal(1, 0.1), "g": choice(9, 10)})
+    assert np.array_equal(again["L1"][:5], e["L1"][:5])
+    assert set(again["g"]) == {9.0, 10.0}
+    assert abs(again["L1"].mean() - 1) < 0.01
+    assert abs(again["L1"].std() - 0.1) < 0.01
+
+
+def test_arrays_go_row_by_row():
+    system = system_of("double_pendulum")
+    e = system.ensemble(0.1, parameters={"m1": np.array([1.0, 2.0, 3.0])}, start={"theta1": [0.1, 0.2, 0.3]})
+    assert e.n == 3
+    run = system.run(0.1, method=e.method, parameters={"m1": 2.0}, start={"theta1": 0.2})
+    assert np.isclose(e["theta1"][1], run["theta1"][-1], rtol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"parameters": {"L3": normal(1, 0.1)}, "n": 2}, "L3"),
+        ({"start": {"theta3": linspace(0, 1, 2)}}, "theta3"),
+        ({"parameters": {"L1": normal(1, 0.1)}}, "how many"),
+        ({"n": 4}, "nothing is drawn"),
+        ({"parameters": {"L1": [1.0, 2.0], "L2": [1.0, 2.0, 3.0]}}, "one length"),
+        ({"parameters": {"L1": normal(1, -0.1)}, "n": 2}, "negative"),
+        ({"parameters": {"L1": linspace(1, 2, 2)}, "keep": ["nothing"]}, "nothing"),
+        ({"parameters": {"L1": linspace(1, 2, 2)}, "reduce": {"theta1": ["median"]}}, "median"),
+        ({"parameters": {"L1": linspace(1, 2, 2)}, "frames": [3.0, 1.0]}, "rise"),
+        ({"parameters": {"L1": linspace("1 kg", "2 kg", 2)}}, "L1"),
+        ({"parameters": {"L1": linspace(1, 2, 2)}, "keep": "all"}, "keep"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(options, said):
+    with pytest.raises((RuntimeModelError, UnknownNameError), match=said):
+        system_of("double_pendulum").ensemble(0.1, **options)
+
+
+def test_reductions_are_those_of_all_members():
+    system = system_of("double_pendulum")
+    asked = {"n": 2500, "seed": 1, "parameters": {"L1": normal(1, 0.05)}, "rtol": 1e-5, "method": "dop853"}
+    wanted = ["mean", "std", "min", "max", "count", quantiles(0.05, 0.5), histogram(10)]
+    e = system.ensemble(
+        1.0, **asked, reduce={"theta1": wanted, "square": (lambda m: m["theta1"] ** 2, ["mean"])}
+    )
+    values, found = e["theta1"], e.reduced["theta1"]
+    assert np.isclose(found["mean"], values.mean(), rtol=1e-12)
+    assert np.isclose(found["std"], values.std(ddof=1), rtol=1e-10)
+    assert (found["min"], found["max"], found["count"]) == (values.min(), values.max(), 2500)
+    for share, value in found["quantiles"].items():
+        assert abs((values < value).mean() - share) < 3e-3
+    counts = found["histogram"]
+    assert counts["counts"].sum() + counts["below"] + counts["above"] == 2500
+    assert np.array_equal(counts["counts"], np.histogram(values, counts["edges"])[0])
+    assert np.isclose(e.reduced["square"]["mean"], (values**2).mean(), rtol=1e-12)
+    nothing = system.ensemble(1.0, **asked, keep=None, frames=3, reduce={"theta1": ["mean"]})
+    assert nothing.names == []
+    assert nothing.reduced["theta1"]["mean"].shape == (3,)
+    assert np.isclose(nothing.reduced["theta1"]["mean"][-1], values.mean(), rtol=1e-12)
+
+
+def test_moments_and_digest_merge():
+    values = np.random.default_rng(0).lognormal(size=20_000)
+    values[77] = np.nan
+    moments, digest = Moments(), Digest()
+    for part in np.array_split(values, 37):
+        moments.take(part)
+        digest.take(part)
+    assert np.isclose(moments.get("mean"), np.nanmean(values), rtol=1e-12)
+    assert np.isclose(moments.get("std"), np.nanstd(values, ddof=1), rtol=1e-10)
+    assert moments.get("count") == 19_999
+    for share in (0.001, 0.01, 0.5, 0.99, 0.999):
+        assert abs((values < digest.quantile(share)).mean() - share) < 3e-4 + 0.02 * share * (1 - share)
+    assert len(digest._means) < 500
+
+
+@pytest.mark.parametrize(
+    ("text", "n"),
+    [("0.9:1.1:5", 5), ("grid(1, 2, 3)", 3), ("linspace(0, 1, 4)", 4), ("1 cm : 2 cm : 3", 3)],
+)
+def test_grids_are_read(text, n):
+    found = read_variation(text).in_si(lambda x: float(str(x).split()[0]))
+    assert len(found.values) == n
+
+
+@pytest.mark.parametrize("text", ["1:2", "a:b:c", "evil(1)", "normal(1)", "normal(1,)", "1:2:3.5"])
+def test_what_is_no_variation_is_refused(text):
+    with pytest.raises(RuntimeModelError):
+        read_variation(text).in_si(float)
+
+
+def test_an_interrupt_keeps_what_is_done():
+    system, done = system_of("double_pendulum"), []
+
+    def progress(n, of, failed):
+        done.append(n)
+        if len(done) == 2:
+            raise KeyboardInterrupt
+
+    e = system.ensemble(
+        1.0, n=5000, parameters={"L1": normal(1, 0.05)}, progress=progress, threads=1, method="dop853"
+    )
+    assert e.n_done == done[-1] < 5000
+    assert np.isfinite(e["theta1"][: e.n_done]).all()
+    assert np.isnan(e["theta1"][e.n_done :]).all()
+
+
+def test_what_is_kept_goes_to_files(tmp_path):
+    system = system_of("double_pendulum")
+    e = system.ensemble(1.0, n=7, parameters={"L1": normal(1, 0.05)}, frames=3)
+    e.save(tmp_path / "runs.npz")
+    with np.load(tmp_path / "runs.npz") as file:
+        assert np.array_equal(file["theta1"], e["theta1"])
+        assert np.array_equal(file["L1"], e["L1"])
+        assert np.array_equal(file["t"], e.t)
+    e.to_parquet(tmp_path / "runs.parquet")
+    table = parquet.read_table(tmp_path / "runs.parquet")
+    assert table.num_rows == 7
+    assert np.array_equal(np.array(table["theta1"].to_pylist()), e["theta1"])
