@@ -131,6 +131,20 @@ def test_frames_are_those_of_single_runs():
         assert np.allclose(run.energy.total, e["energy"][k], rtol=1e-7)
 
 
+@pytest.mark.parametrize("name", ["double_pendulum", "slider_crank", "spinning_top"])
+def test_fixed_steps(name):
+    """They are those of `system.run`, but for round-off."""
+    system, t_end, kept = varied(name)
+    asked = {"n": 5, "seed": 3, "method": "rk4", **kept}
+    e = system.ensemble(t_end, step=t_end / 500, frames=11, **asked)
+    for k in range(5):
+        values = {place: {x: float(e.varied[x][k]) for x in given} for place, given in kept.items()}
+        run = system.run(t_end, method="rk4", step=t_end / 500, t_eval=e.t, **values)
+        for column in e.names:
+            assert np.allclose(run[column], e[column][k], rtol=1e-9, atol=1e-9), column
+        assert len(e.member(k).step_log) == run.stats["steps"] == 500
+
+
 def test_frames_change_no_step():
     system, t_end, kept = varied("double_pendulum")
     asked = {"n": 9, "seed": 2, "method": "dop853", **kept}

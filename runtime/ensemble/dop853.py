@@ -2,21 +2,10 @@
 
 from __future__ import annotations
 
-from symgen.runtime.ensemble.lanes import (
-    PIVOT_LIMIT,
-    Lanes,
-    copy_rows,
-    ended,
-    finite_rows,
-    keep_energy,
-    log_step,
-    note_energy,
-    note_pivots,
-    project,
-    write_frames,
-)
+from dataclasses import replace
+
+from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, reach, write_frames
 from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
-from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.explicit.dop853 import (
     DOP853_A,
     DOP853_C,
@@ -112,39 +101,23 @@ def attempt(lanes: Lanes, active: Value) -> Value:
             least.value = code.smaller(least.value, rows[s][lanes.n_row - 1])
     _sum(lanes, DOP853_A[_NEW], h, rows, lanes.y_new)
     error = _error(lanes, h, rows)
-    tried = active & (error <= 1.0)
-    on_constraints, taken = code.variable(tried), code.variable(0.0)
-    with code.when(lanes.n_project > 0):
-        on_constraints.value = project(lanes, t1, lanes.y_new, tried, t1 < stop)
-        taken.value = keep_energy(lanes, t1, lanes.y_new, on_constraints.value)
     new = rows[_NEW]
-    code.call_kernel(lanes.rhs, t1, lanes.y_new, lanes.p, new)
-    sound = finite_rows(lanes, lanes.y_new, lanes.ny) & finite_rows(lanes, new, lanes.ny)
-    accepted = on_constraints.value & sound
-    # What is not on the constraints, or infinite, is taken for the end of a step that was much too long.
-    lost = tried & ~on_constraints.value
-    infinite = active & ((on_constraints.value & ~sound) | ~code.finite(error))
-    note_pivots(lanes, new, accepted)
+    end = reach(lanes, active & (error <= 1.0), t1, new, t1 < stop)
     with code.when(lanes.m > 0):
-        lanes.set_own("pivot", code.smaller(lanes.own("pivot"), least.value), accepted)
-    root = _eighth_root(lanes, error)
-    _choose_step(lanes, active, accepted, lost | infinite, h, wanted, root)
-    lanes.set_own("t", t1, accepted)
+        lanes.set_own("pivot", code.smaller(lanes.own("pivot"), least.value), end.accepted)
+    infinite = end.infinite | (active & ~code.finite(error))
+    _choose_step(lanes, active, end.accepted, end.lost | infinite, h, wanted, _eighth_root(lanes, error))
     write_frames(
-        lanes, accepted, t, t1, lambda: _dense(lanes, t, h, rows), lambda theta, out: _at(lanes, theta, out)
+        lanes,
+        end.accepted,
+        t,
+        t1,
+        lambda: _dense(lanes, t, h, rows),
+        lambda theta, out: _at(lanes, theta, out),
     )
-    copy_rows(lanes, lanes.y_new, lanes.y, lanes.ny, accepted)
-    copy_rows(lanes, new, rows[0], lanes.ny, accepted)
-    note_energy(lanes, t1, lanes.y, accepted, taken.value)
-    log_step(lanes, accepted, t1, h)
-    lanes.count("steps", accepted)
-    lanes.count("rejected", active & ~accepted)
-    singular = active & (lanes.own("pivot") < PIVOT_LIMIT)
-    small = active & ~accepted & too_small
-    cause = code.select(singular, code.all_lanes(float(at.SINGULAR_MATRIX)), code.select(
-        infinite, code.all_lanes(float(at.NOT_FINITE)), code.select(
-            lost, code.all_lanes(float(at.PROJECTION_FAILED)), code.all_lanes(float(at.STEP_TOO_SMALL)))))  # fmt: skip
-    return ended(lanes, accepted, t1, small | singular, cause)
+    copy_rows(lanes, new, rows[0], lanes.ny, end.accepted)
+    small = active & ~end.accepted & too_small
+    return commit(lanes, active, replace(end, infinite=infinite), t1, h, small)
 
 
 def _sum(lanes: Lanes, weights: dict[int, float], h: Value, rows: list[Rows], out: Rows) -> None:

@@ -396,18 +396,67 @@ def log_step(lanes: Lanes, accepted: Value, t1: Value, h: Value) -> None:
         code.set_slot(AT["n_logged"], logged + 1)
 
 
-def ended(lanes: Lanes, accepted: Value, t1: Value, failed: Value, cause: Value) -> Value:
-    """Set the status of members that are done, at the end of the run, failed, or out of steps; returns which are."""
+@dataclass(eq=False)
+class Reached:
+    """How the end of a step was reached, in the lanes that tried to.
+
+    Attributes
+    ----------
+    accepted, lost, infinite : Value
+        Lanes in which it was; which are away from the constraints; which have numbers that are not finite.
+    taken : Value
+        What energy scaling took away.
+    """
+
+    accepted: Value
+    lost: Value
+    infinite: Value
+    taken: Value
+
+
+def reach(lanes: Lanes, tried: Value, t1: Value, new: Rows, passing: Value) -> Reached:
+    """Project new states, in `y_new`, and work out their derivatives into the row `new`, as `explicit.loop.reach_end`.
+
+    What is not on the constraints, or infinite, is taken for the end of a step that was much too long.
+    """
     code = lanes.code
-    arrived = accepted & (t1 >= lanes.t_end)
-    spent = lanes.own("active") > 0.5
-    spent = spent & (
-        lanes.own("steps") + lanes.own("rejected") >= code.as_kind(code.to_number(lanes.max_steps), "lanes")
-    )
-    lanes.set_own("status", float(TOO_MANY_STEPS), spent)
-    lanes.set_own("status", cause, failed)
-    lanes.set_own("status", float(at.REACHED_STOP), arrived)
-    return arrived | failed | spent
+    on_constraints, taken = code.variable(tried), code.variable(0.0)
+    with code.when(lanes.n_project > 0):
+        on_constraints.value = project(lanes, t1, lanes.y_new, tried, passing)
+        taken.value = keep_energy(lanes, t1, lanes.y_new, on_constraints.value)
+    code.call_kernel(lanes.rhs, t1, lanes.y_new, lanes.p, new)
+    sound = finite_rows(lanes, lanes.y_new, lanes.ny) & finite_rows(lanes, new, lanes.ny)
+    accepted = on_constraints.value & sound
+    note_pivots(lanes, new, accepted)
+    return Reached(accepted, tried & ~on_constraints.value, on_constraints.value & ~sound, taken.value)
+
+
+def commit(lanes: Lanes, active: Value, end: Reached, t1: Value, h: Value, give_up: Value) -> Value:
+    """Make accepted states the current ones, and count; returns in which lanes the member is done.
+
+    Those are at the end of the run, out of steps, at a singular configuration, or among `give_up`, and have a status.
+    """
+    code = lanes.code
+    lanes.set_own("t", t1, end.accepted)
+    copy_rows(lanes, lanes.y_new, lanes.y, lanes.ny, end.accepted)
+    note_energy(lanes, t1, lanes.y, end.accepted, end.taken)
+    log_step(lanes, end.accepted, t1, h)
+    lanes.count("steps", end.accepted)
+    lanes.count("rejected", active & ~end.accepted)
+    arrived = end.accepted & (t1 >= lanes.t_end)
+    steps = lanes.own("steps") + lanes.own("rejected")
+    spent = active & (steps >= code.as_kind(code.to_number(lanes.max_steps), "lanes"))
+    singular = active & (lanes.own("pivot") < PIVOT_LIMIT)
+    for where, status in (
+        (spent, TOO_MANY_STEPS),
+        (give_up, at.STEP_TOO_SMALL),
+        (give_up & end.lost, at.PROJECTION_FAILED),
+        (give_up & end.infinite, at.NOT_FINITE),
+        (singular, at.SINGULAR_MATRIX),
+        (arrived & ~singular, at.REACHED_STOP),
+    ):
+        lanes.set_own("status", float(status), where)
+    return arrived | give_up | spent | singular
 
 
 def write_frames(

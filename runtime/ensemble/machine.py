@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.code import engine
-from symgen.runtime.ensemble import dop853
+from symgen.runtime.ensemble import dop853, runge_kutta
 from symgen.runtime.ensemble.lanes import (
     BEGIN,
     MAP,
@@ -21,6 +21,7 @@ from symgen.runtime.ensemble.lanes import (
     function_run,
     function_store,
 )
+from symgen.runtime.integrate.methods.runge_kutta import rk4
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
 
@@ -41,8 +42,12 @@ class LaneLoop:
     _code: Any
 
 
-IN_LANES = ("dop853",)
-_METHODS = {"dop853": (dop853.first_step, dop853.attempt)}
+# What finds the first step, and what writes one step.
+_METHODS = {
+    "dop853": (dop853.first_step, dop853.attempt),
+    "rk4": (None, runge_kutta.attempt_of(rk4)),
+}
+IN_LANES = tuple(_METHODS)
 
 
 @functools.lru_cache(maxsize=16)

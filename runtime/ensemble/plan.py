@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method
+from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
@@ -107,14 +107,18 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     frame_times = _frame_times(options, single)
     settings = None
     if not objection:
-        settings, method, objection = _settings(system, rows[0], state, single, method, frame_times)
+        settings, method, objection, more = _settings(system, rows[0], state, single, method, frame_times)
+        notes = [*notes, *more]
     if len(starts.redundant) > len(system.dependent) and not objection:
         settings, objection = None, "constraints follow from others at the start"
     if objection:
         notes.append(f"members run one after another, not in lanes: {objection}")
+    if settings is not None:
+        single = replace(single, step=settings.step or None)
+    drift = min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol))
     return Plan(
         system, options, members, p, starts, replace(single, method=method.name), method.name, treatment, settings,
-        frame_times, starts.smallest_scale * min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol)), notes,
+        frame_times, drift * starts.smallest_scale, notes,
     )  # fmt: skip
 
 
@@ -208,19 +212,15 @@ def _objection(system: System, p: np.ndarray, state: np.ndarray, single: RunOpti
 
 def _settings(
     system: System, p: np.ndarray, state: np.ndarray, single: RunOptions, method: Any, frame_times: np.ndarray
-) -> tuple[BatchSettings | None, Any, str]:
+) -> tuple[BatchSettings | None, Any, str, list[str]]:
     """Return settings for lanes with the method, or with the explicit one where a series cannot be had; or why not."""
     if method.name == SERIES and SERIES not in IN_LANES:
         if single.method != "auto":
-            return None, method, f"{method.name} is for single runs"
+            return None, method, f"{method.name} is for single runs", []
         method = METHODS[EXPLICIT]
     if method.name not in IN_LANES:
-        return None, method, f"method {method.name} is for single runs"
-    step = 0.0
-    if not method.adaptive:
-        if single.step is None:
-            return None, method, f"{method.name} without a step of its own is for single runs"
-        step = float(single.step)
+        return None, method, f"method {method.name} is for single runs", []
+    step, notes = choose_step(method, system, p, state, single)
     level = choose_energy_level(single.energy_scaling, system, method, p, single.t_start, state)
     arrays = LoopArrays(
         system, method, p, single.t_start, state, frame_times=np.zeros(0), rtol=single.rtol, atol=single.atol,
@@ -236,8 +236,8 @@ def _settings(
     try:
         LaneBatch(system, settings)
     except (NoLanes, Refusal) as why:
-        return None, method, str(why)
-    return settings, method, ""
+        return None, method, str(why), []
+    return settings, method, "", notes
 
 
 def alone(plan: Plan, frame_times: np.ndarray) -> BatchSettings:
