@@ -16,7 +16,8 @@ from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.ensemble.reduction import Reduction
 from symgen.runtime.ensemble.result import Ensemble
-from symgen.runtime.ensemble.verdict import Verdicts
+from symgen.runtime.ensemble.store import Stored, key_of
+from symgen.runtime.ensemble.verdict import VERDICTS, Verdicts
 from symgen.runtime.ensemble.work import Part, check_names, run_part
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.names import rate_labels
@@ -57,7 +58,7 @@ class Collector:
 
     def __init__(self, plan: Plan) -> None:
         self.plan, options = plan, plan.options
-        self.n_done, self._n_failed, self._n_doubtful = 0, 0, 0
+        self.n_done, self.n_failed, self.n_doubtful = 0, 0, 0
         self._kept = _kept_names(plan.system, options.keep)
         self._reductions, self._functions = _reductions(options.reduce or {})
         plain = [name for name in self._reductions if name not in self._functions]
@@ -71,6 +72,30 @@ class Collector:
         self._named: list[int] = []
         self._messages: dict[int, str] = {}
 
+    def go_on_from(self, stored: Stored) -> None:
+        """Take what an ensemble that was interrupted has come to.
+
+        Raises
+        ------
+        RuntimeModelError
+            It is another one.
+        """
+        if stored.about.get("key") != key_of(self.plan):
+            raise RuntimeModelError(
+                "what the file holds is another ensemble, of another model, other settings or other members: give the "
+                "same, or begin anew without --resume"
+            )
+        done = stored.about["n_done"]
+        for name, array in self._arrays.items():
+            array[:done] = stored.arrays[name][:done]
+        for name in VERDICTS:
+            getattr(self._verdicts, name)[:done] = stored.arrays[name][:done]
+        failed = self._verdicts.status[:done] != 1
+        self.n_done, self.n_failed = done, int(failed.sum())
+        self.n_doubtful = int((~self._verdicts.ok[:done] & ~failed).sum())
+        self._named = np.flatnonzero(~self._verdicts.ok[:done])[:_MOST_NAMED].tolist()
+        self._messages = {int(k): said for k, said in stored.about["messages"].items()}
+
     def take(self, part: Part) -> None:
         """Take the next part."""
         n, verdicts = len(part.verdicts.status), part.verdicts
@@ -82,15 +107,15 @@ class Collector:
             function = self._functions.get(name)
             reduction.take(part.series[name] if function is None else self._worked_out(name, function, part))
         failed = verdicts.status != 1
-        self._n_failed += int(failed.sum())
-        self._n_doubtful += int((~verdicts.ok & ~failed).sum())
+        self.n_failed += int(failed.sum())
+        self.n_doubtful += int((~verdicts.ok & ~failed).sum())
         left = _MOST_NAMED - len(self._named)
         self._named += (part.first + np.flatnonzero(~verdicts.ok)[: max(left, 0)]).tolist()
         if len(self._messages) < _MOST_NAMED:
             self._messages |= part.messages
         self.n_done = part.first + n
         if self.plan.options.progress is not None:
-            self.plan.options.progress(self.n_done, self.plan.members.n, self._n_failed)
+            self.plan.options.progress(self.n_done, self.plan.members.n, self.n_failed)
 
     def _worked_out(self, name: str, function: Any, part: Part) -> np.ndarray:
         given = {
@@ -111,7 +136,7 @@ class Collector:
         return Ensemble(
             plan=self.plan, n_done=self.n_done, series=self._arrays, verdicts=self._verdicts,
             reduced={name: reduction.result() for name, reduction in self._reductions.items()},
-            n_failed=self._n_failed, n_doubtful=self._n_doubtful, named=self._named, messages=self._messages,
+            n_failed=self.n_failed, n_doubtful=self.n_doubtful, named=self._named, messages=self._messages,
         )  # fmt: skip
 
 

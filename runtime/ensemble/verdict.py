@@ -20,7 +20,7 @@ from symgen.runtime.record import record
 if TYPE_CHECKING:
     from symgen.runtime.ensemble.plan import Plan
 
-_MOST_REJECTED = 0.8
+VERDICTS = ("status", "energy_error", "constraint_residual", "steps", "ok", "singly")
 NO_START = -20
 CAUSES = {
     at.STEP_TOO_SMALL: "the step became too small",
@@ -70,7 +70,7 @@ class Verdicts:
 
     def put(self, first: int, part: Verdicts) -> None:
         """Fill in those of members from `first` on."""
-        for name in ("status", "energy_error", "constraint_residual", "steps", "ok", "singly"):
+        for name in VERDICTS:
             getattr(self, name)[first : first + len(part.status)] = getattr(part, name)
 
 

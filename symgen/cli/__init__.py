@@ -24,6 +24,7 @@ _COMMANDS = {
     "import": "a robot's file (URDF) as a model file",
     "derive": "write a model's equations of motion as a Python module",
     "run": "integrate a model, check the result, record it",
+    "sweep": "a model many times, with values that vary",
     "advise": "which step and method suit a model, and why",
     "modes": "equilibrium, eigenfrequencies, mode shapes and frequency response of a model",
     "bench": "run time against error of every method, on scenes with known end states",

@@ -1,0 +1,115 @@
+"""An ensemble as a file of NumPy's `.npz`, whole or as far as it came, and going on with one."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.record import record
+
+if TYPE_CHECKING:
+    from symgen.runtime.ensemble.plan import Plan
+    from symgen.runtime.ensemble.result import Ensemble
+
+_ABOUT = "about"  # the name of what is not numbers
+_FORMAT = 1
+# Names in the file beside those of series and of what varies.
+_OWN = ("t", "status", "ok", "steps", "energy_error", "constraint_residual", "singly", _ABOUT)
+
+
+@record(eq=False)
+class Stored:
+    """What a file holds.
+
+    Attributes
+    ----------
+    about : dict
+        Model, method, what was asked for, `n`, `n_done`, `key`, which tells whether another ensemble is the same.
+    arrays : dict of str to ndarray
+        By name, a row for each member; `t`, the times of series.
+    """
+
+    about: dict[str, Any]
+    arrays: Mapping[str, np.ndarray]
+
+
+def key_of(plan: Plan) -> str:
+    """Return what tells whether two ensembles are the same: model, settings, members, what is kept."""
+    settings, single = plan.settings, plan.single
+    said = (
+        plan.system.source.text_hash, plan.method, plan.treatment, plan.members.n, plan.members.seed,
+        [(c.name, c.place, _plain(c.values)) for c in plan.members.columns], plan.p.tolist(),
+        sorted((single.start or {}).items()), sorted((single.rate or {}).items()), single.t_start, single.t_end,
+        single.rtol, single.atol, single.step, plan.frame_times.tolist(), repr(plan.options.keep),
+        single.max_steps, settings is None or settings.scale_energy,
+    )  # fmt: skip
+    return hashlib.sha256(repr(said).encode()).hexdigest()
+
+
+def _plain(values: Any) -> str:
+    return hashlib.sha256(values.tobytes()).hexdigest() if isinstance(values, np.ndarray) else repr(values)
+
+
+def write_ensemble(e: Ensemble, path: str | os.PathLike[str]) -> None:
+    """Write an ensemble, in one step: a file that is there before is whole until then."""
+    path, v = Path(path), e.verdicts
+    about = {
+        "symgen": _FORMAT, "model": e.plan.system.name, "method": e.method, "n": e.n, "n_done": e.n_done,
+        "shape": e.shape, "series": e.names, "varied": list(e.varied), "t_end": e.plan.single.t_end,
+        "rtol": e.plan.single.rtol, "atol": e.plan.single.atol, "notes": e.notes, "key": key_of(e.plan),
+        "messages": {str(k): said for k, said in e.messages.items()},
+    }  # fmt: skip
+    taken = {name for name in (*e.series, *e.varied) if name in _OWN}
+    if taken:
+        raise RuntimeModelError(
+            f"a file of members has names of its own: {', '.join(sorted(taken))} cannot be kept"
+        )
+    arrays = {
+        **e.varied, **e.series, "t": e.t, "status": v.status, "ok": v.ok, "steps": v.steps,
+        "energy_error": v.energy_error, "constraint_residual": v.constraint_residual, "singly": v.singly,
+        _ABOUT: np.array(json.dumps(about)),
+    }  # fmt: skip
+    handle, temporary = tempfile.mkstemp(prefix=".new-", suffix=".npz", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            np.savez(file, **arrays)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+def read_ensemble(path: str | os.PathLike[str]) -> Stored:
+    """Read a file that `write_ensemble` has written.
+
+    Raises
+    ------
+    RuntimeModelError
+        It is something else, or damaged.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        about = json.loads(str(arrays.pop(_ABOUT)))
+        if not isinstance(about, dict) or about.get("symgen") != _FORMAT:
+            raise ValueError("it was not written by symgen sweep, or by another version")
+        n, done = about["n"], about["n_done"]
+        if not (type(n) is int and type(done) is int and 0 <= done <= n):
+            raise ValueError("what it says of its members contradicts itself")
+        for name in (*about["series"], *about["varied"], *_OWN[1:-1]):
+            if arrays[name].shape[:1] != (n,):
+                raise ValueError(f"{name} has {len(arrays[name])} rows for {n} members")
+    except FileNotFoundError:
+        raise RuntimeModelError(f"{path}: there is no such file") from None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+        raise RuntimeModelError(f"{path} is no ensemble: {error}") from None
+    return Stored(about, arrays)
