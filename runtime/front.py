@@ -143,6 +143,69 @@ class System(SystemData):
 
     run = solve
 
+    def prepare(
+        self,
+        t_end: Quantity | None = None,
+        *,
+        method: str = "auto",
+        rtol: float = 1e-8,
+        atol: float = 1e-10,
+        step: Quantity | None = None,
+        constraints: str = "auto",
+        parameters: Sequence[str] | Mapping[str, Quantity] | None = None,
+        start: Sequence[str] | Mapping[str, Quantity] | None = None,
+        inputs: Mapping[Any, Any] | None = None,
+        output: str | Sequence[Quantity] = "end",
+        checks: str = "none",
+        t_start: Quantity = 0.0,
+        max_steps: int | None = None,
+        energy_scaling: bool | None = None,
+        split: bool | None = None,
+        max_step: Quantity | None = None,
+        breaks: Sequence[Quantity] = (),
+    ) -> PreparedRun:
+        """Prepare a run for calls with other parameters and starts: `run(p, y0)`, `run.many(P, Y0)`.
+
+        What is not named here is as in `run`.
+
+        Parameters
+        ----------
+        parameters : sequence of str, or mapping of str to float or str, optional
+            Names of what `p` holds, parameters and inputs; all by default. Values are what is taken in calls
+            without `p`, in place of the model's.
+        start : sequence of str, or mapping of str to float or str, optional
+            Names of what `y0` holds: coordinates, and rates as "dot(x)" or by names of their own. By default the whole
+            state: all coordinates, then all rates.
+        output : {"end", "solution"} or sequence of float [s]
+            What a call returns: the state (q, v) at the end, or at some times; or a whole `Solution`.
+        checks : {"none", "end", "full"}
+            Nothing beyond what the run itself notices; energy and constraints; the health report.
+
+        Returns
+        -------
+        symgen.runtime.prepared.prepared.PreparedRun
+
+        Examples
+        --------
+        >>> run = system.prepare(10.0, parameters=["L"], start=["theta"])
+        >>> q_and_v = run([0.5], [0.1])
+        >>> runs = run.many(lengths[:, None], angles[:, None], threads=2)
+        """
+        options = RunOptions(
+            t_end=t_end, method=method, rtol=rtol, atol=atol, step=step, constraints=constraints, inputs=inputs,
+            t_start=t_start, max_steps=max_steps, energy_scaling=energy_scaling, split=split, max_step=max_step,
+            breaks=breaks,
+        )  # fmt: skip
+        return preparing.PreparedRun(
+            self,
+            options,
+            parameters=parameters,
+            start=start,
+            output=output,
+            checks=checks,
+            finish=Solution.of,
+        )
+
     def ensemble(
         self,
         t_end: Quantity | None = None,
@@ -152,10 +215,6 @@ class System(SystemData):
         parameters: Any = None,
         start: Any = None,
         rate: Any = None,
-    def prepare(
-        self,
-        t_end: Quantity | None = None,
-        *,
         method: str = "auto",
         rtol: float = 1e-8,
         atol: float = 1e-10,
@@ -213,60 +272,6 @@ class System(SystemData):
         found = ensembles.run_ensemble(self, asked)
         found.present = Solution.of
         return found
-        constraints: str = "auto",
-        parameters: Sequence[str] | Mapping[str, Quantity] | None = None,
-        start: Sequence[str] | Mapping[str, Quantity] | None = None,
-        inputs: Mapping[Any, Any] | None = None,
-        output: str | Sequence[Quantity] = "end",
-        checks: str = "none",
-        t_start: Quantity = 0.0,
-        max_steps: int | None = None,
-        energy_scaling: bool | None = None,
-        split: bool | None = None,
-        max_step: Quantity | None = None,
-        breaks: Sequence[Quantity] = (),
-    ) -> PreparedRun:
-        """Prepare a run for calls with other parameters and starts: `run(p, y0)`, `run.many(P, Y0)`.
-
-        What is not named here is as in `run`.
-
-        Parameters
-        ----------
-        parameters : sequence of str, or mapping of str to float or str, optional
-            Names of what `p` holds, parameters and inputs; all by default. Values are what is taken in calls
-            without `p`, in place of the model's.
-        start : sequence of str, or mapping of str to float or str, optional
-            Names of what `y0` holds: coordinates, and rates as "dot(x)" or by names of their own. By default the whole
-            state: all coordinates, then all rates.
-        output : {"end", "solution"} or sequence of float [s]
-            What a call returns: the state (q, v) at the end, or at some times; or a whole `Solution`.
-        checks : {"none", "end", "full"}
-            Nothing beyond what the run itself notices; energy and constraints; the health report.
-
-        Returns
-        -------
-        symgen.runtime.prepared.prepared.PreparedRun
-
-        Examples
-        --------
-        >>> run = system.prepare(10.0, parameters=["L"], start=["theta"])
-        >>> q_and_v = run([0.5], [0.1])
-        >>> runs = run.many(lengths[:, None], angles[:, None], threads=2)
-        """
-        options = RunOptions(
-            t_end=t_end, method=method, rtol=rtol, atol=atol, step=step, constraints=constraints, inputs=inputs,
-            t_start=t_start, max_steps=max_steps, energy_scaling=energy_scaling, split=split, max_step=max_step,
-            breaks=breaks,
-        )  # fmt: skip
-        return preparing.PreparedRun(
-            self,
-            options,
-            parameters=parameters,
-            start=start,
-            output=output,
-            checks=checks,
-            finish=Solution.of,
-        )
 
     def stepper(
         self,

@@ -34,18 +34,14 @@ EXIT_STATUSES = {
 }
 # What users hold, in the order of the page; `symgen` also hands on functions of SymPy for expressions.
 CLASSES = (
-    front.Model, equations.Equations, runtime.System, runtime.RunOptions, runtime.Solution, Stepper, runtime.Kernel,
-    inputs.Controller, inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode, linear.FrequencyResponse,
-    linear.Equilibrium, ensemble.Ensemble, EnsembleOptions, EnsembleHealth, Verdicts,
     front.Model, equations.Equations, runtime.System, runtime.RunOptions, runtime.Solution, PreparedRun, Runs, Stepper,
     runtime.Kernel, inputs.Controller, inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode,
-    linear.FrequencyResponse, linear.Equilibrium,
+    linear.FrequencyResponse, linear.Equilibrium, ensemble.Ensemble, EnsembleOptions, EnsembleHealth, Verdicts,
 )  # fmt: skip
 FUNCTIONS = (
     link.load, equations.equations_of, runtime.load, runtime.solve, runtime.read_module, linear.linearise,
     linear.find_equilibrium, ensemble.normal, ensemble.uniform, ensemble.lognormal, ensemble.triangular,
-    ensemble.choice,
-    ensemble.linspace, ensemble.grid, ensemble.quantiles, ensemble.histogram,
+    ensemble.choice, ensemble.linspace, ensemble.grid, ensemble.quantiles, ensemble.histogram,
 )  # fmt: skip
 ERRORS = (runtime.RuntimeModelError, runtime.ModuleError)
 

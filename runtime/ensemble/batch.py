@@ -103,7 +103,7 @@ class LaneBatch:
         names |= {"residual": "constraint_residual"} if system.m else {}
         table.set_integers(**{slot: lane_kernel(system, name, lanes) for slot, name in names.items()})
         table.set_integers(
-            setup=system.setup_address(), ny=system.ny, n=n, nq=system.nq, n_row=system.n_row, n_p=system.n_p,
+            setup=system.setup_address, ny=system.ny, n=n, nq=system.nq, n_row=system.n_row, n_p=system.n_p,
             n_precomputed=system.n_precomputed, nh=system.nh, m=system.m, n_project=n_project,
             n_quaternions=len(system.quaternions), n_frames=len(settings.frame_times),
             max_steps=settings.max_steps, watch_energy=1, scale_energy=int(settings.scale_energy),

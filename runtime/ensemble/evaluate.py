@@ -55,7 +55,7 @@ def evaluate_members(
     }  # fmt: skip
     table.set_arrays(held)
     table.set_integers(
-        rhs=address, setup=system.setup_address(), n_members=n * n_frames, n_frames=n_frames, ny=states.shape[2],
+        rhs=address, setup=system.setup_address, n_members=n * n_frames, n_frames=n_frames, ny=states.shape[2],
         n_p=system.n_p, n_precomputed=system.n_precomputed, n_row=width,
     )  # fmt: skip
     mapping, _code = lane_map(_LANES)
