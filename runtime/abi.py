@@ -50,6 +50,8 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
         yield "project"
     if header["nq"] != header["nv"]:
         yield "kinematics"
+    if header.get("solve"):
+        yield "solve"
     for key, name in (("bodies", "poses"), ("outputs", "outputs"), ("events", "events"), ("marks", "marks")):
         if header.get(key):
             yield name
@@ -134,6 +136,7 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         "energy": (state, 2),
         "residual": (extended, nv + m),
         "residual_jacobian": (extended, (nv + m) * extended),
+        "solve": (extended, nv + m + m),
         "constraint_residual": (state, nh + m),
         "constraint_jacobian": (state, m * nv),
         "gamma": (state, m),

@@ -161,7 +161,7 @@ class ModelFunctions:
         """Say what `function` reads as `y`, for messages: 'theta, dot(theta)'."""
         names = [record["name"] for record in self.coordinates]
         names += rate_labels(self.coordinates, self.rates)
-        if function in ("residual", "residual_jacobian"):
+        if function in ("residual", "residual_jacobian", "solve"):
             names += acceleration_labels(self.coordinates, self.rates)
             names += [f"lambda({record['name']})" for record in self.constraints]
         return _short(names)

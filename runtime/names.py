@@ -69,6 +69,11 @@ def result_label(header: Mapping[str, Any], function: str, place: int) -> str:
         "energy": ["kinetic energy", "potential energy"],
         "residual": equations,
         "gamma": equations[len(rates) :],
+        "solve": [
+            *acceleration_labels(coordinates, rates),
+            *(f"the multiplier of {name}" for name in constraints),
+            *["ratio of pivots"] * len(constraints),
+        ],
         "outputs": [record["name"] for record in header["outputs"]],
         "events": [record["name"] for record in header["events"]],
         "rhs": [

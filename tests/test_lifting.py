@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import ctypes
+import re
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from lagrange import Reference
 
-from symgen import Model, cos, dot, sin
+from symgen import Model, cos, dot, runtime, sin
 from symgen.derive.derivation import Derivation
 from symgen.derive.solve import choice
 from symgen.derive.solve.rows import Substitution
-from symgen.link import derive
+from symgen.link import derive, derive_text
 from symgen.model.library import bundled, find, load
 from symgen.runtime.system import System
+from symgen.runtime.taylor.kernel import N_ROWS, taylor_addresses
 
 
 @pytest.fixture
@@ -196,3 +199,62 @@ def test_series_and_stages_agree():
     system = derive(chain(12))
     ends = [system.run(t_end=0.2, method=m, rtol=1e-11, atol=1e-12) for m in ("taylor", "dop853")]
     np.testing.assert_allclose(ends[0].q[-1], ends[1].q[-1], atol=1e-9)
+
+
+def without_solve(text: str) -> str:
+    """A module as versions before `solve` wrote it."""
+    start = text.index('@njit(error_model="numpy")\ndef solve(')
+    text = text[:start] + text[text.index("@njit", start + 5) :]
+    return re.sub(r'^\s*"solve": .*\n', "", text, flags=re.MULTILINE)
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_series_are_those_of_modules_without_the_function_for_right_hand_sides(closed):
+    text = derive_text(chain(9, closed=closed)).text
+    series = []
+    for module in (text, without_solve(text)):
+        system = runtime.load(module)
+        q, v, _, _ = system.initial_state()
+        address, _, *_ = taylor_addresses(system)
+        out = np.zeros(N_ROWS * system.ny + 1)
+        out[0] = 12.0
+        p = system.precomputed(system.parameter_values())
+        kernel = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)(int(address))
+        kernel(0.0, *(x.ctypes.data for x in (np.concatenate([q, v]), p, out)))
+        series.append(out[: 13 * system.ny].reshape(13, -1))
+        if closed:
+            row = system.kernel("rhs")(0.0, np.concatenate([q, v]), system.parameter_values())
+            assert out[-1] == pytest.approx(row[-1], rel=1e-9)
+    assert [("solve" in module) for module in (text, without_solve(text))] == [True, False]
+    for with_it, without in zip(*series, strict=True):
+        assert np.abs(with_it - without).max() <= 1e-11 * np.abs(without).max()
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_any_right_hand_side_is_solved_for(family):
+    build, n = FAMILIES[family]
+    system = derive(build(n))
+    p, rng = system.parameter_values(), np.random.default_rng(1)
+    y, right = rng.normal(size=system.nq + system.nv), rng.normal(size=system.nv + system.m)
+    found = system.kernel("solve")(0.0, np.concatenate([y, right]), p)
+    M = system.kernel("mass_matrix")(0.0, y, p).reshape(system.nv, -1)
+    G = system.kernel("constraint_jacobian")(0.0, y, p).reshape(system.m, -1) if system.m else M[:0]
+    whole = np.block([[M, -G.T], [G, np.zeros((system.m, system.m))]])
+    expected = np.linalg.solve(whole, right)
+    assert np.abs(found[: len(right)] - expected).max() <= 1e-10 * np.abs(expected).max()
+    if system.m:
+        assert min(found[len(right) :]) == pytest.approx(system.kernel("rhs")(0.0, y, p)[-1], rel=1e-9)
+
+
+def test_subsystems_of_which_only_some_are_lifted_have_the_function_together():
+    model = chain(9)
+    for k in range(2):
+        x = model.coordinate(f"x{k}", start=0.3)
+        model.kinetic(dot(x) ** 2 * (1 + k) / 2)
+        model.potential(3 * x**2)
+    system = derive(model)
+    assert len(system.source.header["subsystems"]) > 1
+    ends = [system.run(t_end=0.2, method=m, rtol=1e-11, atol=1e-12) for m in ("taylor", "dop853")]
+    np.testing.assert_allclose(ends[0].q[-1], ends[1].q[-1], atol=1e-9)
+    split = system.run(t_end=0.2, method="taylor", rtol=1e-11, atol=1e-12, split=True)
+    np.testing.assert_allclose(split.q[-1], ends[1].q[-1], atol=1e-9)

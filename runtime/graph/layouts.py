@@ -29,6 +29,7 @@ LAYOUTS: dict[str, tuple] = {
     "constraint_jacobian": (("c", "v"),),
     "gamma": (("c", ""),),
     "project": (("qvhc", ""),),
+    "solve": (("vc", ""), ("c", "")),
     "poses": (("p", ""),),
     "shapes": (("s", ""),),
 }

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 # A member's own run needs no more: what is drawn is asked of the whole.
 CUT = tuple(name for name in LAYOUTS if name not in ("poses", "shapes"))
-_EXTENDED = ("residual", "residual_jacobian")
+_EXTENDED = ("residual", "residual_jacobian", "solve")
 
 
 class Places:

@@ -20,9 +20,10 @@ class SeriesNodes(Nodes):
     """Nodes in an order in which values come after what they are made of, but for integrals (`integrate`).
 
     Kinds of constants (of a step): number, parameter, now (the time at its start), and operations on these: fadd,
-    fsub, fmul, fdiv, neg, call, select. Kinds of series: time, acceleration, multiplier, add, sub, neg, scale (constant
-    times series), kept (series where a constant is 1, zero where it is 0), mul, div, sqrt, power (`data`: the exponent,
-    and for halves the root), integral, shift (derivative).
+    fsub, fmul, fdiv, neg, call, select. Kinds of series: time, acceleration, multiplier, right (of the equations, for
+    what is solved at every order), add, sub, neg, scale (constant times series), kept (series where a constant is 1,
+    zero where it is 0), mul, div, sqrt, power (`data`: the exponent, and for halves the root), integral, shift
+    (derivative).
     `data` of an integral says how it begins: ("state", index of y) or (function, *nodes).
 
     `stops_at_choices` says whether steps end where time alone chooses anew; only then have such choices a series.
@@ -71,7 +72,7 @@ class SeriesNodes(Nodes):
         return self._node("now", (), (), constant=True)
 
     def unknown(self, kind: str, index: int) -> int:
-        """An acceleration or a multiplier."""
+        """An acceleration, a multiplier, or a right-hand side."""
         return self._node(kind, (), (index,), constant=False)
 
     def state(self, index: int) -> int:

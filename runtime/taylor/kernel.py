@@ -140,7 +140,7 @@ N_ROWS = MAX_ORDER + 2  # a row of zeros behind the last order
 _UNROLLED_BELOW = 5  # products of series
 _KEPT_REFUSALS = 1000
 _TEXTS = (
-    "rhs", "residual", "mass_matrix", "constraint_jacobian", "constraint_residual", "poses", "switches",
+    "rhs", "residual", "mass_matrix", "constraint_jacobian", "constraint_residual", "solve", "poses", "switches",
     "closed_constraint_jacobian",
 )  # fmt: skip
 

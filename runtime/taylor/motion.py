@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 PRIME = 2**61 - 1
 _REPLACEABLE = ("add", "sub", "neg", "scale", *CONVOLUTIONS)
-_NEVER = 9  # the level of what no derivative gives: multipliers
+_NEVER = 9  # the level of what no derivative gives: multipliers, right-hand sides
 
 
 class Values:
@@ -86,7 +86,7 @@ class Values:
             return _random(*data) if data[0] == "state" else _random(data[0], *(v[a, 0] for a in data[1:]))
         if kind == "time":
             return (_random("time"), 1, 0)[min(n, 2)]
-        if kind in ("acceleration", "multiplier"):
+        if kind in ("acceleration", "multiplier", "right"):
             return _random(kind, data[0], n)
         if kind == "shift":
             return v[args[0], n + 1]
@@ -163,7 +163,7 @@ def levels(graph: SeriesGraph, nodes: list[int]) -> dict[int, int]:
         kind, args = graph.op[node], graph.args[node]
         if kind == "acceleration":
             level[node] = 2
-        elif kind == "multiplier":
+        elif kind in ("multiplier", "right"):
             level[node] = _NEVER
         elif kind == "integral":
             below = graph.begins_with(node)
@@ -362,6 +362,14 @@ def _sum(graph: SeriesGraph, terms: list[Term]) -> int:
     return total
 
 
+@dataclass(frozen=True)
+class Solution:
+    """Nodes of the unknowns and of ratios of pivots, in terms of nodes of the kind "right": negative equations."""
+
+    unknowns: list[int]
+    ratios: list[int]
+
+
 @dataclass
 class Motion:
     """The series of a model.
@@ -379,6 +387,8 @@ class Motion:
     mass : dict of (row, column) to int
         Entries of M that are not zero; needed at the start of a step only, as is G.
     jacobian : dict of (constraint, column) to int
+    solution : Solution or None
+        In the place of M and G, what the model's function `solve` makes of a right-hand side.
     corner : dict of int to int
         1 - s of each constraint with a switch s, whose multiplier is zero while it is off.
     power : int or None
@@ -395,6 +405,7 @@ class Motion:
     mass: dict[tuple[int, int], int] = field(default_factory=dict)
     jacobian: dict[tuple[int, int], int] = field(default_factory=dict)
     corner: dict[int, int] = field(default_factory=dict)
+    solution: Solution | None = None
     power: int | None = None
     reactions: Reactions | None = None
 
@@ -488,24 +499,50 @@ def _from_residual(system: System, positions: bool) -> Motion:
     nodes = q + v + a + multipliers
     residual = _outputs(system, graph, "residual", nodes.__getitem__)
     equations = [residual[i] for i in (*range(system.nv), *(system.nv + k for k in kept))]
-    mass = _outputs(system, graph, "mass_matrix", state)
-    entries = _jacobian(system, graph, state, kept) if kept else {}
+    given = system.has("solve")
+    mass = {} if given else _outputs(system, graph, "mass_matrix", state)
+    entries = _jacobian(system, graph, state, kept) if kept and not given else {}
+    answers = _solution(system, graph, q + v, kept) if given else Solution([], [])
     power = [_power(system, graph, state, a, multipliers)] if system.nw else []
     candidates = []
     for name in _POSITIONS:
         if positions and system.has(name):
             with contextlib.suppress(Refusal):  # they only help
                 candidates += _outputs(system, graph, name, state).values()
-    roots = [*equations, *power, *q, *v, *mass.values(), *entries.values()]
+    roots = [
+        *equations,
+        *power,
+        *q,
+        *v,
+        *mass.values(),
+        *entries.values(),
+        *answers.unknowns,
+        *answers.ratios,
+    ]
     roots = iter(share_factors(graph, use_derivatives(graph, roots, candidates)))
     return Motion(
         graph, q, v, a + solved,
         equations=[next(roots) for _ in equations],
         power=[*(next(roots) for _ in power), None][0],
         mass=dict(zip((divmod(i, system.nv) for i in mass), _after(roots, len(q + v)))),
-        jacobian=dict(zip(entries, roots)),
+        jacobian={place: next(roots) for place in entries},
+        solution=Solution([next(roots) for _ in answers.unknowns], list(roots)) if given else None,
         corner={row: graph.sub(graph.number(1.0), graph.parameter(k)) for row, k in system.switched.items()},
     )  # fmt: skip
+
+
+def _solution(system: System, graph: SeriesGraph, state: list[int], kept: list[int]) -> Solution:
+    """Accelerations and multipliers of the constraints that are solved with, from `solve`."""
+    right = [graph.unknown("right", i) for i in range(system.nv)]
+    held = [graph.number(0.0)] * system.m
+    for i, k in enumerate(kept):
+        held[k] = graph.unknown("right", system.nv + i)
+    n, m = system.nv, system.m
+    wanted = {*range(n), *(n + k for k in kept), *range(n + m, n + m + len(kept))}
+    found = _outputs(system, graph, "solve", [*state, *right, *held].__getitem__, wanted)
+    unknowns = [*range(n), *(n + k for k in kept)]
+    ratios = [found[n + m + i] for i in range(len(kept))]
+    return Solution([found[i] for i in unknowns], [x for x in ratios if x != graph.number(1.0)])
 
 
 def _jacobian(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -10,6 +11,7 @@ from symgen.runtime.code.llvm_text import constant
 from symgen.runtime.errors import Refusal
 from symgen.runtime.taylor.code import ONE, Code, Value
 from symgen.runtime.taylor.graph import SeriesGraph
+from symgen.runtime.taylor.motion import Motion
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.reactions import Reactions
 
@@ -292,6 +294,59 @@ class Factors:
         return [[None, coupling], [coupling, corner]]
 
 
+class Solver:
+    """Carries out what the model's function `solve` does: once what does not depend on the right-hand side.
+
+    Attributes
+    ----------
+    conditions : list of str
+        As those of `Factors`.
+    """
+
+    def __init__(self, start: Start, motion: Motion, breathe: Callable[[], None]) -> None:
+        self.start, self.solution, self.breathe = start, motion.solution, breathe
+        self.n_rates, solution = len(motion.rates), motion.solution
+        graph = start.graph
+        self._dependent: list[int] = []
+        below: set[int] = set()
+        for node in graph.reachable(solution.unknowns):
+            if graph.op[node] == "right" or any(a in below for a in graph.args[node]):
+                below.add(node)
+                self._dependent.append(node)
+        for node in self._dependent:
+            for a in graph.args[node]:
+                if a not in below:
+                    breathe()
+                    start.initial(a)
+        self.conditions: list[Value] = []
+        for node in solution.ratios:
+            breathe()
+            self.conditions.append(start.initial(node))
+
+    def solve(self, right: list[Value]) -> list[Value]:
+        """Return the accelerations, and the multipliers with the opposite sign, for a right-hand side."""
+        start, graph, code = self.start, self.start.graph, self.start.code
+        values: dict[int, Value] = {}
+
+        def value(node: int) -> Value:
+            return values[node] if node in values else start.initial(node)
+
+        for node in self._dependent:
+            self.breathe()
+            kind, args = graph.op[node], graph.args[node]
+            if kind == "right":
+                values[node] = right[graph.data[node][0]]
+            elif kind in ("mul", "scale"):
+                values[node] = code.mul(value(args[0]), value(args[1]))
+            elif kind == "div":
+                values[node] = code.div(value(args[0]), start.initial(args[1]) or constant(0.0))
+            else:  # add, sub, neg
+                values[node] = getattr(code, kind)(*(value(a) for a in args))
+        found = [value(node) for node in self.solution.unknowns]
+        n = self.n_rates
+        return [*found[:n], *(code.neg(x) for x in found[n:])]
+
+
 _FEW_UNKNOWNS = 3
 _EXACT_RECIPROCALS = 12  # up to here 1 / n is taken in two parts; further terms are small
 FIRST_STEP = -2  # series lead by 2 at most: their coefficient 0 comes at step -2
@@ -303,7 +358,7 @@ class Steps(Start):
     def __init__(self, code: Code, plan: Plan, n_y: int, n_rows: int) -> None:
         super().__init__(code, plan.graph)
         self.plan, self.n_y, self.n_rows = plan, n_y, n_rows
-        self.factors: Factors | None = None
+        self.factors: Factors | Solver | None = None
         self._weights: dict[int, list[Value]] | None = None
         self._frictions: list[tuple[dict[int, Value], dict[int, Value]]] = []
 
@@ -446,6 +501,9 @@ class Steps(Start):
     def _factorise(self) -> None:
         motion = self.plan.motion
         n = len(motion.rates)
+        if motion.solution is not None:
+            self.factors = Solver(self, motion, self._breathe)
+            return
         entries: dict[int, dict[int, str]] = {i: {} for i in range(len(motion.unknowns))}
         for (i, j), node in motion.mass.items():
             if i <= j and (value := self.initial(node)) is not None:

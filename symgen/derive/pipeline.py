@@ -73,6 +73,7 @@ def derive(
     head |= term_count(own)
     if jacobian:
         head["jacobian"] = True
+    head |= solves(program)
     head["inputs"] = head["inputs"][: len(description.inputs)]
     return replace(program, header=head, findings=tuple(structure(d).findings))
 
@@ -109,6 +110,11 @@ def derive_switched(description: Description, source: str) -> Program:
     return replace(program, header=head, findings=tuple(structure(d).findings), closed=second)
 
 
+def solves(program: Program) -> dict[str, bool]:
+    """What the header says of the function `solve`."""
+    return {"solve": True} if "solve" in program.names() else {}
+
+
 def functions(d: Derivation, gathered: bool = True) -> Iterator[Function]:
     """The functions of the ABI that this model has, parameters gathered, in the order of the generated file."""
     for function in _functions(d):
@@ -142,6 +148,8 @@ def _functions(d: Derivation) -> Iterator[Function]:
         yield _projection(d)
     if x.quaternions:
         yield _kinematics(d)
+    if d.factors.n_nodes and not d.corner:
+        yield solution(d)
     yield from _observers(d)
 
 
@@ -226,6 +234,23 @@ def _projection(d: Derivation) -> Function:
         "State moved onto the constraints, and the residuals it had." if m else "State with unit quaternions."
     )
     return Function("project", doc, (*q, *v, *c.position, *drift))
+
+
+def solution(d: Derivation) -> Function:
+    """Accelerations and multipliers for a right-hand side that stands in the places of these.
+
+    What does not depend on it is a factorisation, which series need once a step.
+    """
+    g, x = d.g, d.x
+    n, m = len(x.v), len(x.lam)
+    found = ldl.solve(g, d.factors, [*x.a, *(x.lam[k] for k in d.kept)])
+    multipliers = [g.zero] * m
+    for k, value in zip(d.kept, found[n:], strict=True):
+        multipliers[k] = g.neg(value)
+    ratios = [*d.factors.conditions, *[g.one] * (m - len(d.factors.conditions))]
+    doc = "a, lambda of M a - G^T lambda = r, G a = s, for r, s in their places"
+    doc += "; ratios of pivots." if m else "."
+    return Function("solve", doc, (*found[:n], *multipliers, *ratios))
 
 
 def _kinematics(d: Derivation) -> Function:

@@ -167,7 +167,7 @@ def derive(description: Description, source: str = "", jacobian: bool = False) -
     head.pop("dependent", None)
     head |= dependence(_dependent(kinds, derivations))
     head |= {"structure": _flags(derivations), "subsystems": _records(parts)}
-    head |= mark_records(drawn) | term_count(watching)
+    head |= mark_records(drawn) | term_count(watching) | pipeline.solves(program)
     return _with_savings(replace(program, header=head, findings=(*_findings(parts, derivations),)))
 
 
@@ -202,6 +202,8 @@ def _trivial(d: Derivation, missing: set[str], sizes: Sizes) -> Iterator[Functio
     if "kinematics" in missing:
         nq, nv = sizes["q"], sizes["v"]
         yield Function.matrix("kinematics", "Matrix N.", [{k: g.one} for k in range(nq)], nv)
+    if "solve" in missing:
+        yield pipeline.solution(d)
 
 
 def _title(kind: list[Component]) -> str:
