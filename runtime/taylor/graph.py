@@ -13,6 +13,7 @@ from symgen.runtime.graph.functions import IN_CODE, slopes
 from symgen.runtime.graph.nodes import Nodes
 
 MOVING = 1  # a node's mask, if it changes during a step
+SOLVED = 2  # and if it is made of right-hand sides: its operations are carried out as they stand
 CONVOLUTIONS = ("mul", "div", "sqrt", "power")
 
 
@@ -51,8 +52,10 @@ class SeriesNodes(Nodes):
 
     def _append(self, kind: str, args: tuple[int, ...], data: tuple, constant: bool | None) -> int:
         self.data.append(data)
-        moves = any(self.mask[a] for a in args) if constant is None else not constant
-        return super()._append(kind, args, MOVING if moves else 0)
+        mask = 0 if constant is not False else MOVING
+        for a in args if constant is None else ():
+            mask |= self.mask[a]
+        return super()._append(kind, args, mask | SOLVED if kind == "right" else mask)
 
     def is_constant(self, node: int) -> bool:
         """Whether a node is the same all through a step."""
@@ -158,6 +161,8 @@ class Algebra(SeriesNodes):
         """A product; constant factors and signs come to its outside."""
         if self.is_constant(a) and self.is_constant(b):
             return self._constant_product(a, b)
+        if (self.mask[a] | self.mask[b]) & SOLVED:
+            return self._node("mul", (min(a, b), max(a, b)))
         if self.is_constant(a) or self.is_constant(b):
             return self.scale(a, b) if self.is_constant(a) else self.scale(b, a)
         factor, a = self._split(a)
@@ -264,6 +269,8 @@ class Algebra(SeriesNodes):
     def div(self, a: int, b: int) -> int:
         if self.is_constant(a) and self.is_constant(b):
             return self._node("fdiv", (a, b))
+        if self.mask[a] & SOLVED:
+            return self.mul(a, self.div(self.number(1.0), b))
         if self.is_constant(b):
             return self.scale(self._node("fdiv", (self.number(1.0), b)), a)
         divisor, b = self._split(b)

@@ -10,7 +10,7 @@ from fractions import Fraction
 from symgen.runtime.code.llvm_text import constant
 from symgen.runtime.errors import Refusal
 from symgen.runtime.taylor.code import ONE, Code, Value
-from symgen.runtime.taylor.graph import SeriesGraph
+from symgen.runtime.taylor.graph import SOLVED, SeriesGraph
 from symgen.runtime.taylor.motion import Motion
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.reactions import Reactions
@@ -308,16 +308,13 @@ class Solver:
         self.n_rates, solution = len(motion.rates), motion.solution
         graph = start.graph
         self._dependent: list[int] = []
-        below: set[int] = set()
         for node in graph.reachable(solution.unknowns):
-            if graph.op[node] == "right" or any(a in below for a in graph.args[node]):
-                below.add(node)
+            if graph.mask[node] & SOLVED:
                 self._dependent.append(node)
-        for node in self._dependent:
-            for a in graph.args[node]:
-                if a not in below:
-                    breathe()
-                    start.initial(a)
+                for a in graph.args[node]:
+                    if not graph.mask[a] & SOLVED:
+                        breathe()
+                        start.initial(a)
         self.conditions: list[Value] = []
         for node in solution.ratios:
             breathe()
@@ -336,11 +333,7 @@ class Solver:
             kind, args = graph.op[node], graph.args[node]
             if kind == "right":
                 values[node] = right[graph.data[node][0]]
-            elif kind in ("mul", "scale"):
-                values[node] = code.mul(value(args[0]), value(args[1]))
-            elif kind == "div":
-                values[node] = code.div(value(args[0]), start.initial(args[1]) or constant(0.0))
-            else:  # add, sub, neg
+            else:  # mul, add, sub, neg
                 values[node] = getattr(code, kind)(*(value(a) for a in args))
         found = [value(node) for node in self.solution.unknowns]
         n = self.n_rates
