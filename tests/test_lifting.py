@@ -258,3 +258,21 @@ def test_subsystems_of_which_only_some_are_lifted_have_the_function_together():
     np.testing.assert_allclose(ends[0].q[-1], ends[1].q[-1], atol=1e-9)
     split = system.run(t_end=0.2, method="taylor", rtol=1e-11, atol=1e-12, split=True)
     np.testing.assert_allclose(split.q[-1], ends[1].q[-1], atol=1e-9)
+
+
+def test_first_order_states_beside_a_chain_keep_their_own_derivatives(monkeypatch):
+    model = Model("driven", gravity=(0, "-9.81"))
+    x, y, angles = 0, 0, []
+    for k in range(9):
+        a = model.coordinate(f"a{k}", start=0.1 * k)
+        x, y = x + 0.3 * sin(a), y - 0.3 * cos(a)
+        model.body(f"bob{k}", mass=1.0 + 0.1 * k, com=(x, y))
+        angles.append(a)
+    torque = model.state("torque", derivative=(2 - dot(angles[0]) + sin(angles[1])) / 0.1, start=0.5)
+    model.force(angles[0], torque)
+    assert is_lifted(model)
+    lifted = derive(model)
+    monkeypatch.setattr(choice, "FEWEST_RATES", 10**9)
+    compare(derive(model), lifted)
+    ends = [lifted.run(t_end=0.2, method=m, rtol=1e-11, atol=1e-12) for m in ("taylor", "dop853")]
+    np.testing.assert_allclose(ends[0].v[-1], ends[1].v[-1], atol=1e-8)

@@ -20,7 +20,7 @@ from .dynamics import (
 from .graph.graph import Graph
 from .graph.hessian import hessian
 from .graph.hoist import gather
-from .graph.nodes import INPUT, PARAM, SparseRows
+from .graph.nodes import INPUT, PARAM, SparseRows, V
 from .kinematics import Scene
 from .load import Loader
 from .solve import factorise as ldl
@@ -97,8 +97,14 @@ class Derivation:
         """The system behind M and G; None where M comes from trees on the world, which are gathered otherwise."""
         if any(tree.on_world for tree in self.mech.trees):
             return None
+        g, v, states = self.g, self.x.v, self.x.states
         velocities = [self.constraints.velocity[k] for k in self.kept]
-        return lift(self.g, self.mech.kinetic, velocities, self.x.v, corner)
+        reached = set(g.reachable([self.mech.kinetic, *velocities], V))
+        if any(v[k] in reached for k in states):  # such a state is no velocity there
+            return None
+        n = len(v)
+        diagonal = dict.fromkeys(states, g.one) | {n + k: node for k, node in corner.items()}
+        return lift(g, self.mech.kinetic, velocities, v, diagonal)
 
     def _by_articulated_bodies(self) -> list[int] | None:
         """Accelerations along the trees, where nothing but single joints' inertia adds to theirs."""

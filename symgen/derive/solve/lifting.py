@@ -47,7 +47,7 @@ class Lifted:
 
 
 def lift(
-    g: Graph, kinetic: int, velocities: list[int], rates: list[int], corner: dict[int, int]
+    g: Graph, kinetic: int, velocities: list[int], rates: list[int], diagonal: dict[int, int]
 ) -> Lifted | None:
     """Return the system behind an energy and constraints; None where these are no sums of products of velocities.
 
@@ -58,8 +58,8 @@ def lift(
     velocities : list of int
         Velocity level of the constraints.
     rates : list of int
-    corner : dict of int to int
-        What is in the diagonal of constraints, by number.
+    diagonal : dict of int to int
+        What else is in the diagonal, by the numbers of rates and multipliers.
     """
     nodes = g.reachable([kinetic, *velocities], V)
     linear = _linear(g, nodes)
@@ -81,8 +81,8 @@ def lift(
     for k, node in enumerate(velocities):
         if node in number:
             add(n + k, number[node], g.one)
-    for k, node in corner.items():
-        add(n + k, n + k, node)
+    for i, node in diagonal.items():
+        add(i, i, node)
     return Lifted(n, m, inputs, edges)
 
 
