@@ -87,6 +87,20 @@ def math_declaration(function: str) -> str:
     return f"declare double @{math_symbol(function)}({parameters}){attributes}"
 
 
+# Functions of numbers that processors have for vectors too, to the same bits.
+VECTOR_INTRINSICS = ("sqrt", "fabs", "floor", "copysign")
+
+
+def lanes_call(function: str, n_arguments: int, lanes: int) -> tuple[str, str]:
+    """Return the symbol of a mathematical function on vectors, and the IR that declares or defines it."""
+    kind = lanes_type(lanes)
+    if function in VECTOR_INTRINSICS:
+        symbol = f"llvm.{function}.{lanes_suffix(lanes)}"
+        return symbol, f"declare {kind} @{symbol}({', '.join([kind] * n_arguments)})\n"
+    symbol = f"symgen.each.{function}"
+    return symbol, each_lane(symbol, function, n_arguments, lanes)
+
+
 def each_lane(symbol: str, function: str, n_arguments: int, lanes: int) -> str:
     """Return the IR of a function on vectors that calls a mathematical function for one lane after another."""
     kind, names = lanes_type(lanes), [f"a{k}" for k in range(n_arguments)]

@@ -13,11 +13,11 @@ from typing import NoReturn
 from symgen.runtime.code import dense_ldl, front_ldl
 from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.code.llvm_text import (
+    VECTOR_INTRINSICS,
     call_arguments,
-    each_lane,
     function,
+    lanes_call,
     lanes_constant,
-    lanes_suffix,
     lanes_type,
     loop,
     math_symbol,
@@ -28,9 +28,6 @@ from symgen.runtime.graph.form import ELEMENT, HELD, OUT, Array, Loop, Name, P, 
 
 # LLVM's time per line, be it an operation, a load or a store, grows with the length of a function.
 PIECE_LINES = 600
-
-# Functions of numbers that processors have for vectors too, to the same bits.
-_VECTOR_INTRINSICS = ("sqrt", "fabs", "floor", "copysign")
 
 
 class NoLanes(Exception):
@@ -90,13 +87,10 @@ class StraightLine:
         passed = ", ".join(f"{kind} {argument}" for argument in arguments)
         if function in ("sin", "cos"):
             return self._sincos(arguments[0])[function == "cos"]
-        if function in _VECTOR_INTRINSICS:
-            symbol = f"llvm.{function}.{lanes_suffix(lanes)}"
-            self.solvers[symbol] = f"declare {kind} @{symbol}({', '.join([kind] * len(arguments))})\n"
-            return self._value(f"call {kind} @{symbol}({passed})")
-        self.called.add(function)
-        symbol = f"symgen.each.{function}"
-        self.solvers[symbol] = each_lane(symbol, function, len(arguments), lanes)
+        symbol, definition = lanes_call(function, len(arguments), lanes)
+        self.solvers[symbol] = definition
+        if function not in VECTOR_INTRINSICS:
+            self.called.add(function)
         return self._value(f"call {kind} @{symbol}({passed})")
 
     def _sincos(self, angle: str) -> tuple[str, str]:

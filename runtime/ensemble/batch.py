@@ -2,17 +2,35 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from symgen.runtime.choose import SERIES
 from symgen.runtime.ensemble.arrays import Table, aligned
-from symgen.runtime.ensemble.machine import lane_kernel, lane_loop
+from symgen.runtime.ensemble.machine import lane_kernel, lane_loop, lane_series
 from symgen.runtime.ensemble.slots import COLUMNS
+from symgen.runtime.integrate.taylor import (
+    COST_OF_STEP,
+    CREEPS,
+    CREEPS_AT_MOST,
+    CREEPS_OF_ROUND_OFF,
+    EPS,
+    ERROR_EXPONENT,
+    ERROR_FACTOR,
+    LOWEST_ORDER,
+    ROUND_OFF_RTOL,
+    SHARE,
+    SHARE_WITH_TAIL,
+)
 from symgen.runtime.record import record
 from symgen.runtime.system import System
+from symgen.runtime.taylor.kernel import N_ROWS
 
 LANES = 8  # right for AVX-512, and within 13 % of the best elsewhere
 _SHORTEST_STEP = 1e-150  # [s]: squares of the steps must not underflow
 _N_DENSE = 8
+_N_STAGES = 16
 
 
 @record
@@ -76,6 +94,17 @@ class BatchResult:
         return self.columns[:, COLUMNS.index(name)]
 
 
+def order_of(costs: tuple[float, float, float], rtol: float) -> int:
+    """The order that needs the least time for a tolerance, as `taylor.order_for`, for a series of `costs`."""
+    left_out = math.log(ERROR_FACTOR) + ERROR_EXPONENT * math.log(max(rtol, EPS)) - 0.7
+
+    def time(order: int) -> float:
+        series = costs[0] + order * (costs[1] + order * costs[2])
+        return (COST_OF_STEP + series) * math.exp(-left_out / (order - 1))
+
+    return min(range(LOWEST_ORDER, N_ROWS - 1), key=time)
+
+
 class LaneBatch:
     """Runs batches of members of one model in lanes; each thread needs its own.
 
@@ -102,12 +131,16 @@ class LaneBatch:
         names |= {"project": "project"} if projects else {}
         names |= {"residual": "constraint_residual"} if system.m else {}
         table.set_integers(**{slot: lane_kernel(system, name, lanes) for slot, name in names.items()})
+        n_record, n_k = system.n_row, _N_STAGES * system.n_row
+        if settings.method == SERIES:
+            n_record, n_k = self._prepare_series(), N_ROWS * system.ny + 1
+        self._n_record = n_record
         table.set_integers(
             setup=system.setup_address, ny=system.ny, n=n, nq=system.nq, n_row=system.n_row, n_p=system.n_p,
             n_precomputed=system.n_precomputed, nh=system.nh, m=system.m, n_project=n_project,
             n_quaternions=len(system.quaternions), n_frames=len(settings.frame_times),
             max_steps=settings.max_steps, watch_energy=1, scale_energy=int(settings.scale_energy),
-            log_size=settings.log_size,
+            log_size=settings.log_size, n_record=n_record,
         )  # fmt: skip
         h_max, h_base, h_share = settings.longest
         table.set_numbers(
@@ -116,7 +149,7 @@ class LaneBatch:
             step=settings.step,
         )  # fmt: skip
         rows = {
-            "y": system.ny, "y_new": system.ny, "y_stage": system.ny, "k": 16 * system.n_row,
+            "y": system.ny, "y_new": system.ny, "y_stage": system.ny, "k": n_k, "k_other": n_k, "lost": system.ny,
             "p": system.n_precomputed, "projected": n_project, "energies": 2, "residuals": system.nh + system.m,
             "dense": _N_DENSE * system.ny, "numbers": len(COLUMNS), "carry": system.ny, "slope": system.ny,
         }  # fmt: skip
@@ -131,6 +164,22 @@ class LaneBatch:
                 "step_log": self.step_log,
             }
         )
+
+    def _prepare_series(self) -> int:
+        """Set what Taylor series need; returns how many numbers of each member's first series are kept."""
+        system, settings = self.system, self.settings
+        address, costs = lane_series(system, settings.lanes)
+        order = order_of(costs, settings.rtol)
+        has_tail = system.ny - system.nq > 1
+        left_out = max(settings.rtol, 1e-17) * (1.0 if settings.rtol > ROUND_OFF_RTOL else 1e-3)
+        turns = SHARE * max(settings.atol + settings.rtol, ROUND_OFF_RTOL)
+        self._table.set_integers(series=address, order=order, has_tail=int(has_tail))
+        self._table.set_numbers(
+            log_left_out=math.log2(left_out * (SHARE_WITH_TAIL if has_tail else SHARE)),
+            log_of_turns=math.log2(turns),
+            creeps=max(CREEPS, min(CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF * math.sqrt(EPS / settings.rtol))),
+        )
+        return (order + 1) * system.ny
 
     def run(self, parameters: np.ndarray, start: np.ndarray) -> BatchResult:
         """Run members from their starts to the end.
@@ -152,7 +201,7 @@ class LaneBatch:
         )
         held = {
             "start": states, "parameters": given, "precomputed": np.zeros((n, system.n_precomputed)),
-            "derivative": np.zeros((n, system.n_row)), "results": result.columns, "end": result.end,
+            "derivative": np.zeros((n, self._n_record)), "results": result.columns, "end": result.end,
             "frames": result.frames,
         }  # fmt: skip
         self._table.set_arrays(held)

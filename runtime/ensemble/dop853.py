@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, reach, write_frames
+from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, evaluate_start, reach, write_frames
 from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
 from symgen.runtime.integrate.explicit.dop853 import (
     DOP853_A,
@@ -28,9 +28,10 @@ def _eighth_root(lanes: Lanes, a: Value) -> Value:
     return code.root(code.root(code.root(a)))
 
 
-def first_step(lanes: Lanes) -> Value:
-    """Write what finds the length of the first step, as `step_control.first_step`."""
+def begin(lanes: Lanes) -> Value:
+    """Write what finds the derivative at the start and the length of the first step, as `step_control.first_step`."""
     code = lanes.code
+    evaluate_start(lanes)
     y, f = lanes.y, lanes.k
     size_f, size_y = code.variable(0.0), code.variable(0.0)
     with code.each(lanes.n) as i:

@@ -90,6 +90,7 @@ class Lanes:
 _CODE = ("rhs", "project", "energy", "residual", "setup", "series")
 _ROWS = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
+    "k_other", "lost",
 )  # fmt: skip
 _PLAIN = (
     "start",
@@ -227,7 +228,7 @@ def function_load(lanes_wide: int) -> Code:
 
     spread(lanes.start, lanes.y, lanes.ny)
     spread(lanes.precomputed, lanes.p, lanes.n_precomputed)
-    spread(lanes.derivative, lanes.k, lanes.n_row)
+    spread(lanes.derivative, lanes.k, lanes.n_record)
     spread(lanes.results, lanes.numbers, len(COLUMNS))
     carry = lanes.carry.single()
     with code.each(lanes.ny) as i:
@@ -255,10 +256,10 @@ def function_store(lanes_wide: int) -> Code:
     return code
 
 
-def function_begin(lanes_wide: int, first_step: Callable[[Lanes], Value] | None) -> Code:
+def function_begin(lanes_wide: int, begin: Callable[[Lanes], Value]) -> Code:
     """Return `begin(table)`: work out what members need to enter lanes, for all in the queue.
 
-    `first_step` writes what finds the length of the first step of an adaptive method, from `k`, the derivative.
+    `begin` writes what a method needs to know of the start to `k`, and returns the length of the first step.
     """
     code = Code(BEGIN, lanes_wide)
     lanes = Lanes(code)
@@ -269,20 +270,18 @@ def function_begin(lanes_wide: int, first_step: Callable[[Lanes], Value] | None)
         with code.each(code.lanes) as lane:
             _enter(lanes, block.value + lane, lane)
         t = code.as_kind(lanes.t_start, "lanes")
-        code.call_kernel(lanes.rhs, t, lanes.y, lanes.p, lanes.k)
         for column in COLUMNS:
             lanes.set_own(column, 0.0)
         lanes.set_own("t", t)
         lanes.set_own("pivot", float("inf"))
         lanes.set_own("active", 1.0)
-        note_pivots(lanes, lanes.k, code.flags(True))
         with code.when(code.compare("ne", lanes.watch_energy, 0)):
             kinetic, potential, work = evaluate_energy(lanes, t, lanes.y)
             lanes.set_own("level", kinetic + potential - work)
             lanes.set_own("kinetic", code.size(kinetic))
             lanes.set_own("least_potential", potential)
             lanes.set_own("most_potential", potential)
-        lanes.set_own("h", first_step(lanes) if first_step is not None else code.as_kind(lanes.step, "lanes"))
+        lanes.set_own("h", begin(lanes))
         with code.each(code.lanes) as lane:
             _leave(lanes, block.value + lane, lane)
         block.value = block.value + code.lanes
@@ -318,13 +317,19 @@ def _precompute(lanes: Lanes, member: Value) -> Rows:
 def _leave(lanes: Lanes, number: Value, lane: Value) -> None:
     code = lanes.code
     with code.when(number < lanes.n_members):
-        row = lanes.derivative.behind(number * lanes.n_row)
+        row = lanes.derivative.behind(number * lanes.n_record)
         k, numbers = lanes.k.single(), lanes.numbers.single()
-        with code.each(lanes.n_row) as i:
+        with code.each(lanes.n_record) as i:
             row[i] = k[i * code.lanes + lane]
         columns = lanes.results.behind(number * len(COLUMNS))
         with code.each(len(COLUMNS)) as i:
             columns[i] = numbers[i * code.lanes + lane]
+
+
+def evaluate_start(lanes: Lanes) -> None:
+    """Work out the derivatives at the start, into the first row of `k`."""
+    lanes.code.call_kernel(lanes.rhs, lanes.own("t"), lanes.y, lanes.p, lanes.k)
+    note_pivots(lanes, lanes.k, lanes.code.flags(True))
 
 
 def refill(lanes: Lanes, done: Value) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.code import engine
-from symgen.runtime.ensemble import dop853, runge_kutta
+from symgen.runtime.ensemble import dop853, runge_kutta, taylor
 from symgen.runtime.ensemble.lanes import (
     BEGIN,
     MAP,
@@ -21,15 +21,24 @@ from symgen.runtime.ensemble.lanes import (
     function_run,
     function_store,
 )
+from symgen.runtime.errors import Refusal
 from symgen.runtime.integrate.methods.runge_kutta import rk4
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
+from symgen.runtime.taylor.kernel import series_code, taylor_refusal
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 modules = Late("symgen.runtime.code.modules")
 
+_READ = (
+    "explicit/dop853.py",
+    "explicit/tableau.py",
+    "taylor.py",
+    "projection.py",
+    "step_control.py",
+)  # by the loops
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p)  # it lets other threads run
 
 
@@ -42,10 +51,11 @@ class LaneLoop:
     _code: Any
 
 
-# What finds the first step, and what writes one step.
+# What a method begins with, and one step.
 _METHODS = {
-    "dop853": (dop853.first_step, dop853.attempt),
-    "rk4": (None, runge_kutta.attempt_of(rk4)),
+    "dop853": (dop853.begin, dop853.attempt),
+    "taylor": (taylor.begin, taylor.attempt),
+    "rk4": (runge_kutta.begin, runge_kutta.attempt_of(rk4)),
 }
 IN_LANES = tuple(_METHODS)
 
@@ -77,9 +87,9 @@ def lane_map(lanes: int) -> tuple[Callable[[int], None], Any]:
 
 def loop_ir(method: str, lanes: int) -> str:
     """Return the LLVM IR of the loop of a method."""
-    first_step, attempt = _METHODS[method]
+    begin, attempt = _METHODS[method]
     functions = [
-        function_load(lanes), function_store(lanes), function_begin(lanes, first_step), function_run(lanes, attempt)
+        function_load(lanes), function_store(lanes), function_begin(lanes, begin), function_run(lanes, attempt)
     ]  # fmt: skip
     declared = sorted({line for function in functions for line in function.declared})
     return "\n".join([*declared, *(function.text() for function in functions)])
@@ -106,11 +116,33 @@ def lane_kernel(system: System, name: str, lanes: int) -> int:
     return known[name, lanes]
 
 
+def lane_series(system: System, lanes: int) -> tuple[int, tuple[float, float, float]]:
+    """Return the address of the kernel of Taylor series in lanes, and what a series costs by its order.
+
+    Raises
+    ------
+    Refusal
+        The model has no series.
+    NoLanes
+        It has, but for one member at a time.
+    """
+    known = system.__dict__.setdefault("_lane_kernels", {})
+    if ("series", lanes) not in known:
+        reason = taylor_refusal(system)
+        if reason:
+            raise Refusal(f"method taylor {reason}")
+        code, symbol = series_code(system, lanes)
+        address = system.machine_code().add(code, symbol)
+        costs = (ctypes.c_double * 3).from_address(system.machine_code().address(f"{symbol}.costs"))
+        known["series", lanes] = address, tuple(costs)
+    return known["series", lanes]
+
+
 @functools.lru_cache(maxsize=1)
 def _generator() -> str:
     """Hash of the sources that decide what a loop is."""
     digest = hashlib.sha256()
     folder = Path(__file__).parent
-    for path in (*sorted(folder.glob("*.py")), folder.parent / "integrate" / "explicit" / "dop853.py"):
+    for path in (*sorted(folder.glob("*.py")), *(folder.parent / "integrate" / name for name in _READ)):
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, reach, write_frames
+from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, evaluate_start, reach, write_frames
 from symgen.runtime.ensemble.writer import Rows, Value
 from symgen.runtime.integrate.explicit.tableau import ErkTableau
+
+
+def begin(lanes: Lanes) -> Value:
+    """Write what finds the derivative at the start; returns the step."""
+    evaluate_start(lanes)
+    return lanes.code.as_kind(lanes.step, "lanes")
 
 
 def attempt_of(tableau: Callable[[], ErkTableau]) -> Callable[[Lanes, Value], Value]:

@@ -5,16 +5,18 @@ from __future__ import annotations
 _KERNELS = ("rhs", "project", "energy", "residual", "setup", "series")
 _SIZES = (
     "n_members", "ny", "n", "nq", "n_row", "n_p", "n_precomputed", "nh", "m", "n_project", "n_quaternions", "n_frames",
-    "max_steps", "next", "watch_energy", "scale_energy", "order", "has_tail", "log_size", "n_logged",
+    "max_steps", "next", "watch_energy", "scale_energy", "order", "has_tail", "log_size", "n_logged", "n_record",
 )  # fmt: skip
 _NUMBERS = (
-    "t_start", "t_end", "rtol", "atol", "h_max", "h_base", "h_share", "h_min", "projection_tol", "step",
+    "t_start", "t_end", "rtol", "atol", "h_max", "h_base", "h_share", "h_min", "projection_tol", "step", "log_left_out",
+    "log_of_turns", "creeps",
 )  # fmt: skip
 # Of members, in the order of the queue: plain numbers, a row for each.
 _MEMBERS = ("start", "parameters", "precomputed", "derivative", "results", "end", "frames")
 # Of lanes: vectors.
 _LANES = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
+    "k_other", "lost",
 )  # fmt: skip
 _OTHERS = ("quaternions", "frame_times", "member_of_lane", "frame_of_lane", "step_log")
 NAMES = (*_KERNELS, *_SIZES, *_NUMBERS, *_MEMBERS, *_LANES, *_OTHERS)
@@ -26,7 +28,7 @@ COLUMNS = (
     "t", "status", "steps", "rejected", "level", "energy_off", "kinetic", "least_potential", "most_potential", "work",
     "pivot", "taken", "most_taken", "position_residual", "velocity_residual",
     # Of the steps alone.
-    "h", "last_rejected", "active", "round_off", "shorter", "varied", "reach",
+    "h", "last_rejected", "active", "round_off", "shorter", "varied", "reach", "before",
 )  # fmt: skip
 COLUMN = {name: index for index, name in enumerate(COLUMNS)}
 

@@ -297,11 +297,20 @@ class Code:
         """The number of one lane."""
         return self.new(f"extractelement {self.type_of(LANES)} {a.text}, i32 {lane}", NUMBER)
 
-    def exponent(self, a: Value) -> tuple[Value, Value]:
-        """Return a positive number's bits as a number (a rough logarithm): bits / 2^52, and the bits themselves."""
+    def bits_as_number(self, a: Value) -> Value:
+        """The bits of numbers, taken for whole numbers."""
         bits = self.new(f"bitcast {self.type_of(LANES)} {a.text} to <{self.lanes} x i64>", LANES)
-        number = self.new(f"sitofp <{self.lanes} x i64> {bits.text} to {self.type_of(LANES)}", LANES)
-        return number, bits
+        return self.new(f"sitofp <{self.lanes} x i64> {bits.text} to {self.type_of(LANES)}", LANES)
+
+    def number_of_bits(self, a: Value) -> Value:
+        """The inverse: numbers whose bits are the whole parts of these, which must fit."""
+        bits = self.new(f"fptosi {self.type_of(LANES)} {a.text} to <{self.lanes} x i64>", LANES)
+        return self.new(f"bitcast <{self.lanes} x i64> {bits.text} to {self.type_of(LANES)}", LANES)
+
+    def all_flags(self, flag: Value) -> Value:
+        """A flag for all lanes."""
+        kind = self.type_of(FLAGS)
+        return self.new(f"select i1 {flag.text}, {kind} splat (i1 true), {kind} splat (i1 false)", FLAGS)
 
     def finite(self, a: Value) -> Value:
         """Whether numbers are finite."""

@@ -5,8 +5,16 @@ A value is the text of a constant or of an SSA name, or None: zero, of which not
 
 from __future__ import annotations
 
-from symgen.runtime.code.llvm_text import constant, math_declaration, math_symbol
-from symgen.runtime.code.sincos import DECLARATIONS, sincos_function
+from symgen.runtime.code.llvm_text import (
+    VECTOR_INTRINSICS,
+    constant,
+    lanes_call,
+    lanes_suffix,
+    lanes_type,
+    math_declaration,
+    math_symbol,
+)
+from symgen.runtime.code.sincos import DECLARATIONS, lanes_sincos, sincos_function
 
 PIECE_OPERATIONS = 400
 ARGUMENTS = "double %t, ptr noalias %y, ptr noalias %p, ptr noalias %out, ptr noalias %scratch, i64 %k"
@@ -29,8 +37,12 @@ class Piece:
 class Code:
     """The functions of one kernel while they are written."""
 
-    def __init__(self, symbol: str) -> None:
-        self.symbol = symbol
+    def __init__(self, symbol: str, lanes: int = 0) -> None:
+        self.symbol, self.lanes = symbol, lanes
+        self.number = lanes_type(lanes)
+        # Which products and sums LLVM makes one of may differ between vectors and numbers; members must not.
+        self._loose = "" if lanes else "contract "
+        self._helpers: dict[str, str] = {}  # functions for lanes, by name
         self.pieces: list[Piece] = []
         self.piece: Piece
         self.operations = 0
@@ -76,19 +88,23 @@ class Code:
 
     def use(self, value: str) -> str:
         """Return a value as this piece knows it: loaded from scratch where another piece computed it."""
-        if value[0] != "%" or value in self.piece.local or value not in self._home:
+        if value[0] != "%":
+            return f"splat (double {value})" if self.lanes else value
+        if value in self.piece.local or value not in self._home:
             return value
-        kind, width = self._kinds.get(value, ("double", 1))
+        kind, width = self._kinds.get(value, (self.number, 1))
         if value not in self._slots:
             self._slots[value] = self.reserve(width, width)
             home = self._home[value]
             address = f"{value}.to"
             home.lines.append(
-                f"{address} = getelementptr inbounds double, ptr %scratch, i64 {self._slots[value]}"
+                f"{address} = getelementptr inbounds {self.number}, ptr %scratch, i64 {self._slots[value]}"
             )
             home.lines.append(f"store {kind} {value}, ptr {address}, align {8 * width}")
         self.piece.local.add(value)
-        self.line(f"{value}.at = getelementptr inbounds double, ptr %scratch, i64 {self._slots[value]}")
+        self.line(
+            f"{value}.at = getelementptr inbounds {self.number}, ptr %scratch, i64 {self._slots[value]}"
+        )
         self.line(f"{value} = load {kind}, ptr {value}.at, align {8 * width}")
         self.piece.operations += 1
         return value
@@ -102,27 +118,27 @@ class Code:
     def add(self, a: Value, b: Value) -> Value:
         if a is None or b is None:
             return b if a is None else a
-        return self.value(f"fadd contract double {self.use(a)}, {self.use(b)}")
+        return self.value(f"fadd {self._loose}{self.number} {self.use(a)}, {self.use(b)}")
 
     def sub(self, a: Value, b: Value) -> Value:
         if b is None:
             return a
         if a is None:
             return self.neg(b)
-        return self.value(f"fsub contract double {self.use(a)}, {self.use(b)}")
+        return self.value(f"fsub {self._loose}{self.number} {self.use(a)}, {self.use(b)}")
 
     def neg(self, a: Value) -> Value:
-        return None if a is None else self.value(f"fneg double {self.use(a)}")
+        return None if a is None else self.value(f"fneg {self.number} {self.use(a)}")
 
     def mul(self, a: Value, b: Value) -> Value:
         if a is None or b is None:
             return None
         if ONE in (a, b):
             return b if a == ONE else a
-        return self.value(f"fmul contract double {self.use(a)}, {self.use(b)}")
+        return self.value(f"fmul {self._loose}{self.number} {self.use(a)}, {self.use(b)}")
 
     def div(self, a: Value, b: str) -> Value:
-        return None if a is None else self.value(f"fdiv double {self.use(a)}, {self.use(b)}")
+        return None if a is None else self.value(f"fdiv {self.number} {self.use(a)}, {self.use(b)}")
 
     def fma(self, a: Value, b: Value, c: Value) -> Value:
         """a b + c, rounded once where the processor can."""
@@ -139,19 +155,33 @@ class Code:
         return self._fused(self.neg(a), b, c)
 
     def _fused(self, a: Value, b: Value, c: Value) -> str:
-        self._called.add("declare double @llvm.fmuladd.f64(double, double, double)")
+        kind, symbol = self.number, f"llvm.fmuladd.{lanes_suffix(self.lanes)}"
+        self._called.add(f"declare {kind} @{symbol}({kind}, {kind}, {kind})")
         return self.value(
-            f"call double @llvm.fmuladd.f64(double {self.use(a)}, double {self.use(b)}, double {self.use(c)})"
+            f"call {kind} @{symbol}({kind} {self.use(a)}, {kind} {self.use(b)}, {kind} {self.use(c)})"
         )
 
     def call(self, function: str, arguments: list[str]) -> str:
         """A mathematical function, as `symgen.runtime.code.llvm_text` calls it."""
+        passed = ", ".join(f"{self.number} {self.use(a)}" for a in arguments)
+        if self.lanes:
+            symbol, definition = lanes_call(function, len(arguments), self.lanes)
+            self._helpers[symbol] = definition
+            if function not in VECTOR_INTRINSICS:
+                self._called.add(math_declaration(function))
+            return self.value(f"call {self.number} @{symbol}({passed})")
         self._called.add(math_declaration(function))
-        passed = ", ".join(f"double {self.use(a)}" for a in arguments)
         return self.value(f"call double @{math_symbol(function)}({passed})")
 
     def sincos(self, angle: str) -> tuple[str, str]:
         """Sine and cosine of an angle."""
+        if self.lanes:
+            kind, symbol, pair = self.number, f"{self.symbol}.sincos", self.name()
+            self._helpers[symbol], declared = lanes_sincos(symbol, self.lanes)
+            self._called |= declared
+            self.line(f"{pair} = call {{{kind}, {kind}}} @{symbol}({kind} {self.use(angle)})")
+            first, second = (self.value(f"extractvalue {{{kind}, {kind}}} {pair}, {k}") for k in (0, 1))
+            return first, second
         self._called.update(DECLARATIONS)
         first = self.reserve(2)
         pair = self.integer(f"getelementptr inbounds double, ptr %scratch, i64 {first}")
@@ -160,8 +190,9 @@ class Code:
 
     def select(self, comparison: str, left: str, right: str, chosen: str, other: str) -> str:
         test = self.name()
-        self.line(f"{test} = fcmp {comparison} double {self.use(left)}, {self.use(right)}")
-        return self.value(f"select i1 {test}, double {self.use(chosen)}, double {self.use(other)}")
+        kind, flag = self.number, f"<{self.lanes} x i1>" if self.lanes else "i1"
+        self.line(f"{test} = fcmp {comparison} {kind} {self.use(left)}, {self.use(right)}")
+        return self.value(f"select {flag} {test}, {kind} {self.use(chosen)}, {kind} {self.use(other)}")
 
     def kept(self, is_taken: str, a: Value) -> Value:
         """A value where a number is 1, zero where it is 0."""
@@ -171,14 +202,14 @@ class Code:
     def load(self, array: str, index: int | str) -> str:
         """Load from an argument's array at a fixed place, or at an i64 value."""
         address = self.name()
-        self.line(f"{address} = getelementptr inbounds double, ptr %{array}, i64 {index}")
-        return self.value(f"load double, ptr {address}, align 8")
+        self.line(f"{address} = getelementptr inbounds {self.number}, ptr %{array}, i64 {index}")
+        return self.value(f"load {self.number}, ptr {address}, align {self.align}")
 
     def store(self, array: str, index: int | str, value: Value) -> None:
         address = self.name()
-        known = constant(0.0) if value is None else self.use(value)
-        self.line(f"{address} = getelementptr inbounds double, ptr %{array}, i64 {index}")
-        self.line(f"store double {known}, ptr {address}, align 8")
+        known = self.use(constant(0.0) if value is None else value)
+        self.line(f"{address} = getelementptr inbounds {self.number}, ptr %{array}, i64 {index}")
+        self.line(f"store {self.number} {known}, ptr {address}, align {self.align}")
         self.piece.operations += 1
 
     def integer(self, right_side: str) -> str:
@@ -189,6 +220,20 @@ class Code:
 
     def declare(self, declaration: str) -> None:
         self._called.add(declaration)
+
+    def vector_type(self, width: int) -> str:
+        """The type of so many products side by side."""
+        return f"<{width} x double>" if width > 1 else self.number
+
+    @property
+    def align(self) -> int:
+        """Bytes that a number's place is a multiple of."""
+        return 8 * max(self.lanes, 1)
+
+    @property
+    def passed(self) -> str:
+        """The arguments that pieces are called with, but for `k`."""
+        return PASSED.replace("double", self.number)
 
     @property
     def written(self) -> int:
@@ -206,13 +251,14 @@ class Code:
             f"@{self.symbol}.costs = constant [3 x double] [{numbers}]\n",
             extra,
         ]
-        if DECLARATIONS[0] in self._called:
+        text += self._helpers.values()
+        if not self.lanes and DECLARATIONS[0] in self._called:
             text.append(sincos_function(f"{self.symbol}.sincos"))
         for piece in self.pieces:
-            head = f"define internal void @{piece.name}({ARGUMENTS}) noinline nounwind"
+            head = f"define internal void @{piece.name}({ARGUMENTS.replace('double', self.number)}) noinline nounwind"
             body = "\n".join(piece.lines)
             text.append(f"{head} {{\nentry:\n{body}\nbr label %done\ndone:\nret void\n}}\n")
-        arguments = "double %t, ptr noalias %y, ptr noalias %p, ptr noalias %out"
-        scratch = f"%scratch = alloca double, i64 {max(self.n_slots, 1)}, align 64"
+        arguments = f"{self.number} %t, ptr noalias %y, ptr noalias %p, ptr noalias %out"
+        scratch = f"%scratch = alloca {self.number}, i64 {max(self.n_slots, 1)}, align {max(64, self.align)}"
         text.append(f"define void @{self.symbol}({arguments}) nounwind {{\nentry:\n{scratch}\n{main}\n}}\n")
         return "".join(text)

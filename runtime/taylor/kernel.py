@@ -162,20 +162,34 @@ def taylor_addresses(system: System) -> tuple[np.uint64, np.uint64, float, float
             raise Refusal(
                 "what a controller that acts at every instant does has no Taylor series; sampled, it has"
             )
-        symbol = "symgen_taylor"
-        texts = [system.source.functions.get(name, "") for name in _TEXTS]
-        polynomials = sorted(system.input_polynomials.items())
-        switched = sorted(system.switched.items())
-        sizes = (
-            system.nq, system.nv, system.nh, system.nn, system.nw, system.n_p, polynomials, switched, system.dependent,
-            system.switches,
-        )  # fmt: skip
-        key = engine.cache_key("\0".join((_generator(), repr((sizes, system.source.tables)), *texts)))
-        code = engine.object_code(key, "taylor", symbol, functools.partial(_lower_or_refuse, system, key))
+        code, symbol = series_code(system)
         address = system.machine_code().add(code, symbol)
         costs = (ctypes.c_double * 3).from_address(system.machine_code().address(f"{symbol}.costs"))
         system.__dict__["_taylor"] = (np.uint64(address), np.uint64(_sum_address(system)), *costs)
     return system.__dict__["_taylor"]
+
+
+def series_code(system: System, lanes: int = 0) -> tuple[bytes, str]:
+    """Return the object code of a model's kernel, and its symbol; with `lanes` for so many members at once.
+
+    Raises
+    ------
+    Refusal
+        Something in the model has no Taylor series.
+    """
+    symbol = f"symgen_taylor_{lanes}" if lanes else "symgen_taylor"
+    texts = [system.source.functions.get(name, "") for name in _TEXTS]
+    polynomials = sorted(system.input_polynomials.items())
+    switched = sorted(system.switched.items())
+    sizes = (
+        system.nq, system.nv, system.nh, system.nn, system.nw, system.n_p, polynomials, switched, system.dependent,
+        system.switches,
+    )  # fmt: skip
+    key = engine.cache_key(
+        "\0".join((_generator(), repr((sizes, system.source.tables)), *texts, *[symbol] * (lanes > 0)))
+    )
+    lower = functools.partial(_lower_or_refuse, system, key, lanes)
+    return engine.object_code(key, "taylor", symbol, lower), symbol
 
 
 def taylor_refusal(system: System) -> str:
@@ -195,25 +209,27 @@ def _sum_address(system: System) -> int:
     return system.machine_code().add(code, symbol)
 
 
-def _lower_or_refuse(system: System, key: str, symbol: str) -> tuple[str, int]:
+def _lower_or_refuse(system: System, key: str, lanes: int, symbol: str) -> tuple[str, int]:
     """As `_lower`, but a refusal is remembered like a kernel: to find it takes as long."""
     folder = cache.cache_folder("refusals")
     said = cache.fetch(folder / key)
     if said is not None:
         raise Refusal(said.decode())
     try:
-        return _lower(system, symbol)
+        return _lower(system, symbol, lanes)
     except Refusal as refusal:
         if cache.store(folder / key, str(refusal).encode()):
             cache.prune(folder, _KEPT_REFUSALS)
         raise
 
 
-def _lower(system: System, symbol: str) -> tuple[str, int]:
+def _lower(system: System, symbol: str, lanes: int) -> tuple[str, int]:
     for name in _TEXTS:
         if system.has(name):
             system._kernel_source(name).lower("checked")
     plan = planning.Plan(motion.read_motion(system))
+    if lanes:
+        return loops.rolled_kernel(plan, symbol, system.ny, MAX_ORDER, N_ROWS, lanes)
     few = len(plan.convolutions) < _UNROLLED_BELOW
     return (loops.unrolled_kernel if few else loops.rolled_kernel)(plan, symbol, system.ny, MAX_ORDER, N_ROWS)
 

@@ -7,10 +7,10 @@ of series stand side by side in SIMD lanes.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from symgen.runtime.code.llvm_text import constant
+from symgen.runtime.code.llvm_text import constant, lanes_constant, lanes_suffix
 from symgen.runtime.taylor.code import ONE, PASSED, Code, Value
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.steps import FIRST_STEP, Steps
@@ -50,6 +50,8 @@ class LaneTable:
     ----------
     length : int
         Rows of an array of coefficients.
+    known : mapping of series to int, optional
+        Arrays that there are already, and that are filled elsewhere.
     fewest_squares : int
         From how many on squares are summed apart from products, over half the terms. A loop costs a wrong guess of
         the processor at its end.
@@ -63,11 +65,15 @@ class LaneTable:
         Where its coefficients have to be stored.
     """
 
-    def __init__(self, code: Code, plan: Plan, length: int, fewest_squares: int) -> None:
+    def __init__(
+        self, code: Code, plan: Plan, length: int, fewest_squares: int, known: Mapping[int, int] | None = None
+    ) -> None:
         self.code, self.plan, self.length, self.fewest_squares = code, plan, length, fewest_squares
         self.lanes: list[Lanes] = []
         self.uses: dict[int, list[tuple[int, int, int]]] = {}
-        self._arrays: dict[tuple[int, tuple[int, ...]], int] = {}
+        self._arrays: dict[tuple[int, tuple[int, ...]], int] = {
+            (1, (node,)): start for node, start in (known or {}).items()
+        }
         for lead in range(LONGEST_LEAD + 1):
             self._place([node for node in plan.convolutions if plan.lead[node] == lead], lead)
         self.place = {node: (item, i) for item in self.lanes for i, node in enumerate(item.nodes)}
@@ -79,6 +85,13 @@ class LaneTable:
         if len(squares) < self.fewest_squares:
             squares = {}
         products = [node for node in nodes if node not in {*powers.values(), *squares.values()}]
+        if self.code.lanes:  # members of an ensemble stand side by side, products behind each other
+            for node in products:
+                self._add("product", lead, (node,), [factors[node]])
+            for kind, group in (("power", powers), ("square", squares)):
+                for pair, node in group.items():
+                    self._add(kind, lead, (node,), [pair])
+            return
         for chunk in _rounds(products, factors):
             pairs = [pair for _, pair in chunk]
             self._add("product", lead, tuple(node for node, _ in chunk), pairs)
@@ -187,8 +200,8 @@ class _SumLoop:
             f"%j{tag} = phi i64 [{ends}, %{before}], [%next{tag}, %body{tag}]",
         ]
         for i, item in enumerate(self.group):
-            kind, t = vector(item.width), f"{tag}.{i}"
-            zero = "zeroinitializer" if item.width > 1 else constant(0.0)
+            kind, t = self.code.vector_type(item.width), f"{tag}.{i}"
+            zero = "zeroinitializer" if item.width > 1 or self.code.lanes else constant(0.0)
             lines.append(f"%sum{t} = phi {kind} [{zero}, %{before}], [%more{t}, %body{tag}]")
             if item.kind == "power":
                 lines.append(f"%w{t} = phi {kind} [%first{t}, %{before}], [%wnext{t}, %body{tag}]")
@@ -218,33 +231,33 @@ class _SumLoop:
         for i, item in enumerate(self.group):
             if item.kind == "power":
                 t = f"{self.tag}.{i}"
-                first = values_text(item.width, [self.ends * (e + 1.0) for e in item.exponents])
-                lines += splat(item.width, f"%order{self.tag}", f"%from{t}")
-                lines.append(f"%first{t} = fsub {vector(item.width)} {first}, %from{t}")
+                first = values_text(self.code, item.width, [self.ends * (e + 1.0) for e in item.exponents])
+                lines += splat(self.code, item.width, f"%order{self.tag}", f"%from{t}")
+                lines.append(f"%first{t} = fsub {self.code.vector_type(item.width)} {first}, %from{t}")
         return lines if len(lines) > 1 else []
 
     def _load(self, item: Lanes, start: int, index: str, lines: list[str]) -> str:
         """A vector of coefficients at one of the loop's indexes."""
         if (start, index) not in self._loaded:
             name = self._loaded[start, index] = f"%{index}{self.tag}.at{start}"
-            lines += load_row(item.width, start, f"%{index}{self.tag}", name)
+            lines += load_row(self.code, item.width, start, f"%{index}{self.tag}", name)
         return self._loaded[start, index]
 
     def _term(self, item: Lanes, t: str) -> list[str]:
-        kind, lines = vector(item.width), []
+        kind, lines = self.code.vector_type(item.width), []
         x, y = self._load(item, item.x, "j", lines), self._load(item, item.y, "m", lines)
         if item.kind == "power":
-            step = values_text(item.width, [e + 1.0 for e in item.exponents])
+            step = values_text(self.code, item.width, [e + 1.0 for e in item.exponents])
             lines += [f"%weighted{t} = fmul {kind} %w{t}, {x}", f"%wnext{t} = fadd {kind} %w{t}, {step}"]
             x = f"%weighted{t}"
         lines.append(f"%more{t} = {fused(self.code, item.width, x, y, f'%sum{t}')}")
         return lines
 
     def _store(self, item: Lanes, t: str) -> list[str]:
-        kind, lines, total = vector(item.width), [], f"%sum{t}"
+        kind, lines, total = self.code.vector_type(item.width), [], f"%sum{t}"
         if self.symmetric:
             middle = self._load(item, item.x, "h", lines)
-            lines += splat(item.width, f"%once{self.tag}", f"%times{t}")
+            lines += splat(self.code, item.width, f"%once{self.tag}", f"%times{t}")
             lines += [
                 f"%one{t} = fmul {kind} {middle}, %times{t}",
                 f"%twice{t} = fadd {kind} %sum{t}, %sum{t}",
@@ -253,48 +266,46 @@ class _SumLoop:
             total = f"%all{t}"
         return [
             *lines,
-            f"%to{t} = getelementptr inbounds double, ptr %scratch, i64 {item.total}",
-            f"store {kind} {total}, ptr %to{t}, align {8 * item.width}",
+            f"%to{t} = getelementptr inbounds {self.code.number}, ptr %scratch, i64 {item.total}",
+            f"store {kind} {total}, ptr %to{t}, align {self.code.align * item.width}",
         ]
 
 
 def fused(code: Code, width: int, a: str, b: str, c: str) -> str:
     """The operation a b + c on vectors."""
-    kind, suffix = vector(width), f"v{width}f64" if width > 1 else "f64"
+    kind = code.vector_type(width)
+    suffix = f"v{width}f64" if width > 1 else lanes_suffix(code.lanes)
     code.declare(f"declare {kind} @llvm.fmuladd.{suffix}({kind}, {kind}, {kind})")
     return f"call {kind} @llvm.fmuladd.{suffix}({kind} {a}, {kind} {b}, {kind} {c})"
 
 
-def vector(width: int) -> str:
-    return f"<{width} x double>" if width > 1 else "double"
-
-
-def values_text(width: int, values: list[float]) -> str:
+def values_text(code: Code, width: int, values: list[float]) -> str:
     """Constants, one for each lane; those of empty lanes do not matter."""
     if width == 1:
-        return constant(values[0])
+        return lanes_constant(values[0], code.lanes)
     filled = values + [values[-1]] * (width - len(values))
     return "<" + ", ".join(f"double {constant(value)}" for value in filled) + ">"
 
 
-def splat(width: int, value: str, to: str) -> list[str]:
+def splat(code: Code, width: int, value: str, to: str) -> list[str]:
     """The same number in every lane."""
-    if width == 1:
+    if width == 1 and not code.lanes:
         return [f"{to} = fadd double {value}, {constant(-0.0)}"]
-    kind, zeros = vector(width), ", ".join("i32 0" for _ in range(width))
+    width = max(width, code.lanes)
+    kind, zeros = f"<{width} x double>", ", ".join("i32 0" for _ in range(width))
     return [
         f"{to}.i = insertelement {kind} poison, double {value}, i32 0",
         f"{to} = shufflevector {kind} {to}.i, {kind} poison, <{width} x i32> <{zeros}>",
     ]
 
 
-def load_row(width: int, start: int, index: str, to: str) -> list[str]:
+def load_row(code: Code, width: int, start: int, index: str, to: str) -> list[str]:
     """Load row `index` of an array in scratch."""
     return [
         f"{to}.i = mul i64 {index}, {width}",
         f"{to}.o = add i64 {to}.i, {start}",
-        f"{to}.a = getelementptr inbounds double, ptr %scratch, i64 {to}.o",
-        f"{to} = load {vector(width)}, ptr {to}.a, align {8 * width}",
+        f"{to}.a = getelementptr inbounds {code.number}, ptr %scratch, i64 {to}.o",
+        f"{to} = load {code.vector_type(width)}, ptr {to}.a, align {code.align * width}",
     ]
 
 
@@ -331,14 +342,16 @@ class _Unrolled(Steps):
 
     def _summed(self, item: Lanes, n: int, terms: list[int]) -> list[Value]:
         """The sums of all lanes, over the same terms."""
-        code, kind, width = self.code, vector(item.width), item.width
+        code, kind, width = self.code, self.code.vector_type(item.width), item.width
         total: Value = None
         for j in terms:
             a, b = self._row(item.width, item.xs, j), self._row(item.width, item.ys, n - j)
             if a is None or b is None:
                 continue
             if item.kind == "power":
-                weights = values_text(item.width, [j * (e + 1.0) / n - 1.0 for e in item.exponents])
+                weights = values_text(
+                    self.code, item.width, [j * (e + 1.0) / n - 1.0 for e in item.exponents]
+                )
                 a = code.vector(f"fmul {kind} {weights}, {code.use(a)}", kind, width)
             if total is None:
                 total = code.vector(f"fmul {kind} {code.use(a)}, {code.use(b)}", kind, width)
@@ -356,7 +369,7 @@ class _Unrolled(Steps):
     def _row(self, width: int, series: tuple[int, ...], j: int) -> Value:
         """Coefficients j of some series as a vector; None where all are zero."""
         if (width, series, j) not in self._rows:
-            code, kind, total = self.code, vector(width), "zeroinitializer"
+            code, kind, total = self.code, self.code.vector_type(width), "zeroinitializer"
             parts = [self.at(node, j) for node in series]
             for lane, part in enumerate(parts):
                 if part is not None:
@@ -413,7 +426,8 @@ class _Rolled(Steps):
         self.ends = 2 if len(plan.convolutions) < _FEW_PRODUCTS else 1
         self.reciprocals = code.reserve(self._length)
         self.history = {node: code.reserve(self._length) for node in sorted(plan.kept)}
-        self.table = LaneTable(code, plan, self._length, _FEWEST_SQUARES)
+        fewest, known = (1, self.history) if code.lanes else (_FEWEST_SQUARES, None)
+        self.table = LaneTable(code, plan, self._length, fewest, known)
         self._integers: dict[tuple[str, str], str] = {}
 
     def finished(self, k: int) -> None:
@@ -466,8 +480,16 @@ class _Rolled(Steps):
             return super().whole(n)
         if (-2, n) not in self.values:
             integer = self._integer(f"1 * k + {n - _ANY}")
-            self.values[-2, n] = self.code.value(f"sitofp i64 {integer} to double")
+            self.values[-2, n] = self._as_number(integer)
         return self.values[-2, n]
+
+    def _as_number(self, integer: str) -> str:
+        if not self.code.lanes:
+            return self.code.value(f"sitofp i64 {integer} to double")
+        plain, to = self.code.integer(f"sitofp i64 {integer} to double"), self.code.name()
+        first, last = splat(self.code, 1, plain, to)
+        self.code.line(first)
+        return self.code.value(last.partition(" = ")[2])
 
     def corrected(self, before: Value, change: Value, lead: int) -> Value:
         if self.k < _ANY // 2:
@@ -528,9 +550,14 @@ class _Rolled(Steps):
             self.code.store("out", self._integer(f"{self.n_y} * k + {ahead * self.n_y + index}"), value)
 
 
-def rolled_kernel(plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int) -> tuple[str, int]:
-    """Return the LLVM IR of the kernel for all orders from 5 to `max_order`, and its number of operations."""
-    code = Code(symbol)
+def rolled_kernel(
+    plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int, lanes: int = 0
+) -> tuple[str, int]:
+    """Return the LLVM IR of the kernel for all orders from 5 to `max_order`, and its number of operations.
+
+    With `lanes`, it is for so many members of an ensemble at once.
+    """
+    code = Code(symbol, lanes)
     code.begin_piece()
     steps = _Rolled(code, plan, n_y, max_order, n_rows)
     for i in range(1, max_order + 1):
@@ -541,8 +568,8 @@ def rolled_kernel(plan: Plan, symbol: str, n_y: int, max_order: int, n_rows: int
     code.begin_piece()
     steps.step(_ANY)
     each = code.written - start
-    calls = [f"call void @{piece.name}({PASSED}, i64 0)" for piece in code.pieces[:n_before]]
-    body = [f"call void @{piece.name}({PASSED}, i64 %k)" for piece in code.pieces[n_before:]]
+    calls = [f"call void @{piece.name}({code.passed}, i64 0)" for piece in code.pieces[:n_before]]
+    body = [f"call void @{piece.name}({code.passed}, i64 %k)" for piece in code.pieces[n_before:]]
     main = [
         READ_LAST,
         *calls,
