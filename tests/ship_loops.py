@@ -11,6 +11,7 @@ import argparse
 import contextlib
 import functools
 import importlib
+import math
 import os
 import pkgutil
 import sys
@@ -20,6 +21,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import symgen.runtime
+from symgen import Model, cos, sin
 from symgen.link import derive
 from symgen.model.library import find
 from symgen.model.library import load as load_model
@@ -35,6 +37,7 @@ MODELS = (
     "double_pendulum", "slider_crank", "free_rigid_body", "bouncing_ball", "stick_slip", "cart_pole_lqr",
     "rolling_disc", "bricard", "pendulum_field", "rough_road", "heavy_top_absolute",
 )  # fmt: skip
+_NEARLY_IN_LINE = (0.7, 0.72, 0.69)  # angles of three bars
 _LINKS = 120  # so many absolute bodies take the sparse solvers
 
 
@@ -113,6 +116,7 @@ def runs() -> Iterator[tuple[str, object]]:
         yield f"chain {method}", lambda method=method: large.run(t_end=0.01, method=method)
     for model in ("double_pendulum", "slider_crank"):
         yield f"prepared {model}", lambda model=model: load(GENERATED / f"{model}.py").prepare(0.05)()
+    yield "nearly flat loop", lambda: _nearly_flat().run(t_end=0.01, method="dop853")
     for model in MODELS:
         yield f"modes {model}", load(GENERATED / f"{model}.py").modes
 
@@ -126,6 +130,18 @@ def _of_every_method(system: System, model: str, t_end: float) -> Iterator[tuple
                     system.run(t_end=t_end, method=method, constraints=form).health
                 ),
             )
+
+
+def _nearly_flat() -> System:
+    """A loop of three bars that begins nearly in line: its accelerations are refined."""
+    model, x, y = Model("nearly_flat", gravity=(0, -9.81)), 0, 0
+    for k, start in enumerate(_NEARLY_IN_LINE):
+        a = model.coordinate(f"a{k}", **({"start": start} if k == 0 else {"guess": start}))
+        x, y = x + cos(a), y + sin(a)
+        model.body(f"bob{k}", mass=1.0, com=(x - cos(a) / 2, y - sin(a) / 2), inertia=0.1, angle=a)
+    model.constraint("closes_x", x - sum(map(math.cos, _NEARLY_IN_LINE)))
+    model.constraint("closes_y", y - sum(map(math.sin, _NEARLY_IN_LINE)))
+    return derive(model)
 
 
 def _chain() -> System:

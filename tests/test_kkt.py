@@ -8,12 +8,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
+from stress.random_models import loop
 
 from symgen import runtime
 from symgen.runtime.abi import array_sizes
 from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.constraints.guard_code import PIVOT_LIMIT, REFINED_BELOW
 from symgen.runtime.constraints.kkt import robust_project_address, robust_rhs_address
 
 ROOT = Path(__file__).parent.parent
@@ -239,3 +242,47 @@ print(repr(out.tolist()))
     command = [sys.executable, "-c", script, str(FIXTURES / "redundant_pendulum.py")]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     np.testing.assert_allclose(eval(done.stdout), robust_rhs(load("redundant_pendulum"), Y), rtol=1e-14)
+
+
+@pytest.mark.parametrize("bars", [3, 5])
+@pytest.mark.parametrize("spread", [0.0, 3.0])
+def test_nearly_flat_loops_are_solved_as_by_a_pivoted_factorisation(bars, spread):
+    """Accelerations and multipliers against 40 digits: bars nearly in line, masses of 1e±3; LU is the measure."""
+    system, rng = loop(bars, False), np.random.default_rng(6)
+    names = [entry["name"] for entry in system.parameters]
+    n, worst, seen = bars, 0.0, 0
+    for _ in range(60):
+        angles = (
+            rng.uniform(-3, 3)
+            + np.pi * rng.integers(0, 2, n)
+            + 10 ** rng.uniform(-2.5, -1) * rng.normal(size=n)
+        )
+        lengths, p = rng.uniform(0.3, 1.0, n), system.parameter_values()
+        values = {f"l{k}": x for k, x in enumerate(lengths)} | {
+            f"m{k}": 10 ** rng.uniform(-spread, spread) for k in range(n)
+        }
+        values |= {"px": lengths @ np.cos(angles), "py": lengths @ np.sin(angles)}
+        for name, value in values.items():
+            p[names.index(name)] = value
+        y = np.concatenate([angles, rng.normal(size=n)])
+        row = robust_rhs(system, y, p=system.precomputed(p))
+        if not PIVOT_LIMIT < row[-1] < REFINED_BELOW:
+            continue
+        seen += 1
+        M, f = system.kernel("mass_matrix")(0.0, y, p).reshape(n, n), system.kernel("forces")(0.0, y, p)
+        G, gamma = (
+            system.kernel("constraint_jacobian")(0.0, y, p).reshape(2, n),
+            system.kernel("gamma")(0.0, y, p),
+        )
+        whole, right = np.block([[M, -G.T], [G, np.zeros((2, 2))]]), np.concatenate([f, gamma])
+        with mpmath.workdps(40):
+            exact = mpmath.lu_solve(mpmath.matrix(whole.tolist()), mpmath.matrix(right.tolist()))
+        exact = np.array([float(x) for x in exact])
+        found = np.concatenate([row[n : 2 * n], row[system.ny : system.ny + 2]])
+
+        def off(x, exact=exact):
+            parts = slice(0, n), slice(n, n + 2)
+            return max(np.abs(x - exact)[s].max() / np.abs(exact[s]).max() for s in parts)
+
+        worst = max(worst, off(found) / max(off(np.linalg.solve(whole, right)), 1e-16))
+    assert seen > 15 and worst < 100

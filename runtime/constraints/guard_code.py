@@ -1,7 +1,8 @@
 """The guards as LLVM IR: trampolines with a kernel's signature, and calls of the jitted path behind them.
 
-A guard calls the straight-line kernel, looks at the pivot ratio, and only then turns to `robust_path`. After each
-projection it looks whether a row of G vanishes, which the pivot ratio does not show.
+A guard calls the straight-line kernel, looks at the pivot ratio, and only then turns to `robust_path`, or to
+`refinement` where the ratio is small but well above that. After each projection it looks whether a row of G vanishes,
+which the pivot ratio does not show.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 PIVOT_LIMIT = 1e-6
+REFINED_BELOW = 1e-2  # of the pivot ratio: straight-line accelerations are refined
 NEAR_LIMIT = 0.1  # size of a row of G, squared, in parts of what it is nearby
 _SMALL_CORRECTION = 1e-6
 _FLAG = branch.NEAR_SINGULAR
@@ -22,8 +24,13 @@ _FLAG = branch.NEAR_SINGULAR
 # What the table holds, 64 bits each: addresses of kernels, of what is called where they fail, of data.
 RHS, PROJECT, RHS_PATH, PROJECT_PATH, NATIVE_RHS, NATIVE_PROJECT, JACOBIAN = range(7)
 CONTEXT, WEIGHTS, ORDER, WORK, ROWS = range(7, 12)
-N_SLOTS = 12
-PATHS = {"rhs": (NATIVE_RHS, RHS_PATH, "call_rhs"), "project": (NATIVE_PROJECT, PROJECT_PATH, "call_project")}
+REFINED_PATH, NATIVE_REFINED = 12, 13
+N_SLOTS = 14
+PATHS = {
+    "rhs": (NATIVE_RHS, RHS_PATH, "call_rhs"),
+    "project": (NATIVE_PROJECT, PROJECT_PATH, "call_project"),
+    "refined": (NATIVE_REFINED, REFINED_PATH, "call_refined"),
+}
 TABLE = "guard_table"
 
 
@@ -40,6 +47,7 @@ def guard_ir(system: System, n_context: int, n_weights: int, n_work: int) -> str
         + _guarded_rhs(system)
         + _guarded_project(system, n_weights)
         + _call("rhs", NATIVE_RHS, {**lengths, "out": system.n_row})
+        + _call("refined", NATIVE_REFINED, {**lengths, "out": system.n_row})
         + _call("project", NATIVE_PROJECT, {**lengths, "out": n + system.nh + system.m})
     )
 
@@ -181,10 +189,23 @@ def _guarded_rhs(system: System) -> str:
         f"""{_slot("rhs", RHS)}call void %rhs(double %t, ptr %y, ptr %p, ptr %out)
 {_near()}br i1 %far, label %check, label %slow
 check:
-{_ratio_check(system, "out", "done")}{_slow(RHS_PATH, "done", _without_reactions(system))}done:
+{_ratio_check(system, "out", "sharp")}sharp:
+{_refine(system)}{_slow(RHS_PATH, "done", _without_reactions(system))}done:
 ret void
 """,
     )
+
+
+def _refine(system: System) -> str:
+    """Refine a sound row with a small ratio; not one without some constraints, or whose forces follow reactions."""
+    if system.dependent or any(switch.get("normal") for switch in system.switches):
+        return "br label %done\n"
+    return f"""%poor = fcmp olt double %ratio, {constant(REFINED_BELOW)}
+br i1 %poor, label %refine, label %done
+refine:
+{_slot("refined", REFINED_PATH)}call void %refined(double %t, ptr %y, ptr %p, ptr %out)
+br label %done
+"""
 
 
 def _guarded_project(system: System, n_weights: int) -> str:

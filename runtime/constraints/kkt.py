@@ -17,7 +17,7 @@ import numpy as np
 
 from symgen.runtime.code import engine
 from symgen.runtime.code.jitted import DISABLE_JIT
-from symgen.runtime.constraints import branch, robust_path
+from symgen.runtime.constraints import branch, refinement, robust_path
 from symgen.runtime.constraints import guard_code as at
 from symgen.runtime.constraints.dependence import usual_rank
 from symgen.runtime.constraints.guard_code import guard_ir
@@ -31,6 +31,11 @@ _LOST_DIGITS = 1e-9  # of the largest term
 _NEARBY = 1e-3
 _SPEEDS = (0.0, 1.0, 1e3, 1e-3)  # characteristic sizes in a second
 _ANY_ROW_IS_LARGE = 1e300  # weights by which only a row of zeros is small
+_PATHS = {
+    "rhs": robust_path.robust_rhs,
+    "project": robust_path.robust_project,
+    "refined": refinement.refined_rhs,
+}
 _USED = ("mass_matrix", "forces", "constraint_jacobian", "gamma", "constraint_residual", "energy", "rhs")
 _MOST_REMEMBERED = 16  # states at which a run began
 _KERNEL = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
@@ -43,6 +48,7 @@ def robust_rhs_address(system: System) -> tuple[int, Any]:
     It takes a precomputed `p` (`System.precomputed`) and writes the same row. Where the straight-line pivot ratio is
     below 1e-6 or not a number, accelerations and multipliers come from a pivoted factorisation; multipliers that are
     not unique are those of least norm, and the pivot ratio in the row is 0. See `robust_path.robust_rhs` for the power.
+    Where the ratio is below 1e-2, they are refined (`refinement.py`).
     """
     if not system.m or is_large(system):  # the path for dependent constraints factorises full matrices
         kernel = system.kernel("rhs")
@@ -153,7 +159,7 @@ class _Guard:
         self._code = engine.MachineCode()
         self.rhs = self._code.add(code, "guarded_rhs")
         self.project = self._code.address("guarded_project")
-        self._stand_ins = [_KERNEL(functools.partial(self._first_call, name)) for name in ("rhs", "project")]
+        self._stand_ins = [_KERNEL(functools.partial(self._first_call, name)) for name in at.PATHS]
         self._fill_table()
 
     def _make_context(self, system: System) -> np.ndarray:
@@ -172,7 +178,7 @@ class _Guard:
         self._table = slots.from_address(self._code.address(at.TABLE))
         for slot, name in ((at.RHS, "rhs"), (at.PROJECT, "project"), (at.JACOBIAN, "constraint_jacobian")):
             self._table[slot] = self._kernels[name].precomputed_address
-        for slot, stand_in in zip((at.RHS_PATH, at.PROJECT_PATH), self._stand_ins):
+        for (_, slot, _), stand_in in zip(at.PATHS.values(), self._stand_ins):
             self._table[slot] = ctypes.cast(stand_in, ctypes.c_void_p).value
         for slot, array in (
             (at.CONTEXT, self._context), (at.WEIGHTS, self._weights), (at.ORDER, self._order), (at.ROWS, self._rows)
@@ -211,14 +217,14 @@ class _Guard:
 
     def _first_call(self, name: str, t: float, y: int, p: int, out: int) -> None:
         """Stand in for the compiled path until it is first needed."""
-        lengths = self._kernels[name].source.lengths
+        lengths = self._kernels["project" if name == "project" else "rhs"].source.lengths
         n_y = int(self._context[branch.NQ] + self._context[branch.NV])
         arrays = _array(y, n_y), _array(p, int(self._context[branch.NP])), _array(out, lengths.out)
         try:
             if not len(self._work):
                 self._work = np.zeros(self._n_work)
                 self._table[at.WORK] = self._work.ctypes.data
-            path = getattr(robust_path, f"robust_{name}")
+            path = _PATHS[name]
             arguments = (self._context, t, *arrays, self._weights, self._order, self._work)
             if not DISABLE_JIT:
                 native, slot, called = at.PATHS[name]
