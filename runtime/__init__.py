@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from symgen.runtime.kernel import Kernel as Kernel
     from symgen.runtime.module import read_module as read_module
     from symgen.runtime.options import RunOptions as RunOptions
+    from symgen.runtime.robot import load_robot as load_robot
 
 _EXPORTS = {
     "Kernel": "symgen.runtime.kernel",
@@ -23,6 +24,7 @@ _EXPORTS = {
     "Solution": "symgen.runtime.front",
     "System": "symgen.runtime.front",
     "load": "symgen.runtime.front",
+    "load_robot": "symgen.runtime.robot",
     "read_module": "symgen.runtime.module",
     "solve": "symgen.runtime.front",
 }

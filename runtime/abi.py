@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS
+
 ABI = 1
 
 _ALWAYS = ("rhs", "mass_matrix", "forces", "energy", "residual", "residual_jacobian")
@@ -18,6 +20,12 @@ SPARSE = frozenset(
     (
         "mass_matrix", "residual_jacobian", "constraint_jacobian", "kinematics", "marks", "rhs_by_state",
         "rhs_by_parameters",
+    )
+)  # fmt: skip
+_SPARSE_OF_ROBOTS = frozenset(
+    (
+        "inverse_dynamics_derivatives", "forward_dynamics_derivatives", "coriolis_matrix", "momentum_matrix",
+        "regressor",
     )
 )  # fmt: skip
 SWITCHED = (
@@ -41,8 +49,18 @@ MARKS = {
 SOLIDS = {"box": 12, "ellipsoid": 12, "sphere": 10, "cylinder": 11, "tube": 12, "cone": 11, "capsule": 11}
 
 
+def is_sparse(header: Mapping[str, Any], function: str) -> bool:
+    """Whether a function leaves structural zeros out."""
+    if function.removeprefix(CLOSED) in SPARSE:
+        return True
+    return "robot" in header and (function in _SPARSE_OF_ROBOTS or function.startswith("jacobian_"))
+
+
 def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
     """Yield the names of the functions that a module with this header has."""
+    if "robot" in header:
+        yield from header["robot"]["functions"]
+        return
     yield from _ALWAYS
     if header["nh"] + header["nn"]:
         yield from _WITH_CONSTRAINTS
@@ -125,6 +143,8 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
     if function.startswith(CLOSED) and header.get("switches"):
         return array_sizes(closed_header(header), function.removeprefix(CLOSED))
     nq, nv, nh, nw = header["nq"], header["nv"], header["nh"], header["nw"]
+    if "robot" in header:
+        return _sizes_of_robot(header, function)
     m = nh + header["nn"]
     state, extended = nq + nv, nq + nv + nv + m
     sizes = {
@@ -155,4 +175,36 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         return sizes[function]
     if function.startswith(_RESET) and any(function == _RESET + event["name"] for event in header["events"]):
         return state, state
+    return None
+
+
+def _sizes_of_robot(header: Mapping[str, Any], function: str) -> tuple[int, int] | None:
+    nv, made = header["nv"], header["robot"]
+    if function not in made["functions"]:
+        return None
+    state = header["nq"] + nv
+    n_base = len(made["base_parameters"])
+    sizes = {
+        "inverse_dynamics": (state + nv, nv),
+        "inverse_dynamics_derivatives": (state + nv, nv * 2 * nv),
+        "forward_dynamics": (state + nv, nv),
+        "forward_dynamics_derivatives": (state + nv, nv * 3 * nv),
+        "mass_matrix": (state, nv * nv),
+        "coriolis_matrix": (state, nv * nv),
+        "gravity": (state, nv),
+        "energy": (state, 2),
+        "centre_of_mass": (state, 3),
+        "momentum": (state, 6),
+        "momentum_matrix": (state, 6 * nv),
+        "regressor": (state + nv, nv * n_base),
+        BASE_PARAMETERS: (state, n_base),
+        "equilibrium_torques": (state, len(made["actuators"])),
+    }
+    if function in sizes:
+        return sizes[function]
+    widths = dict(zip(FRAME_FUNCTIONS, (12, 6 * nv, 6 * nv, 6), strict=True))
+    for frame in made["frames"]:
+        for prefix, width in widths.items():
+            if function == prefix + frame:
+                return state, width
     return None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.errors import ModuleError, RuntimeModelError
 from symgen.runtime.lazy import Late
 from symgen.runtime.module import read_module
 from symgen.runtime.options import Quantity, RunOptions
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from symgen.runtime.linear.model import LinearModel
     from symgen.runtime.linear.modes import Modes
     from symgen.runtime.prepared.prepared import PreparedRun
+    from symgen.runtime.robot import Robot
     from symgen.runtime.stepper import Stepper
 
 # A process that loads a model may do without running it, and one that runs it without checks and recordings.
@@ -65,7 +66,15 @@ def load(path_or_text: str | os.PathLike[str]) -> System:
     symgen.runtime.errors.ModuleError
         It is not a module of this ABI.
     """
-    return System(read_module(path_or_text))
+    source = read_module(path_or_text)
+    if "robot" in source.header:
+        raise ModuleError(
+            source.file,
+            "",
+            "it has functions for robot programs, not those of a run",
+            "use symgen.runtime.load_robot",
+        )
+    return System(source)
 
 
 def solve(
@@ -139,7 +148,7 @@ class System(SystemData):
     __doc__ = SystemData.__doc__
 
     def __reduce__(self):
-        return System, (self.source,)
+        return _with_robot, (self.source, self.__dict__.get("_robot"))
 
     run = solve
 
@@ -272,6 +281,52 @@ class System(SystemData):
         found = ensembles.run_ensemble(self, asked)
         found.present = Solution.of
         return found
+
+    @property
+    def robot(self) -> Robot:
+        """What robot programs call, see `symgen.runtime.robot.Robot`: derived where `symgen.load` is asked for it.
+
+        Raises
+        ------
+        RuntimeModelError
+            It was not.
+        """
+        if "_robot" not in self.__dict__:
+            raise RuntimeModelError(
+                f"model {self.name!r} was loaded without functions for robot programs: give functions='robot' (and "
+                "frames) to symgen.load, or ask symgen.robot for them alone"
+            )
+        return self.__dict__["_robot"]
+
+    def with_robot(self, robot: Robot) -> System:
+        """Return this system with what robot programs call of the same model."""
+        made = System(self.source)
+        made.__dict__["_robot"] = robot
+        return made
+
+    def inverse_dynamics(self, q: Any, v: Any, a: Any, parameters: Any = None) -> np.ndarray:
+        """`Robot.inverse_dynamics`."""
+        return self.robot.inverse_dynamics(q, v, a, parameters)
+
+    def mass_matrix(self, q: Any, parameters: Any = None) -> np.ndarray:
+        """`Robot.mass_matrix`."""
+        return self.robot.mass_matrix(q, parameters)
+
+    def coriolis(self, q: Any, v: Any, parameters: Any = None) -> np.ndarray:
+        """`Robot.coriolis`."""
+        return self.robot.coriolis(q, v, parameters)
+
+    def gravity(self, q: Any, parameters: Any = None) -> np.ndarray:
+        """`Robot.gravity`."""
+        return self.robot.gravity(q, parameters)
+
+    def forward_kinematics(self, frame: str, q: Any, parameters: Any = None) -> tuple[np.ndarray, np.ndarray]:
+        """`Robot.forward_kinematics`."""
+        return self.robot.forward_kinematics(frame, q, parameters)
+
+    def jacobian(self, frame: str, q: Any, parameters: Any = None) -> np.ndarray:
+        """`Robot.jacobian`."""
+        return self.robot.jacobian(frame, q, parameters)
 
     def stepper(
         self,
@@ -423,6 +478,11 @@ class System(SystemData):
         return self.linearise(
             at, parameters=parameters, start=start, rate=rate, t=t, stable=stable, outputs=outputs
         ).modes()
+
+
+def _with_robot(source: Any, robot: Robot | None) -> System:
+    system = System(source)
+    return system if robot is None else system.with_robot(robot)
 
 
 class Solution(SolutionData):

@@ -161,7 +161,11 @@ class ModelFunctions:
         """Say what `function` reads as `y`, for messages: 'theta, dot(theta)'."""
         names = [record["name"] for record in self.coordinates]
         names += rate_labels(self.coordinates, self.rates)
-        if function in ("residual", "residual_jacobian", "solve"):
+        if function.startswith("inverse_dynamics") or function == "regressor":
+            names += acceleration_labels(self.coordinates, self.rates)
+        elif function.startswith("forward_dynamics"):
+            names += [f"tau({label})" for label in rate_labels(self.coordinates, self.rates)]
+        elif function in ("residual", "residual_jacobian", "solve"):
             names += acceleration_labels(self.coordinates, self.rates)
             names += [f"lambda({record['name']})" for record in self.constraints]
         return _short(names)

@@ -14,6 +14,7 @@ from typing import Any
 
 from symgen.runtime.abi import ABI, JUMP, MARKS, SETTINGS, SOLIDS, required_functions
 from symgen.runtime.errors import ModuleError
+from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, ROBOT_FUNCTIONS
 from symgen.runtime.module_check import verified
 from symgen.runtime.module_source import SOLVERS, ModuleSource
 
@@ -22,6 +23,9 @@ _COUNTS = ("nq", "nv", "nh", "nn", "nw")
 _NAME = re.compile(
     r"[A-Za-z][A-Za-z0-9_]{0,199}", re.ASCII
 )  # the rules of model files, for names made of two as well
+_NAMES_OF_ROBOTS = re.compile(
+    r"[A-Za-z][A-Za-z0-9_]{0,199}(\.[A-Za-z]{1,3})?", re.ASCII
+)  # base parameters: `q1.Izz`
 _TEXTS = ("generator", "source", "name", "description")
 _FLAGS = (
     "conservative",
@@ -94,6 +98,7 @@ def check_header(header: Any) -> None:
         raise HeaderFault(f"'starts' is {header['starts']!r:.60}, expected True")
     if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
         raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
+    _check_robot(header)
     _check_marks(header)
     _check_sizes(header)
     _check_subsystems(header)
@@ -106,6 +111,21 @@ def check_header(header: Any) -> None:
         says = _get(event, "says", str, f"events[{index}]")
         if not (says.isascii() and says.isprintable()):
             raise HeaderFault(f"events[{index}]['says'] is {event['says']!r:.60}, expected plain text")
+
+
+def _check_robot(header: dict[str, Any]) -> None:
+    """The functions of a robot's module, and names that what they write has."""
+    if "robot" not in header:
+        return
+    made = _get(header, "robot", dict, "")
+    for key in ("functions", "frames", "base_parameters", "actuators"):
+        for name in _get(made, key, list, "robot"):
+            if type(name) is not str or not _NAMES_OF_ROBOTS.fullmatch(name):
+                raise HeaderFault(f"robot[{key!r}] has {name!r:.60}, which is no name")
+    frames = [prefix + frame for frame in made["frames"] for prefix in FRAME_FUNCTIONS]
+    known = {*ROBOT_FUNCTIONS, BASE_PARAMETERS, *frames}
+    if unknown := [name for name in made["functions"] if name not in known]:
+        raise HeaderFault(f"robot['functions'] has {unknown[0]!r:.60}, which is no function for robots")
 
 
 def _check_marks(header: dict[str, Any]) -> None:

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from sympy import acos, asin, atan, atan2, cos, cosh, erf, exp, log, pi, sign, sin, sinh, sqrt, tan, tanh
 
     from .front import Model
-    from .link import load
+    from .link import load, robot
     from .model.from_sympy import where
     from .model.functions import dot, floor, heaviside, maximum, minimum, mod, smoothstep, t
     from .version import __version__ as __version__
@@ -33,6 +33,7 @@ __all__ = [
     "minimum",
     "mod",
     "pi",
+    "robot",
     "sign",
     "sin",
     "sinh",
@@ -46,6 +47,7 @@ __all__ = [
 _OWN = {
     "Model": ".front",
     "load": ".link",
+    "robot": ".link",
     "__version__": ".version",
     **dict.fromkeys(
         ("dot", "floor", "heaviside", "minimum", "maximum", "mod", "smoothstep", "t"), ".model.functions"

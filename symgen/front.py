@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import sympy
 
     from symgen.runtime import System
+    from symgen.runtime.robot import Robot
 
 
 class Model(model.Model):
@@ -36,6 +37,21 @@ class Model(model.Model):
             The model is wrong, or Jacobians are asked for where stops or dry friction switch.
         """
         return link.derive(self, jacobian)
+
+    def robot(
+        self,
+        functions: str | Sequence[str] = "robot",
+        frames: Sequence[str] = (),
+        actuators: Sequence[str] = (),
+    ) -> Robot:
+        """Derive what robot programs call, and nothing else; arguments are those of `symgen.robot`.
+
+        Raises
+        ------
+        ModelError
+            The model is wrong, or cannot have one of the functions.
+        """
+        return link.robot(self, functions, frames, actuators)
 
     def equations(
         self, *, shared: bool = False, simplify: bool = False, time_limit: float = 10.0

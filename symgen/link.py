@@ -8,7 +8,7 @@ import gc
 import hashlib
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,10 +26,13 @@ from .version import __version__
 
 if TYPE_CHECKING:
     from symgen.runtime import System
+    from symgen.runtime.robot import Robot
 
     from .derive.program import Program
     from .model.model import Model
 
+robots = Late("symgen.derive.robot")
+running = Late("symgen.runtime.robot")
 subsystems = Late("symgen.derive.scenes.subsystems")
 module = Late("symgen.emit.module")
 toml_text = Late("symgen.model.toml_text")
@@ -70,6 +73,22 @@ class DerivedModel:
     findings: tuple[str, ...]
 
 
+def _uncollected(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Pause Python's collector meanwhile: its searches take a third of the time, and nodes are no cycles."""
+
+    @functools.wraps(function)
+    def paused(*args: Any, **options: Any) -> Any:
+        collecting = gc.isenabled()
+        gc.disable()
+        try:
+            return function(*args, **options)
+        finally:
+            if collecting:
+                gc.enable()
+
+    return paused
+
+
 def derive(model: Model, jacobian: bool = False) -> System:
     """Derive a model and load the result.
 
@@ -86,13 +105,22 @@ def derive(model: Model, jacobian: bool = False) -> System:
     return runtime.load(derive_text(model, jacobian=jacobian).text)
 
 
-def load(model: str | Path, **options: Any) -> System:
+def load(
+    model: str | Path,
+    *,
+    functions: str | Sequence[str] = (),
+    frames: Sequence[str] = (),
+    actuators: Sequence[str] = (),
+    **options: Any,
+) -> System:
     """Load a model, ready to run: derived now, or found in the cache.
 
     Parameters
     ----------
     model : path or str
         A `.toml` or `.py` file, or the name of a bundled model.
+    functions, frames, actuators
+        As of `robot`: with one of them the system has what robot programs call, `system.robot`.
     **options
         Build options of a `.py` model, which is executed.
 
@@ -111,27 +139,81 @@ def load(model: str | Path, **options: Any) -> System:
     >>> symgen.load("n_pendulum", N=5).run("2 s")
     """
     path = library.find(model)
+    given = {name: str(value) for name, value in options.items()}
     try:
-        text = module_for(path, {name: str(value) for name, value in options.items()}).text
+        text = module_for(path, given).text
     except ModelError as error:
         raise error.located(file=str(path)) from None
-    return runtime.load(text)
+    system = runtime.load(text)
+    if functions or frames or actuators:
+        return system.with_robot(robot(path, functions, frames, actuators, **options))
+    return system
 
 
-def _uncollected(function: Callable[..., DerivedModel]) -> Callable[..., DerivedModel]:
-    """Pause Python's collector meanwhile: its searches take a third of the time, and nodes are no cycles."""
+def robot(
+    model: str | Path | Model,
+    functions: str | Sequence[str] = "robot",
+    frames: Sequence[str] = (),
+    actuators: Sequence[str] = (),
+    **options: Any,
+) -> Robot:
+    """Return what robot programs call of a model: derived now, or found in the cache; nothing else is derived.
 
-    @functools.wraps(function)
-    def paused(*args: Any, **options: Any) -> DerivedModel:
-        collecting = gc.isenabled()
-        gc.disable()
-        try:
-            return function(*args, **options)
-        finally:
-            if collecting:
-                gc.enable()
+    Parameters
+    ----------
+    model : path, str or Model
+        A `.toml` or `.py` file, or the name of a bundled model.
+    functions : str or sequence of str
+        Names as in docs/robots.md; "robot" stands for the usual ones: inverse and forward dynamics, mass and Coriolis
+        matrix, gravity, energy, centre of mass and momentum.
+    frames : sequence of str
+        Bodies and frames whose pose and Jacobian are wanted.
+    actuators : sequence of str
+        Inputs that hold the robot in `equilibrium_torques`; all by default.
+    **options
+        Build options of a `.py` model, which is executed.
 
-    return paused
+    Returns
+    -------
+    symgen.runtime.robot.Robot
+
+    Raises
+    ------
+    ModelError
+        There is no such model, function, frame or actuator, or the model cannot have the function.
+    """
+    request = robots.requested(functions, frames, actuators)
+    if not isinstance(model, (str, Path)):
+        return running.load_robot(robot_text(model, request))
+    path = library.find(model)
+    given = {name: str(value) for name, value in options.items()}
+    cached = _cached_module(path, given, repr(request))
+    content = fetch(cached)
+    if content is not None:
+        return running.load_robot(content.decode())
+    try:
+        text = robot_file_text(path, given, request)
+    except ModelError as error:
+        raise error.located(file=str(path)) from None
+    store(cached, text.encode())
+    return running.load_robot(text)
+
+
+def robot_file_text(path: Path, options: dict[str, str], request: robots.RobotRequest) -> str:
+    """Derive the functions for robot programs of a model file, without looking into the cache."""
+    return robot_text(library.load(path, options), request, _source_hash(_read(path), options))
+
+
+@_uncollected
+def robot_text(model: Model, request: robots.RobotRequest, source: str = "") -> str:
+    """Derive the functions for robot programs into the text of a module of their own."""
+    description = model.describe()
+    try:
+        text = module.emit(robots.derive_robot(description, request, source))
+    except ModelError as error:
+        raise error.located(file=f"model '{description.name}'") from None
+    _check_readable(text, description.name)
+    return text
 
 
 @_uncollected
@@ -243,17 +325,7 @@ def module_for(
     ModuleText
     """
     options = options or {}
-    key = hashlib.sha256()
-    for part in (
-        os.fsencode(path.name),
-        _source_hash(_read(path), options).encode(),
-        generator_hash().encode(),
-    ):
-        key.update(part + b"\0")
-    for table in _tables_beside(path):
-        key.update(hashlib.sha256(table).digest())
-    stem = "".join(x if x.isascii() and x.isalnum() else "_" for x in path.stem)[:60]
-    cached = cache_folder("modules") / f"{stem}-{key.hexdigest()[:32]}"
+    cached = _cached_module(path, options)
     content = fetch(cached)
     if content is not None:
         return ModuleText(content.decode(), False, 0.0, cached)
@@ -264,6 +336,22 @@ def module_for(
     seconds = time.perf_counter() - start
     stored = store(cached, text.encode())
     return ModuleText(text, True, seconds, cached if stored else None)
+
+
+def _cached_module(path: Path, options: dict[str, str], request: str = "") -> Path:
+    """Where a module of a model file is kept; `request` says what it has beyond or instead of the usual functions."""
+    key = hashlib.sha256()
+    for part in (
+        os.fsencode(path.name),
+        _source_hash(_read(path), options).encode(),
+        generator_hash().encode(),
+        *([request.encode()] if request else []),
+    ):
+        key.update(part + b"\0")
+    for table in _tables_beside(path):
+        key.update(hashlib.sha256(table).digest())
+    stem = "".join(x if x.isascii() and x.isalnum() else "_" for x in path.stem)[:60]
+    return cache_folder("modules") / f"{stem}-{key.hexdigest()[:32]}"
 
 
 @functools.lru_cache(maxsize=1)

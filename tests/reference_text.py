@@ -21,6 +21,7 @@ from symgen.runtime.ensemble.verdict import Verdicts
 from symgen.runtime.linear.modes import Mode, Modes
 from symgen.runtime.prepared.prepared import PreparedRun
 from symgen.runtime.prepared.runs import Runs
+from symgen.runtime.robot import Robot
 from symgen.runtime.stepper import Stepper
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -35,11 +36,12 @@ EXIT_STATUSES = {
 # What users hold, in the order of the page; `symgen` also hands on functions of SymPy for expressions.
 CLASSES = (
     front.Model, equations.Equations, runtime.System, runtime.RunOptions, runtime.Solution, PreparedRun, Runs, Stepper,
-    runtime.Kernel, inputs.Controller, inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode,
+    Robot, runtime.Kernel, inputs.Controller, inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode,
     linear.FrequencyResponse, linear.Equilibrium, ensemble.Ensemble, EnsembleOptions, EnsembleHealth, Verdicts,
 )  # fmt: skip
 FUNCTIONS = (
-    link.load, equations.equations_of, runtime.load, runtime.solve, runtime.read_module, linear.linearise,
+    link.load, link.robot, equations.equations_of, runtime.load, runtime.load_robot, runtime.solve,
+    runtime.read_module, linear.linearise,
     linear.find_equilibrium, ensemble.normal, ensemble.uniform, ensemble.lognormal, ensemble.triangular,
     ensemble.choice, ensemble.linspace, ensemble.grid, ensemble.quantiles, ensemble.histogram,
 )  # fmt: skip
@@ -48,7 +50,7 @@ ERRORS = (runtime.RuntimeModelError, runtime.ModuleError)
 
 def api_page() -> str:
     """Return docs/api.md."""
-    handed_on = [name for name in symgen.__all__ if name not in ("Model", "load")]
+    handed_on = [name for name in symgen.__all__ if name not in ("Model", "load", "robot")]
     parts = [
         "# Python\n",
         "Made from the docstrings by `pytest tests/test_reference_text.py --update-golden`.\n",

@@ -102,14 +102,15 @@ def evaluate_rows(
     `p` is for all rows, or has a row for each. All arrays are float64 and C-contiguous; their lengths are not checked.
     """
     n_p = p.shape[1] if p.ndim == 2 else 0
-    _call_rows()(
+    rows_caller()(
         int(address), len(times), times.ctypes.data, states.ctypes.data, states.shape[1], p.ctypes.data,
         n_p, out.ctypes.data, out.shape[1],
     )  # fmt: skip
 
 
 @functools.lru_cache(maxsize=1)
-def _call_rows() -> Callable:
+def rows_caller() -> Callable:
+    """Return what `evaluate_rows` calls: (address, n, times, states, width, p, width of p, out, width of out)."""
     global _rows_code  # lives as long as the process
     _rows_code = engine.MachineCode()
     content = engine.object_code(engine.cache_key(_ROWS), "rows", "rows", lambda _: (_ROWS, 0))

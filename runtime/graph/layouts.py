@@ -33,3 +33,12 @@ LAYOUTS: dict[str, tuple] = {
     "poses": (("p", ""),),
     "shapes": (("s", ""),),
 }
+
+# What robot programs call, in modules of their own (docs/abi.md), and the same for each frame: `pose_tool`.
+ROBOT_FUNCTIONS = (
+    "inverse_dynamics", "inverse_dynamics_derivatives", "forward_dynamics", "forward_dynamics_derivatives",
+    "mass_matrix", "coriolis_matrix", "gravity", "energy", "centre_of_mass", "momentum", "momentum_matrix", "regressor",
+    "equilibrium_torques",
+)  # fmt: skip
+BASE_PARAMETERS = "base_parameters"  # comes with the regressor
+FRAME_FUNCTIONS = ("pose_", "jacobian_", "jacobian_rate_", "drift_")

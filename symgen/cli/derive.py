@@ -11,11 +11,13 @@ import click
 from symgen.cli.arguments import as_dict, find_model, model_argument
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.terminal import say
-from symgen.link import derive_file
+from symgen.link import derive_file, robot_file_text
+from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.link import DerivedModel
 
+robots = Late("symgen.derive.robot")
 
 _READ = 1 << 20  # bytes in which a module's header begins
 
@@ -41,6 +43,20 @@ _READ = 1 << 20  # bytes in which a module's header begins
     is_flag=True,
     help="Functions for the derivatives of rhs by the state and by parameters, too.",
 )
+@click.option(
+    "--functions",
+    metavar="NAMES",
+    default="",
+    help="Functions for robot programs, too, in DIR/<name>_robot.py: names with commas between; 'robot' are the usual "
+    "ones (docs/robots.md).",
+)
+@click.option(
+    "--frame",
+    "frames",
+    multiple=True,
+    metavar="NAME",
+    help="A body or frame whose pose and Jacobian are among them (may be repeated).",
+)
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 def command(
     model: str,
@@ -48,14 +64,22 @@ def command(
     output: Path,
     json_file: Path | None,
     jacobian: bool,
+    functions: str,
+    frames: tuple[str, ...],
     quiet: bool,
 ) -> None:
     """Derive MODEL and write DIR/<name>.py."""
-    derived = derive_file(find_model(model), as_dict(options, "--option"), jacobian)
+    file, given = find_model(model), as_dict(options, "--option")
+    derived = derive_file(file, given, jacobian)
     output.mkdir(parents=True, exist_ok=True)
     path = claim("the module", output / f"{derived.name}.py")
     _refuse_other_python(path)
     write_text(path, derived.text)
+    if functions or frames:
+        request = robots.requested([name.strip() for name in functions.split(",") if name.strip()], frames)
+        of_robot = claim("the functions for robots", output / f"{derived.name}_robot.py")
+        _refuse_other_python(of_robot)
+        write_text(of_robot, robot_file_text(file, given, request))
     if json_file is not None:
         figures = {
             "operations": derived.operations,
@@ -68,6 +92,8 @@ def command(
     if not quiet:
         for line in _report(derived, path):
             say(line)
+        if functions or frames:
+            say(f"wrote {of_robot} ({', '.join((*request.functions, *request.frames))})")
 
 
 def _refuse_other_python(path: Path) -> None:

@@ -42,7 +42,7 @@ class Derivation:
         self.g = g = Graph()
         self.x: Variables = variables(g, d)
         x, n = self.x, len(d.rates)
-        self.loader = _loader(g, d, x)
+        self.loader = make_loader(g, d, x)
         self.levels = switches.levels(self.loader, d)
         self.scene = Scene(self.loader, d, x)
         self.bodies = self.scene.bodies
@@ -134,7 +134,8 @@ def _gathered(g: Graph, rows: SparseRows) -> SparseRows:
     return [{k: entry for k, entry in row.items() if entry != g.zero} for row in gathered]
 
 
-def _loader(g: Graph, d: Description, x: Variables) -> Loader:
+def make_loader(g: Graph, d: Description, x: Variables) -> Loader:
+    """What loads the expressions of a description that has its rates."""
     symbols = {"t": x.t}
     symbols |= {r.name: node for r, node in zip(d.rates, x.v, strict=True)}
     symbols |= {c.name: node for c, node in zip(d.coordinates, x.q, strict=True)}

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from ..model.description import Body, Constraint, Description, Event, Input, Rate
+from ..model.description import Body, Constraint, Description, Event, Input, Parameter, Rate
 from ..version import __version__
 from .starts import has_formulas
-from .structure import Movement, structure
-from .variables import with_rates
+from .structure import FLAGS, Movement, structure
+from .variables import Variables, with_rates
 
 if TYPE_CHECKING:
     from .derivation import Derivation
@@ -34,12 +34,9 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         "coordinates": [_value(c.name, c.unit, c.start, c.guess) for c in d.coordinates],
         "quaternions": [k for k, _ in derivation.x.quaternions],
         "rates": [_value(r.name, r.unit, r.start, r.guess) for r in rates],
-        "parameters": [
-            {"name": p.name, "unit": p.unit or "", "value": float(p.value), "doc": p.doc}
-            for p in d.parameters
-        ],
+        "parameters": [_parameter(p) for p in d.parameters],
         "inputs": [_input(u) for u in d.inputs],
-        "constants": [{"name": c.name, "unit": c.unit or "", "value": float(c.value)} for c in d.constants],
+        "constants": [_value_alone(c.name, c.unit, c.value) for c in d.constants],
         "constraints": [_constraint(c, d) for c in (*d.constraints, *d.velocity_constraints)],
         "outputs": [{"name": name, "unit": d.units_of_outputs.get(name, "")} for name, _ in d.outputs],
         "events": [_event(e) for e in d.events],
@@ -50,6 +47,33 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         **dependence(derivation.dependent),
         **({"starts": True} if has_formulas(d) else {}),
         **_states(d, rates),
+    }
+
+
+def robot_header(
+    d: Description, x: Variables, source: str, operations: dict[str, int], made: dict[str, list[str]]
+) -> dict[str, Any]:
+    """The `MODEL` dictionary of a module that has functions for robot programs, and not those that runs need."""
+    return {
+        "abi": ABI,
+        "generator": f"symgen {__version__}",
+        "source": source,
+        "name": d.name,
+        "description": d.description,
+        "nq": len(d.coordinates),
+        "nv": len(d.rates),
+        **dict.fromkeys(("nh", "nn", "nw"), 0),
+        "coordinates": [_value(c.name, c.unit, c.start, c.guess) for c in d.coordinates],
+        "quaternions": [k for k, _ in x.quaternions],
+        "rates": [_value(r.name, r.unit, r.start, r.guess) for r in d.rates],
+        "parameters": [_parameter(p) for p in d.parameters],
+        "inputs": [_value_alone(u.name, u.unit, u.default) for u in d.inputs],
+        "constants": [_value_alone(c.name, c.unit, c.value) for c in d.constants],
+        **{key: [] for key in ("constraints", "outputs", "events", "bodies")},
+        "structure": dict.fromkeys(FLAGS, False) | {"conservative": True},
+        "operations": operations,
+        "run": {},
+        "robot": made,
     }
 
 
@@ -97,12 +121,20 @@ def _event(e: Event) -> dict[str, Any]:
 
 
 def _input(u: Input) -> dict[str, Any]:
-    record: dict[str, Any] = {"name": u.name, "unit": u.unit or "", "value": float(u.default)}
+    record = _value_alone(u.name, u.unit, u.default)
     if u.times:
         record["table"] = {"kind": u.kind, "t": list(u.times), "values": list(u.values)}
     if u.polynomial:
         record["polynomial"] = list(u.polynomial)
     return record
+
+
+def _parameter(p: Parameter) -> dict[str, Any]:
+    return _value_alone(p.name, p.unit, p.value) | {"doc": p.doc}
+
+
+def _value_alone(name: str, unit: str | None, value: float) -> dict[str, Any]:
+    return {"name": name, "unit": unit or "", "value": float(value)}
 
 
 def _value(name: str, unit: str | None, enforced: float | None, guess: float) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 from symgen.derive.graph import hoist
 from symgen.derive.graph.graph import Graph
-from symgen.derive.graph.nodes import INPUT, LAM, ON_ARRAYS, PARAM, A, Q, T, V
+from symgen.derive.graph.nodes import INPUT, LAM, ON_ARRAYS, PARAM, VIRTUAL, A, Q, T, V
 
 FEWEST_TERMS = 16  # of a sum that is made in a loop
 _CHEAP = frozenset(
@@ -150,7 +150,7 @@ def _is_cheap(g: Graph, c: Clusters, node: int) -> bool:
 # Where a cluster's number comes from: a vector that the function is given, what it keeps, a solver's array (its node).
 KEPT = "kept"
 HOISTED = "hoisted"
-_VECTORS = {Q: "q", V: "v", A: "a", LAM: "lam", PARAM: "p", INPUT: "u"}
+_VECTORS = {Q: "q", V: "v", A: "a", LAM: "lam", PARAM: "p", INPUT: "u", VIRTUAL: "tau"}
 _COMMUTES = frozenset(("add", "mul"))
 
 

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from .derivation import Derivation
 
 
+FLAGS = (
+    "conservative", "time_dependent", "constant_mass", "diagonal_mass", "velocity_dependent", "separable",
+)  # fmt: skip
 N_TRIALS = 2
 MOST_TRIED = 400  # coordinates; the search costs time and memory as their square
 TOLERANCE = 1e-10  # relative; round-off is 1e-13, the least dependence at random numbers of size 1 far larger

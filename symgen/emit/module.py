@@ -11,7 +11,7 @@ from symgen.runtime.graph.functions import IN_CODE
 
 from ..derive.contacts import SETTINGS
 from ..derive.graph.graph import Graph
-from ..derive.graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
+from ..derive.graph.nodes import INPUT, LAM, PARAM, VIRTUAL, A, Q, T, V
 from ..derive.jumps import ACTION as JUMP
 from ..derive.program import CLOSED_PREFIX, Function, Program, reductions
 from ..derive.program import START as START_VALUES
@@ -187,6 +187,7 @@ def _variable_names(program: Program) -> dict[tuple[int, int], str]:
         V: ("v", head["rates"]),
         A: ("a", head["rates"]),
         LAM: ("lam", head["constraints"]),
+        VIRTUAL: ("tau", head["rates"] if "robot" in head else ()),
         PARAM: ("p", head["parameters"]),
         INPUT: ("u", head["inputs"]),
     }

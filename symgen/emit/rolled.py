@@ -23,7 +23,7 @@ from symgen.derive.rolling import (
 
 from ..derive.graph import hoist
 from ..derive.graph.graph import Graph, depth_first
-from ..derive.graph.nodes import INPUT, LAM, PARAM, A, Q, V
+from ..derive.graph.nodes import INPUT, LAM, PARAM, VIRTUAL, A, Q, V
 from ..derive.program import Function
 from .section import _ATOM, _SUM, LONGEST_INLINE, Section, Shared
 
@@ -280,4 +280,5 @@ class RolledSection(Section):
         head = self.whole.head
         if kind in (PARAM, INPUT):
             return "p", len(head["parameters"]) if kind == INPUT else 0
-        return "y", {Q: 0, V: head["nq"], A: head["nq"] + head["nv"], LAM: head["nq"] + 2 * head["nv"]}[kind]
+        behind = head["nq"] + head["nv"]
+        return "y", {Q: 0, V: head["nq"], A: behind, VIRTUAL: behind, LAM: behind + head["nv"]}[kind]

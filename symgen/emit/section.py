@@ -11,7 +11,7 @@ from symgen.runtime.graph.functions import IN_CODE
 
 from ..derive.graph import hoist
 from ..derive.graph.graph import Graph, depth_first
-from ..derive.graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
+from ..derive.graph.nodes import INPUT, LAM, PARAM, VIRTUAL, A, Q, T, V
 from ..derive.program import RATIO, Function, Part
 from ..derive.solve.dense_solve import FACTOR, TEXT
 
@@ -188,7 +188,8 @@ class Section:
 
     def _place(self, kind: int, index: int) -> str:
         head = self.whole.head
-        starts = {Q: 0, V: head["nq"], A: head["nq"] + head["nv"], LAM: head["nq"] + 2 * head["nv"]}
+        behind = head["nq"] + head["nv"]  # what robots' functions take in the place of accelerations: forces
+        starts = {Q: 0, V: head["nq"], A: behind, VIRTUAL: behind, LAM: behind + head["nv"]}
         start = starts.get(kind, len(head["parameters"]) if kind == INPUT else 0)
         places = [start + k for k in self._indices(kind, index)]
         return f"{'p' if kind in (PARAM, INPUT) else 'y'}[{self.whole.tables.index(places)}]"

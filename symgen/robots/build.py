@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import fnmatch
 import math
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..errors import ModelError, nearest
-from ..model.joint_types import ANGULAR_VELOCITY, TYPES
 from ..model.model import Model
-from ..model.names import LONGEST_NAME, name_fault
+from .naming import WORLD, Naming, identifier
 from .urdf import Link, Robot, RobotJoint, Vector, read_urdf
 
 BASES = ("fixed", "free")
 EARTH = (0, 0, "-9.81 m/s^2")
-ROOT_JOINT, WORLD = "root", "world"
+ROOT_JOINT = "root"
 _TYPES = {"floating": "free"}
 _INERTIA_KEYS = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 _ROUND_OFF = 1e-9  # of the largest moment: a negative one of this size is not worth a word
@@ -86,13 +83,10 @@ class _Builder:
         make: type[Model],
     ):
         self._robot, self._base, self._motors = robot, base, motors
-        self._patterns = None if expose is None else list(expose)
-        self._matched: set[str] = set()
-        self._taken = {WORLD}  # in lower case
         described = f"Robot {robot.name!r:.60}, from {Path(robot.file).name!r:.60}"
-        self._model = make(
-            _identifier(robot.name), described, gravity=gravity, folder=Path(robot.file).parent
-        )
+        self._model = make(identifier(robot.name), described, gravity=gravity, folder=Path(robot.file).parent)
+        self._naming = Naming(self._model, robot.file, expose)
+        self._name, self._number = self._naming.name, self._naming.number
         self._result = Import(robot, base, self._model)
 
     def build(self) -> Import:
@@ -112,12 +106,7 @@ class _Builder:
         for joint in robot.joints:
             if joint.mimic is not None and joint.name in moving:
                 self._mimic(joint, *joint.mimic)
-        for pattern in self._patterns or ():
-            if pattern not in self._matched:
-                raise ModelError(
-                    f"{pattern[:60]!r} fits no number of the robot", file=robot.file, key="expose",
-                    hint="numbers are LINK.mass, .com_x, .Ixx and the like, JOINT.damping, .friction, .armature",
-                )  # fmt: skip
+        self._naming.check_patterns()
         return result
 
     def _moving(self) -> set[str]:
@@ -135,31 +124,6 @@ class _Builder:
                 found.add(name)
         return found
 
-    def _name(self, source: str, joint_type: str = "") -> str:
-        """A name of the model for one of the file; it is free, and so is what a joint of this name makes."""
-        stem = _identifier(source)
-        name, number = stem, 2
-        while (
-            not self._taken.isdisjoint(made := _made_names(name, joint_type)) or name_fault(name) is not None
-        ):
-            name, number = f"{stem}_{number}", number + 1
-        self._taken |= made
-        return name
-
-    def _number(self, source: str, key: str, value: float, unit: str) -> float | str:
-        """A number of a link or joint: a parameter's name where it is exposed, itself otherwise."""
-        exposed = value != 0
-        if self._patterns is not None:
-            fitting = [p for p in self._patterns if fnmatch.fnmatchcase(f"{source}.{key}", p)]
-            self._matched.update(fitting)
-            exposed = bool(fitting)
-        if not exposed:
-            return value
-        name = self._name(f"{source}_{key}")
-        doc = f"{key} of {source!r:.60}"
-        self._model.parameter(name, value, doc, unit)
-        return name
-
     def _body(self, link: Link) -> None:
         name = self._result.bodies[link.name] = self._name(link.name)
         if not link.mass and not any(link.inertia):
@@ -173,7 +137,7 @@ class _Builder:
         inertia = [
             self._number(link.name, key, x, "kg*m^2") for key, x in zip(_INERTIA_KEYS, tensor, strict=True)
         ]
-        shown = None if not any(tensor) and self._patterns is None else inertia
+        shown = None if not any(tensor) and not self._naming.is_chosen else inertia
         self._model.body(name, mass=mass, com=com, inertia=shown)
 
     def _possible_inertia(self, link: Link) -> tuple[float, ...]:
@@ -245,24 +209,6 @@ class _Builder:
     def _mimic(self, joint: RobotJoint, followed: str, ratio: float, offset: float) -> None:
         first, second = self._result.joints[joint.name], self._result.joints[followed]
         self._model.gear(self._name(f"{first}_mimic"), first, second, ratio, offset)
-
-
-def _identifier(source: str) -> str:
-    """A name that models may have, as near to a given one as can be."""
-    name = re.sub(r"[^A-Za-z0-9_]", "_", source)[: LONGEST_NAME - 20]
-    if not name[:1].isalpha():
-        name = f"n{name}" if name[:1].isdigit() else f"n_{name.lstrip('_')}"
-    return name if name_fault(name) is None else f"{name}_"
-
-
-def _made_names(name: str, joint_type: str) -> set[str]:
-    """A name in lower case, and those of the coordinates and rates that a joint of this name and type has."""
-    made = {name}
-    if joint_type:
-        kind = TYPES[joint_type]
-        made |= {*kind.coordinate_names(name), *(name + suffix for suffix in kind.velocities)}
-        made |= {name + suffix for suffix in ANGULAR_VELOCITY if kind.quaternion}
-    return {one.lower() for one in made}
 
 
 def inertia_in_link(

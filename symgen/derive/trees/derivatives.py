@@ -51,7 +51,7 @@ class Perturbation:
 def add_tree_derivatives(tree: Tree, rows: SparseRows) -> None:
     """Add the derivatives of M a + h of a tree on the world by (q, v) to rows of derivatives, one row for each rate."""
     g, x = tree.g, tree.x
-    by_rate = _derivatives(tree)
+    by_rate = derivatives_along_rates(tree, x.a)
     for i, (by_q, by_v) in by_rate.items():
         along = [by_q.get(k, g.zero) for k in range(len(x.v))]
         for k, entry in enumerate(
@@ -61,11 +61,11 @@ def add_tree_derivatives(tree: Tree, rows: SparseRows) -> None:
                 rows[i][k] = g.add(rows[i].get(k, g.zero), entry)
 
 
-def _derivatives(tree: Tree) -> dict[int, tuple[dict[int, int], dict[int, int]]]:
-    """Per rate: derivatives of its generalised force along the rates' directions, and by the rates."""
+def derivatives_along_rates(tree: Tree, dv: list[int]) -> dict[int, tuple[dict[int, int], dict[int, int]]]:
+    """Per rate, with accelerations dv/dt: derivatives of its force along the rates' directions, and by the rates."""
     g = tree.g
-    stirred, wrenches = _stirred(tree), tree.wrenches(tree.x.a)
-    perturbed = {k: _perturbations(tree, k) for k in tree.moving()}
+    stirred, wrenches = _stirred(tree), tree.wrenches(dv)
+    perturbed = {k: _perturbations(tree, k, dv) for k in tree.moving()}
     double_velocities = {k: _double_velocities(tree, k) for k in tree.moving()}
     result = {rate: ({}, {}) for k in tree.moving() for rate in tree.links[k].rates}
     for k in tree.moving():
@@ -141,9 +141,9 @@ def _shifted(g: Graph, body: Stirred, r: Vector, double_velocity: Vector) -> Sti
     return Stirred(body.inertia.shifted(g, r), momenta, momentum)
 
 
-def _perturbations(tree: Tree, k: int) -> list[tuple[Perturbation, Perturbation]]:
+def _perturbations(tree: Tree, k: int, dv: list[int]) -> list[tuple[Perturbation, Perturbation]]:
     """For each rate of a link: what a unit of its coordinate adds to the motion, and what a unit of the rate adds."""
-    g, link, motion = tree.g, tree.links[k], tree.motion(tree.x.a)
+    g, link, motion = tree.g, tree.links[k], tree.motion(dv)
     omega, carried = tree.spin[k], tree.carried_spin[k]
     slid, slide_velocity = [g.zero, g.zero, link.slide], _double_velocities(tree, k)[0]
 

@@ -90,14 +90,14 @@ def carry_inertia(g: Graph, links: list[Link]) -> None:
     for link in reversed(links):
         if link.parent < 0:
             continue
-        carried = _unmoved(g, link)
+        carried = unmoved(g, link)
         link.inertia = link.inertia.minus(g, carried)
         links[link.parent].inertia = links[link.parent].inertia.plus(
             g, carried.turned(link.turn.constant).shifted(g, link.offset)
         )
 
 
-def _unmoved(g: Graph, link: Link) -> Inertia:
+def unmoved(g: Graph, link: Link) -> Inertia:
     """The part of a link's inertia that its joint's motion leaves as it is, seen from the parent."""
     own, nothing = link.inertia, zeros(g)
     yy = own.tensor[1][1]
@@ -427,7 +427,7 @@ class _Gatherer:
         rpy = [self._constant(x, f"joints.{joint.name}", "origin") for x in joint.rpy]
         link = parent.link
         origin = plus(g, parent.origin, times(g, parent.rotation, xyz))
-        rotation = self._snapped(product(g, parent.rotation, _roll_pitch_yaw(g, rpy)))
+        rotation = self._snapped(product(g, parent.rotation, roll_pitch_yaw(g, rpy)))
         q = [self.coordinate[name] for name in joint.coordinates]
         v = [self.rate[name] for name in joint.rates]
         advance = None
@@ -563,7 +563,7 @@ class _Gatherer:
         return self.g.zero if value is not None and abs(value) <= NEGLIGIBLE * length else node
 
 
-def _roll_pitch_yaw(g, rpy: Vector) -> Matrix:
+def roll_pitch_yaw(g, rpy: Vector) -> Matrix:
     """URDF's rotation Rz(yaw) Ry(pitch) Rx(roll), applied from the left as turns about fixed axes."""
     roll, pitch, yaw = rpy
     matrix = identity(g)
