@@ -26,6 +26,7 @@ _NAME = re.compile(
 _NAMES_OF_ROBOTS = re.compile(
     r"[A-Za-z][A-Za-z0-9_]{0,199}(\.[A-Za-z]{1,3})?", re.ASCII
 )  # base parameters: `q1.Izz`
+_COLOUR = re.compile(r"#[0-9a-f]{6}", re.ASCII)
 _TEXTS = ("generator", "source", "name", "description")
 _FLAGS = (
     "conservative",
@@ -86,6 +87,9 @@ def check_header(header: Any) -> None:
     for index, record in enumerate(header["constraints"]):
         if "multiplier" in record:
             _get(record, "multiplier", str, f"constraints[{index}]")
+    for index, body in enumerate(header["bodies"]):
+        if "color" in body and not _COLOUR.fullmatch(_get(body, "color", str, f"bodies[{index}]")):
+            raise HeaderFault(f"bodies[{index}]['color'] is {body['color']!r:.60}, expected '#rrggbb'")
     for flag in _FLAGS:
         _get(_get(header, "structure", dict, ""), flag, bool, "structure")
     for name in _get(header, "operations", dict, ""):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,8 @@ from symgen.runtime.errors import RuntimeModelError
 
 from .solids import Surface, surfaces
 
+_LARGEST_MESH = 64 << 20  # bytes: a recording takes it along
+_PAINTED = (".glb", ".gltf", ".dae")  # these say what colours they have
 MESH_SUFFIXES = (".stl", ".obj", ".glb", ".gltf", ".dae")
 _POINT_RADIUS = 0.025  # of a body without shape and without rotation, in units of the scene's diagonal
 _BLOCK = (0.09, 0.055, 0.035)  # edges of a body without shape that turns, likewise
@@ -35,6 +38,8 @@ class Primitive:
         The axis of a cylinder or capsule is body x (planar models), else body z.
     mesh : Path, optional
         The mesh's file.
+    painted : bool
+        The mesh has colours of its own.
     ends : ndarray, shape (n, 2, 3) [m], optional
         Of bars, in body axes.
     surfaces : tuple of Surface
@@ -45,6 +50,7 @@ class Primitive:
     sizes: tuple[float, ...]
     along_x: bool
     mesh: Path | None = None
+    painted: bool = False
     ends: np.ndarray | None = None
     surfaces: tuple[Surface, ...] = ()
 
@@ -204,7 +210,9 @@ def primitives(
         own = tuple(float(s) for s in sizes[offset : offset + body["sizes"]])
         offset += body["sizes"]
         if body["shape"] == "mesh":
-            result.append(Primitive("mesh", own, body["planar"], _mesh_file(body, mesh_folder)))
+            file = _mesh_file(body, mesh_folder)
+            painted = file.suffix.lower() in _PAINTED and "color" not in body
+            result.append(Primitive("mesh", own, body["planar"], file, painted))
         elif body["shape"] == "solids":
             made = tuple(surfaces(body["parts"], np.array(own)))
             result.append(Primitive("solids", (), body["planar"], surfaces=made))
@@ -222,6 +230,16 @@ def primitives(
     return result
 
 
+def _names_other_files(file: Path, where: str) -> bool:
+    """Whether a glTF file has data elsewhere than in itself."""
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        parts = [part for key in ("buffers", "images") for part in content.get(key, ())]
+        return any(not part.get("uri", "data:").startswith("data:") for part in parts)
+    except (ValueError, AttributeError, TypeError, RecursionError) as error:
+        raise RuntimeModelError(f"{where}: is no glTF file ({error}); save it anew") from error
+
+
 def _mesh_file(body: dict, folder: Path | None) -> Path:
     where = f"body {body['name']!r}, shape mesh {body['mesh']!r}"
     if folder is None:
@@ -237,4 +255,12 @@ def _mesh_file(body: dict, folder: Path | None) -> Path:
         raise RuntimeModelError(f"{where}: there is no file {file}; correct the name in the model")
     if file.suffix.lower() not in MESH_SUFFIXES:
         raise RuntimeModelError(f"{where}: must be one of {', '.join(MESH_SUFFIXES)}; convert it")
+    if file.stat().st_size > _LARGEST_MESH:
+        raise RuntimeModelError(
+            f"{where}: has {file.stat().st_size >> 20} MiB, and the most are 64; simplify it"
+        )
+    if file.suffix.lower() == ".gltf" and _names_other_files(file, where):
+        raise RuntimeModelError(
+            f"{where}: names other files, which a recording does not take along; save it as .glb, which has all in it"
+        )
     return file

@@ -35,7 +35,8 @@ _FAR_AWAY = 200.0  # half heights of the view from which plane models are seen: 
 _ASPECT = 1.1  # of the width of the scene's view to its height
 _MARGIN = 1.1
 _SLANT = np.array([0.62, -0.68, 0.38]) / np.linalg.norm([0.62, -0.68, 0.38])
-_TRAVELS = 3.0  # scenes move on when their middle moves farther than this many times what is in view at once
+_TRAVELS = 8.0  # scenes move on when their middle goes farther than this many times what is in view at once,
+_ASTRAY = 6.0  # on a way that is not many times longer: what goes to and fro stays
 _PALE = 200
 _RODS = ("capsule", "cylinder")
 
@@ -322,7 +323,17 @@ def choose_trails(bodies: list[dict]) -> tuple[tuple[str, bool], ...]:
 
 
 def choose_colours(bodies: list[dict]) -> list[tuple[int, int, int]]:
-    """Return a colour for each body; rods that pair with the other bodies have a paler tone of theirs."""
+    """Return a colour for each body: its own, or of the palette; rods that pair with others have a paler tone."""
+    chosen = _from_palette(bodies)
+    return [_own_colour(body) or colour for body, colour in zip(bodies, chosen)]
+
+
+def _own_colour(body: dict) -> tuple[int, int, int] | None:
+    text = body.get("color", "")
+    return tuple(int(text[k : k + 2], 16) for k in (1, 3, 5)) if text else None
+
+
+def _from_palette(bodies: list[dict]) -> list[tuple[int, int, int]]:
     rods = [i for i, body in enumerate(bodies) if body["shape"] in _RODS]
     others = [i for i, body in enumerate(bodies) if body["shape"] not in _RODS]
     if len(rods) != len(others):
@@ -378,8 +389,9 @@ def follow(middles: np.ndarray, in_view: np.ndarray) -> np.ndarray | None:
     """
     if not len(middles) or not np.isfinite(middles).all():
         return None
-    moved = middles - middles[0]
-    goes_on = np.ptp(middles, axis=0) > _TRAVELS * max(float(in_view.max()), 1e-12)
+    moved, far = middles - middles[0], np.ptp(middles, axis=0)
+    way = np.abs(np.diff(middles, axis=0)).sum(axis=0)
+    goes_on = (far > _TRAVELS * max(float(in_view.max()), 1e-12)) & (way <= _ASTRAY * far)
     return np.where(goes_on, moved, 0.0) if goes_on.any() else None
 
 

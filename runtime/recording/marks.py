@@ -84,7 +84,9 @@ _BALL = 1.15
 _AXIS, _AXIS_OF_ROD = 0.09, 2.5  # half the length of a joint's axis
 _POINT = 0.006
 _LINK = 0.006
-_GROUND, _RAIL = 0.08, 0.025  # a support; how deep a rail's hatching is
+GROUND_SIZE, _RAIL = 0.08, 0.025  # a support; how deep a rail's hatching is
+_WIDER = 1.5  # a support in space than the body that stands on it
+_POST = 4.0  # a support reaches down to the ground from so many times its size
 _SPRING, _SLENDER = 0.03, 0.16  # radius of a spring, but at most so much of its length
 _GEAR, _MODULE = 0.008, 0.008  # half the width of a gear, half the depth of its teeth
 _CEILING = -0.02  # a mechanism whose middle is this much below a support hangs from it
@@ -103,7 +105,7 @@ class Surroundings:
         Of the bodies; by how much each is drawn above the plane [m].
     positions, rotations : ndarray, shape (bodies, 3) [m], (bodies, 3, 3)
     middle : ndarray, shape (3,) [m]
-        Of the bodies in the first frames.
+        Of the bodies at the start.
     diagonal : float [m]
         Of the scene.
     """
@@ -133,7 +135,7 @@ class Surroundings:
         """Return those of the first of some frames: positions, shape (n, bodies, 3), rotations (n, bodies, 3, 3)."""
         n, index = len(names), {name: i for i, name in enumerate(names)}
         colours, lifts = colours or [schema.MARK_COLOURS["gear"]] * n, lifts or [0.0] * n
-        middle = positions.mean(axis=(0, 1))
+        middle = positions[0].mean(axis=0)
         return cls(planar, index, primitives, colours, lifts, positions[0], rotations[0], middle, diagonal)
 
     @property
@@ -152,6 +154,16 @@ class Surroundings:
         """Return the primitive of a body that is drawn as a rod."""
         primitive = self.primitives[self.index[body]] if body else None
         return primitive if primitive is not None and primitive.is_rod else None
+
+    def width_at(self, place: np.ndarray) -> float:
+        """Return the radius of the rods that a place in space is in [m]."""
+        found = 0.0
+        for primitive, position, rotation in zip(self.primitives, self.positions, self.rotations):
+            core, thickness = primitive.half_box()
+            away = np.abs(rotation.T @ (place - position))
+            if primitive.is_rod and (away <= core + 1.001 * thickness).all():
+                found = max(found, thickness)
+        return found
 
     def thickness_at(self, place: np.ndarray) -> float:
         """Return how far the rods at a place of a planar mechanism stand out of the plane [m].
@@ -175,7 +187,7 @@ def reach_of(mark: Mark, numbers: np.ndarray, around: Surroundings) -> float:
     """Return how far the symbol of a mark reaches from its place [m]; 0 for those that reach no farther than bodies."""
     if mark.kind == "gear":
         return float(numbers[6]) if _fits(numbers[6], around) else 0.0
-    return _GROUND * around.diagonal if mark.kind == "ground" and not mark.moves else 0.0
+    return GROUND_SIZE * around.diagonal if mark.kind == "ground" and not mark.moves else 0.0
 
 
 def draw(writer: MarkWriter, mark: Mark, numbers: np.ndarray, around: Surroundings) -> None:
@@ -195,10 +207,7 @@ def draw(writer: MarkWriter, mark: Mark, numbers: np.ndarray, around: Surroundin
         case "spring" | "damper" | "link" | "rail":
             _stretched(writer, mark, numbers, around)
         case "ground":
-            up = 1 if around.planar else 2
-            hangs = around.middle[up] - numbers[up] < _CEILING * around.diagonal
-            size = _GROUND * around.diagonal
-            writer.lines(mark.path, symbols.support(place, size, around.planar, hangs), colour)
+            _ground(writer, mark, place, around)
         case "gear":
             _gear(writer, mark, numbers, around)
         case "point":
@@ -209,6 +218,25 @@ def draw(writer: MarkWriter, mark: Mark, numbers: np.ndarray, around: Surroundin
             writer.ball(mark.path, place, radius, colour, mark.body)
         case "pin" | "slide":
             _hinge(writer, mark, place, numbers[3:], around)
+
+
+def hangs_from(place: np.ndarray, middle: np.ndarray, planar: bool, diagonal: float) -> bool:
+    """Return whether a mechanism with this middle hangs from a place, shape (3,) each [m], and does not stand on it."""
+    up = 1 if planar else 2
+    return bool(middle[up] - place[up] < _CEILING * diagonal)
+
+
+def _ground(writer: MarkWriter, mark: Mark, place: np.ndarray, around: Surroundings) -> None:
+    """Draw a support; one in space that stands a little above z = 0 reaches down to there."""
+    hangs = hangs_from(place, around.middle, around.planar, around.diagonal)
+    size, depth = GROUND_SIZE * around.diagonal, None
+    if not around.planar:
+        size = max(size, _WIDER * around.width_at(place) / symbols.SUPPORT_HALF)
+        if not hangs and 0.0 < place[2] < _POST * size:
+            depth = float(place[2])
+    writer.lines(
+        mark.path, symbols.support(place, size, around.planar, hangs, depth), schema.MARK_COLOURS["ground"]
+    )
 
 
 def _stretched(writer: MarkWriter, mark: Mark, numbers: np.ndarray, around: Surroundings) -> None:
@@ -319,6 +347,11 @@ class Marks:
         return any(FOLDERS[mark.kind] == schema.GROUND for mark in self._marks)
 
     @property
+    def held(self) -> bool:
+        """Whether the mechanism has a support."""
+        return any(mark.kind == "ground" for mark in self._marks)
+
+    @property
     def folders(self) -> dict[str, bool]:
         """The entity folders that there are, and whether each is shown at first."""
         found = {FOLDERS[mark.kind]: FOLDERS[mark.kind] != schema.REACTIONS for mark in self._marks}
@@ -347,7 +380,8 @@ class Marks:
         self._around = around
         for mark in self._marks:
             numbers = self._start[mark.columns]
-            self._widen_around(around.in_world(mark.body, numbers[:3]), reach_of(mark, numbers, around))
+            if reach := reach_of(mark, numbers, around):
+                self.widen(around.in_world(mark.body, numbers[:3]), reach)
             if mark.kind in ARROWS:
                 writer.arrow_style(mark.path, schema.MARK_COLOURS[mark.kind])
             elif mark.kind != "bar":
@@ -418,10 +452,10 @@ class Marks:
                     mark.path, _LONGEST_ARROW * self._around.diagonal / largest if largest > 0.0 else 1.0
                 )
 
-    def _widen_around(self, place: np.ndarray, reach: float) -> None:
-        if reach > 0.0:
-            place, sides = self._axes @ place, np.array([reach, reach, 0.0 if self._planar else reach])
-            self.low, self.high = np.minimum(self.low, place - sides), np.maximum(self.high, place + sides)
+    def widen(self, place: np.ndarray, reach: float) -> None:
+        """Take a place, shape (3,) [m], and what is within reach of it [m] into the box."""
+        place, sides = self._axes @ place, np.array([reach, reach, 0.0 if self._planar else reach])
+        self.low, self.high = np.minimum(self.low, place - sides), np.maximum(self.high, place + sides)
 
     def _widen(self, rows: np.ndarray) -> None:
         """Take the places of marks that belong to no body into the box."""

@@ -20,9 +20,10 @@ from symgen.runtime.exchange import Exchange
 from symgen.runtime.lazy import Late
 from symgen.runtime.recording import geometry, layout, schema
 from symgen.runtime.recording.layout import plot_rows
-from symgen.runtime.recording.marks import Marks, Surroundings
+from symgen.runtime.recording.marks import GROUND_SIZE, Marks, Surroundings
 from symgen.runtime.recording.recording import Quantities, Settings
 from symgen.runtime.recording.rrd.write import RERUN_VERSION, RrdWriter
+from symgen.runtime.recording.tethers import TetherWriter, is_held, tethers
 
 if TYPE_CHECKING:
     from symgen.runtime.recording.rrd.write import MarkWriter
@@ -31,12 +32,14 @@ mark_writer = Late("symgen.runtime.recording.rrd.write")
 recorded = Late("symgen.runtime.inputs.recorded")
 
 
+_ROOM, _ROOM_OF_ONE = 0.15, 1.0  # around bodies that are followed, of their size: to see where they go
+_MOST_LABELS = 60
 _TRAIL_PART = 0.15  # of the run's time is what a trail shows, but
 _FRAMES_FOR_BOX = 100  # of a chunk are enough to place the camera
 _CROSS = 0.03  # arms of the mark at the origin, of the scene's diagonal
 _LAYER, _MOST_LAYERS = (
     0.002,
-    20,
+    200,
 )  # by how much a planar body is drawn above the one before, of the scene's diagonal
 _TRAIL_LONGEST = 1.5  # seconds of playback at most
 
@@ -62,6 +65,8 @@ class Scene:
         self._colours = layout.choose_colours(self._bodies)
         self._marks = Marks(header if self._bodies else {}, of, self.planar)
         self._primitives: list[geometry.Primitive] = []
+        self._tethers: TetherWriter | None = None
+        self._is_held = False
         self._diagonal = 1.0
         # Of some frames the boxes around all bodies, along the axes of the eye; where these frames are among all.
         self._boxes: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
@@ -85,15 +90,23 @@ class Scene:
         if self._marks:
             self._marks.prepare(t, y)
             low, high = np.minimum(low, self._marks.low), np.maximum(high, self._marks.high)
+        rods = tethers(self._of, float(t[0]), y[0], tuple(self._marks.bars()))
+        for rod in rods:
+            self._marks.widen(rod.place, 0.0)
+        low, high = np.minimum(low, self._marks.low), np.maximum(high, self._marks.high)
         diagonal = geometry.diagonal_of(*geometry.scene_box(low, high))
         self._diagonal = diagonal
+        for rod in rods:
+            self._marks.widen(rod.place, GROUND_SIZE * diagonal if rod.anchor < 0 else 0.0)
         self._primitives = geometry.primitives(
             self._bodies, sizes, rotations, diagonal, self._mesh_folder, self._marks.bars()
         )
+        names = [body["name"] for body in self._bodies]
+        self._tethers = TetherWriter(rods, names, self.planar, diagonal) if rods else None
+        self._is_held = is_held(rods) or self._marks.held
         # Bodies of planar models lie on each other, and would flicker where they overlap.
         n_layers = _MOST_LAYERS if self.planar else 0
         lifts = [i * _LAYER * diagonal if i < n_layers else 0.0 for i in range(len(self._bodies))]
-        names = [body["name"] for body in self._bodies]
         drawn = (names, self._primitives, positions, rotations, diagonal, self.planar)
         self._lifts, self._around = lifts, Surroundings.of_bodies(*drawn, self._colours, lifts)
         self._last_position = positions[0]
@@ -104,17 +117,21 @@ class Scene:
         for name, i in index.items():
             lift = 0.0 if i in self._stretching else self._lifts[i]
             writer.body(name, self._primitives[i], self._colours[i], lift)
+            if len(index) <= _MOST_LABELS:
+                writer.label(name, self._lifts[i] + self._primitives[i].half_thickness())
         for name, _ in self._trails:
             writer.trail_style(name, self._colours[index[name]])
-        if self._marks or self._stretching:
+        if self._marks or self._stretching or self._tethers:
             self._mark_writer = self._opened(writer)
-        if self._bodies and not self._marks.grounded:
+        if self._bodies and not self._marks.grounded and not self._tethers:
             writer.origin(_CROSS * self._diagonal)
 
     def _opened(self, writer: RrdWriter) -> MarkWriter:
         marks = mark_writer.MarkWriter(writer)
         if self._marks:
             self._marks.open(marks, self._around)
+        if self._tethers:
+            self._tethers.open(marks, self._around.positions)
         return marks
 
     def frames(self, writer: RrdWriter, t: np.ndarray, y: np.ndarray, multipliers: np.ndarray) -> None:
@@ -139,6 +156,8 @@ class Scene:
                 writer.trail(body["name"], np.stack([path[:-1, i], path[1:, i]], axis=1))
         if self._stretching:
             self._stretch(t, y)
+        if self._tethers:
+            self._tethers.frames(self._mark_writer, positions)
         if self._marks:
             self._marks.frames(self._mark_writer, t, y, positions, rotations, multipliers)
 
@@ -164,10 +183,13 @@ class Scene:
             return None, 1.0
         low, high, frames = (np.concatenate(part) for part in zip(*self._boxes))
         middles = np.concatenate(self._middles).astype(float)
-        path = layout.follow(middles, np.median(high - low, axis=0)) if done else None
+        may_follow = done and not self._is_held and any(body["shape"] for body in self._bodies)
+        path = layout.follow(middles, np.median(high - low, axis=0)) if may_follow else None
         if path is not None:
             moved = path[frames] @ self._axes.T
             low, high = (low - moved).min(axis=0), (high - moved).max(axis=0)
+            room = (_ROOM if len(self._bodies) > 1 else _ROOM_OF_ONE) * (high - low)
+            low, high = low - room, high + room
         else:
             low, high = geometry.scene_box(low.min(axis=0), high.max(axis=0))
             low, high = np.minimum(low, self._marks.low), np.maximum(high, self._marks.high)
@@ -184,7 +206,7 @@ class Scene:
             times=np.concatenate([np.zeros(0), *self._times]),
             grid=layout.round_down(diagonal / 8),
             trails=self._trails,
-            folders=tuple(self._marks.folders.items()),
+            folders=((schema.LABELS, False), *self._marks.folders.items()),
             trail_seconds=min(_TRAIL_PART * seconds, _TRAIL_LONGEST * speed),
             rows=rows,
             speed=speed,

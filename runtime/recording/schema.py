@@ -23,6 +23,7 @@ SIM_TIME = "sim_time"  # timeline: simulated time, rounded to nanoseconds; the e
 WORLD = "world"
 BODIES = "world/bodies"
 TRAILS = "world/trails"
+LABELS = "world/labels"
 ORIGIN = "world/origin"
 EYE = "world/eye/fixed"
 FOLLOWING_EYE = "world/eye/following"

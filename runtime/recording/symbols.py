@@ -14,6 +14,7 @@ _TURNS, _PER_TURN = 7, 20  # of a spring; points of each turn
 _STRAIGHT = 0.1  # of a spring's length at either end
 _ROUND = 24  # corners of a circle
 _HATCHES = 6
+SUPPORT_HALF = 0.55  # half the width of a support, of its size
 _DASH = (0.16, 0.03, 0.02, 0.03)  # of a centre line: dash, gap, dot, gap; of its length
 
 
@@ -84,7 +85,7 @@ def rail(depth: float, spacing: float) -> Lines:
     return [np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), *hatches]
 
 
-def support(place: np.ndarray, size: float, planar: bool, above: bool) -> Lines:
+def support(place: np.ndarray, size: float, planar: bool, above: bool, depth: float | None = None) -> Lines:
     """Return the support of a joint on the ground.
 
     Parameters
@@ -96,9 +97,11 @@ def support(place: np.ndarray, size: float, planar: bool, above: bool) -> Lines:
         A triangle on a hatched line in the x-y plane; else a pyramid on a hatched square, with z up.
     above : bool
         The ground is above the joint: a ceiling.
+    depth : float, optional [m]
+        How far below the joint the ground is, if that is known.
     """
     side = -1.0 if above else 1.0
-    base, half = -0.8 * size, 0.55 * size
+    base, half = -(depth or 0.8 * size), SUPPORT_HALF * size
     if planar:
         hatches = np.linspace(-1.0, 1.0, _HATCHES)
         lines = [np.array([[-half, base], [0.0, 0.0], [half, base]])]

@@ -14,6 +14,7 @@ from symgen.runtime.batches import evaluate
 from symgen.runtime.recording import geometry, schema
 from symgen.runtime.recording.marks import Marks, Surroundings
 from symgen.runtime.recording.recording import Quantities
+from symgen.runtime.recording.tethers import TetherWriter, tethers
 from symgen.runtime.report.svg import N_COLOURS
 
 if TYPE_CHECKING:
@@ -91,6 +92,13 @@ def mark_lines(marks: Marks, around: Surroundings, t: np.ndarray, y: np.ndarray)
     return collector.collected()
 
 
+def _tether_lines(writer: TetherWriter, around: Surroundings, positions: np.ndarray) -> list[np.ndarray]:
+    collector = LineCollector(around)
+    writer.open(collector, positions[0])
+    writer.frames(collector, positions[:1])
+    return collector.collected()
+
+
 def _circle(centre: np.ndarray, axis: np.ndarray, radius: float) -> list[np.ndarray]:
     """A circle about an axis along z; none about others, of which the side is seen."""
     if abs(axis[2]) < 0.99 * np.linalg.norm(axis):
@@ -108,6 +116,7 @@ def _matrix(quaternion: np.ndarray) -> np.ndarray:
 
 _WIDTH, _HIGHEST = 640.0, 420.0
 _MARGIN = 30.0
+_ROOM = 2.5  # around a single body, of its size
 _MOST_BODIES, _MOST_NAMES = 400, 12
 _ROUND = 24  # corners of a circle in space
 _CROSS = 7.0
@@ -142,19 +151,25 @@ def drawing(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
     sizes = evaluate(system, "shapes", p, times, states)[0]
     # Meshes lie in files of their own: a body stands for each.
     bodies = [{**body, "shape": None if body["shape"] == "mesh" else body["shape"]} for body in system.bodies]
-    around = geometry.scene_box(positions.min(axis=(0, 1)), positions.max(axis=(0, 1)))
-    diagonal, planar = geometry.diagonal_of(*around), all(body["planar"] for body in bodies)
+    planar = all(body["planar"] for body in bodies)
     marks = Marks(system.source.header, Quantities(system, p), planar)
     if marks:
         marks.prepare(times, states)
+    rods = tethers(Quantities(system, p), t, states[0], tuple(marks.bars()))
+    ends = np.concatenate([positions[0], *(rod.place[None] for rod in rods)])
+    diagonal = geometry.diagonal_of(*geometry.scene_box(ends.min(axis=0), ends.max(axis=0)))
     shapes = geometry.primitives(bodies, sizes, rotations, diagonal, None, marks.bars())
     names = [body["name"] for body in bodies]
     around = Surroundings.of_bodies(names, shapes, positions, rotations, diagonal, planar)
-    lines = mark_lines(marks, around, times, states) if marks else []
+    lines = [
+        *(mark_lines(marks, around, times, states) if marks else []),
+        *_tether_lines(TetherWriter(rods, names, planar, diagonal), around, positions),
+    ]
     view = _PLANAR if planar else _ISOMETRIC
     outlines = [_outlines(shape, positions[0, i], rotations[0, i], view) for i, shape in enumerate(shapes)]
     drawn = [line @ view[:2].T for line in lines]
-    return _picture(names, outlines, positions[0] @ view.T, drawn)
+    colours = [body.get("color", "") for body in bodies]
+    return _picture(names, colours, outlines, positions[0] @ view.T, drawn)
 
 
 Outline = tuple[
@@ -215,12 +230,18 @@ def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
 
 
 def _picture(
-    names: list[str], outlines: list[list[Outline]], centres: np.ndarray, lines: list[np.ndarray]
+    names: list[str],
+    colours: list[str],
+    outlines: list[list[Outline]],
+    centres: np.ndarray,
+    lines: list[np.ndarray],
 ) -> str:
     seen = [*(outline for body in outlines for outline in body), *((line, 0.0) for line in lines)]
     low = np.min([corners.min(axis=0) - thick for corners, thick in seen], axis=0)
     high = np.max([corners.max(axis=0) + thick for corners, thick in seen], axis=0)
     low, high = (corner[:2] for corner in geometry.scene_box(np.append(low, 0.0), np.append(high, 0.0)))
+    if len(seen) == 1 and not np.ptp(seen[0][0], axis=0).any():  # a ball with nothing beside it
+        low, high = low - _ROOM * (high - low), high + _ROOM * (high - low)
     extent = np.maximum(high - low, 1e-3 * np.max(high - low))
     extent = np.where(extent > 0.0, extent, 1.0)
     scale = float(min((_WIDTH - 2 * _MARGIN) / extent[0], (_HIGHEST - 2 * _MARGIN) / extent[1]))
@@ -237,7 +258,7 @@ def _picture(
             f'<path class="origin" d="M{x - _CROSS:.1f} {y:.1f}h{2 * _CROSS}M{x:.1f} {y - _CROSS:.1f}v{2 * _CROSS}"/>'
         )
     for i in np.argsort(centres[:, 2], kind="stable"):
-        parts += [_body(place(corners), scale * thick, i) for corners, thick in outlines[i]]
+        parts += [_body(place(corners), scale * thick, i, colours[i]) for corners, thick in outlines[i]]
     if lines:
         path = "".join("M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in place(line)) for line in lines)
         parts.append(f'<path class="mark" style="{_MARK}" d="{path}"/>')
@@ -251,12 +272,15 @@ def _picture(
     )
 
 
-def _body(corners: np.ndarray, thick: float, index: int) -> str:
+def _body(corners: np.ndarray, thick: float, index: int, own_colour: str) -> str:
     colour = f"c{index % N_COLOURS}"
+    style = f"stroke:{own_colour}" if own_colour else ""
+    filled = f' style="{style};fill:{own_colour}"' if style else ""
     if thick > 0.0 and np.abs(corners - corners[0]).max() < 0.05:
         x, y = corners[0]
-        return f'<circle class="body {colour}" cx="{x:.1f}" cy="{y:.1f}" r="{max(thick, 1.0):.1f}"/>'
+        return f'<circle class="body {colour}"{filled} cx="{x:.1f}" cy="{y:.1f}" r="{max(thick, 1.0):.1f}"/>'
     path = "L".join(f"{x:.1f} {y:.1f}" for x, y in corners)
     if thick > 0.0 or len(corners) < 3:
-        return f'<path class="bar {colour}" style="stroke-width:{max(2 * thick, 2.0):.1f}" d="M{path}"/>'
-    return f'<path class="body {colour}" d="M{path}Z"/>'
+        width = ";".join(filter(None, (style, f"stroke-width:{max(2 * thick, 2.0):.1f}")))
+        return f'<path class="bar {colour}" style="{width}" d="M{path}"/>'
+    return f'<path class="body {colour}"{filled} d="M{path}Z"/>'

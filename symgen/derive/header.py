@@ -106,6 +106,8 @@ def _body(b: Body, movement: Movement) -> dict[str, Any]:
     }
     if shape and shape.parts:
         record["parts"] = list(shape.parts)
+    if b.color:
+        record["color"] = b.color
     return record | {"stretches": True} if shape and movement.of(shape.sizes) else record
 
 

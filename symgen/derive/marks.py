@@ -111,11 +111,13 @@ class _Finder:
         return TYPES[j.type].holds and not turns_freely
 
     def bars(self) -> Iterator[Mark]:
-        """Bars between the joints and named points of bodies that have no shape."""
+        """Bars of bodies without shape: between joints and named points, or from a lone one to the centre of mass."""
         for p in self.d.points:
             self.pin(p.body, tuple(p.at))
         for body in self.d.bodies:
             places = list(dict.fromkeys(self.pins.get(body.name, ())))
+            if len(places) == 1 and places[0] != ZERO:  # to the centre of mass
+                places.append(ZERO)
             if body.shape is None and len(places) > 1:
                 for k, place in enumerate(places[1:], 1):
                     name = body.name if len(places) == 2 else f"{body.name}_{k}"

@@ -150,7 +150,7 @@ class Body:
     3 components. `inertia` has 0, 1 (planar), 3 or 6 entries (Ixx, Iyy, Izz, Ixy, Ixz, Iyz: elements of the
     tensor about the centre of mass, in body axes).
     `angle` orients a planar body; `rotation` is a sequence of (axis, angle), successive and body-fixed. Where `solids`
-    have a density, mass and inertia are theirs, and so is `com` where `centred` says so.
+    have a density, mass and inertia are theirs, and so is `com` where `centred` says so. `color` is `#rrggbb` or empty.
     """
 
     name: str
@@ -162,6 +162,7 @@ class Body:
     shape: Shape | None = None
     solids: tuple[Solid, ...] = ()
     centred: bool = False
+    color: str = ""
 
     @property
     def planar(self) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError, nearest
+from .colours import without_colour
 from .declared import Declared
 from .description import Body, Drawing, Event, Load, Reset, Shape, Solid
 from .functions import dot
@@ -46,6 +47,7 @@ def make_body(
     placed = _given(com)
     position = _expressions(model, com, table, "com", (2, 3)) if placed else ()
     drawn, solids = None, ()
+    shape, color = without_colour(shape, sources, table)
     if density is None and _is_drawn_alone(shape):
         drawn = None if shape is None else _shape(model, table, shape)
     elif isinstance(shape, Mapping) and list(shape) == ["mesh"]:
@@ -77,6 +79,7 @@ def make_body(
         rotation=_rotation(model, table, rotation),
         shape=drawn,
         solids=solids,
+        color=color,
     )
     if made is None:
         return body

@@ -20,7 +20,7 @@ from .evaluate import cross_product as cross
 from .joints import direction
 from .orientation import Expressions, Matrix, roll_pitch_yaw, rotation
 
-SHAPE_KEYS = ("axis", "rpy", "offset", "density", "cut")
+SHAPE_KEYS = ("axis", "rpy", "offset", "density", "cut", "color")
 
 
 @dataclass(frozen=True)

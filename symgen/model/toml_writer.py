@@ -165,9 +165,14 @@ class _Writer:
         if body.shape is not None:
             kind = body.shape.kind
             sizes = self.array(table, f"shape.{kind}", body.shape.sizes)
-            lines.append(f"shape = {{ {kind} = {_quoted(body.shape.mesh) if kind == 'mesh' else sizes} }}")
+            color = f", color = {_quoted(body.color)}" if body.color else ""
+            lines.append(
+                f"shape = {{ {kind} = {_quoted(body.shape.mesh) if kind == 'mesh' else sizes}{color} }}"
+            )
         if body.solids:
             shapes = [self.solid(table, solid) for solid in body.solids]
+            if body.color:
+                shapes[0] = f"{shapes[0][:-2]}, color = {_quoted(body.color)} }}"
             several = body.solids[0].place != "shape"
             lines.append(f"shape = [{', '.join(shapes)}]" if several else f"shape = {shapes[0]}")
         common = [s.density for s in body.solids if s.density is not None and not s.own_density]

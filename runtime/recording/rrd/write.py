@@ -211,6 +211,15 @@ class RrdWriter:
             if lift or any(origin):
                 self.static(where, rr.Transform3D(translation=[*origin[:2], origin[2] + lift]))
 
+    def label(self, name: str, height: float) -> None:
+        """Write a body's name at its middle, `height` [m] above it along body z."""
+        point = rr.Points3D(
+            [[0.0, 0.0, height]], labels=[name], radii=rr.Radius.ui_points(0.5), show_labels=True
+        )
+        with strict():
+            frame = rr.CoordinateFrame(f"tf#/{schema.BODIES}/{name}")
+            self.static(f"{schema.LABELS}/{name}", point, frame)
+
     def poses(self, name: str, positions: np.ndarray, turned: np.ndarray) -> None:
         """Write a body's poses: positions (n, 3), quaternions (n, 4) as x, y, z, w."""
         with strict():
@@ -380,7 +389,7 @@ def _archetype(primitive: Primitive, colour: tuple[int, int, int]):
         )
     if kind == "solids":
         return _triangles(primitive, colour)
-    return rr.Asset3D(path=primitive.mesh, albedo_factor=colour)
+    return rr.Asset3D(path=primitive.mesh, albedo_factor=None if primitive.painted else colour)
 
 
 def _bars(primitive: Primitive, colour: tuple[int, int, int]) -> rr.Capsules3D:
