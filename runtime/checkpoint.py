@@ -8,7 +8,7 @@ import numpy as np
 
 from symgen.runtime.checkpoint_bytes import Checkpoint
 from symgen.runtime.checkpoint_check import ARRAYS_OF_CONTROLLERS, LOOP_ARRAYS, STATES_OF_EVENTS, check
-from symgen.runtime.event_actions import EventRecord
+from symgen.runtime.event_actions import EventLog, EventRecord
 from symgen.runtime.integrate import layout as at
 
 if TYPE_CHECKING:
@@ -90,10 +90,10 @@ def put_back(checkpoint: Checkpoint, run: RunState, past: np.ndarray) -> None:
         for (t, energy, form), y in zip(facts["samples"], held["sample_states"], strict=True)
     ]
     states = zip(*(held[key] for key in STATES_OF_EVENTS), strict=True)
-    actions.log = [
+    actions.log = EventLog(
         EventRecord(name, action, t, *event_states, change)
         for (name, action, t, change), event_states in zip(facts["events"], states, strict=True)
-    ]
+    )
     actions.energy_of_resets = facts["energy_of_resets"]
     actions.lowest_gaps = held["lowest_gaps"]
     actions.zeno.memory = facts["zeno"]

@@ -18,6 +18,7 @@ from symgen.runtime.event_actions import EventRecord, ResetError
 from symgen.runtime.exchange import energy_error_so_far
 from symgen.runtime.failures import failure_message
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate import plain_events
 from symgen.runtime.lazy import Late
 from symgen.runtime.options import SAME_TICKS, time_resolution
 from symgen.runtime.run_state import RunState
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from symgen.runtime.checkpoint_bytes import Checkpoint
 
 runtime_checkpoint = Late("symgen.runtime.checkpoint")
+events_in_code = Late("symgen.runtime.events_in_code")
 
 _FRAMES_AT_ONCE = 1000
 _FIRST_STEPS = 200
@@ -46,6 +48,10 @@ class Run(RunState):
         super().__init__(*arguments, **options)
         if self.timetable is not None:
             self.arrays.limit_longest(self.timetable.longest(self.arrays.t))
+        self._in_code = None
+        keeps_to_times = self.inputs is not None or self.timetable is not None
+        if self.arrays.n_events and not keeps_to_times and events_in_code.has_plain_events(self.system):
+            self._in_code = events_in_code.EventsInCode(self.system, self.method, self.arrays)
 
     def go(self) -> None:
         """Run to the end, to a terminating event, to a failure, or until Ctrl-C."""
@@ -148,6 +154,9 @@ class Run(RunState):
                 "failed", objection or failure_message(status, self.actions.form, self.method, self.arrays)
             )
             return False
+        if status == plain_events.ZENO:
+            self._pile_up(self.actions.log[-1].name, self._in_code.accumulation)
+            return False
         if status == at.EVENT:
             there = self._is_there(self.stops[0]) if self.stops else True
             return self._on_event() and (there or not self._steps_used_up())
@@ -230,7 +239,10 @@ class Run(RunState):
         """Advance to `stop` [s], by `n_steps` at most; returns the status of the loop."""
         wanted = self.stops[0]
         watch = wanted if wanted < stop else np.inf
-        status = self.arrays.advance(stop, n_steps, watch=watch, keep_log=keep_log)
+        if self._in_code is not None and not self.actions.is_held:
+            status = self._in_code.advance(self.actions, stop, n_steps, watch)
+        else:
+            status = self.arrays.advance(stop, n_steps, watch=watch, keep_log=keep_log)
         return status if status != at.NEAR_WATCH else self._step_past(stop)
 
     def _step_past(self, stop: float) -> int:
@@ -314,7 +326,10 @@ class Run(RunState):
     def _collect(self) -> None:
         arrays = self.arrays
         self._collect_steps()
-        self._hand_on_frames()
+        if self._in_code is not None and self._in_code.changes:
+            self._hand_on_events()
+        else:
+            self._hand_on_frames()
         if arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS and not self.stiff_noted:
             self.stiff_noted = True
             self.notes.append(
@@ -324,8 +339,23 @@ class Run(RunState):
         if self.progress is not None:
             self.progress(arrays.t, int(arrays.counters[at.STEPS]))
 
-    def _hand_on_frames(self) -> None:
-        arrays, end = self.arrays, int(self.arrays.counters[at.NEXT_FRAME])
+    def _hand_on_events(self) -> None:
+        """Hand on frames, and report between them the events that machine code has acted on, in their order."""
+        first, (before, frames, sums) = self.handed, self._in_code.take_changes()
+        if self.recorder is None:
+            self._hand_on_frames()
+        else:
+            records = self.actions.log[-len(frames) :]
+            for record, frame in zip(records, frames):
+                self._hand_on_frames(int(frame))
+                self._report_events([record])
+            self._hand_on_frames()
+        known = np.searchsorted(frames, np.arange(first, self.handed), side="right")
+        self.reset_energy_at_frames[first : self.handed] = np.append(before, sums)[known]
+
+    def _hand_on_frames(self, end: int | None = None) -> None:
+        """Hand on frames before `end`; by default all that are written."""
+        arrays, end = self.arrays, int(self.arrays.counters[at.NEXT_FRAME]) if end is None else end
         new = slice(self.handed, end)
         self.reset_energy_at_frames[new] = self.actions.energy_of_resets
         self.form_at_frames[new] = len(self.forms) - 1
@@ -355,14 +385,17 @@ class Run(RunState):
             self._end("terminated", f"Event {ended_by!r} ended the run at t = {arrays.t:.9g} s.")
             return False
         if accumulation is not None:
-            self._end(
-                "zeno",
-                f"Event {records[0].name!r} repeats at ever shorter intervals, which pile up at "
-                f"t = {accumulation:.9g} s: the model needs a state of rest there, such as an event that terminates "
-                "the run below some speed.",
-            )
+            self._pile_up(records[0].name, accumulation)
             return False
         return True
+
+    def _pile_up(self, name: str, t: float) -> None:
+        """End where events pile up at a time [s]."""
+        self._end(
+            "zeno",
+            f"Event {name!r} repeats at ever shorter intervals, which pile up at t = {t:.9g} s: the model needs a "
+            "state of rest there, such as an event that terminates the run below some speed.",
+        )
 
     def energy_error(self) -> float:
         """Return the present error of T + V - work since the start, in parts of what the motion exchanged so far."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate import plain_events
 from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.positions import Positions
@@ -22,9 +25,7 @@ switching = Late("symgen.runtime.contact.switching")
 
 _PERTURBATION = 4.0 * np.finfo(float).eps
 _PROJECTION_NOISE = 4.0  # states on constraints carry the round-off of the projection as well
-_ZENO_SHRINKAGE = 1e-7
 _CLEAR = 8.0  # times round-off: a flight that high is surely seen
-_ZENO_EVENTS = 5
 _PART_OF_FLIGHT = 1e-2  # over which an event function is nearly straight
 _BACK = 1e-6  # of the rate on the other side of a jump: a rate back to it that counts
 _AHEAD = 1e-6  # of the time in which the coordinates travel their own size
@@ -144,12 +145,88 @@ class EventRecord:
     energy_change: float = 0.0
 
 
+class EventLog(Sequence):
+    """The events of a run; rows that machine code has written become records when somebody looks at them."""
+
+    def __init__(self, events: Iterable[EventRecord] = ()):
+        self._parts: list[list[EventRecord] | _Rows] = [list(events)]
+        self._n = len(self._parts[0])
+
+    def append(self, event: EventRecord) -> None:
+        """Add an event."""
+        self.extend([event])
+
+    def extend(self, events: Iterable[EventRecord]) -> None:
+        """Add events."""
+        if not isinstance(self._parts[-1], list):
+            self._parts.append([])
+        before = len(self._parts[-1])
+        self._parts[-1].extend(events)
+        self._n += len(self._parts[-1]) - before
+
+    def extend_by_rows(self, system: System, rows: np.ndarray) -> None:
+        """Add events as `integrate/plain_events.py` logs them; the rows must not be changed any more."""
+        self._parts.append(_Rows(system, rows))
+        self._n += len(rows)
+
+    def __len__(self) -> int:
+        return self._n
+
+    def __iter__(self) -> Iterator[EventRecord]:
+        return itertools.chain.from_iterable(self._parts)
+
+    def __getitem__(self, which: int | slice) -> EventRecord | list[EventRecord]:
+        if isinstance(which, slice):
+            return [self[k] for k in range(*which.indices(self._n))]
+        k = which + self._n if which < 0 else which
+        if not 0 <= k < self._n:
+            raise IndexError(f"event {which} of {self._n}")
+        for part in self._parts:
+            if k < len(part):
+                return part[k]
+            k -= len(part)
+        raise IndexError(f"event {which} of {self._n}")
+
+    def __eq__(self, other: object) -> bool:
+        return list(self) == list(other) if isinstance(other, (EventLog, list, tuple)) else NotImplemented
+
+    __hash__ = None
+
+    def __repr__(self) -> str:
+        return f"<EventLog of {self._n} events>" if self._n > 20 else repr(list(self))
+
+
+class _Rows(Sequence):
+    """Logged rows as records."""
+
+    def __init__(self, system: System, rows: np.ndarray):
+        n_own = len(system.events) - len(system.switches)
+        self._kinds = [
+            (event["name"], event["action"] if k < n_own else "impact")
+            for k, event in enumerate(system.events)
+        ]
+        self._nq, self._n, self._rows = system.nq, system.nq + system.nv, rows
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __getitem__(self, k: int) -> EventRecord:
+        row, nq, n = self._rows[k], self._nq, self._n
+        name, action = self._kinds[int(row[plain_events.EVENT])]
+        before = row[plain_events.FIRST_STATE : plain_events.FIRST_STATE + n]
+        after = row[plain_events.FIRST_STATE + n :]
+        return EventRecord(
+            name, action, float(row[plain_events.TIME]), before[:nq], before[nq:], after[:nq], after[nq:],
+            float(row[plain_events.CHANGE]),
+        )  # fmt: skip
+
+
 class EventActions:
     """Acts on the events of one run and keeps their log.
 
     Attributes
     ----------
-    log : list of EventRecord
+    log : EventLog
     energy_of_resets : float [J]
         T + V that resets have added so far.
     zeno : ZenoDetector
@@ -159,7 +236,7 @@ class EventActions:
 
     def __init__(self, system: System, arrays: LoopArrays):
         self.system, self.arrays = system, arrays
-        self.log: list[EventRecord] = []
+        self.log = EventLog()
         self.n_jumps = 0
         self.energy_of_resets = 0.0
         self.zeno = ZenoDetector()
@@ -216,8 +293,12 @@ class EventActions:
     @property
     def form(self) -> System:
         """The model in the form that applies now: with its stops and frictions as constraints where one is held."""
-        held = self.switching is not None and self.switching.any_held
-        return self.system.closed if held else self.system
+        return self.system.closed if self.is_held else self.system
+
+    @property
+    def is_held(self) -> bool:
+        """Whether a stop is closed or a friction sticks."""
+        return self.switching is not None and self.switching.any_held
 
     def note_gaps(self) -> None:
         """Take note of how low gaps have been since the last time, in the form that applied up to here."""
@@ -440,7 +521,7 @@ class SlidingError(ResetError):
 
 
 class ZenoDetector:
-    """Notices intervals between resets that shrink to nothing."""
+    """Notices intervals between resets that shrink to nothing; `integrate/plain_events.py` does the same."""
 
     def __init__(self):
         self._last: float | None = None
@@ -475,15 +556,19 @@ class ZenoDetector:
         if self._last is None:
             self._last = t
             return None
-        interval, self._last = t - self._last, t
+        interval, self._last, intervals = t - self._last, t, self._intervals
         # A mechanism with two stops knocks in pairs: what counts is that intervals do not become long again.
-        self._intervals = [kept for kept in self._intervals if kept >= interval] + [interval]
-        if len(self._intervals) < _ZENO_EVENTS:
+        while intervals and intervals[-1] < interval:
+            intervals.pop()
+        if len(intervals) == plain_events.MOST_INTERVALS:
+            del intervals[plain_events.MOST_INTERVALS // 2]  # the first and the last ones tell
+        intervals.append(interval)
+        if len(intervals) < plain_events.ZENO_EVENTS:
             return None
         if gets_away and interval > max(
-            _ZENO_SHRINKAGE * self._intervals[0], 64.0 * np.finfo(float).eps * abs(t)
+            plain_events.ZENO_SHRINKAGE * intervals[0], 64.0 * np.finfo(float).eps * abs(t)
         ):
             return None
-        before = self._intervals[-2]
+        before = intervals[-2]
         ratio = interval / before if before > 0.0 else 0.0
         return t + interval * ratio / (1.0 - ratio) if ratio < 1.0 else t

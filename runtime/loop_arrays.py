@@ -21,10 +21,12 @@ from symgen.runtime.integrate.projection import (
 from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
+    from symgen.runtime.code.call_block import CallBlock
     from symgen.runtime.integrate.methods import Method
     from symgen.runtime.system import System
 
 kkt = Late("symgen.runtime.constraints.kkt")
+call_blocks = Late("symgen.runtime.code.call_block")
 
 _CARRIED = ("control", "counters", "y", "f", "work", "dense", "tail")  # from step to step
 _STEPS_ASIDE = 256
@@ -114,6 +116,7 @@ class LoopArrays:
         self.dense = np.zeros((8, system.ny))
         self._advance = method.advance()
         self._bound: Callable[[], int] | None = None
+        self.generation = 0  # of the arrays: those of another form, or method, are others
         c = self.control
         c[at.RTOL], c[at.ATOL] = rtol, atol
         c[at.H] = step
@@ -140,14 +143,22 @@ class LoopArrays:
         keep_log : bool
             Log steps behind those of the last call.
         """
-        self.control[at.T_STOP], self.control[at.T_WATCH] = stop, watch
-        self.counters[at.MAX_STEPS_PER_CALL] = max_steps
-        if not keep_log:
-            self.counters[at.N_LOGGED_STEPS] = 0
+        self.set_limits(stop, max_steps, watch, keep_log=keep_log)
         if self._bound is None:
             bind = getattr(self._advance, "bind", None) or functools.partial(functools.partial, self._advance)
             self._bound = bind(self.coefficients, self.loop())
         return self._bound()
+
+    def set_limits(self, stop: float, max_steps: int, watch: float, *, keep_log: bool = False) -> None:
+        """Say where the next call of the loop ends; see `advance`."""
+        self.control[at.T_STOP], self.control[at.T_WATCH] = stop, watch
+        self.counters[at.MAX_STEPS_PER_CALL] = max_steps
+        if not keep_log:
+            self.counters[at.N_LOGGED_STEPS] = 0
+
+    def block(self) -> CallBlock:
+        """Return the call of the step loop as data, for machine code that calls it."""
+        return call_blocks.call_block(self._advance, self.coefficients, self.loop())
 
     def load(self) -> None:
         """Compile the loop, or read it from the cache: it takes no step, but an adaptive method chooses its first one.
@@ -241,7 +252,7 @@ class LoopArrays:
         method = suited_to_size(method, system)
         self.coefficients = method.coefficients(system)
         self._take_kernels(system, method)
-        self._bound = None
+        self._bound, self.generation = None, self.generation + 1
         self.work = np.zeros(method.work_size(self.coefficients, self.sizes))
         self._advance = method.advance()
         self.counters[at.FAMILY_COUNTERS :] = 0

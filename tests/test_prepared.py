@@ -28,7 +28,7 @@ IN_MACHINE_CODE = (
     "cart_pole_lqr",
     "rolling_disc",
 )
-IN_PYTHON = ("bouncing_ball", "stick_slip", "rough_road", "bricard", "pendulum_field")
+IN_PYTHON = ("stick_slip", "rough_road", "bricard", "pendulum_field")
 T_END = 0.03
 
 
@@ -122,6 +122,25 @@ def test_states_at_times_are_frames_of_runs(model):
     assert found.shape == (4, run.n_state)
     np.testing.assert_array_equal(found, solution.states[np.searchsorted(solution.t, [0.5, 0.1, 0.2, 0.7])])
     np.testing.assert_array_equal(run.many(np.tile(nominal(run)[0], (3, 1))).y, np.tile(found, (3, 1, 1)))
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5", "rk4"])
+def test_events_in_machine_code(method):
+    model = system("bouncing_ball")
+    run = model.prepare(9.0, method=method, parameters=["e"])
+    runs = run.many([[0.9], [0.99], [1.0]])
+    assert run.why_python == ""
+    assert set(runs.status) <= {here.ZENO, here.SUCCESS}
+    assert runs.words[0] == "zeno"
+    for e, y, word, t, steps in zip((0.9, 0.99, 1.0), runs.y, runs.words, runs.t, runs.steps):
+        solution = model.run(9.0, method=method, parameters={"e": e}, step=run.step)
+        assert (word, t, steps) == (solution.status, solution.t[-1], solution.stats["steps"])
+        if word == "success":
+            np.testing.assert_array_equal(y, solution.states[-1])
+    assert "pile up" in runs.message(0)
+    times = model.prepare(2.0, method=method, output=[0.3, 1.0, 1.7])
+    solution = model.run(2.0, method=method, t_eval=[0.3, 1.0, 1.7], step=times.step)
+    np.testing.assert_array_equal(times(), solution.states[1:4])
 
 
 def test_whole_solutions():

@@ -7,6 +7,7 @@ kernels. A block is filled once; Python then calls it with four arguments, and o
 from __future__ import annotations
 
 import ctypes
+import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,10 +67,7 @@ def call_block(function: Jitted, *args: Any) -> CallBlock:
         return _interpreted(function, args)
     native = function.compiled(*args)
     kinds, values = native.flat(*args)
-    owner = engine.MachineCode()
-    ir = _ir([_TYPES[kind] for kind in kinds])
-    code = engine.object_code(engine.cache_key(ir), "call block", "pass_on", lambda _: (ir, 0))
-    address = owner.add(code, "pass_on")
+    owner, address = _code(tuple(_TYPES[kind] for kind in kinds))
     slots = (ctypes.c_uint64 * (len(values) + 1))()
     slots[0] = native.address
     for k, (kind, value) in enumerate(zip(kinds, values), 1):
@@ -90,7 +88,15 @@ def _interpreted(function: Any, args: tuple) -> CallBlock:
     return CallBlock(address, np.zeros(1), callback, np.zeros(1), args)
 
 
-def _ir(kinds: list[str]) -> str:
+@functools.lru_cache(maxsize=64)
+def _code(kinds: tuple[str, ...]) -> tuple[engine.MachineCode, int]:
+    """Return the code that passes arguments of such types on, and its address."""
+    owner, ir = engine.MachineCode(), _ir(kinds)
+    code = engine.object_code(engine.cache_key(ir), "call block", "pass_on", lambda _: (ir, 0))
+    return owner, owner.add(code, "pass_on")
+
+
+def _ir(kinds: tuple[str, ...]) -> str:
     """Return the code: it loads the arguments from the block, calls, and turns the result into a number.
 
     A function of Numba's writes its result through the first pointer, an exception through the second, and returns

@@ -13,6 +13,7 @@ from symgen.runtime.constraints.energy_level import may_be_kept
 from symgen.runtime.constraints.kkt import nearby_step
 from symgen.runtime.constraints.levels import ANGLES
 from symgen.runtime.constraints.row_weights import quaternion_places, random_steps
+from symgen.runtime.events_in_code import has_plain_events, make_after
 from symgen.runtime.exchange import energy_limit
 from symgen.runtime.loop_arrays import LoopArrays
 from symgen.runtime.options import SAME_TICKS, time_resolution
@@ -73,8 +74,8 @@ class Task:
 
 def objection_to_machine(system: System, options: RunOptions, has_timetable: bool, is_moved: bool) -> str:
     """Return why machine code alone does not make the runs of a model; an empty string where it does."""
-    if system.events:
-        return "it has events"
+    if system.events and not has_plain_events(system):
+        return "it has events that machine code does not act on"
     if is_moved:
         return "it has inputs over time"
     if has_timetable or system.has("time_terms"):
@@ -105,12 +106,13 @@ class Machine:
         )  # fmt: skip
         self._arrays = arrays
         self._loop = arrays.loop()
-        self._plan_block = call_block(choice.method.advance(), arrays.coefficients, self._loop)
+        self._plan_block = arrays.block()
         self._plan = self._make_plan(keeps)
         self._look = _make_look(system)
         self.rows = self._make_rows()
         self.p, self.y, self.out = self.rows.p[0], self.rows.y[0], self.rows.out[0]
-        self._call = call_block(run_rows, self._loop, self._plan, self._look, self.rows)
+        after, self._kernels_of_events = make_after(system, choice.method, arrays, self._plan_block)
+        self._call = call_block(run_rows, self._loop, self._plan, self._look, after, self.rows)
         self._budget = _FIRST_STEPS
 
     def _make_plan(self, keeps: float) -> Plan:

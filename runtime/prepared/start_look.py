@@ -43,6 +43,8 @@ def look_at_start(loop, plan, look, given_sizes, is_assembled):
     """
     nq = loop.sizes[at.NQ]
     copy(loop.y[: nq + loop.sizes[at.NV]], look.y)
+    for k in range(look.mass.shape[0]):
+        look.mass[k] = 0.0  # structural zeros are not written, and factors fill them
     call_kernel(plan.addresses[here.MASS], loop.control[at.T], look.y, loop.p, look.mass)
     if not is_definite(loop.sizes[at.NV], look.mass):
         return here.NEEDS_PYTHON

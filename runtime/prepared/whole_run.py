@@ -1,4 +1,4 @@
-"""Whole runs in machine code, row by row: what `driver.Run` does of a run without events, to the same bits."""
+"""Whole runs in machine code, row by row: what `driver.Run` does of a run with plain events, to the same bits."""
 
 import math
 
@@ -6,7 +6,9 @@ from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.constraints import branch
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate import plain_events
 from symgen.runtime.integrate.loop import all_finite, copy
+from symgen.runtime.integrate.plain_events import act, begin_events
 from symgen.runtime.integrate.projection import project_state
 from symgen.runtime.prepared import layout as here
 from symgen.runtime.prepared.end_checks import balance_is_kept
@@ -16,7 +18,7 @@ STEPS_ASIDE = 256  # `loop_arrays._STEPS_ASIDE`
 
 
 @jitted
-def run_rows(loop, plan, look, rows):
+def run_rows(loop, plan, look, after, rows):
     """Make the runs of some rows, from `places[ROW]` to `places[LAST]`, until STEPS_TO_GO steps are taken.
 
     Returns
@@ -28,11 +30,11 @@ def run_rows(loop, plan, look, rows):
     while places[here.ROW] < places[here.LAST]:
         i = places[here.ROW]
         if places[here.UNDER_WAY] == 0:
-            rows.status[i] = begin(i, loop, plan, look, rows)
+            rows.status[i] = begin(i, loop, plan, look, after, rows)
             places[here.UNDER_WAY] = 1
         if rows.status[i] == here.GOES_ON:
             before = loop.counters[at.STEPS]
-            rows.status[i] = go_on(loop, plan, places[here.STEPS_TO_GO])
+            rows.status[i] = go_on(loop, plan, after, places[here.STEPS_TO_GO])
             places[here.STEPS_TO_GO] -= loop.counters[at.STEPS] - before
             if rows.status[i] == here.GOES_ON:
                 return here.GOES_ON
@@ -45,7 +47,7 @@ def run_rows(loop, plan, look, rows):
 
 
 @jitted
-def begin(i, loop, plan, look, rows):
+def begin(i, loop, plan, look, after, rows):
     """Put a loop at the start of a row; returns GOES_ON, or what speaks against it."""
     n_p, n = plan.base_p.shape[0], rows.y.shape[1]
     if not set_values(plan.base_p, rows.p_at, rows.p[i], loop.p):
@@ -82,6 +84,8 @@ def begin(i, loop, plan, look, rows):
     if loop.frame_times.shape[0] > 0:
         copy(loop.y, loop.frames[0])
     loop.counters[at.NEXT_FRAME] = 1
+    if loop.sizes[at.NE] > 0 and not begin_events(loop, after):
+        return here.NEEDS_PYTHON
     return here.GOES_ON
 
 
@@ -114,7 +118,7 @@ def advance(loop, plan, stop, watch, max_steps):
 
 
 @jitted
-def go_on(loop, plan, steps):
+def go_on(loop, plan, after, steps):
     """Go on by some steps: to the end, a failure, or GOES_ON."""
     t_end, wanted = plan.asked[here.T_END], loop.counters[at.STEPS] + steps
     while True:
@@ -137,7 +141,14 @@ def go_on(loop, plan, steps):
         if status < 0:
             return here.NEEDS_PYTHON if plan.asked[here.HAS_FALLBACK] > 0.0 else status
         if status == at.EVENT:
-            return here.NEEDS_PYTHON
+            after.counts[plain_events.N_LOG] = 0  # nobody reads it
+            done = act(loop, after)
+            if done == plain_events.NOT_PLAIN:
+                return here.NEEDS_PYTHON
+            if done == plain_events.PILES_UP:
+                return here.ZENO
+            if done == plain_events.ENDS:
+                return here.TERMINATED
 
 
 @jitted
@@ -226,17 +237,20 @@ def end(i, loop, plan, look, rows):
     """Write what became of a row."""
     status = rows.status[i]
     rows.steps[i], rows.t[i] = loop.counters[at.STEPS], loop.control[at.T]
-    n = rows.y.shape[1]
-    if status != here.SUCCESS:
-        for k in range(rows.out.shape[1]):
-            rows.out[i, k] = math.nan
+    for k in range(rows.out.shape[1]):
+        rows.out[i, k] = math.nan
+    if status != here.SUCCESS and status != here.TERMINATED:
         return
-    loop.control[at.T] = rows.t[i] = plan.asked[here.T_END]
-    if loop.frame_times.shape[0] > 0:
-        copy(loop.y, loop.frames[loop.frame_times.shape[0] - 1])
+    n, reached = rows.y.shape[1], loop.counters[at.NEXT_FRAME]
+    if status == here.SUCCESS:
+        loop.control[at.T] = rows.t[i] = plan.asked[here.T_END]
+        reached = loop.frame_times.shape[0]
+        if reached > 0:
+            copy(loop.y, loop.frames[reached - 1])
     if rows.wanted.shape[0] == 0:
         copy(loop.y[:n], rows.out[i])
     for k in range(rows.wanted.shape[0]):
-        copy(loop.frames[rows.wanted[k]][:n], rows.out[i, k * n : (k + 1) * n])
+        if rows.wanted[k] < reached:
+            copy(loop.frames[rows.wanted[k]][:n], rows.out[i, k * n : (k + 1) * n])
     if plan.asked[here.CHECKS] > 0.0 and not balance_is_kept(loop, plan, look):
         rows.status[i] = here.DOUBTFUL

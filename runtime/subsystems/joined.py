@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.event_actions import EventRecord
+from symgen.runtime.event_actions import EventLog, EventRecord
 from symgen.runtime.exchange import energy_error_so_far
 from symgen.runtime.integrate import layout as at
 
@@ -194,9 +194,9 @@ class Joined:
             self.end(self._schedule.ended_by)
         if self.status == "interrupted":
             self.message = f"Interrupted at t = {self.arrays.t:.9g} s; all up to there is kept."
-        self.actions.log = [
+        self.actions.log = EventLog(
             self._whole(*entry) for entry in self._schedule.events if entry[0].t <= self.arrays.t
-        ]
+        )
         self.actions.energy_of_resets = sum(record.energy_change for record in self.actions.log)
         self._take_samples()
         counters, control = self.arrays.counters, self.arrays.control

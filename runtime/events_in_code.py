@@ -1,0 +1,151 @@
+"""Events of a run that machine code acts on: its arrays, and what Python's records take over from them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.runtime.code.call_block import CallBlock, call_block
+from symgen.runtime.integrate import plain_events as here
+from symgen.runtime.loop_arrays import DIRECTIONS
+
+if TYPE_CHECKING:
+    from symgen.runtime.event_actions import EventActions
+    from symgen.runtime.integrate.methods import Method
+    from symgen.runtime.loop_arrays import LoopArrays
+    from symgen.runtime.system import System
+
+_ROWS = 4096  # of the log
+_LARGEST = 200  # rates: mass matrices are factored in full
+_OF_CLOSED = (
+    (here.JACOBIAN, "constraint_jacobian"), (here.RESIDUAL, "constraint_residual"), (here.GAMMA, "gamma")
+)  # fmt: skip
+_ACTIONS = {"record": here.RECORDS, "reset": here.RESETS, "terminate": here.TERMINATES}
+
+
+def has_plain_events(system: System) -> bool:
+    """Whether machine code can act on events of a model: no constraints, quaternions, frictions, jumps of forces."""
+    return (
+        bool(system.events)
+        and not (system.m or system.jumps or system.input_descriptions)
+        and system.nq == system.nv <= _LARGEST
+        and all(switch["kind"] == "stop" for switch in system.switches)
+    )
+
+
+def make_after(
+    system: System, method: Method, arrays: LoopArrays, block: CallBlock
+) -> tuple[here.After, object]:
+    """Return the arrays of `plain_events`, and what keeps their code alive.
+
+    Parameters
+    ----------
+    block : CallBlock
+        The call of the step loop.
+    """
+    n_stops = len(system.switches)
+    own = system.events[: len(system.events) - n_stops]
+    resets = [f"reset_{event['name']}" if event["action"] == "reset" else "" for event in own]
+    addresses = np.zeros(here.FIRST_RESET + len(own), dtype=np.uint64)
+    addresses[here.ADVANCE] = block.address
+    named = {here.EVENTS: "events", here.RHS: "rhs", here.ENERGY: "energy"}
+    named |= {here.FIRST_RESET + k: name for k, name in enumerate(resets) if name}
+    named = named if own or n_stops else {}
+    if n_stops:
+        named |= {here.MASS: "mass_matrix", here.FORCES: "forces", here.SWITCHES: "switches"}
+    kernels = [system.kernel(name) for name in named.values()]
+    for place, kernel in zip(named, kernels):
+        addresses[place] = kernel.precomputed_address
+    everything, switches_at, n_residual = np.zeros(0), np.zeros(0, dtype=np.int64), 0
+    if n_stops:
+        closed = system.closed
+        for place, name in _OF_CLOSED:
+            kernels.append(closed.kernel(name))
+            addresses[place] = kernels[-1].address
+        switches_at = np.array(list(closed.switched.values()), dtype=np.int64)
+        everything, n_residual = arrays.p.copy(), closed.nh + closed.m
+        everything[switches_at] = 1.0
+    n, nv, ne = system.nq + system.nv, system.nv, len(system.events)
+    after = here.After(
+        addresses=addresses, block=block.block, result=np.zeros(1),
+        actions=np.array([_ACTIONS[event["action"]] for event in own], dtype=np.int64),
+        directions=np.array([DIRECTIONS[event["direction"]] for event in own], dtype=np.int64), everything=everything,
+        switches_at=switches_at,
+        sums=np.array([0.0, np.nan, 0.0]), intervals=np.zeros(here.MOST_INTERVALS),
+        counts=np.array([0, 0, method.adaptive], dtype=np.int64), lowest=np.full(n_stops, np.inf),
+        log=np.zeros((_ROWS if ne else 0, here.FIRST_STATE + 2 * n)), before=np.zeros(n), slope=np.zeros(n),
+        moved=np.zeros(n), row=np.zeros(system.n_row),
+        values=np.zeros(ne), g=np.zeros(ne), floor=np.zeros(ne), other=np.zeros(ne),
+        energy=np.zeros(2), switches=np.zeros(2 * n_stops), jacobian=np.zeros(n_stops * nv),
+        residual=np.zeros(n_residual),
+        gamma=np.zeros(n_stops), mass=np.zeros(nv * nv), response=np.zeros(nv), forces=np.zeros(nv),
+    )  # fmt: skip
+    return after, kernels
+
+
+class EventsInCode:
+    """Moves a run on over its events, as far as machine code can act on them.
+
+    Parameters
+    ----------
+    system : System
+        `has_plain_events` of it.
+    method : Method
+    arrays : LoopArrays
+    """
+
+    def __init__(self, system: System, method: Method, arrays: LoopArrays):
+        self._system, self._method, self._arrays = system, method, arrays
+        self._generation = -1
+        self.accumulation = np.nan
+        self.changes: list[tuple[float, np.ndarray, np.ndarray]] = []
+
+    def _bind(self) -> None:
+        arrays, loop = self._arrays, self._arrays.loop()
+        self._block = arrays.block()
+        self._after, self._keep = make_after(self._system, self._method, arrays, self._block)
+        self._call = call_block(here.advance_over_events, loop, self._after)
+        self._generation = arrays.generation
+
+    def advance(self, actions: EventActions, stop: float, max_steps: int, watch: float) -> int:
+        """Run the loop, and act on events, until something is for Python to do; see `LoopArrays.advance`.
+
+        Returns
+        -------
+        int
+            Also `plain_events.ZENO`.
+        """
+        if self._generation != self._arrays.generation:
+            self._bind()
+        after = self._after
+        last, *intervals = actions.zeno.memory
+        after.sums[:] = actions.energy_of_resets, np.nan if last is None else last, np.nan
+        after.intervals[: len(intervals)] = intervals
+        after.counts[here.N_LOG], after.counts[here.N_INTERVALS] = 0, len(intervals)
+        after.lowest[:] = actions.lowest_gaps
+        self._arrays.set_limits(stop, max_steps, watch)
+        status = self._call()
+        n = int(after.counts[here.N_LOG])
+        if n:
+            self._take_over(actions, n)
+        return status
+
+    def _take_over(self, actions: EventActions, n: int) -> None:
+        """Let the actions of Python know what happened."""
+        after = self._after
+        rows = after.log[:n].copy()
+        before, last = actions.energy_of_resets, after.sums[here.LAST_RESET]
+        actions.log.extend_by_rows(self._system, rows)
+        actions.energy_of_resets = float(after.sums[here.RESET_ENERGY])
+        intervals = after.intervals[: after.counts[here.N_INTERVALS]].tolist()
+        actions.zeno.memory = [None if np.isnan(last) else float(last), *intervals]
+        actions.lowest_gaps = after.lowest.copy()
+        self.accumulation = float(after.sums[here.ACCUMULATION])
+        sums = np.append(before + np.cumsum(rows[:-1, here.CHANGE]), actions.energy_of_resets)
+        self.changes.append((before, rows[:, here.NEXT_FRAME].astype(int), sums))
+
+    def take_changes(self) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return what resets had added to T + V [J], then from which frames on they had added how much."""
+        changes, self.changes = self.changes, []
+        return changes[0][0], np.concatenate([c[1] for c in changes]), np.concatenate([c[2] for c in changes])

@@ -1,0 +1,175 @@
+"""Events that machine code acts on: what Python makes of the same events, and what both know of them afterwards."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import symgen
+from symgen import Model
+from symgen.runtime import events_in_code
+from symgen.runtime.event_actions import EventLog, ZenoDetector
+from symgen.runtime.integrate import plain_events
+
+METHODS = ("taylor", "dop853", "radau5", "bdf", "rk4")
+BALL = """
+name = "ball"
+[parameters]
+e = 0.9
+g = "9.81"
+[coordinates]
+y = { start = 1.0 }
+[energy]
+kinetic = "1/2*dot(y)^2"
+potential = "g*y"
+"""
+STOP = (
+    BALL
+    + """
+[stops.floor]
+gap = "y"
+restitution = "e"
+"""
+)
+MARKED = (
+    BALL.replace("0.9", "1.0")
+    + """
+[events.floor]
+when = "y"
+direction = "falling"
+then = { reset = { "dot(y)" = "-e*dot(y)" } }
+[events.half]
+when = "y - 1/2"
+then = "record"
+[events.high]
+when = "y - 5"
+then = "terminate"
+"""
+)
+TWO_STOPS = """
+name = "two_stops"
+[parameters]
+k = "300"
+[coordinates]
+x = { start = 0.3, rate = 1.0 }
+y = { start = 1.0 }
+[energy]
+kinetic = "1/2*dot(y)^2 + 1/2*dot(x)^2*(1 + 0.3*sin(y/0.7)^2) + 0.2*dot(x)*dot(y)*cos(x)"
+potential = "9.81*y + k/2*(x - 0.3)^2"
+[stops.floor]
+gap = "y + 0.1*sin(3*x)"
+restitution = 0.95
+[stops.wall]
+gap = "1.2 - x"
+restitution = 1
+[events.mark]
+when = "x - 0.3"
+then = "record"
+"""
+
+
+def system(text):
+    return Model.from_toml(text).derive()
+
+
+def both(monkeypatch, model, t_end, **options):
+    """The run by Python alone, and the run with machine code."""
+    with monkeypatch.context() as patch:
+        patch.setattr(events_in_code, "has_plain_events", lambda _: False)
+        by_python = model.run(t_end, **options)
+    return by_python, model.run(t_end, **options)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("text", [STOP, MARKED], ids=["stop", "marked"])
+def test_one_body_has_the_same_bits(monkeypatch, text, method):
+    by_python, in_code = both(monkeypatch, system(text), 4.0, method=method)
+    assert len(in_code.events) == len(by_python.events) > 3
+    np.testing.assert_array_equal(in_code.states, by_python.states)
+    np.testing.assert_array_equal(in_code.w, by_python.w)
+    np.testing.assert_array_equal(in_code.step_log, by_python.step_log)
+    for mine, theirs in zip(in_code.events, by_python.events):
+        assert (mine.name, mine.action, mine.t, mine.energy_change) == (
+            theirs.name,
+            theirs.action,
+            theirs.t,
+            theirs.energy_change,
+        )
+        for name in ("q_before", "v_before", "q_after", "v_after"):
+            np.testing.assert_array_equal(getattr(mine, name), getattr(theirs, name))
+    if in_code.lowest_gaps is not None:
+        np.testing.assert_array_equal(in_code.lowest_gaps, by_python.lowest_gaps)
+    assert in_code.ok == by_python.ok
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_several_stops_and_coupled_masses(monkeypatch, method):
+    """Impulses differ in the last digit, which impacts make grow: before that, events are the same."""
+    by_python, in_code = both(monkeypatch, system(TWO_STOPS), 1.5, method=method, rtol=1e-10, atol=1e-12)
+    assert [e.name for e in in_code.events] == [e.name for e in by_python.events]
+    assert {e.name for e in in_code.events} >= {"floor", "mark"}
+    np.testing.assert_allclose(
+        [e.t for e in in_code.events], [e.t for e in by_python.events], rtol=0, atol=1e-8
+    )
+    np.testing.assert_allclose(in_code.states, by_python.states, atol=1e-6)
+    np.testing.assert_allclose(in_code.w, by_python.w, atol=1e-6)
+    assert in_code.energy.max_error < 1e-5
+    assert in_code.ok
+
+
+def test_heights_are_those_of_the_closed_form():
+    e, g = 0.9, 9.81
+    solution = system(STOP).run(3.0, method="taylor")
+    first = np.sqrt(2.0 / g)
+    times = first + 2.0 * first * np.cumsum([0.0, *(e**k for k in range(1, len(solution.events)))])
+    np.testing.assert_allclose([event.t for event in solution.events], times, atol=1e-12)
+    speeds = [event.v_after[0] for event in solution.events]
+    np.testing.assert_allclose(speeds, np.sqrt(2.0 * g) * e ** np.arange(1, len(speeds) + 1), rtol=1e-12)
+
+
+def test_an_event_that_ends_the_run():
+    solution = system(MARKED.replace("y - 5", "y + dot(y)/10 - 0.9")).run(4.0, method="dop853")
+    assert solution.status == "terminated"
+    assert solution.events[-1].action == "terminate"
+
+
+def test_runs_do_not_depend_on_samples_or_on_where_they_are_cut():
+    model = system(TWO_STOPS)
+    plain = model.run(2.0, method="dop853")
+    watched = model.run(2.0, method="dop853", at=[0.31, 0.72, 1.5], max_steps=10**6, fps=500)
+    np.testing.assert_array_equal(plain.states[-1], watched.states[-1])
+    longer = model.run(3.0, method="dop853")
+    assert [e.t for e in plain.events] == [e.t for e in longer.events if e.t <= 2.0]
+
+
+def test_a_run_of_many_impacts_takes_microseconds_for_each():
+    """Its energy stays, and the intervals that the detector of accumulation keeps are few."""
+    solution = symgen.load("bouncing_ball").run(4000.0, parameters={"e": 1.0}, method="dop853")
+    assert len(solution.events) > 4000
+    assert solution.status == "success"
+    assert solution.energy.max_error < 1e-9
+    assert solution.seconds["run"] < 2000e-6 * len(solution.events)
+
+
+def test_intervals_that_are_kept_are_few():
+    detector = ZenoDetector()
+    for k in range(1000):
+        assert detector.look(k - 1e-6 * k * k / 2.0) is None
+    assert len(detector.memory) <= plain_events.MOST_INTERVALS + 1
+    assert detector.memory[1] == pytest.approx(1.0, abs=1e-5)
+
+
+def test_log_of_events_is_a_sequence():
+    solution = system(STOP).run(2.0, method="dop853")
+    log, events = solution.events, list(solution.events)
+    assert isinstance(log, EventLog)
+    assert log[0].t == events[0].t
+    assert log[-1].t == events[-1].t
+    assert [e.t for e in log[1:3]] == [e.t for e in events[1:3]]
+    assert log[:0] == []
+    with pytest.raises(IndexError, match="event 99 of"):
+        log[99]
+    both_kinds = EventLog(events[:1])
+    both_kinds.append(events[1])
+    assert len(both_kinds) == 2
+    assert EventLog() == []
