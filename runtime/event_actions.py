@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import plain_events
 from symgen.runtime.lazy import Late
@@ -328,7 +329,21 @@ class EventActions:
             self._check_forces()
             self.energy_of_resets += self.energy() - before
         if self.arrays.n_events:
+            self._refuse_start_outside()
             self._arm()
+
+    def _refuse_start_outside(self) -> None:
+        """Refuse a start at which the argument of a table is where the table ends the run."""
+        ends = [k for k, e in enumerate(self.system.events) if e["action"] == "terminate" and e.get("says")]
+        if not ends:
+            return
+        values, floor = event_values_and_floor(self.form, self.arrays)
+        for k in ends:
+            if values[k] < -floor[k]:
+                raise RuntimeModelError(
+                    f"model {self.system.name!r} starts where {self.system.events[k]['says']}: begin inside, or let "
+                    "the table hold or extend its values outside"
+                )
 
     def _arm(self, fired: np.ndarray | None = None, before: np.ndarray | None = None) -> None:
         """Arm the events; those of frictions that others hold stay out of it."""

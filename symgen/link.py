@@ -392,12 +392,18 @@ def _sources(folder: str, parts: tuple[str, ...]) -> Iterator[tuple[str, int, in
 
 
 def _tables_beside(path: Path) -> Iterator[bytes]:
-    """The contents of the files that a TOML model's inputs name; what is wrong with them is found when it is read."""
+    """The contents of the files that a TOML model names; what is wrong with them is found when it is read."""
     if path.suffix != ".toml" or b"table" not in _read(path):
         return
     try:
-        inputs = toml_text.parse(_read(path).decode("utf-8-sig"), str(path)).get("inputs", {})
-        files = [entry["table"] for entry in inputs.values() if type(entry) is dict and "table" in entry]
+        document = toml_text.parse(_read(path).decode("utf-8-sig"), str(path))
+        named = [(document.get("inputs", {}), "table"), (document.get("tables", {}), "file")]
+        files = [
+            entry[key]
+            for table, key in named
+            for entry in table.values()
+            if type(entry) is dict and key in entry
+        ]
     except (ModelError, ValueError, AttributeError):
         return
     for file in files:

@@ -29,6 +29,7 @@ KEYS_OF = {
     "parameters": NUMBER_KEYS,
     "coordinates": toml_reader.COORDINATE_KEYS,
     "states": toml_reader.STATE_KEYS,
+    "tables": toml_reader.TABLE_KEYS,
     "inputs": toml_reader.INPUT_KEYS,
     "bodies": toml_reader.BODY_KEYS,
     "joints": toml_reader.JOINT_KEYS,

@@ -20,23 +20,25 @@ CONVOLUTIONS = ("mul", "div", "sqrt", "power")
 class SeriesNodes(Nodes):
     """Nodes in an order in which values come after what they are made of, but for integrals (`integrate`).
 
-    Kinds of constants (of a step): number, parameter, now (the time at its start), and operations on these: fadd,
-    fsub, fmul, fdiv, neg, call, select. Kinds of series: time, acceleration, multiplier, right (of the equations, for
-    what is solved at every order), add, sub, neg, scale (constant times series), kept (series where a constant is 1,
-    zero where it is 0), mul, div, sqrt, power (`data`: the exponent, and for halves the root), integral, shift
-    (derivative).
+    Kinds of constants (of a step): number, parameter, now (the time at its start), start (an element of y there), and
+    operations on these: fadd, fsub, fmul, fdiv, neg, call, select. Kinds of series: time, acceleration, multiplier,
+    right (of the equations, for what is solved at every order), add, sub, neg, scale (constant times series), kept
+    (series where a constant is 1, zero where it is 0), mul, div, sqrt, power (`data`: the exponent, and for halves the
+    root), integral, shift (derivative).
     `data` of an integral says how it begins: ("state", index of y) or (function, *nodes).
 
     `stops_at_choices` says whether steps end where time alone chooses anew; only then have such choices a series.
+    `branches` are the parameters that hold choices which the state makes: steps end where these are turned around.
 
     `products` has sums whose terms cancel: at the start of a step, they are the product of two other nodes, exactly.
     """
 
-    def __init__(self, *, stops_at_choices: bool = False) -> None:
+    def __init__(self, *, stops_at_choices: bool = False, branches: range = range(0)) -> None:
         super().__init__()
-        self.stops_at_choices = stops_at_choices
+        self.stops_at_choices, self.branches = stops_at_choices, branches
         self.data: list[tuple] = []  # what a node is besides its operands
         self._cycles: dict[tuple, int] = {}
+        self._at_start: dict[int, int | None] = {}
         self._states: dict[int, int] = {}
         self.products: dict[int, tuple[int, int]] = {}
         self.rates: set[int] = set()  # which states are rates
@@ -73,6 +75,10 @@ class SeriesNodes(Nodes):
     def now(self) -> int:
         """The time at the start of the step."""
         return self._node("now", (), (), constant=True)
+
+    def start(self, index: int) -> int:
+        """y[index] at the start of the step."""
+        return self._node("start", (), (index,), constant=True)
 
     def unknown(self, kind: str, index: int) -> int:
         """An acceleration, a multiplier, or a right-hand side."""
@@ -292,10 +298,10 @@ class Algebra(SeriesNodes):
         return self._node("div", (a, b)) if found is None else found
 
     def select(self, comparison: str, left: int, right: int, chosen: int, other: int) -> int:
-        """A choice that is made at the start of a step: steps end where time alone decides anew."""
+        """A choice that is made at the start of a step: steps end where time, or a branch, decides anew."""
         sides = self.at_start(left), self.at_start(right)
         if None in sides:
-            raise Refusal("a choice (minimum, maximum, a switch) has no Taylor series where it switches")
+            raise Refusal(NO_CHOICE)
         if self.is_constant(chosen) and self.is_constant(other):
             return self._node("select", (*sides, chosen, other), (comparison,))
         one, none = self.number(1.0), self.number(0.0)
@@ -326,11 +332,19 @@ class Algebra(SeriesNodes):
         return False
 
     def at_start(self, a: int) -> int | None:
-        """What time alone decides, as the constant that it is at the start of a step; None for all else."""
+        """What time and state decide, as the constant that it is at the start of a step; None where that may change.
+
+        Whether a branch holds what the state decides, `refuse_unheld` finds.
+        """
         if self.is_constant(a):
             return a
-        if not self.stops_at_choices:
+        if not (self.stops_at_choices or self.branches):
             return None
+        if a not in self._at_start:
+            self._at_start[a] = self._taken_at_start(a)
+        return self._at_start[a]
+
+    def _taken_at_start(self, a: int) -> int | None:
         kind = self.op[a]
         if kind == "time":
             return self.now()
@@ -338,7 +352,9 @@ class Algebra(SeriesNodes):
             name, *below = self.data[a]
         else:
             name, below = kind, list(self.args[a])
-        if name in ("state", "acceleration", "multiplier", "shift"):
+        if name == "state" and self.branches:
+            return self.start(below[0])
+        if name in ("state", "acceleration", "multiplier", "right", "shift"):
             return None
         args = [self.at_start(x) for x in below]
         if None in args:
@@ -370,6 +386,9 @@ class Algebra(SeriesNodes):
                 return left
             return self.add(left, right) if kind == "add" else self.sub(left, right)
         return self._node("shift", (a,))
+
+
+NO_CHOICE = "a choice (minimum, maximum, a switch) has no Taylor series where it switches"
 
 
 class SeriesGraph(Algebra):
@@ -444,3 +463,69 @@ class SeriesGraph(Algebra):
 
     def _slope_of_log(self, base: int) -> int:
         return self.number(0.0) if self.is_constant(base) else self.div(self.shift(base), base)
+
+    def refuse_unheld(self, roots: list[int]) -> None:
+        """Refuse choices of the state that no branch holds: steps would go over them.
+
+        Raises
+        ------
+        Refusal
+        """
+        found, pending = set(roots), list(roots)
+        while pending if self.branches else ():
+            node = pending.pop()
+            for below in self._chosen_among(node):
+                if below not in found:
+                    found.add(below)
+                    pending.append(below)
+
+    def _chosen_among(self, node: int) -> tuple[int, ...]:
+        """What a node is made of, without what only decides and is held."""
+        op, args = self.op[node], self.args[node]
+        if op == "integral":
+            return args + self.begins_with(node)
+        if op == "select":
+            of_state, of_branch, breaks = map(any, zip(*map(self._decides, args[:2]), strict=True))
+            if of_state and (breaks or not of_branch):
+                raise Refusal(NO_CHOICE)
+            # `p` alone chooses what is held, and else the choice that is not: as it is outside of step loops.
+            return args[2:] if of_state else args[2:3] if of_branch and not self._is_nested(args[3]) else args
+        if op == "call" and IN_CODE[self.data[node][0]].stepped:
+            of_state, of_branch, breaks = self._decides(args[0])
+            if of_state and (breaks or not of_branch):
+                raise Refusal(f"{self.data[node][0]} has no Taylor series where it jumps")
+            return ()
+        return args
+
+    def _is_nested(self, node: int) -> bool:
+        """Whether a choice between what is held and what is not stands here."""
+        if self.op[node] != "select":
+            return False
+        of_state, of_branch, _ = map(any, zip(*map(self._decides, self.args[node][:2]), strict=True))
+        return of_branch and not of_state
+
+    def _decides(self, node: int) -> tuple[bool, bool, bool]:
+        """Whether a constant is made of the state at the start, of a branch, and of what is not finite everywhere.
+
+        Series of a piece go on where the choice itself has no value, and would say nothing.
+        """
+        seen, pending, of_state, of_branch, breaks = {node}, [node], False, False, False
+        while pending:
+            x = pending.pop()
+            breaks = breaks or self._is_partial(x)
+            of_state = of_state or self.op[x] == "start"
+            of_branch = of_branch or (self.op[x] == "parameter" and self.data[x][0] in self.branches)
+            for below in self.args[x]:
+                if below not in seen:
+                    seen.add(below)
+                    pending.append(below)
+        return of_state, of_branch, breaks
+
+    def _is_partial(self, node: int) -> bool:
+        """Whether an operation on constants has no value somewhere."""
+        if self.op[node] in ("div", "fdiv"):
+            return self.op[self.args[node][1]] not in ("number", "parameter")
+        if self.op[node] != "call":
+            return False
+        name = self.data[node][0]
+        return name in ("tan", "pow") or IN_CODE[name].domain != (-math.inf, math.inf)

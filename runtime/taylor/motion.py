@@ -474,18 +474,27 @@ def _states(graph: SeriesGraph, system: System) -> tuple[list[int], list[int], C
     return q, v, nodes.__getitem__
 
 
+def _graph(system: System) -> SeriesGraph:
+    """A graph without nodes: what holds choices are the last parameters."""
+    return SeriesGraph(
+        stops_at_choices=bool(system.source.header.get("time_terms")),
+        branches=range(system.n_p - len(system.jumps), system.n_p),
+    )
+
+
 def _from_rhs(system: System) -> Motion:
-    graph = SeriesGraph(stops_at_choices=bool(system.source.header.get("time_terms")))
+    graph = _graph(system)
     q, v, state = _states(graph, system)
     rows = _outputs(system, graph, "rhs", state, set(range(system.ny)))
     for i, node in enumerate(q + v):
         graph.integrate(node, rows[i])
+    graph.refuse_unheld([*q, *v, *rows.values()])
     return Motion(graph, q, v, power=rows.get(system.nq + system.nv))
 
 
 def _from_residual(system: System, positions: bool) -> Motion:
     """`positions`: look for derivatives among positions of bodies and constraints as well."""
-    graph = SeriesGraph(stops_at_choices=bool(system.source.header.get("time_terms")))
+    graph = _graph(system)
     q, v, state = _states(graph, system)
     a = [graph.unknown("acceleration", i) for i in range(system.nv)]
     kept = [k for k in range(system.m) if k not in system.dependent]
@@ -519,6 +528,7 @@ def _from_residual(system: System, positions: bool) -> Motion:
         *answers.unknowns,
         *answers.ratios,
     ]
+    graph.refuse_unheld(roots)
     roots = iter(share_factors(graph, use_derivatives(graph, roots, candidates)))
     return Motion(
         graph, q, v, a + solved,

@@ -69,6 +69,8 @@ class Start:
             return constant(data[0])
         if kind == "parameter":
             return code.load("p", data[0])
+        if kind == "start":
+            return code.load("y", data[0])
         if kind == "integral" and data[0] == "state":
             return code.load("y", data[1])
         if kind in ("time", "now"):

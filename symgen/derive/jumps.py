@@ -21,7 +21,21 @@ from dataclasses import replace
 import sympy
 
 from ..model.description import Description, Event, Input, Load
-from ..model.functions import at_most, branch, floor, heaviside, less, maximum, minimum, where
+from ..model.functions import (
+    INTEGRAL,
+    PIECE,
+    PLACE,
+    Tabulated,
+    at_most,
+    branch,
+    floor,
+    heaviside,
+    less,
+    maximum,
+    minimum,
+    tabulated,
+    where,
+)
 from ..model.printing import shortened
 
 ACTION = "jump"
@@ -88,7 +102,11 @@ class _Branches:
         energies = {}
         for key, place, smooth_from in _ENERGIES:
             energies[key] = self._inside(getattr(d, key), place, smooth_from)
-        forces = tuple((name, self._inside(x, f"the force on {name}", 1)) for name, x in d.forces)
+        states = {s.name for s in d.states}
+        places = [f"the {'derivative of' if name in states else 'force on'} {name}" for name, _ in d.forces]
+        forces = tuple(
+            (name, self._inside(x, place, 1)) for place, (name, x) in zip(places, d.forces, strict=True)
+        )
         loads = tuple(self._load(load) for load in d.loads)
         definitions = tuple((name, self._done.get(name, x)) for name, x in d.definitions)
         return replace(d, forces=forces, loads=loads, definitions=definitions, **energies)
@@ -127,6 +145,8 @@ class _Branches:
             self._under_root = outside
             exponent = self._rewritten(e.exp, power)
             return e if (base, exponent) == e.args else sympy.Pow(base, exponent, evaluate=False)
+        if isinstance(e, Tabulated):
+            return self._piece(e, [self._rewritten(x, 1.0) for x in e.args])
         args = [self._rewritten(x, power) for x in e.args]
         same = tuple(args) == e.args  # SymPy makes equal symbols anew where its cache is full
         if e.func not in _KINDS or (e.func in _KINKS and power > 1.0):
@@ -173,7 +193,7 @@ class _Branches:
 
     def _branch(self, e: sympy.Expr, args: list[sympy.Expr], argument: sympy.Expr) -> sympy.Expr:
         if e.func is floor:
-            return self._held_floor(e, *args)
+            return self._held_floor(e, e.args[0], *args)
         flipped = argument.could_extract_minus_sign()
         side = self._side(-argument if flipped else argument, e)
         if self._under_root and e.func in _KINKS and (e.func is sympy.Abs or sympy.S.Zero in e.args):
@@ -191,9 +211,22 @@ class _Branches:
         }[e.func]()
         return branch(chosen, below, above)
 
-    def _held_floor(self, e: sympy.Expr, u: sympy.Expr) -> sympy.Expr:
+    def _piece(self, e: Tabulated, args: list[sympy.Expr]) -> sympy.Expr:
+        """A table whose pieces are held: the number of one is the whole part of a place in it."""
+        n = len(args)
+        if not any(map(self._moves, e.args)):
+            return e
+        numbers = []
+        for axis, (argument, inner) in enumerate(zip(e.args, args, strict=True)):
+            place = tabulated(e.func.table, PLACE, 1, axis)
+            moves = self._moves(argument)
+            u = place(inner)
+            numbers.append(self._held_floor(e, place(argument), u) if moves else floor(u, evaluate=False))
+        role = PIECE + INTEGRAL if e.func.role == INTEGRAL else PIECE
+        return tabulated(e.func.table, role, 2 * n)(*args, *numbers)
+
+    def _held_floor(self, e: sympy.Expr, argument: sympy.Expr, u: sympy.Expr) -> sympy.Expr:
         """floor(u) where three sides hold it, of which each whole number turns one around (a Gray code of period 8)."""
-        argument = e.args[0]
         s, c, d = (
             self._side(
                 wave(sympy.Mul(sympy.pi, argument, sympy.Rational(1, n), evaluate=False), evaluate=False), e
@@ -264,7 +297,7 @@ def _has(expression: sympy.Expr) -> bool:
     seen, stack = set(), [expression]
     while stack:
         e = stack.pop()
-        if e.func in _KINDS:
+        if e.func in _KINDS or isinstance(e, Tabulated):
             return True
         if e.args and id(e) not in seen:
             seen.add(id(e))

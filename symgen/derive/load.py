@@ -9,10 +9,12 @@ import sympy
 from sympy.core.function import AppliedUndef
 
 from ..errors import ModelError
-from ..model.functions import OF_CLASS, branch, dot
+from ..model.description import Table
+from ..model.functions import OF_CLASS, Tabulated, branch, dot
 from .graph.differentiate import forward
 from .graph.graph import Graph
 from .graph.nodes import FoldingError
+from .tables import tabulated_node
 
 
 class Loader:
@@ -25,10 +27,14 @@ class Loader:
         Node of each symbol by name; definitions are added by `define`.
     rates : dict of int to int
         Time derivative of each coordinate and of `t` (a node each): what `dot` uses.
+    tables : iterable of Table
     """
 
-    def __init__(self, g: Graph, symbols: dict[str, int], rates: dict[int, int]) -> None:
+    def __init__(
+        self, g: Graph, symbols: dict[str, int], rates: dict[int, int], tables: Iterable[Table] = ()
+    ) -> None:
         self.g = g
+        self.tables = {table.name: table for table in tables}
         self.symbols = symbols
         self.rates = rates
         self.exact: set[int] = set(rates.values())  # nodes that are time derivatives of functions of q and t
@@ -103,6 +109,8 @@ class Loader:
         if isinstance(e, branch):
             side, below, above = (memo[x] for x in e.args)
             return g.defined((side,), g.select(side, g.zero, below, above))
+        if isinstance(e, Tabulated):
+            return tabulated_node(g, self.tables, e.func, [memo[x] for x in e.args])
         function = OF_CLASS.get(e.func)
         if function is not None:
             args = [memo[x] for x in e.args]

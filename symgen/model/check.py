@@ -27,9 +27,11 @@ from .gravity import HERE, check_attractors
 from .items import (
     COORDINATES,
     INPUTS,
+    KINKS,
     PLACES,
     RATES,
     STATES,
+    TABLES,
     TIME_ITSELF,
     Item,
     body_items,
@@ -350,6 +352,7 @@ class _Checker:
         self.description = d
         self.sources = sources
         self.kinds = dict(kinds)
+        self.tables = {table.name: table for table in d.tables}
         self.defined: dict[str, Dependence] = {}
         self.moved: dict[str, frozenset[str]] = {}  # name of a point's or axis' body: coordinates
         self.coordinates = _coordinates_of(d)  # of each name that stands for coordinates or their rates
@@ -414,6 +417,12 @@ class _Checker:
             raise self.sources.error(item.table, item.key, message, hint=_foreign_hint(kind))
         for name in sorted(found.names):
             self._check_name(item, name)
+        for name, count in sorted(found.tables):
+            if name not in self.tables or len(self.tables[name].axes) != count:
+                message = f"the model has no table '{name}' of {count} argument{'s' * (count > 1)}"
+                raise self.sources.name_error(
+                    item.table, item.key, name, message, nearest(name, self.tables, "tables")
+                )
         self._check_dots(item, found)
         return self._combined(found)
 
@@ -421,15 +430,17 @@ class _Checker:
         kind = self.kinds.get(name)
         if name in HERE and (item.table, item.key) == ("gravity", "potential"):
             return
-        if name == "t" or kind not in (None, "output", "integral"):
+        if name == "t" or kind not in (None, "output", "integral", "table"):
             return
         if kind == "output":
             message, hint = f"'{name}' is an output, which expressions cannot use", "make it a definition"
+        elif kind == "table":
+            message, hint = f"'{name}' is a table", f"write it with its arguments, {name}(…)"
         elif kind == "integral":
             message = f"'{name}' is the integral of a state, which expressions cannot use"
             hint = f'declare a state for it: {{ derivative = "{name.removesuffix("_integral")}" }}'
         else:
-            usable = [n for n, k in self.kinds.items() if k not in ("output", "integral")]
+            usable = [n for n, k in self.kinds.items() if k not in ("output", "integral", "table")]
             message, hint = (
                 f"the name '{name}' is not declared",
                 nearest(name, [*usable, "t"], "declared names"),
@@ -470,6 +481,11 @@ class _Checker:
     def _combined(self, found: Uses) -> Dependence:
         via: dict[str, str] = {RATES: "dot"} if found.has_dot else {}
         coordinates: set[str] = set()
+        for name, _ in sorted(found.tables):
+            via.setdefault(TABLES, name)
+            table = self.tables[name]
+            if table.kind == "linear" or table.outside == "hold":
+                via.setdefault(KINKS, name)
         for name in sorted(found.names):
             coordinates |= self.coordinates.get(name, frozenset())
             kind = TIME_ITSELF if name == "t" else KIND_OF_DEPENDENCE.get(self.kinds.get(name))
@@ -491,7 +507,10 @@ class _Checker:
                     f" through '{name}'" if name in self.defined else "" if name == "dot" else f", '{name}'"
                 )
                 message = f"{item.role.title} cannot depend on {kind}{through}"
-                raise self.sources.name_error(item.table, item.key, name, message, item.role.hint)
+                hint = item.role.hint
+                if kind == KINKS:
+                    hint = "velocities would jump there: take the kind 'cubic', and let it 'extend' or 'refuse' outside"
+                raise self.sources.name_error(item.table, item.key, name, message, hint)
 
 
 def _coordinates_of(d: Description) -> dict[str, frozenset[str]]:

@@ -21,6 +21,7 @@ from .description import (
     Point,
     Rate,
     State,
+    Table,
 )
 from .names import name_fault
 from .sources import Sources
@@ -43,6 +44,7 @@ class Declared:
         self._inputs: list[Input] = []
         self._definitions: list[tuple[str, sympy.Expr]] = []
         self._outputs: list[tuple[str, sympy.Expr]] = []
+        self._tables: list[Table] = []
         self._states: list[State] = []
         self._integrals: list[Coordinate] = []  # of states over time
         self._state_rates: list[Rate] = []

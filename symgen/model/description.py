@@ -106,6 +106,22 @@ class Input:
 
 
 @dataclass(frozen=True)
+class Table:
+    """A function of the state that numbers make: a curve of one argument, a map of two.
+
+    `axes` are the ascending arguments, `values` those at all of their combinations, the last argument fastest. `kind`
+    is linear, pchip or cubic, `outside` hold, extend or refuse. `units` are of the arguments, then of the value.
+    """
+
+    name: str
+    axes: tuple[tuple[float, ...], ...]
+    values: tuple[float, ...]
+    kind: str
+    outside: str
+    units: tuple[str | None, ...]
+
+
+@dataclass(frozen=True)
 class Shape:
     """What is drawn for a body: box, sphere, cylinder, capsule (with sizes), mesh (with a file) or solids.
 
@@ -483,6 +499,7 @@ class Description:
     units_of_outputs: Mapping[str, str] = default(default_factory=lambda: MappingProxyType({}))
     units_of_multipliers: Mapping[str, str] = default(default_factory=lambda: MappingProxyType({}))
     states: tuple[State, ...] = ()
+    tables: tuple[Table, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

@@ -22,7 +22,8 @@ from symgen.runtime.graph.functions import CONDITIONS, IN_MODELS
 from ..errors import ModelError
 from .description import Constraint, Coordinate, Description
 from .exact import python_number
-from .expression_tree import kind, postorder
+from .expression_tree import TABLE, kind, postorder
+from .functions import VALUE
 from .gravity import HERE
 from .items import Item, definition_items, items, unit_dimension
 from .printing import shortened
@@ -87,6 +88,8 @@ def _size(
         return _power(node, *sizes)
     if what == "dot":
         return over(sizes[0], TIME) if isinstance(sizes[0], tuple) else sizes[0]
+    if what == TABLE:
+        return _of_table(node, sizes, names)
     entry = IN_MODELS.get(what) or CONDITIONS.get(what)
     rule = entry.dimension if entry else "kept" if what == "real" else "pure"
     if rule == "kept":
@@ -97,6 +100,20 @@ def _size(
     if rule == "chosen":
         return _same(node.args[1:], sizes[1:], "branches of one choice")
     return DIMENSIONLESS if rule == "any" else _function(node, what, sizes[0])
+
+
+def _of_table(node: sympy.Basic, sizes: list[Size], names: Mapping[str, Size]) -> Size:
+    *wanted, value = names.get(f"{node.func.table}(", (None,))
+    for size, expected, argument in zip(sizes, wanted, node.args, strict=False):
+        if isinstance(size, tuple) and expected is not None and size != expected:
+            raise ModelError(
+                f"units do not match: '{shortened(argument)}' is in {dimension_text(size)}, and the table "
+                f"'{node.func.table}' takes {dimension_text(expected)}",
+                hint="look at the units of the parameters in it, and at the table's",
+            )
+    if node.func.role == VALUE or value is None or wanted[0] is None:
+        return value if node.func.role == VALUE else None
+    return times(value, wanted[0])
 
 
 def _same(parts: Sequence[sympy.Basic], sizes: list[Size], verb: str) -> Size:
@@ -185,6 +202,9 @@ def check_units(d: Description, sources: Sources) -> Sizes:
     names["t"] = TIME
     names |= {r.name: unit_dimension(r.unit) for r in d.rates if r.coordinate != r.name}
     names |= {f"{p.name}_{c}": LENGTH for p in d.points for c in "xyz"}
+    names |= {
+        f"{x.name}(": tuple(map(unit_dimension, x.units)) for x in d.tables
+    }  # of arguments, then of the value
     names |= dict.fromkeys(HERE, LENGTH) if d.field is not None else {}
     for s in d.springs:
         names |= {s.measured: DIMENSIONLESS, s.exerted: ENERGY} if s.angle is not None else {}

@@ -13,7 +13,7 @@ import sympy
 from symgen.runtime.graph.functions import CONDITIONS
 
 from . import exact
-from .expression_tree import kind, postorder
+from .expression_tree import TABLE, kind, postorder
 
 OPERATIONS = (
     exact.MATH
@@ -61,7 +61,7 @@ def _value(node: sympy.Basic, operands: list[Value], values: Mapping[str, float 
     fault = next((x for x in operands if isinstance(x, NotFinite)), None)
     if fault is not None:
         return fault
-    if None in operands or what == "dot":
+    if None in operands or what in ("dot", TABLE):
         return None
     try:
         return _finite(node, what, operands)

@@ -10,12 +10,13 @@ import sympy
 from . import elements
 from .contact_laws import with_contact_laws, with_normals
 from .description import Axis, Body, Constraint, Description, Drawing, Event, Joint, Reset, Shape
-from .expression_tree import names_in
-from .functions import dot
+from .expression_tree import names_in, postorder
+from .functions import Tabulated, dot, minimum
 from .gravity import write_gravity
 from .joint_tree import parents_first, with_axes
 from .joint_types import TYPES
 from .parts import DRAWN
+from .printing import shortened
 from .ready_made import HALF, Writer
 from .rolling import drawn, write_rolling
 from .solids import picture, together
@@ -51,8 +52,55 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
             *((rate_of.get(name, name), value) for name, value in d.forces),
             *((s.name, s.derivative) for s in d.states),
         ),
-        events=(*(_with_rates(e, d, rate_of) for e in d.events), *_limits(d, sources)),
+        events=(
+            *(_with_rates(e, d, rate_of) for e in d.events),
+            *_limits(d, sources),
+            *_ends_of_tables(d, sources),
+        ),
     )
+
+
+def _ends_of_tables(d: Description, sources: Sources) -> Iterator[Event]:
+    """Where arguments leave tables that refuse that, a run ends."""
+    refusing = {table.name: table for table in d.tables if table.outside == "refuse"}
+    if not refusing:
+        return
+    taken = {e.name for e in d.events} | {s.name for s in d.stops} | {f.name for f in d.frictions}
+    watched: set[tuple[str, int, sympy.Expr]] = set()
+    for e in postorder(_acting(d)):
+        if not isinstance(e, Tabulated) or e.func.table not in refusing:
+            continue
+        name = e.func.table
+        for k, (argument, knots) in enumerate(zip(e.args, refusing[name].axes, strict=True)):
+            if (name, k, argument) in watched:
+                continue
+            watched.add((name, k, argument))
+            event = f"{name}_outside"
+            while event in taken:
+                event += "_"
+            taken.add(event)
+            inside = (
+                difference(argument, sympy.Float(knots[0])),
+                difference(sympy.Float(knots[-1]), argument),
+            )
+            says = f"{shortened(argument)} leaves the table {name}"
+            yield Event(event, minimum(*inside, evaluate=False), "falling", "terminate", says=says)
+
+
+def _acting(d: Description) -> list[sympy.Expr]:
+    """The expressions that the motion depends on."""
+    found = [x for x in (d.kinetic, d.potential, d.dissipation) if x is not None]
+    found += [x for _, x in d.forces] + [s.derivative for s in d.states]
+    found += [x for load in d.loads for x in (*load.force, *load.torque)]
+    found += [c.expression for c in (*d.constraints, *d.velocity_constraints)]
+    found += [x for body in d.bodies for x in (*body.com, *([] if body.angle is None else [body.angle]))]
+    definitions, known, waiting = dict(d.definitions), set(), list(found)
+    while waiting:
+        for name in names_in(waiting.pop()) & definitions.keys() - known:
+            known.add(name)
+            found.append(definitions[name])
+            waiting.append(definitions[name])
+    return found
 
 
 def _with_com(body: Body) -> Body:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from .functions import CLASSES, CONDITION_CLASSES, dot, smooth_minimum
+from .functions import CLASSES, CONDITION_CLASSES, Tabulated, dot, smooth_minimum
 
 # SymPy makes the last three of others: tan(x + pi/2), |exp(x)|.
 FUNCTIONS: dict[type, str] = {kind: name for name, kind in (CLASSES | CONDITION_CLASSES).items()} | {
@@ -17,6 +17,9 @@ FUNCTIONS: dict[type, str] = {kind: name for name, kind in (CLASSES | CONDITION_
     sympy.re: "real",
     sympy.conjugate: "real",
 }
+
+
+TABLE = "table"
 
 
 def postorder(roots: Iterable[sympy.Basic], seen: set[int] | None = None) -> list[sympy.Basic]:
@@ -60,7 +63,7 @@ def kind(node: sympy.Basic) -> str | None:
         return "product"
     if isinstance(node, sympy.Pow):
         return "power"
-    return FUNCTIONS.get(node.func)
+    return TABLE if isinstance(node, Tabulated) else FUNCTIONS.get(node.func)
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,7 @@ class Uses:
     """What an expression mentions by itself, without looking into definitions.
 
     `dotted` are the names inside a `dot(…)`; `nested` tells of a `dot` inside another;
-    `foreign` is the first node that no model can have.
+    `foreign` is the first node that no model can have; `tables` are by name and number of arguments.
     """
 
     names: frozenset[str]
@@ -76,6 +79,7 @@ class Uses:
     has_dot: bool
     nested: bool
     foreign: sympy.Basic | None
+    tables: frozenset[tuple[str, int]] = frozenset()
 
 
 def uses(root: sympy.Basic) -> Uses:
@@ -89,6 +93,7 @@ def uses(root: sympy.Basic) -> Uses:
         has_dot=bool(dots),
         nested=any(isinstance(node, dot) for node in inside),
         foreign=next((node for node in order if kind(node) is None), None),
+        tables=frozenset((x.func.table, len(x.args)) for x in order if isinstance(x, Tabulated)),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import sympy
@@ -13,7 +13,7 @@ import sympy
 from ..errors import ModelError
 from . import exact
 from .evaluate import NotFinite, evaluate
-from .functions import ABBREVIATIONS, CLASSES, CONDITION_CLASSES, dot, nested
+from .functions import ABBREVIATIONS, CLASSES, CONDITION_CLASSES, INTEGRAL, VALUE, dot, nested, tabulated
 from .tokens import LONGEST_TEXT, Token, check_grammar, tokenise
 from .unevaluated import build, inverted, negated, split_product
 from .units import Unit, parse_unit
@@ -42,13 +42,15 @@ class Parsed:
 
 
 @functools.lru_cache(maxsize=1024)  # a scene of many bodies gives sizes and masses many times
-def parse(text: str) -> Parsed:
+def parse(text: str, tables: tuple[tuple[str, int], ...] = ()) -> Parsed:
     """Parse an expression or a lone quantity.
 
     Parameters
     ----------
     text : str
         For example `"m*g*l*(1 - cos(theta))"`, `"-5 N"`.
+    tables : tuple of (str, int)
+        Names of a model's own functions, and how many arguments they take.
 
     Returns
     -------
@@ -63,8 +65,8 @@ def parse(text: str) -> Parsed:
     if len(text) <= LONGEST_TEXT and (match := QUANTITY.fullmatch(text.strip())):
         return _parse_quantity(text, match)
     tokens = tokenise(text)
-    check_grammar(tokens, len(text))
-    builder = _Builder(tokens)
+    check_grammar(tokens, len(text), dict(tables))
+    builder = _Builder(tokens, dict(tables))
     return Parsed(builder.build(), text, None, frozenset(builder.decimals))
 
 
@@ -108,7 +110,8 @@ def _parse_quantity(text: str, match: re.Match) -> Parsed:
 class _Builder:
     """One expression's way from tokens through `ast` to SymPy."""
 
-    def __init__(self, tokens: list[Token]) -> None:
+    def __init__(self, tokens: list[Token], tables: Mapping[str, int]) -> None:
+        self.tables = tables
         self.decimals: set[sympy.Rational] = set()
         source: list[str] = []
         self.token_at: dict[int, Token] = {}
@@ -210,6 +213,10 @@ class _Builder:
         if name == "where":
             return self._where(node, depth)
         arguments = [self._convert(a, depth + 1) for a in node.args]
+        if name in self.tables:
+            own = name.removesuffix("_integral")
+            own, role = (own, INTEGRAL) if own != name and own in self.tables else (name, VALUE)
+            return tabulated(own, role, len(arguments))(*arguments, evaluate=False)
         if name in ABBREVIATIONS:
             return self._abbreviated(name, arguments, self._token(node.func))
         if all(a.is_Number for a in arguments):

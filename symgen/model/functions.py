@@ -5,6 +5,7 @@ Conditions are such functions too: SymPy's own relations compare and combine wha
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -90,6 +91,29 @@ class branch(sympy.Function):
 
 class smooth_minimum(minimum):
     """Smaller of two values where it stands in a sum or product that has no kink."""
+
+
+class Tabulated(sympy.Function):
+    """A table of a model, of one or two arguments; `tabulated` makes a class for each.
+
+    `role` says what of it: VALUE, INTEGRAL; PIECE or PIECE + INTEGRAL with numbers of the held piece behind the
+    arguments; PLACE, which is whole at the knots of argument `axis`.
+    """
+
+    table = ""
+    role = ""
+    axis = 0
+
+
+VALUE, INTEGRAL, PIECE, PLACE = "value", "integral", "piece ", "place"
+
+
+@functools.cache
+def tabulated(table: str, role: str, n_arguments: int, axis: int = 0) -> type[Tabulated]:
+    """The class of a table's function; it has the table's name, or that with `_integral`."""
+    names = {VALUE: table, INTEGRAL: f"{table}_integral"}
+    own = {"table": table, "role": role, "axis": axis, "nargs": n_arguments, "__module__": __name__}
+    return type(Tabulated)(names.get(role, f"{table} {role}{axis}"), (Tabulated,), own)
 
 
 t = sympy.Symbol("t")  # the time

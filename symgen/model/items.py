@@ -32,6 +32,7 @@ DRAWINGS = {"spring": 2, "damper": 2, "bar": 2, "rail": 2, "pin": 1, "ground": 1
 RATES, INPUTS, COORDINATES, TIME_ITSELF = "a rate", "an input", "a coordinate", "the time"
 PLACES = "the place of a point or axis"
 STATES = "a state"
+TABLES, KINKS = "a table", "a table that has kinks"
 
 
 @dataclass(frozen=True)
@@ -44,13 +45,13 @@ class Role:
 
 
 DEFINITION = Role("a definition")
-POSITION = Role("a position or angle", (RATES, INPUTS, STATES))
+POSITION = Role("a position or angle", (RATES, INPUTS, STATES, KINKS))
 PLACEMENT = Role(
     "the place of a body",
-    (RATES, INPUTS, PLACES, STATES),
+    (RATES, INPUTS, PLACES, STATES, KINKS),
     "attach it by [joints], or by a constraint such as coincident",
 )
-UNVARYING = (RATES, INPUTS, PLACES, COORDINATES, TIME_ITSELF, STATES)
+UNVARYING = (RATES, INPUTS, PLACES, COORDINATES, TIME_ITSELF, STATES, TABLES)
 FIXED_COM = Role(
     "the centre of mass of a joint's child", UNVARYING, "it is in the body's own frame, which the joint moves"
 )
@@ -82,15 +83,15 @@ POTENTIAL = Role("the potential energy", (RATES,), "rates belong in the dissipat
 FORCE_ROLE = Role("a force")
 HOLONOMIC = Role(
     "a constraint",
-    (RATES, INPUTS, STATES),
+    (RATES, INPUTS, STATES, KINKS),
     "an expression with rates belongs in [velocity_constraints], and so does one with states, by its derivative",
 )
 COURSE = Role(
     "a prescribed motion",
-    (RATES, INPUTS, COORDINATES, PLACES, STATES),
+    (RATES, INPUTS, COORDINATES, PLACES, STATES, KINKS),
     "it is made of t, parameters and constants; hold expressions of coordinates at zero by 'couple'",
 )
-VELOCITY = Role("a velocity constraint", (INPUTS,), "prescribed motion is written with t")
+VELOCITY = Role("a velocity constraint", (INPUTS, KINKS), "prescribed motion is written with t")
 SPEED = Role("a sliding speed", (INPUTS, STATES), "prescribed motion is written with t")
 LEVEL = Role(
     "a friction force",

@@ -13,6 +13,7 @@ import sympy
 from ..errors import nearest
 from . import parts, run_defaults, toml_writer
 from .check import finished
+from .curves import TableFunction, make_table
 from .declared import Declared
 from .description import (
     Attractor,
@@ -187,6 +188,50 @@ class Model(Declared):
             Rate(name, coherent, values["start"], 0.0, integral_name(name), values.get("formula"), state=True)
         )
         return sympy.Symbol(name)
+
+    def table(
+        self,
+        name: str,
+        columns: Sequence[Sequence[float]] | None = None,
+        file: str | None = None,
+        kind: str = "linear",
+        outside: str = "refuse",
+        units: Sequence[str] | None = None,
+    ) -> TableFunction:
+        """Declare a function that numbers make: a curve of one argument, a map of two.
+
+        Parameters
+        ----------
+        name : str
+            Expressions write NAME(x) or NAME(x, y), and NAME_integral(x) for the integral of a curve from its first
+            argument on.
+        columns : sequence of 2 or 3 sequences, optional
+            Arguments, then values. Those of a curve ascend; a map has a value for each first argument with each second
+            one, in any order.
+        file : str, optional
+            A file below the model's folder with these columns instead.
+        kind : {"linear", "pchip", "cubic", "bicubic"}
+            How it goes between its points: straight, by cubics that keep monotone data monotone, by a cubic spline
+            (of maps: its product).
+        outside : {"refuse", "hold", "extend"}
+            Beyond its ends: the run ends, the last value stays, it goes on straight.
+        units : sequence of str, optional
+            Of the columns.
+
+        Returns
+        -------
+        TableFunction
+            To be called with expressions; `integral` is a method of it.
+        """
+        self._declare(name, "table", "tables")
+        given = {"columns": columns, "file": file, "kind": kind, "outside": outside, "units": units}
+        made = make_table(self, name, given)
+        self._tables.append(made)
+        self._sources.tables[name] = len(made.axes)
+        if len(made.axes) == 1:
+            self._declare_made(f"{name}_integral", "table", f"tables.{name}", "table")
+            self._sources.tables[f"{name}_integral"] = 1
+        return TableFunction(made)
 
     def parameter(self, name: str, value: Any, doc: str = "", unit: str | None = None) -> sympy.Symbol:
         """Declare a number that can be set for each run.
@@ -1027,6 +1072,7 @@ class Model(Declared):
             attractors=tuple(self._attractors.values()),
             rolling=tuple(self._rolling.values()),
             states=tuple(self._states),
+            tables=tuple(self._tables),
         )
 
     def _all_coordinates(self) -> tuple[Coordinate, ...]:

@@ -7,7 +7,7 @@ import sympy
 from symgen.runtime.graph.functions import CONDITIONS
 
 from ..errors import ModelError
-from .expression_tree import kind, postorder
+from .expression_tree import TABLE, kind, postorder
 from .tokens import LONGEST_TEXT
 
 # How tightly the outermost operation of a text binds.
@@ -65,6 +65,8 @@ def _print(node: sympy.Basic, args: list[Piece]) -> Piece:
         return f"1/tan({args[0][0]})", PRODUCT
     if what in CONDITIONS:
         return _condition(what, args)
+    if what == TABLE:
+        return f"{node.func.__name__}({', '.join(text for text, _ in args)})", ATOM
     if what is None:
         return str(type(node).__name__), ATOM
     return f"{what}({', '.join(text for text, _ in args)})", ATOM

@@ -23,6 +23,7 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "constants": "constant",
     "coordinates": "coordinate",
     "states": "state",
+    "tables": "table",
     "inputs": "input",
     "definitions": "definition",
     "bodies": "body",
@@ -71,6 +72,9 @@ class Sources:
         self.name = name
         self.is_file = is_file
         self._sources: dict[Address, list[Source]] = {}
+        self.tables: dict[
+            str, int
+        ] = {}  # functions that the model has tables for, and how many arguments they take
         self._in_plane: set[Address] = set()
 
     def of(self, table: str, key: str) -> list[Source]:
@@ -116,18 +120,17 @@ class Sources:
     def expression(self, value: Any, table: str, key: str) -> sympy.Expr:
         """Take an expression (SymPy object, number, text) for an address; adds to what is there already."""
         try:
-            source = read(value)
+            source = read(value, tuple(self.tables.items()))
         except ModelError as error:
             raise self.locate(error, table, key) from None
         self._sources.setdefault((table, key), []).append(source)
         return source.expression
 
-    @staticmethod
-    def is_formula(value: Any) -> bool:
+    def is_formula(self, value: Any) -> bool:
         """Whether a value names something: text or an expression that is no number and no quantity."""
         if isinstance(value, str):
             try:
-                value = parse(value).expression
+                value = parse(value, tuple(self.tables.items())).expression
             except ModelError:  # the reader of numbers says what is wrong
                 return False
         return isinstance(value, sympy.Expr) and bool(value.free_symbols)
@@ -184,10 +187,10 @@ def _call(table: str, key: str) -> Address:
     return f"{CALLS[head]}({name!r})", key
 
 
-def read(value: Any) -> Source:
-    """An expression from a SymPy object, a number, or text."""
+def read(value: Any, tables: tuple[tuple[str, int], ...] = ()) -> Source:
+    """An expression from a SymPy object, a number, or text; `tables` as of `expressions.parse`."""
     if isinstance(value, str):
-        parsed = parse(value)
+        parsed = parse(value, tables)
         return Source(parsed.expression, parsed.text, parsed.unit, parsed.decimals)
     if isinstance(value, sympy.Expr):
         return Source(taken_over(value))

@@ -59,6 +59,39 @@ def read_table_file(path: Path) -> TableFile:
     return TableFile(names, times, tuple(columns))
 
 
+def read_columns(path: Path, most: int) -> list[tuple[float, ...]]:
+    """Read the columns of a table of so many rows at most, as `read_table_file` does, in whatever order they are.
+
+    Raises
+    ------
+    ModelError
+        Names the file, the line and what is wrong there.
+    """
+    rows: list[list[float]] = []
+    named = False
+    for number, line in enumerate(_text(path).splitlines(), 1):
+        line = line.partition("#")[0].strip()
+        if not line:
+            continue
+        cells = _cells(line)
+        if not rows and not named and not any(map(_is_number, cells)):
+            named = True
+            continue
+        rows.append(
+            _row(path, number, cells, len(rows[0]) if rows else len(cells), "arguments first, then the value")
+        )
+        if len(rows) > most:
+            message = f"the table has more than {most} rows"
+            raise ModelError(
+                message, file=str(path), line=number, hint="take fewer places: between them it is a curve"
+            )
+    if not rows:
+        raise ModelError(
+            "the table has no rows of numbers", file=str(path), hint="arguments first, then the value"
+        )
+    return list(zip(*rows, strict=True))
+
+
 def _text(path: Path) -> str:
     try:
         return read_plain(path, LARGEST_TABLE, "table").decode("utf-8-sig")
@@ -82,11 +115,13 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _row(path: Path, number: int, cells: list[str], n_columns: int) -> list[float]:
+def _row(
+    path: Path, number: int, cells: list[str], n_columns: int, order: str = "time first, then the values"
+) -> list[float]:
     if len(cells) < 2 or len(cells) != n_columns:
         wanted = max(n_columns, 2)
         message = f"{len(cells)} column{'s' * (len(cells) != 1)}, where {wanted} are expected"
-        raise ModelError(message, file=str(path), line=number, hint="time first, then the values")
+        raise ModelError(message, file=str(path), line=number, hint=order)
     for column, cell in enumerate(cells, 1):
         if not _is_number(cell) or not math.isfinite(float(cell)):
             message = f"column {column} holds {cell!r:.40}, which is no finite number"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..errors import ModelError, nearest
@@ -92,7 +93,10 @@ def _refuse_character(text: str, position: int) -> None:
     )
 
 
-def check_grammar(tokens: list[Token], length: int) -> None:
+Arity = Mapping[str, tuple[int, int | None]]  # fewest and most arguments
+
+
+def check_grammar(tokens: list[Token], length: int, tables: Mapping[str, int]) -> None:
     """Check that tokens form one expression: operands and operators in turn, functions known, all closed.
 
     Parameters
@@ -100,7 +104,10 @@ def check_grammar(tokens: list[Token], length: int) -> None:
     tokens : list of Token
     length : int
         Of the whole text, for the column of something missing at its end.
+    tables : mapping of str to int
+        The model's own functions: how many arguments they take.
     """
+    arity = FUNCTION_ARITY | {name: (n, n) for name, n in tables.items()}
     # Each with its parenthesis, function, and number of arguments so far.
     open_calls: list[tuple[Token, Token | None, int]] = []
     want_operand, signs = True, 0
@@ -109,7 +116,7 @@ def check_grammar(tokens: list[Token], length: int) -> None:
         before = tokens[index - 1] if index else None
         if want_operand:
             signs = signs + 1 if token.text in ("+", "-", "not") else 0
-            _check_operand(token, before, following)
+            _check_operand(token, before, following, arity)
             if token.text == "(":
                 function = before if before is not None and before.kind == "name" else None
                 open_calls.append((token, function, 1))
@@ -119,7 +126,7 @@ def check_grammar(tokens: list[Token], length: int) -> None:
             elif token.kind == "number" or following is None or following.text != "(":
                 want_operand = False
         else:
-            want_operand = _check_operator(token, before, open_calls)
+            want_operand = _check_operator(token, before, open_calls, arity)
     if open_calls:
         raise ModelError(
             "this '(' is never closed", column=open_calls[-1][0].column, hint="close it, or leave it out"
@@ -142,7 +149,7 @@ def _check_depth(depth: int, token: Token) -> None:
         )
 
 
-def _check_operand(token: Token, before: Token | None, following: Token | None) -> None:
+def _check_operand(token: Token, before: Token | None, following: Token | None, arity: Arity) -> None:
     is_call = following is not None and following.text == "("
     if token.kind == "name":
         if keyword.iskeyword(token.text):
@@ -151,11 +158,13 @@ def _check_operand(token: Token, before: Token | None, following: Token | None) 
                 column=token.column,
                 hint="choose another name",
             )
-        if is_call and token.text not in FUNCTION_ARITY:
+        if is_call and token.text not in arity:
             raise ModelError(
-                f"'{token.text}' is not a function", column=token.column, hint=_function_hint(token.text)
+                f"'{token.text}' is not a function",
+                column=token.column,
+                hint=_function_hint(token.text, arity),
             )
-        if not is_call and token.text in FUNCTION_ARITY:
+        if not is_call and token.text in arity:
             raise ModelError(
                 f"'{token.text}' is a function", column=token.column, hint=f"write {token.text}(…)"
             )
@@ -168,12 +177,14 @@ def _check_operand(token: Token, before: Token | None, following: Token | None) 
         )
 
 
-def _function_hint(name: str) -> str:
-    close = nearest(name, FUNCTION_ARITY, "functions")
+def _function_hint(name: str, arity: Arity) -> str:
+    close = nearest(name, arity, "functions")
     return close if close.startswith("did") else f"to multiply, write {name}*(…); {close}"
 
 
-def _check_operator(token: Token, before: Token, open_calls: list[tuple[Token, Token | None, int]]) -> bool:
+def _check_operator(
+    token: Token, before: Token, open_calls: list[tuple[Token, Token | None, int]], arity: Arity
+) -> bool:
     """Check what follows an operand; returns whether an operand comes next."""
     if before.kind == "number" and token.text in ATOMS:
         raise ModelError(
@@ -196,7 +207,7 @@ def _check_operator(token: Token, before: Token, open_calls: list[tuple[Token, T
             )
         _, function, count = open_calls.pop()
         if function is not None:
-            _check_arity(function, count)
+            _check_arity(function, count, arity)
         return False
     if token.text == ",":
         if not open_calls or open_calls[-1][1] is None:
@@ -210,8 +221,8 @@ def _check_operator(token: Token, before: Token, open_calls: list[tuple[Token, T
     return True
 
 
-def _check_arity(function: Token, count: int) -> None:
-    fewest, most = FUNCTION_ARITY[function.text]
+def _check_arity(function: Token, count: int, arity: Arity) -> None:
+    fewest, most = arity[function.text]
     if count < fewest or (most is not None and count > most):
         wanted = (
             f"{fewest} or more arguments" if most is None else f"{most} argument{'s' if most > 1 else ''}"

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError, nearest
+from .curves import TABLE_KEYS
 from .elements import BUSHING_KEYS, SPRING_KEYS
 from .files import LARGEST_FILE, read_plain
 from .gravity import ATTRACTOR_KEYS
@@ -249,6 +250,7 @@ def _run(model: Model, content: dict[str, Any]) -> None:
 
 
 READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
+    "tables": _each_table("table", "tables", TABLE_KEYS, inline=False),
     "parameters": _each("parameter"),
     "constants": _each("constant"),
     "coordinates": _each_table("coordinate", "coordinates", COORDINATE_KEYS, inline=True),

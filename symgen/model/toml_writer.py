@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
@@ -25,6 +26,7 @@ from .description import (
     Solid,
     Spring,
     State,
+    Table,
 )
 from .items import drawing_key
 from .joint_types import TYPES
@@ -59,6 +61,8 @@ class _Writer:
         yield ["[constants]", *(f"{c.name} = {_number(c.value, c.unit)}" for c in d.constants)]
         own = [c for c in d.coordinates if c.joint is None and not c.integral]
         yield ["[coordinates]", *(_coordinate(self, c) for c in own)]
+        for table in d.tables:
+            yield _table_of_numbers(table)
         rates = {r.name: r for r in d.rates}
         yield ["[states]", *(self.state(s, rates[s.name]) for s in d.states)]
         yield ["[inputs]", *(f"{u.name} = {_input(u)}" for u in d.inputs)]
@@ -384,6 +388,19 @@ def _input(u: Input) -> str:
 def _table(**values: Any) -> str:
     inside = ", ".join(f"{key} = {_literal(value)}" for key, value in values.items() if value is not None)
     return f"{{ {inside} }}" if inside else "{}"
+
+
+def _table_of_numbers(table: Table) -> list[str]:
+    places = itertools.product(*table.axes)
+    columns = (*zip(*places, strict=True), table.values)
+    units = [f"units = {_literal(tuple(x or '' for x in table.units))}"] if any(table.units) else []
+    return [
+        f"[tables.{table.name}]",
+        f"columns = {_literal(columns)}",
+        f"kind = {_quoted(table.kind)}",
+        f"outside = {_quoted(table.outside)}",
+        *units,
+    ]
 
 
 def _literal(value: Any) -> str:

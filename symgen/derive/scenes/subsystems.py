@@ -56,7 +56,7 @@ def watchers(
             symbols |= dict(zip(names, copied, strict=False))
             moved = copied[len(names) :]
             rates |= {g.var(Q, k): rate for k, rate in zip(component.places["q"], moved, strict=True)}
-    loader = Loader(g, symbols, rates)
+    loader = Loader(g, symbols, rates, d.tables)
     for name, expression in d.definitions:
         if name in needed:
             loader.define(name, expression)
