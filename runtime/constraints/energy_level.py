@@ -1,4 +1,4 @@
-"""Whether a run keeps the energy of its start by scaling the rates (`integrate/energy_scaling.py`)."""
+"""Whether a run keeps the energy of its start by scaling the rates (`integrate/projection.py`)."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Method:
     multistep : bool
         Its steps are made of the motion before them as well, which a jump of the accelerations makes worthless.
     scales_energy : bool
-        Can scale rates to the energy of the start (`energy_scaling.py`).
+        Can scale rates to the energy of the start (`projection.py`).
     passes_dependence : bool
         Lets go of constraints that come to depend on each other, and stops there only if no motion leads on.
     steps_per_period : int

@@ -47,14 +47,15 @@ def _radau(order: int) -> tuple[Method, Method]:
         name=f"radau{order}", order=order, dense_order=n_stages, adaptive=True,
         family="symgen.runtime.integrate.radau.loop:advance_radau",
         coefficients=coefficients, work_size=work_size, evaluations=EVALUATIONS_PER_STAGE * n_stages,
-        purpose=_PURPOSES[order], kernels=("residual_jacobian",), stiff=True,
+        purpose=_PURPOSES[order], kernels=("residual_jacobian",), stiff=True, scales_energy=True,
     )  # fmt: skip
     sparse = replace(
         full, family="symgen.runtime.integrate.radau.loop:advance_radau_sparse",
         coefficients=sparse_coefficients, work_size=sparse_work_size, kernels=("residual_jacobian_entries",),
     )  # fmt: skip
     ggl = replace(
-        full, form="ggl", suits_form=order == 5, family="symgen.runtime.integrate.radau.loop:advance_radau_ggl",
+        full, form="ggl", suits_form=order == 5, scales_energy=False,
+        family="symgen.runtime.integrate.radau.loop:advance_radau_ggl",
         coefficients=ggl_coefficients, work_size=ggl_work_size,
         kernels=("residual_jacobian", "residual", "constraint_residual"),
     )  # fmt: skip

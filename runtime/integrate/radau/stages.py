@@ -6,7 +6,7 @@ from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.after_step import finish_step
 from symgen.runtime.integrate.loop import all_finite, copy, evaluate
-from symgen.runtime.integrate.projection import project_state, projection_size
+from symgen.runtime.integrate.projection import count_energy, project_state, projection_size, scale_energy
 from symgen.runtime.integrate.quaternions import (
     chart_rate,
     n_quaternions,
@@ -307,6 +307,7 @@ def place_end(method, loop, t1, w):
     status = project_state(loop, t1, y_new, w.scratch[: projection_size(loop.sizes)])
     if status != at.RUNNING:
         return status
+    scale_energy(loop, t1, y_new, w.scratch)
     if not evaluate(loop, t1, y_new, w.rows[F_NEW]):
         return at.NOT_FINITE
     return at.RUNNING if all_finite(y_new, loop.sizes[at.NY]) else at.NOT_FINITE
@@ -316,6 +317,7 @@ def place_end(method, loop, t1, w):
 def commit_accelerations(method, loop, t, t1, w):
     """Make the new state the current one, with dense output, and record the step."""
     radau_dense(method, loop.sizes, loop.y, w, loop.dense)
+    count_energy(loop)
     copy(w.states[Y_NEW], loop.y)
     copy(w.rows[F_NEW], loop.f)
     return finish_step(loop, t, t1, loop.dense, len(method.c) + 1, w.scratch)
