@@ -16,7 +16,7 @@ from symgen.link import module_for
 from symgen.model.library import bundled_folder, find
 from symgen.runtime import RunOptions
 from symgen.runtime.checks.convergence import study, tables
-from symgen.runtime.checks.growth import is_exponential
+from symgen.runtime.checks.growth import is_exponential, power_of_growth
 
 AUTO = {"method": "auto", "rtol": 1e-8, "atol": 1e-10}
 
@@ -122,6 +122,7 @@ def test_regular_motion_has_no_exponent(double):
 def test_powers_are_not_taken_for_exponentials(power):
     t = np.linspace(0.0, 10.0, 400)
     assert not is_exponential(t, 1e-9 * t**power)
+    assert power_of_growth(t, 1e-9 * t**power) == pytest.approx(power, rel=0.02)
     assert is_exponential(t, 1e-9 * np.exp(1.2 * t))
 
 

@@ -139,6 +139,9 @@ def test_exponents_are_those_of_the_stretches():
     chaos = together([Stretch(0.0, 2.0, 3.0), Stretch(2.0, 6.0, 3.0)], [Stretch(5.0, 6.0, 1.0)])
     assert chaos.exponent(0.0, 10.0) == pytest.approx(5 * 3.0 + 1.0 + 4 * 1.0)
     assert together([], []).rate is None
+    short = [Stretch(5.0, 6.0, 0.0, suspected=1.0)]  # too short to tell
+    assert together(short, short).rate is None
+    assert together([Stretch(0.0, 2.0, 3.0)], short).exponent(0.0, 10.0) == pytest.approx(6.0 + 1.0 + 7.0)
 
 
 def test_what_a_run_went_over_is_told_with_the_step_that_sees_it():

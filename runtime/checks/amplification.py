@@ -16,11 +16,14 @@ class Stretch:
     begin, end : float [s]
     rate : float [1/s]
         Of the exponential growth of small differences; 0 where they do not grow so.
+    suspected : float [1/s]
+        The rate where growth may be exponential, but the companion did not come far enough to tell; else 0.
     """
 
     begin: float
     end: float
     rate: float
+    suspected: float = 0.0
 
     @property
     def length(self) -> float:
@@ -72,11 +75,18 @@ def mean_rate(stretches: Sequence[Stretch]) -> float:
 def together(start: Sequence[Stretch], later: Sequence[Stretch]) -> Amplification:
     """Return the growth along a run of which companions saw stretches from its start and from later on.
 
-    What none saw counts as exponential only if both did: motion that passes a saddle once is not chaotic.
+    What none saw counts as exponential only if both did, one of them at least for sure: motion that passes a saddle
+    once is not chaotic.
     """
+    if mean_rate(start) > 0.0 or mean_rate(later) > 0.0:
+        start, later = [_confirmed(part) for part in start], [_confirmed(part) for part in later]
     begin = later[0].begin if later else float("inf")
     before = [_cut(part, begin) for part in start if part.begin < begin]
     return Amplification((*before, *later), min(mean_rate(start), mean_rate(later)))
+
+
+def _confirmed(part: Stretch) -> Stretch:
+    return Stretch(part.begin, part.end, part.rate or part.suspected)
 
 
 def _cut(part: Stretch, end: float) -> Stretch:

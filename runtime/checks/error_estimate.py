@@ -9,7 +9,15 @@ import numpy as np
 
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import Companion, finer, follow, independent, loose
-from symgen.runtime.checks.growth import SATURATED, growth_rate, is_exponential, running_maximum, slope
+from symgen.runtime.checks.growth import (
+    LARGEST_POWER,
+    SATURATED,
+    growth_rate,
+    is_exponential,
+    power_of_growth,
+    running_maximum,
+    slope,
+)
 from symgen.runtime.checks.sharpness import may_be_sharp
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
@@ -47,6 +55,7 @@ _TINY = np.finfo(float).tiny
 _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
 _TIMES_BEYOND = 20  # between where companions got and the end, for when errors become large
+_SUSPECT = 2.5  # power of time of a growth that may be exponential, where a companion does not come far
 _UNSURE = 1.25  # times an exponent: along some stretches differences grow faster than along others
 _MOST_EXPONENT, _WHOLE = 60.0, 1.0  # errors grow no further than to the range
 
@@ -140,12 +149,16 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
     if comparison.own.adaptive:
         # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
         parts.append(comparison.follow(companion, half, comparison.middle))
-    grown = _amplification(comparison, neighbour, parts, half)
+    budgets = (half if comparison.own.adaptive else operations, half)
+    grown = _amplification(comparison, neighbour, parts, budgets)
     return _extrapolated(solution, parts, grown)
 
 
 def _amplification(
-    comparison: _Comparison, neighbour: Companion, parts: list[ErrorEstimate], operations: float
+    comparison: _Comparison,
+    neighbour: Companion,
+    parts: list[ErrorEstimate],
+    operations: tuple[float, float],
 ) -> Amplification:
     """Return how small differences grow where accurate companions have not been: after the first part, and later."""
     if not _may_be_chaotic(comparison.system):
@@ -154,7 +167,7 @@ def _amplification(
     begins = [begins[0], max(begins[-1], comparison.middle)]
     seen: list[list[Stretch]] = [[], []]
     for place, begin in enumerate(begins):
-        seen[place] = comparison.stretches(neighbour, operations, begin)
+        seen[place] = comparison.stretches(neighbour, operations[place], begin)
         if place < len(parts) and parts[place].rate:
             seen[place].insert(0, Stretch(parts[place].t[0], parts[place].t[-1], parts[place].rate))
         if seen[place] and seen[place][-1].end == comparison.end:
@@ -265,9 +278,13 @@ class _Comparison:
             beyond = np.flatnonzero(apart > SATURATED)
             last = int(beyond[0]) if beyond.size else len(apart) - 1
             t, apart = t[: last + 1], apart[: last + 1]
-            rate = growth_rate(t, apart) if is_exponential(t, apart) else None
-            found.append(Stretch(float(t[0]), float(t[-1]), rate or 0.0))
-            if rate is None or not beyond.size:
+            power, rate = power_of_growth(t, apart), growth_rate(t, apart) or 0.0
+            surely = power > LARGEST_POWER
+            perhaps = power > _SUSPECT and not beyond.size and t[-1] < self.end
+            found.append(
+                Stretch(float(t[0]), float(t[-1]), rate if surely else 0.0, rate if perhaps else 0.0)
+            )
+            if not (surely and beyond.size):
                 break
             operations -= beside.steps * per_step + _OF_COMPANION
             first += last

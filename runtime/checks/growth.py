@@ -11,7 +11,7 @@ _NEAR_LEAST = 2.0  # times the least value
 _ENVELOPE_PART = 20  # of the run
 # From a quarter of a time to its end a power t^k grows 4^k times. Errors of regular motion grow with k up to 3: a drift
 # of the energy moves the frequency (1), that the phase (2), and resonance may add one.
-_FIRST_PART, _MORE_THAN_POWERS = 0.25, 4.0**3.5
+_FIRST_PART, LARGEST_POWER = 0.25, 3.5
 
 
 def growth_rate(t: np.ndarray, relative: np.ndarray) -> float | None:
@@ -65,7 +65,12 @@ def _envelope(relative: np.ndarray, width: int) -> np.ndarray:
 
 
 def is_exponential(t: np.ndarray, relative: np.ndarray) -> bool:
-    """Return whether a difference grows faster than any power that errors of regular motion grow with.
+    """Return whether a difference grows faster than any power that errors of regular motion grow with."""
+    return power_of_growth(t, relative) > LARGEST_POWER
+
+
+def power_of_growth(t: np.ndarray, relative: np.ndarray) -> float:
+    """Return the power of time with which a difference grows; 0 where there are too few frames to tell.
 
     Looked at is its running maximum, up to where it is no longer small: from the first quarter of that time to its end.
 
@@ -77,10 +82,11 @@ def is_exponential(t: np.ndarray, relative: np.ndarray) -> bool:
     peak = running_maximum(relative)
     end = int(np.searchsorted(peak, SATURATED))
     if end < _LEAST_FRAMES:
-        return False
+        return 0.0
     last = min(end, len(t) - 1)
     early = int(np.searchsorted(t, t[0] + _FIRST_PART * (t[last] - t[0])))
-    return bool(min(peak[last], SATURATED) > _MORE_THAN_POWERS * max(peak[early], _ROUND_OFF))
+    growth = min(peak[last], SATURATED) / max(peak[early], _ROUND_OFF)
+    return float(np.log(max(growth, 1.0)) / -np.log(_FIRST_PART))
 
 
 def running_maximum(relative: np.ndarray) -> np.ndarray:

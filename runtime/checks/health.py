@@ -39,6 +39,7 @@ stiffness = Late("symgen.runtime.checks.stiffness")
 stops = Late("symgen.runtime.checks.stops")
 subsystems = Late("symgen.runtime.checks.subsystems")
 time_resolution = Late("symgen.runtime.checks.time_resolution")
+work_error = Late("symgen.runtime.checks.work_error")
 
 _QUATERNION_LENGTH = 1e-12
 _FROM_ROUND_OFF = -np.log(np.finfo(float).eps)  # e-folds
@@ -74,7 +75,8 @@ def check(solution: Solution) -> list[HealthCheck]:
 
     * energy: adaptive methods 1e5 rtol, at least 1e-6 and at most 2e-2; methods of fixed step 2e-2, at
       order 1 5e-2. The error is that of T + V - work, in parts of what the motion exchanges; of fixed steps, where
-      the error of the motion is known to be small, in parts of that and the work that passes through it meanwhile.
+      the error of the motion is known to be small, in parts of that and the work that passes through it meanwhile; of
+      adaptive ones, a note where errors of the states within the tolerance explain it, by way of stiff forces.
     * equations: what `rhs` leaves of M a - f - Gᵀλ, G a - γ (as `residual` has them) and dq/dt - N v at five
       states, 1e-8 of their terms; other functions that the run used likewise.
     * constraints: adaptive methods 100 rtol, at least 1e-8 and at most 1e-4; of fixed step 1e-6; in parts of
@@ -107,8 +109,9 @@ def check(solution: Solution) -> list[HealthCheck]:
     found += equations(solution)
     found += _steps(solution) if method.adaptive else _resolution(solution, method)
     found += _further(solution, method, found)
-    if any(entry.check == "accuracy" and entry.ok and not entry.note for entry in found):
-        found = judged_with_work_passed(found, solution)
+    for entry in found:
+        if entry.check == "accuracy" and entry.ok and not entry.note:
+            found = judged_with_work(found, solution, entry.value)
     return _with_evidence(found)
 
 
@@ -133,6 +136,21 @@ def _further(solution: Solution, method: Method, found: list[HealthCheck]) -> It
         yield from accuracy(solution)
 
 
+def judged_with_work(found: list[HealthCheck], solution: Solution, error: float) -> list[HealthCheck]:
+    """Judge the energy balance of a motion that is right by the work in it, too.
+
+    Parameters
+    ----------
+    error : float
+        How far the motion is off, as `accuracy` estimates.
+    """
+    if all(entry.ok for entry in found if entry.check == "energy"):
+        return found
+    if find_method(solution.method).adaptive:
+        return work_error.judged_with_errors_of_work(found, solution, error)
+    return judged_with_work_passed(found, solution)
+
+
 def judged_with_work_passed(found: list[HealthCheck], solution: Solution) -> list[HealthCheck]:
     """Judge the energy balance of fixed steps by the work that passes through a motion, too, where that is right.
 
@@ -141,7 +159,7 @@ def judged_with_work_passed(found: list[HealthCheck], solution: Solution) -> lis
     """
     (energy,) = [entry for entry in found if entry.check == "energy"]
     of_run = solution.energy
-    if energy.ok or find_method(solution.method).adaptive or not of_run.exchange.size > 0.0:
+    if energy.ok or not of_run.exchange.size > 0.0:
         return found
     # States between frames that are further off than any frame are so on their own.
     at_frames = of_run.exchange.relative(of_run.balance - of_run.balance[0]).max()

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from symgen.runtime.batches import constraint_residuals
-from symgen.runtime.checks.health import health_of, judged_with_work_passed
+from symgen.runtime.checks.health import health_of, judged_with_work
 from symgen.runtime.code.bridge import call_kernel
 from symgen.runtime.constraints.kkt import robust_rhs_address
 from symgen.runtime.errors import ModuleError
@@ -465,11 +465,11 @@ def _health(solution: Solution, recording: Recording) -> list[Check]:
     How right the motion is only the run can tell, from its steps.
     """
     found = health_of(solution)
-    if any(
-        check.get("check") == "accuracy" and check.get("ok") and not check.get("note")
-        for check in recording.health
-    ):
-        found = judged_with_work_passed(found, solution)
+    for check in recording.health:
+        error = check.get("value")
+        known = check.get("check") == "accuracy" and check.get("ok") and not check.get("note")
+        if known and isinstance(error, int | float):
+            found = judged_with_work(found, solution, error)
     again = [
         check
         for check in found
