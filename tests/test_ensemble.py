@@ -60,7 +60,7 @@ def varied(name):
 def plan_of(name, **options):
     system, t_end, kept = varied(name)
     return make_plan(
-        system, EnsembleOptions(t_end=t_end, **{"n": 21, "rtol": 1e-7, "seed": 3, **kept, **options})
+        system, EnsembleOptions(t_end=t_end, **{"n": 200, "rtol": 1e-7, "seed": 3, **kept, **options})
     )
 
 
@@ -177,7 +177,7 @@ def test_members_that_become_infinite_leave_the_others_alone():
     spoiled = starts.copy()
     spoiled[3, 0], spoiled[11, 2], spoiled[20, 1] = np.nan, np.inf, 1e300
     found = batch.run(parameters, spoiled)
-    others = np.setdiff1d(np.arange(21), [3, 11, 20])
+    others = np.setdiff1d(np.arange(200), [3, 11, 20])
     assert found.end[others].tobytes() == good.end[others].tobytes()
     assert (found.column("status")[[3, 11]] < 0).all()
 
@@ -209,6 +209,21 @@ def test_doubtful_members_are_found():
             continue  # the steps are not the same
         assert e.verdicts.ok[k] == energy.ok, (k, energy.value, e.verdicts.energy_error[k])
     assert 0 < len(e.doubtful)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_verdicts_are_those_of_single_runs(name):
+    """At a loose tolerance: what the report of a single run objects to, of energy and constraints."""
+    system, t_end, kept = varied(name)
+    e = system.ensemble(t_end, n=4, seed=3, rtol=1e-4, atol=1e-6, method="dop853", **kept)
+    for k in range(4):
+        values = {place: {x: float(e.varied[x if place != "rate" else f"dot({x})"][k]) for x in given}
+                  for place, given in kept.items()}  # fmt: skip
+        run = system.run(t_end, rtol=1e-4, atol=1e-6, method="dop853", **values)
+        judged = [h for h in run.health if h.check in ("status", "finite", "energy", "constraint position")]
+        energy = next(h for h in judged if h.check == "energy")
+        if not 0.5 < energy.value / energy.limit < 2.0:  # the steps are not the same
+            assert e.verdicts.ok[k] == all(h.ok for h in judged), (k, energy, e.verdicts.energy_error[k])
 
 
 def test_models_that_lanes_cannot_run_go_one_by_one():

@@ -12,16 +12,20 @@ import numpy as np
 from symgen.runtime.batches import constraint_residuals, evaluate
 from symgen.runtime.ensemble.batch import BatchResult, LaneBatch
 from symgen.runtime.ensemble.plan import alone
+from symgen.runtime.ensemble.single import FOR_SINGLE_RUNS, run_single
 from symgen.runtime.ensemble.slots import COLUMN
 from symgen.runtime.ensemble.verdict import CAUSES
-from symgen.runtime.ensemble.work import FOR_SINGLE_RUNS, run_single
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.exchange import Exchange
+from symgen.runtime.exchange import Exchange, energy_limit
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.lazy import Late
 from symgen.runtime.solution import ConstraintResidual, Energy, Solution
 
 if TYPE_CHECKING:
     from symgen.runtime.ensemble.plan import Plan
+
+work_quadrature = Late("symgen.runtime.work_quadrature")
 
 
 def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None) -> Solution:
@@ -78,7 +82,8 @@ def _solution(
     if not len(t):
         t, rows = np.array([plan.single.t_start]), result.end
     energies = evaluate(system, "energy", p, t, rows)
-    work = rows[:, system.nq + system.nv] if system.nw else np.zeros(len(t))
+    n = system.nq + system.nv
+    work = rows[:, n] if system.nw else np.zeros(len(t))
     position, velocity = constraint_residuals(system, p, t, rows)
     exchange = Exchange(energies, work)
     balance = energies.sum(axis=1) - work
@@ -89,6 +94,17 @@ def _solution(
     message = "" if status == at.REACHED_STOP else (
         f"{CAUSES[status]} at t = {result.column('t')[0]:.9g} s, as this member of the ensemble"
     )  # fmt: skip
+    if (
+        system.nw
+        and status == at.REACHED_STOP
+        and error > energy_limit(find_method(plan.method), plan.single.rtol)
+    ):
+        along = work_quadrature.work_that_balances(
+            system, p, t, np.ascontiguousarray(rows[:, :n]), energies, work
+        )
+        if along is not None:
+            work, exchange = along, Exchange(energies, along)
+            error = float(exchange.relative(np.abs(energies.sum(axis=1) - work - energies[0].sum()).max()))
     q, v = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
     return Solution(
         system=system, p=p, t=t, q=rows[:, q], v=rows[:, v], w=work, samples=[], events=[],

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.ensemble import member
 from symgen.runtime.ensemble.batch import LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
+from symgen.runtime.ensemble.single import FOR_SINGLE_RUNS, run_single
 from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verdicts_of
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.exchange import energy_limit
@@ -22,15 +23,14 @@ from symgen.runtime.solution import series_of
 
 if TYPE_CHECKING:
     from symgen.runtime.ensemble.plan import Plan
-    from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
-simulation = Late("symgen.runtime.simulate")
+health = Late("symgen.runtime.checks.health")
 
 ENERGY = "energy"
-# Single runs see singular configurations and change points through.
-FOR_SINGLE_RUNS = (at.PROJECTION_FAILED, at.SINGULAR_MATRIX)
 _FUNCTIONS = {"outputs": "outputs", "accelerations": "rhs", "multipliers": "rhs", ENERGY: "energy"}
+_LOOKED_AT_AGAIN = 8
+_JUDGED = ("energy", "constraint position")
 _own = threading.local()
 
 
@@ -77,11 +77,31 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
     messages = {first + k: message for k, message in failures.items()}
     for k in failures:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
+    _look_again(plan, first, verdicts)
     if plan.system.m:
         for k in np.flatnonzero(np.isin(verdicts.status, FOR_SINGLE_RUNS)):
             here = {name: float(values[k]) for name, values in varied.items()}
             messages |= _take_single(plan, first + int(k), parameters[k], here, states[k], verdicts, int(k))
     return states, parameters, verdicts, messages
+
+
+def _look_again(plan: Plan, first: int, verdicts: Verdicts) -> None:
+    """Judge members again whose work may be what is off, not their motion: steps are not chosen for the work.
+
+    Single runs integrate it along their frames then. Where that acquits the first ones of a part, it does all of them.
+    """
+    if not plan.system.nw:
+        return
+    doubtful = np.flatnonzero((verdicts.status == at.REACHED_STOP) & ~verdicts.ok)
+    acquitted = 0
+    for k in doubtful[:_LOOKED_AT_AGAIN]:
+        objections = health.objections_to(member.member_again(plan, first + int(k)))
+        if any(entry.check in _JUDGED for entry in objections):
+            continue
+        verdicts.ok[k] = True
+        acquitted += 1
+    if acquitted == _LOOKED_AT_AGAIN:
+        verdicts.ok[doubtful] = True
 
 
 def _batch(plan: Plan) -> LaneBatch:
@@ -133,25 +153,6 @@ def _take_single(
     if plan.system.nw:
         states[:, n] = solution.w[rows]
     return {}
-
-
-def run_single(plan: Plan, p: np.ndarray, varied: dict[str, float], t_eval: Any = None) -> Solution:
-    """Run a member by itself.
-
-    Raises
-    ------
-    RuntimeModelError
-        It has no start on the constraints.
-    """
-    system = plan.system
-    names = [entry["name"] for entry in (*system.parameters, *system.inputs)]
-    start, rate = plan.starts.given(varied)
-    times = plan.frame_times if t_eval is None else t_eval
-    options = replace(
-        plan.single, parameters=dict(zip(names, map(float, p), strict=False)), start=start, rate=rate,
-        t_eval=times if len(times) else (plan.single.t_end,), fps=None,
-    )  # fmt: skip
-    return simulation.simulate(system, options)
 
 
 def check_names(system: System, names: Sequence[str]) -> None:

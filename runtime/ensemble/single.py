@@ -1,0 +1,39 @@
+"""A member that runs by itself, as `system.run` does it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.lazy import Late
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from symgen.runtime.ensemble.plan import Plan
+    from symgen.runtime.solution import Solution
+
+simulation = Late("symgen.runtime.simulate")
+
+# Single runs see singular configurations and change points through.
+FOR_SINGLE_RUNS = (at.PROJECTION_FAILED, at.SINGULAR_MATRIX)
+
+
+def run_single(plan: Plan, p: np.ndarray, varied: dict[str, float], t_eval: Any = None) -> Solution:
+    """Run a member by itself.
+
+    Raises
+    ------
+    RuntimeModelError
+        It has no start on the constraints.
+    """
+    system = plan.system
+    names = [entry["name"] for entry in (*system.parameters, *system.inputs)]
+    start, rate = plan.starts.given(varied)
+    times = plan.frame_times if t_eval is None else t_eval
+    options = replace(
+        plan.single, parameters=dict(zip(names, map(float, p), strict=False)), start=start, rate=rate,
+        t_eval=times if len(times) else (plan.single.t_end,), fps=None,
+    )  # fmt: skip
+    return simulation.simulate(system, options)
