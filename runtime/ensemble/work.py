@@ -14,9 +14,7 @@ from symgen.runtime.ensemble.evaluate import evaluate_members
 from symgen.runtime.ensemble.single import FOR_SINGLE_RUNS, run_single
 from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verdicts_of
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
-from symgen.runtime.exchange import energy_limit
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
 from symgen.runtime.solution import series_of
@@ -30,7 +28,7 @@ health = Late("symgen.runtime.checks.health")
 ENERGY = "energy"
 _FUNCTIONS = {"outputs": "outputs", "accelerations": "rhs", "multipliers": "rhs", ENERGY: "energy"}
 _LOOKED_AT_AGAIN = 8
-_JUDGED = ("energy", "constraint position")
+_JUDGED = ("energy", "finite", "constraint position", "stops")
 _own = threading.local()
 
 
@@ -95,13 +93,17 @@ def _look_again(plan: Plan, first: int, verdicts: Verdicts) -> None:
     doubtful = np.flatnonzero((verdicts.status == at.REACHED_STOP) & ~verdicts.ok)
     acquitted = 0
     for k in doubtful[:_LOOKED_AT_AGAIN]:
-        objections = health.objections_to(member.member_again(plan, first + int(k)))
-        if any(entry.check in _JUDGED for entry in objections):
+        if _objects(member.member_again(plan, first + int(k))):
             continue
         verdicts.ok[k] = True
         acquitted += 1
     if acquitted == _LOOKED_AT_AGAIN:
         verdicts.ok[doubtful] = True
+
+
+def _objects(solution: Solution) -> bool:
+    """Whether the health report of a run objects to what verdicts are about."""
+    return any(entry.check in _JUDGED for entry in health.objections_to(solution))
 
 
 def _batch(plan: Plan) -> LaneBatch:
@@ -139,12 +141,8 @@ def _take_single(
     if solution.status not in ("success", "terminated"):
         verdicts.status[k], verdicts.ok[k] = RUN_FAILED, False
         return {number: solution.message}
-    limit = energy_limit(find_method(solution.method), solution.rtol)
     verdicts.status[k] = at.REACHED_STOP
-    verdicts.ok[k] = bool(
-        solution.energy.unscaled_error <= limit
-        and (not plan.system.m or solution.constraint_residual.max_position <= plan.residual_limit)
-    )
+    verdicts.ok[k] = not _objects(solution)
     n = plan.system.nq + plan.system.nv
     # A run that its events end stays where it is.
     wanted = plan.frame_times if len(plan.frame_times) else [plan.single.t_end]
