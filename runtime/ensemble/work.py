@@ -21,6 +21,7 @@ from symgen.runtime.solution import series_of
 
 if TYPE_CHECKING:
     from symgen.runtime.ensemble.plan import Plan
+    from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
 health = Late("symgen.runtime.checks.health")
