@@ -169,6 +169,13 @@ def test_threads_and_processes_give_the_same():
         assert one[name].tobytes() == two[name].tobytes() == elsewhere[name].tobytes()
 
 
+def test_threads_may_need_the_same_code_at_once():
+    """Of a system that has compiled nothing yet; starts are assembled in threads, too."""
+    system, _, kept = varied("slider_crank")
+    e = system.ensemble(0.05, n=6000, seed=1, threads=4, method="dop853", **kept)
+    assert e.health.ok
+
+
 def test_members_that_become_infinite_leave_the_others_alone():
     plan = plan_of("double_pendulum", method="dop853")
     parameters, starts, _ = members_of(plan)

@@ -104,16 +104,21 @@ def lane_kernel(system: System, name: str, lanes: int) -> int:
         It can only be had for one member at a time; says why.
     """
     known = system.__dict__.setdefault("_lane_kernels", {})
-    if (name, lanes) not in known:
-        source, symbol = system._kernel_source(name), f"symgen_{name}_{lanes}"
-
-        def lower(symbol: str) -> tuple[str, int]:
-            lowered = modules.lower_lanes(source.code, symbol, source.n_hoisted, source.offset, lanes)
-            return lowered.ir, lowered.operations
-
-        key = engine.cache_key(f"{symbol}\0{source.key_text()}")
-        known[name, lanes] = system.machine_code().add(engine.object_code(key, name, symbol, lower), symbol)
+    with system.__dict__["_lock"]:  # threads ask for the same ones at the same time
+        if (name, lanes) not in known:
+            known[name, lanes] = _compiled(system, name, lanes)
     return known[name, lanes]
+
+
+def _compiled(system: System, name: str, lanes: int) -> int:
+    source, symbol = system._kernel_source(name), f"symgen_{name}_{lanes}"
+
+    def lower(symbol: str) -> tuple[str, int]:
+        lowered = modules.lower_lanes(source.code, symbol, source.n_hoisted, source.offset, lanes)
+        return lowered.ir, lowered.operations
+
+    key = engine.cache_key(f"{symbol}\0{source.key_text()}")
+    return system.machine_code().add(engine.object_code(key, name, symbol, lower), symbol)
 
 
 def lane_series(system: System, lanes: int) -> tuple[int, tuple[float, float, float]]:
@@ -127,14 +132,15 @@ def lane_series(system: System, lanes: int) -> tuple[int, tuple[float, float, fl
         It has, but for one member at a time.
     """
     known = system.__dict__.setdefault("_lane_kernels", {})
-    if ("series", lanes) not in known:
-        reason = taylor_refusal(system)
-        if reason:
-            raise Refusal(f"method taylor {reason}")
-        code, symbol = series_code(system, lanes)
-        address = system.machine_code().add(code, symbol)
-        costs = (ctypes.c_double * 3).from_address(system.machine_code().address(f"{symbol}.costs"))
-        known["series", lanes] = address, tuple(costs)
+    with system.__dict__["_lock"]:
+        if ("series", lanes) not in known:
+            reason = taylor_refusal(system)
+            if reason:
+                raise Refusal(f"method taylor {reason}")
+            code, symbol = series_code(system, lanes)
+            address = system.machine_code().add(code, symbol)
+            costs = (ctypes.c_double * 3).from_address(system.machine_code().address(f"{symbol}.costs"))
+            known["series", lanes] = address, tuple(costs)
     return known["series", lanes]
 
 
