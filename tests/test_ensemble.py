@@ -245,6 +245,23 @@ def test_models_that_lanes_cannot_run_go_one_by_one():
         assert np.array_equal(e.member(k)[height][-1], e[height][k])
 
 
+@pytest.mark.parametrize("method", ["radau5", "verlet"])
+def test_other_methods_run_one_by_one_in_machine_code(method):
+    system = system_of("spring_pendulum")
+    names, step = [r["name"] for r in system.coordinates], 1e-3 if method == "verlet" else None
+    given = {names[0]: linspace(0.9, 1.2, 40)}
+    e = system.ensemble(1.0, method=method, step=step, start=given, frames=5)
+    assert e.health.ok
+    assert e.verdicts.singly.all()
+    for k in (0, 17, 39):
+        run = system.run(
+            1.0, method=method, step=step, t_eval=e.t, start={names[0]: float(e.varied[names[0]][k])}
+        )
+        for name in e.names:
+            assert np.array_equal(run[name], e[name][k])
+            assert np.array_equal(e.member(k, e.t)[name], e[name][k])
+
+
 def test_starts_follow_parameters():
     """A mechanism is assembled for each member's own lengths, as single runs are."""
     system = system_of("slider_crank")

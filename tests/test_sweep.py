@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -67,6 +71,33 @@ def test_a_sweep_that_was_interrupted_goes_on(tmp_path, monkeypatch):
     )
     assert refused.exit_code == 1
     assert "another ensemble" in refused.output
+
+
+def test_ctrl_c_is_answered_in_the_middle_of_a_part(tmp_path):
+    """Members of hours in machine code: the command ends within seconds, and says what it has kept."""
+    out = tmp_path / "runs.npz"
+    arguments = [
+        "double_pendulum",
+        "--t-end",
+        "1e9",
+        "--rtol",
+        "1e-9",
+        "--vary",
+        "L2=normal(1, 0.01)",
+        "-n",
+        "64",
+    ]
+    process = subprocess.Popen(
+        [sys.executable, "-c", "from symgen.cli import main; main()", "sweep", *arguments, "--out", str(out)],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    time.sleep(15)  # it derives and compiles first
+    process.send_signal(signal.SIGINT)
+    said, _ = process.communicate(timeout=30)
+    assert process.returncode == 130, said
+    assert "0 of 64 members" in said
+    with np.load(out) as file:
+        assert json.loads(str(file["about"]))["n_done"] == 0
 
 
 def test_doubtful_members_make_exit_status_3():

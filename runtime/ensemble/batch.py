@@ -181,6 +181,10 @@ class LaneBatch:
         )
         return (order + 1) * system.ny
 
+    def stop(self) -> None:
+        """Let `run`, in another thread, return at once; what it returns is of no use."""
+        self._table.set_integers(stop=1)
+
     def run(self, parameters: np.ndarray, start: np.ndarray) -> BatchResult:
         """Run members from their starts to the end.
 
@@ -205,7 +209,7 @@ class LaneBatch:
             "frames": result.frames,
         }  # fmt: skip
         self._table.set_arrays(held)
-        self._table.set_integers(n_members=n, next=0, n_logged=0)
+        self._table.set_integers(n_members=n, next=0, n_logged=0, stop=0)
         if n:
             self._loop.begin(self._table.address)
             self._loop.run(self._table.address)

@@ -104,7 +104,7 @@ _PLAIN = (
     "step_log",
 )
 _INTEGERS = ("quaternions", "member_of_lane", "frame_of_lane")
-ALL = tuple(name for name in AT if name not in ("next", "n_logged"))
+ALL = tuple(name for name in AT if name not in ("next", "n_logged", "stop"))
 
 
 def finite_rows(lanes: Lanes, rows: Rows, n: Value) -> Value:
@@ -387,6 +387,7 @@ def function_run(lanes_wide: int, attempt: Callable[[Lanes, Value], Value]) -> C
     with code.forever() as leave:
         active = lanes.own("active") > 0.5
         leave(~code.any(active))
+        leave(code.compare("ne", code.slot(AT["stop"], INTEGER), 0))  # Python has changed its mind
         refill(lanes, attempt(lanes, active))
     return code
 

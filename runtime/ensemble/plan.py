@@ -76,6 +76,11 @@ class Plan:
     residual_limit: float
     notes: list[str]
 
+    def single_parameters(self, p: np.ndarray) -> dict[str, float]:
+        """Return the parameters and inputs of a member by name."""
+        names = [record["name"] for record in (*self.system.parameters, *self.system.inputs)]
+        return dict(zip(names, map(float, p), strict=False))
+
 
 def make_plan(system: System, options: EnsembleOptions) -> Plan:
     """Check what is asked for, and choose how to do it.

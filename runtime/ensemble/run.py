@@ -18,7 +18,7 @@ from symgen.runtime.ensemble.reduction import Reduction
 from symgen.runtime.ensemble.result import Ensemble
 from symgen.runtime.ensemble.store import Stored, key_of
 from symgen.runtime.ensemble.verdict import VERDICTS, Verdicts
-from symgen.runtime.ensemble.work import Part, check_names, run_part
+from symgen.runtime.ensemble.work import Part, check_names, run_part, stop_all
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.names import rate_labels
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _PART, _SMALLEST_PART = 1024, 64  # members
 _PART_NUMBERS = 1 << 21  # of frames in a part
-_ONE_BY_ONE = 16  # members of a part that run by themselves
+_ONE_BY_ONE = 64  # members of a part that run by themselves
 _AHEAD = 2  # parts under way for each thread
 _DEFAULT_STATISTICS = ("mean", "std", "min", "max")
 _MOST_NAMED = 1000  # members that are named where nothing is kept
@@ -146,15 +146,17 @@ def run_parts(plan: Plan, names: Sequence[str], first: int) -> Iterator[Part]:
     parts = ((k, min(k + size, plan.members.n)) for k in range(first, plan.members.n, size))
     options = plan.options
     threads = options.threads or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else [0])
-    if options.executor is None and threads == 1:
-        yield from (run_part(plan, names, *part) for part in parts)
-        return
     if options.executor is not None:
         work = functools.partial(run_packed, packed(plan), tuple(names))
         yield from _in_order(options.executor, work, parts, 2 * _AHEAD * (os.cpu_count() or 1))
         return
+    # The main thread waits beside them, so that Ctrl-C has an answer at once.
     with ThreadPoolExecutor(threads) as executor:
-        yield from _in_order(executor, functools.partial(run_part, plan, names), parts, _AHEAD * threads)
+        try:
+            yield from _in_order(executor, functools.partial(run_part, plan, names), parts, _AHEAD * threads)
+        except BaseException:
+            stop_all()
+            raise
 
 
 def part_size(plan: Plan) -> int:

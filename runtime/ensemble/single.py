@@ -29,11 +29,10 @@ def run_single(plan: Plan, p: np.ndarray, varied: dict[str, float], t_eval: Any 
         It has no start on the constraints.
     """
     system = plan.system
-    names = [entry["name"] for entry in (*system.parameters, *system.inputs)]
     start, rate = plan.starts.given(varied)
     times = plan.frame_times if t_eval is None else t_eval
     options = replace(
-        plan.single, parameters=dict(zip(names, map(float, p), strict=False)), start=start, rate=rate,
+        plan.single, parameters=plan.single_parameters(p), start=start, rate=rate,
         t_eval=times if len(times) else (plan.single.t_end,), fps=None,
     )  # fmt: skip
     return simulation.simulate(system, options)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import threading
+import weakref
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,16 +23,19 @@ from symgen.runtime.solution import series_of
 
 if TYPE_CHECKING:
     from symgen.runtime.ensemble.plan import Plan
+    from symgen.runtime.prepared.prepared import PreparedRun
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
 health = Late("symgen.runtime.checks.health")
+preparing = Late("symgen.runtime.prepared.prepared")
 
 ENERGY = "energy"
 _FUNCTIONS = {"outputs": "outputs", "accelerations": "rhs", "multipliers": "rhs", ENERGY: "energy"}
 _LOOKED_AT_AGAIN = 8
 _JUDGED = ("energy", "finite", "constraint position", "stops")
 _own = threading.local()
+_running: weakref.WeakSet[LaneBatch] = weakref.WeakSet()
 
 
 @record(eq=False)
@@ -111,7 +116,14 @@ def _batch(plan: Plan) -> LaneBatch:
     """The thread's own lanes."""
     if getattr(_own, "plan", None) is not plan:
         _own.plan, _own.batch = plan, LaneBatch(plan.system, plan.settings)
+        _running.add(_own.batch)
     return _own.batch
+
+
+def stop_all() -> None:
+    """Let all members that are under way in lanes be given up."""
+    for batch in list(_running):
+        batch.stop()
 
 
 def _one_by_one(
@@ -120,10 +132,52 @@ def _one_by_one(
     n = len(parameters)
     states = np.full((n, max(len(plan.frame_times), 1), plan.system.ny), np.nan)
     verdicts, messages = Verdicts.empty(n), {}
+    verdicts.singly[:] = True
+    prepared = _prepared(plan, parameters[0], varied)
+    if not prepared.why_python:
+        messages = _take_prepared(prepared, first, parameters, varied, states, verdicts)
+        return states, parameters, verdicts, messages
     for k in range(n):
         here = {name: float(values[k]) for name, values in varied.items()}
         messages |= _take_single(plan, first + k, parameters[k], here, states[k], verdicts, k)
     return states, parameters, verdicts, messages
+
+
+def _prepared(plan: Plan, p: np.ndarray, varied: dict[str, np.ndarray]) -> PreparedRun:
+    """The thread's own prepared run of the model."""
+    if getattr(_own, "prepared_for", None) is not plan:
+        start, rate = plan.starts.given({name: float(values[0]) for name, values in varied.items()})
+        known = {record["name"] for record in plan.system.coordinates}
+        rates = {name if name not in known else f"dot({name})": value for name, value in rate.items()}
+        options = replace(plan.single, parameters=None, start=None, rate=None)
+        _own.prepared = preparing.PreparedRun(
+            plan.system, options, parameters=plan.single_parameters(p), start={**start, **rates},
+            output=list(plan.frame_times) if len(plan.frame_times) else "end", checks="end",
+        )  # fmt: skip
+        _own.prepared_for = plan
+    return _own.prepared
+
+
+def _take_prepared(
+    prepared: PreparedRun, first: int, parameters: np.ndarray, varied: dict[str, np.ndarray], states: np.ndarray,
+    verdicts: Verdicts,
+) -> dict[int, str]:  # fmt: skip
+    """Run members one after another in machine code; returns why some failed, by their number."""
+    system = prepared.system
+    rows = parameters[:, [system.place_of_parameter(name) for name in prepared.parameters]]
+    starts = np.tile(prepared.nominal_start, (len(rows), 1))
+    for name, values in varied.items():
+        starts[:, prepared.start.index(name)] = values
+    runs = prepared.many(rows, starts)
+    n = system.nq + system.nv
+    states[:, :, :n] = runs.y.reshape(len(rows), -1, n)
+    verdicts.steps[:] = runs.steps
+    verdicts.energy_error[:] = np.nan
+    verdicts.ok[:] = runs.ok
+    verdicts.status[:] = np.where(runs.status >= 0, at.REACHED_STOP, RUN_FAILED)
+    failed = runs.status < 0
+    states[failed] = np.nan
+    return {first + int(k): runs.message(int(k)) for k in np.flatnonzero(failed)}
 
 
 def _take_single(

@@ -178,6 +178,11 @@ class PreparedRun:
             self._base_p, self._base_y, self._p_at, frames, np.searchsorted(frames, self.times), self.checks == "end",
         )  # fmt: skip
 
+    @property
+    def nominal_start(self) -> np.ndarray:
+        """What `start` is in calls without `y0`, in SI."""
+        return self._nominal_y.copy()
+
     def clone(self) -> PreparedRun:
         """Return another one, for another thread: code is shared, arrays are not."""
         other = copy.copy(self)
