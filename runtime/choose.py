@@ -27,7 +27,7 @@ at_start = Late("symgen.runtime.contact.at_start")
 dependence = Late("symgen.runtime.constraints.dependence")
 forms = Late("symgen.runtime.integrate.forms")
 
-CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
+CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "none", "auto")
 SERIES, EXPLICIT, STIFF, STIFF_TIGHT = "taylor", "dop853", "radau5", "radau9"
 # Operations of the residual: series of larger models take many seconds to compile, which tight tolerances repay sooner.
 _LARGEST_FOR_SERIES, _LARGEST_WHERE_TIGHT = 1500, 3000
@@ -322,7 +322,7 @@ def choose_constraints(name: str, system: System, method_name: str) -> tuple[str
             f"there is no constraint treatment {name!r}: {nearest(name, CONSTRAINT_TREATMENTS)}"
         )
     if not system.m:
-        if name not in ("projection", "auto"):
+        if name not in ("projection", "none", "auto"):
             raise RuntimeModelError(
                 f"constraints {name!r}: model {system.name!r} has no constraints; leave that out"
             )

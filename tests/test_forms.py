@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from symgen.runtime import load, solve
 from symgen.runtime.choose import choose_constraints
@@ -181,6 +182,44 @@ def test_baumgarte_keeps_the_order_of_the_method(method, order, references):
         for step in steps
     )
     assert np.log(coarse / fine) / np.log(4.0) > order - 0.25
+
+
+@pytest.mark.parametrize("method", ["rk4", "bs32", "dop853", "euler", "verlet"])
+def test_without_projection_it_is_the_method_on_the_accelerations(method):
+    """States are those of SciPy's or a hand-written step on the same right-hand side; nothing is brought back."""
+    system = model("pendulum_dae")
+    p = system.parameter_values()
+    options = {"step": 0.01} if method in ("rk4", "euler", "verlet") else {"rtol": 1e-10, "atol": 1e-12}
+    solution = system.run(2.0, method=method, constraints="none", **options)
+    kernel, n = system.kernel("rhs"), system.nq + system.nv
+
+    def slope(t, x):
+        return kernel(t, np.append(x, 0.0)[: system.ny] if system.ny > n else x, p)[:n]
+
+    x = solution.states[0][:n].copy()
+    if method == "euler":
+        for k in range(200):
+            x = x + 0.01 * slope(0.01 * k, x)
+        np.testing.assert_allclose(solution.states[-1][:n], x, rtol=1e-9, atol=1e-11)
+    else:
+        wanted = solve_ivp(slope, (0.0, 2.0), x, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+        tolerance = {"rk4": 1e-6, "verlet": 1e-2}.get(method, 1e-8)
+        np.testing.assert_allclose(solution.states[-1][:n], wanted, atol=tolerance)
+    held = system.run(2.0, method=method, **options)
+    assert solution.constraint_residual.max_position > 100.0 * held.constraint_residual.max_position
+    assert "constraints not held" in [entry.check for entry in solution.health if entry.note]
+    assert "constraints not held" not in [entry.check for entry in held.health]
+
+
+def test_drift_grows_with_the_square_of_time_or_faster_and_is_objected_to():
+    system = model("pendulum_dae")
+    short, long = (
+        system.run(t, method="rk4", step=0.1, constraints="none").constraint_residual.max_position
+        for t in (10.0, 40.0)
+    )
+    assert long > 8.0 * short
+    loud = system.run(10.0, method="rk4", step=0.1, constraints="none")
+    assert "constraint position" in [entry.check for entry in loud.health if not entry.ok]
 
 
 @pytest.mark.parametrize("method", [name for name, m in FORMS["baumgarte"].items() if m.adaptive])

@@ -219,6 +219,12 @@ def _energy(solution: Solution, method: Method) -> HealthCheck:
 
 def _constraints(solution: Solution, method: Method) -> Iterator[HealthCheck]:
     limit = drift_of_constraints.drift_limit(method, solution.rtol)
+    if solution.constraints == "none":
+        says = (
+            "constraints are held on the level of accelerations only, and nothing takes drift back: it grows with "
+            "time; this is for seeing it, results are for `constraints = projection`"
+        )
+        yield noted("constraints not held", float(solution.system.m), 0.0, says)
     for level, drift in drift_of_constraints.constraint_drift(solution).items():
         found = (
             f"constraint {drift.name!r} is off by {drift.relative:.2g} of its scale at t = {drift.t:.6g} s"

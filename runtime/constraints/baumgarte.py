@@ -35,6 +35,11 @@ def baumgarte_versions(system: System) -> dict[int, tuple[int, Any]]:
     return kept
 
 
+def unheld_versions(system: System) -> dict[int, tuple[int, Any]]:
+    """Return the kernels of runs in which nothing brings states back onto constraints: see PROJECT above."""
+    return {at.PROJECT: baumgarte_versions(system)[at.PROJECT]}
+
+
 def baumgarte_tail(system: System, gains: tuple[float, float]) -> np.ndarray:
     """Return what runs carry behind the precomputed `p`: the gains, then accelerations, none so far."""
     return np.concatenate([gains, np.zeros(system.nv)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.integrate.method import unheld
 from symgen.runtime.integrate.methods import RECORDS, Method
 
 # form -> name of a method -> its record. "projection" is what methods do by themselves.
@@ -10,6 +11,8 @@ FORMS: dict[str, dict[str, Method]] = {
     form: {record.name: record for record in RECORDS if record.form == form}
     for form in sorted({record.form for record in RECORDS} - {"projection"})
 }
+
+FORMS["none"] = {name: unheld(record) for name, record in FORMS["baumgarte"].items()}
 
 # What `auto` takes where only the form was asked for.
 SUITED = {

@@ -148,3 +148,12 @@ def stabilised(method: Method, gains: tuple[float, float] = (1.0, 1.5)) -> Metho
         method, form="baumgarte", versions=versions, tail=tail, scales_energy=False, passes_dependence=False,
         suits_form=False,
     )  # fmt: skip
+
+
+def unheld(method: Method) -> Method:
+    """Return a stabilised method without its stabilisation: equations of index 1, and nothing that takes drift back."""
+
+    def versions(system: System) -> dict[int, tuple[int, Any]]:
+        return resolve("symgen.runtime.constraints.baumgarte:unheld_versions")(system)
+
+    return replace(method, form="none", versions=versions, tail=None)

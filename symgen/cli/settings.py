@@ -89,7 +89,7 @@ def _column(path: Path, name: str, content: TableFile) -> tuple[float, ...]:
     return content.columns[content.names[1:].index(name)]
 
 
-_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "auto")
+_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "none", "auto")
 
 
 def _methods(context: click.Context, parameter: click.Parameter, begun: str) -> list[str]:

@@ -11,7 +11,7 @@ from .units import TIME
 POSITIVE = ("t_end", "rtol", "atol", "step", "max_step", "fps")
 TIMES = ("t_end", "step", "max_step")
 LISTS = ("at", "breaks")
-FORMULATIONS = ("auto", "projection", "baumgarte", "ggl", "index3", "partition")
+FORMULATIONS = ("auto", "projection", "baumgarte", "ggl", "index3", "partition", "none")
 KEYS = ("t_end", "method", "constraints", "rtol", "atol", "step", "max_step", "fps", *LISTS)
 
 
