@@ -433,3 +433,19 @@ def test_steps_in_python_carry_states():
     for _ in range(20):
         state = stepper.step(0.1, {"U": 6.0})
     np.testing.assert_allclose(state[[0, 2, 3]], motor_end(), rtol=0, atol=1e-9)
+
+
+def test_ensembles_and_prepared_runs_have_states():
+    system = motor_system()
+    resistances = np.array([1.5, 2.0, 2.5])
+    members = system.ensemble(1.0, n=3, parameters={"R": resistances}, method="dop853", frames=[0.5, 1.0])
+    ends = [system.run(t_end=1.0, method="dop853", parameters={"R": R})["current"][-1] for R in resistances]
+    np.testing.assert_allclose(np.array(members["current"])[:, -1], ends, rtol=0, atol=1e-6)
+    starts = np.array([0.0, 0.5, 1.0])
+    members = system.ensemble(1.0, n=3, start={"current": starts}, method="dop853", keep=["phi", "current"])
+    ends = [system.run(t_end=1.0, method="dop853", start={"current": x})["phi"][-1] for x in starts]
+    np.testing.assert_allclose(np.array(members["phi"]).ravel(), ends, rtol=0, atol=1e-6)
+    prepared = system.prepare(t_end=1.0, method="dop853")
+    assert prepared.start == ("phi", "dot(phi)", "current")
+    found = prepared(system.parameter_values(), np.array([0.3, 0.0, 0.5]))
+    np.testing.assert_allclose(found[0], ends[1], rtol=0, atol=1e-12)

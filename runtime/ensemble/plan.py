@@ -130,9 +130,10 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
 def _columns(system: System, options: EnsembleOptions) -> tuple[list[Column], dict[str, dict[str, Any]]]:
     """Return what varies, and what all members have, by place."""
     rates = rate_indices(system.coordinates, system.rates, system.quaternions)
+    starts = [*system.coordinates, *(system.rates[k] for k in system.states)]
     places = {
         "parameters": (system._p_index, [*system.parameters, *system.inputs]),
-        "start": ({r["name"]: k for k, r in enumerate(system.coordinates)}, system.coordinates),
+        "start": ({r["name"]: k for k, r in enumerate(starts)}, starts),
         "rate": (rates, system.rates),
     }
     columns: list[Column] = []

@@ -20,7 +20,7 @@ from symgen.runtime.ensemble.store import Stored, key_of
 from symgen.runtime.ensemble.verdict import VERDICTS, Verdicts
 from symgen.runtime.ensemble.work import Part, check_names, run_part, stop_all
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.names import rate_labels
+from symgen.runtime.names import motion_records, rate_labels
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -204,7 +204,7 @@ def _unpacked(content: bytes) -> Plan:
 
 
 def _all_names(system: System) -> list[str]:
-    coordinates = [record["name"] for record in system.coordinates]
+    coordinates = [record["name"] for _, record in motion_records(system.coordinates, system.integrals)]
     return [*coordinates, *rate_labels(system.coordinates, system.rates)]
 
 

@@ -79,7 +79,11 @@ class Starts:
     def _places_of(self, varied: Mapping[str, float]) -> dict[str, int]:
         """Where in (q, v) what varies stands: where a value that is set shows up."""
         places = {}
+        states = {self.system.rates[k]["name"]: k for k in self.system.states}
         for name in varied:
+            if name in states:
+                places[name] = self.system.nq + states[name]
+                continue
             is_rate = name.startswith("dot(")
             records = self.system.rates if is_rate else self.system.coordinates
             one = start_values(

@@ -154,7 +154,9 @@ class PreparedRun:
 
     def _as_options(self, values: Mapping[str, Quantity]) -> dict[str, dict[str, Quantity]]:
         """Return values of coordinates and rates as the options `start` and `rate`."""
-        coordinates = {record["name"] for record in self.system.coordinates}
+        system = self.system
+        coordinates = {record["name"] for record in system.coordinates}
+        coordinates |= {system.rates[k]["name"] for k in system.states}
         start = {name: value for name, value in values.items() if name in coordinates}
         return {"start": start, "rate": {name: value for name, value in values.items() if name not in start}}
 
@@ -581,7 +583,9 @@ def _start_names(
     coordinates = {record["name"]: k for k, record in enumerate(system.coordinates)}
     labels = rate_labels(system.coordinates, system.rates)
     if asked is None:
-        return (*coordinates, *labels), np.arange(system.nq + system.nv)
+        shown = [name for name, k in coordinates.items() if k not in system.integrals]
+        places = [*(coordinates[name] for name in shown), *range(system.nq, system.nq + system.nv)]
+        return (*shown, *labels), np.array(places, dtype=np.int64)
     names = (asked,) if isinstance(asked, str) else tuple(asked)
     _refuse_repeated("start", names)
     rates, places = rate_indices(system.coordinates, system.rates, system.quaternions), []
