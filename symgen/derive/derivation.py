@@ -65,6 +65,8 @@ class Derivation:
         gamma = [self.constraints.gamma[k] for k in kept]
         solution, self.margins = self.levels.solve(self.factors, self.forces, gamma)
         self.forces = self.levels.without(self.forces)
+        if self.factors.n_nodes and not self.levels.reactions:
+            solution = self._with_forces_along_velocities(solution, gamma)
         recursive = self._by_articulated_bodies() if articulated else None
         if recursive is not None and g.count([*recursive, *self.forces]) < g.count([*solution, *self.forces]):
             solution = recursive
@@ -105,6 +107,15 @@ class Derivation:
         n = len(v)
         diagonal = dict.fromkeys(states, g.one) | {n + k: node for k, node in corner.items()}
         return lift(g, self.mech.kinetic, velocities, v, diagonal)
+
+    def _with_forces_along_velocities(self, solution: list[int], gamma: list[int]) -> list[int]:
+        """The solution with forces where they act, along velocities, or as it is given, where that costs less."""
+        g, states = self.g, {self.x.v[k] for k in self.x.states}
+        apart = {u: g.zero for u in self.factors.velocities if u not in states}
+        rest = inverse_dynamics(self.loader, self.form, self.x, [g.zero] * len(self.x.v), apart)
+        right = [*(g.neg(h) for h in rest), *gamma]
+        other = ldl.solve(g, self.factors, right, {u: g.neg(h) for u, h in apart.items()})
+        return min(solution, other, key=g.count)
 
     def _by_articulated_bodies(self) -> list[int] | None:
         """Accelerations along the trees, where nothing but single joints' inertia adds to theirs."""

@@ -41,7 +41,8 @@ class Mechanics:
     V. `potential` is what generalised forces are derived from: V without the gravity that acts on trees. `products`
     are terms c·u·w of T with u, w exact time derivatives; `kinetic_rest` is what else T holds. `bodies` are those
     placed by hand. `applied` are pairs (velocity, force) of the loads: their power is that of non-conservative forces.
-    First-order states are rates of mass 1 that have no kinetic energy, and no force but their derivative.
+    `weightless` is `potential` without that of the bodies in `gravity`, which is zero where it is not uniform.
+    First-order states are rates of mass 1 that have no kinetic energy, no force but their derivative.
     """
 
     kinetic: int
@@ -54,6 +55,8 @@ class Mechanics:
     kinetic_rest: int
     applied: list[tuple[int, int]]
     generalised: dict[int, int]  # force on each rate, by index
+    gravity: list[int]
+    weightless: int
 
 
 def mechanics(loader: Loader, description: Description, scene: Scene, x: Variables) -> Mechanics:
@@ -88,6 +91,8 @@ def mechanics(loader: Loader, description: Description, scene: Scene, x: Variabl
         kinetic_rest=rest,
         applied=[pair for load in description.loads for pair in _load_pairs(loader, load, scene.bodies)],
         generalised=along,
+        gravity=scene.gravity if scene.uniform_gravity else [g.zero] * 3,
+        weightless=extra_potential if scene.uniform_gravity else g.add(potential, of_trees),
     )
 
 
@@ -164,18 +169,36 @@ def mass_matrix(loader: Loader, mech: Mechanics, x: Variables) -> SparseRows:
     return [{j: entry for j, entry in sorted(row.items()) if entry != g.zero} for row in rows]
 
 
-def inverse_dynamics(loader: Loader, mech: Mechanics, x: Variables, accelerations: list[int]) -> list[int]:
-    """M a + h - Q for given accelerations (zeros give -f), without constraint forces."""
+def inverse_dynamics(
+    loader: Loader,
+    mech: Mechanics,
+    x: Variables,
+    accelerations: list[int],
+    apart: dict[int, int] | None = None,
+) -> list[int]:
+    """M a + h - Q for given accelerations (zeros give -f), without constraint forces.
+
+    What acts along one of the velocities in `apart` is added there and left out of the result.
+    """
     g = loader.g
     motion = x.motion(accelerations)
     seeds = [(u, force) for u, force in inertia_pairs(loader, mech, motion)]
     seeds += [(u, g.neg(force)) for u, force in mech.applied]
+    potential = mech.potential
+    if apart is not None:
+        potential = mech.weightless
+        for b in mech.bodies:
+            seeds += [(u, g.neg(g.mul(b.mass, a))) for u, a in zip(b.velocity, mech.gravity, strict=True)]
+        for u, force in seeds:
+            if u in apart:
+                apart[u] = g.add(apart[u], force)
+        seeds = [(u, force) for u, force in seeds if u not in apart]
     seeds.append((mech.dissipation, g.one))
     down = [(mech.kinetic_rest, g.const(-1.0))]
     if x.marks or x.quaternions:  # ∂(dV/dt)/∂v is Nᵀ ∂V/∂q, and stops at points
-        seeds += [(change, g.one) for change in forward(g, [mech.potential], loader.rates)]
+        seeds += [(change, g.one) for change in forward(g, [potential], loader.rates)]
     else:
-        down.insert(0, (mech.potential, g.one))
+        down.insert(0, (potential, g.one))
     by_rate = reverse(g, seeds, V)
     by_position = x.by_rates(reverse(g, down, Q))
     result = [g.add(r, p) for r, p in zip(x.along_rates(by_rate), by_position, strict=True)]
@@ -272,7 +295,8 @@ def cheapest_form(loader: Loader, mech: Mechanics, x: Variables, mass: SparseRow
         return mech
     momentum = [g.dot(row, x.v) for row in g.dense(list(map(x.without_states, mass)), len(x.v))]
     quadratic = g.mul(g.const(0.5), g.dot(momentum, x.v))
-    other = replace(mech, bodies=[], trees=[], products=[], kinetic_rest=quadratic, potential=mech.energy[1])
+    whole = {"potential": mech.energy[1], "weightless": mech.energy[1]}
+    other = replace(mech, bodies=[], trees=[], products=[], kinetic_rest=quadratic, **whole)
     at_rest = [g.zero] * len(x.v)
 
     def cost(form: Mechanics) -> int:

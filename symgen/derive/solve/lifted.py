@@ -61,7 +61,8 @@ def factorise_lifted(g: Graph, form: Lifted, order: Order) -> Factors:
     rows = _LiftedRows(g, form)
     for what in order:
         rows.step(what)
-    return Factors(rows.result.pivots, rows.result.conditions, n_nodes=len(form.inputs))
+    result = rows.result
+    return Factors(result.pivots, result.conditions, n_nodes=len(form.inputs), velocities=form.number)
 
 
 def order_of(form: Lifted, tally: Tally, first: Iterable[tuple[int, int]]) -> tuple[Order, Factors]:

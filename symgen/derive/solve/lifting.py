@@ -13,7 +13,7 @@ multipliers, and is regular where that is (see `factorise`).
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..graph.graph import Graph
 from ..graph.nodes import V
@@ -32,12 +32,15 @@ class Lifted:
         What each node is a sum of: numbers of rates and of earlier nodes, each with the graph's node of its factor.
     edges : dict of int to (dict of int to int)
         The second derivatives that are not zero, both triangles.
+    number : dict of int to int
+        Numbers of rates and nodes, by what stands for them on the graph.
     """
 
     n: int
     m: int
     inputs: dict[int, dict[int, int]]
     edges: dict[int, dict[int, int]]
+    number: dict[int, int] = field(default_factory=dict)
 
     @property
     def weights(self) -> list[int]:
@@ -83,7 +86,7 @@ def lift(
             add(n + k, number[node], g.one)
     for i, node in diagonal.items():
         add(i, i, node)
-    return Lifted(n, m, inputs, edges)
+    return Lifted(n, m, inputs, edges, number)
 
 
 def _linear(g: Graph, nodes: list[int]) -> set[int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..graph.graph import Graph
 from ..graph.vectors import Matrix
@@ -43,7 +43,8 @@ class Factors:
     rest: tuple[int, ...] = ()  # rows that are left to a dense factorisation by loops
     dense: int = -1  # and its node
     by_fronts: bool = False  # whether that factorisation is sparse
-    n_nodes: int = 0  # velocities behind the rows, in which right-hand sides are zero: see `lifting.py`
+    n_nodes: int = 0  # velocities behind the rows, see `lifting.py`
+    velocities: dict[int, int] = field(default_factory=dict)  # rows of what stands for them on the graph
 
 
 class Rows:
@@ -133,9 +134,14 @@ class Rows:
             self.entries[i][j] = self.entries[j][i] = updated
 
 
-def solve(g: Graph, factors: Factors, right: list[int]) -> list[int]:
-    """Solution of [M Gᵀ; G 0] x = right."""
+def solve(g: Graph, factors: Factors, right: list[int], along: Mapping[int, int] | None = None) -> list[int]:
+    """Solution of [M Gᵀ; G 0] x = right.
+
+    `along` are forces on `factors.velocities` beside those in `right`.
+    """
     x = [*right, *[g.zero] * factors.n_nodes]
+    for velocity, force in (along or {}).items():
+        x[factors.velocities[velocity]] = g.add(x[factors.velocities[velocity]], force)
     for step in factors.pivots:
         if isinstance(step, Substitution):
             for i, factor in step.inputs.items():
