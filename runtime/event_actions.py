@@ -170,6 +170,13 @@ class EventLog(Sequence):
         self._parts.append(_Rows(system, rows))
         self._n += len(rows)
 
+    @property
+    def times(self) -> np.ndarray:
+        """When they were, shape (n,) [s]; no record is made for that."""
+        parts = [getattr(part, "times", None) for part in self._parts]
+        parts = [[e.t for e in own] if t is None else t for own, t in zip(self._parts, parts)]
+        return np.concatenate([np.zeros(0), *parts])
+
     def __len__(self) -> int:
         return self._n
 
@@ -197,6 +204,13 @@ class EventLog(Sequence):
         return f"<EventLog of {self._n} events>" if self._n > 20 else repr(list(self))
 
 
+def event_times(events: Sequence[EventRecord]) -> np.ndarray:
+    """Return when events were [s]."""
+    return (
+        events.times if isinstance(events, EventLog) else np.array([event.t for event in events], dtype=float)
+    )
+
+
 class _Rows(Sequence):
     """Logged rows as records."""
 
@@ -207,11 +221,23 @@ class _Rows(Sequence):
             for k, event in enumerate(system.events)
         ]
         self._nq, self._n, self._rows = system.nq, system.nq + system.nv, rows
+        self._made: dict[int, EventRecord] = {}
 
     def __len__(self) -> int:
         return len(self._rows)
 
+    @property
+    def times(self) -> np.ndarray:
+        return self._rows[:, plain_events.TIME]
+
     def __getitem__(self, k: int) -> EventRecord:
+        if not 0 <= k < len(self._rows):
+            raise IndexError(k)
+        if k not in self._made:
+            self._made[k] = self._record(k)
+        return self._made[k]
+
+    def _record(self, k: int) -> EventRecord:
         row, nq, n = self._rows[k], self._nq, self._n
         name, action = self._kinds[int(row[plain_events.EVENT])]
         before = row[plain_events.FIRST_STATE : plain_events.FIRST_STATE + n]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -110,16 +109,21 @@ class LoopArrays:
         self.y = np.concatenate([state, np.zeros(system.nw)])
         self.f = np.zeros(system.n_row)
         self.work = np.zeros(method.work_size(self.coefficients, self.sizes))
-        self.frame_times = np.ascontiguousarray(frame_times, dtype=float)
+        self.frame_times = np.array(frame_times, dtype=float)
         self.frames = np.zeros((len(frame_times), system.ny))
         self.step_log = np.zeros((log_length, 2))
         self.dense = np.zeros((8, system.ny))
         self._advance = method.advance()
         self._bound: Callable[[], int] | None = None
         self.generation = 0  # of the arrays: those of another form, or method, are others
+        self._at_start = rtol, atol, step
+        self._set_control(method, t, energy_level)
+        self._prepare_guard(system)
+
+    def _set_control(self, method: Method, t: float, energy_level: float) -> None:
         c = self.control
-        c[at.RTOL], c[at.ATOL] = rtol, atol
-        c[at.H] = step
+        c[:] = 0.0
+        c[at.RTOL], c[at.ATOL], c[at.H] = self._at_start
         c[at.H_MAX] = c[at.T_STOP] = c[at.T_WATCH] = np.inf
         c[at.H_MIN] = _SHORTEST_STEP
         c[at.T] = c[at.T_START] = c[at.T_GRID] = c[at.T_EVENT] = t
@@ -129,6 +133,27 @@ class LoopArrays:
         c[at.MIN_PIVOT_RATIO] = np.inf
         c[at.ENERGY_LEVEL] = energy_level
         self.event_block(at.LOWEST)[:] = np.inf
+
+    def begin_again(
+        self, system: System, method: Method, p: np.ndarray, t: float, state: np.ndarray, energy_level: float
+    ) -> None:
+        """Put all back to before the first step, of another start: as made anew, but for frames, which are overwritten.
+
+        Of arrays that were made without events for the same model, method, tolerances and frames, and with an energy
+        level that was as finite.
+        """
+        method = suited_to_size(method, system)
+        self.p[:] = p
+        self.precomputed[: system.n_precomputed] = system.precomputed(self.p)
+        if self._n_tail:
+            self.tail[:] = method.tail(system)
+        self.counters[:] = 0
+        self.y[: len(state)], self.y[len(state) :] = state, 0.0
+        for array in (self.f, self.work, self.dense):
+            array[:] = 0.0
+        self._set_control(method, t, energy_level)
+        if system.m:
+            self._keep[0].forget()
         self._prepare_guard(system)
 
     def advance(self, stop: float, max_steps: int, *, watch: float = np.inf, keep_log: bool = False) -> int:
@@ -145,8 +170,7 @@ class LoopArrays:
         """
         self.set_limits(stop, max_steps, watch, keep_log=keep_log)
         if self._bound is None:
-            bind = getattr(self._advance, "bind", None) or functools.partial(functools.partial, self._advance)
-            self._bound = bind(self.coefficients, self.loop())
+            self._bound = self.block()
         return self._bound()
 
     def set_limits(self, stop: float, max_steps: int, watch: float, *, keep_log: bool = False) -> None:

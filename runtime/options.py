@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
@@ -207,12 +209,11 @@ class RunOptions:
         Few frames are filled up to 200, for checks of energy and constraints.
         """
         t_start, t_end, fps, span = self.t_start, self.t_end, self.fps, self.span
+        if fps is None and self.t_eval is None:
+            return _even_frames(t_start, t_end)
         filled = np.linspace(t_start, t_end, _LEAST_FRAMES + 1)
         if self.t_eval is not None:
             return _filled_up(np.unique([t_start, *self.t_eval, t_end]), filled)
-        if fps is None:
-            n = int(np.clip(np.ceil(_FPS * span), _LEAST_FRAMES, _MOST_FRAMES))
-            return np.linspace(t_start, t_end, n + 1), np.ones(n + 1, dtype=bool)
         if span * fps > _FRAMES_IN_MEMORY:
             raise RuntimeModelError(
                 f"fps is {fps:g}: {span:g} s make {span * fps:.1e} frames, more than {_FRAMES_IN_MEMORY:.0e}: "
@@ -221,6 +222,15 @@ class RunOptions:
         wanted = t_start + np.arange(int(np.floor(span * fps * (1.0 + 1e-12))) + 1) / fps
         wanted = np.append(wanted[wanted < t_end - 1e-9 * span], t_end)
         return _filled_up(wanted, filled)
+
+
+@functools.lru_cache(maxsize=8)
+def _even_frames(t_start: float, t_end: float) -> tuple[np.ndarray, np.ndarray]:
+    """The frames of a run of which nobody has asked for any; runs that are repeated have the same."""
+    n = int(np.clip(np.ceil(_FPS * (t_end - t_start)), _LEAST_FRAMES, _MOST_FRAMES))
+    times, shown = np.linspace(t_start, t_end, n + 1), np.ones(n + 1, dtype=bool)
+    times.flags.writeable = shown.flags.writeable = False
+    return times, shown
 
 
 def _filled_up(wanted: np.ndarray, more: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -236,4 +246,4 @@ def _filled_up(wanted: np.ndarray, more: np.ndarray) -> tuple[np.ndarray, np.nda
 
 def time_resolution(*times: float) -> float:
     """Return the distance of neighbouring floating-point numbers at the largest of some times [s]."""
-    return float(np.spacing(max(map(abs, times))))
+    return math.ulp(max(map(abs, times)))

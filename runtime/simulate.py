@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -148,10 +149,8 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
     if timetable is not None:
         notes += timetable.notes
         times, shown = timetable.with_frames(times, shown)
-    arrays = LoopArrays(
-        system, method, p, options.t_start, state, frame_times=times, rtol=options.rtol, atol=options.atol, step=step,
-        energy_level=choose_energy_level(options.energy_scaling, system, method, p, options.t_start, state),
-    )  # fmt: skip
+    level = choose_energy_level(options.energy_scaling, system, method, p, options.t_start, state)
+    arrays, give_back = _arrays(system, method, p, state, times, options, step, level)
     asked = {
         **({"step": step} if step else {}),
         **(timetable.settings if timetable is not None else {}),
@@ -175,7 +174,49 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
         "method": method.name, "constraints": treatment, "rtol": options.rtol, "atol": options.atol,
         "t_start": options.t_start, "t_end": options.t_end, "step": step or None, "redundant": assembly.redundant,
     }  # fmt: skip
-    return summarise(run, options.at, [*notes, *run.notes], seconds, settings)
+    solution = summarise(run, options.at, [*notes, *run.notes], seconds, settings)
+    give_back()
+    return solution
+
+
+_MOST_KEPT, _LARGEST_KEPT = 8, 200_000  # kinds of arrays that a model keeps, numbers in their frames
+
+
+def _arrays(
+    system: System,
+    method: Method,
+    p: np.ndarray,
+    state: np.ndarray,
+    times: np.ndarray,
+    options: RunOptions,
+    step: float,
+    level: float,
+) -> tuple[LoopArrays, Callable[[], None]]:
+    """Return the arrays of a run, those of a run before it where that was of the same kind, and what keeps them for
+    another one.
+    """
+    tolerances = {"rtol": options.rtol, "atol": options.atol, "step": step}
+    plain = not (system.events or system.input_descriptions) and times.size * system.ny <= _LARGEST_KEPT
+    kept: deque[LoopArrays] = deque(maxlen=1)
+    if plain:
+        key = (id(method), times.tobytes(), *tolerances.values(), np.isfinite(level))
+        kinds = vars(system).setdefault("_kept_arrays", {})
+        if len(kinds) >= _MOST_KEPT:
+            kinds.clear()
+        kept = kinds.setdefault(key, kept)
+    try:
+        arrays = kept.pop()
+        arrays.begin_again(system, method, p, options.t_start, state, level)
+    except IndexError:
+        arrays = LoopArrays(
+            system, method, p, options.t_start, state, frame_times=times, energy_level=level, **tolerances
+        )
+
+    def give_back() -> None:
+        if plain and arrays.generation == 0:
+            kept.append(arrays)
+
+    return arrays, give_back
 
 
 def consistent_start(system: System, p: np.ndarray, options: RunOptions) -> Assembly:

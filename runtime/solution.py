@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -51,8 +51,31 @@ class Sample:
     contact_forces: np.ndarray | None = None
 
 
+class _Later:
+    """What is computed when something of it is first read."""
+
+    @classmethod
+    def later(cls, make: Callable[[], Self]) -> Self:
+        """Return what `make` returns, which is called when an attribute is first read."""
+        found = cls.__new__(cls)
+        vars(found)["_make"] = make
+        return found
+
+    def __getattr__(self, name: str) -> Any:
+        make = None if name.startswith("__") else vars(self).pop("_make", None)
+        if make is None:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        vars(self).update(vars(make()))
+        return getattr(self, name)
+
+    def __getstate__(self) -> dict[str, Any]:
+        if "_make" in vars(self):
+            vars(self).update(vars(vars(self).pop("_make")()))
+        return vars(self)
+
+
 @record
-class Energy:
+class Energy(_Later):
     """Energies at the frames [J].
 
     Attributes
@@ -101,7 +124,7 @@ class Energy:
 
 
 @record
-class ConstraintResidual:
+class ConstraintResidual(_Later):
     """Largest magnitudes of the constraints' residuals at the frames.
 
     Attributes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -61,65 +61,103 @@ def summarise(
     settings : dict
         Method, tolerances and the like, as `Solution` has them.
     """
-    system, arrays = run.system, run.arrays
+    system, p = run.system, run.arrays.p.copy()
     run.actions.note_gaps()
     times, rows, resets, shown = _collected(run)
+    times, rows = times.copy(), rows.copy()  # the arrays serve the next run
     forms = _forms(run, len(times)) if run.forms else None
-    energies = evaluate(system, "energy", arrays.p, times, rows)
     work = resets + (rows[:, system.nq + system.nv] if system.nw else 0.0)
-    position, velocity = constraint_residuals(system, arrays.p, times, rows)
     sampled = [entry for entry in run.samples if entry[0] in set(map(float, sample_times))]
-    extra = _sample_checks(system, arrays.p, run.samples)
-    with np.errstate(invalid="ignore", over="ignore"):  # the health report says what is not finite
-        initial = energies[0].sum() - work[0]
-        balance = np.concatenate([energies.sum(axis=1) - work, extra["balance"]])
-        exchange = Exchange(energies, work).take(extra["energies"], extra["work"])
-        error = float(exchange.relative(np.abs(balance - initial).max()))
-        taken = float(exchange.relative(arrays.control[at.MOST_ENERGY_TAKEN]))
-    if (
-        system.nw
-        and not run.forms
-        and error > energy_limit(find_method(settings["method"]), settings["rtol"])
-        and not _has_jumped(run)
-    ):
-        states = rows[:, : system.nq + system.nv]
-        along = work_quadrature.work_that_balances(system, arrays.p, times, states, energies, work)
-        if along is not None:
-            work, notes = along, [*notes, _WORK_ALONG.format(error)]
-            exchange = Exchange(energies, work)
-            error = float(exchange.relative(np.abs(energies.sum(axis=1) - work - energies[0].sum()).max()))
-    if np.isfinite(arrays.control[at.ENERGY_LEVEL]):
-        notes = [*notes, _ENERGY_SCALING.format(taken)]
-    q, v = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
+    # The end is a frame as well.
+    between = [
+        entry for entry in run.samples if entry[0] != times[-1] or not np.array_equal(entry[1], rows[-1])
+    ]
+    seen = _Seen(system, p, times, rows, shown, between)
+    taken, scales = run.arrays.control[at.MOST_ENERGY_TAKEN], np.isfinite(run.arrays.control[at.ENERGY_LEVEL])
+    if system.nw or scales:
+        energy = _energy(seen, work, taken)
+        limit = energy_limit(find_method(settings["method"]), settings["rtol"])
+        if system.nw and not run.forms and energy.max_error > limit and not _has_jumped(run):
+            along = _work_along(seen, work)
+            if along is not None:
+                notes = [*notes, _WORK_ALONG.format(energy.max_error)]
+                work, energy = along, _energy(seen, along, taken, with_samples=False)
+        if scales:
+            notes = [*notes, _ENERGY_SCALING.format(energy.taken)]
+    else:
+        energy = Energy.later(lambda: _energy(seen, work, taken))
+    if shown.all():
+        shown = slice(None)
+    else:
+        forms = None if forms is None else replace(forms, index=forms.index[shown])
     return Solution(
         system=system,
-        p=arrays.p,
+        p=p,
         t=times[shown],
-        q=rows[shown, q],
-        v=rows[shown, v],
-        w=work[shown],
-        samples=_samples(system, arrays.p, sampled, run.forms),
-        forms=None if forms is None else replace(forms, index=forms.index[shown]),
+        q=rows[shown, : system.nq].copy(),
+        v=rows[shown, system.nq : system.nq + system.nv].copy(),
+        w=work[shown].copy(),
+        samples=_samples(system, p, sampled, run.forms),
+        forms=forms,
         events=run.actions.log,
-        energy=Energy(energies[shown, 0], energies[shown, 1], work[shown], exchange, error, taken),
-        constraint_residual=ConstraintResidual(
-            position[shown],
-            velocity[shown],
-            max(position.max(), extra["position"]),
-            max(velocity.max(), extra["velocity"]),
-        ),
+        energy=energy,
+        constraint_residual=ConstraintResidual.later(lambda: _residual(seen)),
         step_log=run.step_log.array(),
-        stats={name: int(arrays.counters[index]) for name, index in _STATISTICS.items()},
+        stats={name: int(run.arrays.counters[index]) for name, index in _STATISTICS.items()},
         status=run.status,
         message=run.message,
         notes=notes,
         seconds=seconds,
-        min_pivot_ratio=float(arrays.control[at.MIN_PIVOT_RATIO]),
+        min_pivot_ratio=float(run.arrays.control[at.MIN_PIVOT_RATIO]),
         lowest_gaps=run.actions.lowest_gaps,
         passed_by=run.actions.passed_by(),
         timetable=run.timetable,
         **settings,
     )
+
+
+class _Seen(NamedTuple):
+    """The states that are looked at: all frames, and what a user wanted besides."""
+
+    system: System
+    p: np.ndarray
+    times: np.ndarray
+    rows: np.ndarray
+    shown: np.ndarray
+    samples: list[tuple[float, np.ndarray, float, int]]
+
+
+def _energy(seen: _Seen, work: np.ndarray, taken: float, *, with_samples: bool = True) -> Energy:
+    """Return the energies at the frames, and what is off: `taken` is what energy scaling took away [J]."""
+    system, p, times, rows, shown, samples = seen
+    energies = evaluate(system, "energy", p, times, rows)
+    extra = _sample_energies(system, p, samples if with_samples else [])
+    with np.errstate(invalid="ignore", over="ignore"):  # the health report says what is not finite
+        balance = np.concatenate([energies.sum(axis=1) - work, extra["balance"]])
+        exchange = Exchange(energies, work).take(extra["energies"], extra["work"])
+        error = float(exchange.relative(np.abs(balance - (energies[0].sum() - work[0])).max()))
+        relative = float(exchange.relative(taken))
+    return Energy(energies[shown, 0], energies[shown, 1], work[shown], exchange, error, relative)
+
+
+def _work_along(seen: _Seen, work: np.ndarray) -> np.ndarray | None:
+    """Return the work integrated along the frames, where that balances the energies better."""
+    system, p, times, rows = seen[:4]
+    energies = evaluate(system, "energy", p, times, rows)
+    states = rows[:, : system.nq + system.nv]
+    return work_quadrature.work_that_balances(system, p, times, states, energies, work)
+
+
+def _residual(seen: _Seen) -> ConstraintResidual:
+    """Return the residuals at the frames, and the largest of all states."""
+    position, velocity = constraint_residuals(seen.system, seen.p, seen.times, seen.rows)
+    largest = [position.max(), velocity.max()]
+    if seen.samples:
+        times = np.array([entry[0] for entry in seen.samples])
+        rows = np.vstack([entry[1] for entry in seen.samples])
+        for k, values in enumerate(constraint_residuals(seen.system, seen.p, times, rows)):
+            largest[k] = max(largest[k], values.max(initial=0.0))
+    return ConstraintResidual(position[seen.shown], velocity[seen.shown], *largest)
 
 
 def _has_jumped(run: RunState) -> bool:
@@ -182,21 +220,13 @@ def _samples(
     ]
 
 
-def _sample_checks(
+def _sample_energies(
     system: System, p: np.ndarray, entries: Sequence[tuple[float, np.ndarray, float, int]]
-) -> dict[str, Any]:
+) -> dict[str, np.ndarray]:
     if not entries:
-        nothing = {"balance": np.zeros(0), "energies": np.zeros((0, 2)), "work": np.zeros(0)}
-        return {**nothing, "position": 0.0, "velocity": 0.0}
+        return {"balance": np.zeros(0), "energies": np.zeros((0, 2)), "work": np.zeros(0)}
     times = np.array([entry[0] for entry in entries])
     rows = np.vstack([entry[1] for entry in entries])
     energies = evaluate(system, "energy", p, times, rows)
     work = np.array([entry[2] for entry in entries]) + (rows[:, system.nq + system.nv] if system.nw else 0.0)
-    position, velocity = constraint_residuals(system, p, times, rows)
-    return {
-        "balance": energies.sum(axis=1) - work,
-        "energies": energies,
-        "work": work,
-        "position": position.max(initial=0.0),
-        "velocity": velocity.max(initial=0.0),
-    }
+    return {"balance": energies.sum(axis=1) - work, "energies": energies, "work": work}

@@ -16,6 +16,7 @@ from symgen.runtime.checks.stability import stable_radius, stable_step, unstable
 from symgen.runtime.checks.steps import MOST_REJECTED, least_steps_in_a_period
 from symgen.runtime.checks.time_scales import time_scales_at
 from symgen.runtime.checks.wrong_signs import wrong_signs
+from symgen.runtime.event_actions import event_times
 from symgen.runtime.exchange import energy_limit, largest_leak
 from symgen.runtime.failures import state_names
 from symgen.runtime.integrate.methods import Method, find_method
@@ -278,7 +279,7 @@ def _steps(solution: Solution) -> Iterator[HealthCheck]:
     tiny = 0.0
     if not shortest > _TINY_STEP * max(abs(t[0]), abs(t[-1]), span):
         cut = [
-            *(event.t for event in solution.events),
+            *event_times(solution.events),
             *(sample.t for sample in solution.samples),
             solution.t_end,
         ]

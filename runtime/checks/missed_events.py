@@ -12,6 +12,7 @@ import numpy as np
 
 from symgen.runtime.batches import evaluate
 from symgen.runtime.checks.entry import HealthCheck
+from symgen.runtime.event_actions import event_times
 from symgen.runtime.loop_arrays import DIRECTIONS
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def missed_events(solution: Solution) -> Iterator[HealthCheck]:
         return
     t, states = _between_frames(solution)
     values = evaluate(system, "events", solution.p, t, states)
-    fired = np.array([event.t for event in solution.events])
+    fired = event_times(solution.events)
     quiet = _without_events(t, fired)
     missed = []
     for e, event in enumerate(system.events):

@@ -105,6 +105,10 @@ class Lease:
             self.residual_size = float(1.0 / per_residual.min())
         self._guard.expect(weights, near_singular, unfit, rank)
 
+    def forget(self) -> None:
+        """Take every row of G for as large as it gets, as a guard does that is leased anew."""
+        self._guard.forget()
+
     def take_all_constraints(self) -> None:
         """Give the multipliers of least norm, also where straight-line code leaves constraints out."""
         if self._system.dependent:

@@ -117,6 +117,8 @@ def _in_si(what: str, value: float | str, record: Mapping[str, Any]) -> float:
 
 
 def _unit_quaternions(system: System, q: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    if not system.quaternions:
+        return q, []
     positions, notes = Positions(system), []
     for (i, _), length in zip(positions.quaternions, positions.lengths(q)):
         names = f"{system.coordinates[i]['name']}, …, {system.coordinates[i + 3]['name']}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 from collections.abc import Callable
 from dataclasses import replace
@@ -121,6 +122,7 @@ class Method:
         return resolve(self.family)
 
 
+@functools.cache
 def resolve(place: str) -> Any:
     """Return what is at a place `module:name`, imported now."""
     module, _, name = place.partition(":")
