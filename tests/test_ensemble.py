@@ -282,6 +282,22 @@ def test_starts_that_contradict_constraints_fail_alone():
     assert np.isfinite(e["x"][[0, 2]]).all()
 
 
+def test_members_without_inertia_are_refused_one_by_one():
+    """As single runs are: a negative mass swings backwards, and nothing else would tell."""
+    system = system_of("double_pendulum")
+    e = system.ensemble(1.0, parameters={"m2": grid(1.0, -0.5, 0.0, 2.0, np.nan)}, method="dop853", rtol=1e-6)
+    assert list(e.failed) == [1, 2, 4]
+    assert "negative" in e.messages[1]
+    assert "nothing determines" in e.messages[2]
+    for k in (1, 2):
+        with pytest.raises(RuntimeModelError, match="at these parameters"):
+            system.run(1.0, parameters={"m2": float(e.varied["m2"][k])})
+        with pytest.raises(RuntimeModelError, match="at these parameters"):
+            e.member(k)
+    with pytest.raises(RuntimeModelError, match="negative"):
+        system.ensemble(1.0, parameters={"m2": grid(-1.0, 1.0)})
+
+
 def test_grids_multiply_and_draws_repeat():
     system = system_of("double_pendulum")
     e = system.ensemble(

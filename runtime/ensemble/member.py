@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.batches import constraint_residuals, evaluate
+from symgen.runtime.checks.inertia import refuse_negative_inertia
 from symgen.runtime.ensemble.batch import BatchResult, LaneBatch
 from symgen.runtime.ensemble.plan import alone
 from symgen.runtime.ensemble.single import FOR_SINGLE_RUNS, run_single
@@ -54,6 +55,7 @@ def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None)
     starts, failures = plan.starts.of(parameters, varied)
     if failures:
         raise RuntimeModelError(failures[0])
+    refuse_negative_inertia(plan.system, p, plan.single.t_start, starts[0])
     batch = LaneBatch(plan.system, alone(plan, times))
     result = batch.run(parameters, starts)
     status = int(result.columns[0, COLUMN["status"]])

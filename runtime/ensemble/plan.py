@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.checks.inertia import refuse_negative_inertia
 from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_method, choose_step
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
@@ -61,6 +62,8 @@ class Plan:
     residual_limit : float
         Of the constraints, as they are.
     notes : list of str
+    first_parameters, first_state : ndarray
+        Of the first member.
     """
 
     system: System
@@ -75,6 +78,8 @@ class Plan:
     frame_times: np.ndarray
     residual_limit: float
     notes: list[str]
+    first_parameters: np.ndarray
+    first_state: np.ndarray
 
     def single_parameters(self, p: np.ndarray) -> dict[str, float]:
         """Return the parameters and inputs of a member by name."""
@@ -103,6 +108,7 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     first = {name: values[0] for name, values in varied.items()}
     starts = Starts(system, single.t_start, rows[0], fixed["start"], fixed["rate"], first)
     state = starts.one(rows[0], first)
+    refuse_negative_inertia(system, rows[0], single.t_start, state)
     treatment, formed, notes = choose_constraints("auto", system, options.method)
     objection = _objection(system, rows[0], state, single)
     method = formed
@@ -123,7 +129,7 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     drift = min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol))
     return Plan(
         system, options, members, p, starts, replace(single, method=method.name), method.name, treatment, settings,
-        frame_times, drift * starts.smallest_scale, notes,
+        frame_times, drift * starts.smallest_scale, notes, rows[0], state,
     )  # fmt: skip
 
 

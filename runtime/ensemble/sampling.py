@@ -242,6 +242,11 @@ class Members:
         self.n = self._points * self._each
 
     @property
+    def vary_parameters(self) -> bool:
+        """Whether parameters differ, not starts alone."""
+        return any(column.place == "parameters" for column in self.columns)
+
+    @property
     def shape(self) -> dict[str, int]:
         """Lengths of the grids by name, and of what is drawn at each point of them as "draw"."""
         found = {c.name: len(c.values.values) for c in self._grids}

@@ -25,11 +25,13 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 assembly = Late("symgen.runtime.constraints.assembly")
+inertia = Late("symgen.runtime.checks.inertia")
 levels = Late("symgen.runtime.constraints.levels")
 
 _SATISFIED = 2e-14  # of a constraint's scale: as in `constraints/assembly.py`
 _SOLVED = 1e-13
 _NEWTON_STEPS = 12
+_ROUND_OFF, _NONE, _LARGEST_WHOLE = 1e-10, 1e-14, 300  # as in `checks/inertia.py`
 _NEAR = 0.3  # of the characteristic sizes: farther away there may be another way to assemble it
 
 
@@ -217,6 +219,52 @@ class Starts:
     def _values(self, function: str, parameters: np.ndarray, states: np.ndarray) -> np.ndarray:
         found = evaluate_members(self.system, function, parameters, np.array([self.t]), states[:, None])
         return found[:, 0]
+
+
+def without_inertia(
+    system: System, t: float, parameters: np.ndarray, states: np.ndarray, first: tuple[np.ndarray, np.ndarray]
+) -> dict[int, str]:
+    """Return which members have negative inertia, or none where something is free to move, and what that is.
+
+    Parameters
+    ----------
+    parameters, states : ndarray, shape (n, n_p), (n, nq + nv)
+    first : (ndarray, ndarray)
+        Parameters and state of a member that is known to be sound: what has no inertia there is held.
+    """
+    if system.nv > _LARGEST_WHOLE:
+        return {}
+    lowest, still = _inertia(system, t, parameters, states)
+    if lowest is None:
+        return {}
+    _, usual = _inertia(system, t, first[0][None], first[1][None])
+    found = {}
+    for k in np.flatnonzero((lowest < -_ROUND_OFF) | (still > (0 if usual is None else int(usual[0])))):
+        try:
+            inertia.refuse_negative_inertia(system, parameters[k], t, states[k])
+        except RuntimeModelError as error:
+            found[int(k)] = str(error)
+    return found
+
+
+def _inertia(
+    system: System, t: float, parameters: np.ndarray, states: np.ndarray
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """The lowest eigenvalue of M, scaled to a unit diagonal, and how many vanish; None where all are positive."""
+    n, nv = len(states), system.nv
+    mass = evaluate_members(system, "mass_matrix", parameters, np.array([t]), states[:, None])
+    mass = np.where(np.isfinite(mass).all(axis=2, keepdims=True), mass, np.eye(nv).reshape(-1)).reshape(
+        n, nv, nv
+    )
+    scale = np.sqrt(np.abs(np.einsum("kii->ki", mass)))
+    scale[scale == 0.0] = 1.0
+    mass = mass / (scale[:, :, None] * scale[:, None])
+    try:
+        np.linalg.cholesky(mass - 2.0 * _NONE * np.eye(nv))
+        return None, None
+    except np.linalg.LinAlgError:
+        values = np.linalg.eigvalsh(mass)
+        return values[:, 0], (values <= _NONE).sum(axis=1)
 
 
 def _solve(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ from symgen.runtime.ensemble import member
 from symgen.runtime.ensemble.batch import LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
 from symgen.runtime.ensemble.single import FOR_SINGLE_RUNS, run_single
+from symgen.runtime.ensemble.starts import without_inertia
 from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verdicts_of
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.integrate import layout as at
@@ -75,6 +76,11 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
     if plan.settings is None:
         return _one_by_one(plan, first, parameters, varied)
     starts, failures = plan.starts.of(parameters, varied)
+    if plan.members.vary_parameters:
+        sound = plan.first_parameters, plan.first_state
+        massless = without_inertia(plan.system, plan.single.t_start, parameters, starts, sound)
+        failures = {**massless, **failures}
+        starts[list(massless)] = np.nan
     result = _batch(plan).run(parameters, starts)
     states = result.frames if len(plan.frame_times) else result.end[:, None]
     verdicts = verdicts_of(plan, result.columns)
