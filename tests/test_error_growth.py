@@ -14,7 +14,8 @@ from symgen import Model, cos, dot, exp, runtime, sqrt
 from symgen.link import module_for
 from symgen.model.library import find
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
-from symgen.runtime.checks.error_estimate import Extent, estimate
+from symgen.runtime.checks.companion import independent
+from symgen.runtime.checks.error_estimate import Extent, _Comparison, estimate
 from symgen.runtime.inputs import Controller
 
 
@@ -169,6 +170,37 @@ def test_what_errors_are_measured_by():
     np.testing.assert_allclose(
         size, [two, 1e-7 * two, np.ptp(np.cos(wave)), two, 0.5 * two, 150.0, 3.0], rtol=1e-6
     )
+
+
+def dying() -> runtime.System:
+    """A vibration that is gone long before the middle of its run, and a slow decay."""
+    model = Model("dying")
+    x, y = model.coordinate("x", start=1.0), model.coordinate("y", start=1.0)
+    model.kinetic((dot(x) ** 2 + dot(y) ** 2) / 2)
+    model.potential((400 * x**2 + y**2) / 2)
+    model.dissipation((dot(x) ** 2 + 3 * dot(y) ** 2) / 2)
+    return model.derive()
+
+
+def test_what_dies_out_is_measured_by_what_it_did():
+    run = dying().run(t_end=100.0, method="dop853", rtol=1e-4, atol=1e-6)
+    exact = np.exp(-run.t / 2) * (
+        np.cos(np.sqrt(399.75) * run.t) + 0.5 / np.sqrt(399.75) * np.sin(np.sqrt(399.75) * run.t)
+    )
+    comparison = _Comparison(run)
+    companion = independent(run, comparison.own, comparison.least_range)[0]
+    part = comparison.follow(companion, 1e9, comparison.middle)
+    assert part.t[-1] == run.t[-1]
+    assert part.largest < 2.0 * np.abs(run.q[:, 0] - exact).max()
+
+
+def test_chaos_that_no_accurate_companion_keeps_up_with_is_flagged():
+    chain = bundled("spring_chain")
+    start = {c["name"]: c["value"] + {"x7": 0.3, "x9": 0.5}.get(c["name"], 0.03) for c in chain.coordinates}
+    run = chain.run(start=start, t_end=14.0, method="radau9", rtol=1e-13, atol=1e-15)
+    found = entry_of(run)
+    assert not found.ok
+    assert "tenfold" in found.says
 
 
 def test_turning_bodies_and_mechanisms():

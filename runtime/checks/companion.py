@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,7 +31,7 @@ _EXPLICIT = "dop853"
 _TIGHTER = 0.01
 _LOOSEST, _TIGHTEST = 1e-9, 2e-14  # rtol of companions
 _OF_FIXED_STEPS = 1e-10
-_LOOSE = 1e-5
+_LOOSE, _OF_LOOSE = 1e-5, 1e-3
 # From this rtol and order on no other method is more accurate than the run's own.
 _ALIKE, _HIGH_ORDER = 1e-12, 8
 _BESIDE, _OF_BESIDE = 4.0, 0.5  # times the run's rtol, and of the difference, where nothing is more accurate
@@ -96,6 +97,13 @@ def independent(solution: Solution, own: Method, least_range: float) -> tuple[Co
 def loose(least_range: float) -> Companion:
     """Return a companion whose own errors are those whose growth is looked at: it takes the longest steps."""
     return Companion(METHODS[_EXPLICIT], _LOOSE, min(_TIGHTER * _LOOSE, _LOOSE * least_range))
+
+
+def tighter(companion: Companion) -> Companion:
+    """Return a companion whose errors are a thousandth of those of another one, or with half its step."""
+    if companion.step:
+        return replace(companion, step=0.5 * companion.step)
+    return replace(companion, rtol=_OF_LOOSE * companion.rtol, atol=_OF_LOOSE * companion.atol)
 
 
 def finer(solution: Solution, own: Method, least_range: float) -> Companion:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.checks.amplification import Amplification, Stretch, together
-from symgen.runtime.checks.companion import Companion, finer, follow, independent, loose
+from symgen.runtime.checks.companion import Companion, finer, follow, independent, loose, tighter
 from symgen.runtime.checks.growth import (
     LARGEST_POWER,
     SATURATED,
@@ -56,6 +56,8 @@ _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the ph
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
 _TIMES_BEYOND = 20  # between where companions got and the end, for when errors become large
 _SUSPECT = 2.5  # power of time of a growth that may be exponential, where a companion does not come far
+_MORE_WHERE_CHAOTIC = 4.0  # times the operations
+_LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
 _UNSURE = 1.25  # times an exponent: along some stretches differences grow faster than along others
 _MOST_EXPONENT, _WHOLE = 60.0, 1.0  # errors grow no further than to the range
 
@@ -142,7 +144,9 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
     if found.known:
         return found
     if len(found.t) < _LEAST_FOLLOWED:
-        return None
+        if not comparison.own.adaptive:
+            return None
+        found = comparison.begun()
     if comparison.jumps:  # events take longest
         return _extrapolated(solution, [found], Amplification(elsewhere=found.rate or 0.0))
     parts, half = [found], 0.5 * operations
@@ -172,6 +176,12 @@ def _amplification(
             seen[place].insert(0, Stretch(parts[place].t[0], parts[place].t[-1], parts[place].rate))
         if seen[place] and seen[place][-1].end == comparison.end:
             break
+    ends = (seen[1][0].begin if seen[1] else comparison.end, comparison.end)
+    for found, end, allowed in zip(seen, ends, operations, strict=True):
+        if found and found[-1].end < end and any(part.rate for part in found):
+            # Where motion is chaotic, what none has seen is worth a longer look.
+            more = _MORE_WHERE_CHAOTIC * allowed
+            found += comparison.stretches(neighbour, more, comparison.frame(found[-1].end))
     return together(*seen)
 
 
@@ -250,7 +260,8 @@ class _Comparison:
         )
         n = len(found.states)
         known = n == len(t) or self._is_lost(found.states, states)
-        size = self._sizes_seen(found.states, companion) if n == len(t) else self._size
+        # What dies out moves little in a part from the middle: that is not what its error is measured by.
+        size = self._sizes_seen(found.states, companion) if n == len(self._t) else self._size
         relative = companion.remains * self._off(found.states, states, size)
         if found.ended and n < len(t):
             # By an event that the run met later, or not at all.
@@ -259,6 +270,12 @@ class _Comparison:
         worst = row_maxima(relative)
         rate = growth_rate(t[:n], worst) if is_exponential(t[:n], worst) else None
         return ErrorEstimate(t[:n], relative, known, rate, self._sharp)
+
+    def begun(self) -> ErrorEstimate:
+        """Return the error of an adaptive run that no companion keeps up with: at first, that of its tolerance."""
+        relative = np.zeros((2, self._states.shape[1]))
+        relative[1] = self._solution.rtol
+        return ErrorEstimate(self._t[:2], relative, known=False, rate=None)
 
     def stretches(self, companion: Companion, operations: float, first: int) -> list[Stretch]:
         """Return how differences grow from some frame on, as companions say of which each begins where one is lost."""
@@ -274,19 +291,24 @@ class _Comparison:
                 self._solution, companion, t, states[0], int(operations / per_step),
                 lambda seen, off=off: bool(off(seen).max() > SATURATED), self._sharp,
             )  # fmt: skip
+            operations -= beside.steps * per_step + _OF_COMPANION
             apart = off(beside.states)
             beyond = np.flatnonzero(apart > SATURATED)
             last = int(beyond[0]) if beyond.size else len(apart) - 1
             t, apart = t[: last + 1], apart[: last + 1]
             power, rate = power_of_growth(t, apart), growth_rate(t, apart) or 0.0
             surely = power > LARGEST_POWER
+            if not surely and beyond.size and companion.rtol > _LEAST_LOOSE:
+                # It was too near to where it is lost from its first frames on to tell how it got there.
+                companion = tighter(companion)
+                per_step = operations_per_step(self._solution, companion.method)
+                continue
             perhaps = power > _SUSPECT and not beyond.size and t[-1] < self.end
             found.append(
                 Stretch(float(t[0]), float(t[-1]), rate if surely else 0.0, rate if perhaps else 0.0)
             )
             if not (surely and beyond.size):
                 break
-            operations -= beside.steps * per_step + _OF_COMPANION
             first += last
         return found
 
