@@ -156,6 +156,9 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "quarter_car": Entry(
             "run quarter_car", "A stiff bushing, and a bump that no step may jump over.", 1.0
         ),
+        "active_suspension": Entry(
+            "run active_suspension", "An actuator that lags is a state, and a curve is the damper.", 0.6
+        ),
         "rough_road": Entry("run rough_road", "A road of many sines, in the equations as they are.", 1.0),
         "cart_pole": Entry("run cart_pole --t-end 2", "Nobody balances it.", 0.8),
         "cart_pole_lqr": Entry(

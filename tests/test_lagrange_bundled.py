@@ -30,6 +30,7 @@ def freedoms(name: str) -> int:
 
 
 NAMES = [name for name in sorted(bundled()) if freedoms(name) <= FREEDOMS and not description(name).joints]
+NAMES = [name for name in NAMES if not description(name).states]  # which SymPy's mechanics has not
 
 
 @pytest.mark.parametrize("name", NAMES)

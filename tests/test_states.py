@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from recorded import assert_same_recording, record
 from scipy.integrate import cumulative_simpson, solve_ivp
+from scipy.interpolate import PchipInterpolator
 from scipy.linalg import expm
 
 from symgen import Model
 from symgen.errors import ModelError
-from symgen.link import derive_text
+from symgen.link import derive, derive_text
+from symgen.model import library
 from symgen.runtime import load, solve
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError
 from symgen.runtime.inputs import Controller
@@ -449,3 +451,41 @@ def test_ensembles_and_prepared_runs_have_states():
     assert prepared.start == ("phi", "dot(phi)", "current")
     found = prepared(system.parameter_values(), np.array([0.3, 0.0, 0.5]))
     np.testing.assert_allclose(found[0], ends[1], rtol=0, atol=1e-12)
+
+
+def test_the_bundled_suspension_is_that_of_equations_by_hand():
+    """Quarter car with a first-order actuator, an observer, and a damper of a curve that goes on straight."""
+    rates, pulls = [-1.0, -0.3, -0.1, 0.0, 0.1, 0.3, 1.0], [-1250, -900, -600, 0, 300, 450, 620]
+    curve = PchipInterpolator(rates, pulls)
+    ends, slopes = curve([-1.0, 1.0]), curve([-1.0, 1.0], 1)
+
+    def damper(v):
+        if abs(v) <= 1.0:
+            return curve(v)
+        k = int(v > 0.0)
+        return ends[k] + slopes[k] * (v - [-1.0, 1.0][k])
+
+    def by_hand(t, y):
+        body, wheel, v_body, v_wheel, force, speed = y
+        s = (t - 0.5) / 0.12
+        road = 0.03 * (1.0 - np.cos(2.0 * np.pi * s)) if 0.0 <= s <= 1.0 else 0.0
+        pull = damper(v_wheel - v_body)
+        a = (16e3 * (wheel - body) + pull + force) / 300.0
+        b = (-16e3 * (wheel - body) - pull - force - 200e3 * (wheel - road)) / 40.0
+        wanted = np.clip(-2500.0 * speed, -1800.0, 1800.0)
+        return [v_body, v_wheel, a, b, (wanted - force) / 0.015, a - 0.5 * speed]
+
+    exact = solve_ivp(
+        by_hand, (0.0, 1.5), [0.0] * 6, rtol=1e-10, atol=1e-12, method="DOP853", max_step=2e-3
+    ).y
+    names = ("z_body", "z_wheel", "dot(z_body)", "dot(z_wheel)", "force", "speed")
+    system = derive(library.load(library.find("active_suspension")))
+    for method in ("auto", "dop853", "radau5"):
+        solution = system.run(t_end=1.5, method=method, rtol=1e-9, atol=1e-11)
+        found = np.array([solution[name][-1] for name in names])
+        np.testing.assert_allclose(
+            found / np.ptp(exact, axis=1), exact[:, -1] / np.ptp(exact, axis=1), atol=1e-8
+        )
+        assert not [entry.says for entry in solution.health if not entry.ok]
+    free = system.run(t_end=1.5, parameters={"c_sky": 0.0})
+    assert np.abs(solution["z_body"]).max() < 0.7 * np.abs(free["z_body"]).max()
