@@ -8,7 +8,7 @@ import xml.etree.ElementTree as ET
 import pytest
 import sympy
 
-from symgen.cli.report_equations import name, to_mathml
+from symgen.cli.report_equations import equation_of, name, pieces, to_mathml
 
 
 def read_back(element: ET.Element) -> str:
@@ -56,3 +56,35 @@ def test_branches_show_their_conditions():
 def test_names_are_escaped():
     assert name("<b>_&") == "<msub><mi>&lt;b&gt;</mi><mi>&amp;</mi></msub>"
     assert name("_") == "<mi>_</mi>"
+
+
+def terms(pattern: str, sign: str = "+") -> str:
+    return f"({sign.join(pattern.format(k) for k in range(1, 15))})"
+
+
+LONG = {
+    "sum in a product": terms("a*sin(theta)**{}*c_1") + "*b*cos(theta)",
+    "quotient": "m*" + terms("a**{}*b") + "/(a*" + terms("b**{}*m") + ")",
+    "power": "-b*" + terms("a**{}*m*b", "-") + "**2*" + terms("m**{}*a"),
+    "argument": "sin" + terms("a**{}*m*b*theta") + " - a*m*(-2)*b",
+}
+
+
+@pytest.mark.parametrize("text", LONG.values(), ids=LONG)
+def test_a_formula_in_pieces_says_what_the_expression_says(text):
+    values = {"m": 1.3, "a": 0.7, "b": 0.4, "c_1": -1.9, "theta": 0.6}
+    expression = sympy.sympify(text, locals={n: sympy.Symbol(n) for n in values})
+    found = pieces(expression)
+    assert len(found) > 2
+    assert max(len("".join(ET.fromstring(f"<math>{piece}</math>").itertext())) for piece in found) < 90
+    shown = read_back(ET.fromstring(f"<mrow>{''.join(found)}</mrow>"))
+    assert eval(shown, {**values, "sin": math.sin, "cos": math.cos}) == pytest.approx(
+        float(expression.subs(values))
+    )
+
+
+def test_long_equations_are_rows_that_text_flow_breaks():
+    expression = sympy.sympify(LONG["sum in a product"], locals={"c_1": sympy.Symbol("c_1")})
+    html = ET.fromstring(equation_of("<mi>f</mi>", expression))
+    assert html.get("class") == "formula" and len(html.findall(".//math")) > 2
+    assert "wide" in equation_of("<mi>f</mi>", sympy.Symbol("a"))

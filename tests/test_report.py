@@ -126,6 +126,11 @@ def test_page_is_balanced_and_has_its_sections(page):
     )  # drawing, convergence, motion, 2 portraits, 2 energies, residuals, steps
 
 
+def test_the_contents_lead_to_every_section(text):
+    listed = re.findall(r'<li><a href="#([^"]+)">', text)
+    assert listed == re.findall(r'<section id="([^"]+)">', text) and len(listed) > 8
+
+
 def test_texts_of_the_model_stay_texts(page):
     assert not {"script", "img", "b"} & {tag for tag, _ in page.elements}
     assert HOSTILE in page.text
@@ -134,7 +139,8 @@ def test_texts_of_the_model_stay_texts(page):
 
 
 def test_page_names_nothing_outside_itself(text, page):
-    assert not {"link", "iframe", "object", "embed", "use", "a"} & {tag for tag, _ in page.elements}
+    assert not {"link", "iframe", "object", "embed", "use"} & {tag for tag, _ in page.elements}
+    assert all(dict(attributes)["href"].startswith("#") for tag, attributes in page.elements if tag == "a")
     outside = {"src", "href", "xlink:href", "srcset", "data", "action"}
     assert not any(outside & set(attributes) for _, attributes in page.elements)
     assert not re.search(r"url\(|@import|https?:", text)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
-from html import escape
+from html import escape, unescape
 
 from symgen.runtime.plain_text import plain
 
@@ -56,7 +57,22 @@ def figure(svg: str, caption: str) -> Markup:
 def section(title: str, *parts: str) -> Markup:
     """Return a titled section; nothing where all parts are empty."""
     inside = "".join(map(markup, parts))
-    return Markup(f"<section><h2>{markup(title)}</h2>{inside}</section>" if inside else "")
+    return Markup(
+        f'<section id="{_anchor(title)}"><h2>{markup(title)}</h2>{inside}</section>' if inside else ""
+    )
+
+
+def _anchor(title: str) -> str:
+    return "-".join(re.findall(r"[a-z0-9]+", title.lower()))
+
+
+def contents(sections: Iterable[str]) -> Markup:
+    """Return the list of sections that are there, with links to them."""
+    titles = [
+        found[1] for part in sections if (found := re.match(r'<section id="[^"]*"><h2>(.*?)</h2>', part))
+    ]
+    links = "".join(f'<li><a href="#{_anchor(unescape(title))}">{title}</a></li>' for title in titles)
+    return Markup(f'<nav aria-label="contents"><ol>{links}</ol></nav>' if links else "")
 
 
 def page(title: str, body: Iterable[str]) -> str:
@@ -113,10 +129,15 @@ _STYLE = (
     "th,td{padding:.15rem .7rem .15rem 0;text-align:left;vertical-align:top;border-bottom:1px solid var(--faint);"
     "white-space:nowrap}td:last-child{white-space:normal;min-width:6rem}"
     "tr,figure{break-inside:avoid}pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:.85em}"
+    "nav ol{columns:3 12rem;margin:1rem 0;padding-left:1.6rem;font-size:.92em}a{color:var(--c0)}"
     "figure{margin:1rem 0}figcaption{color:var(--soft)}"
     "svg{display:block;width:100%;height:auto;min-width:28rem;max-width:46rem}"
     # Layout of formulas is lost where `math` is a plain block.
-    "math{display:block math;margin:.6rem 0;text-align:left}.bad{color:var(--bad);font-weight:600}"
+    "math{display:block math;margin:.6rem 0;text-align:left}"
+    # Long ones are rows of pieces, which are broken as text is.
+    ".formula{margin:.6rem 0;line-height:2.1}.formula div{padding-left:3rem;text-indent:-3rem}"
+    ".formula div+div{margin-left:1.5rem}"
+    ".formula math{display:inline math;margin:0;text-indent:0}.bad{color:var(--bad);font-weight:600}"
     # Paper is white, whatever the screen is, and does not scroll.
     f"@media print{{:root{{{_LIGHT}}}body{{font-size:10pt}}main{{padding:0}}.wide,figure{{overflow:visible}}"
     "table{font-size:8pt}math{font-size:9pt}}"

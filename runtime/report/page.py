@@ -19,6 +19,7 @@ from symgen.runtime.report.drawing import drawing
 from symgen.runtime.report.first_numbers import first_numbers
 from symgen.runtime.report.html import (
     Markup,
+    contents,
     figure,
     listing,
     markup,
@@ -177,11 +178,13 @@ def report_page(
     name = solution.system.name
     p, start = solution.p, solution.states[0]
     picture = drawing(solution.system, p, float(solution.t[0]), start)
-    body = [
+    head = [
         Markup(
             f"<header><h1>{markup(name)}</h1>{paragraph(solution.system.description)}{paragraph(origin)}{_verdict(solution)}</header>"
         ),
         figure(picture, f"the mechanism at t = {solution.t[0]:.6g} s"),
+    ]
+    sections = [
         section("Quantities", *_quantities(solution)),
         section("Equations of motion", *equations.motion, paragraph(equations.note)),
         section("State-space form", *equations.state_space),
@@ -197,7 +200,7 @@ def report_page(
         section("State at the end", _state(solution, -1)),
         section("Timings", table(("stage", "wall time [s]"), [(k, f"{v:.3g}") for k, v in seconds.items()])),
     ]
-    return page(f"{name}: report", body)
+    return page(f"{name}: report", [*head, contents(sections), *sections])
 
 
 def _verdict(solution: Solution) -> Markup:

@@ -40,6 +40,7 @@ _GREEK = (
 ).split()
 _LETTERS = dict(zip(_GREEK, "αβγδεζηθικλμνξπρστφχψωΓΔΘΛΞΠΣΦΨΩ"))
 _LONG = 60  # letters of a sum that fit a line
+_TIMES = "<mo>\u2009</mo>"
 _TAG = re.compile(r"<[^>]*>")
 _ENTITIES = {"&amp;pi;": "π", "<mo>-</mo>": "<mo>−</mo>"}
 _RELATIONS = {"<": "&lt;", "<=": "≤", ">": "&gt;", ">=": "≥", "==": "=", "!=": "≠"}
@@ -84,27 +85,82 @@ def equation(left: str, right: str) -> str:
 
 
 def equation_of(left: str, right: sympy.Expr) -> str:
-    """Return an equation for an expression; long sums have a line for each of their terms."""
+    """Return an equation for an expression; a long one is broken over lines, a sum at least at each of its terms."""
     text = to_mathml(right)
-    if not isinstance(right, sympy.Add) or len(_TAG.sub("", text)) <= _LONG:
+    if _length(text) <= _LONG:
         return equation(left, text)
-    terms = _signed_terms(right)
-    start = f"{left}<mo>=</mo>"
-    rows = "".join(
-        f'<mtr><mtd style="text-align:right">{"" if i else start}</mtd>'
-        f'<mtd style="text-align:left"><mrow>{sign}{term}</mrow></mtd></mtr>'
-        for i, (sign, term) in enumerate(terms)
-    )
-    return f'<div class="wide"><math display="block"><mtable displaystyle="true">{rows}</mtable></math></div>'
+    if isinstance(right, sympy.Add):
+        lines = [_signed(sign, pieces(term)) for sign, term in _signed_terms(right)]
+    else:
+        lines = [pieces(right)]
+    lines[0].insert(0, f"{left}<mo>=</mo>")
+    rows = "".join(f"<div>{' '.join(map(_inline, line))}</div>" for line in lines)
+    return f'<div class="formula">{rows}</div>'
 
 
-def _signed_terms(node: sympy.Add) -> list[tuple[str, str]]:
+def pieces(expression: sympy.Expr) -> list[str]:
+    """Return an expression as MathML in pieces between which a line may be broken, each hardly longer than a line.
+
+    Browsers do not break formulas. What is too long for a line is written on one level: sums in parentheses, quotients
+    with a stroke.
+    """
+    text = to_mathml(expression)
+    if _length(text) <= _LONG:
+        return [text]
+    if isinstance(expression, sympy.Add):
+        return [piece for sign, term in _signed_terms(expression) for piece in _signed(sign, pieces(term))]
+    above, below = sympy.fraction(expression, exact=True)
+    if below != 1:
+        return [*_factor(above), *_signed("<mo>/</mo>", _factor(below, of_many=True))]
+    if isinstance(expression, sympy.Mul):
+        first, *others = (_factor(x, of_many=True) for x in expression.as_ordered_factors())
+        return [*first, *(piece for factor in others for piece in _signed(_TIMES, factor))]
+    if isinstance(expression, sympy.Pow):
+        *before, last = _in_parentheses(pieces(expression.base))
+        return [*before, f"<msup><mrow>{last}</mrow>{_wrapped(to_mathml(expression.exp))}</msup>"]
+    if isinstance(expression, sympy.Function) and len(expression.args) == 1:
+        return _signed(
+            f"<mi>{escape(expression.func.__name__)}</mi>", _in_parentheses(pieces(expression.args[0]))
+        )
+    return [text]
+
+
+def _factor(expression: sympy.Expr, *, of_many: bool = False) -> list[str]:
+    """Return a factor in pieces: a sum, and below a stroke a product, in parentheses."""
+    together = isinstance(expression, sympy.Add) or (of_many and isinstance(expression, sympy.Mul))
+    negative = of_many and expression.could_extract_minus_sign() and expression.is_number
+    return _in_parentheses(pieces(expression)) if together or negative else pieces(expression)
+
+
+def _in_parentheses(inside: list[str]) -> list[str]:
+    return _signed("<mo>(</mo>", [*inside[:-1], f"{inside[-1]}<mo>)</mo>"])
+
+
+def _signed(sign: str, inside: list[str]) -> list[str]:
+    """Return pieces with a sign before the first."""
+    return [f"{sign}{inside[0]}", *inside[1:]]
+
+
+def _wrapped(text: str) -> str:
+    return f"<mrow>{text}</mrow>"
+
+
+def _inline(piece: str) -> str:
+    return f'<math displaystyle="true">{_wrapped(piece)}</math>'
+
+
+def _length(text: str) -> int:
+    """How many letters a formula has, of a fraction those of the longer part, roughly."""
+    return len(_TAG.sub("", text))
+
+
+def _signed_terms(node: sympy.Add) -> list[tuple[str, sympy.Expr]]:
     """Return the signs and the terms of a sum; the first has none where it is positive."""
-    found: list[tuple[str, str]] = []
+    found: list[tuple[str, sympy.Expr]] = []
     for term in node.as_ordered_terms():
         negative = term.could_extract_minus_sign()
         sign = "<mo>−</mo>" if negative else "<mo>+</mo>" if found else ""
-        found.append((sign, to_mathml(-term if negative else term)))
+        found.append((sign, -term if negative else term))
     return found
 
 
