@@ -1,0 +1,119 @@
+"""What a call costs around its loop: `python benchmarks/calls.py`.
+
+Processor time of repeated runs, the least of many turns: the loop alone, a prepared run, the same with checks at the
+end, `system.run`, and its health report; SciPy's `solve_ivp` on the same compiled right-hand side, where there are no
+constraints. Then many rows on one thread and on two, by the clock.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+import symgen
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.prepared.prepared import PreparedRun
+
+_MODELS = (
+    ("pendulum", 1.0),
+    ("double_pendulum", 10.0),
+    ("slider_crank", 5.0),
+    ("andrews_squeezer", 0.03),
+    ("seven_dof_arm", 5.0),
+)
+_TURNS, _REPEATS, _ROWS = 15, 20, 2000
+
+
+def main() -> None:
+    print(
+        f"{'model':18}{'method':8}"
+        + "".join(f"{x:>12}" for x in ("loop", "call", "checked", "run()", "health", "SciPy"))
+        + "   [µs]"
+    )
+    for name, t_end in _MODELS:
+        times = measure(name, t_end)
+        method, *numbers = times
+        print(
+            f"{name:18}{method:8}"
+            + "".join(f"{x:12.1f}" if np.isfinite(x) else f"{'–':>12}" for x in numbers)
+        )
+    (one, own), (two, both) = threads()
+    print(
+        f"double_pendulum, {_ROWS} rows: {one:.3f} s by the clock on one thread, {two:.3f} s on two; processor time "
+        f"{own:.3f} and {both:.3f} s"
+    )
+
+
+def measure(name: str, t_end: float) -> tuple:
+    """Return the method, then the least processor times of each way [µs], by turns."""
+    system = symgen.load(name)
+    run = system.prepare(t_end)
+    checked = system.prepare(t_end, checks="end")
+    state = run.assemble()
+    ways: list[Callable[[], object]] = [
+        loop_alone(run, state),
+        lambda: run(None, state),
+        lambda: checked(None, state),
+        lambda: system.run(t_end),
+        lambda: system.run(t_end).health,
+    ]
+    if not system.m:
+        kernel, p, n = system.kernel("rhs"), system.parameter_values(), system.nq + system.nv
+        ways.append(
+            lambda: solve_ivp(
+                lambda t, y: kernel(t, y, p)[:n], (0.0, t_end), state, "DOP853", rtol=1e-8, atol=1e-10
+            )
+        )
+    least = np.full(6, np.inf)
+    for way in ways:
+        way()
+    for _ in range(_TURNS):
+        for k, way in enumerate(ways):
+            repeats = _REPEATS if k < 4 else 1
+            began = time.thread_time()
+            for _ in range(repeats):
+                way()
+            least[k] = min(least[k], (time.thread_time() - began) / repeats)
+    least[4] -= least[3]
+    return run.method, *(1e6 * least)
+
+
+def loop_alone(run: PreparedRun, state: np.ndarray) -> Callable[[], object]:
+    """Return the step loop of a run by itself: two calls, from the start with its first step to the end."""
+    run(None, state)
+    machine = run._machine
+    arrays, block = machine._arrays, machine._plan_block
+    control, counters, level = machine._plan.control, machine._plan.counters, arrays.control[at.ENERGY_LEVEL]
+
+    def loop() -> None:
+        arrays.control[:], arrays.counters[:], arrays.work[:], arrays.y[: len(state)] = (
+            control,
+            counters,
+            0.0,
+            state,
+        )
+        arrays.control[at.ENERGY_LEVEL] = level
+        for stop, steps in ((np.inf, 0), (run.t_end, len(arrays.step_log))):
+            arrays.set_limits(stop, steps, np.inf)
+            block()
+
+    return loop
+
+
+def threads() -> list[tuple[float, float]]:
+    """Return the seconds that many rows take on one thread and on two: by the clock, and of processors."""
+    run = symgen.load("double_pendulum").prepare(10.0, parameters=["L1"])
+    rows, least = np.linspace(0.8, 1.2, _ROWS)[:, None], [(np.inf, np.inf)] * 2
+    for _ in range(5):
+        for k in range(2):
+            began, spent = time.perf_counter(), time.process_time()
+            run.many(rows, threads=k + 1)
+            least[k] = min(least[k], (time.perf_counter() - began, time.process_time() - spent))
+    return least
+
+
+if __name__ == "__main__":
+    main()
