@@ -201,6 +201,11 @@ def test_failed_members_are_told_and_have_no_numbers():
     assert not e.health.ok
     assert "more steps than allowed" in " ".join(e.health.lines())
     assert e.member(int(e.failed[0])).status == "failed"
+    asked = {"method": "dop853", "max_steps": 210, "start": {"theta1": linspace(0.01, 3.0, 12)}, "rtol": 1e-7}
+    nothing = system.ensemble(10, keep=None, reduce={"theta1": ["count"]}, **asked)
+    assert np.array_equal(nothing.failed, e.failed)
+    assert nothing.health.causes == e.health.causes
+    assert nothing.reduced["theta1"]["count"] == 12 - e.n_failed
 
 
 def test_doubtful_members_are_found():

@@ -101,6 +101,10 @@ class Ensemble:
         Members that failed or are doubtful, the first thousand.
     messages : dict of int to str
         Why members failed that could not begin or ran by themselves.
+    first_failed : list of int
+        Members without a result, the first thousand.
+    causes : dict of int to int
+        How many members failed, by status.
     """
 
     plan: Plan
@@ -112,6 +116,8 @@ class Ensemble:
     n_doubtful: int
     named: list[int]
     messages: dict[int, str] = field(default_factory=dict)
+    first_failed: list[int] = field(default_factory=list)
+    causes: dict[int, int] = field(default_factory=dict)
     present: Callable[[Solution], Any] | None = None  # what makes of a run as data one with doors
 
     @property
@@ -166,7 +172,7 @@ class Ensemble:
     def failed(self) -> np.ndarray:
         """The numbers of members without a result; where nothing is kept, the first ones."""
         if not len(self.verdicts.status):
-            return np.array([k for k in self.named if k in self.messages], dtype=int)
+            return np.array(self.first_failed, dtype=int)
         return np.flatnonzero(self.verdicts.status[: self.n_done] != 1)
 
     @property
@@ -179,11 +185,7 @@ class Ensemble:
     def health(self) -> EnsembleHealth:
         """Whether members can be trusted; `verdicts` has it for each."""
         v, n = self.verdicts, self.n_done
-        causes: dict[str, int] = {}
-        for status, cause in CAUSES.items():
-            count = int((v.status[:n] == status).sum())
-            if count:
-                causes[cause] = count
+        causes = {CAUSES[status]: count for status, count in sorted(self.causes.items())}
         with np.errstate(invalid="ignore"):
             largest = float(np.nanmax(v.energy_error[:n], initial=0.0)) if len(v.status) else float("nan")
             residual = (

@@ -70,6 +70,8 @@ class Collector:
         self._arrays = {name: np.full(shape, np.nan) for name in self._kept}
         self._verdicts = Verdicts.empty(n)
         self._named: list[int] = []
+        self._failed: list[int] = []
+        self._causes: collections.Counter[int] = collections.Counter()
         self._messages: dict[int, str] = {}
 
     def go_on_from(self, stored: Stored) -> None:
@@ -93,6 +95,8 @@ class Collector:
         failed = self._verdicts.status[:done] != 1
         self.n_done, self.n_failed = done, int(failed.sum())
         self.n_doubtful = int((~self._verdicts.ok[:done] & ~failed).sum())
+        self._causes.update(self._verdicts.status[:done][failed].tolist())
+        self._failed = np.flatnonzero(failed)[:_MOST_NAMED].tolist()
         self._named = np.flatnonzero(~self._verdicts.ok[:done])[:_MOST_NAMED].tolist()
         self._messages = {int(k): said for k, said in stored.about["messages"].items()}
 
@@ -107,6 +111,10 @@ class Collector:
             function = self._functions.get(name)
             reduction.take(part.series[name] if function is None else self._worked_out(name, function, part))
         failed = verdicts.status != 1
+        self._causes.update(verdicts.status[failed].tolist())
+        self._failed += (
+            part.first + np.flatnonzero(failed)[: max(_MOST_NAMED - len(self._failed), 0)]
+        ).tolist()
         self.n_failed += int(failed.sum())
         self.n_doubtful += int((~verdicts.ok & ~failed).sum())
         left = _MOST_NAMED - len(self._named)
@@ -137,6 +145,7 @@ class Collector:
             plan=self.plan, n_done=self.n_done, series=self._arrays, verdicts=self._verdicts,
             reduced={name: reduction.result() for name, reduction in self._reductions.items()},
             n_failed=self.n_failed, n_doubtful=self.n_doubtful, named=self._named, messages=self._messages,
+            first_failed=self._failed, causes=dict(self._causes),
         )  # fmt: skip
 
 
