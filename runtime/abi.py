@@ -164,7 +164,10 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         "kinematics": (state, nq * nv + nq * nq),
         "poses": (state, 12 * len(header["bodies"])),
         "shapes": (state, sum(body["sizes"] for body in header["bodies"])),
-        "outputs": (state, len(header["outputs"])),
+        "outputs": (
+            extended + len(header.get("switches", ())) if header.get("sensed") else state,
+            len(header["outputs"]),
+        ),
         "events": (state, len(header["events"])),
         "starts": (state, state),
         "time_terms": (state, header.get("time_terms", 0)),

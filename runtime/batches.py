@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,6 +42,28 @@ def evaluate(
     return _rows(kernel.precomputed_address, kernel.out_size, system.precomputed(p), times, states)
 
 
+# Accelerations, multipliers, forces of stops and frictions.
+Solved = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def outputs(
+    system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray, solved: Callable[[], Solved]
+) -> np.ndarray:
+    """Return the model's outputs, shape (n, number of outputs).
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,) [s]
+    states : ndarray, shape (n, at least nq + nv)
+    solved : callable
+        Gives accelerations, multipliers, and forces of stops and frictions, n rows each; called where outputs are made
+        of these.
+    """
+    if system.sensed:
+        states = np.hstack([states[:, : system.nq + system.nv], *solved()])
+    return evaluate(system, "outputs", p, times, states)
+
+
 def right_hand_sides(system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Return rows of `rhs`, shape (n, n_row), also where constraints are redundant.
 
@@ -51,11 +74,16 @@ def right_hand_sides(system: System, p: np.ndarray, times: np.ndarray, states: n
         address = system.kernel("rhs").precomputed_address
         rows = system.precomputed_rows(p).repeat(len(times) // max(len(p), 1), axis=0)
         return _rows(address, system.n_row, rows, times, states)
+    return solved_rows(system, system.precomputed(p), times, states)
+
+
+def solved_rows(system: System, precomputed: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Return the same for a `p` with all that follows from it alone behind it."""
     if system.m:
         address, _keep = kkt.robust_rhs_address(system)
     else:
         address = system.kernel("rhs").precomputed_address
-    return _rows(address, system.n_row, system.precomputed(p), times, states)
+    return _rows(address, system.n_row, precomputed, times, states)
 
 
 def projected(system: System, p: np.ndarray, times: np.ndarray, states: np.ndarray) -> np.ndarray:

@@ -100,6 +100,8 @@ def check_header(header: Any) -> None:
             raise HeaderFault(f"hoisted[{name!r}] is {header['hoisted'][name]}, expected a count")
     if header.get("starts", True) is not True:
         raise HeaderFault(f"'starts' is {header['starts']!r:.60}, expected True")
+    if header.get("sensed", True) is not True:
+        raise HeaderFault(f"'sensed' is {header['sensed']!r:.60}, expected True")
     if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
         raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
     _check_robot(header)

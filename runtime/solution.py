@@ -289,7 +289,7 @@ class Solution:
     @cached_property
     def outputs(self) -> np.ndarray:
         """The model's outputs at the frames, shape (n_frames, number of outputs)."""
-        return batches.evaluate(self.system, "outputs", self.p, self.t, self.states)
+        return batches.outputs(self.system, self.p, self.t, self.states, lambda: self._rows)
 
     @cached_property
     def input_values(self) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
+from symgen.runtime.batches import outputs as outputs_at
 from symgen.runtime.exchange import Exchange, energy_limit
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import find_method
@@ -202,7 +203,8 @@ def _samples(
         accelerations, multipliers, forces = forms.evaluate(system, p, times, rows)
     else:
         accelerations, multipliers = accelerations_and_multipliers(system, p, times, rows)
-    outputs = evaluate(system, "outputs", p, times, rows)
+    solved = accelerations, multipliers, np.zeros((len(times), 0)) if forces is None else forces
+    outputs = outputs_at(system, p, times, rows, lambda: solved)
     energies = evaluate(system, "energy", p, times, rows).sum(axis=1)
     nq, n = system.nq, system.nq + system.nv
     return [

@@ -45,6 +45,8 @@ class System(ModelFunctions):
         The header's records, see docs/abi.md.
     subsystems : tuple of dict
         For each kind of independent subsystem: indices of each one's coordinates, rates and constraints.
+    sensed : bool
+        Whether `outputs` reads accelerations and reactions behind the state.
     sequential_impacts : bool
         Whether stops that touch are struck one after another.
     switches : tuple of dict
@@ -91,6 +93,7 @@ class System(ModelFunctions):
         set_("ny", self.nq + self.nv + self.nw)
         set_("n_row", self.ny + m + (m > 0))
         set_("switches", tuple(header.get("switches", ())))
+        set_("sensed", header.get("sensed", False))
         set_("sequential_impacts", header.get("impacts") == "sequential")
         values = [float(record["value"]) for record in (*self.parameters, *self.inputs)]
         set_("settings", tuple(setting_names(header)))

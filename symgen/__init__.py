@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .front import Model
     from .link import load, robot
     from .model.from_sympy import where
-    from .model.functions import dot, floor, heaviside, maximum, minimum, mod, smoothstep, t
+    from .model.functions import dot, floor, heaviside, maximum, minimum, mod, sensor, smoothstep, t
     from .version import __version__ as __version__
 
 __all__ = [
@@ -34,6 +34,7 @@ __all__ = [
     "mod",
     "pi",
     "robot",
+    "sensor",
     "sign",
     "sin",
     "sinh",
@@ -50,7 +51,8 @@ _OWN = {
     "robot": ".link",
     "__version__": ".version",
     **dict.fromkeys(
-        ("dot", "floor", "heaviside", "minimum", "maximum", "mod", "smoothstep", "t"), ".model.functions"
+        ("dot", "floor", "heaviside", "minimum", "maximum", "mod", "sensor", "smoothstep", "t"),
+        ".model.functions",
     ),
     "where": ".model.from_sympy",
 }

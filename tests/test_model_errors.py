@@ -157,7 +157,7 @@ WRONG = {
         "did you mean 'cos'",
     ),
     "code": ("x - x0*cos(phi)", "__import__('os')", "constraints", "rail", 1, "no place"),
-    "attribute": ("x - x0*cos(phi)", "x.real", "constraints", "rail", 2, "no place"),
+    "attribute": ("x - x0*cos(phi)", "x.real", "constraints", "rail", 1, "not declared"),
     "huge power": ("x - x0*cos(phi)", "x - 9**9**9", "constraints", "rail", 8, "range"),
     "second derivative": (
         'speed = "vx"',

@@ -140,7 +140,8 @@ def test_error_names_the_column(text, column, words):
     [
         "__import__('os').system('true')",
         "().__class__.__bases__[0]",
-        "x.diff",
+        "x.diff()",
+        "x.__class__",
         "x.__class__",
         "lambda: 3",
         "lambda x: x",
@@ -194,6 +195,10 @@ def test_error_names_the_column(text, column, words):
 def test_nothing_but_arithmetic(text):
     with pytest.raises(ModelError):
         parse(text)
+
+
+def test_names_with_dots_are_names_and_nothing_is_looked_up():
+    assert parse("x.diff").expression == sympy.Symbol("x.diff")
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from symgen.model.elements import ACTS, BUSHING_KEYS, SPRING_KEYS
 from symgen.model.gravity import ATTRACTOR_KEYS
 from symgen.model.items import DRAWINGS
 from symgen.model.joint_types import TYPES
-from symgen.model.names import FUNCTION_ARITY
+from symgen.model.names import FUNCTION_ARITY, SENSOR_ARITY
 from symgen.model.over_time import KINDS
 from symgen.model.parts import ACTIONS, DIRECTIONS, SHAPES
 from symgen.model.rolling import ROLLING_KEYS
@@ -97,6 +97,7 @@ def test_words_that_a_key_takes_are_named(table, words):
 def test_every_function_and_unit_is_named():
     values = SECTIONS["What values are"]
     assert rows("What values are") == set(FUNCTION_ARITY)
+    assert {name.partition("(")[0] for name in rows("Sensors")} == set(SENSOR_ARITY)
     units = re.search(r"powers of `([^`]*)`, the prefixes `([^`]*)`, and `([^`]*)`", values)
     plain, prefixes, more = (set(part.split()) for part in units.groups())
     made = plain | more | {prefix + unit for prefix in prefixes for unit in plain}

@@ -105,6 +105,11 @@ def _no_input(system: System, name: Any, numbers: Mapping[str, int]) -> str:
 
 def _refuse_loop(system: System, signals: Any, places: tuple[int, ...]) -> None:
     """An output that depends on the input which is made from it is an equation for that input, which nobody solves."""
+    if signals.outputs and system.sensed:
+        raise InputFault(
+            "outputs of this model need accelerations or reactions, which follow from inputs: give the controller a "
+            "period, or let it read coordinates and rates"
+        )
     if not signals.outputs or not system.inputs_read("outputs") & set(places):
         return
     kernel, p = system.kernel("outputs"), system.parameter_values()

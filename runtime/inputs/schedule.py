@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.batches import solved_rows
 from symgen.runtime.code.bridge import call_kernel
+from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.inputs.code import COEFFICIENTS, FIXED, KNOT, PiecesPlace
 from symgen.runtime.inputs.given import Pieces
 
@@ -147,9 +149,23 @@ def read_signals(
     """Return signals by their places, see `controller.Signals`."""
     outputs = np.zeros(len(system.outputs))
     if any(place < 0 for place in places):
+        if system.sensed:
+            state = _with_solution(system, t, state, precomputed)
         kernel = system.kernel("outputs")
         call_kernel(np.uint64(kernel.precomputed_address), t, state, precomputed, outputs)
     return np.array([state[place] if place >= 0 else outputs[-1 - place] for place in places])
+
+
+def _with_solution(system: DrivenSystem, t: float, state: np.ndarray, precomputed: np.ndarray) -> np.ndarray:
+    """The state with the accelerations and multipliers that outputs read behind it."""
+    if system.switches:
+        raise RuntimeModelError(
+            "controllers cannot read outputs of accelerations or reactions of a model with stops or dry friction: "
+            "give 'reads' without outputs"
+        )
+    nq, nv = system.nq, system.nv
+    row = solved_rows(system, precomputed, np.array([t]), state[None, : nq + nv])[0]
+    return np.concatenate([state[: nq + nv], row[nq : nq + nv], row[system.ny : system.ny + system.m]])
 
 
 def first_samples(system: DrivenSystem, p: np.ndarray, t: float, state: np.ndarray) -> None:

@@ -388,6 +388,8 @@ class Tangent(NamedTuple):
     rates: np.ndarray
     accelerations: np.ndarray
     accelerations_by_inputs: np.ndarray
+    reactions: np.ndarray
+    reactions_by_inputs: np.ndarray
     A: np.ndarray
     B: np.ndarray
 
@@ -418,19 +420,21 @@ def tangent_at(
     a, multipliers = equations.accelerations_and_multipliers(q, v)
     by_positions, by_rates, by_unknowns = equations.jacobian(q, v, a, multipliers)
     by_inputs = _residual_by_inputs(system, equations, q, v, a, multipliers)
-    response = -equations.solve(by_unknowns, np.hstack([by_positions, by_rates, by_inputs]))[:nv]
+    response = -equations.solve(by_unknowns, np.hstack([by_positions, by_rates, by_inputs]))
     independent = _independent(system, equations, q, v, given)
     n_positions = len(independent.positions)
     displacements = np.hstack([independent.position_basis, np.zeros((nv, len(independent.rates)))])
     rates = np.hstack([independent.rates_by_positions, independent.rates_by_rates])
-    accelerations = response[:, :nv] @ displacements + response[:, nv : 2 * nv] @ rates
+    solved = response[:, :nv] @ displacements + response[:, nv : 2 * nv] @ rates
+    accelerations, reactions = solved[:nv], solved[nv:]
     velocities = rates + equations.turning(v) @ displacements
     A = np.vstack([velocities[independent.positions], accelerations[independent.rates]])
-    by_u = response[:, 2 * nv :]
+    by_u, reactions_by_u = response[:nv, 2 * nv :], response[nv:, 2 * nv :]
     B = np.vstack([np.zeros((n_positions, by_u.shape[1])), by_u[independent.rates]])
     return Tangent(
-        equations, q, v, a, multipliers, independent, displacements, rates, accelerations, by_u, A, B
-    )
+        equations, q, v, a, multipliers, independent, displacements, rates, accelerations, by_u, reactions,
+        reactions_by_u, A, B,
+    )  # fmt: skip
 
 
 def _residual_by_inputs(system: System, equations: MotionEquations, q, v, a, multipliers) -> np.ndarray:
@@ -529,6 +533,15 @@ def _model_outputs(
     along_p = np.zeros((len(p), n + n_u))
     along_p[len(system.parameters) + np.arange(n_u), n + np.arange(n_u)] = 1.0
     y = np.concatenate([tangent.q, tangent.v])
+    if system.sensed:
+        if system.switches:
+            raise RuntimeModelError(
+                f"outputs of model {system.name!r} need reactions, which stops and friction switch: name other outputs"
+            )
+        y = np.concatenate([y, tangent.a, tangent.multipliers])
+        solved = np.hstack([tangent.accelerations, tangent.accelerations_by_inputs])
+        reactions = np.hstack([tangent.reactions, tangent.reactions_by_inputs])
+        along = np.vstack([along, solved, reactions])
     _, slopes = derivatives(system, "outputs", tangent.equations.t, y, p, along, along_p)
     return {record["name"]: (row[:n], row[n:]) for record, row in zip(system.outputs, slopes)}
 

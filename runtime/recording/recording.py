@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.batches import accelerations_and_multipliers, constraint_residuals, evaluate
+from symgen.runtime.batches import (
+    Solved,
+    accelerations_and_multipliers,
+    constraint_residuals,
+    evaluate,
+    outputs,
+)
 from symgen.runtime.lazy import Late
 from symgen.runtime.recording import schema
 
@@ -72,6 +78,16 @@ class Quantities:
         if not settings.shape[1]:
             return self.accelerations_and_multipliers(t, y)[1]
         return self.forms(settings).evaluate(self.system, self.p, t, y)[1]
+
+    def outputs(self, t: np.ndarray, y: np.ndarray, settings: np.ndarray) -> np.ndarray:
+        """Return the outputs, shape (n, number of outputs); `settings` of stops and frictions have shape (n, …)."""
+
+        def solved() -> Solved:
+            if settings.shape[1]:
+                return self.forms(settings).evaluate(self.system, self.p, t, y)
+            return *self.accelerations_and_multipliers(t, y), np.zeros((len(t), 0))
+
+        return outputs(self.system, self.p, t, y, solved)
 
     def forms(self, settings: np.ndarray) -> Forms:
         """Return which form of the model holds at each frame, by the settings of stops and frictions."""

@@ -348,7 +348,7 @@ class RunWriter:
             "q": q,
             "v": v,
             "inputs": of.evaluate("inputs", t, y),
-            "outputs": of.evaluate("outputs", t, y),
+            "outputs": of.outputs(t, y, settings),
             "energy": np.column_stack([energies, energies.sum(axis=1)]),
             "balance": _logarithm(self._balance_error(energies, y, energy_of_resets))[:, None],
             "residual": _logarithm(of.residuals(t, y)),

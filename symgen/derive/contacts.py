@@ -295,6 +295,14 @@ class Switches:
                 reactions.append(Reaction(level, loader.load(f.level), rows, not self._on_stop(f)))
         return Levels(loader.g, tuple(reactions))
 
+    def sliding(self, f: Friction) -> sympy.Expr:
+        """What a friction that slides exerts against the sense of its speed."""
+        if f not in self._acting():
+            return sympy.S.Zero
+        if f.smooth is None:
+            return _symbol(f.name, "sense") * _sliding(f)
+        return _sliding(f) * f.speed / sympy.sqrt(f.speed**2 + f.smooth**2)
+
     def corner(self, loader: Loader, d: Description) -> dict[int, int]:
         """1 - s by the row of each switched constraint; empty in the open form."""
         if not self.held:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import sympy
-
-from ..model.description import Description
+from ..model.description import Description, Friction
+from ..model.sensors import without_sensed
 from .constraints import Constraints, constraints, dependent_constraints, rheonomic_power
 from .contacts import NONE, Switches
 from .dynamics import (
@@ -20,9 +17,9 @@ from .dynamics import (
 from .graph.graph import Graph
 from .graph.hessian import hessian
 from .graph.hoist import gather
-from .graph.nodes import INPUT, PARAM, SparseRows, V
+from .graph.nodes import SparseRows, V
 from .kinematics import Scene
-from .load import Loader
+from .load import make_loader
 from .solve import factorise as ldl
 from .solve.choice import best_factors
 from .solve.lifting import Lifted, lift
@@ -33,18 +30,28 @@ LARGEST_GATHERED = 12  # rates; in larger mass matrices the search takes longer 
 
 
 class Derivation:
-    """The parts of one model's equations on its graph, each derived once and shared by the functions that use it."""
+    """The parts of one model's equations on its graph, each derived once and shared by the functions that use it.
+
+    `description` is in the form that is derived; `own` is as the user has it, without branches and switches.
+    """
 
     def __init__(
-        self, description: Description, switches: Switches = NONE, *, articulated: bool = True
+        self,
+        description: Description,
+        switches: Switches = NONE,
+        *,
+        articulated: bool = True,
+        own: Description | None = None,
     ) -> None:
+        self.own = with_rates(description if own is None else own)
+        self.switches = switches
         self.description = d = with_rates(description)
         self.g = g = Graph()
         self.x: Variables = variables(g, d)
         x, n = self.x, len(d.rates)
         self.loader = make_loader(g, d, x)
         self.levels = switches.levels(self.loader, d)
-        self.scene = Scene(self.loader, d, x)
+        self.scene = Scene(self.loader, without_sensed(d), x)
         self.bodies = self.scene.bodies
         self.mech: Mechanics = mechanics(self.loader, d, self.scene, x)
         self.mass_rows: SparseRows = _gathered(g, mass_matrix(self.loader, self.mech, x))
@@ -130,6 +137,11 @@ class Derivation:
             return None
         return solve_articulated(g, trees, [row[i] for i, row in enumerate(rest)], self.forces)
 
+    def sliding(self, friction: Friction) -> int:
+        """What a friction that slides exerts against the sense of its speed, in this form."""
+        node = self.loader.load(self.switches.sliding(friction))
+        return self.levels.at([node], self.multipliers)[0]
+
     @property
     def conservative(self) -> bool:
         """Whether nothing but the gradient of V does work, with all stops open or closed; and there are no states."""
@@ -143,29 +155,3 @@ def _gathered(g: Graph, rows: SparseRows) -> SparseRows:
     entries = iter(gather(g, tuple(entry for row in rows for entry in row.values())))
     gathered = [{k: next(entries) for k in row} for row in rows]
     return [{k: entry for k, entry in row.items() if entry != g.zero} for row in gathered]
-
-
-def make_loader(g: Graph, d: Description, x: Variables) -> Loader:
-    """What loads the expressions of a description that has its rates."""
-    symbols = {"t": x.t}
-    symbols |= {r.name: node for r, node in zip(d.rates, x.v, strict=True)}
-    symbols |= {c.name: node for c, node in zip(d.coordinates, x.q, strict=True)}
-    symbols |= {p.name: g.var(PARAM, k) for k, p in enumerate(d.parameters)}
-    symbols |= {u.name: g.var(INPUT, k) for k, u in enumerate(d.inputs)}
-    symbols |= {c.name: g.const(c.value) for c in d.constants}
-    loader = Loader(g, symbols, dict(zip([*x.q, x.t], [*x.qdot, g.one], strict=True)), d.tables)
-    loader.count_terms(_expressions(d))
-    return loader
-
-
-def _expressions(d: Description) -> Iterator[sympy.Expr]:
-    """All expressions that end up in positions and energies."""
-    for _, expression in d.definitions:
-        yield expression
-    for body in d.bodies:
-        yield from body.com
-    for expression in (d.kinetic, d.potential, d.dissipation):
-        if expression is not None:
-            yield expression
-    for constraint in (*d.constraints, *d.velocity_constraints):
-        yield constraint.expression

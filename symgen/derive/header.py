@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from ..model.description import Body, Constraint, Description, Event, Input, Parameter, Rate
+from ..model.sensors import has_sensed_outputs
 from ..version import __version__
 from .starts import has_formulas
 from .structure import FLAGS, Movement, structure
@@ -45,6 +46,7 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         "operations": operations,
         "run": dict(d.run),
         **dependence(derivation.dependent),
+        **({"sensed": True} if has_sensed_outputs(d) else {}),
         **({"starts": True} if has_formulas(d) else {}),
         **_states(d, rates),
     }

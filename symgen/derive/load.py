@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import sympy
 from sympy.core.function import AppliedUndef
 
 from ..errors import ModelError
-from ..model.description import Table
+from ..model.description import Description, Table
 from ..model.functions import OF_CLASS, Tabulated, branch, dot
 from .graph.differentiate import forward
 from .graph.graph import Graph
-from .graph.nodes import FoldingError
+from .graph.nodes import INPUT, PARAM, FoldingError
 from .tables import tabulated_node
+from .variables import Variables
 
 
 class Loader:
@@ -153,6 +154,32 @@ class Loader:
             else:
                 top = g.mul(top, self._memo[x])
         return g.div(top, bottom)
+
+
+def make_loader(g: Graph, d: Description, x: Variables) -> Loader:
+    """A loader that knows the variables, parameters, inputs and constants of a description."""
+    symbols = {"t": x.t}
+    symbols |= {r.name: node for r, node in zip(d.rates, x.v, strict=True)}
+    symbols |= {c.name: node for c, node in zip(d.coordinates, x.q, strict=True)}
+    symbols |= {p.name: g.var(PARAM, k) for k, p in enumerate(d.parameters)}
+    symbols |= {u.name: g.var(INPUT, k) for k, u in enumerate(d.inputs)}
+    symbols |= {c.name: g.const(c.value) for c in d.constants}
+    loader = Loader(g, symbols, dict(zip([*x.q, x.t], [*x.qdot, g.one], strict=True)), d.tables)
+    loader.count_terms(_expressions(d))
+    return loader
+
+
+def _expressions(d: Description) -> Iterator[sympy.Expr]:
+    """All expressions that end up in positions and energies."""
+    for _, expression in d.definitions:
+        yield expression
+    for body in d.bodies:
+        yield from body.com
+    for expression in (d.kinetic, d.potential, d.dissipation):
+        if expression is not None:
+            yield expression
+    for constraint in (*d.constraints, *d.velocity_constraints):
+        yield constraint.expression
 
 
 def _with_roots(factors: Sequence[sympy.Expr]) -> list[list[sympy.Expr]]:

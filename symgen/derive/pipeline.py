@@ -19,6 +19,7 @@ from .header import header
 from .jumps import with_branches
 from .marks import mark_function, mark_records, marks
 from .program import Function, Program
+from .sensed import Sensed
 from .solve import factorise as ldl
 from .starts import start_function
 from .structure import structure
@@ -58,7 +59,7 @@ def derive(
     """
     if has_switches(description):
         return derive_switched(description, source)
-    d = Derivation(with_branches(description, description), articulated=articulated)
+    d = Derivation(with_branches(description, description), articulated=articulated, own=description)
     found = marks(d.description)
     own = tuple(functions(d, gathered))
     if jacobian:
@@ -81,8 +82,8 @@ def derive(
 def derive_switched(description: Description, source: str) -> Program:
     """Derive a model with stops or dry friction twice: with all of them open and sliding, and with each on a switch."""
     switches = Switches.of(description)
-    d = Derivation(with_branches(switches.form(), description), switches)
-    closed = Derivation(with_branches(switches.closed.form(), description), switches.closed)
+    d = Derivation(with_branches(switches.form(), description), switches, own=description)
+    closed = Derivation(with_branches(switches.closed.form(), description), switches.closed, own=description)
     for form, own in ((d, switches), (closed, switches.closed)):
         own.name_forces(form.loader, form.description, form.multipliers, form.margins)
     d.does_work = closed.does_work = not (d.conservative and closed.conservative)
@@ -272,10 +273,12 @@ def _observers(d: Derivation) -> Iterator[Function]:
     sizes = [load(s) for b in d.bodies if b.body.shape is not None for s in b.body.shape.sizes]
     if sizes:
         yield Function("shapes", "Sizes of the bodies' shapes.", tuple(sizes))
+    sensed = Sensed(d) if d.description.sensors else None
     if d.description.outputs:
         yield Function("outputs", "Outputs.", tuple(load(e) for _, e in d.description.outputs))
     if d.description.events:
-        yield Function("events", "Event functions.", tuple(load(e.when) for e in d.description.events))
+        looks = load if sensed is None else sensed.event
+        yield Function("events", "Event functions.", tuple(looks(e.when) for e in d.description.events))
     coordinate = {c.name: k for k, c in enumerate(d.description.coordinates)}
     rate = {r.name: len(d.x.q) + k for k, r in enumerate(d.description.rates)}
     for event in d.description.events:

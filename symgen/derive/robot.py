@@ -21,7 +21,6 @@ from symgen.runtime.graph.layouts import ROBOT_FUNCTIONS
 from ..errors import ModelError, nearest
 from ..model.description import Description, Frame
 from .constraints import Constraints, constraints, dependent_constraints
-from .derivation import make_loader
 from .dynamics import (
     LARGEST_QUADRATIC_FORM,
     Mechanics,
@@ -40,6 +39,7 @@ from .graph.nodes import INPUT, PARAM, VIRTUAL, Q, SparseRows
 from .graph.vectors import Inertia, Matrix, Vector, cross, minus, plus, product, scaled, times, zeros
 from .header import robot_header
 from .kinematics import Scene
+from .load import make_loader
 from .program import Function, Program
 from .solve import factorise as ldl
 from .trees.articulated import solve_articulated

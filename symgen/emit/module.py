@@ -186,7 +186,7 @@ def _variable_names(program: Program) -> dict[tuple[int, int], str]:
         Q: ("q", head["coordinates"]),
         V: ("v", head["rates"]),
         A: ("a", head["rates"]),
-        LAM: ("lam", head["constraints"]),
+        LAM: ("lam", [*head["constraints"], *(head.get("switches", ()) if head.get("sensed") else ())]),
         VIRTUAL: ("tau", head["rates"] if "robot" in head else ()),
         PARAM: ("p", head["parameters"]),
         INPUT: ("u", head["inputs"]),

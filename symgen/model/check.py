@@ -30,6 +30,8 @@ from .items import (
     KINKS,
     PLACES,
     RATES,
+    SENSED,
+    SOLVED_TABLES,
     STATES,
     TABLES,
     TIME_ITSELF,
@@ -43,6 +45,7 @@ from .joint_tree import coordinates_in, motion_of, moved_by
 from .joint_types import TYPES
 from .printing import shortened
 from .rolling import check_rolling
+from .sensors import with_sensors
 from .sources import Sources
 
 
@@ -221,6 +224,7 @@ KIND_OF_DEPENDENCE = {
     "state": STATES,
     "point component": PLACES,
     "axis component": PLACES,
+    "sensor": SENSED,
 }
 
 
@@ -254,6 +258,8 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     check_force_elements(d, sources)
     check_attractors(d, sources)
     check_rolling(d, sources)
+    sensing, kinds = with_sensors(d, sources, kinds)
+    d = d if sensing is d else with_definitions_in_order(sensing, sources)
     loops = LoopChecker(d, sources)
     for loop in d.loops:
         loops.check(loop)
@@ -451,7 +457,7 @@ class _Checker:
         culprit = "dot" if found.nested else None
         for name in sorted(found.dotted):
             via = self.defined[name].via if name in self.defined else {}
-            if RATES in via or self.kinds.get(name) == "rate":
+            if RATES in via or SENSED in via or self.kinds.get(name) in ("rate", "sensor"):
                 culprit = name
             if self.kinds.get(name) == "input" or INPUTS in via:
                 raise self.sources.name_error(
@@ -500,6 +506,11 @@ class _Checker:
         return Dependence(frozenset(coordinates), via)
 
     def check_role(self, item: Item, dependence: Dependence) -> None:
+        if SENSED in dependence.via and not _may_sense(item):
+            name = dependence.via[SENSED]
+            message = f"{item.role.title} cannot depend on {SENSED}, {name}: it would determine itself"
+            hint = "they may stand in outputs and in what events look at; friction takes a reaction as its 'normal'"
+            raise self.sources.name_error(item.table, item.key, name, message, hint)
         for kind in item.role.forbidden:
             if kind in dependence.via:
                 name = dependence.via[kind]
@@ -511,6 +522,11 @@ class _Checker:
                 if kind == KINKS:
                     hint = "velocities would jump there: take the kind 'cubic', and let it 'extend' or 'refuse' outside"
                 raise self.sources.name_error(item.table, item.key, name, message, hint)
+
+
+def _may_sense(item: Item) -> bool:
+    """Whether an expression is evaluated where the equations of motion are solved."""
+    return item.table in SOLVED_TABLES or (item.table.startswith("events.") and item.key == "when")
 
 
 def _coordinates_of(d: Description) -> dict[str, frozenset[str]]:

@@ -292,6 +292,24 @@ class Bushing:
 
 
 @dataclass(frozen=True)
+class Sensor:
+    """What only the solved equations tell: a symbol `name` that was met at a `table` and `key`.
+
+    It is the time derivative of an expression of positions and rates; or the force of constraints, stops or frictions
+    (`rows`; of several, the magnitude); or a `component` (three of the force [N], three of the torque [N m], at the
+    joint frame and in its axes) of what a `joint` does to its child.
+    """
+
+    name: str
+    table: str
+    key: str
+    derivative: Expr | None = None
+    rows: tuple[str, ...] = ()
+    joint: str | None = None
+    component: int = 0
+
+
+@dataclass(frozen=True)
 class Attractor:
     """A centre of gravity `at` a place [m] that pulls every mass with mu/r^2; `body` is the one that it is part of.
 
@@ -500,6 +518,7 @@ class Description:
     units_of_multipliers: Mapping[str, str] = default(default_factory=lambda: MappingProxyType({}))
     states: tuple[State, ...] = ()
     tables: tuple[Table, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

@@ -27,6 +27,7 @@ from .functions import VALUE
 from .gravity import HERE
 from .items import Item, definition_items, items, unit_dimension
 from .printing import shortened
+from .sensors import sensor_dimensions
 from .sources import Sources
 from .units import (
     DIMENSIONLESS,
@@ -209,6 +210,7 @@ def check_units(d: Description, sources: Sources) -> Sizes:
     for s in d.springs:
         names |= {s.measured: DIMENSIONLESS, s.exerted: ENERGY} if s.angle is not None else {}
         names |= {s.measured: LENGTH, s.exerted: FORCE} if s.places else {}
+    names |= sensor_dimensions(d, names)
     found: dict[tuple[str, str], Dimension] = {}
     for item in everything:
         size = _check_item(item, names, sources)

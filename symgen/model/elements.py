@@ -289,12 +289,12 @@ class Writer:
         origins = [self.origin(name) for name in b.frames]
         apart = [difference(y, x) for x, y in zip(*origins, strict=True)]
         self.drawings.append(Drawing(b.name, "pin", (tuple(origins[0]),)))
-        along = [_scalar(apart, axis) for axis in first]
+        along = [scalar_product(apart, axis) for axis in first]
         if len(b.stiffness) == 3:
-            x, y = _scalar(first[0], second[0]), _scalar(first[1], second[0])
+            x, y = scalar_product(first[0], second[0]), scalar_product(first[1], second[0])
             measured = [*along[:2], sympy.atan2(y, x, evaluate=False)]
         else:
-            measured = [*along, *_cardan(first, second)]
+            measured = [*along, *cardan(first, second)]
         for factors, key in ((b.stiffness, "potential"), (b.damping, "dissipation")):
             for factor, x in zip(factors, measured):
                 value = x if key == "potential" else dot(x)
@@ -354,11 +354,11 @@ def _one_way(s: Spring, plain: sympy.Expr, rate: sympy.Expr) -> sympy.Expr:
     return where(pulls, plain, product([opposite, rate]))
 
 
-def _cardan(first: list[Vector], second: list[Vector]) -> Vector:
+def cardan(first: list[Vector], second: list[Vector]) -> Vector:
     """Angles of the rotation Rx Ry Rz from the first axes to the second ones."""
 
     def entry(i: int, j: int) -> sympy.Expr:
-        return _scalar(first[i], second[j])
+        return scalar_product(first[i], second[j])
 
     return [
         sympy.atan2(negated(entry(1, 2)), entry(2, 2), evaluate=False),
@@ -367,7 +367,8 @@ def _cardan(first: list[Vector], second: list[Vector]) -> Vector:
     ]
 
 
-def _scalar(a: Sequence[sympy.Expr], b: Sequence[sympy.Expr]) -> sympy.Expr:
+def scalar_product(a: Sequence[sympy.Expr], b: Sequence[sympy.Expr]) -> sympy.Expr:
+    """The scalar product of two vectors."""
     return total([product(pair) for pair in zip(a, b, strict=True)])
 
 

@@ -19,6 +19,7 @@ from .parts import DRAWN
 from .printing import shortened
 from .ready_made import HALF, Writer
 from .rolling import drawn, write_rolling
+from .sensors import resolve
 from .solids import picture, together
 from .sources import Sources
 from .unevaluated import difference, negated, product, squared, total
@@ -45,6 +46,7 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
     rate_of = {r.coordinate: r.name for r in d.rates if r.coordinate is not None}
     d = with_contact_laws(d, sources)
     d = with_normals(replace(d, constraints=constraints), parts, sources)
+    d = replace(d, sensors=resolve(d.sensors, d, parts, sources)) if d.sensors else d
     return replace(
         d,
         axes=(*d.axes, *axes),

@@ -13,7 +13,18 @@ import sympy
 from ..errors import ModelError
 from . import exact
 from .evaluate import NotFinite, evaluate
-from .functions import ABBREVIATIONS, CLASSES, CONDITION_CLASSES, INTEGRAL, VALUE, dot, nested, tabulated
+from .functions import (
+    ABBREVIATIONS,
+    CLASSES,
+    CONDITION_CLASSES,
+    INTEGRAL,
+    VALUE,
+    dot,
+    nested,
+    sensor,
+    tabulated,
+)
+from .names import SENSOR_ARITY
 from .tokens import LONGEST_TEXT, Token, check_grammar, tokenise
 from .unevaluated import build, inverted, negated, split_product
 from .units import Unit, parse_unit
@@ -152,6 +163,8 @@ class _Builder:
             raise ModelError("the expression is nested too deeply", hint="name its parts in [definitions]")
         if isinstance(node, ast.Name):
             return sympy.pi if node.id == "pi" else sympy.Symbol(node.id)
+        if isinstance(node, ast.Attribute):
+            return sympy.Symbol(_dotted(node))
         if isinstance(node, ast.Constant):
             return self._number(self._token(node))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
@@ -212,6 +225,8 @@ class _Builder:
         name = node.func.id
         if name == "where":
             return self._where(node, depth)
+        if name in SENSOR_ARITY and name not in self.tables:
+            return sensor(name, *(x.value if isinstance(x, ast.Constant) else _dotted(x) for x in node.args))
         arguments = [self._convert(a, depth + 1) for a in node.args]
         if name in self.tables:
             own = name.removesuffix("_integral")
@@ -322,6 +337,11 @@ class _Builder:
 
     def _first_token(self, node: ast.expr) -> Token | None:
         return self.token_at.get(node.col_offset)
+
+
+def _dotted(node: ast.expr) -> str:
+    """A name, or names joined by dots."""
+    return node.id if isinstance(node, ast.Name) else f"{_dotted(node.value)}.{node.attr}"
 
 
 def _is_sign(node: ast.expr) -> bool:

@@ -158,6 +158,20 @@ def smoothstep(low: sympy.Expr, high: sympy.Expr, x: sympy.Expr) -> sympy.Expr:
 ABBREVIATIONS = {"mod": mod, "smoothstep": smoothstep}  # functions that are written with others
 
 
+def sensor(kind: str, *names: str) -> sympy.Symbol:
+    """What is measured of a mechanism: `sensor("velocity", "tip", "x")` is `velocity("tip", "x")` of model files.
+
+    Parameters
+    ----------
+    kind : str
+        position, velocity, acceleration, angular_velocity, angular_acceleration, distance, angle, reaction or power.
+    *names : str
+        Of what is measured; then of axis and frame.
+    """
+    quoted = ", ".join('"' + name + '"' for name in names)
+    return sympy.Symbol(f"{kind}({quoted})")
+
+
 def is_condition(x: Any) -> bool:
     """Whether something is a condition, not a value."""
     return isinstance(x, tuple(CONDITION_CLASSES.values()))

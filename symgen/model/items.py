@@ -33,6 +33,7 @@ RATES, INPUTS, COORDINATES, TIME_ITSELF = "a rate", "an input", "a coordinate", 
 PLACES = "the place of a point or axis"
 STATES = "a state"
 TABLES, KINKS = "a table", "a table that has kinks"
+SENSED = "a reaction or an acceleration"
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,8 @@ LEVEL = Role(
     "it is made of coordinates, inputs, parameters and t; drag is a [forces] entry",
 )
 OBSERVED = Role("an output, event or size")
+# Where reactions and accelerations may stand, besides in what events look at.
+SOLVED_TABLES = ("outputs", "definitions")
 
 
 class Item(NamedTuple):

@@ -13,6 +13,19 @@ FUNCTION_ARITY: dict[str, tuple[int, int | None]] = {  # fewest and most argumen
     "mod": (2, 2),  # the last two are written with others: `ABBREVIATIONS` in functions.py
     "smoothstep": (3, 3),
 }
+# What can be measured, with the number of names that it takes: `sensors.py`. Models may use these names themselves, as
+# a sensor is one only where a parenthesis follows.
+SENSOR_ARITY: dict[str, tuple[int, int]] = {
+    "position": (2, 3),
+    "velocity": (2, 3),
+    "acceleration": (1, 3),
+    "angular_velocity": (2, 3),
+    "angular_acceleration": (2, 3),
+    "distance": (2, 2),
+    "angle": (2, 3),
+    "reaction": (1, 3),
+    "power": (1, 1),
+}
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z", re.ASCII)
 LONGEST_NAME = 100
 # What Windows takes for devices, whatever the suffix: no names of files, so no names of models.

@@ -111,7 +111,7 @@ class Sources:
         column = None
         for source in self.of(table, key):
             if source.text is not None and (
-                match := re.search(rf"(?<![A-Za-z0-9_.]){name}(?!\w)", source.text)
+                match := re.search(rf"(?<![A-Za-z0-9_.]){re.escape(name)}(?!\w)", source.text)
             ):
                 column = match.start() + 1
                 break

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..errors import ModelError, nearest
-from .names import FUNCTION_ARITY, LONGEST_NAME
+from .names import FUNCTION_ARITY, LONGEST_NAME, SENSOR_ARITY
 from .units import ATOMS
 
 LONGEST_TEXT = 20_000  # characters
@@ -18,7 +18,8 @@ DEEPEST_NESTING = 60
 TOKEN = re.compile(
     r"(?P<space>\s+)"
     r"|(?P<number>(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
-    r"|(?P<name>[A-Za-z][A-Za-z0-9_]*)"
+    r"|(?P<name>[A-Za-z][A-Za-z0-9_]*(?:\.[A-Za-z][A-Za-z0-9_]*)*)"
+    r"|(?P<text>\"[A-Za-z][A-Za-z0-9_.]*\"|'[A-Za-z][A-Za-z0-9_.]*')"
     r"|(?P<operator>\*\*|//|[<>]=?|[-+*/^(),])",
     re.ASCII,
 )
@@ -70,7 +71,7 @@ def tokenise(text: str) -> list[Token]:
     return tokens
 
 
-def _refuse_character(text: str, position: int) -> None:
+def _refuse_character(text: str, position: int, column: int | None = None) -> None:
     found = "//" if text.startswith("//", position) else text[position]
     hints = {
         "=": "an expression has no equals sign: what it equals is held at zero, or named by its key; conditions "
@@ -84,11 +85,13 @@ def _refuse_character(text: str, position: int) -> None:
         "{": "use round parentheses",
         "_": "names begin with a letter",
         ".": "a decimal point needs digits beside it",
+        '"': 'names stand in quotes in sensors only, such as reaction("pin")',
+        "'": "names stand in quotes in sensors only, such as reaction('pin')",
     }
     shown = repr(found) if found.isprintable() else f"the character U+{ord(found):04X}"
     raise ModelError(
         f"{shown} has no place in an expression",
-        column=position + 1,
+        column=column or position + 1,
         hint=hints.get(found, "it takes numbers, names, + - * / ^, parentheses and functions"),
     )
 
@@ -107,13 +110,18 @@ def check_grammar(tokens: list[Token], length: int, tables: Mapping[str, int]) -
     tables : mapping of str to int
         The model's own functions: how many arguments they take.
     """
-    arity = FUNCTION_ARITY | {name: (n, n) for name, n in tables.items()}
+    arity = SENSOR_ARITY | FUNCTION_ARITY | {name: (n, n) for name, n in tables.items()}
+    sensors = SENSOR_ARITY.keys() - tables.keys()
     # Each with its parenthesis, function, and number of arguments so far.
     open_calls: list[tuple[Token, Token | None, int]] = []
     want_operand, signs = True, 0
     for index, token in enumerate(tokens):
         following = tokens[index + 1] if index + 1 < len(tokens) else None
         before = tokens[index - 1] if index else None
+        if open_calls and open_calls[-1][1] is not None and open_calls[-1][1].text in sensors:
+            _check_sensor_argument(token, want_operand)
+        elif token.kind == "text":
+            _refuse_character(token.text, 0, token.column)
         if want_operand:
             signs = signs + 1 if token.text in ("+", "-", "not") else 0
             _check_operand(token, before, following, arity)
@@ -123,7 +131,7 @@ def check_grammar(tokens: list[Token], length: int, tables: Mapping[str, int]) -
                 _check_depth(len(open_calls), token)
             elif signs:
                 _check_depth(signs, token)
-            elif token.kind == "number" or following is None or following.text != "(":
+            elif token.kind in ("number", "text") or following is None or following.text != "(":
                 want_operand = False
         else:
             want_operand = _check_operator(token, before, open_calls, arity)
@@ -164,7 +172,7 @@ def _check_operand(token: Token, before: Token | None, following: Token | None, 
                 column=token.column,
                 hint=_function_hint(token.text, arity),
             )
-        if not is_call and token.text in arity:
+        if not is_call and token.text in arity and token.text not in SENSOR_ARITY:
             raise ModelError(
                 f"'{token.text}' is a function", column=token.column, hint=f"write {token.text}(…)"
             )
@@ -177,8 +185,24 @@ def _check_operand(token: Token, before: Token | None, following: Token | None, 
         )
 
 
+def _check_sensor_argument(token: Token, want_operand: bool) -> None:
+    if want_operand and token.kind not in ("name", "text"):
+        raise ModelError(
+            f"a sensor takes names, not '{token.text}'",
+            column=token.column,
+            hint='for example reaction("pin"), velocity("tip", "x")',
+        )
+    if not want_operand and token.text not in (",", ")"):
+        raise ModelError(
+            f"'{token.text}' has no place among the names that a sensor takes",
+            column=token.column,
+            hint="name the expression in [definitions], or close the parenthesis",
+        )
+
+
 def _function_hint(name: str, arity: Arity) -> str:
-    close = nearest(name, arity, "functions")
+    known = arity.keys() - SENSOR_ARITY.keys()
+    close = nearest(name, known, "functions")
     return close if close.startswith("did") else f"to multiply, write {name}*(…); {close}"
 
 
@@ -224,9 +248,12 @@ def _check_operator(
 def _check_arity(function: Token, count: int, arity: Arity) -> None:
     fewest, most = arity[function.text]
     if count < fewest or (most is not None and count > most):
-        wanted = (
-            f"{fewest} or more arguments" if most is None else f"{most} argument{'s' if most > 1 else ''}"
-        )
+        if most is None or most == fewest:
+            wanted = (
+                f"{fewest} or more arguments" if most is None else f"{most} argument{'s' if most > 1 else ''}"
+            )
+        else:
+            wanted = f"{fewest} to {most} names"
         raise ModelError(
             f"'{function.text}' takes {wanted}, not {count}",
             column=function.column,

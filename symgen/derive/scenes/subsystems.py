@@ -11,12 +11,12 @@ from dataclasses import replace
 import sympy
 
 from symgen.model.expression_tree import postorder
-from symgen.runtime.graph.functions import IN_CODE
 
 from ...model.description import Description
 from .. import pipeline, sensitivity
 from ..contacts import has_switches
 from ..derivation import Derivation
+from ..graph.copying import copied
 from ..graph.graph import Graph
 from ..graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
 from ..header import dependence, header
@@ -113,18 +113,9 @@ def _copied(
 
 def copied_nodes(g: Graph, own: Graph, member: Component, wanted: list[int]) -> list[int]:
     """Nodes of the first of a kind on another graph, with the variables of a member in the place of its own."""
-    new: dict[int, int] = {}
-    for node in own.reachable(wanted):
-        op, args = own.op[node], own.args[node]
-        if op == "const":
-            new[node] = g.const(args[0])
-        elif op == "var":
-            kind, k = args
-            new[node] = g.var(kind, 0 if kind == T else member.places[_VECTORS[kind]][k])
-        else:
-            operands = [new[x] for x in args]
-            new[node] = g.call(op, *operands) if op in IN_CODE else getattr(g, op)(*operands)
-    return [new[node] for node in wanted]
+    return copied(
+        g, own, wanted, lambda kind, k: g.var(kind, 0 if kind == T else member.places[_VECTORS[kind]][k])
+    )
 
 
 LONGEST_LIST = 4  # names in a comment
@@ -150,7 +141,8 @@ def derive(description: Description, source: str = "", jacobian: bool = False) -
     if jacobian:
         sensitivity.refuse_switches(description)
         return _with_savings(pipeline.derive(description, source, jacobian=True))
-    kinds = [] if has_switches(description) or has_jumps(description) else split(description)
+    whole = has_switches(description) or has_jumps(description) or description.sensors
+    kinds = [] if whole else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
         return _with_savings(pipeline.derive(description, source))
     derivations = [Derivation(kind[0].description) for kind in kinds]

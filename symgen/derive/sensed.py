@@ -1,0 +1,137 @@
+"""What only the solved equations tell: accelerations and reactions, for outputs and events.
+
+Their nodes are functions of (q, v, a, λ) and of the forces of stops and frictions, which follow λ. Outputs read all
+this (docs/abi.md); in events, which are functions of (q, v), the solution is put in its place.
+
+The force in a joint follows from a model that is cut there: six massless joints before it, whose coordinates are zero.
+What the inverse dynamics of that model ask of these is what the joint does to its child, along and about the axes of
+the joint's frame. Only what the cut lets move takes part, so this holds for trees and closed chains alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import sympy
+
+from ..model.description import Body, Coordinate, Description, Joint, Rate
+from ..model.sensors import late_definitions, without_sensed
+from .constraints import constraint_forces, constraints
+from .dynamics import inverse_dynamics, mechanics
+from .graph.copying import copied
+from .graph.differentiate import forward, reverse
+from .graph.graph import Graph
+from .graph.nodes import LAM, A, Q, V
+from .kinematics import Scene
+from .load import make_loader
+from .variables import Variables, variables
+
+if TYPE_CHECKING:
+    from .derivation import Derivation
+
+_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_ZERO = (sympy.S.Zero,) * 3
+
+
+class Sensed:
+    """The sensors of a model on its graph.
+
+    Parameters
+    ----------
+    derivation : Derivation
+        Its loader knows them afterwards, as functions of (q, v, a, λ, forces of stops and frictions).
+    """
+
+    def __init__(self, derivation: Derivation) -> None:
+        self.derivation, self.own = derivation, derivation.own
+        d, own, loader = derivation, derivation.own, derivation.loader
+        self.g: Graph = d.g
+        names = [c.name for c in (*own.constraints, *own.velocity_constraints)]
+        contacts = [x.name for x in (*own.stops, *own.frictions)]
+        # The numbers that outputs read behind a, in their order.
+        places = range(len(names) + len(contacts))
+        self.forces = dict(zip([*names, *contacts], (self.g.var(LAM, k) for k in places)))
+        motion = d.x.motion(d.x.a)
+        for s in d.description.sensors:
+            if s.derivative is not None:
+                node = forward(self.g, [loader.load(s.derivative)], motion)[0]
+            elif s.joint is not None:
+                node = self._wrenches[s.joint][s.component]
+            else:
+                node = self._magnitude([self.forces[name] for name in s.rows])
+            loader.symbols[s.name] = node
+        for name, expression in late_definitions(d.description).items():
+            loader.define(name, expression)
+
+    def _magnitude(self, forces: list[int]) -> int:
+        return forces[0] if len(forces) == 1 else self.g.call("sqrt", self.g.dot(forces, forces))
+
+    def event(self, expression: sympy.Expr) -> int:
+        """An expression as a function of (q, v), with what the equations of this form give."""
+        d = self.derivation
+        solution = dict(zip(d.x.a, d.accelerations, strict=True))
+        form = [c.name for c in (*d.description.constraints, *d.description.velocity_constraints)]
+        by_name = dict(zip(form, d.multipliers, strict=True))
+        for name, variable in self.forces.items():
+            solution[variable] = by_name.get(name, self.g.zero)
+        for f in self.own.frictions:
+            solution[self.forces[f.name]] = self.g.sub(by_name.get(f.name, self.g.zero), d.sliding(f))
+        return self.g.substitute([d.loader.load(expression)], solution)[0]
+
+    @cached_property
+    def _wrenches(self) -> dict[str, list[int]]:
+        """Force and torque of each joint that is asked for, in the axes of its frame."""
+        named = {s.joint for s in self.own.sensors}
+        asked = [joint.name for joint in self.own.joints if joint.name in named]
+        cut = _cut(without_sensed(self.own), asked)
+        g = Graph()
+        x = variables(g, cut)
+        loader = make_loader(g, cut, x)
+        mech = mechanics(loader, cut, Scene(loader, cut, x), x)
+        needed = inverse_dynamics(loader, mech, x, x.a)
+        held = constraint_forces(loader, constraints(loader, cut, x), x)
+        contacts = self._contact_forces(loader, x)
+        n = len(self.own.rates)
+        wanted = [g.sub(g.sub(a, b), c) for a, b, c in zip(needed, held, contacts, strict=True)][n:]
+        nodes = self._copied(g, wanted)
+        return {name: nodes[6 * k : 6 * k + 6] for k, name in enumerate(asked)}
+
+    def _contact_forces(self, loader, x: Variables) -> list[int]:
+        """Generalised forces of stops and frictions."""
+        g, m = x.g, len(x.lam)
+        gaps = [loader.load(s.gap) for s in self.own.stops]
+        speeds = [*forward(g, gaps, loader.rates), *(loader.load(f.speed) for f in self.own.frictions)]
+        by_rate = reverse(g, [(u, g.var(LAM, m + k)) for k, u in enumerate(speeds)], V)
+        return [by_rate.get(v, g.zero) for v in x.v]
+
+    def _copied(self, own: Graph, wanted: list[int]) -> list[int]:
+        """Nodes of the cut model on the model's graph, where the cut's coordinates are zero."""
+        g = self.g
+        counts = {Q: len(self.own.coordinates), V: len(self.own.rates), A: len(self.own.rates)}
+        return copied(
+            g, own, wanted, lambda kind, k: g.zero if k >= counts.get(kind, k + 1) else g.var(kind, k)
+        )
+
+
+def _cut(d: Description, asked: list[str]) -> Description:
+    """The description with six massless joints before each of the joints that are asked for."""
+    bodies, joints = list(d.bodies), list[Joint]()
+    coordinates, rates = list(d.coordinates), list(d.rates)
+    for joint in d.joints:
+        if joint.name not in asked:
+            joints.append(joint)
+            continue
+        parent, xyz, rpy = joint.parent, joint.xyz, joint.rpy
+        for k in range(6):
+            name = f"{joint.name} cut {k}"  # no name of a model has a space in it
+            kind = "prismatic" if k < 3 else "revolute"
+            joints.append(Joint(name, kind, parent, name, xyz, rpy, _AXES[k % 3], (), (name,), (name,)))
+            bodies.append(Body(name, _ZERO))
+            coordinates.append(Coordinate(name))
+            rates.append(Rate(name, coordinate=name))
+            parent, xyz, rpy = name, _ZERO, _ZERO
+        joints.append(replace(joint, parent=parent, xyz=xyz, rpy=rpy))
+    plain = replace(d, bodies=tuple(bodies), joints=tuple(joints))
+    return replace(plain, coordinates=tuple(coordinates), rates=tuple(rates))
