@@ -9,6 +9,8 @@ import pytest
 
 from symgen.link import derive
 from symgen.model import toml_reader
+from symgen.model.closure_types import CLOSURES
+from symgen.model.closures import CLOSURE_KEYS
 from symgen.model.declared import NUMBER_KEYS
 from symgen.model.elements import ACTS, BUSHING_KEYS, SPRING_KEYS
 from symgen.model.gravity import ATTRACTOR_KEYS
@@ -18,6 +20,7 @@ from symgen.model.names import FUNCTION_ARITY, SENSOR_ARITY
 from symgen.model.over_time import KINDS
 from symgen.model.parts import ACTIONS, DIRECTIONS, SHAPES
 from symgen.model.rolling import ROLLING_KEYS
+from symgen.model.rotors import ROTOR_KEYS
 from symgen.model.run_defaults import FORMULATIONS, KEYS
 from symgen.model.solids import SHAPE_KEYS
 from symgen.model.toml_reader import READERS, TOP_KEYS, read_text
@@ -37,6 +40,8 @@ KEYS_OF = {
     "axes": ("body", "direction"),
     "frames": toml_reader.FRAME_KEYS,
     "rolling": ROLLING_KEYS,
+    "rotors": ROTOR_KEYS,
+    "closures": CLOSURE_KEYS,
     "springs": SPRING_KEYS,
     "bushings": BUSHING_KEYS,
     "gravity": (*toml_reader.GRAVITY_KEYS, *ATTRACTOR_KEYS),
@@ -84,6 +89,7 @@ def test_every_key_has_a_row_and_no_row_is_of_another(table):
     "table, words",
     [
         ("joints", TYPES),
+        ("closures", CLOSURES),
         ("inputs", KINDS),
         ("springs", ACTS),
         ("run", FORMULATIONS),

@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from symgen import Model
 from symgen.runtime import load
 from symgen.runtime.code import compiler, engine
 from symgen.runtime.constraints.assembly import assemble
@@ -237,3 +238,29 @@ def test_choices_of_parameters_alone_are_served():
     system = with_force("(2.0 if p[0] < 3.0 else 4.0) * t")
     rows, _ = coefficients(system, 0.0, np.zeros(3), "unrolled")
     np.testing.assert_array_equal(rows[1:5, 1], [0.0, 1.0, 0.0, 0.0])
+
+
+def test_round_off_is_not_taken_for_one():
+    """A free body whose products of inertia leave 2^-61: modulo the Mersenne prime 2^61 - 1 that was the number 1."""
+    m = Model("free")
+    inertia = [
+        0.44217187500000005,
+        0.595171875,
+        0.702875,
+        0.0170625,
+        -0.019468750000000003,
+        0.0015312499999999998,
+    ]
+    m.body(
+        "bus",
+        mass=6.4,
+        com=[0.021875000000000002, 0.021874999999999995, 0.010937499999999998],
+        inertia=inertia,
+    )
+    m.joint("f", "free", "bus", rate=[0, 0, 0, 0.3, 1, -0.4])
+    system = m.derive()
+    ends = [
+        system.run(t_end=0.5, method=method, rtol=1e-10, atol=1e-12).states[-1]
+        for method in ("taylor", "dop853")
+    ]
+    assert ends[0] == pytest.approx(ends[1], abs=1e-9)

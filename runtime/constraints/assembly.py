@@ -293,7 +293,8 @@ def assemble(
     """Return initial conditions that satisfy the constraints, positions and velocities, to round-off.
 
     Enforced values stay. Guesses move as little as possible, measured by the mass matrix at the guesses
-    (plainly where it is singular for them), and not at all when they already fit. Rates follow, at the
+    (coordinates without mass first; plainly where it is singular otherwise), and not at all when they
+    already fit. Rates follow, at the
     assembled positions. Quaternions are made unit ones first; one of which a component is given or enforced is
     enforced as a whole.
 

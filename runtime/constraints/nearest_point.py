@@ -77,6 +77,7 @@ _LONGEST_STEP = (
 )
 _LARGEST_HESSIAN = 40  # directions; above this the curvature costs more than the steps it saves
 _DIFFERENCE = 1e-5
+_MASSLESS = 1e-10  # of the largest mass: what coordinates without mass count as
 _SINGULAR = 1e-12  # ratio of eigenvalues below which a mass matrix counts as singular
 _SPREADS = (0.1, 0.3, 1.0, 3.0)  # of the characteristic sizes, for restarts from perturbed guesses
 
@@ -229,8 +230,15 @@ def _shorter(problem: Problem, z: np.ndarray, z0: np.ndarray, step: np.ndarray) 
 
 
 def metric(mass: np.ndarray) -> np.ndarray:
-    """Return the Cholesky factor of the mass matrix, or of the identity where it is singular."""
+    """Return the Cholesky factor of the mass matrix, or of the identity where it is singular.
+
+    Coordinates that move no mass at all give way to those that do.
+    """
     diagonal = np.diag(mass)
+    massless = ~mass.any(axis=0) & ~mass.any(axis=1)
+    if massless.any() and not massless.all():
+        mass = mass + np.diag(_MASSLESS * diagonal.max() * massless)
+        diagonal = np.diag(mass)
     if np.isfinite(mass).all() and diagonal.size and diagonal.min() > 0.0:
         root = np.sqrt(diagonal)
         values = np.linalg.eigvalsh(mass / np.outer(root, root))

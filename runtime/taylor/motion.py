@@ -29,7 +29,9 @@ if TYPE_CHECKING:
 # of sin q, whose coefficients are there already. Whether one expression is the derivative of another is decided by
 # their values in the integers modulo a prime, at one random point: a false match has a probability of 1e-15.
 
-PRIME = 2**61 - 1
+# Numbers are fractions with powers of two below, so 2 must have no small order: here it is a primitive root (the prime
+# is one more than twice another, and 3 modulo 8). Modulo 2^61 - 1, round-off of the size 2^-61 would be the number 1.
+PRIME = 2**61 - 2373
 _REPLACEABLE = ("add", "sub", "neg", "scale", *CONVOLUTIONS)
 _NEVER = 9  # the level of what no derivative gives: multipliers, right-hand sides
 

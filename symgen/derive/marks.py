@@ -11,6 +11,7 @@ import sympy
 from ..model.description import Description, Joint, Loop, Point
 from ..model.joint_types import TYPES
 from ..model.orientation import Matrix, rotation
+from ..model.ready_made import ratio_of
 from .load import Loader
 from .program import Function
 from .rod_ends import rod_ends
@@ -55,6 +56,7 @@ def marks(d: Description) -> list[Mark]:
         *found.bars(),
         *found.closures(),
         *found.gears(),
+        *found.rotors(),
         *found.points(),
         *rods(d),
         *_loads(d),
@@ -163,9 +165,18 @@ class _Finder:
             a, b = (hinge.get(name) for name in arguments["coordinates"])
             if a is None or b is None or a.parent != b.parent:
                 continue
-            for j, radius in zip((a, b), _pitch_radii(a, b, arguments["ratio"])):
+            for j, radius in zip(
+                (a, b), _pitch_radii(a, b, ratio_of(arguments.get("ratio"), arguments.get("teeth")))
+            ):
                 axis = tuple(map(sympy.Float, j.axis))
                 yield Mark("gear", j.name, j.child, (*self.local(j.child, ZERO), *axis, radius))
+
+    def rotors(self) -> Iterator[Mark]:
+        """Shafts of rotors that spin in bodies."""
+        for r in self.d.rotors:
+            if r.body != WORLD:
+                place = self.local(r.body, tuple(r.at)) if r.at else ZERO
+                yield Mark("pin", r.name, r.body, (*place, *map(sympy.Float, r.axis or (0.0, 0.0, 1.0))))
 
     def points(self) -> Iterator[Mark]:
         """Named points that no constraint uses."""

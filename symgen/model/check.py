@@ -18,6 +18,7 @@ from ..errors import nearest
 from . import check_values
 from .check_tree import LoopChecker, check_tree
 from .check_values import check_contacts, check_velocity_constraints, is_massless
+from .closures import check_closures
 from .description import Body, Coordinate, Description, Joint, Rate
 from .elements import check_force_elements
 from .evaluate import NotFinite, evaluate
@@ -45,6 +46,7 @@ from .joint_tree import coordinates_in, motion_of, moved_by
 from .joint_types import TYPES
 from .printing import shortened
 from .rolling import check_rolling
+from .rotors import check_rotors
 from .sensors import with_sensors
 from .sources import Sources
 
@@ -63,7 +65,7 @@ def check_elements(d: Description, sources: Sources) -> None:
     _check_resets(d, sources)
     _check_torques(d, sources)
     moving = [b for b in d.bodies if b.mass is not None or b.inertia]
-    if not moving and d.kinetic is None and not only_states:
+    if not moving and not d.rotors and d.kinetic is None and not only_states:
         raise sources.error(
             "", "bodies", "nothing has kinetic energy", hint="give bodies, or [energy] kinetic"
         )
@@ -258,6 +260,8 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     check_force_elements(d, sources)
     check_attractors(d, sources)
     check_rolling(d, sources)
+    check_closures(d, sources)
+    check_rotors(d, sources)
     sensing, kinds = with_sensors(d, sources, kinds)
     d = d if sensing is d else with_definitions_in_order(sensing, sources)
     loops = LoopChecker(d, sources)
@@ -348,7 +352,14 @@ def _value_of(expression: sympy.Expr, values: Mapping[str, float | None]) -> flo
 def _need_places(d: Description) -> bool:
     """Whether elements name bodies whose places become names when they are written out."""
     fields = d.field is not None or d.gravitation is not None or d.attractors
-    return bool(d.bushings or d.rolling or fields or any(x.frame or x.reaction for x in d.loads))
+    return bool(
+        d.bushings
+        or d.rolling
+        or d.closures
+        or d.rotors
+        or fields
+        or any(x.frame or x.reaction for x in d.loads)
+    )
 
 
 class _Checker:

@@ -172,9 +172,9 @@ class LoopChecker:
             elif key == "bodies":
                 for k, name in enumerate(value):
                     self.check_body(loop, f"{key}[{k}]", name)
-            elif key == "coordinate":
+            elif key in ("coordinate", "input", "sun", "ring", "carrier"):
                 self.check_coordinate(loop, key, value)
-            elif key == "coordinates":
+            elif key in ("coordinates", "outputs"):
                 for k, name in enumerate(value):
                     self.check_coordinate(loop, f"{key}[{k}]", name)
         self.check_bodies_differ(loop, dict(loop.arguments))
@@ -208,8 +208,15 @@ class LoopChecker:
 
     def check_bodies_differ(self, loop: Loop, arguments: dict) -> None:
         """Two points of one body, or an axis with itself, hold nothing."""
-        if "coordinates" in arguments and len(set(arguments["coordinates"])) == 1:
-            raise self.error(loop, "coordinates", "the two coordinates are the same")
+        shafts = [arguments[key] for key in ("input", "sun", "ring", "carrier") if key in arguments]
+        shafts += [*arguments.get("coordinates", ()), *arguments.get("outputs", ())]
+        if len(set(shafts)) < len(shafts):
+            what = (
+                "the two coordinates are the same"
+                if len(shafts) == 2
+                else "two of the coordinates are the same"
+            )
+            raise self.error(loop, "coordinates" if "coordinates" in arguments else "", what)
         if "bodies" in arguments:
             bodies = arguments["bodies"]
         else:

@@ -342,6 +342,43 @@ class Rolling:
 
 
 @dataclass(frozen=True)
+class Closure:
+    """A joint of a type that closes a loop between two frames, bodies or "world"; it is at zero where they are one.
+
+    `axis` and `axis2` are unit vectors in both frames, empty where they are not given. Joints of one motion may have a
+    `coordinate` for it, which is made by the closure, a spring, a damper, and dry `friction` of a size [N or N m].
+    """
+
+    name: str
+    type: str
+    frames: tuple[str, str]
+    axis: tuple[float, ...] = ()
+    axis2: tuple[float, ...] = ()
+    coordinate: str | None = None
+    pitch: Expr | None = None
+    stiffness: Expr | None = None
+    rest: Expr | None = None
+    damping: Expr | None = None
+    friction: Expr | None = None
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """An inertia [kg m^2] that spins about an `axis` of a `body` or "world", by a coordinate of its name or an `angle`.
+
+    The axis is empty where it is z. The body feels it turn where it is `gyroscopic`. `at` [m] is for the picture.
+    """
+
+    name: str
+    inertia: Expr
+    body: str = "world"
+    axis: tuple[float, ...] = ()
+    at: tuple[Expr, ...] = ()
+    angle: Expr | None = None
+    gyroscopic: bool = True
+
+
+@dataclass(frozen=True)
 class Loop:
     """A ready-made constraint as the user asked for it: coincident, distance, gear and so on.
 
@@ -519,6 +556,8 @@ class Description:
     states: tuple[State, ...] = ()
     tables: tuple[Table, ...] = ()
     sensors: tuple[Sensor, ...] = ()
+    closures: tuple[Closure, ...] = ()
+    rotors: tuple[Rotor, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

@@ -250,6 +250,12 @@ class Writer:
             self._directions[frame] = columns
         return self._directions[frame]
 
+    def direction(self, frame: str, numbers: Sequence[float]) -> Vector:
+        """World components of a direction in the axes of a frame or body."""
+        exact = [sympy.Integer(int(x)) if x == int(x) else sympy.Float(x) for x in numbers]
+        axes = self.directions(frame)
+        return [total([product([n, e[k]]) for n, e in zip(exact, axes, strict=True)]) for k in range(3)]
+
     def _axis(self, name: str, body: str, column: Vector) -> Vector:
         axis = Axis(self.free(name), body, tuple(column))
         self.axes.append(axis)

@@ -8,8 +8,9 @@ from dataclasses import replace
 import sympy
 
 from . import elements
+from .closures import write_closures
 from .contact_laws import with_contact_laws, with_normals
-from .description import Axis, Body, Constraint, Description, Drawing, Event, Joint, Reset, Shape
+from .description import Axis, Body, Constraint, Description, Drawing, Event, Friction, Joint, Reset, Shape
 from .expression_tree import names_in, postorder
 from .functions import Tabulated, dot, minimum
 from .gravity import write_gravity
@@ -17,8 +18,9 @@ from .joint_tree import parents_first, with_axes
 from .joint_types import TYPES
 from .parts import DRAWN
 from .printing import shortened
-from .ready_made import HALF, Writer
+from .ready_made import HALF, Writer, loss_of
 from .rolling import drawn, write_rolling
+from .rotors import write_rotor
 from .sensors import resolve
 from .solids import picture, together
 from .sources import Sources
@@ -40,11 +42,14 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
         b.name: _with_shape(_with_com(b) if b.name in children else b, b.name in children) for b in d.bodies
     }
     joints = tuple(with_axes(j, bodies[j.child]) for j in parents_first(d.joints))
-    d = _with_elements(replace(d, bodies=tuple(bodies.values()), joints=joints), sources, kinds)
+    d, closed = _with_elements(replace(d, bodies=tuple(bodies.values()), joints=joints), sources, kinds)
     d = replace(d, **_energies(d, joints))
     constraints, axes, parts = _constraints(d, sources, kinds)
     rate_of = {r.coordinate: r.name for r in d.rates if r.coordinate is not None}
-    d = with_contact_laws(d, sources)
+    losses = [loss for loop in d.loops if (loss := loss_of(loop)) is not None]
+    _check_losses(losses, d, sources)
+    d = with_contact_laws(replace(d, frictions=(*d.frictions, *losses)), sources)
+    parts = closed | parts
     d = with_normals(replace(d, constraints=constraints), parts, sources)
     d = replace(d, sensors=resolve(d.sensors, d, parts, sources)) if d.sensors else d
     return replace(
@@ -125,8 +130,10 @@ def _with_shape(body: Body, is_child: bool) -> Body:
     return replace(body, shape=picture(body.solids, origin))
 
 
-def _with_elements(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Description:
-    """The description with its springs, bushings and loads written out."""
+def _with_elements(
+    d: Description, sources: Sources, kinds: Mapping[str, str]
+) -> tuple[Description, dict[str, tuple[str, ...]]]:
+    """The description with its force elements, rolling and closures written out, and the forces of each closure."""
     writer = elements.Writer(d, set(kinds))
     for spring in d.springs:
         writer.spring(spring)
@@ -136,16 +143,20 @@ def _with_elements(d: Description, sources: Sources, kinds: Mapping[str, str]) -
     for attractor in d.attractors:
         writer.drawings.append(Drawing(attractor.name, "pin", (attractor.at,)))
     rolling = [(r, c) for r in d.rolling for c in write_rolling(writer, r)]
-    taken = {c.name for c in (*d.constraints, *d.velocity_constraints)}
+    writer.terms["kinetic"] += [write_rotor(writer, r) for r in d.rotors]
+    closed = write_closures(writer, d, sources)
+    taken = {c.name for c in (*d.constraints, *d.velocity_constraints, *closed.constraints)}
     for r, c in rolling:
         if c.name in taken:
             message = f"the rolling '{r.name}' makes the constraint '{c.name}', which is taken"
             raise sources.error(f"rolling.{r.name}", "", message, hint="choose another name")
         taken.add(c.name)
-    return replace(
+    held = [*closed.constraints, *(c for _, c in rolling if c.kind == "holonomic")]
+    full = replace(
         d,
         bodies=drawn(d),
-        constraints=(*d.constraints, *(c for _, c in rolling if c.kind == "holonomic")),
+        constraints=(*d.constraints, *held),
+        frictions=(*d.frictions, *closed.frictions),
         velocity_constraints=(*d.velocity_constraints, *(c for _, c in rolling if c.kind == "velocity")),
         loads=tuple(plain for load in d.loads for plain in writer.load(load)),
         points=(*d.points, *writer.points),
@@ -153,6 +164,7 @@ def _with_elements(d: Description, sources: Sources, kinds: Mapping[str, str]) -
         drawings=(*d.drawings, *writer.drawings),
         **{key: _added(getattr(d, key), terms) for key, terms in writer.terms.items()},
     )
+    return full, closed.parts
 
 
 def _energies(d: Description, joints: Iterable[Joint]) -> dict[str, sympy.Expr | None]:
@@ -232,6 +244,14 @@ def _constraints(
                 if f"{axis.name}_{component}" in kinds:
                     raise _clash(sources, loop.name, f"name '{axis.name}_{component}'")
     return tuple(constraints), writer.axes, parts
+
+
+def _check_losses(losses: list[Friction], d: Description, sources: Sources) -> None:
+    """Whether the names of frictions in gears are free."""
+    taken = {x.name for x in (*d.stops, *d.frictions, *d.contacts)}
+    for loss in losses:
+        if loss.name in taken:
+            raise _clash(sources, loss.name, f"friction '{loss.name}'")
 
 
 def _clash(sources: Sources, loop: str, what: str):

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import sympy
 
-from .description import Body, Bushing, Description, Drawing, Joint, Load, Loop, Solid, Spring
+from .closure_types import CLOSURES
+from .description import Body, Bushing, Closure, Description, Drawing, Joint, Load, Loop, Solid, Spring
 from .joint_types import TYPES, JointType
 from .units import (
     ACCELERATION,
@@ -179,6 +180,13 @@ def items(d: Description) -> Iterator[Item]:
         yield Item("constraints", c.name, c.expression, HOLONOMIC)
     for loop in d.loops:
         yield from loop_items(loop, sizes)
+    for r in d.rotors:
+        yield Item(f"rotors.{r.name}", "inertia", r.inertia, CONSTANT, INERTIA)
+        yield from _vector_items(f"rotors.{r.name}", "at", r.at, FIXED, LENGTH)
+        if r.angle is not None:
+            yield Item(f"rotors.{r.name}", "angle", r.angle, POSITION, DIMENSIONLESS)
+    for c in d.closures:
+        yield from _closure_items(c)
     for r in d.rolling:
         if r.radius is not None:
             yield Item(f"rolling.{r.name}", r.kind, r.radius, RATIO, LENGTH)
@@ -251,6 +259,22 @@ def _bushing_items(b: Bushing) -> Iterator[Item]:
             yield Item(f"bushings.{b.name}", f"{key}[{k}]", value, RATIO, size)
 
 
+def _closure_items(c: Closure) -> Iterator[Item]:
+    slides = CLOSURES[c.type].moves == "slide"
+    size = LENGTH if slides else DIMENSIONLESS
+    stiffness = over(ENERGY, times(size, size))
+    for key, role, dimension in (
+        ("pitch", RATIO, LENGTH),
+        ("stiffness", RATIO, stiffness),
+        ("rest", RATIO, size),
+        ("damping", RATIO, times(stiffness, TIME)),
+        ("friction", LEVEL, FORCE if slides else ENERGY),
+    ):
+        value = getattr(c, key)
+        if value is not None:
+            yield Item(f"closures.{c.name}", key, value, role, dimension)
+
+
 def _solid_items(table: str, solid: Solid) -> Iterator[Item]:
     key = solid.place
     yield from _vector_items(table, f"{key}.{solid.kind}", solid.sizes, SHAPED, LENGTH)
@@ -314,17 +338,30 @@ def _elastic_dimensions(kind: JointType, key: str) -> tuple[Dimension, ...]:
 def loop_items(loop: Loop, sizes: Mapping[str, Dimension | None]) -> Iterator[Item]:
     """The expressions among the arguments of a ready-made constraint."""
     arguments = dict(loop.arguments)
-    first, second = (sizes.get(x) for x in arguments.get("coordinates", (arguments.get("coordinate"), None)))
+    named = arguments.get("coordinates") or (arguments.get("coordinate") or arguments.get("input"), None)
+    first, second = (sizes.get(x) for x in named)
+    if loop.kind == "rack":
+        first, second = second, first
+    if loop.kind == "differential":
+        second = sizes.get(arguments["outputs"][0])
+    around = LENGTH if loop.kind == "belt" else first
     roles = {
         "length": (RATIO, LENGTH),
         "ratio": (RATIO, None if first is None or second is None else over(first, second)),
-        "offset": (HOLONOMIC, first),
+        "radius": (RATIO, LENGTH),
+        "radii": (RATIO, LENGTH),
+        "teeth": (RATIO, DIMENSIONLESS),
+        "efficiency": (RATIO, DIMENSIONLESS),
+        "offset": (HOLONOMIC, around),
         "follows": (COURSE, first),
         "expression": (HOLONOMIC, None),
     }
     for key, (role, dimension) in roles.items():
-        if key in arguments:
-            yield Item(f"constraints.{loop.name}", f"{loop.kind}.{key}", arguments[key], role, dimension)
+        value, place = arguments.get(key), f"{loop.kind}.{key}"
+        if isinstance(value, tuple):
+            yield from _vector_items(f"constraints.{loop.name}", place, value, role, dimension)
+        elif value is not None:
+            yield Item(f"constraints.{loop.name}", place, value, role, dimension)
 
 
 def _contact_items(d: Description) -> Iterator[Item]:

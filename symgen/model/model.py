@@ -13,6 +13,7 @@ import sympy
 from ..errors import nearest
 from . import parts, run_defaults, toml_writer
 from .check import finished
+from .closures import make_closure
 from .curves import TableFunction, make_table
 from .declared import Declared
 from .description import (
@@ -20,6 +21,7 @@ from .description import (
     Axis,
     Body,
     Bushing,
+    Closure,
     Constant,
     Constraint,
     Contact,
@@ -35,6 +37,7 @@ from .description import (
     Point,
     Rate,
     Rolling,
+    Rotor,
     Spring,
     State,
     Stop,
@@ -49,6 +52,7 @@ from .joints import make_joint
 from .names import integral_name, model_name_fault, name_fault
 from .over_time import read_over_time
 from .rolling import make_rolling
+from .rotors import make_rotor
 from .sources import Sources
 
 IMPACTS = ("simultaneous", "sequential")
@@ -121,6 +125,8 @@ class Model(Declared):
         self._springs: dict[str, Spring] = {}
         self._bushings: dict[str, Bushing] = {}
         self._rolling: dict[str, Rolling] = {}
+        self._closures: dict[str, Closure] = {}
+        self._rotors: dict[str, Rotor] = {}
         self._constraints: dict[str, Constraint] = {}
         self._loops: dict[str, Loop] = {}
         self._stops: dict[str, Stop] = {}
@@ -560,6 +566,58 @@ class Model(Declared):
         self._frames[name] = make_frame(self, name, body, place, given)
         return self._world_components(name)
 
+    def rotor(
+        self,
+        name: str,
+        inertia: Any = None,
+        body: str = "world",
+        axis: Sequence[Any] | None = None,
+        angle: Any = None,
+        gyroscopic: bool = True,
+        at: Sequence[Any] | None = None,
+        start: Any = None,
+        rate: Any = None,
+        guess: Any = None,
+        rate_guess: Any = None,
+        unit: str | None = None,
+    ) -> sympy.Symbol | None:
+        """Add an inertia that spins in a body, without a body and a joint of its own.
+
+        Its mass, and its inertia across the axis, belong to the body.
+
+        Parameters
+        ----------
+        name : str
+        inertia : expression
+            About its axis [kg m^2]; of parameters and constants.
+        body : str
+            A body, or "world" for drives on ground.
+        axis : sequence of 3, optional
+            In the body's axes, of any length; z by default.
+        angle : expression, optional
+            By which it is turned in the body [rad], such as "50*knee" for a motor with a gear; of coordinates and `t`.
+            By default it is a coordinate of its own, which is called as the rotor is; forces on that act between the
+            rotor and the body.
+        gyroscopic : bool
+            Whether the body's own turning adds to its spin, and so the body feels its momentum.
+        at : sequence of 2 or 3, optional
+            Where a picture shows it, in the body's frame [m]; the centre of mass by default.
+        start, rate, guess, rate_guess, unit
+            Of its coordinate, as in `coordinate`.
+
+        Returns
+        -------
+        sympy.Symbol or None
+            Its coordinate, if it has one.
+        """
+        given = {
+            "inertia": inertia, "body": body, "axis": axis, "angle": angle, "gyroscopic": gyroscopic, "at": at,
+            "start": start, "rate": rate, "guess": guess, "rate_guess": rate_guess, "unit": unit,
+        }  # fmt: skip
+        self._new_element(name, "rotors", ChainMap(self._rotors, self._closures, self._joints))
+        self._rotors[name] = make_rotor(self, name, given)
+        return sympy.Symbol(name) if angle is None else None
+
     def spring(
         self,
         name: str,
@@ -747,19 +805,140 @@ class Model(Declared):
         units = tuple(unit_vector(self, place, f"parallel.axes[{k}]", x) for k, x in enumerate(pairs[1]))
         self._close(name, "parallel", bodies=named, axes=units)
 
-    def gear(self, name: str, first: Any, second: Any, ratio: Any, offset: Any = 0) -> None:
-        """Couple two coordinates: the constraint NAME, first - ratio*second - offset = 0."""
-        coordinates = tuple(
-            self._named(name, f"gear.coordinates[{k}]", x) for k, x in enumerate((first, second))
-        )
-        factor = self._argument(name, "gear.ratio", ratio)
+    def gear(
+        self,
+        name: str,
+        first: Any,
+        second: Any,
+        ratio: Any = None,
+        offset: Any = 0,
+        teeth: Sequence[Any] | None = None,
+        efficiency: Any = None,
+    ) -> None:
+        """Couple two coordinates: the constraint NAME, first - ratio*second - offset = 0.
+
+        Parameters
+        ----------
+        name : str
+        first, second : Symbol or str
+            Coordinates.
+        ratio, offset : expression
+        teeth : sequence of 2
+            In the place of `ratio`: of wheels that mesh from outside, ratio = -teeth[1]/teeth[0]; a ring has a negative
+            number of them.
+        efficiency : expression, optional
+            What arrives where `first` drives, 0 to 1: dry friction NAME in proportion to the force of the mesh. Below
+            one half, as of worms, `second` cannot drive.
+        """
+        if (ratio is None) == (teeth is None):
+            message = "a gear has a 'ratio', or 'teeth' of both wheels"
+            raise self._sources.error(
+                f"constraints.{name!s:.60}", "gear", message, hint="give one of the two"
+            )
+        arguments: dict[str, Any] = {"coordinates": self._shafts(name, "gear.coordinates", (first, second))}
+        if teeth is None:
+            arguments["ratio"] = self._argument(name, "gear.ratio", ratio)
+        else:
+            arguments["teeth"] = self._pair(name, "gear.teeth", teeth)
+        self._couple_shafts(name, "gear", arguments, offset, efficiency)
+
+    def rack(
+        self, name: str, pinion: Any, rack: Any, radius: Any, offset: Any = 0, efficiency: Any = None
+    ) -> None:
+        """Couple a rack to a pinion: the constraint NAME, rack - radius*pinion - offset = 0.
+
+        Parameters
+        ----------
+        name : str
+        pinion, rack : Symbol or str
+            Coordinates, an angle and a length.
+        radius : expression
+            Of the pitch circle [m]; negative where the rack moves the other way.
+        offset, efficiency : expression
+            As in `gear`, where the pinion drives.
+        """
+        shafts = self._shafts(name, "rack.coordinates", (pinion, rack))
+        arguments = {"coordinates": shafts, "radius": self._argument(name, "rack.radius", radius)}
+        self._couple_shafts(name, "rack", arguments, offset, efficiency)
+
+    def belt(
+        self, name: str, first: Any, second: Any, radii: Sequence[Any], crossed: bool = False, offset: Any = 0
+    ) -> None:
+        """Couple two pulleys by a belt: the constraint NAME, radii[0]*first - radii[1]*second - offset = 0.
+
+        Parameters
+        ----------
+        name : str
+        first, second : Symbol or str
+            Coordinates.
+        radii : sequence of 2
+            Of the pulleys [m].
+        crossed : bool
+            Whether the belt turns them against each other.
+        offset : expression
+            [m]
+        """
+        if not isinstance(crossed, bool):
+            message = f"'crossed' is true or false, not {crossed!r:.60}"
+            raise self._sources.error(f"constraints.{name!s:.60}", "belt.crossed", message)
+        shafts = self._shafts(name, "belt.coordinates", (first, second))
+        arguments = {"coordinates": shafts, "radii": self._pair(name, "belt.radii", radii)}
+        self._couple_shafts(name, "belt", arguments | ({"crossed": True} if crossed else {}), offset, None)
+
+    def planetary(self, name: str, sun: Any, ring: Any, carrier: Any, teeth: Sequence[Any]) -> None:
+        """Couple a planetary gear: the constraint NAME, (sun - carrier) + teeth[1]/teeth[0]*(ring - carrier) = 0.
+
+        Parameters
+        ----------
+        name : str
+        sun, ring, carrier : Symbol or str
+            Coordinates. The planets' inertia is that of bodies of their own, or part of the carrier's.
+        teeth : sequence of 2
+            Of the sun and of the ring.
+        """
+        keys = ("sun", "ring", "carrier")
+        named = [
+            self._named(name, f"planetary.{k}", x) for k, x in zip(keys, (sun, ring, carrier), strict=True)
+        ]
+        numbers = self._pair(name, "planetary.teeth", teeth)
+        self._close(name, "planetary", **dict(zip(keys, named, strict=True)), teeth=numbers)
+
+    def differential(self, name: str, input: Any, outputs: Sequence[Any], ratio: Any = 1) -> None:
+        """Couple a differential: the constraint NAME, input - ratio*(outputs[0] + outputs[1])/2 = 0.
+
+        Parameters
+        ----------
+        name : str
+        input : Symbol or str
+            The coordinate that drives.
+        outputs : sequence of 2
+            Coordinates of the two sides.
+        ratio : expression
+            How much faster the input turns than the cage.
+        """
+        sides = self._vector(outputs, f"constraints.{name!s:.60}", "differential.outputs", (2,))
         self._close(
             name,
-            "gear",
-            coordinates=coordinates,
-            ratio=factor,
-            offset=self._argument(name, "gear.offset", offset),
+            "differential",
+            input=self._named(name, "differential.input", input),
+            outputs=self._shafts(name, "differential.outputs", sides),
+            ratio=self._argument(name, "differential.ratio", ratio),
         )
+
+    def _shafts(self, name: Any, key: str, given: Sequence[Any]) -> tuple[str, ...]:
+        return tuple(self._named(name, f"{key}[{k}]", x) for k, x in enumerate(given))
+
+    def _pair(self, name: Any, key: str, values: Any) -> tuple[sympy.Expr, ...]:
+        two = self._vector(values, f"constraints.{name!s:.60}", key, (2,))
+        return tuple(self._argument(name, f"{key}[{k}]", x) for k, x in enumerate(two))
+
+    def _couple_shafts(
+        self, name: Any, kind: str, arguments: dict[str, Any], offset: Any, efficiency: Any
+    ) -> None:
+        arguments["offset"] = self._argument(name, f"{kind}.offset", offset)
+        if efficiency is not None:
+            arguments["efficiency"] = self._argument(name, f"{kind}.efficiency", efficiency)
+        self._close(name, kind, **arguments)
 
     def couple(self, name: str, expression: Any) -> None:
         """Hold an expression of the coordinates and `t` at zero: the constraint NAME."""
@@ -769,6 +948,53 @@ class Model(Declared):
         """Prescribe a coordinate: the constraint NAME, coordinate - follows = 0."""
         moved = self._named(name, "motion.coordinate", coordinate)
         self._close(name, "motion", coordinate=moved, follows=self._argument(name, "motion.follows", follows))
+
+    def closure(
+        self,
+        name: str,
+        type: str | None = None,
+        frames: Sequence[str] | None = None,
+        axis: Sequence[Any] | None = None,
+        axis2: Sequence[Any] | None = None,
+        pitch: Any = None,
+        coordinate: str | None = None,
+        guess: Any = None,
+        stiffness: Any = None,
+        rest: Any = None,
+        damping: Any = None,
+        friction: Any = None,
+    ) -> None:
+        """Close a loop by a joint between two frames: as many constraints as the joint takes motions.
+
+        Makes the constraints NAME_x, NAME_y, NAME_z (the places are one), NAME_off, NAME_off_1, … (on a line or in a
+        plane), and NAME_turn, NAME_turn_1, …; of them planar bodies have those in their plane.
+
+        Parameters
+        ----------
+        name : str
+        type : str
+            revolute, continuous, prismatic, screw, universal, cylindrical, planar, spherical or fixed.
+        frames : sequence of 2
+            Names of frames, of bodies (the body's frame), or "world".
+        axis, axis2 : sequence of 3, optional
+            In both frames, of any length; x by default, z for planar bodies. `axis2` is that of universal joints in the
+            second frame.
+        pitch : expression
+            Of a screw: how far the second frame slides by a whole turn [m].
+        coordinate, guess : str, number, optional
+            A name for the motion that is left, and where assembly begins to look for it; it is a coordinate then, whose
+            angle counts whole turns. Screws and springs have one, which is called as the closure is.
+        stiffness, rest, damping : expression, optional
+            Of a spring and damper on this motion.
+        friction : expression, optional
+            The largest force [N] or torque [N m] of dry friction in it.
+        """
+        given = {
+            "type": type, "frames": frames, "axis": axis, "axis2": axis2, "pitch": pitch, "coordinate": coordinate,
+            "guess": guess, "stiffness": stiffness, "rest": rest, "damping": damping, "friction": friction,
+        }  # fmt: skip
+        self._new_element(name, "closures", ChainMap(self._closures, self._joints))
+        self._closures[name] = make_closure(self, name, given)
 
     def rolling(
         self,
@@ -1073,6 +1299,8 @@ class Model(Declared):
             rolling=tuple(self._rolling.values()),
             states=tuple(self._states),
             tables=tuple(self._tables),
+            closures=tuple(self._closures.values()),
+            rotors=tuple(self._rotors.values()),
         )
 
     def _all_coordinates(self) -> tuple[Coordinate, ...]:

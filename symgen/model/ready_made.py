@@ -8,9 +8,10 @@ from typing import Any
 
 import sympy
 
-from .description import Axis, Description, Loop
+from .description import Axis, Description, Friction, Loop
 from .evaluate import Direction, perpendiculars
-from .unevaluated import difference, negated, product, squared, total
+from .functions import dot
+from .unevaluated import difference, inverted, negated, product, squared, total
 
 HALF = sympy.Rational(1, 2)
 Named = list[tuple[str, sympy.Expr]]  # what is appended to the constraint's name, and what is held at zero
@@ -77,10 +78,57 @@ class Writer:
             for k, normal in enumerate(normals, 1)
         ]
 
-    def gear(self, name: str, coordinates: tuple[str, str], ratio: sympy.Expr, offset: sympy.Expr) -> Named:
+    def gear(
+        self,
+        name: str,
+        coordinates: tuple[str, str],
+        offset: sympy.Expr = sympy.S.Zero,
+        ratio: sympy.Expr | None = None,
+        teeth: tuple[sympy.Expr, sympy.Expr] | None = None,
+        efficiency: sympy.Expr | None = None,
+    ) -> Named:
         """One coordinate is a multiple of another, and an offset."""
         first, second = map(sympy.Symbol, coordinates)
+        ratio = ratio_of(ratio, teeth)
         return [("", total([first, negated(product([ratio, second])), negated(offset)]))]
+
+    def rack(
+        self,
+        name: str,
+        coordinates: tuple[str, str],
+        radius: sympy.Expr,
+        offset: sympy.Expr = sympy.S.Zero,
+        efficiency: sympy.Expr | None = None,
+    ) -> Named:
+        """A rack moves as the circumference of its pinion does."""
+        return self.gear(name, coordinates[::-1], offset, radius)
+
+    def belt(
+        self,
+        name: str,
+        coordinates: tuple[str, str],
+        radii: tuple[sympy.Expr, sympy.Expr],
+        crossed: bool = False,
+        offset: sympy.Expr = sympy.S.Zero,
+    ) -> Named:
+        """The circumferences of two pulleys move alike, or against each other; in units of length."""
+        first, second = (product([r, sympy.Symbol(q)]) for r, q in zip(radii, coordinates, strict=True))
+        return [("", total([first, second if crossed else negated(second), negated(offset)]))]
+
+    def planetary(
+        self, name: str, sun: str, ring: str, carrier: str, teeth: tuple[sympy.Expr, sympy.Expr]
+    ) -> Named:
+        """As seen from the carrier, sun and ring turn against each other, in proportion to their teeth (Willis)."""
+        s, r, c = map(sympy.Symbol, (sun, ring, carrier))
+        ratio = product([teeth[1], inverted(teeth[0])]) if not teeth[0].is_Number else teeth[1] / teeth[0]
+        return [("", total([difference(s, c), product([ratio, difference(r, c)])]))]
+
+    def differential(
+        self, name: str, input: str, outputs: tuple[str, str], ratio: sympy.Expr = sympy.S.One
+    ) -> Named:
+        """The cage turns as the mean of both outputs, the input by a ratio faster."""
+        first, second = map(sympy.Symbol, outputs)
+        return [("", difference(sympy.Symbol(input), product([ratio, HALF, total([first, second])])))]
 
     def couple(self, name: str, expression: sympy.Expr) -> Named:
         """An expression is zero."""
@@ -117,6 +165,30 @@ def _scalar_product(a: list[sympy.Expr], b: list[sympy.Expr]) -> sympy.Expr:
     return total([product(pair) for pair in zip(a, b)])
 
 
+def ratio_of(ratio: sympy.Expr | None, teeth: tuple[sympy.Expr, sympy.Expr] | None) -> sympy.Expr:
+    """The ratio of a gear, which is given, or follows from teeth of wheels that mesh from outside."""
+    if ratio is not None:
+        return ratio
+    first, second = teeth
+    return -second / first if first.is_Number else negated(product([second, inverted(first)]))
+
+
+def loss_of(loop: Loop) -> Friction | None:
+    """The friction in the mesh of a gear that has an efficiency: what the driving side loses, in parts of the force.
+
+    With M the torque that the mesh passes to the first coordinate, driving takes M (1 + mu), so that 1/(1 + mu)
+    arrives, and what drives backwards gets M (1 - mu): it is held where the efficiency is below one half.
+    """
+    arguments = dict(loop.arguments)
+    if arguments.get("efficiency") is None:
+        return None
+    level = difference(inverted(arguments["efficiency"]), sympy.S.One)
+    if "radius" in arguments:  # the force of a rack, which is a torque on its pinion
+        level = product([arguments["radius"], level])
+    speed = dot(sympy.Symbol(arguments["coordinates"][0]))
+    return Friction(loop.name, speed, level, normal=(loop.name,))
+
+
 KINDS: dict[str, Callable[..., Any]] = {
     "coincident": Writer.coincident,
     "point_on_line": Writer.point_on_line,
@@ -124,6 +196,10 @@ KINDS: dict[str, Callable[..., Any]] = {
     "distance": Writer.distance,
     "parallel": Writer.parallel,
     "gear": Writer.gear,
+    "rack": Writer.rack,
+    "belt": Writer.belt,
+    "planetary": Writer.planetary,
+    "differential": Writer.differential,
     "couple": Writer.couple,
     "motion": Writer.motion,
 }

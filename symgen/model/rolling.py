@@ -146,7 +146,7 @@ def write_rolling(writer: Writer, r: Rolling) -> list[Constraint]:
 
     height = None if origin is None else _scalar([difference(x, y) for x, y in zip(centre, origin)], normal)
     if r.kind == "knife":
-        blade = _world(writer, r.body, r.axis)
+        blade = writer.direction(r.body, r.axis)
         side = _cross(normal, blade)
         speed = [difference(dot(x), v) for x, v in zip(centre, _of_plane(writer, r.plane, centre, origin))]
         hold("across", product([_scalar(speed, side), inverted(_length(side))]))
@@ -175,7 +175,7 @@ def _tread(
     """The directions along the way and across it, that from the centre to what touches, and how far down it reaches."""
     if r.kind == "ball" or body.planar:
         return first, _cross(normal, first), [negated(x) for x in normal], sympy.S.One
-    axle = _world(writer, r.body, r.axis or (0.0, 0.0, 1.0))
+    axle = writer.direction(r.body, r.axis or (0.0, 0.0, 1.0))
     upright = _scalar(normal, axle)  # sine of the lean; 1 for a wheel that lies flat
     reach = sympy.Pow(difference(sympy.S.One, squared(upright)), HALF, evaluate=False)
     along = [product([x, inverted(reach)]) for x in _cross(axle, normal)]
@@ -207,13 +207,6 @@ def _of_plane(writer: Writer, plane: str, place: Vector, origin: Vector | None) 
         total([sympy.S.Zero if x.is_Number else dot(x), *more])
         for x, more in zip(origin, turning, strict=True)
     ]
-
-
-def _world(writer: Writer, body: str, axis: tuple[float, ...]) -> Vector:
-    """World components of a direction in a body's axes."""
-    numbers = [sympy.Integer(int(x)) if x == int(x) else sympy.Float(x) for x in axis]
-    axes = writer.directions(body)
-    return [total([product([n, e[k]]) for n, e in zip(numbers, axes, strict=True)]) for k in range(3)]
 
 
 def _scalar(a: Vector, b: Vector) -> sympy.Expr:

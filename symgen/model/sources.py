@@ -35,6 +35,8 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "springs": "spring",
     "bushings": "bushing",
     "rolling": "rolling",
+    "closures": "closure",
+    "rotors": "rotor",
     "loads": "load",
     "constraints": "constraint",
     "velocity_constraints": "velocity_constraint",

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError, nearest
+from .closures import CLOSURE_KEYS
 from .curves import TABLE_KEYS
 from .elements import BUSHING_KEYS, SPRING_KEYS
 from .files import LARGEST_FILE, read_plain
@@ -17,6 +18,7 @@ from .items import DRAWINGS
 from .model import Model
 from .names import LONGEST_NAME
 from .rolling import ROLLING_KEYS
+from .rotors import ROTOR_KEYS
 from .toml_text import parse
 
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
@@ -32,11 +34,15 @@ READY_MADE = {  # arguments in the order of the methods; those of the second lis
     "point_on_line": (("point", "line", "direction"), ("body",)),
     "point_in_plane": (("point", "plane", "normal"), ("body",)),
     "parallel": (("bodies", "axes"), ()),
-    "gear": (("coordinates", "ratio"), ("offset",)),
+    "gear": (("coordinates",), ("ratio", "teeth", "offset", "efficiency")),
+    "rack": (("coordinates", "radius"), ("offset", "efficiency")),
+    "belt": (("coordinates", "radii"), ("crossed", "offset")),
+    "planetary": (("sun", "ring", "carrier", "teeth"), ()),
+    "differential": (("input", "outputs"), ("ratio",)),
     "couple": (("expression",), ()),
     "motion": (("coordinate", "follows"), ()),
 }
-PAIRS = ("distance", "gear")  # whose first argument is a list, and two in the method
+PAIRS = ("distance", "gear", "rack", "belt")  # whose first argument is a list, and two in the method
 FRAME_KEYS = ("body", "at", "rpy", "axis", "angle", "quaternion", "x", "y")
 GRAVITY_KEYS = ("x", "y", "z", "potential", "constant", "attractors")
 LOAD_KEYS = ("point", "force", "body", "torque", "frame", "reaction")
@@ -262,6 +268,7 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "axes": _each_table("axis", "axes", ("body", "direction"), inline=False),
     "frames": _each_table("frame", "frames", FRAME_KEYS, inline=False),
     "joints": _each_table("joint", "joints", JOINT_KEYS, inline=False),
+    "rotors": _each_table("rotor", "rotors", ROTOR_KEYS, inline=False),
     "springs": _each_table("spring", "springs", SPRING_KEYS, inline=False),
     "bushings": _each_table("bushing", "bushings", BUSHING_KEYS, inline=False),
     "gravity": _gravity,
@@ -272,6 +279,7 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "friction": _each_table("friction", "friction", FRICTION_KEYS, inline=False),
     "contacts": _each_table("contact", "contacts", CONTACT_KEYS, inline=False),
     "constraints": _constraints,
+    "closures": _each_table("closure", "closures", CLOSURE_KEYS, inline=False),
     "rolling": _each_table("rolling", "rolling", ROLLING_KEYS, inline=False),
     "velocity_constraints": _each("velocity_constraint"),
     "outputs": _each("output"),

@@ -12,6 +12,7 @@ import sympy
 from ..errors import ModelError
 from .description import (
     Body,
+    Closure,
     Coordinate,
     Description,
     Drawing,
@@ -23,6 +24,7 @@ from .description import (
     Loop,
     Rate,
     Rolling,
+    Rotor,
     Solid,
     Spring,
     State,
@@ -116,6 +118,11 @@ class _Writer:
         yield ["[constraints]", *self.entries("constraints", [(c.name, c.expression) for c in d.constraints])]
         for loop in d.loops:
             yield self.loop(loop)
+        coordinate = {c.name: c for c in d.coordinates}
+        for c in d.closures:
+            yield self.closure(c, coordinate.get(c.coordinate))
+        for r in d.rotors:
+            yield self.rotor(r, coordinate.get(r.name))
         for r in d.rolling:
             yield self.rolling(r)
         held = [(c.name, c.expression) for c in d.velocity_constraints]
@@ -237,11 +244,17 @@ class _Writer:
         if loop.kind == "coincident":
             return [f"[{table}]", f"coincident = {_literal(arguments['points'])}"]
         pairs = [
-            f"{key} = {self.value(table, f'{loop.kind}.{key}', x) if isinstance(x, sympy.Expr) else _literal(x)}"
+            f"{key} = {self.argument(table, f'{loop.kind}.{key}', x)}"
             for key, x in arguments.items()
-            if key != "offset" or x is not sympy.S.Zero
+            if not (key == "offset" and x is sympy.S.Zero)
         ]
         return [f"[{table}]", f"{loop.kind} = {{ {', '.join(pairs)} }}"]
+
+    def argument(self, table: str, key: str, x: Any) -> str:
+        if isinstance(x, sympy.Expr):
+            return self.value(table, key, x)
+        several = isinstance(x, tuple) and all(isinstance(part, sympy.Expr) for part in x)
+        return self.array(table, key, x) if several else _literal(x)
 
     def table(self, table: str, entries: Iterable[tuple[str, sympy.Expr | tuple[str, ...]]]) -> list[str]:
         lines = [f"[{table}]"]
@@ -263,6 +276,31 @@ class _Writer:
             f"torque = {self.array(table, 'torque', load.torque)}",
             *named,
         ]
+
+    def closure(self, c: Closure, coordinate: Coordinate | None) -> list[str]:
+        table = f"closures.{c.name}"
+        lines = [f"[{table}]", f"type = {_quoted(c.type)}", f"frames = {_literal(c.frames)}"]
+        lines += [f"{key} = {_literal(x)}" for key, x in (("axis", c.axis), ("axis2", c.axis2)) if x]
+        if coordinate is not None:
+            lines.append(f"coordinate = {_quoted(coordinate.name)}")
+            lines += [f"{key} = {_literal(x)}" for key, x in _initial(self, coordinate).items()]
+        keys = ("pitch", "stiffness", "rest", "damping", "friction")
+        return [*lines, *self.entries(table, [(k, x) for k in keys if (x := getattr(c, k)) is not None])]
+
+    def rotor(self, r: Rotor, coordinate: Coordinate | None) -> list[str]:
+        table = f"rotors.{r.name}"
+        lines = [
+            f"[{table}]",
+            f"inertia = {self.value(table, 'inertia', r.inertia)}",
+            f"body = {_quoted(r.body)}",
+        ]
+        lines += [f"axis = {_literal(r.axis)}"] if r.axis else []
+        lines += [f"at = {self.array(table, 'at', r.at)}"] if r.at else []
+        if r.angle is not None:
+            lines.append(f"angle = {self.value(table, 'angle', r.angle)}")
+        elif coordinate is not None:
+            lines += [f"{key} = {_literal(x)}" for key, x in _initial(self, coordinate).items()]
+        return [*lines, *([] if r.gyroscopic else ["gyroscopic = false"])]
 
     def rolling(self, r: Rolling) -> list[str]:
         table = f"rolling.{r.name}"
@@ -365,11 +403,16 @@ def _one_or_list(values: tuple[Any, ...]) -> str:
 
 
 def _coordinate(writer: _Writer, c: Coordinate) -> str:
+    return f"{c.name} = {_table(unit=c.unit, **_initial(writer, c))}"
+
+
+def _initial(writer: _Writer, c: Coordinate) -> dict[str, Any]:
+    """Initial values of a coordinate, those that are not given left out."""
     start, guess = _state(writer, c.start, c.guess, c.formula)
     rate, rate_guess = _state(writer, c.rate, c.rate_guess, c.rate_formula)
     guesses = {"guess": guess if start is None else 0.0, "rate_guess": rate_guess if rate is None else 0.0}
-    moved = {key: value for key, value in guesses.items() if value}
-    return f"{c.name} = {_table(unit=c.unit, start=start, rate=rate, **moved)}"
+    enforced = {key: value for key, value in (("start", start), ("rate", rate)) if value is not None}
+    return enforced | {key: value for key, value in guesses.items() if value}
 
 
 def _number(value: float, unit: str | None, doc: str = "") -> str:
@@ -410,6 +453,8 @@ def _literal(value: Any) -> str:
         return _quoted(value)
     if isinstance(value, tuple):
         return "[" + ", ".join(_literal(x) for x in value) + "]"
+    if isinstance(value, bool):
+        return str(value).lower()
     return repr(value)
 
 
