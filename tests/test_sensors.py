@@ -426,3 +426,13 @@ def test_names_of_sensors_are_free_for_other_things():
     m.body("b", mass=1, com=("distance*sin(angle)", 0))
     m.output("power", "distance*angle")
     assert m.derive().run(t_end=0.1)["power"][0] == pytest.approx(0.2)
+
+
+def test_an_ensemble_keeps_reactions():
+    m = four_bar()
+    m.output("bx", "reaction(b, fx, world)")
+    system = m.derive()
+    kept = system.ensemble(0.2, rate={"a": np.array([2.0, 3.0, 4.0])}, frames=[0.1, 0.2], keep=["bx"])
+    for k, rate in enumerate([2.0, 3.0, 4.0]):
+        alone = system.run(t_end=0.2, rate={"a": rate}, t_eval=[0.1, 0.2])
+        assert kept["bx"][k] == pytest.approx(alone["bx"][1:], rel=1e-6)

@@ -224,6 +224,11 @@ def check_names(system: System, names: Sequence[str]) -> None:
     known = series_of(system)
     for name in names:
         place = known.get(name, ("",))[0]
+        if place == "outputs" and system.sensed and system.switches:
+            raise RuntimeModelError(
+                f"outputs of model {system.name!r} need reactions, which stops and friction switch: an ensemble keeps "
+                "coordinates and rates"
+            )
         if name != ENERGY and place in ("", "contact_forces", "input_values"):
             raise UnknownNameError(
                 f"model {system.name!r} has no series {name!r} that ensembles keep: {nearest(name, [*known, ENERGY])}"
@@ -235,15 +240,23 @@ def series(
 ) -> dict[str, np.ndarray]:
     """Return series by name, shape (k, F) each, of states of shape (k, F, ny)."""
     known, found, rows = series_of(system), {}, {}
+
+    def evaluated(function: str) -> np.ndarray:
+        if function not in rows:
+            read = states[:, :, : system.nq + system.nv]
+            if function == "outputs" and system.sensed:
+                solved = evaluated("rhs")
+                a = solved[:, :, system.nq : system.nq + system.nv]
+                read = np.concatenate([read, a, solved[:, :, system.ny : system.ny + system.m]], axis=2)
+            rows[function] = evaluate_members(system, function, parameters, times, np.ascontiguousarray(read))
+        return rows[function]
+
     for name in names:
         place, column = known.get(name, (ENERGY, 0))
         if place in ("q", "v"):
             found[name] = states[:, :, column + (system.nq if place == "v" else 0)]
             continue
-        function = _FUNCTIONS[place]
-        if function not in rows:
-            read = states[:, :, : system.nq + system.nv]
-            rows[function] = evaluate_members(system, function, parameters, times, np.ascontiguousarray(read))
+        evaluated(function := _FUNCTIONS[place])
         if place == ENERGY:
             found[name] = rows[function].sum(axis=2)
         else:
