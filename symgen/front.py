@@ -11,6 +11,7 @@ from . import equations, link
 from .model import lagrangian as lagrangians
 from .model import model, toml_reader
 from .robots.build import EARTH, import_urdf
+from .robots.mjcf import import_mjcf
 
 if TYPE_CHECKING:
     import sympy
@@ -134,6 +135,37 @@ class Model(model.Model):
             Names the file, the line and the element.
         """
         return import_urdf(path, base, expose, motors, gravity, cls).model
+
+    @classmethod
+    def from_mjcf(
+        cls,
+        path: str | Path,
+        expose: Iterable[str] | None = None,
+        keyframe: str | None = None,
+        within: str | Path | None = None,
+    ) -> Model:
+        """Read a robot from an MJCF file, through MuJoCo's compiler (package `mujoco`).
+
+        Parameters
+        ----------
+        path : path-like
+        expose : iterable of str, optional
+            As of `from_urdf`; of joints `stiffness`, too.
+        keyframe : str, optional
+            The keyframe where it starts; its reference position by default.
+        within : path-like, optional
+            The folder in which all files lie that it names, that of the file by default: nothing else is read.
+
+        Returns
+        -------
+        Model
+
+        Raises
+        ------
+        ModelError
+            Names the file and the element; MuJoCo is not installed, or refuses the file.
+        """
+        return import_mjcf(path, expose, keyframe, within, cls).model
 
     @classmethod
     def from_lagrangian(

@@ -13,10 +13,14 @@ from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
     from symgen.robots.build import Import
+    from symgen.robots.mjcf import MjcfImport
 
 link = Late("symgen.link")
 agreement = Late("symgen.robots.agreement")
 build = Late("symgen.robots.build")
+mjcf = Late("symgen.robots.mjcf")
+mjcf_agreement = Late("symgen.robots.mjcf_agreement")
+xml_tree = Late("symgen.robots.xml_tree")
 
 _MOST_NOTES = 12
 
@@ -41,14 +45,36 @@ _MOST_NOTES = 12
     "The others are folded into the code.",
 )
 @click.option("--motors/--no-motors", default=True, help="An input for the force of each joint's motor.")
+@click.option("--keyframe", metavar="NAME", help="MJCF: the keyframe where it starts.")
 @click.option(
-    "--check", is_flag=True, help="Compare the model with Pinocchio (package pin) at random states."
+    "--within",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="MJCF: the folder in which all files lie that FILE names; its own by default.",
+)
+@click.option(
+    "--check",
+    is_flag=True,
+    help="Compare the model at random states with Pinocchio (URDF, package pin) or MuJoCo (MJCF).",
 )
 def command(
-    file: Path, output: Path | None, base: str, expose: tuple[str, ...], motors: bool, check: bool
+    file: Path,
+    output: Path | None,
+    base: str,
+    expose: tuple[str, ...],
+    motors: bool,
+    keyframe: str | None,
+    within: Path | None,
+    check: bool,
 ) -> None:
-    """Write the robot of FILE (URDF) as a model file, and say what was left out."""
-    imported = build.import_urdf(file, base, expose or None, motors)
+    """Write the robot of FILE (URDF or MJCF) as a model file, and say what was left out."""
+    if xml_tree.read_xml(file).tag == "mujoco":
+        if base != "fixed" or not motors:
+            raise click.UsageError("--base and --no-motors are for URDF: an MJCF file says both itself")
+        imported = mjcf.import_mjcf(file, expose or None, keyframe, within)
+    elif keyframe or within:
+        raise click.UsageError("--keyframe and --within are for MJCF")
+    else:
+        imported = build.import_urdf(file, base, expose or None, motors)
     text = imported.model.to_toml()
     path = output or claim("the model", Path(f"{imported.model.name}.toml"))
     if path.exists():
@@ -69,13 +95,17 @@ def command(
     say(f"wrote {path}")
 
 
-def _agreement(imported: Import) -> list[str]:
-    """The lines of a comparison with Pinocchio."""
-    found = agreement.compare_with_pinocchio(link.derive(imported.model), imported)
+def _agreement(imported: Import | MjcfImport) -> list[str]:
+    """The lines of a comparison with the other program."""
+    system = link.derive(imported.model)
+    if isinstance(imported, build.Import):
+        other, found = "Pinocchio", agreement.compare_with_pinocchio(system, imported)
+    else:
+        other, found = "MuJoCo", mjcf_agreement.compare_with_mujoco(system, imported)
     worst = {name: value for name, value in vars(found).items() if name != "states" and value == value}
     largest = max(worst, key=worst.get)
     return [
-        f"against Pinocchio at {found.states} random states, relative: "
+        f"against {other} at {found.states} random states, relative: "
         f"worst {largest.replace('_', ' ')} {worst[largest]:.1e}",
         *(f"  {name.replace('_', ' ')} {value:.1e}" for name, value in worst.items()),
     ]

@@ -111,7 +111,7 @@ class _Comparison:
             pair["potential"] = tuple(a - b for a, b in zip(pair["potential"], first, strict=True))
         names = pairs[0].keys()
         return Agreement(
-            states, **{name: _largest_difference([pair[name] for pair in pairs]) for name in names}
+            states, **{name: largest_difference([pair[name] for pair in pairs]) for name in names}
         )
 
     def _at_random(self) -> dict[str, tuple[Any, Any]]:
@@ -173,8 +173,8 @@ class _Comparison:
         return self._system.kernel(name)(0.0, y, self._p)
 
 
-def _largest_difference(pairs: list[tuple[Any, Any]]) -> float:
-    """The largest difference over the largest value."""
+def largest_difference(pairs: list[tuple[Any, Any]], least: float = 0.0) -> float:
+    """The largest difference over the largest value, or over `least` where that is larger."""
     ours, theirs = (np.array([pair[k] for pair in pairs], dtype=float) for k in (0, 1))
-    scale = np.abs(theirs).max(initial=0.0)
+    scale = np.abs(theirs).max(initial=least)
     return float(np.abs(ours - theirs).max(initial=0.0) / (scale or 1.0))

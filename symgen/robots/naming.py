@@ -48,6 +48,15 @@ class Naming:
         self._taken |= made
         return name
 
+    def vector(self, source: str) -> str:
+        """A name for a point or an axis, whose components are free names, too."""
+        stem = identifier(source)
+        name, number = stem, 2
+        while not self._taken.isdisjoint(made := {name.lower(), *(f"{name}_{c}".lower() for c in "xyz")}):
+            name, number = f"{stem}_{number}", number + 1
+        self._taken |= made
+        return name
+
     def number(self, source: str, key: str, value: float, unit: str) -> float | str:
         """A number of something in the file: a parameter's name where it is exposed, itself otherwise."""
         exposed = value != 0
