@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import ModelError
 from .agreement import Agreement, largest_difference
 from .mjcf import MjcfImport
 
@@ -91,6 +92,10 @@ class _Comparison:
         mj.mj_fullM(m, d, theirs)
         theirs = theirs[np.ix_(order, order)]
         M, (T, V) = call("mass_matrix").reshape(nv, nv)[np.ix_(own_rates, own_rates)], call("energy")
+        if np.linalg.matrix_rank(theirs) < len(theirs):
+            raise ModelError(
+                "MuJoCo's mass matrix is singular: something moves that has no mass", file=self._imported.file
+            )
         force = (d.qfrc_passive + d.qfrc_actuator - d.qfrc_bias)[order]
         poses = call("poses").reshape(-1, 12)
         own = [k for k, _ in self._bodies]
