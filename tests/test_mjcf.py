@@ -13,7 +13,7 @@ import symgen
 from symgen import Model, link
 from symgen.cli import main
 from symgen.errors import ModelError
-from symgen.robots import mjcf_files, xml_tree
+from symgen.robots import mjcf, mjcf_files, xml_tree
 from symgen.robots.mjcf import import_mjcf
 from symgen.robots.mjcf_agreement import compare_with_mujoco
 from symgen.robots.mjcf_files import check_files
@@ -304,3 +304,19 @@ def test_options_that_do_not_go_together(file):
     result = CliRunner().invoke(main, ["import", str(path), "--base", "free"])
     assert result.exit_code == 2
     assert "for URDF" in result.output
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-5, 0.3])
+def test_angles_near_a_quarter_turn(off):
+    def turn(axis, angle):
+        return np.array([np.cos(angle / 2), *(np.sin(angle / 2) * np.eye(3)[axis])])
+
+    def times(a, b):
+        return np.array(
+            [a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))]
+        )
+
+    given = times(times(turn(2, 0.7), turn(1, np.pi / 2 - off)), turn(0, -0.4))
+    roll, pitch, yaw = mjcf._roll_pitch_yaw(given)
+    found = times(times(turn(2, yaw), turn(1, pitch)), turn(0, roll))
+    np.testing.assert_allclose(found * np.sign(found @ given), given, atol=1e-15)

@@ -18,7 +18,7 @@ from .mjcf_files import check_files
 from .naming import WORLD, Naming, identifier
 
 MOST_RATES = 600
-_TURN_ROUND_OFF = 1e-12
+_TURN_ROUND_OFF = 1e-15
 _FILTERS = ("integrator", "filter", "filterexact")  # kinds of activation, states of first order
 _SHAPES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
 
@@ -678,14 +678,17 @@ def _matrix(quaternion: np.ndarray) -> np.ndarray:
 
 
 def _roll_pitch_yaw(quaternion: np.ndarray) -> tuple[float, float, float]:
-    """Angles of Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Angles of Rz(yaw) Ry(pitch) Rx(roll).
+
+    Near a pitch of a quarter turn roll and yaw are hardly known, but what they make together is: so the others are
+    those of the rotation without the roll that was found.
+    """
     R = _matrix(quaternion)
-    across = float(np.hypot(R[0, 0], R[1, 0]))
-    pitch = float(np.arctan2(-R[2, 0], across))
-    if across < 1e-9:
-        roll, yaw = 0.0, float(np.arctan2(-R[0, 1], R[1, 1]))
-    else:
-        roll, yaw = float(np.arctan2(R[2, 1], R[2, 2])), float(np.arctan2(R[1, 0], R[0, 0]))
+    across = float(np.hypot(R[2, 1], R[2, 2]))
+    roll = 0.0 if across < 1e-14 else float(np.arctan2(R[2, 1], R[2, 2]))
+    c, s = np.cos(roll), np.sin(roll)
+    pitch = float(np.arctan2(-R[2, 0], c * R[2, 2] + s * R[2, 1]))
+    yaw = float(np.arctan2(s * R[0, 2] - c * R[0, 1], c * R[1, 1] - s * R[1, 2]))
     return tuple(0.0 if abs(x) < _TURN_ROUND_OFF else x for x in (roll, pitch, yaw))
 
 
