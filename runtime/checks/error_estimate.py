@@ -55,6 +55,7 @@ _TINY = np.finfo(float).tiny
 _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
 _TIMES_BEYOND = 20  # between where companions got and the end, for when errors become large
+_NO_GROWTH, _WINDOWS = 0.5, 8  # power of time; parts of a run, over which a loss of energy goes on
 _SUSPECT = 2.5  # power of time of a growth that may be exponential, where a companion does not come far
 _MORE_WHERE_CHAOTIC = 4.0  # times the operations
 _LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
@@ -443,7 +444,24 @@ def _factor(part: ErrorEstimate, grown: Amplification, solution: Solution, end: 
     if exponent > 0.0:
         regular = (span / min(max(length, grown.last(end) - begin), span)) ** least
         return float(np.exp(min(exponent, _MOST_EXPONENT)) * regular)
-    return float((span / length) ** np.clip(_power(part), least, _FASTEST_POWER))
+    regular = (span / length) ** np.clip(_power(part), least, _FASTEST_POWER)
+    if solution.system.structure["conservative"] and not _may_be_chaotic(solution.system):
+        regular = max(regular, _after_turning(part, solution, span))
+    return float(regular)
+
+
+def _after_turning(part: ErrorEstimate, solution: Solution, span: float) -> float:
+    """Return the factor of the error of a periodic motion whose phase first runs ahead and then falls back, else 0.
+
+    A method that loses energy by and by makes an error a t - b t² of the phase. A part at whose end the two cancel
+    shows next to no growth, while the energy goes on being lost; its largest error is b/4 times the square of its time.
+    """
+    if _power(part) > _NO_GROWTH:
+        return 0.0
+    windows = [float(np.median(part)) for part in np.array_split(solution.energy.balance, _WINDOWS)]
+    changes = np.sign(np.diff(windows))
+    times = span / float(part.t[-1] - part.t[0])
+    return 4.0 * times * (times - 1.0) if abs(changes.sum()) == len(changes) else 0.0
 
 
 def _power(part: ErrorEstimate) -> float:
