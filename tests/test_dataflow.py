@@ -12,6 +12,7 @@ import pytest
 from symgen import Model, cos, dot, link, runtime, sin
 from symgen.derive import rolling
 from symgen.derive.scenes.subsystems import derive
+from symgen.derive.solve import choice
 from symgen.emit import module as function_text
 from symgen.emit.module import emit
 from symgen.model.library import find, load
@@ -149,6 +150,7 @@ def test_matrices_are_held_against_each_other():
 def test_emitting_refuses_loops_that_lose_a_result(monkeypatch):
     """As they did from 79 links on: elements of a solution that went straight to `out` belonged to no cluster."""
     monkeypatch.setattr(function_text, "SMALLEST_ROLLED", 0)
+    monkeypatch.setattr(choice, "FEWEST_RATES", 100)  # the full matrix, which is solved by loops
     model = load(find("n_pendulum"), {"N": "30"}).describe()
     assert "rhs" in read_module(emit(derive(model))).functions
     find_clusters = rolling.find
