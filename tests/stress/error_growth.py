@@ -14,7 +14,6 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,10 @@ from symgen.runtime import System, solve
 from symgen.runtime.integrate.forms import FORMS
 from symgen.runtime.integrate.methods import METHODS
 
+from . import drawn_motions
+from .drawn_motions import PLAIN as _PLAIN
+from .drawn_motions import WITH_EVENTS as _WITH_EVENTS
+from .drawn_motions import Draw
 from .judging import attempt
 from .models import bundled, made
 from .scenario import DOUBTED, FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario
@@ -40,18 +43,6 @@ _LEAST_RANGE = 1e-8  # of the largest coordinate: what moves less is at rest
 _LEAST_FRAMES = 3  # of references
 FALSE, NO_REFERENCE = "right but flagged", "without a reference"
 _STIFF = (("radau13", 1e-13), ("taylor", 1e-14))
-_WITH_EVENTS = (("radau13", 1e-13), ("dop853", 1e-13))
-_PLAIN = (("radau13", 1e-13), ("dop853", 1e-14))
-
-
-@dataclass(frozen=True)
-class Draw:
-    """A model with a start, times to run to, and what knows its motion."""
-
-    system: System
-    times: tuple[float, float, float]
-    given: dict[str, Any] = field(default_factory=dict)
-    references: tuple[tuple[str, float], tuple[str, float]] = (("taylor", 1e-15), ("dop853", 1e-14))
 
 
 @functools.cache
@@ -318,8 +309,17 @@ def sizes(states: np.ndarray) -> np.ndarray:
 
 def draw_case(seed: int, index: int) -> tuple[Draw, dict[str, Any], dict[str, Any]]:
     """Return a model with its start, the arguments of a run, and a factor of its default step."""
-    rng = np.random.default_rng([seed, index])
-    drawn = FAMILY[index % len(FAMILY)](rng)
+    return _drawn_case(np.random.default_rng([seed, index]), FAMILY[index % len(FAMILY)])
+
+
+def draw_new(seed: int, index: int) -> tuple[Draw, dict[str, Any], dict[str, Any]]:
+    """Return as `draw_case` does, of a model that is drawn as well."""
+    families = drawn_motions.FAMILIES
+    return _drawn_case(np.random.default_rng([seed, index, 13]), families[index % len(families)])
+
+
+def _drawn_case(rng, family) -> tuple[Draw, dict[str, Any], dict[str, Any]]:
+    drawn = family(rng)
     possible = ways(drawn.system)
     method, form = possible[int(rng.integers(len(possible)))]
     t_end = drawn.times[int(rng.integers(3))] * rng.uniform(0.6, 1.0)
@@ -348,10 +348,10 @@ def draw_long(seed: int, index: int) -> tuple[Draw, dict[str, Any], dict[str, An
     return drawn, how, {"factor": factor}
 
 
-def run_case(seed: int, index: int, *, long: bool = False) -> dict[str, Any]:
-    """Run a case; returns what became of it, in numbers."""
-    drawn, how, more = (draw_long if long else draw_case)(seed, index)
-    most = _MOST_STEPS_OF_LONG if long else _MOST_STEPS
+def run_case(seed: int, index: int, kind: str = "") -> dict[str, Any]:
+    """Run a case, of `_KINDS`; returns what became of it, in numbers."""
+    drawn, how, more = _KINDS[kind](seed, index)
+    most = _MOST_STEPS_OF_LONG if kind == "long" else _MOST_STEPS
     row: dict[str, Any] = {"index": index, "model": drawn.system.name, **how}
     run = attempt(drawn.system, max_steps=most, **how, **drawn.given)
     if not isinstance(run, Outcome) and run.step and more["factor"] != 1.0:
@@ -378,6 +378,9 @@ def run_case(seed: int, index: int, *, long: bool = False) -> dict[str, Any]:
     row["right"] = error < _RIGHT and complete
     estimate = next((entry.value for entry in run.health if entry.check == "accuracy"), None)
     return row | {"estimate": estimate, "verdict": _verdict(row)}
+
+
+_KINDS = {"": draw_case, "long": draw_long, "drawn": draw_new}
 
 
 def _verdict(row: dict[str, Any]) -> str:
@@ -418,7 +421,17 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=300)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--long", action="store_true", help="runs of which companions see a part only")
+    kinds = parser.add_mutually_exclusive_group()
+    kinds.add_argument(
+        "--long",
+        dest="kind",
+        action="store_const",
+        const="long",
+        help="runs of which companions see a part only",
+    )
+    kinds.add_argument(
+        "--drawn", dest="kind", action="store_const", const="drawn", help="models that are drawn, too"
+    )
     parser.add_argument("--only", type=int, nargs="*", help="indices of cases")
     parser.add_argument("--json", type=Path, metavar="FILE")
     chosen = parser.parse_args()
@@ -426,7 +439,7 @@ def main() -> int:
     lines = chosen.json.open("w", encoding="utf-8") if chosen.json else None
     n_right = by_estimate = 0
     for index in chosen.only or range(chosen.first, chosen.first + chosen.cases):
-        row = run_case(chosen.seed, index, long=chosen.long)
+        row = run_case(chosen.seed, index, chosen.kind or "")
         counts[row["verdict"]] += 1
         n_right += bool(row.get("right"))
         by_estimate += row["verdict"] == FALSE and "accuracy" in row["flags"]
