@@ -148,9 +148,12 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         if not comparison.own.adaptive:
             return None
         found = comparison.begun()
-    if comparison.jumps:  # events take longest
-        return _extrapolated(solution, [found], Amplification(elsewhere=found.rate or 0.0))
     parts, half = [found], 0.5 * operations
+    if comparison.jumps:  # events take longest
+        if comparison.frame(found.t[-1]) < comparison.middle:
+            # A burst of them at the start may be all that a companion has met.
+            parts.append(comparison.follow(companion, half, comparison.middle))
+        return _extrapolated(solution, parts, Amplification(elsewhere=found.rate or 0.0))
     if comparison.own.adaptive:
         # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
         parts.append(comparison.follow(companion, half, comparison.middle))
@@ -437,7 +440,7 @@ def _factor(part: ErrorEstimate, grown: Amplification, solution: Solution, end: 
     begin = float(solution.t[0])
     span, length = end - begin, float(part.t[-1] - part.t[0])
     if not 0.0 < length < span:
-        return 1.0
+        return _share_within(part, span)
     # Of motion that is damped errors die out as well; where energy is kept, they add up.
     least = 1.0 if solution.system.structure["conservative"] else 0.0
     exponent = _UNSURE * grown.exponent(begin + length, end)
@@ -448,6 +451,13 @@ def _factor(part: ErrorEstimate, grown: Amplification, solution: Solution, end: 
     if solution.system.structure["conservative"] and not _may_be_chaotic(solution.system):
         regular = max(regular, _after_turning(part, solution, span))
     return float(regular)
+
+
+def _share_within(part: ErrorEstimate, span: float) -> float:
+    """Return the error that a part has come to within some time of its beginning, in parts of its largest."""
+    peak = running_maximum(part.worst)
+    last = int(np.searchsorted(part.t - part.t[0], span, side="right")) - 1
+    return float(peak[max(last, 0)] / peak[-1]) if peak[-1] > 0.0 else 1.0
 
 
 def _after_turning(part: ErrorEstimate, solution: Solution, span: float) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 
 from symgen.runtime.code.jitted import jitted
 from symgen.runtime.integrate import layout as at
-from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step
+from symgen.runtime.integrate.after_step import finish_scratch_size, finish_step, needs_dense
 from symgen.runtime.integrate.jacobian import acceleration_jacobian, jacobian_work_size
 from symgen.runtime.integrate.linear import lu_factor, lu_solve
 from symgen.runtime.integrate.loop import all_finite, copy, evaluate, take_steps
@@ -177,8 +177,20 @@ def implicit_step(method, loop, w):
     if status != at.RUNNING:
         return status
     one_stage_dense(method, loop.sizes, t1 - t0, loop.y, w.states[Y_NEW], loop.dense)
+    if method.n_dense == 3 and loop.sizes[at.NW] > 0 and needs_dense(loop, t1):
+        bend_work(loop, t0, t1, w)
     copy(w.states[Y_NEW], loop.y)
     return finish_step(loop, t0, t1, loop.dense, method.n_dense, w.scratch)
+
+
+@jitted
+def bend_work(loop, t0, t1, w):
+    """Let the dense output of work change as the power at both ends does: events cut steps there."""
+    n = loop.sizes[at.NQ] + loop.sizes[at.NV]
+    if evaluate(loop, t0, loop.y, w.row):
+        before = w.row[n]
+        if evaluate(loop, t1, w.states[Y_NEW], w.row):
+            loop.dense[2, n] = 0.5 * (t1 - t0) * (before - w.row[n])
 
 
 @jitted

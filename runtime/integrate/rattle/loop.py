@@ -147,7 +147,7 @@ def bend_quintic(method, h, i, v0, v1, a0, a1, dense):
 def bend_cubic(h, i, f, row, dense):
     """Write the rows of `dense` behind the second one, of derivatives at both ends."""
     dense[2, i] = h * f[i] - dense[1, i]
-    dense[3, i] = dense[1, i] - h * row[i]
+    dense[3, i] = dense[1, i] - dense[2, i] - h * row[i]
 
 
 @jitted
