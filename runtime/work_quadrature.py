@@ -37,7 +37,8 @@ def work_that_balances(
     energies : ndarray, shape (n, 2) [J]
     work : ndarray, shape (n,) [J]
     """
-    again = work_by_quadrature(system, p, t, states)
+    with np.errstate(over="ignore", invalid="ignore"):
+        again = work_by_quadrature(system, p, t, states)
     if again is None:
         return None
     off = [np.abs(np.ptp(energies.sum(axis=1) - done)) for done in (work, again)]

@@ -17,6 +17,7 @@ from symgen.runtime.checks.amplification import Amplification, Stretch, together
 from symgen.runtime.checks.companion import independent
 from symgen.runtime.checks.error_estimate import Extent, _Comparison, estimate
 from symgen.runtime.inputs import Controller
+from tests.stress.error_growth import draw_new
 
 
 def bundled(name: str) -> runtime.System:
@@ -348,3 +349,33 @@ def test_a_sampled_controller_that_holds_an_unstable_plant_is_no_reason_for_doub
 def _integrating(x, memory):
     memory[0] += 0.02 * x[0]
     return -60.0 * x[0] - 10.0 * x[1] - 20.0 * memory[0]
+
+
+def test_errors_of_a_run_whose_events_all_come_at_its_start_are_seen_in_its_middle():
+    """More than twenty turns of a slip within milliseconds; then an oscillation that implicit Euler damps."""
+    system = bundled("stick_slip")
+    parameters = {"mu_s": 0.3580628395677803, "v0": 0.3516770128418617, "g": 10.490903062734818}
+    given = {"parameters": parameters, "start": {"x": 0.007046348945936819}}
+    run = system.run(6.921132921836707, method="implicit_euler", **given)
+    exact = system.run(6.921132921836707, method="dop853", rtol=1e-12, atol=1e-14, **given)
+    off = np.abs(run.v[:, 0] - exact.v[:, 0]).max() / np.ptp(exact.v[:, 0])
+    (entry,) = [entry for entry in run.health if entry.check == "accuracy"]
+    assert not entry.ok and off / 2 < entry.value < 2 * off
+
+
+def test_coming_to_rest_by_ever_shorter_bounces_is_not_chaos():
+    """A ball on a table that shakes, 18 impacts in 1.35 s, and then at rest on it."""
+    drawn, how, _ = draw_new(1, 606)
+    run = drawn.system.run(**how, **drawn.given)
+    assert len(run.events) > 15 and not run.objections
+
+
+def test_drift_that_baumgarte_leaves_is_a_note_where_the_motion_is_right():
+    system = bundled("pendulum_dae")
+    run = system.run(10.0, method="rk4", constraints="baumgarte", step=0.1)
+    drift = [entry for entry in run.health if entry.check.startswith("constraint ") and entry.value > 1e-6]
+    assert drift and all(entry.ok and entry.note for entry in drift) and not run.objections
+    assert any(
+        entry.check.startswith("constraint ")
+        for entry in system.run(10.0, method="rk4", constraints="none", step=0.1).objections
+    )

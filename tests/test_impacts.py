@@ -7,10 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from symgen import Model
+from symgen import Model, dot
 from symgen.runtime.checks.stops import stops
 from tests.stress import balls as rows_of_balls
 from tests.stress.impacts import KINDS, try_many
+from tests.stress.models import made
 from tests.stress.scenario import FLAGGED, RIGHT
 
 G = 9.81
@@ -107,3 +108,48 @@ def test_events_that_never_end_use_up_the_steps():
     m.event("tick", "sin(1e6*t)", then="record")
     run = m.derive().run(t_end=1.0, method="dop853", max_steps=300)
     assert run.status == "failed" and "All 300 steps" in run.message
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        "rattle",
+        "rattle4",
+        "rattle6",
+        "verlet",
+        "rk4",
+        "implicit_midpoint",
+        "gauss4",
+        "generalized_alpha",
+        "hht",
+    ],
+)
+def test_work_until_an_impact_inside_a_step_is_that_of_the_force(method):
+    """A weight that is no potential: what it works until the impact is m g h, wherever in a step that is."""
+    m = Model("thrown")
+    y = m.coordinate("y", start=1.0)
+    m.kinetic(dot(y) ** 2 / 2)
+    m.force(y, -G)
+    m.stop("floor", y, restitution=0.8)
+    run = made(m).run(3.0, method=method, step=0.04)
+    assert len(run.events) > 5 and run.energy.max_error < 1e-13
+
+
+@pytest.mark.parametrize("method", ["rattle", "rattle4", "rattle6"])
+def test_a_body_goes_on_turning_as_it_did_where_an_event_cuts_a_step(method):
+    """Angular velocities at an event are those of the motion: one more event changes nothing of it."""
+    m = Model("spinner")
+    m.body("block", mass=1.0, inertia=[1.0, 2.0, 2.5], com=(0, 0, 0))
+    m.joint("turn", "spherical", "block", rate=[1.0, 2.0, 3.0])
+    y = m.coordinate("y", start=0.33, rate=-1.0)
+    m.kinetic(dot(y) ** 2 / 2)
+    m.event("through", y, then={"reset": {"dot(y)": -1.0}})
+    system = made(m)
+    cut, whole = (
+        system.run(0.6, method=method, step=0.05, start={"y": y0}, parameters={}) for y0 in (0.33, 5.0)
+    )
+    assert len(cut.events) == 1 and not whole.events
+    assert (
+        np.abs(cut.v[-1, :3] - whole.v[-1, :3]).max()
+        < {"rattle": 2e-3, "rattle4": 2e-5, "rattle6": 2e-5}[method]
+    )

@@ -153,7 +153,9 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         if comparison.frame(found.t[-1]) < comparison.middle:
             # A burst of them at the start may be all that a companion has met.
             parts.append(comparison.follow(companion, half, comparison.middle))
-        return _extrapolated(solution, parts, Amplification(elsewhere=found.rate or 0.0))
+        # What comes to rest by ever shorter bounces tells its companion apart once, and is not chaotic.
+        told = [part.rate or 0.0 for part in parts if len(part.t) >= LEAST_FRAMES]
+        return _extrapolated(solution, parts, Amplification(elsewhere=min(told, default=0.0)))
     if comparison.own.adaptive:
         # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
         parts.append(comparison.follow(companion, half, comparison.middle))

@@ -271,7 +271,8 @@ def without_gradient(
 
 
 def _sizes(rows: np.ndarray) -> np.ndarray:
-    return np.nan_to_num(np.linalg.norm(rows, axis=1), nan=0.0, posinf=0.0)
+    with np.errstate(over="ignore"):
+        return np.nan_to_num(np.linalg.norm(rows, axis=1), nan=0.0, posinf=0.0)
 
 
 _CONTRADICTION = 1e-6  # of a constraint's scale: what enforced values may be off

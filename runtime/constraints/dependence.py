@@ -87,7 +87,8 @@ def _rank(jacobian: np.ndarray) -> int:
 
 
 def _unit_rows(matrix: np.ndarray) -> np.ndarray:
-    norms = np.linalg.norm(matrix, axis=1, keepdims=True)
+    with np.errstate(over="ignore"):
+        norms = np.linalg.norm(matrix, axis=1, keepdims=True)
     return np.divide(matrix, norms, out=np.zeros_like(matrix), where=norms > 0.0)
 
 
@@ -198,7 +199,8 @@ def _dependence(
     """Return the constraints that are held, combinations of them, and which of these restrict (nearly) nothing."""
     constraints = Constraints(system, p, t)
     jacobian = constraints.jacobian(q) * constraints.characteristic_sizes(q)
-    norms = np.linalg.norm(jacobian, axis=1)
+    with np.errstate(over="ignore"):
+        norms = np.linalg.norm(jacobian, axis=1)
     weights, _ = row_weights(system, p, t, q)
     if len(weights):
         norms = 1.0 / weights[system.m * system.nv :][: system.m]

@@ -74,7 +74,8 @@ def _remembered(
     if key not in known:
         if len(known) >= _MOST_REMEMBERED:
             known.clear()
-        _fit(constraints, q, sizes, bare)
+        with np.errstate(over="ignore", invalid="ignore"):
+            _fit(constraints, q, sizes, bare)
         known[key] = sizes
     return known[key].copy()
 

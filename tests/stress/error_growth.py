@@ -384,8 +384,13 @@ _KINDS = {"": draw_case, "long": draw_long, "drawn": draw_new}
 
 
 def _verdict(row: dict[str, Any]) -> str:
-    if row["flags"]:
+    flags = set(row["flags"])
+    if row["constraints"] == "none":  # which is for seeing drift, and says so
+        flags -= {"constraint position", "constraint velocity"}
+    if flags:
         return FALSE if row["right"] else FLAGGED
+    if row["flags"]:
+        return RIGHT if row["right"] else FLAGGED
     return WRONG if row["wrong"] else RIGHT
 
 
