@@ -298,7 +298,8 @@ def reference(draw: Draw, t_end: float) -> tuple[np.ndarray, np.ndarray, np.ndar
         off = np.minimum(off, np.append(off[1:], off[-1]))  # a frame between two times of one reset
     bad = np.flatnonzero(~(off < _AGREE))
     known = int(bad[0]) if bad.size else n
-    return runs[0].t[:known], one[:known], sizes(one[:known]), known == n, bool(np.nanmax(off) > _WRONG)
+    complete = known == n and all(run.status in ("success", "terminated") for run in runs)
+    return runs[0].t[:known], one[:known], sizes(one[:known]), complete, bool(np.nanmax(off) > _WRONG)
 
 
 def sizes(states: np.ndarray) -> np.ndarray:
