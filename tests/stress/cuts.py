@@ -66,6 +66,37 @@ potential = "2*x^2 + x^4"
 [forces]
 x = "a*exp(-((t - 0.7)/0.01)^2) + 5*(sign(t - 1.1) - sign(t - 1.203)) + 2*sin(40*t) + abs(t - 1.6)"
 """
+_SERVO = """
+name = "servo"
+[parameters]
+tau = 0.08
+[coordinates]
+x = { start = 0.3, rate = -0.2 }
+[states]
+force = { derivative = "(-4*x - error - force)/tau", start = 0.5 }
+error = { derivative = "x - 0.1*sin(5*t)" }
+[energy]
+kinetic = "dot(x)^2/2"
+potential = "2*x^2"
+[forces]
+x = "force - spring(x)"
+[tables.spring]
+columns = [[-0.4, -0.1, 0.0, 0.2, 0.5], [-3, -0.4, 0, 0.5, 4]]
+kind = "linear"
+outside = "extend"
+"""
+_RELAY = """
+name = "relay"
+[coordinates]
+x = { start = 0.3, rate = -0.2 }
+y = { start = -0.1, rate = 0.5 }
+[energy]
+kinetic = "dot(x)^2/2 + dot(y)^2/2"
+potential = "2*x^2 + 3*(x - y)^2"
+[forces]
+x = "where(y > 0.05, -0.7, 0.4) - 0.1*dot(x)"
+y = "-3*max(y - 0.1, 0) + abs(x)"
+"""
 
 
 @dataclass(frozen=True)
@@ -135,6 +166,8 @@ SITUATIONS: dict[str, Situation] = {
     "moved": Situation(lambda: bundled_text("car_axis"), 0.2),
     "pulses": Situation(lambda: described_text(_PULSED), 2.0),
     "breaks": Situation(lambda: described_text(_PULSED), 2.0, options={"breaks": [0.33, 0.9, 1.91, 2.4]}),
+    "states": Situation(lambda: described_text(_SERVO), 2.0),
+    "switches": Situation(lambda: described_text(_RELAY), 2.0),
     "split": Situation(lambda: bundled_text("pendulum_field"), 1.0, options={"split": True}),
 }
 _CONSTRAINED = ("held body", "closed loop", "rolling", "moved")
