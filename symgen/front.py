@@ -12,6 +12,7 @@ from .model import lagrangian as lagrangians
 from .model import model, toml_reader
 from .robots.build import EARTH, import_urdf
 from .robots.mjcf import import_mjcf
+from .robots.pictures import Pictures
 
 if TYPE_CHECKING:
     import sympy
@@ -107,6 +108,8 @@ class Model(model.Model):
         expose: Iterable[str] | None = None,
         motors: bool = True,
         gravity: Sequence[float | str] = EARTH,
+        meshes: str | Path | None = None,
+        package_path: str | Path | Iterable[str | Path] = (),
     ) -> Model:
         """Read a robot from a URDF file.
 
@@ -124,6 +127,12 @@ class Model(model.Model):
             torque [N m].
         gravity : sequence of 3
             Acceleration [m/s^2].
+        meshes : path-like, optional
+            A folder for the pictures of links with meshes, a file each, which are made now (package `trimesh`); the
+            folder above it is the model's, and the `mesh_folder` of recordings. Without it these links have none.
+        package_path : path-like or iterable of path-like
+            Folders of the packages that hold meshes, `package://NAME/FILE`; also asked are packages above the file,
+            ROS_PACKAGE_PATH, AMENT_PREFIX_PATH, and Python's installed packages.
 
         Returns
         -------
@@ -134,7 +143,8 @@ class Model(model.Model):
         ModelError
             Names the file, the line and the element.
         """
-        return import_urdf(path, base, expose, motors, gravity, cls).model
+        pictures = Pictures.of(meshes, package_path)
+        return import_urdf(path, base, expose, motors, gravity, cls, pictures).model
 
     @classmethod
     def from_mjcf(
@@ -143,6 +153,7 @@ class Model(model.Model):
         expose: Iterable[str] | None = None,
         keyframe: str | None = None,
         within: str | Path | None = None,
+        meshes: str | Path | None = None,
     ) -> Model:
         """Read a robot from an MJCF file, through MuJoCo's compiler (package `mujoco`).
 
@@ -155,6 +166,8 @@ class Model(model.Model):
             The keyframe where it starts; its reference position by default.
         within : path-like, optional
             The folder in which all files lie that it names, that of the file by default: nothing else is read.
+        meshes : path-like, optional
+            As of `from_urdf`.
 
         Returns
         -------
@@ -165,7 +178,7 @@ class Model(model.Model):
         ModelError
             Names the file and the element; MuJoCo is not installed, or refuses the file.
         """
-        return import_mjcf(path, expose, keyframe, within, cls).model
+        return import_mjcf(path, expose, keyframe, within, cls, Pictures.of(meshes, ())).model
 
     @classmethod
     def from_lagrangian(

@@ -30,7 +30,17 @@ NEEDED = {
         "dependencies"
     ]
 }
-DECLARED = {*NEEDED, "matplotlib", "pandas", "xarray", "control", "pinocchio", "mujoco"}  # these are extras
+DECLARED = {
+    *NEEDED,
+    "matplotlib",
+    "pandas",
+    "xarray",
+    "control",
+    "pinocchio",
+    "mujoco",
+    "trimesh",
+    "collada",
+}  # these are extras
 # A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
 EXECUTES = {"symgen/model/library.py", "runtime/code/function_text.py"}
 # Own modules that functions import: which library keeps them from the top of the file.

@@ -317,6 +317,6 @@ def test_angles_near_a_quarter_turn(off):
         )
 
     given = times(times(turn(2, 0.7), turn(1, np.pi / 2 - off)), turn(0, -0.4))
-    roll, pitch, yaw = mjcf._roll_pitch_yaw(given)
+    roll, pitch, yaw = mjcf.roll_pitch_yaw(given)
     found = times(times(turn(2, yaw), turn(1, pitch)), turn(0, roll))
     np.testing.assert_allclose(found * np.sign(found @ given), given, atol=1e-15)

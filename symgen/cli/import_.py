@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,8 @@ link = Late("symgen.link")
 agreement = Late("symgen.robots.agreement")
 build = Late("symgen.robots.build")
 mjcf = Late("symgen.robots.mjcf")
+naming = Late("symgen.robots.naming")
+pictures = Late("symgen.robots.pictures")
 mjcf_agreement = Late("symgen.robots.mjcf_agreement")
 xml_tree = Late("symgen.robots.xml_tree")
 
@@ -44,6 +47,19 @@ _MOST_NOTES = 12
     help="Numbers that become parameters, such as 'wrist_*.mass' (may be repeated); all by default. "
     "The others are folded into the code.",
 )
+@click.option(
+    "--meshes",
+    type=click.Choice(["keep", "drop"]),
+    help="Pictures of links with meshes: all of them, or an error; or none. By default those that can be had, "
+    "and the others are named. They go into the folder MODEL_meshes beside the model file.",
+)
+@click.option(
+    "--package-path",
+    multiple=True,
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="URDF: a package of meshes, or a folder of packages (may be repeated).",
+)
 @click.option("--motors/--no-motors", default=True, help="An input for the force of each joint's motor.")
 @click.option("--keyframe", metavar="NAME", help="MJCF: the keyframe where it starts.")
 @click.option(
@@ -61,25 +77,38 @@ def command(
     output: Path | None,
     base: str,
     expose: tuple[str, ...],
+    meshes: str | None,
+    package_path: tuple[Path, ...],
     motors: bool,
     keyframe: str | None,
     within: Path | None,
     check: bool,
 ) -> None:
     """Write the robot of FILE (URDF or MJCF) as a model file, and say what was left out."""
-    if xml_tree.read_xml(file).tag == "mujoco":
-        if base != "fixed" or not motors:
-            raise click.UsageError("--base and --no-motors are for URDF: an MJCF file says both itself")
-        imported = mjcf.import_mjcf(file, expose or None, keyframe, within)
-    elif keyframe or within:
+    is_mjcf = xml_tree.read_xml(file).tag == "mujoco"
+    if is_mjcf and (base != "fixed" or not motors or package_path):
+        raise click.UsageError(
+            "--base, --no-motors and --package-path are for URDF: an MJCF file says all of it itself"
+        )
+    if not is_mjcf and (keyframe or within):
         raise click.UsageError("--keyframe and --within are for MJCF")
-    else:
-        imported = build.import_urdf(file, base, expose or None, motors)
-    text = imported.model.to_toml()
-    path = output or claim("the model", Path(f"{imported.model.name}.toml"))
-    if path.exists():
-        raise click.UsageError(f"{path} is there already: name another file with -o")
-    compared = _agreement(imported) if check else []
+    beside = output.parent if output else Path()
+    with tempfile.TemporaryDirectory(prefix=".import-", dir=beside) as temporary:
+        made = Path(temporary, f"{naming.identifier((output or file).stem)}_meshes")
+        drawn = pictures.Pictures(None if meshes == "drop" else made, package_path, strict=meshes == "keep")
+        if is_mjcf:
+            imported = mjcf.import_mjcf(file, expose or None, keyframe, within, pictures=drawn)
+        else:
+            imported = build.import_urdf(file, base, expose or None, motors, pictures=drawn)
+        text = imported.model.to_toml()
+        path = output or claim("the model", Path(f"{imported.model.name}.toml"))
+        folder = beside / made.name
+        for place in (path, folder) if made.exists() else (path,):
+            if place.exists():
+                raise click.UsageError(f"{place} is there already: name another file with -o")
+        compared = _agreement(imported) if check else []
+        if made.exists():
+            made.rename(folder)
     write_text(path, text)
     description = imported.model.describe()
     say(
@@ -92,7 +121,7 @@ def command(
         say(f"  … and {len(imported.notes) - _MOST_NOTES} more of this kind")
     for line in compared:
         say(f"  {line}")
-    say(f"wrote {path}")
+    say(f"wrote {path}" + (f", and meshes into {folder}" if folder.exists() else ""))
 
 
 def _agreement(imported: Import | MjcfImport) -> list[str]:

@@ -144,9 +144,11 @@ def exact_angle(angle: sympy.Expr, constants: Mapping[str, float]) -> sympy.Expr
         value = evaluate(angle, constants)
     except NotFinite:  # the check of values says where
         return angle
-    if value is None:
-        return angle
-    quarter_turns = round(value / (math.pi / 2))
-    if abs(value - quarter_turns * (math.pi / 2)) > QUARTER_TURN_TOLERANCE:
-        return angle
-    return sympy.Rational(quarter_turns, 2) * sympy.pi
+    turns = None if value is None else quarter_turns(value)
+    return angle if turns is None else sympy.Rational(turns, 2) * sympy.pi
+
+
+def quarter_turns(angle: float) -> int | None:
+    """How many quarter turns an angle [rad] is meant to be, if its digits leave no other meaning."""
+    turns = round(angle / (math.pi / 2))
+    return turns if abs(angle - turns * (math.pi / 2)) <= QUARTER_TURN_TOLERANCE else None

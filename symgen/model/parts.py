@@ -50,6 +50,11 @@ def make_body(
     shape, color = without_colour(shape, sources, table)
     if density is None and _is_drawn_alone(shape):
         drawn = None if shape is None else _shape(model, table, shape)
+    elif density is None and isinstance(shape, Mapping) and {*shape} == {"mesh", "offset"}:
+        offset = model._components(shape["offset"], table, "shape.offset")
+        solids = (
+            Solid("mesh", (), False, "shape", offset, mesh=_mesh(model, table, "shape.mesh", shape["mesh"])),
+        )
     elif isinstance(shape, Mapping) and list(shape) == ["mesh"]:
         solids = (_heavy_mesh(model, table, shape["mesh"], density),)
     else:

@@ -280,7 +280,9 @@ def picture(solids: Sequence[Solid], from_centre: Expressions) -> Shape | None:
         Where the origin that their offsets count from lies, from the body's centre of mass.
     """
     if solids[0].mesh:
-        return Shape("mesh", tuple(from_centre), solids[0].mesh)
+        middle = (*solids[0].offset, *(sympy.S.Zero,) * 3)[:3]
+        place = tuple(a + b for a, b in zip(middle, from_centre, strict=True))
+        return Shape("mesh", place, solids[0].mesh)
     numbers: list[sympy.Expr] = []
     shown = [s for s in solids if not s.cut]
     for s in shown:

@@ -193,7 +193,8 @@ class _Writer:
 
     def solid(self, table: str, solid: Solid) -> str:
         if solid.mesh:
-            return f"{{ mesh = {_quoted(solid.mesh)} }}"
+            offset = self.array(table, f"{solid.place}.offset", solid.offset) if solid.offset else ""
+            return f"{{ mesh = {_quoted(solid.mesh)}{offset and ', offset = '}{offset} }}"
         pairs = [f"{solid.kind} = {self.array(table, f'{solid.place}.{solid.kind}', solid.sizes)}"]
         for key in ("offset", "rpy"):
             values = getattr(solid, key)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 import numpy as np
 
 from ..errors import ModelError
+from ..model.evaluate import quarter_turns
+from ..model.files import read_plain
 from .build import Import
+from .xml_tree import LARGEST_FILE
 
 if TYPE_CHECKING:
     from symgen.runtime import System
@@ -41,7 +47,7 @@ class Agreement:
 
 
 def compare_with_pinocchio(system: System, imported: Import, states: int = 20) -> Agreement:
-    """Compare an imported robot with what Pinocchio reads from the file.
+    """Compare an imported robot with what Pinocchio reads from the file, with right angles that are right in both.
 
     Parameters
     ----------
@@ -62,10 +68,24 @@ def compare_with_pinocchio(system: System, imported: Import, states: int = 20) -
         raise ModelError("comparing needs Pinocchio", hint="pip install pin") from None
     try:
         base = (pin.JointModelFreeFlyer(),) if imported.base == "free" else ()
-        theirs = pin.buildModelFromUrdf(imported.robot.file, *base)
+        theirs = pin.buildModelFromXML(_with_exact_angles(imported.robot.file), *base)
     except Exception as error:  # of a compiled library, with a type of its own
         raise ModelError(f"Pinocchio refuses the file: {error}"[:400], file=imported.robot.file) from None
     return _Comparison(pin, theirs, system, imported).over(states)
+
+
+def _with_exact_angles(file: str) -> str:
+    """The text of a URDF file where right angles of joints, which it writes with few digits, have all of them."""
+    root = ElementTree.fromstring(
+        read_plain(Path(file), LARGEST_FILE)
+    )  # what it may hold was looked at on import
+    for origin in root.findall("joint/origin"):
+        angles = [float(x) for x in origin.get("rpy", "").split()]
+        turns = [quarter_turns(x) for x in angles]
+        exact = [x if n is None else n * (math.pi / 2) for x, n in zip(angles, turns, strict=True)]
+        if angles:
+            origin.set("rpy", " ".join(map(repr, exact)))
+    return ElementTree.tostring(root, "unicode")
 
 
 class _Comparison:

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..errors import ModelError, nearest
+from ..model.evaluate import quarter_turns
 from ..model.model import Model
 from .naming import WORLD, Naming, identifier
+from .pictures import Painter, Pictures
 from .urdf import Link, Robot, RobotJoint, Vector, read_urdf
 
 BASES = ("fixed", "free")
@@ -17,6 +19,7 @@ EARTH = (0, 0, "-9.81 m/s^2")
 ROOT_JOINT = "root"
 _TYPES = {"floating": "free"}
 _INERTIA_KEYS = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+_LAST_DIGITS = 1e-10  # rad; right angles with more than ten digits are not worth a word
 _ROUND_OFF = 1e-9  # of the largest moment: a negative one of this size is not worth a word
 
 
@@ -52,6 +55,7 @@ def import_urdf(
     motors: bool = True,
     gravity: Sequence[float | str] = EARTH,
     make: type[Model] = Model,
+    pictures: Pictures | None = None,
 ) -> Import:
     """Read a robot from a URDF file, and say how names belong together and what was left out.
 
@@ -61,6 +65,8 @@ def import_urdf(
         See `symgen.Model.from_urdf`.
     make : type
         What the model shall be.
+    pictures : Pictures, optional
+        Where those of links with meshes go; without it nothing is drawn.
 
     Raises
     ------
@@ -69,7 +75,7 @@ def import_urdf(
     """
     if base not in BASES:
         raise ModelError(f"the base is not {base!r:.60}", key="base", hint=nearest(str(base)[:60], BASES))
-    return _Builder(read_urdf(path), base, expose, motors, gravity, make).build()
+    return _Builder(read_urdf(path), base, expose, motors, gravity, make, pictures).build()
 
 
 class _Builder:
@@ -81,13 +87,20 @@ class _Builder:
         motors: bool,
         gravity: Sequence[float | str],
         make: type[Model],
+        pictures: Pictures | None,
     ):
         self._robot, self._base, self._motors = robot, base, motors
         described = f"Robot {robot.name!r:.60}, from {Path(robot.file).name!r:.60}"
-        self._model = make(identifier(robot.name), described, gravity=gravity, folder=Path(robot.file).parent)
+        folder = Path(robot.file).parent
+        if pictures is not None and pictures.folder is not None:
+            folder = pictures.folder.parent
+        self._model = make(identifier(robot.name), described, gravity=gravity, folder=folder)
         self._naming = Naming(self._model, robot.file, expose)
         self._name, self._number = self._naming.name, self._naming.number
         self._result = Import(robot, base, self._model)
+        self._painter = (
+            None if pictures is None else Painter(pictures, Path(robot.file), self._result.notes.append)
+        )
 
     def build(self) -> Import:
         robot, result = self._robot, self._result
@@ -106,6 +119,9 @@ class _Builder:
         for joint in robot.joints:
             if joint.mimic is not None and joint.name in moving:
                 self._mimic(joint, *joint.mimic)
+        self._right_angles()
+        if self._painter is not None:
+            self._painter.finish()
         self._naming.check_patterns()
         return result
 
@@ -126,8 +142,9 @@ class _Builder:
 
     def _body(self, link: Link) -> None:
         name = self._result.bodies[link.name] = self._name(link.name)
+        more = {} if self._painter is None else {"shape": self._painter.shape(link, name)}
         if not link.mass and not any(link.inertia):
-            self._model.body(name, mass=0, com=(0, 0, 0))
+            self._model.body(name, mass=0, com=(0, 0, 0), **more)
             return
         tensor = self._possible_inertia(link)
         mass = self._number(link.name, "mass", link.mass, "kg")
@@ -138,7 +155,18 @@ class _Builder:
             self._number(link.name, key, x, "kg*m^2") for key, x in zip(_INERTIA_KEYS, tensor, strict=True)
         ]
         shown = None if not any(tensor) and not self._naming.is_chosen else inertia
-        self._model.body(name, mass=mass, com=com, inertia=shown)
+        self._model.body(name, mass=mass, com=com, inertia=shown, **more)
+
+    def _right_angles(self) -> None:
+        """Say what models make of angles that are right but for the digits that the file leaves out."""
+        angles = [x for joint in self._robot.joints for x in joint.rpy]
+        off = [abs(x - n * (math.pi / 2)) for x in angles if (n := quarter_turns(x)) is not None]
+        rounded = [x for x in off if x > _LAST_DIGITS]
+        if rounded:
+            self._result.notes.append(
+                f"{len(rounded)} angles of joints are right but for the last digits, and taken as right: "
+                f"at most {max(rounded):.1e} rad"
+            )
 
     def _possible_inertia(self, link: Link) -> tuple[float, ...]:
         """The tensor in the link's axes, without negative moments; other things that no body has are said and kept."""

@@ -16,10 +16,14 @@ from ..model.model import Model
 from .build import inertia_in_link
 from .mjcf_files import check_files
 from .naming import WORLD, Naming, identifier
+from .pictures import FAINTEST, Pictures, hexadecimal, written
+from .surfaces import Surfaces
 
 MOST_RATES = 600
 _TURN_ROUND_OFF = 1e-15
 _FILTERS = ("integrator", "filter", "filterexact")  # kinds of activation, states of first order
+_SHOWN_GROUPS = 3  # those that MuJoCo's viewer shows unless told otherwise; the others are what collides
+_MESH = 7  # mjGEOM_MESH
 _SHAPES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
 
 
@@ -42,6 +46,8 @@ class MjcfImport:
         Inputs by the numbers of controls.
     activations : dict of int to str
         First-order states by the numbers of activations.
+    tendons : dict of int to str
+        Definitions of lengths by the numbers of tendons.
     notes : list of str
         What was left out, or is exact here and soft there, a sentence each.
     """
@@ -54,6 +60,7 @@ class MjcfImport:
     joints: dict[int, str] = field(default_factory=dict)
     actuators: dict[int, str] = field(default_factory=dict)
     activations: dict[int, str] = field(default_factory=dict)
+    tendons: dict[int, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
 
@@ -63,6 +70,7 @@ def import_mjcf(
     keyframe: str | None = None,
     within: str | Path | None = None,
     make: type[Model] = Model,
+    pictures: Pictures | None = None,
 ) -> MjcfImport:
     """Read a robot from an MJCF file, and say what was left out.
 
@@ -72,6 +80,8 @@ def import_mjcf(
         See `symgen.Model.from_mjcf`.
     make : type
         What the model shall be.
+    pictures : Pictures, optional
+        Where those of bodies with meshes go.
 
     Raises
     ------
@@ -98,7 +108,7 @@ def import_mjcf(
         raise ModelError(f"the robot has {compiled.nv} rates, more than {MOST_RATES}", file=str(path))
     if compiled.nv == 0:
         raise ModelError("nothing moves: no body has a joint", file=str(path))
-    result = _Builder(mujoco, path, compiled, expose, keyframe, make).build()
+    result = _Builder(mujoco, path, compiled, expose, keyframe, make, pictures or Pictures()).build()
     result.notes += [f"MuJoCo says: {' '.join(text.split())[:200]}" for text in dict.fromkeys(warnings)]
     return result
 
@@ -112,8 +122,9 @@ class _Builder:
         expose: Iterable[str] | None,
         keyframe: str | None,
         make: type[Model],
+        pictures: Pictures,
     ) -> None:
-        self._mj, self._m = mujoco, compiled
+        self._mj, self._m, self._pictures = mujoco, compiled, pictures
         stem = self._text(compiled.names[: compiled.names.find(b"\0")]) or path.stem
         gravity = compiled.opt.gravity.tolist()
         if compiled.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY):
@@ -123,7 +134,7 @@ class _Builder:
             identifier(stem),
             described,
             gravity=[f"{x!r} m/s^2" if x else 0 for x in gravity],
-            folder=path.parent,
+            folder=path.parent if pictures.folder is None else pictures.folder.parent,
         )
         self._naming = Naming(self._model, str(path), expose)
         self._result = MjcfImport(str(path), compiled, self._model)
@@ -131,6 +142,9 @@ class _Builder:
         self._start, self._speed = self._keyframe(keyframe)
         self._sites: dict[int, str] = {}
         self._lengths: dict[int, sympy.Expr] = {}
+        # Forces of actuators, by joints, and by tendons that bound what these make together.
+        self._on_joints: dict[int, list[sympy.Expr]] = {}
+        self._on_tendons: dict[int, list[sympy.Expr]] = {}
         self._unity: sympy.Expr | None = None
 
     def build(self) -> MjcfImport:
@@ -154,6 +168,7 @@ class _Builder:
         for k in self._active:
             self._equality(k)
         self._actuators()
+        self._apply_forces()
         self._sensors()
         self._left_out()
         self._naming.check_patterns()
@@ -234,16 +249,21 @@ class _Builder:
     def _inertia(self, b: int, source: str, name: str, anchor: np.ndarray) -> None:
         m, number = self._m, self._naming.number
         mass, moments = float(m.body_mass[b]), np.array(m.body_inertia[b])
-        shape = self._shapes(b, anchor)
+        shape = self._shape(b, name, anchor)
         more = {"shape": shape} if shape else {}
         if mass == 0.0 and not moments.any():
             self._model.body(name, mass=0, com=(0, 0, 0), **more)
             return
-        rpy = _roll_pitch_yaw(np.array(m.body_iquat[b]))
+        centre, rpy = np.array(m.body_ipos[b]), roll_pitch_yaw(np.array(m.body_iquat[b]))
+        kinds, same = self._mj.mjtSameFrame, int(m.body_sameframe[b])
+        if same == int(kinds.mjSAMEFRAME_BODY):  # within MuJoCo's tolerance, where it counts as zero
+            centre = np.zeros(3)
+        if same in (int(kinds.mjSAMEFRAME_BODY), int(kinds.mjSAMEFRAME_BODYROT)):
+            rpy = (0.0, 0.0, 0.0)
         tensor, _ = inertia_in_link((*moments.tolist(), 0.0, 0.0, 0.0), rpy)
         largest = max(map(abs, tensor))
         tensor = tuple(0.0 if abs(x) < 1e-15 * largest else x for x in tensor)
-        com = np.array(m.body_ipos[b]) - anchor
+        com = centre - anchor
         inertia = [
             number(source, key, x, "kg*m^2")
             for key, x in zip(("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"), tensor, strict=True)
@@ -256,25 +276,64 @@ class _Builder:
             **more,
         )
 
-    def _shapes(self, b: int, anchor: np.ndarray) -> list[dict[str, Any]]:
-        """What is drawn of a body: its geoms, but for meshes and planes."""
-        m, found = self._m, []
-        for g in range(m.body_geomadr[b], m.body_geomadr[b] + m.body_geomnum[b]):
-            kind = _SHAPES.get(int(m.geom_type[g]))
-            size = np.array(m.geom_size[g])
-            if kind is None:
-                self._note("meshes, height fields and planes are not drawn")
-                continue
-            sizes = {
-                "sphere": size[:1], "capsule": (size[0], 2 * size[1]), "cylinder": (size[0], 2 * size[1]),
-                "ellipsoid": 2 * size, "box": 2 * size,
-            }[kind]  # fmt: skip
-            place = [float(x) for x in np.array(m.geom_pos[g]) - anchor]
-            rpy = _roll_pitch_yaw(np.array(m.geom_quat[g]))
-            found.append(
-                {kind: [float(x) for x in sizes], "offset": place, **({"rpy": list(rpy)} if any(rpy) else {})}
-            )
-        return found
+    def _shape(self, b: int, name: str, anchor: np.ndarray) -> Any:
+        """What is drawn of a body: its geoms in the groups that MuJoCo shows."""
+        m = self._m
+        geoms = [
+            g
+            for g in range(m.body_geomadr[b], m.body_geomadr[b] + m.body_geomnum[b])
+            if m.geom_group[g] < _SHOWN_GROUPS and self._color(g)[3] >= FAINTEST
+        ]
+        solids = [g for g in geoms if int(m.geom_type[g]) in _SHAPES]
+        has_mesh = any(m.geom_type[g] == _MESH for g in geoms)
+        if len(solids) + sum(m.geom_type[g] == _MESH for g in geoms) < len(geoms):
+            self._note("planes, height fields and distance fields are not drawn")
+        if has_mesh and self._pictures.folder is not None:
+            return self._file(name, geoms, anchor)
+        if has_mesh:
+            self._note("meshes are left out of the picture")
+        if not solids:
+            return None
+        shapes = [self._solid(g, anchor) for g in solids]
+        shapes[0]["color"] = hexadecimal(self._color(solids[0]))
+        return shapes
+
+    def _solid(self, g: int, anchor: np.ndarray) -> dict[str, Any]:
+        m, kind = self._m, _SHAPES[int(self._m.geom_type[g])]
+        rpy = roll_pitch_yaw(np.array(m.geom_quat[g]))
+        place = [float(x) for x in np.array(m.geom_pos[g]) - anchor]
+        return {kind: self._sizes(g), "offset": place, **({"rpy": list(rpy)} if any(rpy) else {})}
+
+    def _sizes(self, g: int) -> list[float]:
+        size, kind = np.array(self._m.geom_size[g]), _SHAPES[int(self._m.geom_type[g])]
+        sizes = {
+            "sphere": size[:1], "capsule": (size[0], 2 * size[1]), "cylinder": (size[0], 2 * size[1]),
+            "ellipsoid": size, "box": 2 * size,
+        }[kind]  # fmt: skip
+        return [float(x) for x in sizes]
+
+    def _color(self, g: int) -> tuple[float, ...]:
+        material = int(self._m.geom_matid[g])
+        rgba = self._m.geom_rgba[g] if material < 0 else self._m.mat_rgba[material]
+        return tuple(min(max(float(x), 0.0), 1.0) for x in rgba)
+
+    def _file(self, name: str, geoms: list[int], anchor: np.ndarray) -> Any:
+        """The shape of a file with all geoms of a body."""
+        m = self._m
+        surfaces = Surfaces()
+        for g in geoms:
+            place = np.eye(4)
+            place[:3, :3], place[:3, 3] = _matrix(np.array(m.geom_quat[g])), np.array(m.geom_pos[g]) - anchor
+            if int(m.geom_type[g]) in _SHAPES:
+                surfaces.add_solid(_SHAPES[int(m.geom_type[g])], self._sizes(g), place, self._color(g))
+            elif m.geom_type[g] == _MESH:
+                k = int(m.geom_dataid[g])
+                corners = m.mesh_vert[m.mesh_vertadr[k] :][: m.mesh_vertnum[k]]
+                triangles = m.mesh_face[m.mesh_faceadr[k] :][: m.mesh_facenum[k]]
+                surfaces.add_arrays(
+                    np.array(corners, dtype=float), np.array(triangles), place, self._color(g)
+                )
+        return written(self._pictures.folder, name, surfaces.content())
 
     def _joint(self, j: int, child: str, parent: str, origin: dict[str, list[float]] | None) -> None:
         m, name, kind = self._m, self._result.joints[j], self._types[j]
@@ -300,7 +359,9 @@ class _Builder:
         }  # fmt: skip
         for key, table in (("damping", m.dof_damping), ("armature", m.dof_armature)):
             values = np.array(table[dof : dof + n_rates])
-            if values.any():
+            if key == "armature" and n_rates > 1 and values.any():
+                self._note(f"joint {source!r:.60}: the armature of a joint with a quaternion is left out")
+            elif values.any():
                 more[key] = (
                     self._naming.number(source, key, float(values[0]), units[key])
                     if n_rates == 1
@@ -345,7 +406,7 @@ class _Builder:
             at = np.array(m.site_pos[s]) - self._result.shifts.get(b, np.zeros(3))
             body = self._result.bodies.get(b, WORLD)
             quaternion = np.array(m.site_quat[s])
-            self._model.frame(name, body, at.tolist(), rpy=list(_roll_pitch_yaw(quaternion)))
+            self._model.frame(name, body, at.tolist(), rpy=list(roll_pitch_yaw(quaternion)))
             self._sites[s] = name
         return self._sites[s]
 
@@ -377,7 +438,7 @@ class _Builder:
                 f"tendon {source!r:.60}: one that wraps around geoms is left out, with all that acts on it"
             )
             return
-        name = self._naming.name(f"{source}_length")
+        name = self._result.tendons[t] = self._naming.name(f"{source}_length")
         self._lengths[t] = self._model.definition(name, length)
         number = self._naming.number
         stiffness, damping = float(m.tendon_stiffness[t]), float(m.tendon_damping[t])
@@ -501,8 +562,7 @@ class _Builder:
             control = self._model.input(name)
             self._result.actuators[int(m.actuator_ctrladr[k])] = name
             if m.actuator_ctrllimited[k]:
-                low, high = m.actuator_ctrlrange[k]
-                control = minimum(maximum(control, _number(low)), _number(high))
+                control = _within(control, m.actuator_ctrlrange[k])
             if dynamics in _FILTERS:
                 rate = control
                 activation = self._naming.name(f"{name}_activation")
@@ -519,8 +579,7 @@ class _Builder:
             if bias == "affine":
                 force += self._affine(b, length)
             if m.actuator_forcelimited[k]:
-                low, high = m.actuator_forcerange[k]
-                force = minimum(maximum(force, _number(low)), _number(high))
+                force = _within(force, m.actuator_forcerange[k])
             apply(name, force)
 
     def _not_taken(self, k: int, gain: str, bias: str, dynamics: str) -> str:
@@ -553,16 +612,31 @@ class _Builder:
         """The length of an actuator, and what applies its force; None for one that is not known here."""
         m, gear, target = self._m, np.array(self._m.actuator_gear[k]), int(self._m.actuator_trnid[k][0])
         if through in ("joint", "jointinparent") and self._types[target] in ("revolute", "prismatic"):
-            ratio, name = _number(gear[0]), self._result.joints[target]
-            return ratio * self._angle(target), lambda _, force: self._model.force(name, ratio * force)
+            ratio = _number(gear[0])
+            forces = self._on_joints.setdefault(target, [])
+            return ratio * self._angle(target), lambda _, force: forces.append(ratio * force)
         if through == "tendon" and target in self._lengths:
-            return _number(gear[0]) * self._lengths[target], lambda name, force: self._pull(
-                target, name, _number(gear[0]) * force
-            )
+            ratio, length = _number(gear[0]), self._lengths[target]
+            if not m.tendon_actfrclimited[target]:
+                return ratio * length, lambda name, force: self._pull(target, name, ratio * force)
+            forces = self._on_tendons.setdefault(target, [])
+            return ratio * length, lambda _, force: forces.append(ratio * force)
         if through == "site" and m.actuator_trnid[k][1] < 0:
             frame = self._site(target)
             return sympy.S.Zero, lambda name, force: self._wrench(name, frame, gear, force)
         return None
+
+    def _apply_forces(self) -> None:
+        """Apply what actuators do together on joints, and on tendons that bound that."""
+        m = self._m
+        for j, forces in self._on_joints.items():
+            if m.jnt_actfrclimited[j]:
+                forces = [_within(sum(forces, sympy.S.Zero), m.jnt_actfrcrange[j])]
+            for force in forces:
+                self._model.force(self._result.joints[j], force)
+        for t, forces in self._on_tendons.items():
+            force = _within(sum(forces, sympy.S.Zero), m.tendon_actfrcrange[t])
+            self._pull(t, self._named("TENDON", t, f"tendon{t}"), force)
 
     def _pull(self, t: int, name: str, force: sympy.Expr) -> None:
         """A force along a tendon: on joints by their coefficients, at sites along its straight parts."""
@@ -663,6 +737,11 @@ def _number(value: float) -> sympy.Expr:
     return sympy.Integer(int(value)) if value == int(value) and abs(value) < 1e9 else sympy.Float(value, 17)
 
 
+def _within(value: sympy.Expr, bounds: np.ndarray) -> sympy.Expr:
+    low, high = bounds
+    return minimum(maximum(value, _number(low)), _number(high))
+
+
 def _symbol(value: float | str) -> sympy.Expr:
     return sympy.Symbol(value) if isinstance(value, str) else _number(value)
 
@@ -677,7 +756,7 @@ def _matrix(quaternion: np.ndarray) -> np.ndarray:
     return np.eye(3) + 2 * w * skew + 2 * skew @ skew
 
 
-def _roll_pitch_yaw(quaternion: np.ndarray) -> tuple[float, float, float]:
+def roll_pitch_yaw(quaternion: np.ndarray) -> tuple[float, float, float]:
     """Angles of Rz(yaw) Ry(pitch) Rx(roll).
 
     Near a pitch of a quarter turn roll and yaw are hardly known, but what they make together is: so the others are
@@ -693,7 +772,7 @@ def _roll_pitch_yaw(quaternion: np.ndarray) -> tuple[float, float, float]:
 
 
 def _origin(at: np.ndarray, quaternion: np.ndarray) -> dict[str, list[float]] | None:
-    rpy = _roll_pitch_yaw(quaternion)
+    rpy = roll_pitch_yaw(quaternion)
     found = {}
     if at.any():
         found["xyz"] = at.tolist()

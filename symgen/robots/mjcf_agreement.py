@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import ModelError
+from ..model.evaluate import quarter_turns
 from .agreement import Agreement, largest_difference
-from .mjcf import MjcfImport
+from .mjcf import MjcfImport, roll_pitch_yaw
 
 if TYPE_CHECKING:
     from symgen.runtime import System
@@ -39,8 +40,17 @@ class _Comparison:
         m = self._m = copy.copy(imported.compiled)
         m.opt.density = m.opt.viscosity = 0.0
         m.body_gravcomp[:] = 0.0
+        m.actuator_actearly[:] = 0  # a matter of its time steps
+        for quaternion in m.body_quat:
+            quaternion[:] = _with_right_angles(quaternion)
         m.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
         m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+        for kind, n_rates in ((mujoco.mjtJoint.mjJNT_FREE, 6), (mujoco.mjtJoint.mjJNT_BALL, 3)):
+            for j in np.flatnonzero(m.jnt_type == int(kind)):  # what is left out
+                m.jnt_stiffness[j] = 0.0
+                m.dof_armature[m.jnt_dofadr[j] :][:n_rates] = 0.0
+        for t in set(range(m.ntendon)) - imported.tendons.keys():
+            m.tendon_stiffness[t] = m.tendon_damping[t] = m.tendon_armature[t] = 0.0
         for k, gain in enumerate(m.actuator_gear):  # those that were left out
             if int(m.actuator_ctrladr[k]) not in imported.actuators:
                 gain[:] = 0.0
@@ -135,3 +145,20 @@ class _Comparison:
         for k, name in self._imported.actuators.items():
             d.ctrl[k] = controls[name]
         return y, controls
+
+
+def _with_right_angles(quaternion: np.ndarray) -> np.ndarray:
+    """A body's orientation with the angles that models take: right ones where few digits are all that is missing."""
+    given = roll_pitch_yaw(quaternion)
+    angles = [x if (n := quarter_turns(x)) is None else n * (np.pi / 2) for x in given]
+    if angles == list(given):
+        return quaternion
+    (r, p, y), (sr, sp, sy) = np.cos(np.array(angles) / 2), np.sin(np.array(angles) / 2)
+    return np.array(
+        [
+            r * p * y + sr * sp * sy,
+            sr * p * y - r * sp * sy,
+            r * sp * y + sr * p * sy,
+            r * p * sy - sr * sp * y,
+        ]
+    )

@@ -13,7 +13,44 @@ from .xml_tree import Element, read_xml
 
 Vector = tuple[float, float, float]
 ZEROS: Vector = (0.0, 0.0, 0.0)
+Color = tuple[float, ...] | None
+# The attributes of each, and how many numbers they hold.
+_GEOMETRIES = {
+    "box": (("size", 3),),
+    "cylinder": (("radius", 1), ("length", 1)),
+    "capsule": (("radius", 1), ("length", 1)),
+    "sphere": (("radius", 1),),
+    "mesh": (),
+}
 MOVING = ("revolute", "continuous", "prismatic", "floating", "planar")
+
+
+@dataclass(frozen=True)
+class Visual:
+    """What is drawn of a link.
+
+    Attributes
+    ----------
+    kind : str
+        box, cylinder, sphere, capsule or mesh.
+    sizes : tuple of float
+        box: edges; cylinder and capsule: radius, length; sphere: radius; mesh: scale along x, y, z [m].
+    xyz, rpy : tuple of 3 floats
+        Its frame in the link's [m], [rad].
+    color : tuple of 4 floats, or None
+        Red, green, blue, opacity, 0 to 1.
+    mesh : str
+        The name of its file.
+    place : Element
+    """
+
+    kind: str
+    sizes: tuple[float, ...]
+    xyz: Vector
+    rpy: Vector
+    color: tuple[float, ...] | None
+    mesh: str
+    place: Element
 
 
 @dataclass(frozen=True)
@@ -29,6 +66,7 @@ class Link:
         The frame of the inertia in that of the link [m], [rad].
     inertia : tuple of 6 floats
         Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centre of mass, in axes of the inertial frame [kg m^2].
+    visuals : tuple of Visual
     place : Element
         Where it stands in the file.
     """
@@ -38,6 +76,7 @@ class Link:
     com: Vector
     rpy: Vector
     inertia: tuple[float, ...]
+    visuals: tuple[Visual, ...]
     place: Element
 
 
@@ -123,7 +162,8 @@ def robot_of(root: Element) -> Robot:
             raise child.error(
                 "this is a xacro file, a program that makes a URDF", "expand it with xacro first"
             )
-    links = _named([_link(element) for element in root.all("link")])
+    colors = {element.text("name", ""): _color(element) for element in root.all("material")}
+    links = _named([_link(element, colors) for element in root.all("link")])
     if not links:
         raise root.error("the robot has no <link>")
     rotors = _rotors(root)
@@ -144,10 +184,11 @@ def _named(items: list) -> dict:
     return found
 
 
-def _link(element: Element) -> Link:
+def _link(element: Element, colors: dict[str, Color]) -> Link:
     name, inertial = element.text("name"), element.one("inertial")
+    visuals = tuple(_visual(visual, colors) for visual in element.all("visual"))
     if inertial is None:
-        return Link(name, 0.0, ZEROS, ZEROS, (0.0,) * 6, element)
+        return Link(name, 0.0, ZEROS, ZEROS, (0.0,) * 6, visuals, element)
     com, rpy = _origin(inertial)
     mass = inertial.needed("mass").number("value")
     if mass < 0:
@@ -155,7 +196,34 @@ def _link(element: Element) -> Link:
     tensor = inertial.one("inertia")
     keys = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
     inertia = (0.0,) * 6 if tensor is None else tuple(tensor.number(key, 0.0) for key in keys)
-    return Link(name, mass, com, rpy, inertia, element)
+    return Link(name, mass, com, rpy, inertia, visuals, element)
+
+
+def _visual(element: Element, colors: dict[str, Color]) -> Visual:
+    (xyz, rpy), geometry = _origin(element), element.needed("geometry")
+    if len(geometry.children) != 1 or geometry.children[0].tag not in _GEOMETRIES:
+        known = ", ".join(_GEOMETRIES)
+        raise geometry.error(f"one geometry is expected here, of {known}")
+    shape, material = geometry.children[0], element.one("material")
+    color = None
+    if material is not None:
+        color = _color(material) or colors.get(material.text("name", ""))
+    if shape.tag == "mesh":
+        scale = shape.numbers("scale", 3, (1.0, 1.0, 1.0))
+        if not all(scale):
+            raise shape.error("a scale of the mesh is zero")
+        return Visual("mesh", scale, xyz, rpy, color, shape.text("filename"), shape)
+    sizes = tuple(x for key, count in _GEOMETRIES[shape.tag] for x in shape.numbers(key, count))
+    if min(sizes) < 0:
+        raise shape.error(f"a size is negative: {min(sizes):g} m")
+    return Visual(shape.tag, sizes, xyz, rpy, color, "", shape)
+
+
+def _color(material: Element) -> Color:
+    color = material.one("color")
+    if color is None:
+        return None
+    return tuple(min(max(x, 0.0), 1.0) for x in color.numbers("rgba", 4))
 
 
 def _origin(element: Element) -> tuple[Vector, Vector]:

@@ -123,7 +123,9 @@ Rows = tuple[Triple, Triple, Triple]
 UNITY: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ORIGIN: Triple = (0.0, 0.0, 0.0)
 ROUND_OFF = 2e-15
-PARALLEL = 1e-9  # sine of an angle between axes below which their common normal is not looked for
+# Sine of an angle between axes below which their common normal is not looked for: it lies a distance over this away,
+# and inertias about it lose the square of that.
+PARALLEL = 1e-2
 
 
 @dataclass(frozen=True)
