@@ -139,6 +139,14 @@ def test_phases_that_run_ahead_before_they_fall_back_are_carried_on():
     assert not entry.ok and entry.value == pytest.approx(0.12, rel=0.5)  # 0.12 against `taylor` at 1e-15
 
 
+def test_a_part_that_ends_behind_the_place_where_both_cancel_tells_how_it_goes_on():
+    """Of `hht` on a pendulum: errors that have come back by then grow by the square of the time, and fast at first."""
+    start = {"x": 0.6973740595501358, "y": 0.7167073468763688}
+    options = {"t_end": 448.2608854796138, "method": "hht", "step": 0.014843589514192883}
+    entry = entry_of(bundled("pendulum_dae").run(start=start, **options))
+    assert not entry.ok and entry.value == pytest.approx(0.219, rel=0.3)  # against `taylor` at 1e-15
+
+
 def test_exponents_are_those_of_the_stretches():
     grown = Amplification((Stretch(1.0, 3.0, 2.0), Stretch(3.0, 5.0, 0.0)), elsewhere=0.5)
     assert grown.exponent(0.0, 10.0) == pytest.approx(0.5 + 4.0 + 0.0 + 2.5)

@@ -42,6 +42,7 @@ FAMILIES = {
     "constraints": ("pendulum_dae", {"method": "dop853"}),
     "stabilised": ("pendulum_dae", {"method": "dop853", "constraints": "baumgarte"}),
     "partition": ("pendulum_dae", {"method": "dop853", "constraints": "partition"}),
+    "unheld": ("pendulum_dae", {"method": "dop853", "constraints": "none"}),
     "index 2": ("heavy_top_absolute", {"method": "radau5", "constraints": "ggl"}),
     "quaternions": ("free_rigid_body", {"method": "dop853"}),
     "resets": ("bouncing_ball", {"method": "dopri5"}),

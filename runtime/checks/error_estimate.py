@@ -56,6 +56,7 @@ _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the ph
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
 _TIMES_BEYOND = 20  # between where companions got and the end, for when errors become large
 _NO_GROWTH, _WINDOWS = 0.5, 8  # power of time; parts of a run, over which a loss of energy goes on
+_PEAKS, _FITS = 16, 0.1  # of errors, and how far they may be off a line and a square of time
 _SUSPECT = 2.5  # power of time of a growth that may be exponential, where a companion does not come far
 _MORE_WHERE_CHAOTIC = 4.0  # times the operations
 _LEAST_LOOSE = 1e-12  # rtol from which on neighbours are not made tighter
@@ -465,15 +466,35 @@ def _share_within(part: ErrorEstimate, span: float) -> float:
 def _after_turning(part: ErrorEstimate, solution: Solution, span: float) -> float:
     """Return the factor of the error of a periodic motion whose phase first runs ahead and then falls back, else 0.
 
-    A method that loses energy by and by makes an error a t - b t² of the phase. A part at whose end the two cancel
-    shows next to no growth, while the energy goes on being lost; its largest error is b/4 times the square of its time.
+    A method that loses energy by and by makes an error a t - b t² of the phase. Near the time at which the two cancel
+    a part shows next to no growth, or one by any power, while the energy goes on being lost: a and b tell what follows.
     """
-    if _power(part) > _NO_GROWTH:
-        return 0.0
     windows = [float(np.median(part)) for part in np.array_split(solution.energy.balance, _WINDOWS)]
     changes = np.sign(np.diff(windows))
+    if abs(changes.sum()) < len(changes):
+        return 0.0
+    fitted = _linear_and_square(part)
+    if fitted is not None:
+        return abs(float(fitted @ (span, span**2))) / part.largest
     times = span / float(part.t[-1] - part.t[0])
-    return 4.0 * times * (times - 1.0) if abs(changes.sum()) == len(changes) else 0.0
+    return 4.0 * times * (times - 1.0) if _power(part) <= _NO_GROWTH else 0.0  # with b/4 times the square as largest
+
+
+def _linear_and_square(part: ErrorEstimate) -> np.ndarray | None:
+    """Return a and b of errors |a t + b t²| that a part has the peaks of; None where they are not of that form."""
+    if len(part.t) < LEAST_FRAMES * _PEAKS:
+        return None
+    chosen = [rows[np.argmax(part.worst[rows])] for rows in np.array_split(np.arange(len(part.t)), _PEAKS)]
+    passed, peaks = part.t[chosen] - part.t[0], part.worst[chosen]
+    powers = np.stack([passed, passed**2], axis=1)
+    best, left = None, _FITS * float(np.linalg.norm(peaks))
+    for n_before in range(1, _PEAKS + 1):
+        signed = np.where(np.arange(_PEAKS) < n_before, peaks, -peaks)
+        fitted = np.linalg.lstsq(powers, signed, rcond=None)[0]
+        off = float(np.linalg.norm(powers @ fitted - signed))
+        if off < left:
+            best, left = fitted, off
+    return best
 
 
 def _power(part: ErrorEstimate) -> float:

@@ -276,8 +276,7 @@ def _method(name: str, recording: Recording, system: System) -> Method:
         raise RecordingError(
             f"{recording.path}: was made with method {name!r}, which this version does not have"
         )
-    treatment = "auto" if recording.constraints == "none" else recording.constraints
-    _, method, _ = choose_constraints(treatment, system, name)
+    _, method, _ = choose_constraints(recording.constraints, system, name)
     return method or METHODS[name]
 
 
