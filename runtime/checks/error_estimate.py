@@ -477,7 +477,8 @@ def _after_turning(part: ErrorEstimate, solution: Solution, span: float) -> floa
     if fitted is not None:
         return abs(float(fitted @ (span, span**2))) / part.largest
     times = span / float(part.t[-1] - part.t[0])
-    return 4.0 * times * (times - 1.0) if _power(part) <= _NO_GROWTH else 0.0  # with b/4 times the square as largest
+    # With b/4 times the square of the part's time as its largest error.
+    return 4.0 * times * (times - 1.0) if _power(part) <= _NO_GROWTH else 0.0
 
 
 def _linear_and_square(part: ErrorEstimate) -> np.ndarray | None:
