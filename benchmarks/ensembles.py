@@ -1,11 +1,13 @@
-"""Ensembles against heyoka's batches and a loop of runs: processor time of a member at equal median error of the end.
+"""Ensembles against heyoka's batches and loops of runs: processor time of a member at equal median error of the end.
 
-    python benchmarks/ensembles.py [double_pendulum] [outer_solar_system] [slider_crank] [--json FILE]
+    python benchmarks/ensembles.py [double_pendulum] [slider_crank] … [--json FILE]
 
-Members of the ensembles differ in a start each. Errors are those of the ends against the same members at a hundredth
-of the smallest tolerance, medians over the members. heyoka (`pip install heyoka`) takes `taylor_adaptive_batch` of 8,
-a batch of members with a step of its own each; its times leave out building, and ours building and sampling, but
-nothing else. Programs take turns, processor time counts, the least of some turns.
+Members differ in one number each: a start, a rate or a parameter. Errors are those of the ends against the same
+members at a hundredth of the smallest tolerance, medians over the members. `run.many` is the loop in machine code of a
+prepared run, with the method that "auto" takes there and no checks; `loop of run` is `system.run` in Python. heyoka
+(`pip install heyoka`) takes `taylor_adaptive_batch` of 8, a batch of members with a step of its own each; its times
+leave out building, and ours building and sampling, but nothing else. Programs take turns, processor time counts, the
+least of some turns.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ import importlib.util
 import json
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -26,14 +29,39 @@ from symgen.runtime.ensemble import uniform
 from symgen.runtime.ensemble.sampling import Members
 
 ROOT = Path(__file__).resolve().parent.parent
-TURNS, MEMBERS, RUNS = 5, 4096, 8
-OURS = {"taylor": (3e-4, 1e-5, 1e-8, 1e-11, 2e-14), "dop853": (3e-5, 1e-7, 1e-9, 1e-11, 1e-13)}
-THEIRS = (1e-2, 1e-4, 1e-7, 1e-10, 1e-13)
+TURNS = 3
+LOOPED, RUNS = 64, 4  # members of `run.many` and of `loop of run`
 LEVELS = (3e-4, 1e-7, 3e-11, 2e-13)
+# Tolerances of the methods that run in lanes, and of those that "auto" takes where there are none.
+OURS = {"taylor": (3e-4, 1e-5, 1e-8, 1e-11, 2e-14), "dop853": (3e-5, 1e-7, 1e-9, 1e-11, 1e-13)}
+ALONE = {"auto": (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)}
+LOOPS = (1e-4, 1e-7, 1e-10, 1e-13)
+THEIRS = (1e-2, 1e-4, 1e-7, 1e-10, 1e-13)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A model of which members differ in one number, and the errors at which programs are compared."""
+
+    t_end: float
+    place: str  # "parameters", "start" or "rate"
+    name: str
+    bounds: tuple[float, float]
+    levels: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10)
+    methods: Mapping[str, tuple[float, ...]] = field(default_factory=lambda: OURS)
+    members: int = 4096
+
+
 SCENES = {
-    "double_pendulum": (10.0, "theta1", (1.37, 1.77), LEVELS),
-    "slider_crank": (2.0, "theta", (0.4, 0.6), (3e-3, 5e-6, 8e-10, 2.5e-12)),
-    "seven_dof_arm": (5.0, "q1", (-0.1, 0.1), (4e-6, 7e-9, 1.4e-12)),
+    "double_pendulum": Scene(10.0, "start", "theta1", (1.37, 1.77), LEVELS),
+    "slider_crank": Scene(2.0, "start", "theta", (0.4, 0.6), (3e-3, 5e-6, 8e-10, 2.5e-12)),
+    "seven_dof_arm": Scene(5.0, "start", "q1", (-0.1, 0.1), (4e-6, 7e-9, 1.4e-12), members=1024),
+    "outer_solar_system": Scene(10_000.0, "rate", "x_sun", (-1e-8, 1e-8), (1e-5, 1e-8, 1e-10), members=1024),
+    "bricard": Scene(2.0, "parameters", "g", (9.0, 10.0), members=256),
+    "rolling_disc": Scene(10.0, "parameters", "g", (9.0, 10.0), members=1024),
+    "quarter_car": Scene(5.0, "parameters", "bump", (0.06, 0.1), (1e-3, 1e-5, 1e-7), ALONE, 256),
+    "bouncing_ball": Scene(5.0, "start", "y", (1.0, 1.2), (1e-6, 1e-9), ALONE, 256),
+    "stick_slip": Scene(8.0, "rate", "x", (0.2, 0.25), (1e-5, 1e-8), ALONE, 256),
 }
 
 
@@ -73,44 +101,68 @@ def at_level(points: list[tuple[float, float]], level: float) -> float:
 
 def measure(name: str) -> dict[str, list[tuple[float, float]]]:
     """Return points of (median error, seconds for a member) by program."""
-    t_end, coordinate, bounds, _ = SCENES[name]
+    scene = SCENES[name]
     system = runtime.load(link.module_for(Path(find(name)), {}, None).text)
-    asked = {"n": MEMBERS, "seed": 1, "start": {coordinate: uniform(*bounds)}, "threads": 1}
+    asked = {"n": scene.members, "seed": 1, scene.place: {scene.name: uniform(*scene.bounds)}, "threads": 1}
 
     def ends(**how: object) -> np.ndarray:
-        e = system.ensemble(t_end, **asked, **how)
-        if e.n_failed or e.verdicts.singly.any():
-            print(f"{name}: {e.n_failed} failed, {e.verdicts.singly.sum()} alone", file=sys.stderr)
+        e = system.ensemble(scene.t_end, **asked, **how)
+        alone = int(e.verdicts.singly.sum())
+        if e.n_failed or (scene.methods is OURS and alone):
+            print(f"{name} {how}: {e.n_failed} failed, {alone} alone", file=sys.stderr)
         return np.array([e[x] for x in e.names]).T
 
-    plan = system.ensemble(t_end, **{**asked, "n": 1}).plan
-    whole = Members(plan.members.columns, MEMBERS, 1)
-    starts, _ = plan.starts.of(*whole.arrays(plan.p, 0, MEMBERS))
-    exact = ends(method="taylor", rtol=1e-15, atol=1e-16)
+    plan = system.ensemble(scene.t_end, **{**asked, "n": 1}).plan
+    whole = Members(plan.members.columns, scene.members, 1)
+    parameters, varied = whole.arrays(plan.p, 0, scene.members)
+    starts, _ = plan.starts.of(parameters, varied)
+    values = next(iter(whole.values(0, scene.members).values()))
+    tightest = {"taylor": 1e-15, "auto": 3e-14}[next(iter(scene.methods))]
+    exact = ends(method=next(iter(scene.methods)), rtol=tightest, atol=tightest * 0.1)
     scale = np.abs(exact).max(axis=0) + 1e-300
     found: dict[str, list[tuple[float, float]]] = {}
     labels, calls, errors = [], [], []
 
-    def add(label: str, call: Callable[[], np.ndarray], members: int = MEMBERS) -> None:
+    def add(label: str, call: Callable[[], np.ndarray], members: int = scene.members) -> None:
         off = np.abs((call() - exact[:members]) / scale).max(axis=1)
         labels.append((label, members))
         calls.append(call)
         errors.append(float(np.median(off)))
 
-    for method, tolerances in OURS.items():
+    for method, tolerances in scene.methods.items():
         for rtol in tolerances:
-            add(method, lambda method=method, rtol=rtol: ends(method=method, rtol=rtol, atol=rtol * 1e-2))
+            label = "ensemble" if method == "auto" else method
+            add(label, lambda method=method, rtol=rtol: ends(method=method, rtol=rtol, atol=rtol * 1e-2))
     if name in HEYOKA and importlib.util.find_spec("heyoka"):
         for tolerance in THEIRS:
-            add("heyoka", heyoka_batch(name, t_end, starts.T.copy(), tolerance))
-    values = starts[:RUNS, [record["name"] for record in system.coordinates].index(coordinate)]
-    for rtol in (1e-4, 1e-7, 1e-10, 1e-13):
+            add("heyoka", heyoka_batch(name, scene.t_end, starts.T.copy(), tolerance))
+    several = min(LOOPED, scene.members)
+    for rtol in LOOPS:
+        add("run.many", prepared_loop(system, scene, values[:several], rtol), several)
+    for rtol in LOOPS:
         add("loop of run", lambda rtol=rtol: np.array([
-            system.run(t_end, rtol=rtol, atol=rtol * 1e-2, start={coordinate: float(x)}).states[-1] for x in values
+            system.run(
+                scene.t_end, rtol=rtol, atol=rtol * 1e-2, **{scene.place: {scene.name: float(x)}}
+            ).states[-1] for x in values[:RUNS]
         ]), RUNS)  # fmt: skip
     for (label, members), seconds, error in zip(labels, least_time(calls), errors, strict=True):
         found.setdefault(label, []).append((error, seconds / members))
     return found
+
+
+def prepared_loop(
+    system: runtime.System, scene: Scene, values: np.ndarray, rtol: float
+) -> Callable[[], np.ndarray]:
+    """Return what runs members by `run.many`, one after another in machine code."""
+    of_parameters = scene.place == "parameters"
+    name = f"dot({scene.name})" if scene.place == "rate" else scene.name
+    run = system.prepare(
+        scene.t_end, rtol=rtol, atol=rtol * 1e-2, **{"parameters" if of_parameters else "start": [name]}
+    )
+    if run.why_python:
+        print(f"{system.name}: run.many goes through Python: {run.why_python}", file=sys.stderr)
+    rows = values[:, None]
+    return lambda: (run.many(P=rows) if of_parameters else run.many(Y0=rows)).y
 
 
 def heyoka_batch(name: str, t_end: float, starts: np.ndarray, tolerance: float) -> Callable[[], np.ndarray]:
@@ -135,14 +187,20 @@ def heyoka_batch(name: str, t_end: float, starts: np.ndarray, tolerance: float) 
 def main() -> None:
     """Print a table for each scene: microseconds of a member at the errors of `SCENES`."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("scenes", nargs="*", default=["double_pendulum"], choices=[*SCENES, []])
+    parser.add_argument(
+        "scenes", nargs="*", metavar="SCENE", help=f"of {', '.join(SCENES)} (default: double_pendulum)"
+    )
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
+    unknown = [name for name in given.scenes if name not in SCENES]
+    if unknown:
+        parser.error(f"there is no scene {unknown[0]!r}; there are {', '.join(SCENES)}")
     results = {}
     for name in given.scenes or ["double_pendulum"]:
-        points, levels = measure(name), SCENES[name][3]
+        points, scene = measure(name), SCENES[name]
+        levels = scene.levels
         results[name] = points
-        print(f"{name}, {SCENES[name][0]:g} s, microseconds of processor time for a member")
+        print(f"{name}, {scene.t_end:g} s, microseconds of processor time for a member")
         print("  error       " + "".join(f"{level:>12.0e}" for level in levels))
         for label, own in points.items():
             print(f"  {label:<12}" + "".join(f"{at_level(own, level) * 1e6:>12.1f}" for level in levels))
