@@ -32,6 +32,7 @@ ROOT = Path(__file__).resolve().parent.parent
 TURNS = 3
 LOOPED, RUNS = 64, 4  # members of `run.many` and of `loop of run`
 LEVELS = (3e-4, 1e-7, 3e-11, 2e-13)
+_EXACT = 1e-17  # of errors that are none
 # Tolerances of the methods that run in lanes, and of those that "auto" takes where there are none.
 OURS = {"taylor": (3e-4, 1e-5, 1e-8, 1e-11, 2e-14), "dop853": (3e-5, 1e-7, 1e-9, 1e-11, 1e-13)}
 ALONE = {"auto": (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)}
@@ -92,11 +93,15 @@ def least_time(calls: list[Callable[[], object]]) -> list[float]:
 
 
 def at_level(points: list[tuple[float, float]], level: float) -> float:
-    """The time at an error, from points of (error, time), straight between their logarithms; nan outside."""
-    points = sorted(point for point in points if point[0] > 0.0)
+    """The time at an error, from points of (error, time), straight between their logarithms.
+
+    Of the least exact run where that is better than asked for; nan where none is as good.
+    """
+    points = sorted((max(error, _EXACT), seconds) for error, seconds in points)
     errors, times = np.log([p[0] for p in points]), np.log([p[1] for p in points])
-    inside = errors[0] - 0.7 <= np.log(level) <= errors[-1] + 0.7
-    return float(np.exp(np.interp(np.log(level), errors, times))) if inside else float("nan")
+    if np.log(level) < errors[0] - 0.7:
+        return float("nan")
+    return float(np.exp(np.interp(np.log(level), errors, times)))
 
 
 def measure(name: str) -> dict[str, list[tuple[float, float]]]:

@@ -238,6 +238,72 @@ def test_verdicts_are_those_of_single_runs(name):
             assert e.verdicts.ok[k] == all(h.ok for h in judged), (k, energy, e.verdicts.energy_error[k])
 
 
+JUDGED = ("status", "finite", "energy", "constraint position", "stops")
+
+
+def close_to_a_limit(run):
+    """Whether other steps than those of the run may get another verdict."""
+    sized = [h for h in run.health if h.check in ("energy", "constraint position") and h.limit]
+    return any(0.3 < h.value / h.limit < 3.0 for h in sized)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rtol", [1e-8, 1e-4])
+@pytest.mark.parametrize("name", MODELS)
+def test_two_hundred_members_are_their_single_runs(name, rtol):
+    """Each of 200: its own run to the last bit, and the verdicts of its health report and of `system.run`'s."""
+    system, t_end, kept = varied(name)
+    e = system.ensemble(t_end, n=200, seed=11, rtol=rtol, atol=rtol * 1e-2, **kept)
+    assert not e.verdicts.singly.any(), e.notes
+    compared = 0
+    for k in range(200):
+        again = e.member(k)
+        assert again.states[-1].tobytes() == np.array([e[x][k] for x in e.names]).tobytes(), k
+        objections = [h.check for h in again.health if not h.ok and h.check in JUDGED]
+        assert e.verdicts.ok[k] == (not objections), (k, objections, e.verdicts.energy_error[k])
+        values = {place: {x: float(e.varied[x if place != "rate" else f"dot({x})"][k]) for x in given}
+                  for place, given in kept.items()}  # fmt: skip
+        run = system.run(t_end, rtol=rtol, atol=rtol * 1e-2, method=e.method, **values)
+        if not close_to_a_limit(run):
+            compared += 1
+            assert e.verdicts.ok[k] == all(h.ok for h in run.health if h.check in JUDGED), (k, run.health)
+    assert compared or rtol == 1e-4
+
+
+# Model, method, step, what varies: no lanes for these.
+ALONE = {
+    "bouncing_ball": ("auto", None, "start", "y", (0.6, 1.5), 1.0),
+    "stick_slip": ("auto", None, "rate", "x", (0.1, 0.4), 2.0),
+    "quarter_car": ("auto", None, "parameters", "bump", (0.05, 0.1), 1.5),
+    "spring_pendulum": ("radau5", None, "parameters", "m", (0.5, 1.5), 1.0),
+    "door_stop": ("auto", None, "parameters", "g", (9.0, 10.0), 1.0),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ALONE)
+def test_two_hundred_members_without_lanes_are_single_runs(name):
+    """To the last bit those of `system.run`, and with its verdicts."""
+    method, step, place, varies, bounds, t_end = ALONE[name]
+    system = system_of(name)
+    if place == "parameters" and varies not in {r["name"] for r in system.parameters}:
+        varies = system.parameters[0]["name"]
+        value = system.parameters[0]["value"]
+        bounds = (0.95 * value, 1.05 * value)
+    e = system.ensemble(
+        t_end, n=200, seed=11, method=method, step=step, **{place: {varies: uniform(*bounds)}}
+    )
+    assert e.verdicts.singly.all()
+    drawn = next(iter(e.varied.values()))
+    for k in range(200):
+        run = system.run(
+            t_end, method=method, step=step, t_eval=(t_end,), **{place: {varies: float(drawn[k])}}
+        )
+        assert run.states[-1].tobytes() == np.array([e[x][k] for x in e.names]).tobytes(), k
+        objections = [h.check for h in run.health if not h.ok and h.check in JUDGED]
+        assert e.verdicts.ok[k] == (not objections), (k, objections)
+
+
 def test_models_that_lanes_cannot_run_go_one_by_one():
     system = system_of("bouncing_ball")
     height = system.coordinates[0]["name"]
