@@ -111,9 +111,11 @@ def test_members_are_single_runs(name, method):
 def test_a_member_again_is_the_same(name, method):
     system, t_end, kept = varied(name)
     e = system.ensemble(t_end, n=40, seed=5, method=method, frames=7, **kept)
+    ends = system.ensemble(t_end, n=40, seed=5, method=method, **kept)
     for k in (0, 17, 39):
         run = e.member(k)
         assert run.status == "success"
+        assert run.states[-1].tobytes() == np.array([ends[x][k] for x in ends.names]).tobytes()
         assert len(run.step_log) == e.verdicts.steps[k] == run.stats["steps"]
         assert np.isclose(run.step_log[:, 1].sum(), t_end, rtol=1e-12)
         rows = np.searchsorted(run.t, e.t)
@@ -253,7 +255,9 @@ def close_to_a_limit(run):
 def test_two_hundred_members_are_their_single_runs(name, rtol):
     """Each of 200: its own run to the last bit, and the verdicts of its health report and of `system.run`'s."""
     system, t_end, kept = varied(name)
-    e = system.ensemble(t_end, n=200, seed=11, rtol=rtol, atol=rtol * 1e-2, **kept)
+    # What "auto" finds stiff has no lanes.
+    method = "dop853" if name == "damped_spring_pendulum" else "auto"
+    e = system.ensemble(t_end, n=200, seed=11, rtol=rtol, atol=rtol * 1e-2, method=method, **kept)
     assert not e.verdicts.singly.any(), e.notes
     compared = 0
     for k in range(200):

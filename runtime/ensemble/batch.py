@@ -10,6 +10,7 @@ from symgen.runtime.choose import SERIES
 from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.machine import lane_kernel, lane_loop, lane_series
 from symgen.runtime.ensemble.slots import COLUMNS
+from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.taylor import (
     COST_OF_STEP,
     CREEPS,
@@ -213,4 +214,10 @@ class LaneBatch:
         if n:
             self._loop.begin(self._table.address)
             self._loop.run(self._table.address)
+        times = self.settings.frame_times
+        if len(times) and times[-1] == self.settings.t_end:
+            # A frame is projected once more: with constraints that moves its last bit, and members' ends would
+            # depend on whether frames are kept.
+            reached = result.column("status") == at.REACHED_STOP
+            result.frames[reached, -1] = result.end[reached]
         return result
