@@ -103,7 +103,21 @@ class ModelFunctions:
         -------
         callable
             `t` a float, `y`, `p` and `out` C-contiguous float64 arrays of one dimension; writes `out` in place.
-            Raises ValueError where one of them is shorter than what the function reads or writes.
+            Raises ValueError where one of them is shorter than what the function reads or writes: `f.n_y`,
+            `f.n_p` and `f.n_out` values, which its docstring says too.
+
+        Examples
+        --------
+        SciPy's `solve_ivp` takes states and gives their derivatives; `out` holds more behind them:
+
+        >>> f = system.numba("rhs")
+        >>> n, n_out = system.nq + system.nv, f.n_out
+        >>> @numba.njit
+        ... def derivatives(t, y, p):
+        ...     out = np.empty(n_out)
+        ...     f(t, y, p, out)
+        ...     return out[:n]
+        >>> found = solve_ivp(derivatives, (0, 1), [0.2, 0.0], args=(system.parameter_values(),))
         """
         return numba_link.linked_function(self._kernel_source(function))
 

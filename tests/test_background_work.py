@@ -11,6 +11,7 @@ import pytest
 
 from symgen.runtime import System, load
 from symgen.runtime import system as data
+from symgen.runtime.code import bridge
 from symgen.runtime.recording.recorder import BackgroundWork
 
 GENERATED = Path(__file__).resolve().parents[1] / "generated"
@@ -78,3 +79,38 @@ def test_a_run_and_its_recording_may_ask_for_the_same_kernels_at_once(monkeypatc
         thread.join(60)
     assert not errors and len(results) == 4 and len(set(results)) == 1
     assert len(made) == 1
+
+
+def test_threads_that_evaluate_rows_at_once_have_code_that_lives(monkeypatch):
+    system = load(GENERATED / "pendulum.py")
+    kernel, p = system.kernel("energy"), system.parameter_values()
+    states = np.linspace(0.1, 0.9, 8).reshape(4, 2)
+    expected = np.array([kernel(0.0, y, p) for y in states])
+    object_code = bridge.engine.object_code
+
+    def slowly(*arguments, **options):
+        code = object_code(*arguments, **options)
+        time.sleep(0.05)  # all threads are between the place for the code and the code
+        return code
+
+    monkeypatch.setattr(bridge.engine, "object_code", slowly)
+    bridge.rows_caller.cache_clear()
+    gate, results, errors = threading.Barrier(4), [], []
+
+    def work() -> None:
+        gate.wait(60)
+        try:
+            for _ in range(3):
+                out = np.zeros((4, expected.shape[1]))
+                bridge.evaluate_rows(kernel.address, np.zeros(4), states, p, out)
+                results.append(out)
+        except Exception as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+    assert not errors
+    np.testing.assert_array_equal(results, [expected] * 12)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import pickle
 import subprocess
@@ -13,6 +14,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from symgen import runtime
 from symgen.runtime import System
@@ -275,6 +277,26 @@ def test_njit_oracle_and_linked_function_agree():
     oracle(0.0, y, p, expected)
     np.testing.assert_array_equal(rows, [expected] * 3)
     np.testing.assert_array_equal(system.kernel("rhs")(0.0, y, p), expected)
+
+
+def test_the_example_of_numba_runs_and_knows_its_sizes():
+    system = load("pendulum")
+    text = inspect.getdoc(type(system).numba)
+    lines = [
+        line.removeprefix(">>> ").removeprefix("... ")
+        for line in text.splitlines()
+        if line[:4] in (">>> ", "... ")
+    ]
+    names = {"system": system, "numba": numba, "np": np, "solve_ivp": solve_ivp}
+    exec("\n".join(lines), names)
+    f = names["f"]
+    assert (f.n_y, f.n_p, f.n_out) == (2, len(system.parameters), names["n_out"])
+    assert f.__doc__ == f"rhs(t, y, p, out): 2 values of y, {f.n_p} of p; {f.n_out} are written to out."
+    # The same by the kernel, at SciPy's own last state.
+    n, p = names["n"], system.parameter_values()
+    end = names["found"].y[:, -1].copy()
+    np.testing.assert_array_equal(names["derivatives"](1.0, end, p), system.kernel("rhs")(1.0, end, p)[:n])
+    assert names["found"].success
 
 
 @pytest.mark.parametrize("way", ["numba", "njit_function"])

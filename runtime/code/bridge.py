@@ -5,14 +5,10 @@ from __future__ import annotations
 import ctypes
 import functools
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symgen.runtime.lazy import Late
-
-if TYPE_CHECKING:
-    from symgen.runtime.code.engine import MachineCode
 
 engine = Late("symgen.runtime.code.engine")
 
@@ -111,12 +107,10 @@ def evaluate_rows(
 @functools.lru_cache(maxsize=1)
 def rows_caller() -> Callable:
     """Return what `evaluate_rows` calls: (address, n, times, states, width, p, width of p, out, width of out)."""
-    global _rows_code  # lives as long as the process
-    _rows_code = engine.MachineCode()
+    code = engine.MachineCode()
     content = engine.object_code(engine.cache_key(_ROWS), "rows", "rows", lambda _: (_ROWS, 0))
     size, pointer = ctypes.c_int64, ctypes.c_void_p
     types = [pointer, size, pointer, pointer, size, pointer, size, pointer, size]
-    return ctypes.CFUNCTYPE(None, *types)(_rows_code.add(content, "rows"))
-
-
-_rows_code: MachineCode | None = None
+    caller = ctypes.CFUNCTYPE(None, *types)(code.add(content, "rows"))
+    caller.code = code  # threads that come here at once have a caller each: its code lives as long as it does
+    return caller

@@ -212,10 +212,12 @@ def _provided(needs: list[str]) -> dict[str, int]:
 
 @functools.lru_cache(maxsize=1)
 def _reshape() -> int:
-    global _reshape_code
-    _reshape_code = engine.MachineCode()
+    code = engine.MachineCode()
     content = engine.object_code(engine.cache_key(_RESHAPE), "reshape", "reshape", lambda _: (_RESHAPE, 0))
-    return _reshape_code.add(content, "reshape")
+    _reshape_codes.append(code)
+    return code.add(content, "reshape")
 
 
-_reshape_code: engine.MachineCode | None = None
+_reshape_codes: list[
+    engine.MachineCode
+] = []  # live as long as the process; one for each thread that came at once

@@ -23,29 +23,31 @@ def linked_function(source: KernelSource) -> Callable:
     cached.
     """
     if numba_setup.DISABLE_JIT:
-        return source.python_function()
+        return checked(source.python_function(), source)
     symbol = "symgen_" + hashlib.sha256(source.key_text().encode()).hexdigest()[:24]
     text, _ = source.lower(symbol)
-    linked = _intrinsic(symbol, source.name, text)
-
-    return checked(linked, source)
+    return checked(_intrinsic(symbol, source.name, text), source)
 
 
 def checked(function: Callable, source: KernelSource) -> Callable:
     """Return a jitted `f(t, y, p, out)` that calls `function` if its arrays are long enough for it.
 
-    Machine code checks no index: it would write behind an array that is short.
+    Machine code checks no index: it would write behind an array that is short. The lengths are attributes
+    `n_y`, `n_p` and `n_out`, and stand in the docstring.
     """
-    n_y, n_p, n_out = source.lengths.y, source.lengths.p, source.lengths.out
+    n_y, n_p, n_out = source.lengths
     too_short = f"{source.name} reads {n_y} values of y and {n_p} of p, and writes {n_out} to out: an array is shorter"
 
-    @njit(error_model="numpy", inline="always")
     def sized(t, y, p, out):
         if y.size < n_y or p.size < n_p or out.size < n_out:
             raise ValueError(too_short)
         function(t, y, p, out)
 
-    return sized
+    sized.__name__ = source.name
+    sized.__doc__ = f"{source.name}(t, y, p, out): {n_y} values of y, {n_p} of p; {n_out} are written to out."
+    jitted = njit(error_model="numpy", inline="always")(sized)
+    jitted.n_y, jitted.n_p, jitted.n_out = source.lengths
+    return jitted
 
 
 def _intrinsic(symbol: str, name: str, text: str):
