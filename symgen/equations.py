@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import operator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import count
 from typing import TYPE_CHECKING
 
 import sympy
+from sympy.simplify.fu import TR8
 
 from symgen.model.time_limit import within
 from symgen.runtime.graph.carry_out import carry_out
@@ -27,6 +27,7 @@ _FUNCTIONS: dict[str, Callable[..., sympy.Expr]] = {
     "copysign": lambda size, sign: sympy.Abs(size) * sympy.sign(sign),
 }
 _LARGEST_DENOMINATOR = 1000
+_LARGEST_CHOICE = 30  # operations
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,8 @@ class Equations:
         Parameters and inputs, with the model's values in SI.
     shared : tuple of (sympy.Symbol, sympy.Expr)
         Names of shared subexpressions, each made of those before it; empty where they are substituted.
+    choices : tuple of (sympy.Symbol, sympy.Expr)
+        Names of choices (`where`, curves) too large to stand in place, each made of those before it.
     notes : tuple of str
         What was left undone.
     """
@@ -73,6 +76,7 @@ class Equations:
     V: sympy.Expr
     values: dict[sympy.Symbol, float]
     shared: tuple[tuple[sympy.Symbol, sympy.Expr], ...] = ()
+    choices: tuple[tuple[sympy.Symbol, sympy.Expr], ...] = ()
     notes: tuple[str, ...] = ()
 
     def substituted(self) -> Equations:
@@ -85,7 +89,8 @@ class Equations:
     def named(self) -> Equations:
         """Return the same with names for subexpressions that stand in several places, `x0`, `x1`, …"""
         entries = self.substituted()._entries()
-        taken = {x.name for entry in (*entries, *self.q, *self.v, *self.values) for x in entry.free_symbols}
+        known = (*self.q, *self.v, *self.values, *(x for x, _ in self.choices))
+        taken = {x.name for entry in (*entries, *known) for x in entry.free_symbols}
         names = (sympy.Symbol(f"x{k}") for k in count() if f"x{k}" not in taken)
         shared, left = sympy.cse(entries, symbols=names)
         return replace(self._of(left), shared=tuple(shared))
@@ -117,7 +122,10 @@ class Equations:
         known = functions | rates | names
         moved = self._of([x.xreplace(known) for x in self._entries()])
         sides = {key: getattr(self, key).xreplace(known) for key in ("q", "v", "multipliers")}
-        return replace(moved, shared=tuple((x, y.xreplace(known)) for x, y in self.shared), **sides)
+        named = {
+            key: tuple((x, y.xreplace(known)) for x, y in getattr(self, key)) for key in ("shared", "choices")
+        }
+        return replace(moved, **named, **sides)
 
     def _entries(self) -> list[sympy.Expr]:
         return [x for name in _MATRICES for x in getattr(self, name)] + [self.T, self.V]
@@ -142,9 +150,10 @@ def equations_of(system: System) -> Equations:
     system : symgen.runtime.System
     """
     nv, m, nh = system.nv, system.m, system.nh
+    choices = Choices(system)
 
     def matrix(function: str, rows: int, columns: int = 1, first: int = 0) -> sympy.ImmutableMatrix:
-        written = symbolic(system, function) if rows * columns and system.has(function) else {}
+        written = symbolic(system, function, choices) if rows * columns and system.has(function) else {}
         return sympy.ImmutableMatrix(rows, columns, lambda i, j: written.get(first + i * columns + j, 0))
 
     def symbols(names: Iterable[str]) -> sympy.ImmutableMatrix:
@@ -168,14 +177,36 @@ def equations_of(system: System) -> Equations:
         T=energy[0],
         V=energy[1],
         values={sympy.Symbol(record["name"]): float(value) for record, value in known},
+        choices=choices.named,
     )
 
 
-def symbolic(system: System, function: str) -> dict[int, sympy.Expr]:
+class Choices:
+    """Names for choices that are too large to stand in an expression: in place, curves would fill pages."""
+
+    def __init__(self, system: System):
+        records = (*system.coordinates, *system.rates, *system.parameters, *system.inputs)
+        taken = {record["name"] for record in records}
+        self._names = (sympy.Symbol(f"choice{k}") for k in count(1) if f"choice{k}" not in taken)
+        self._known: dict[sympy.Expr, sympy.Symbol] = {}
+
+    @property
+    def named(self) -> tuple[tuple[sympy.Symbol, sympy.Expr], ...]:
+        """Names and what they stand for, each made of those before it."""
+        return tuple((name, choice) for choice, name in self._known.items())
+
+    def name(self, choice: sympy.Expr) -> sympy.Symbol:
+        """Return the name of a choice, the same for the same one."""
+        if choice not in self._known:
+            self._known[choice] = next(self._names)
+        return self._known[choice]
+
+
+def symbolic(system: System, function: str, choices: Choices | None = None) -> dict[int, sympy.Expr]:
     """Return what `function` writes, by index; structural zeros are missing.
 
     The form is carried out with symbols for numbers: rates are symbols named `dot(x)`,
-    or by names of their own.
+    or by names of their own. Large choices stand there by their names.
     """
     coordinates = [record["name"] for record in system.coordinates]
     names = coordinates + rate_labels(system.coordinates, system.rates)
@@ -183,10 +214,32 @@ def symbolic(system: System, function: str) -> dict[int, sympy.Expr]:
     symbols_y = list(map(sympy.Symbol, names))
     # 0 leaves the argument of a jump as it is.
     symbols_p = [sympy.S.Zero if name.startswith("branch(") else sympy.Symbol(name) for name in p]
+    do = _Symbols(choices or Choices(system))
     written = carry_out(
-        system.form(function), _Symbols(), symbols_y.__getitem__, symbols_p.__getitem__, const=_number
+        system.form(function), do, symbols_y.__getitem__, symbols_p.__getitem__, const=_number
     )
     return {index: value for index, value in written if value != 0}
+
+
+def shortened(written: dict[int, sympy.Expr], time_limit: float = 5.0) -> dict[int, sympy.Expr]:
+    """Return expressions with identities of sine and cosine applied where that makes them shorter.
+
+    Products of sines and cosines are written as sums of those of sums of angles, in which squares and equal terms
+    cancel (`cos(a)^2 + sin(a)^2`, `cos(a)*cos(b) + sin(a)*sin(b)`).
+
+    Parameters
+    ----------
+    written : dict of int to sympy.Expr
+    time_limit : float [s]
+        For all of them; what is left stays as it is.
+    """
+    found = within(time_limit, _in_angle_sums, list(written.values()))
+    return {i: value if new is None else new for (i, value), new in zip(written.items(), found)}
+
+
+def _in_angle_sums(expression: sympy.Expr) -> sympy.Expr:
+    flat = sympy.expand(TR8(sympy.expand(expression)))
+    return min((expression, flat, sympy.factor_terms(flat)), key=lambda x: x.count_ops())
 
 
 def rates_of_coordinates(system: System) -> list[sympy.Expr]:
@@ -201,12 +254,12 @@ def rates_of_coordinates(system: System) -> list[sympy.Expr]:
     ]
 
 
-def accelerations_if_diagonal(system: System) -> list[sympy.Expr] | None:
+def accelerations_if_diagonal(system: System, choices: Choices) -> list[sympy.Expr] | None:
     """Return dv/dt = f/M where M is diagonal and nothing is constrained."""
-    mass = symbolic(system, "mass_matrix")
+    mass = symbolic(system, "mass_matrix", choices)
     if system.m or any(index % (system.nv + 1) for index in mass):
         return None
-    forces = symbolic(system, "forces")
+    forces = symbolic(system, "forces", choices)
     return [forces.get(i, sympy.S.Zero) / mass[i * (system.nv + 1)] for i in range(system.nv)]
 
 
@@ -242,27 +295,46 @@ def equations_by_elements(system: System) -> list[tuple[list[Element], list[Elem
 
 
 class _Symbols:
-    """The operations of a form, on expressions."""
+    """The operations of a form, on expressions; counts operations, as SymPy would do again and again."""
 
-    neg = staticmethod(operator.neg)
-    add = staticmethod(operator.add)
-    sub = staticmethod(operator.sub)
-    mul = staticmethod(operator.mul)
-    div = staticmethod(operator.truediv)
+    def __init__(self, choices: Choices):
+        self._choices = choices
+        self._size: dict[sympy.Expr, int] = {}
+
+    def _sized(self, value: sympy.Expr, *parts: sympy.Expr) -> sympy.Expr:
+        self._size[value] = 1 + sum(self._size.get(part, 0) for part in parts)
+        return value
+
+    def neg(self, x: sympy.Expr) -> sympy.Expr:
+        return self._sized(-x, x)
+
+    def add(self, x: sympy.Expr, y: sympy.Expr) -> sympy.Expr:
+        return self._sized(x + y, x, y)
+
+    def sub(self, x: sympy.Expr, y: sympy.Expr) -> sympy.Expr:
+        return self._sized(x - y, x, y)
+
+    def mul(self, x: sympy.Expr, y: sympy.Expr) -> sympy.Expr:
+        return self._sized(x * y, x, y)
+
+    def div(self, x: sympy.Expr, y: sympy.Expr) -> sympy.Expr:
+        return self._sized(x / y, x, y)
 
     @staticmethod
     def time() -> sympy.Expr:
         return sympy.Symbol("t")
 
-    @staticmethod
-    def call(name: str, *args: sympy.Expr) -> sympy.Expr:
-        return _FUNCTIONS[name](*args)
+    def call(self, name: str, *args: sympy.Expr) -> sympy.Expr:
+        return self._sized(_FUNCTIONS[name](*args), *args)
 
-    @staticmethod
     def select(
-        is_strict: bool, a: sympy.Expr, b: sympy.Expr, then: sympy.Expr, otherwise: sympy.Expr
+        self, is_strict: bool, a: sympy.Expr, b: sympy.Expr, then: sympy.Expr, otherwise: sympy.Expr
     ) -> sympy.Expr:
-        return sympy.Piecewise((then, a < b if is_strict else a <= b), (otherwise, True))
+        chosen = sympy.Piecewise((then, a < b if is_strict else a <= b), (otherwise, True))
+        self._sized(chosen, a, b, then, otherwise)
+        if self._size[chosen] > _LARGEST_CHOICE and not chosen.is_Atom:
+            return self._choices.name(chosen)
+        return chosen
 
 
 def _number(value: float) -> sympy.Number:

@@ -76,7 +76,7 @@ def test_the_first_order_form_is_what_rhs_works_out(name):
     for left, right in equations_by_elements(system):
         terms = [value(x) for x in left] + [-value(x) for x in right]
         assert sum(terms) == pytest.approx(0.0, abs=1e-10 * max(map(abs, terms), default=0.0) + 1e-12)
-    solved = accelerations_if_diagonal(system)
+    solved = accelerations_if_diagonal(system, Choices(system))
     assert (solved is None) == (
         name in ("double_pendulum", "slider_crank", "rolling_disc", "heavy_top_absolute")
     )

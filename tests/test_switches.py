@@ -282,8 +282,8 @@ def test_models_without_them_have_no_new_line():
 
 
 def test_they_are_printed(tmp_path):
+    from symgen.cli.latex import to_latex
     from symgen.cli.report_equations import to_mathml
-    from symgen.cli.show import to_latex
 
     x = sympy.Symbol("x")
     choice = symgen.where((x < 0) | ~(x < 2), symgen.floor(x), symgen.heaviside(x))

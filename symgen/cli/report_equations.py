@@ -15,11 +15,14 @@ from xml.dom import minidom
 import sympy
 from sympy.printing.mathml import MathMLPresentationPrinter
 
+from symgen.cli.formula_lines import lines
 from symgen.equations import (
+    Choices,
     Element,
     accelerations_if_diagonal,
     equations_by_elements,
     rates_of_coordinates,
+    shortened,
     symbolic,
 )
 from symgen.model.from_sympy import as_piecewise
@@ -39,7 +42,6 @@ _GREEK = (
     "Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
 ).split()
 _LETTERS = dict(zip(_GREEK, "αβγδεζηθικλμνξπρστφχψωΓΔΘΛΞΠΣΦΨΩ"))
-_LONG = 60  # letters of a sum that fit a line
 _TIMES = "<mo>\u2009</mo>"
 _TAG = re.compile(r"<[^>]*>")
 _ENTITIES = {"&amp;pi;": "π", "<mo>-</mo>": "<mo>−</mo>"}
@@ -48,9 +50,7 @@ _RELATIONS = {"<": "&lt;", "<=": "≤", ">": "&gt;", ">=": "≥", "==": "=", "!=
 
 def to_mathml(expression: sympy.Expr) -> str:
     """Return an expression as the inside of a `math` element."""
-    return _Printer().text(
-        expression.xreplace({sympy.Float(1.0): sympy.S.One})
-    )  # 1.0 is no factor to be read
+    return _Printer().text(_plain(expression))
 
 
 def name(text: str) -> str:
@@ -86,59 +86,16 @@ def equation(left: str, right: str) -> str:
 
 def equation_of(left: str, right: sympy.Expr) -> str:
     """Return an equation for an expression; a long one is broken over lines, a sum at least at each of its terms."""
-    text = to_mathml(right)
-    if _length(text) <= _LONG:
-        return equation(left, text)
-    if isinstance(right, sympy.Add):
-        lines = [_signed(sign, pieces(term)) for sign, term in _signed_terms(right)]
-    else:
-        lines = [pieces(right)]
-    lines[0].insert(0, f"{left}<mo>=</mo>")
-    rows = "".join(f"<div>{' '.join(map(_inline, line))}</div>" for line in lines)
-    return f'<div class="formula">{rows}</div>'
+    rows = lines(_plain(right), _NOTATION)
+    if len(rows) == len(rows[0]) == 1:
+        return equation(left, rows[0][0])
+    rows[0].insert(0, f"{left}<mo>=</mo>")
+    shown = "".join(f"<div>{' '.join(map(_inline, row))}</div>" for row in rows)
+    return f'<div class="formula">{shown}</div>'
 
 
-def pieces(expression: sympy.Expr) -> list[str]:
-    """Return an expression as MathML in pieces between which a line may be broken, each hardly longer than a line.
-
-    Browsers do not break formulas. What is too long for a line is written on one level: sums in parentheses, quotients
-    with a stroke.
-    """
-    text = to_mathml(expression)
-    if _length(text) <= _LONG:
-        return [text]
-    if isinstance(expression, sympy.Add):
-        return [piece for sign, term in _signed_terms(expression) for piece in _signed(sign, pieces(term))]
-    above, below = sympy.fraction(expression, exact=True)
-    if below != 1:
-        return [*_factor(above), *_signed("<mo>/</mo>", _factor(below, of_many=True))]
-    if isinstance(expression, sympy.Mul):
-        first, *others = (_factor(x, of_many=True) for x in expression.as_ordered_factors())
-        return [*first, *(piece for factor in others for piece in _signed(_TIMES, factor))]
-    if isinstance(expression, sympy.Pow):
-        *before, last = _in_parentheses(pieces(expression.base))
-        return [*before, f"<msup><mrow>{last}</mrow>{_wrapped(to_mathml(expression.exp))}</msup>"]
-    if isinstance(expression, sympy.Function) and len(expression.args) == 1:
-        return _signed(
-            f"<mi>{escape(expression.func.__name__)}</mi>", _in_parentheses(pieces(expression.args[0]))
-        )
-    return [text]
-
-
-def _factor(expression: sympy.Expr, *, of_many: bool = False) -> list[str]:
-    """Return a factor in pieces: a sum, and below a stroke a product, in parentheses."""
-    together = isinstance(expression, sympy.Add) or (of_many and isinstance(expression, sympy.Mul))
-    negative = of_many and expression.could_extract_minus_sign() and expression.is_number
-    return _in_parentheses(pieces(expression)) if together or negative else pieces(expression)
-
-
-def _in_parentheses(inside: list[str]) -> list[str]:
-    return _signed("<mo>(</mo>", [*inside[:-1], f"{inside[-1]}<mo>)</mo>"])
-
-
-def _signed(sign: str, inside: list[str]) -> list[str]:
-    """Return pieces with a sign before the first."""
-    return [f"{sign}{inside[0]}", *inside[1:]]
+def _plain(expression: sympy.Expr) -> sympy.Expr:
+    return expression.xreplace({sympy.Float(1.0): sympy.S.One})  # 1.0 is no factor to be read
 
 
 def _wrapped(text: str) -> str:
@@ -149,19 +106,27 @@ def _inline(piece: str) -> str:
     return f'<math displaystyle="true">{_wrapped(piece)}</math>'
 
 
-def _length(text: str) -> int:
-    """How many letters a formula has, of a fraction those of the longer part, roughly."""
-    return len(_TAG.sub("", text))
+class _MathML:
+    """The notation of MathML."""
+
+    plus, minus, times, stroke = "<mo>+</mo>", "<mo>−</mo>", _TIMES, "<mo>/</mo>"
+    opening, closing = "<mo>(</mo>", "<mo>)</mo>"
+
+    def text(self, expression: sympy.Basic) -> str:
+        return to_mathml(expression)
+
+    def letters(self, text: str) -> int:
+        """How many letters a formula has, of a fraction those of both parts."""
+        return len(_TAG.sub("", text))
+
+    def power(self, base: str, exponent: sympy.Expr) -> str:
+        return f"<msup><mrow>{base}</mrow>{_wrapped(to_mathml(exponent))}</msup>"
+
+    def function(self, name: str) -> str:
+        return f"<mi>{escape(name)}</mi>"
 
 
-def _signed_terms(node: sympy.Add) -> list[tuple[str, sympy.Expr]]:
-    """Return the signs and the terms of a sum; the first has none where it is positive."""
-    found: list[tuple[str, sympy.Expr]] = []
-    for term in node.as_ordered_terms():
-        negative = term.could_extract_minus_sign()
-        sign = "<mo>−</mo>" if negative else "<mo>+</mo>" if found else ""
-        found.append((sign, -term if negative else term))
-    return found
+_NOTATION = _MathML()
 
 
 class _Printer(MathMLPresentationPrinter):
@@ -225,9 +190,12 @@ def report_equations(system: System) -> Equations:
     if operations > _MOST_OPERATIONS:
         note = f"{operations} operations: too long to be read; `symgen derive` writes them to a file."
         return Equations([*map(Markup, _form(system))], [*map(Markup, _general(system))], note)
-    found = {f: symbolic(system, f) for f in functions if system.has(f)}
-    motion = [*_form(system), *_entries(system, found)]
-    return Equations([*map(Markup, motion)], [*map(Markup, _first_order(system))])
+    choices = Choices(system)
+    found = {f: shortened(symbolic(system, f, choices)) for f in functions if system.has(f)}
+    first_order = [*_first_order(system, choices)]
+    chosen = (equation_of(name(symbol.name), value) for symbol, value in choices.named)
+    motion = [*_form(system), *_entries(system, found), *chosen]
+    return Equations([*map(Markup, motion)], [*map(Markup, first_order)])
 
 
 def _form(system: System) -> Iterator[str]:
@@ -271,7 +239,7 @@ def _general(system: System) -> Iterator[str]:
     yield equation(f"<mrow>{matrix}{unknown}</mrow>", known)
 
 
-def _first_order(system: System) -> Iterator[str]:
+def _first_order(system: System, choices: Choices) -> Iterator[str]:
     """Yield x, and x' state by state; where M is to be solved with, equation by equation, by the names of elements."""
     if system.nq + system.nv + system.m > _MOST_STATES:
         yield from _general(system)
@@ -285,7 +253,7 @@ def _first_order(system: System) -> Iterator[str]:
         if coordinate in shown and (rate != f"dot({coordinate})" or value.name != rate):
             yield equation_of(dotted(name(coordinate)), value)
     accelerations = acceleration_labels(system.coordinates, system.rates)
-    solved = accelerations_if_diagonal(system)
+    solved = accelerations_if_diagonal(system, choices)
     if solved is not None:
         for label, value in zip(accelerations, solved):
             yield equation_of(name(label), value)

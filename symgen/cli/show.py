@@ -1,58 +1,140 @@
-"""`symgen show`: a model and its equations, as text or LaTeX.
-
-Model expressions as LaTeX.
-
-What `symgen show` prints of joints, points, axes, ready-made constraints and drawings.
-"""
+"""`symgen show`: a model and its equations, as text or as a LaTeX document."""
 
 from __future__ import annotations
 
-import re
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 import sympy
-from sympy.printing.latex import LatexPrinter, translate
 
 from symgen import runtime
+from symgen.cli import latex
 from symgen.cli.arguments import as_dict, find_model, model_argument
 from symgen.cli.terminal import say
 from symgen.equations import (
+    Choices,
     Element,
     accelerations_if_diagonal,
     equations_by_elements,
     rates_of_coordinates,
+    shortened,
     symbolic,
 )
 from symgen.errors import ModelError
 from symgen.link import module_for
-from symgen.model.from_sympy import as_piecewise
+from symgen.model.from_sympy import taken_over
 from symgen.model.functions import dot
 from symgen.model.library import load
 from symgen.model.printing import to_text
 from symgen.runtime.names import acceleration_labels, motion_records, rate_labels
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Iterator
 
     from symgen.model.description import Body, Coordinate, Description, Friction, Joint, Rate
     from symgen.runtime.system import System
 
 
-if TYPE_CHECKING:
-    Show = Callable[[sympy.Expr], str]
+_MOST_OPERATIONS = 400  # longer equations are not read by people
+_MOST_CHOICES = 8
+_LONGEST_TEXT = 2000
+_TOO_LONG = "… (too long to be read)"
 
 
-def section(title: str, rows: list[tuple[str, ...]]) -> list[str]:
-    """A titled table; nothing where it has no rows."""
-    if not rows:
-        return []
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines = ["  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
-    return [title, *lines, ""]
+class Notation(Protocol):
+    """How expressions and names are written; an expression is given by calling it.
+
+    Attributes
+    ----------
+    spin : str
+        The kinetic energy of turning.
+    """
+
+    spin: str
+
+    def __call__(self, expression: sympy.Expr) -> str: ...
+
+    def name(self, name: str) -> str: ...
+
+    def element(self, element: Element) -> str: ...
 
 
-def mechanism(d: Description, show: Show) -> list[str]:
+class _Text:
+    """As model files have it."""
+
+    spin = "1/2*omega.I.omega"
+
+    def __call__(self, expression: sympy.Expr) -> str:
+        try:
+            return to_text(expression, _LONGEST_TEXT)
+        except ModelError:
+            return _TOO_LONG
+
+    def name(self, name: str) -> str:
+        return name
+
+    def element(self, element: Element) -> str:
+        text = f"{element.matrix}[{', '.join(element.names)}]"
+        return f"{text}*{element.times}" if element.times else text
+
+
+class _Latex:
+    """As LaTeX, with mathematics between dollar signs."""
+
+    spin = r"$\tfrac{1}{2} \omega^{T} I\, \omega$"
+
+    def __call__(self, expression: sympy.Expr) -> str:
+        long = expression.count_ops() > _MOST_OPERATIONS
+        return _TOO_LONG if long else latex.to_latex(expression)
+
+    def name(self, name: str) -> str:
+        return f"${latex.name(name)}$"
+
+    def element(self, element: Element) -> str:
+        times = rf"\, {latex.name(element.times)}" if element.times else ""
+        return f"${latex.entry(element.matrix, *element.names)}{times}$"
+
+
+@dataclass(frozen=True)
+class Section:
+    """Rows under a title: equations (two sides), or a table.
+
+    Attributes
+    ----------
+    title : str
+    rows : list of tuple of str
+        Cells; of equations left and right side.
+    equations, aligned : bool
+        Whether rows are equations, and whether text has them in columns.
+    """
+
+    title: str
+    rows: list[tuple[str, ...]]
+    equations: bool = False
+    aligned: bool = True
+
+    def lines(self) -> list[str]:
+        """Return the section as lines of text."""
+        rows = [(left, "=", right) for left, right in self.rows] if self.equations else self.rows
+        if not self.aligned:
+            return [f"  {' '.join(row)}" for row in rows]
+        widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+        return ["  " + "  ".join(cell.ljust(n) for cell, n in zip(row, widths)).rstrip() for row in rows]
+
+    def latex(self) -> str:
+        """Return the body of the section as LaTeX."""
+        if self.equations:
+            return "\n".join(latex.formula(*map(latex.escaped, row)) for row in self.rows)
+        return latex.table(self.rows)
+
+
+def section(title: str, rows: list[tuple[str, ...]], *, equations: bool = False) -> list[Section]:
+    """Return a section; none where it has no rows."""
+    return [Section(title, rows, equations)] if rows else []
+
+
+def mechanism(d: Description, show: Notation) -> list[Section]:
     """The sections of joints, points, axes, ready-made constraints and drawings."""
 
     def fixed(elements: Any, vector: str, at: str) -> list[tuple[str, ...]]:
@@ -72,11 +154,11 @@ def mechanism(d: Description, show: Show) -> list[str]:
     ]
 
 
-def _places(vectors: tuple[tuple[sympy.Expr, ...], ...], show: Show) -> str:
+def _places(vectors: tuple[tuple[sympy.Expr, ...], ...], show: Notation) -> str:
     return ", ".join(f"({', '.join(map(show, vector))})" for vector in vectors)
 
 
-def _joint(j: Joint, show: Show) -> str:
+def _joint(j: Joint, show: Notation) -> str:
     parts = (
         [f"coordinate{'s' * (len(j.coordinates) > 1)} {', '.join(j.coordinates)}"] if j.coordinates else []
     )
@@ -91,7 +173,7 @@ def _joint(j: Joint, show: Show) -> str:
     return ", ".join(parts)
 
 
-def _arguments(arguments: tuple[tuple[str, Any], ...], show: Show) -> str:
+def _arguments(arguments: tuple[tuple[str, Any], ...], show: Notation) -> str:
     def text(value: Any) -> str:
         if isinstance(value, tuple):
             return f"({', '.join(map(text, value))})"
@@ -102,39 +184,29 @@ def _arguments(arguments: tuple[tuple[str, Any], ...], show: Show) -> str:
     return ", ".join(f"{key} {text(value)}" for key, value in arguments)
 
 
-_MOST_OPERATIONS = 400  # longer equations are not read by people
-_LONGEST_TEXT = 2000
-
-
 @click.command("show")
 @model_argument
-@click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
-def command(model: str, options: tuple[tuple[str, str], ...], latex: bool) -> None:
+@click.option("--latex", "as_latex", is_flag=True, help="Print a LaTeX document of them.")
+def command(model: str, options: tuple[tuple[str, str], ...], as_latex: bool) -> None:
     """Show MODEL as it was written, and its equations of motion."""
     path, build_options = find_model(model), as_dict(options, "--option")
     description = load(path, build_options).describe()
     system = runtime.load(module_for(path, build_options).text)
-    printer = _latex if latex else _text
-    lines = [f"{description.name}: {description.description}".rstrip(": "), ""]
-    lines += _tables(description) + _bodies(description, printer) + mechanism(description, printer)
-    lines += _terms(description, printer)
-    lines += _equations(system, printer)
+    show: Notation = _Latex() if as_latex else _Text()
+    sections = _tables(description) + _bodies(description, show) + mechanism(description, show)
+    sections += _terms(description, show)
+    sections += _equations(system, show)
+    if as_latex:
+        found = ((part.title, part.latex()) for part in sections)
+        say(latex.document(description.name, description.description, found))
+        return
+    lines = [f"{description.name}: {description.description}".rstrip(": ")]
+    for part in sections:
+        lines += ["", part.title] * (part.title != "") + part.lines()
     say("\n".join(lines))
 
 
-def _text(expression: sympy.Expr) -> str:
-    try:
-        return to_text(expression, _LONGEST_TEXT)
-    except ModelError:
-        return "… (too long to be read)"
-
-
-def _latex(expression: sympy.Expr) -> str:
-
-    return to_latex(expression)
-
-
-def _tables(d: Description) -> list[str]:
+def _tables(d: Description) -> list[Section]:
     def quantity(value: float, unit: str | None) -> str:
         return f"{value:.10g} {unit or ''}".strip()
 
@@ -164,7 +236,7 @@ def _rate(r: Rate) -> str:
     return f"rate guess {r.guess:.10g}" if r.start is None else f"rate {r.start:.10g}"
 
 
-def _bodies(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
+def _bodies(d: Description, show: Notation) -> list[Section]:
     rows = []
     children = {j.child for j in d.joints}
     for body in d.bodies:
@@ -177,51 +249,48 @@ def _bodies(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
     return section("bodies", rows)
 
 
-def _orientation(body: Body, show: Callable[[sympy.Expr], str]) -> str:
+def _orientation(body: Body, show: Notation) -> str:
     if body.angle is not None:
         return f", angle {show(body.angle)}"
     turns = [f"about {axis} by {show(angle)}" for axis, angle in body.rotation]
     return f", turned {', then '.join(turns)}" if turns else ""
 
 
-def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
+def _terms(d: Description, show: Notation) -> list[Section]:
     def point(name: str, parts: tuple[sympy.Expr, ...]) -> str:
         return f"{name} ({', '.join(map(show, parts))})"
 
     children, states = {j.child for j in d.joints}, {s.name for s in d.states}
     kinetic = [
-        (
-            b.name,
-            "=",
-            _jointed_kinetic(b, show) if b.name in children else show(_kinetic(b, dot)) + _spinning(b),
-        )
+        (b.name, _jointed_kinetic(b, show) if b.name in children else _kinetic_energy(b, show))
         for b in d.bodies
         if b.mass is not None or b.inertia
     ]
-    kinetic += [("other", "=", show(d.kinetic))] if d.kinetic is not None else []
+    kinetic += [("other", show(d.kinetic))] if d.kinetic is not None else []
     gravity = d.gravity or ()
     potential = [
-        (b.name, "=", _weight(b, gravity, b.name in children, show))
+        (b.name, _weight(b, gravity, b.name in children, show))
         for b in d.bodies
         if b.mass is not None and any(gravity)
     ]
-    potential += [("other", "=", show(d.potential))] if d.potential is not None else []
-    dissipation = [("R", "=", show(d.dissipation))] if d.dissipation is not None else []
+    potential += [("other", show(d.potential))] if d.potential is not None else []
+    dissipation = [("R", show(d.dissipation))] if d.dissipation is not None else []
     loads = [
         (load.name, point("force", load.force) + point(" at", load.point))
         if load.force
         else (load.name, point("torque", load.torque) + f" on {load.body}")
         for load in d.loads
     ]
+    forces = [(show.name(name), show(e)) for name, e in d.forces if name not in states]
     return [
-        *section("definitions", [(name, "=", show(e)) for name, e in d.definitions]),
-        *section("kinetic energy", kinetic),
-        *section("potential energy", potential),
-        *section("dissipation", dissipation),
+        *section("definitions", [(show.name(name), show(e)) for name, e in d.definitions], equations=True),
+        *section("kinetic energy", kinetic, equations=True),
+        *section("potential energy", potential, equations=True),
+        *section("dissipation", dissipation, equations=True),
+        *section("forces on coordinates", forces, equations=True),
         *section(
-            "forces on coordinates", [(name, "=", show(e)) for name, e in d.forces if name not in states]
+            "states", [(show.name(f"dot({s.name})"), show(s.derivative)) for s in d.states], equations=True
         ),
-        *section("states", [(f"dot({s.name})", "=", show(s.derivative)) for s in d.states]),
         *section("loads", loads),
         *section(
             "stops", [(s.name, "0 <=", show(s.gap), f"restitution {show(s.restitution)}") for s in d.stops]
@@ -231,145 +300,98 @@ def _terms(d: Description, show: Callable[[sympy.Expr], str]) -> list[str]:
         *section(
             "velocity constraints", [(c.name, "0 =", show(c.expression)) for c in d.velocity_constraints]
         ),
-        *section("outputs", [(name, "=", show(e)) for name, e in d.outputs]),
+        *section("outputs", [(show.name(name), show(e)) for name, e in d.outputs], equations=True),
         *section("events", [(e.name, f"when {show(e.when)} = 0, {e.direction}", e.action) for e in d.events]),
     ]
 
 
-def _level(f: Friction, show: Callable[[sympy.Expr], str]) -> str:
+def _level(f: Friction, show: Notation) -> str:
     return f"{show(f.level)} times the force of {', '.join(f.normal)}" if f.normal else show(f.level)
 
 
-def _sliding(f: Friction, show: Callable[[sympy.Expr], str]) -> str:
+def _sliding(f: Friction, show: Notation) -> str:
     return show(f.speed) + ("" if f.smooth is None else f", less below {show(f.smooth)}")
 
 
-def _kinetic(body: Body, dot) -> sympy.Expr:
-    import sympy
-
+def _kinetic_energy(body: Body, show: Notation) -> str:
     energy = sympy.Integer(0)
     if body.mass is not None:
         energy += body.mass * sum(dot(x) ** 2 for x in body.com if not x.is_number) / 2
     if body.planar and body.inertia and body.angle is not None:
         energy += body.inertia[0] * dot(body.angle) ** 2 / 2
-    return energy
+    return show(energy) + (f" + {show.spin}" if body.inertia and not body.planar else "")
 
 
-def _jointed_kinetic(body: Body, show: Callable[[sympy.Expr], str]) -> str:
+def _jointed_kinetic(body: Body, show: Notation) -> str:
     """In short where joints place the body: written out, it is too long to be read."""
-    import sympy
-
     moving = [show(body.mass * sympy.Symbol("v.v") / 2)] if body.mass is not None else []
-    turning = ["1/2*omega.I.omega"] if body.inertia else []
+    turning = [show.spin] if body.inertia else []
     return " + ".join(moving + turning)
 
 
-def _weight(
-    body: Body, gravity: tuple[sympy.Expr, ...], is_child: bool, show: Callable[[sympy.Expr], str]
-) -> str:
-    import sympy
-
+def _weight(body: Body, gravity: tuple[sympy.Expr, ...], is_child: bool, show: Notation) -> str:
     if is_child:
         return f"{show(-body.mass * sympy.Symbol('gravity.r'))}, gravity ({', '.join(map(show, gravity))})"
     return show(-body.mass * sum(g * x for g, x in zip(gravity, body.com)))
 
 
-def _spinning(body: Body) -> str:
-    return " + 1/2*omega.I.omega" if body.inertia and not body.planar else ""
-
-
-def _equations(system: System, show: Callable[[sympy.Expr], str]) -> list[str]:
-    names = [record["name"] for record in system.rates]
+def _equations(system: System, show: Notation) -> list[Section]:
     head = "equations of motion: M a = f" + (" + G^T lambda, G a = gamma" if system.m else "")
     operations = sum(
         system.operations.get(name, 0) for name in ("mass_matrix", "forces", "constraint_jacobian")
     )
     if operations > _MOST_OPERATIONS:
-        return [
-            head,
-            f"  {operations} operations: too long to be read; `symgen derive` writes them to a file",
-        ]
-    rows = []
-    for index, value in sorted(symbolic(system, "mass_matrix").items()):
+        says = f"{operations} operations: too long to be read; `symgen derive` writes them to a file"
+        return [Section(head, [(says,)])]
+    choices = Choices(system)
+    rows = [(show.element(element), show(taken_over(value))) for element, value in _elements(system, choices)]
+    first_order = _first_order(system, show, choices)
+    chosen = [(show.name(str(name)), show(taken_over(value))) for name, value in choices.named]
+    if len(chosen) > _MOST_CHOICES:
+        names = f"{chosen[0][0]} to {chosen[-1][0]}"
+        says = f"{names}, of curves and switches: too long to be read; `symgen derive` writes them to a file"
+        return [*section(head, rows, equations=True), Section("with", [(says,)]), *first_order]
+    return [*section(head, rows, equations=True), *section("with", chosen, equations=True), *first_order]
+
+
+def _elements(system: System, choices: Choices) -> Iterator[tuple[Element, sympy.Expr]]:
+    """Yield what is not zero: of the symmetric M on and above the diagonal, f, G and gamma."""
+
+    def written(function: str) -> list[tuple[int, sympy.Expr]]:
+        return sorted(shortened(symbolic(system, function, choices)).items())
+
+    names = [record["name"] for record in system.rates]
+    for index, value in written("mass_matrix"):
         i, j = divmod(index, system.nv)
         if j >= i:
-            rows.append((f"M[{names[i]}, {names[j]}]", "=", show(value)))
-    rows += [(f"f[{names[i]}]", "=", show(value)) for i, value in sorted(symbolic(system, "forces").items())]
+            yield Element("M", (names[i], names[j])), value
+    for i, value in written("forces"):
+        yield Element("f", (names[i],)), value
     if system.m:
         constraints = [record["name"] for record in system.constraints]
-        for index, value in sorted(symbolic(system, "constraint_jacobian").items()):
+        for index, value in written("constraint_jacobian"):
             i, j = divmod(index, system.nv)
-            rows.append((f"G[{constraints[i]}, {names[j]}]", "=", show(value)))
-        gamma = sorted(symbolic(system, "gamma").items())
-        rows += [(f"gamma[{constraints[i]}]", "=", show(value)) for i, value in gamma]
-    return [*section(head, rows), *_first_order(system, show)]
+            yield Element("G", (constraints[i], names[j])), value
+        for i, value in written("gamma"):
+            yield Element("gamma", (constraints[i],)), value
 
 
-def _first_order(system: System, show: Callable[[sympy.Expr], str]) -> list[str]:
+def _first_order(system: System, show: Notation, choices: Choices) -> list[Section]:
     """The equations of x' that are not of the form dot(q) = dot(q), by the names of their elements."""
     shown, moving = motion_records(system.coordinates, system.integrals), rates_of_coordinates(system)
     states = [*(c["name"] for _, c in shown), *rate_labels(system.coordinates, system.rates)]
-    rates = [(f"dot({c['name']})", show(moving[i])) for i, c in shown]
-    rows = [(left, "=", right) for left, right in rates if left != right.strip("$")]
-    solved, elements = accelerations_if_diagonal(system), []
+    rates = [(f"dot({c['name']})", moving[i]) for i, c in shown]
+    rows = [(show.name(left), show(right)) for left, right in rates if left != str(right)]
+    solved, elements = accelerations_if_diagonal(system, choices), []
     if solved is None:
         elements = equations_by_elements(system)
     else:
         names = acceleration_labels(system.coordinates, system.rates)
-        rows += [(name, "=", show(value)) for name, value in zip(names, solved)]
-    sums = [[" + ".join(map(_term, side)) or "0" for side in sides] for sides in elements]
-    return [
-        f"first-order form, of x = ({', '.join(states)})",
-        *section("", rows)[1:-1],
-        *(f"  {left} = {right}" for left, right in sums),
-    ]
-
-
-def _term(element: Element) -> str:
-    names = ", ".join(element.names)
-    return f"{element.matrix}[{names}]" + f"*{element.times}" * bool(element.times)
-
-
-_RATE = re.compile(r"dot\((\w+)\)\Z")
-
-
-class _Printer(LatexPrinter):
-    """Prints rates with a dot above, also where they are symbols named `dot(x)`."""
-
-    def _print_Symbol(self, symbol: sympy.Symbol, **options) -> str:
-        rate = _RATE.match(symbol.name)
-        if rate:
-            return rf"\dot{{{self._print(sympy.Symbol(rate.group(1)))}}}"
-        name, underscore, index = symbol.name.partition("_")
-        if underscore:
-            return rf"{translate(name)}_{{\mathrm{{{index}}}}}".replace("_{\\mathrm{}}", "")
-        return super()._print_Symbol(symbol, **options)
-
-    def _print_dot(self, rate: sympy.Function, exp: str | None = None) -> str:
-        inside = rate.args[0]
-        if isinstance(inside, sympy.Symbol):
-            return _raised(rf"\dot{{{self._print(inside)}}}", exp)
-        text = rf"\frac{{d}}{{dt}}\left({self._print(inside)}\right)"
-        return _raised(rf"\left({text}\right)" if exp else text, exp)
-
-    def _print_where(self, choice: sympy.Function, exp: str | None = None) -> str:
-        text = self._print(as_piecewise(choice))
-        return _raised(rf"\left({text}\right)" if exp else text, exp)
-
-    def _print_heaviside(self, function: sympy.Function, exp: str | None = None) -> str:
-        return self._print_Heaviside(sympy.Heaviside(function.args[0], evaluate=False), exp)
-
-    def _print_minimum(self, function: sympy.Function, exp: str | None = None) -> str:
-        return _raised(rf"\min\left({', '.join(map(self._print, function.args))}\right)", exp)
-
-    def _print_maximum(self, function: sympy.Function, exp: str | None = None) -> str:
-        return _raised(rf"\max\left({', '.join(map(self._print, function.args))}\right)", exp)
-
-
-def _raised(text: str, exp: str | None) -> str:
-    return f"{text}^{{{exp}}}" if exp else text
-
-
-def to_latex(expression: sympy.Expr) -> str:
-    """Return an expression as LaTeX, between dollar signs."""
-    return f"${_Printer({'mul_symbol': None}).doprint(expression)}$"
+        values = shortened(dict(enumerate(solved))).values()
+        rows += [(show.name(name), show(taken_over(value))) for name, value in zip(names, values)]
+    sums = [tuple(" + ".join(map(show.element, side)) or "0" for side in sides) for sides in elements]
+    title = f"first-order form, of x = ({', '.join(map(show.name, states))})"
+    found = section(title, rows, equations=True)
+    if sums:
+        found.append(Section("" if found else title, sums, equations=True, aligned=False))
+    return found
