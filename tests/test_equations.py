@@ -10,6 +10,7 @@ import sympy
 import symgen
 from symgen import Model
 from symgen.equations import (
+    Choices,
     accelerations_if_diagonal,
     equations_by_elements,
     equations_of,

@@ -25,6 +25,7 @@ _SPECIAL = {
 }  # fmt: skip
 _PRODUCTS = {"v.v": r"v^{T} v", "gravity.r": r"g^{T} r"}
 _GREEK = re.compile(r"GREEK (SMALL|CAPITAL) LETTER (\w+)\Z")
+_SHORT, _BROAD = 24, 200  # letters of a cell, and of the last in a row, that columns have room for
 _LAST_OF_FONT = 0x17F  # Latin letters with accents, which the font encoding T1 has nearly all of
 _HEAD = r"""\documentclass{article}
 \usepackage[T1]{fontenc}
@@ -32,6 +33,7 @@ _HEAD = r"""\documentclass{article}
 \usepackage{amsmath,array,longtable}
 \usepackage[margin=2cm]{geometry}
 \setlength{\parindent}{0pt}
+\renewcommand{\arraystretch}{1.3}
 \allowdisplaybreaks
 \newcommand{\formula}[1]{{\raggedright\hangindent=2em\hangafter=1 #1\par}\smallskip}
 \begin{document}
@@ -163,11 +165,16 @@ def formula(left: str, right: str) -> str:
 
 
 def table(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows of cells, the last column of which may be long."""
+    """Return rows of cells: in columns of which the last is the widest, as paragraphs where that is too narrow."""
     n = max(map(len, rows))
-    widths = r">{\raggedright\arraybackslash}p{0.55\textwidth}"
-    body = "\n".join(" & ".join([*map(escaped, row), *[""] * (n - len(row))]) + r" \\" for row in rows)
-    return f"\\begin{{longtable}}[l]{{@{{}}{'l' * (n - 1)}{widths}@{{}}}}\n{body}\n\\end{{longtable}}"
+    cells = [[*map(escaped, row), *[""] * (n - len(row))] for row in rows]
+    letters = [[len(_COMMAND.sub("", cell)) for cell in row] for row in cells]
+    if any(max(row[:-1], default=0) > _SHORT or row[-1] > _BROAD for row in letters):
+        between = r" \quad "
+        return "\n".join(rf"\formula{{{between.join(filter(None, row))}}}" for row in cells)
+    body = "\n".join(" & ".join(row) + r" \\" for row in cells)
+    columns = "l" * (n - 1) + rf">{{\raggedright\arraybackslash}}p{{{0.95 - 0.15 * (n - 1):.2f}\textwidth}}"
+    return f"\\begin{{longtable}}[l]{{@{{}}{columns}@{{}}}}\n{body}\n\\end{{longtable}}"
 
 
 def document(title: str, text: str, sections: Iterable[tuple[str, str]]) -> str:

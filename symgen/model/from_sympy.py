@@ -149,6 +149,7 @@ _RULES: dict[type, Callable] = {
     sympy.And: lambda *conditions: nested(both, conditions),
     sympy.Or: lambda *conditions: nested(either, conditions),
     sympy.Not: opposite,
+    sympy.ITE: lambda condition, then, otherwise: either(both(condition, then), both(opposite(condition), otherwise)),
 }
 
 
