@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -259,6 +260,21 @@ def test_show():
     assert latex.exit_code == 0, latex.output
     assert r"\dot{" in latex.output and r"\cos{\left(" in latex.output
     assert "too long to be read" in symgen("show", "n_pendulum", "--option", "N=20").output
+
+
+@pytest.mark.parametrize("model", ["double_pendulum", "four_bar", "active_suspension"])
+def test_documents_compile(folder, model):
+    text = symgen("show", model, "--latex").output
+    assert text.count("\\begin{") == text.count("\\end{") and text.count("{") == text.count("}")
+    if shutil.which("pdflatex") is None:
+        return  # what can be seen without is above
+    Path("document.tex").write_text(text, encoding="utf-8")
+    run = ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "document.tex"]
+    found = subprocess.run(run, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)
+    assert found.returncode == 0, found.stdout[-2000:]
+    assert Path("document.pdf").read_bytes().startswith(b"%PDF")
+    wide = [float(points) for points in re.findall(r"Overfull \\hbox \(([\d.]+)pt", found.stdout)]
+    assert not wide or max(wide) < 5
 
 
 def test_advise():

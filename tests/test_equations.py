@@ -15,6 +15,7 @@ from symgen.equations import (
     equations_by_elements,
     equations_of,
     rates_of_coordinates,
+    shortened,
     symbolic,
 )
 from symgen.model.library import bundled, load
@@ -204,6 +205,18 @@ def test_functions_of_time():
     assert moved.substituted().Phi.diff(moved.t).equals(moved.substituted().Phi_dot)
     ball = equations_of(symgen.load("free_rigid_body")).of_time()
     assert ball.v[0] == sympy.Function("turn_wx")(ball.t)
+
+
+def test_products_of_sines_and_cosines_become_sums_of_angles_where_that_is_shorter():
+    a, b, c = sympy.symbols("a b c")
+    sin, cos = sympy.sin, sympy.cos
+    written = {
+        0: c * cos(a) * cos(b) + c * sin(a) * sin(b),
+        1: a * sin(b) ** 2 + a * cos(b) ** 2 + c,
+        2: cos(a) * (c + sin(b)),  # as a sum of angles it would be longer
+    }
+    found = shortened(written)
+    assert found[0] == c * cos(a - b) and found[1] == a + c and found[2] == written[2]
 
 
 def test_settings_of_jumps_are_left_out():

@@ -288,6 +288,9 @@ def test_classes_of_sympy_are_taken_over():
         sympy.Heaviside(x): "heaviside(x)",
         sympy.Mod(x, y): "x - y*floor(x/y)",
         pieces: "where(x < 0, x, where(1 <= x and not y > 2 or x > 5, y^2, 3))",
+        sympy.Piecewise(
+            (x, sympy.ITE(x < 0, y > 1, y < 0)), (y, True)
+        ): "where(x < 0 and y > 1 or not x < 0 and y < 0, x, y)",
     }.items():
         own = taken_over(given)
         assert not {node.func for node in sympy.preorder_traversal(own)} & {type(given), sympy.Piecewise}

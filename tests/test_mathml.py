@@ -8,7 +8,8 @@ import xml.etree.ElementTree as ET
 import pytest
 import sympy
 
-from symgen.cli.report_equations import equation_of, name, pieces, to_mathml
+from symgen.cli.formula_lines import pieces
+from symgen.cli.report_equations import MATHML, equation_of, name, to_mathml
 
 
 def read_back(element: ET.Element) -> str:
@@ -74,7 +75,7 @@ LONG = {
 def test_a_formula_in_pieces_says_what_the_expression_says(text):
     values = {"m": 1.3, "a": 0.7, "b": 0.4, "c_1": -1.9, "theta": 0.6}
     expression = sympy.sympify(text, locals={n: sympy.Symbol(n) for n in values})
-    found = pieces(expression)
+    found = pieces(expression, MATHML)
     assert len(found) > 2
     assert max(len("".join(ET.fromstring(f"<math>{piece}</math>").itertext())) for piece in found) < 90
     shown = read_back(ET.fromstring(f"<mrow>{''.join(found)}</mrow>"))

@@ -86,7 +86,7 @@ def equation(left: str, right: str) -> str:
 
 def equation_of(left: str, right: sympy.Expr) -> str:
     """Return an equation for an expression; a long one is broken over lines, a sum at least at each of its terms."""
-    rows = lines(_plain(right), _NOTATION)
+    rows = lines(_plain(right), MATHML)
     if len(rows) == len(rows[0]) == 1:
         return equation(left, rows[0][0])
     rows[0].insert(0, f"{left}<mo>=</mo>")
@@ -126,7 +126,7 @@ class _MathML:
         return f"<mi>{escape(name)}</mi>"
 
 
-_NOTATION = _MathML()
+MATHML = _MathML()
 
 
 class _Printer(MathMLPresentationPrinter):

@@ -60,7 +60,7 @@ class Notation(Protocol):
     def element(self, element: Element) -> str: ...
 
 
-class _Text:
+class Text:
     """As model files have it."""
 
     spin = "1/2*omega.I.omega"
@@ -79,7 +79,7 @@ class _Text:
         return f"{text}*{element.times}" if element.times else text
 
 
-class _Latex:
+class Latex:
     """As LaTeX, with mathematics between dollar signs."""
 
     spin = r"$\tfrac{1}{2} \omega^{T} I\, \omega$"
@@ -192,7 +192,7 @@ def command(model: str, options: tuple[tuple[str, str], ...], as_latex: bool) ->
     path, build_options = find_model(model), as_dict(options, "--option")
     description = load(path, build_options).describe()
     system = runtime.load(module_for(path, build_options).text)
-    show: Notation = _Latex() if as_latex else _Text()
+    show: Notation = Latex() if as_latex else Text()
     sections = _tables(description) + _bodies(description, show) + mechanism(description, show)
     sections += _terms(description, show)
     sections += _equations(system, show)

@@ -149,7 +149,9 @@ _RULES: dict[type, Callable] = {
     sympy.And: lambda *conditions: nested(both, conditions),
     sympy.Or: lambda *conditions: nested(either, conditions),
     sympy.Not: opposite,
-    sympy.ITE: lambda condition, then, otherwise: either(both(condition, then), both(opposite(condition), otherwise)),
+    sympy.ITE: lambda condition, then, otherwise: either(
+        both(condition, then), both(opposite(condition), otherwise)
+    ),
 }
 
 
