@@ -175,6 +175,16 @@ def test_both_forms_of_bundled_models_agree(monkeypatch, name):
             compare(usual.closed, lifted.closed, row)
 
 
+@pytest.mark.parametrize(("name", "option"), [("chain_absolute", "N"), ("lattice", "N")])
+def test_series_of_lifted_systems(forced, name, option):
+    """A factor of 1 was taken out of sums without end, and what took a node's place came after its readers."""
+    system = derive(load(find(name), {option: "2"}))
+    y0 = np.concatenate([system.initial_state()[0], system.initial_state()[1]])
+    runs = [system.run(t_end=0.05, method=method, rtol=1e-10, atol=1e-12) for method in ("taylor", "dop853")]
+    ends = [np.concatenate([run.q[-1], run.v[-1]]) for run in runs]
+    assert np.abs(ends[0] - ends[1]).max() < 1e-8 * np.abs(ends[1] - y0).max()
+
+
 def compare(usual: System, lifted: System, closed: int | None = None) -> None:
     """Hold `rhs` and `project` against each other in random states; one switched constraint may hold."""
     p, (q, v, _, _) = usual.parameter_values(), usual.initial_state()

@@ -112,6 +112,24 @@ class SeriesNodes(Nodes):
                     pending.append(a)
         return sorted(found)
 
+    def solved_below(self, roots: list[int]) -> list[int]:
+        """All nodes below `roots` that a right-hand side moves, each after what it is made of.
+
+        Numbers do not say that order: nodes that took the place of others are newer than those that read them.
+        """
+        found: dict[int, None] = {}
+        pending = list(reversed(roots))
+        while pending:
+            node = pending[-1]
+            missing = [a for a in self.args[node] if self.mask[a] & SOLVED and a not in found]
+            if missing and node not in found:
+                pending += missing
+            else:
+                pending.pop()
+                if self.mask[node] & SOLVED:
+                    found[node] = None
+        return list(found)
+
     def replace(self, replaced: dict[int, int], roots: list[int]) -> list[int]:
         """Let all nodes use others in the place of some, in place; returns the roots."""
 
@@ -168,7 +186,8 @@ class Algebra(SeriesNodes):
         if self.is_constant(a) and self.is_constant(b):
             return self._constant_product(a, b)
         if (self.mask[a] | self.mask[b]) & SOLVED:
-            return self._node("mul", (min(a, b), max(a, b)))
+            one = self.number(1.0)  # as a factor that terms share, it would be taken out of sums without end
+            return a if b == one else b if a == one else self._node("mul", (min(a, b), max(a, b)))
         if self.is_constant(a) or self.is_constant(b):
             return self.scale(a, b) if self.is_constant(a) else self.scale(b, a)
         factor, a = self._split(a)

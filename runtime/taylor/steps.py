@@ -310,13 +310,12 @@ class Solver:
         self.n_rates, solution = len(motion.rates), motion.solution
         graph = start.graph
         self._dependent: list[int] = []
-        for node in graph.reachable(solution.unknowns):
-            if graph.mask[node] & SOLVED:
-                self._dependent.append(node)
-                for a in graph.args[node]:
-                    if not graph.mask[a] & SOLVED:
-                        breathe()
-                        start.initial(a)
+        for node in graph.solved_below(solution.unknowns):
+            self._dependent.append(node)
+            for a in graph.args[node]:
+                if not graph.mask[a] & SOLVED:
+                    breathe()
+                    start.initial(a)
         self.conditions: list[Value] = []
         for node in solution.ratios:
             breathe()
