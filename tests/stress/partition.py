@@ -15,7 +15,7 @@ from symgen.runtime.integrate.methods import METHODS
 
 from .constrained_models import Drawn, draw
 from .judging import attempt, flag
-from .scenario import FLAGGED, RIGHT, WRONG, Outcome, Scenario
+from .scenario import FLAGGED, RIGHT, WRONG, Outcome, Scenario, admits
 
 if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
@@ -29,7 +29,6 @@ _TIMES, _TIMES_OWN, _MOST = 100.0, 10.0, 0.1
 _ALL, _END = slice(None), slice(-1, None)
 _TIGHT, _RTOLS_OF_GROWTH, _AGREE = 1e-13, (1e-9, 1e-11), 1e-7
 _MISSING_ORDER, _SMALL, _CHAOTIC = 0.7, 1e-7, 1e4
-_ADMITS = 3.0  # times what a run says of its error: its scale is the range, here it is the largest magnitude
 
 
 def _run(drawn: Drawn, **options) -> Solution | Outcome:
@@ -56,12 +55,6 @@ def of_frames(method: str, rtol: float) -> float:
     """
     order, between = METHODS[method].order, METHODS[method].dense_order
     return rtol ** ((between + 1) / (order + 1)) if between + 1 < order else rtol
-
-
-def admits(run: Solution, error: float) -> bool:
-    """Return whether a run that misses its tolerance, or order, says by how much: it is not believed in vain."""
-    said = next((entry.value for entry in run.health if entry.check == "accuracy"), None)
-    return said is not None and said >= error / _ADMITS
 
 
 @functools.lru_cache(maxsize=2)

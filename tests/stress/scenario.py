@@ -5,6 +5,10 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from symgen.runtime.solution import Solution
 
 RIGHT, REFUSED, FLAGGED, DOUBTED = "right", "refused", "flagged", "doubted"
 WRONG, HANG, CRASH = "WRONG", "HANG", "CRASH"
@@ -57,8 +61,6 @@ class Scenario:
         Whether it belongs to the short part, which the test suite runs.
     limit : float [s]
         How long it may take before it counts as a hang: enough to compile a step loop on a busy machine.
-    known : str
-        Why its outcome is bad and stays so for now; empty for all others. Once it is good, this has to go.
     """
 
     kind: str
@@ -67,12 +69,6 @@ class Scenario:
     method: str = ""
     short: bool = True
     limit: float = 300.0
-    known: str = ""
-
-
-def is_unexpected(scenario: Scenario, outcome: Outcome) -> bool:
-    """Return whether an outcome is bad without being known, or good although it is known to be bad."""
-    return (outcome.verdict in BAD) != bool(scenario.known)
 
 
 def all_scenarios() -> dict[str, Scenario]:
@@ -84,3 +80,12 @@ def all_scenarios() -> dict[str, Scenario]:
                 raise ValueError(f"two scenarios are called {scenario.name!r}")
             found[scenario.name] = scenario
     return found
+
+
+_ADMITS = 3.0  # times what a run says of its error: its scale is the range, that of errors may be another
+
+
+def admits(run: Solution, error: float) -> bool:
+    """Return whether a run that misses its tolerance, or order, says by how much: it is not believed in vain."""
+    said = next((entry.value for entry in run.health if entry.check == "accuracy"), None)
+    return said is not None and said >= error / _ADMITS
