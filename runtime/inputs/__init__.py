@@ -6,6 +6,11 @@ _EXPORTS = {
     "Controller": "symgen.runtime.inputs.controller",
     "Polynomial": "symgen.runtime.inputs.given",
     "Table": "symgen.runtime.inputs.given",
+    "Trajectory": "symgen.runtime.inputs.trajectory",
+    "computed_torque": "symgen.runtime.inputs.robot_control",
+    "gravity_compensation": "symgen.runtime.inputs.robot_control",
+    "impedance": "symgen.runtime.inputs.robot_control",
+    "regulator": "symgen.runtime.inputs.robot_control",
 }
 
 __all__ = sorted(_EXPORTS)
