@@ -36,12 +36,13 @@ EXIT_STATUSES = {
 # What users hold, in the order of the page; `symgen` also hands on functions of SymPy for expressions.
 CLASSES = (
     front.Model, equations.Equations, runtime.System, runtime.RunOptions, runtime.Solution, PreparedRun, Runs, Stepper,
-    Robot, runtime.Kernel, inputs.Controller, inputs.Table, inputs.Polynomial, linear.LinearModel, Modes, Mode,
+    Robot, runtime.Kernel, inputs.Controller, inputs.Table, inputs.Polynomial, inputs.Trajectory, linear.LinearModel, Modes, Mode,
     linear.FrequencyResponse, linear.Equilibrium, ensemble.Ensemble, EnsembleOptions, EnsembleHealth, Verdicts,
 )  # fmt: skip
 FUNCTIONS = (
     link.load, link.robot, equations.equations_of, runtime.load, runtime.load_robot, runtime.solve,
-    runtime.read_module, linear.linearise,
+    runtime.read_module, linear.linearise, inputs.computed_torque, inputs.gravity_compensation, inputs.impedance,
+    inputs.regulator,
     linear.find_equilibrium, ensemble.normal, ensemble.uniform, ensemble.lognormal, ensemble.triangular,
     ensemble.choice, ensemble.linspace, ensemble.grid, ensemble.quantiles, ensemble.histogram,
 )  # fmt: skip

@@ -120,34 +120,34 @@ def test_the_regulator_holds_an_arm_against_its_weight(system):
 
 
 def test_what_cannot_be_controlled_is_refused(system):
-    with pytest.raises(RuntimeModelError, match="loaded without functions for robot programs"):
+    with pytest.raises(RuntimeModelError, match=r"loaded without functions for robot programs"):
         computed_torque(arm().derive(), START, 1.0, 1.0)
-    with pytest.raises(RuntimeModelError, match="derived without the frame 'tap'.*'tip'"):
+    with pytest.raises(RuntimeModelError, match=r"derived without the frame 'tap'.*'tip'"):
         impedance(system, "tap", (0, 0, 1), 1.0, 1.0)
-    with pytest.raises(RuntimeModelError, match="stiffness: give a number, or 3 finite numbers"):
+    with pytest.raises(RuntimeModelError, match=r"stiffness: give a number, or 3 finite numbers"):
         computed_torque(system, START, (1.0, 2.0), 1.0)
-    with pytest.raises(RuntimeModelError, match="damping is negative"):
+    with pytest.raises(RuntimeModelError, match=r"damping is negative"):
         computed_torque(system, START, 1.0, -1.0)
-    with pytest.raises(RuntimeModelError, match="path of 2 coordinates for 3"):
+    with pytest.raises(RuntimeModelError, match=r"path of 2 coordinates for 3"):
         computed_torque(system, Trajectory([(0, 0), (1, 1)], [0, 1]), 1.0, 1.0)
     cart = load_model(find("cart_pole_lqr"))
     cart = cart.derive().with_robot(cart.robot())
-    with pytest.raises(RuntimeModelError, match="do not drive every rate: nothing drives theta"):
+    with pytest.raises(RuntimeModelError, match=r"do not drive every rate: nothing drives theta"):
         computed_torque(cart, (0.0, 0.0), 1.0, 1.0)
-    with pytest.raises(RuntimeModelError, match="cannot hold it at rest there: 'theta' is pulled"):
+    with pytest.raises(RuntimeModelError, match=r"cannot hold it at rest there: 'theta' is pulled"):
         regulator(cart, (1.0,) * 4, 1.0, at={"theta": 0.3})
-    with pytest.raises(RuntimeModelError, match="'thetta' is no coordinate.*'theta'"):
+    with pytest.raises(RuntimeModelError, match=r"'thetta' is no coordinate.*'theta'"):
         regulator(cart, (1.0,) * 4, 1.0, at={"thetta": 0.3})
     ball = Model("ball")
     ball.body("b", mass=1, inertia=(1, 1, 1))
     ball.joint("j", "spherical", "b")
-    with pytest.raises(RuntimeModelError, match="has quaternions"):
+    with pytest.raises(RuntimeModelError, match=r"has quaternions"):
         regulator(ball.derive(), (1.0,) * 6, 1.0)
     swing = Model("swing")
     x = swing.coordinate("x")
     swing.body("b", mass=1, com=(x, 0))
     swing.force(x, swing.input("u") * symgen.cos(x))
-    with pytest.raises(RuntimeModelError, match="what the input 'u' does depends on the state"):
+    with pytest.raises(RuntimeModelError, match=r"what the input 'u' does depends on the state"):
         regulator(swing.derive(), (1.0, 1.0), 1.0)
 
 
@@ -210,5 +210,5 @@ def test_a_trajectory_is_an_input():
 def test_what_is_no_trajectory_is_refused(points, more, says):
     with pytest.raises(RuntimeModelError, match=says):
         Trajectory(points, **more)
-    with pytest.raises(KeyError, match="no coordinate 'z'"):
+    with pytest.raises(KeyError, match=r"no coordinate 'z'"):
         Trajectory([1.0, 2.0], [0.0, 1.0], names=["x"])["z"]

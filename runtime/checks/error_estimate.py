@@ -48,6 +48,7 @@ _LEAST_RIPPLE = 1e-3  # of a rate's magnitude: variations that count
 _ROUND_OFF = 1e4 * np.finfo(float).eps  # of a variable's magnitude
 _OF_ATOL, _LEAST = 10.0, 1e-14  # ranges below so many atol are no motion, and below this with fixed steps
 _MORE_FOR_ACCURATE = 3.0  # times the operations
+_TO_THE_END, _SLOWER = 0.08, 1.5  # of the run's operations, for a companion that sees all of it; margin
 _OPTIMISTIC = 2.0  # times the way that a companion of the run's own method is expected to come
 _MIDDLE = 0.5  # of a long run, where other companions begin
 _OF_COMPANION = 5e5  # operations that take as long as what there is to do before its first step
@@ -127,6 +128,11 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
     accurate = independent(solution, comparison.own, least)
     companion = accurate[0]
     found = comparison.follow(companion, operations)
+    if not found.known and companion.method is not comparison.own:
+        # Beside costly methods the whole run may be had: slow growth of errors shows nowhere else.
+        needed = comparison.to_the_end(found, operations)
+        if needed <= _TO_THE_END * operations_of_run(solution):
+            found = comparison.follow(companion, _SLOWER * needed)
     if found.known:
         # What is off may be the companion.
         for better in accurate[1:] if found.largest > LARGEST_ERROR else ():
@@ -246,6 +252,11 @@ class _Comparison:
         more = 2.0 if companion.step else (self._solution.rtol / companion.rtol) ** (1.0 / self.own.order)
         part = operations / (more * operations_of_run(self._solution))
         return float(self._t[0] + _OPTIMISTIC * part * (self._t[-1] - self._t[0]))
+
+    def to_the_end(self, found: ErrorEstimate, operations: float) -> float:
+        """Return about how many operations a companion would take for all of the run that took so many for a part."""
+        came = float(found.t[-1] - self._t[0])
+        return operations * (self.end - float(self._t[0])) / came if came > 0.0 else np.inf
 
     def frame(self, t: float) -> int:
         """Return the first frame at or after a time [s]."""
