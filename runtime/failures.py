@@ -140,7 +140,11 @@ def _on_the_way(system: System, method: Method, arrays: LoopArrays) -> Iterator[
     a = np.nan_to_num(_row(system, arrays)[system.nq : system.nq + system.nv], posinf=0.0, neginf=0.0)
     positions = Positions(system)
     for part in np.linspace(0.0, _STEPS_AHEAD, _PLACES_AHEAD + 1)[1:] * h:
-        yield positions.retract(q, part * v + 0.5 * part**2 * a)
+        with np.errstate(over="ignore", invalid="ignore"):  # a run may fail for running away
+            there = positions.retract(q, part * v + 0.5 * part**2 * a)
+        if not np.isfinite(there).all():
+            return
+        yield there
 
 
 def _step_too_small(system: System, method: Method, arrays: LoopArrays, when: str) -> str:
