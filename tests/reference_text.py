@@ -36,8 +36,9 @@ EXIT_STATUSES = {
 # What users hold, in the order of the page; `symgen` also hands on functions of SymPy for expressions.
 CLASSES = (
     front.Model, equations.Equations, runtime.System, runtime.RunOptions, runtime.Solution, PreparedRun, Runs, Stepper,
-    Robot, runtime.Kernel, inputs.Controller, inputs.Table, inputs.Polynomial, inputs.Trajectory, linear.LinearModel, Modes, Mode,
-    linear.FrequencyResponse, linear.Equilibrium, ensemble.Ensemble, EnsembleOptions, EnsembleHealth, Verdicts,
+    Robot, runtime.Kernel, inputs.Controller, inputs.Table, inputs.Polynomial, inputs.Trajectory, linear.LinearModel,
+    Modes, Mode, linear.FrequencyResponse, linear.Equilibrium, ensemble.Ensemble, EnsembleOptions, EnsembleHealth,
+    Verdicts,
 )  # fmt: skip
 FUNCTIONS = (
     link.load, link.robot, equations.equations_of, runtime.load, runtime.load_robot, runtime.solve,
