@@ -185,6 +185,14 @@ def test_series_of_lifted_systems(forced, name, option):
     assert np.abs(ends[0] - ends[1]).max() < 1e-8 * np.abs(ends[1] - y0).max()
 
 
+def test_what_fronts_cost_is_counted():
+    """Full matrices with many constraints: lifting is looked at, and the other form is done by fronts."""
+    from tests.stress.sizes import check
+
+    found = check("ring", 8, "fronts")
+    assert found.verdict == "right", found.says
+
+
 def compare(usual: System, lifted: System, closed: int | None = None) -> None:
     """Hold `rhs` and `project` against each other in random states; one switched constraint may hold."""
     p, (q, v, _, _) = usual.parameter_values(), usual.initial_state()

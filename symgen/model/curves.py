@@ -124,7 +124,7 @@ def _columns(columns: Any, error) -> list[tuple[float, ...]]:
         listed.append(tuple(map(float, column)))
     if len({len(column) for column in listed}) > 1:
         lengths = ", ".join(str(len(column)) for column in listed)
-        raise error("columns", f"the columns have {lengths} rows: as many in each")
+        raise error("columns", f"the columns have {lengths} rows: give as many in each")
     return listed
 
 

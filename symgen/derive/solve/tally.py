@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ..graph.graph import Graph
-from ..graph.nodes import MOTION, SparseRows
+from ..graph.nodes import MOTION, FrontPlan, SparseRows
 
 # A multiplication that is vectorised counts as little as this: loops over full matrices do so many at a time.
 IN_LOOPS = 0.25
@@ -28,8 +28,11 @@ class Tally:
 
     def __init__(self, limit: float = float("inf")) -> None:
         self.mask = [0, 0]
-        self.args: dict[int, tuple[int, ...]] = {}  # of solvers by loops
         self.values = {self.zero: 0.0, self.one: 1.0}
+        self.args: dict[int, tuple] = {
+            k: (value,) for k, value in self.values.items()
+        }  # of numbers, and of solvers
+        self.front_plans: list[FrontPlan] = []
         self.operations, self.limit = 0.0, limit
 
     def number(self, g: Graph, node: int) -> int:
@@ -63,7 +66,7 @@ class Tally:
         if value in (0.0, 1.0, -1.0):
             return self.one if value else self.zero
         node = self._new(0)
-        self.values[node] = value
+        self.values[node], self.args[node] = value, (value,)
         return node
 
     def value(self, a: int) -> float | None:
@@ -107,6 +110,10 @@ class Tally:
             self.operations += IN_LOOPS * self.values[args[0]] ** 3 / 3
         elif op == "solve_ldl":
             self.operations += IN_LOOPS * 2 * (len(args) - 1) ** 2
+        elif op in ("factor_fronts", "solve_fronts"):
+            factored = args if op == "factor_fronts" else self.args[args[0]]
+            made = self.front_plans[int(self.values[factored[0]])]
+            self.operations += IN_LOOPS * made.operations[op == "solve_fronts"]
         if self.operations > self.limit:
             raise TooMuch
         node = self.moving()
