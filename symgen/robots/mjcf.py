@@ -11,6 +11,7 @@ import numpy as np
 import sympy
 
 from ..errors import ModelError, nearest
+from ..model.evaluate import perpendiculars
 from ..model.functions import dot, maximum, minimum
 from ..model.model import Model
 from .build import inertia_in_link
@@ -23,6 +24,7 @@ MOST_RATES = 600
 _TURN_ROUND_OFF = 1e-15
 _FILTERS = ("integrator", "filter", "filterexact")  # kinds of activation, states of first order
 _SHOWN_GROUPS = 3  # those that MuJoCo's viewer shows unless told otherwise; the others are what collides
+_PARALLEL = 1e-9  # directions that differ by less are one
 _MESH = 7  # mjGEOM_MESH
 _SHAPES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
 
@@ -486,11 +488,49 @@ class _Builder:
                 if by_site
                 else [self._end(name, first, data[:3], 1), self._end(name, second, data[3:6], 2)]
             )
-            self._model.coincident(name, *ends)
+            bodies = [int(m.site_bodyid[x]) if by_site else int(x) for x in (first, second)]
+            axis = self._axis_of_plane_loop(*bodies)
+            if axis is None:
+                self._model.coincident(name, *ends)
+                return
+            # Of three rows in the world's axes one would follow from the others, another one wherever the plane turns.
+            self._note(
+                f"the loop that {source!r:.60} closes is plane: two constraints hold it, in the axes of a body"
+            )
+            body = self._result.bodies.get(bodies[0], WORLD)
+            for number, normal in enumerate(perpendiculars(tuple(axis)), 1):
+                self._model.point_in_plane(
+                    f"{name}_{number}", ends[1], ends[0], list(map(float, normal)), body
+                )
         elif kind == "weld":
             self._weld(name, first, second, data, by_site)
         else:
             self._note(f"the equality {source!r:.60}: the kind {kind!r} is left out")
+
+    def _axis_of_plane_loop(self, first: int, second: int) -> np.ndarray | None:
+        """Return the direction, in the first body's axes, about which all joints between two bodies turn; else None."""
+        m, mj = self._m, self._mj
+        above: list[list[int]] = []
+        for b in (first, second):
+            above.append([b])
+            while above[-1][-1] > 0:
+                above[-1].append(int(m.body_parentid[above[-1][-1]]))
+        moving = set(above[0]) ^ set(above[1])
+        joints = [j for j in range(m.njnt) if int(m.jnt_bodyid[j]) in moving]
+        data = mj.MjData(m)
+        mj.mj_kinematics(m, data)
+        hinges = [j for j in joints if m.jnt_type[j] == mj.mjtJoint.mjJNT_HINGE]
+        if not hinges:
+            return None
+        axis = np.array(data.xaxis[hinges[0]])
+        for j in joints:
+            if j in hinges:
+                off = np.linalg.norm(np.cross(axis, data.xaxis[j]))
+            else:
+                off = abs(axis @ data.xaxis[j]) if m.jnt_type[j] == mj.mjtJoint.mjJNT_SLIDE else 1.0
+            if off > _PARALLEL:
+                return None
+        return np.array(data.xmat[first]).reshape(3, 3).T @ axis
 
     def _measures(self, kind: str):
         m = self._m
