@@ -175,6 +175,34 @@ def test_equalities_are_exact(file):
     assert sum("exact constraint" in note for note in imported.notes) == 3
 
 
+def delta_robot() -> str:
+    """Three arms with two rods each, on balls, which carry a platform: six loops."""
+    arms, pins = "", ""
+    for k in range(3):
+        rods = ""
+        for side, y in (("a", -0.05), ("b", 0.05)):
+            rods += f"""<body name="rod{k}{side}" pos="0.25 {y} 0"><joint name="ball{k}{side}" type="ball"/>
+              <geom type="capsule" fromto="0 0 0 -0.37 0 -0.6" size="0.006" density="1500"/></body>"""
+            pins += (
+                f'<connect name="pin{k}{side}" body1="rod{k}{side}" body2="platform" anchor="-0.37 0 -0.6"/>'
+            )
+        arms += f"""<body euler="0 0 {120 * k}"><body pos="0.2 0 0"><joint name="hip{k}" axis="0 1 0" stiffness="60"/>
+          <geom type="capsule" fromto="0 0 0 0.25 0 0" size="0.015" density="1200"/>{rods}</body></body>"""
+    return f"""<mujoco model="delta"><worldbody>{arms}<body name="platform" pos="0 0 -0.6"><freejoint/>
+      <geom type="cylinder" size="0.08 0.01" mass="0.4"/></body></worldbody><equality>{pins}</equality></mujoco>"""
+
+
+@needs_mujoco
+def test_a_delta_robot_stays_closed_for_100_seconds(file):
+    system = link.derive(import_mjcf(file(delta_robot())).model)
+    assert (system.nv, system.m, system.dependent) == (27, 18, ())
+    run = system.run(t_end=100.0, rtol=1e-9)
+    assert run.status == "success"
+    checks = {check.check: check for check in run.health}
+    assert checks["constraint position"].value < 1e-12 and checks["constraint velocity"].value < 1e-12
+    assert checks["energy"].ok and checks["equations"].ok  # it is chaotic, and the report says so
+
+
 SPATIAL_LEG = """<mujoco model="leg"><compiler angle="degree"/><option gravity="0 0 -9.81"/><worldbody>
   <body name="pelvis" pos="0 0 1">
    <joint name="hip_roll" axis="1 0 0" stiffness="40"/>
