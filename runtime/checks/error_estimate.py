@@ -128,8 +128,9 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
     accurate = independent(solution, comparison.own, least)
     companion = accurate[0]
     found = comparison.follow(companion, operations)
-    if not found.known and companion.method is not comparison.own:
-        # Beside costly methods the whole run may be had: slow growth of errors shows nowhere else.
+    is_unseen = found.rate is None and _may_be_chaotic(comparison.system)
+    if not found.known and is_unseen and companion.method is not comparison.own:
+        # Beside costly methods the whole run may be had: slow exponential growth shows nowhere else.
         needed = comparison.to_the_end(found, operations)
         if needed <= _TO_THE_END * operations_of_run(solution):
             found = comparison.follow(companion, _SLOWER * needed)
