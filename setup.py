@@ -21,7 +21,7 @@ setup(
     ],
     package_data={
         "symgen": ["py.typed"],
-        "symgen.bundled": ["*.toml", "references/*.json"],
+        "symgen.bundled": ["*.toml", "references/*.json", "robots/*"],
         "symgen.runtime.code": ["loops/*.xz"],
     },
 )

@@ -110,6 +110,7 @@ class Model(model.Model):
         gravity: Sequence[float | str] = EARTH,
         meshes: str | Path | None = None,
         package_path: str | Path | Iterable[str | Path] = (),
+        start: Mapping[str, float | str] = MappingProxyType({}),
     ) -> Model:
         """Read a robot from a URDF file.
 
@@ -133,6 +134,9 @@ class Model(model.Model):
         package_path : path-like or iterable of path-like
             Folders of the packages that hold meshes, `package://NAME/FILE`; also asked are packages above the file,
             ROS_PACKAGE_PATH, AMENT_PREFIX_PATH, and Python's installed packages.
+        start : mapping of str to float or str
+            Where coordinates of the model start, as `{"elbow": "40 deg", "root_z": 0.4}`. Others start at zero, or at
+            the limit that is nearer to it.
 
         Returns
         -------
@@ -144,7 +148,7 @@ class Model(model.Model):
             Names the file, the line and the element.
         """
         pictures = Pictures.of(meshes, package_path)
-        return import_urdf(path, base, expose, motors, gravity, cls, pictures).model
+        return import_urdf(path, base, expose, motors, gravity, cls, pictures, start).model
 
     @classmethod
     def from_mjcf(

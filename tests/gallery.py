@@ -135,6 +135,23 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         ),
         "satellite": Entry("run satellite", "The gradient of gravity holds the boom upright.", 2000.0),
     },
+    "Robots": {
+        "gripper_arm": Entry(
+            "run gripper_arm --t-end 1",
+            "From a URDF file, with motors' rotors behind gears; the second jaw mimics the first.",
+            0.4,
+        ),
+        "quadruped": Entry(
+            "run quadruped --t-end 0.5",
+            "From a URDF file; contacts and friction are added in ten lines.",
+            0.5,
+        ),
+        "achilles_leg": Entry(
+            "run achilles_leg --t-end 0.5",
+            "From an MJCF file; what it closes softly holds here to 1e-15.",
+            0.25,
+        ),
+    },
     "Rolling, contact, friction": {
         "rolling_disc": Entry("run rolling_disc", "Constraints of velocities: it steers itself.", 1.0),
         "bicycle": Entry("modes bicycle", "Weave and capsize, as published.", 0.5),

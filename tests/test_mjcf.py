@@ -13,6 +13,7 @@ import symgen
 from symgen import Model, link
 from symgen.cli import main
 from symgen.errors import ModelError
+from symgen.model.library import bundled_folder
 from symgen.robots import mjcf, mjcf_files, xml_tree
 from symgen.robots.mjcf import import_mjcf
 from symgen.robots.mjcf_agreement import compare_with_mujoco
@@ -203,48 +204,10 @@ def test_a_delta_robot_stays_closed_for_100_seconds(file):
     assert checks["energy"].ok and checks["equations"].ok  # it is chaotic, and the report says so
 
 
-SPATIAL_LEG = """<mujoco model="leg"><compiler angle="degree"/><option gravity="0 0 -9.81"/><worldbody>
-  <body name="pelvis" pos="0 0 1">
-   <joint name="hip_roll" axis="1 0 0" stiffness="40"/>
-   <geom type="box" size=".05 .05 .05" mass="1.8"/>
-   <body name="thigh" pos="0 0 -0.06">
-    <joint name="hip_pitch" axis="0 1 0" stiffness="30"/>
-    <geom type="capsule" fromto="0 0 0 0.15 0 -0.4" size=".03" mass="5"/>
-    <body name="achilles" pos="0 0.04 -0.05">
-     <joint name="achilles" type="ball"/>
-     <geom type="capsule" fromto="0 0 0 0.05 0 -0.5" size=".006" mass=".16"/>
-     </body>
-    <body name="shin" pos="0.15 0 -0.4">
-     <joint name="knee" axis="0 1 0" stiffness="8"/>
-     <geom type="capsule" fromto="0 0 0 -0.08 0 -0.1" size=".02" mass=".6"/>
-     <body name="spring" pos="-0.04 0 -0.05">
-      <joint name="shin" axis="0 1 0" stiffness="1500"/>
-      <geom type="capsule" fromto="0 0 0 -0.04 0 -0.05" size=".02" mass=".3"/>
-     <body name="tarsus" pos="-0.04 0 -0.05"><joint name="ankle" axis="0 1 0" stiffness="5"/>
-      <geom type="capsule" fromto="0 0 0 -0.2 0 -0.35" size=".02" mass=".8"/>
-       <geom type="capsule" fromto="0 0 0 -0.02 0.04 -0.05" size=".01" mass=".05"/>
-      <body name="crank" pos="-0.02 0 -0.05">
-       <joint name="crank" axis="0 1 0"/>
-       <geom type="capsule" fromto="0 0 0 -0.05 0 0.02" size=".01" mass=".06"/>
-       <body name="plantar" pos="-0.05 0 0.02">
-        <joint name="plantar" axis="0 1 0"/>
-        <geom type="capsule" fromto="0 0 0 -0.17 0 -0.3" size=".006" mass=".1"/>
-        </body>
-        </body>
-      <body name="foot" pos="-0.2 0 -0.35">
-       <joint name="toe" axis="0 1 0" stiffness="3"/>
-       <geom type="capsule" fromto="-0.04 0 0.02 0.1 0 -0.05" size=".012" mass=".25"/>
-       </body>
-     </body></body></body></body></body></worldbody>
-  <equality><connect name="heel" body1="achilles" body2="tarsus" anchor="0.05 0 -0.5"/>
-   <connect name="toe_rod" body1="plantar" body2="foot" anchor="-0.17 0 -0.3"/></equality></mujoco>
-"""
-
-
 @needs_mujoco
 def test_a_plane_loop_that_turns_in_space_has_no_row_too_many(file):
     """As on Cassie's legs: in the world's axes another row would follow from the others wherever the hip rolls."""
-    imported = import_mjcf(file(SPATIAL_LEG))
+    imported = import_mjcf(bundled_folder() / "robots" / "achilles_leg.xml")
     assert [note for note in imported.notes if "plane" in note and "toe_rod" in note]
     system = link.derive(imported.model)
     assert (system.m, system.dependent) == (5, ())

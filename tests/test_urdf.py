@@ -305,3 +305,15 @@ def test_names_that_joints_make_are_free(tmp_path):
     description = Model.from_urdf(path, base="free").describe()
     names = [c.name for c in description.coordinates]
     assert "root_qw" in names and len(set(names)) == len(names) == 8
+
+
+def test_starts_are_said_by_the_names_of_the_model(arm, tmp_path, monkeypatch):
+    robot = Model.from_urdf(arm, base="free", start={"root_z": 0.5, "sin_": "40 deg", "finger": 0})
+    found = {q.name: q.start for q in robot.describe().coordinates}
+    assert (found["root_z"], found["root_qw"], found["sin_"]) == (0.5, 1.0, pytest.approx(math.radians(40)))
+    with pytest.raises(ModelError, match="'elbow' is no coordinate of the robot"):
+        Model.from_urdf(arm, start={"elbow": 1.0})
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(main, ["import", str(arm), "-o", "a.toml", "--start", "sin_=40 deg"])
+    assert result.exit_code == 0, result.output
+    assert "start = 0.698" in (tmp_path / "a.toml").read_text()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from symgen.cli.arguments import NameValue, as_dict
 from symgen.cli.files import CarefulCommand, OutputFile, claim, write_text
 from symgen.cli.terminal import say
 from symgen.runtime.lazy import Late
@@ -61,6 +62,13 @@ _MOST_NOTES = 12
     help="URDF: a package of meshes, or a folder of packages (may be repeated).",
 )
 @click.option("--motors/--no-motors", default=True, help="An input for the force of each joint's motor.")
+@click.option(
+    "--start",
+    "starts",
+    multiple=True,
+    type=NameValue(),
+    help="URDF: where a coordinate starts: a number (SI) or a quantity, such as elbow='40 deg' (may be repeated).",
+)
 @click.option("--keyframe", metavar="NAME", help="MJCF: the keyframe where it starts.")
 @click.option(
     "--within",
@@ -80,15 +88,16 @@ def command(
     meshes: str | None,
     package_path: tuple[Path, ...],
     motors: bool,
+    starts: tuple[tuple[str, str], ...],
     keyframe: str | None,
     within: Path | None,
     check: bool,
 ) -> None:
     """Write the robot of FILE (URDF or MJCF) as a model file, and say what was left out."""
     is_mjcf = xml_tree.read_xml(file).tag == "mujoco"
-    if is_mjcf and (base != "fixed" or not motors or package_path):
+    if is_mjcf and (base != "fixed" or not motors or package_path or starts):
         raise click.UsageError(
-            "--base, --no-motors and --package-path are for URDF: an MJCF file says all of it itself"
+            "--base, --no-motors, --start and --package-path are for URDF: an MJCF file says all of it itself"
         )
     if not is_mjcf and (keyframe or within):
         raise click.UsageError("--keyframe and --within are for MJCF")
@@ -99,7 +108,9 @@ def command(
         if is_mjcf:
             imported = mjcf.import_mjcf(file, expose or None, keyframe, within, pictures=drawn)
         else:
-            imported = build.import_urdf(file, base, expose or None, motors, pictures=drawn)
+            imported = build.import_urdf(
+                file, base, expose or None, motors, pictures=drawn, start=as_dict(starts, "--start")
+            )
         text = imported.model.to_toml()
         path = output or claim("the model", Path(f"{imported.model.name}.toml"))
         folder = beside / made.name

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 from ..errors import ModelError, nearest
 from ..model.evaluate import quarter_turns
+from ..model.joint_types import TYPES
 from ..model.model import Model
 from .naming import WORLD, Naming, identifier
 from .pictures import Painter, Pictures
@@ -18,6 +20,7 @@ BASES = ("fixed", "free")
 EARTH = (0, 0, "-9.81 m/s^2")
 ROOT_JOINT = "root"
 _TYPES = {"floating": "free"}
+_REST = {"fixed": (), "free": (0, 0, 0, 1, 0, 0, 0)}  # where joints start
 _INERTIA_KEYS = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 _LAST_DIGITS = 1e-10  # rad; right angles with more than ten digits are not worth a word
 _ROUND_OFF = 1e-9  # of the largest moment: a negative one of this size is not worth a word
@@ -56,12 +59,13 @@ def import_urdf(
     gravity: Sequence[float | str] = EARTH,
     make: type[Model] = Model,
     pictures: Pictures | None = None,
+    start: Mapping[str, float | str] = MappingProxyType({}),
 ) -> Import:
     """Read a robot from a URDF file, and say how names belong together and what was left out.
 
     Parameters
     ----------
-    path, base, expose, motors, gravity
+    path, base, expose, motors, gravity, start
         See `symgen.Model.from_urdf`.
     make : type
         What the model shall be.
@@ -75,7 +79,7 @@ def import_urdf(
     """
     if base not in BASES:
         raise ModelError(f"the base is not {base!r:.60}", key="base", hint=nearest(str(base)[:60], BASES))
-    return _Builder(read_urdf(path), base, expose, motors, gravity, make, pictures).build()
+    return _Builder(read_urdf(path), base, expose, motors, gravity, make, pictures, start).build()
 
 
 class _Builder:
@@ -88,7 +92,9 @@ class _Builder:
         gravity: Sequence[float | str],
         make: type[Model],
         pictures: Pictures | None,
+        start: Mapping[str, float | str],
     ):
+        self._start, self._started = start, set()
         self._robot, self._base, self._motors = robot, base, motors
         described = f"Robot {robot.name!r:.60}, from {Path(robot.file).name!r:.60}"
         folder = Path(robot.file).parent
@@ -123,7 +129,25 @@ class _Builder:
         if self._painter is not None:
             self._painter.finish()
         self._naming.check_patterns()
+        self._check_starts()
         return result
+
+    def _check_starts(self) -> None:
+        """Refuse starts of coordinates that there are not."""
+        for name in self._start:
+            if name not in self._started:
+                known = [q.name for q in self._model.describe().coordinates]
+                raise ModelError(
+                    f"{name!r:.60} is no coordinate of the robot", file=self._robot.file, key="start",
+                    hint=nearest(str(name)[:60], known, "coordinates"),
+                )  # fmt: skip
+
+    def _starts(self, joint: str, kind: str, usual: Sequence[float]) -> list[float | str] | None:
+        """Where a joint's coordinates start, `usual` where it is not said of all; None where it is said of none."""
+        names = TYPES[kind].coordinate_names(joint)
+        given = self._start.keys() & set(names)
+        self._started |= given
+        return [self._start.get(name, x) for name, x in zip(names, usual, strict=True)] if given else None
 
     def _moving(self) -> set[str]:
         """The joints that move something that has mass, by themselves or through joints that mimic them."""
@@ -191,7 +215,12 @@ class _Builder:
             return
         self._body(root)
         name = self._name(ROOT_JOINT, self._base)
-        self._model.joint(name, self._base, self._result.bodies[root.name])
+        self._model.joint(
+            name,
+            self._base,
+            self._result.bodies[root.name],
+            start=self._starts(name, self._base, _REST[self._base]),
+        )
 
     def _joint(self, joint: RobotJoint, moves: bool) -> None:
         bodies, name = self._result.bodies, self._result.joints[joint.name]
@@ -220,6 +249,10 @@ class _Builder:
                 more["limits"] = joint.limits
                 # What mimics starts where the joint that it follows says.
                 more["start" if joint.mimic is None else "guess"] = min(max(0.0, lower), upper)
+        starts = self._starts(name, kind, _REST.get(kind, (0.0,) * TYPES[kind].nq))
+        if starts is not None:
+            more = {key: value for key, value in more.items() if key != "guess"}
+            more["start"] = starts if len(starts) > 1 else starts[0]
         self._model.joint(name, kind, bodies[joint.child], bodies[joint.parent], origin or None, **more)
         if kind in ("revolute", "continuous", "prismatic"):
             self._forces(joint, name, "force" if linear else "torque")

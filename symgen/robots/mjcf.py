@@ -16,7 +16,7 @@ from ..model.functions import dot, maximum, minimum
 from ..model.model import Model
 from .build import inertia_in_link
 from .mjcf_files import check_files
-from .naming import WORLD, Naming, identifier
+from .naming import WORLD, Naming, identifier, short
 from .pictures import FAINTEST, Pictures, hexadecimal, written
 from .surfaces import Surfaces
 
@@ -303,7 +303,7 @@ class _Builder:
     def _solid(self, g: int, anchor: np.ndarray) -> dict[str, Any]:
         m, kind = self._m, _SHAPES[int(self._m.geom_type[g])]
         rpy = roll_pitch_yaw(np.array(m.geom_quat[g]))
-        place = [float(x) for x in np.array(m.geom_pos[g]) - anchor]
+        place = [short(x) for x in (np.array(m.geom_pos[g]) - anchor).tolist()]
         return {kind: self._sizes(g), "offset": place, **({"rpy": list(rpy)} if any(rpy) else {})}
 
     def _sizes(self, g: int) -> list[float]:
@@ -312,7 +312,7 @@ class _Builder:
             "sphere": size[:1], "capsule": (size[0], 2 * size[1]), "cylinder": (size[0], 2 * size[1]),
             "ellipsoid": size, "box": 2 * size,
         }[kind]  # fmt: skip
-        return [float(x) for x in sizes]
+        return [short(float(x)) for x in sizes]
 
     def _color(self, g: int) -> tuple[float, ...]:
         material = int(self._m.geom_matid[g])
@@ -408,7 +408,7 @@ class _Builder:
             at = np.array(m.site_pos[s]) - self._result.shifts.get(b, np.zeros(3))
             body = self._result.bodies.get(b, WORLD)
             quaternion = np.array(m.site_quat[s])
-            self._model.frame(name, body, at.tolist(), rpy=list(roll_pitch_yaw(quaternion)))
+            self._model.frame(name, body, list(map(short, at.tolist())), rpy=list(roll_pitch_yaw(quaternion)))
             self._sites[s] = name
         return self._sites[s]
 
@@ -541,7 +541,7 @@ class _Builder:
     def _end(self, name: str, b: int, at: np.ndarray, number: int) -> str:
         point = self._naming.vector(f"{name}_end{number}")
         place = np.array(at) - self._result.shifts.get(b, np.zeros(3))
-        self._model.point(point, self._result.bodies.get(b, WORLD), place.tolist())
+        self._model.point(point, self._result.bodies.get(b, WORLD), list(map(short, place.tolist())))
         return point
 
     def _weld(self, name: str, first: int, second: int, data: np.ndarray, by_site: bool) -> None:
@@ -815,7 +815,7 @@ def _origin(at: np.ndarray, quaternion: np.ndarray) -> dict[str, list[float]] | 
     rpy = roll_pitch_yaw(quaternion)
     found = {}
     if at.any():
-        found["xyz"] = at.tolist()
+        found["xyz"] = list(map(short, at.tolist()))
     if any(rpy):
         found["rpy"] = list(rpy)
     return found or None

@@ -12,6 +12,7 @@ from ..model.model import Model
 from ..model.names import LONGEST_NAME, name_fault
 
 WORLD = "world"
+_SHORTER = 3  # digits that a number without round-off has less
 
 
 class Naming:
@@ -59,7 +60,7 @@ class Naming:
 
     def number(self, source: str, key: str, value: float, unit: str) -> float | str:
         """A number of something in the file: a parameter's name where it is exposed, itself otherwise."""
-        exposed = value != 0
+        value, exposed = short(value), value != 0
         if self._patterns is not None:
             fitting = [p for p in self._patterns if fnmatch.fnmatchcase(f"{source}.{key}", p)]
             self._matched.update(fitting)
@@ -78,6 +79,12 @@ class Naming:
                     f"{pattern[:60]!r} fits no number of the robot", file=self._file, key="expose",
                     hint="numbers are LINK.mass, .com_x, .Ixx and the like, JOINT.damping, .friction, .armature",
                 )  # fmt: skip
+
+
+def short(value: float) -> float:
+    """A number without the round-off of how it came about: 0.85 in place of 0.8500000000000001."""
+    rounded = float(f"{value:.15g}")
+    return rounded if len(repr(rounded)) + _SHORTER <= len(repr(value)) else value
 
 
 def identifier(source: str) -> str:
