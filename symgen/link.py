@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .model.model import Model
 
 robots = Late("symgen.derive.robot")
+requests = Late("symgen.derive.robot_request")
 running = Late("symgen.runtime.robot")
 subsystems = Late("symgen.derive.scenes.subsystems")
 module = Late("symgen.emit.module")
@@ -182,7 +183,7 @@ def robot(
     ModelError
         There is no such model, function, frame or actuator, or the model cannot have the function.
     """
-    request = robots.requested(functions, frames, actuators)
+    request = requests.requested(functions, frames, actuators)
     if not isinstance(model, (str, Path)):
         return running.load_robot(robot_text(model, request))
     path = library.find(model)
@@ -199,13 +200,13 @@ def robot(
     return running.load_robot(text)
 
 
-def robot_file_text(path: Path, options: dict[str, str], request: robots.RobotRequest) -> str:
+def robot_file_text(path: Path, options: dict[str, str], request: requests.RobotRequest) -> str:
     """Derive the functions for robot programs of a model file, without looking into the cache."""
     return robot_text(library.load(path, options), request, _source_hash(_read(path), options))
 
 
 @_uncollected
-def robot_text(model: Model, request: robots.RobotRequest, source: str = "") -> str:
+def robot_text(model: Model, request: requests.RobotRequest, source: str = "") -> str:
     """Derive the functions for robot programs into the text of a module of their own."""
     description = model.describe()
     try:

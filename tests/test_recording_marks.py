@@ -12,7 +12,7 @@ from symgen import Model
 from symgen.link import derive_text
 from symgen.model import library
 from symgen.runtime import load
-from symgen.runtime.recording import layout, schema, symbols
+from symgen.runtime.recording import geometry, layout, schema, symbols
 from symgen.runtime.recording.reader import read_recording
 from symgen.runtime.recording.recorder import RunRecorder
 from symgen.runtime.recording.rrd.read import chunks, read_rrd
@@ -323,3 +323,38 @@ def test_the_camera_sees_the_whole_box_and_comes_near(planar):
     if planar:
         nearest, farthest = -corners[:, 2].max(), -corners[:, 2].min()
         assert farthest / nearest < 1.01  # what is behind is not drawn smaller
+
+
+def test_a_body_with_no_shape_by_name_is_not_drawn(tmp_path):
+    model = Model.from_toml("""
+[bodies.seen]
+mass = 1
+shape = { sphere = [0.1] }
+[bodies.hidden]
+mass = 1
+inertia = [1, 1, 1]
+com = [0.2, 0, 0]
+shape = "none"
+[joints.a]
+type = "revolute"
+child = "seen"
+axis = [0, 0, 1]
+[joints.b]
+type = "revolute"
+parent = "seen"
+child = "hidden"
+origin = { xyz = [1, 0, 0] }
+""")
+    assert 'shape = "none"' in model.to_toml()
+    system = model.derive()
+    assert [body["shape"] for body in system.bodies] == ["sphere", "none"]
+    run = system.run(t_end=0.2)
+    run.save(tmp_path / "run.rrd")
+    assert read_recording(tmp_path / "run.rrd").t[-1] == 0.2
+    rows = system.kernel("poses")(0.0, run.states[0], run.p)
+    _, rotations = geometry.split_poses(rows[None], 2)
+    drawn = geometry.primitives(system.bodies, np.array([0.1]), rotations, 1.0, None)
+    assert [x.kind for x in drawn] == ["sphere", geometry.NOTHING]
+    assert drawn[1].half_thickness() == 0.0
+    picture = drawing(system, run.p, 0.0, run.states[0])
+    assert "seen" in picture and "hidden" not in picture

@@ -14,7 +14,7 @@ from trees import GRAVITY, humanoid, random_body, seven_dof_arm
 import symgen
 from symgen import Model
 from symgen.cli import main
-from symgen.derive.robot import requested
+from symgen.derive.robot_request import requested
 from symgen.errors import ModelError
 from symgen.link import robot as robot_of
 from symgen.link import robot_text

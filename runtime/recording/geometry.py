@@ -16,6 +16,7 @@ from .solids import Surface, surfaces
 _LARGEST_MESH = 64 << 20  # bytes: a recording takes it along
 _PAINTED = (".glb", ".gltf", ".dae")  # these say what colours they have
 MESH_SUFFIXES = (".stl", ".obj", ".glb", ".gltf", ".dae")
+NOTHING = "none"  # the shape of a body that is not drawn
 _POINT_RADIUS = 0.025  # of a body without shape and without rotation, in units of the scene's diagonal
 _BLOCK = (0.09, 0.055, 0.035)  # edges of a body without shape that turns, likewise
 _BAR, _STOUTEST = 0.009, 0.025  # radius of a bar between joints, likewise: from the one to the other, or
@@ -216,6 +217,8 @@ def primitives(
         elif body["shape"] == "solids":
             made = tuple(surfaces(body["parts"], np.array(own)))
             result.append(Primitive("solids", (), body["planar"], surfaces=made))
+        elif body["shape"] == NOTHING:
+            result.append(Primitive(NOTHING, (), body["planar"]))
         elif body["shape"]:
             result.append(Primitive(body["shape"], own, body["planar"]))
         elif bars and body["name"] in bars:

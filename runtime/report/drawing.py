@@ -181,6 +181,8 @@ def _outlines(
     shape: Primitive, position: np.ndarray, rotation: np.ndarray, view: np.ndarray
 ) -> list[Outline]:
     """Return the outlines of a body, those of several solids from the farthest to the nearest."""
+    if shape.kind == geometry.NOTHING:
+        return []
     if shape.kind != "solids":
         return [_outline(shape, position, rotation, view)]
     seen = [(s.vertices @ rotation.T + position) @ view.T for s in shape.surfaces]
@@ -237,6 +239,8 @@ def _picture(
     lines: list[np.ndarray],
 ) -> str:
     seen = [*(outline for body in outlines for outline in body), *((line, 0.0) for line in lines)]
+    if not seen:
+        return ""
     low = np.min([corners.min(axis=0) - thick for corners, thick in seen], axis=0)
     high = np.max([corners.max(axis=0) + thick for corners, thick in seen], axis=0)
     low, high = (corner[:2] for corner in geometry.scene_box(np.append(low, 0.0), np.append(high, 0.0)))
@@ -263,8 +267,9 @@ def _picture(
         path = "".join("M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in place(line)) for line in lines)
         parts.append(f'<path class="mark" style="{_MARK}" d="{path}"/>')
     if len(names) <= _MOST_NAMES:
-        for name, (x, y) in zip(names, place(centres[:, :2])):
-            parts.append(f'<text x="{x + 8:.1f}" y="{y - 8:.1f}">{escape(name)}</text>')
+        for name, outline, (x, y) in zip(names, outlines, place(centres[:, :2])):
+            if outline:
+                parts.append(f'<text x="{x + 8:.1f}" y="{y - 8:.1f}">{escape(name)}</text>')
     return (
         f'<svg class="drawing" viewBox="0 0 {_WIDTH:g} {height:.0f}" role="img" '
         'aria-label="the mechanism at the start">'

@@ -17,7 +17,7 @@ from symgen.runtime.lazy import Late
 if TYPE_CHECKING:
     from symgen.link import DerivedModel
 
-robots = Late("symgen.derive.robot")
+requests = Late("symgen.derive.robot_request")
 
 _READ = 1 << 20  # bytes in which a module's header begins
 
@@ -76,7 +76,7 @@ def command(
     _refuse_other_python(path)
     write_text(path, derived.text)
     if functions or frames:
-        request = robots.requested([name.strip() for name in functions.split(",") if name.strip()], frames)
+        request = requests.requested([name.strip() for name in functions.split(",") if name.strip()], frames)
         of_robot = claim("the functions for robots", output / f"{derived.name}_robot.py")
         _refuse_other_python(of_robot)
         write_text(of_robot, robot_file_text(file, given, request))

@@ -10,13 +10,11 @@ rates. Vectors are in world axes, linear components before angular ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-
-from symgen.runtime.graph.layouts import ROBOT_FUNCTIONS
 
 from ..errors import ModelError, nearest
 from ..model.description import Description, Frame
@@ -41,6 +39,7 @@ from .header import robot_header
 from .kinematics import Scene
 from .load import make_loader
 from .program import Function, Program
+from .robot_request import RobotRequest
 from .solve import factorise as ldl
 from .trees.articulated import solve_articulated
 from .trees.derivatives import derivatives_along_rates
@@ -53,57 +52,6 @@ _NO_CONSTRAINTS = Constraints([], [], [], [])
 _SAMPLES = 3  # times as many numbers as columns, of a regressor that is looked through for dependent ones
 _DEPENDENT = 1e-9  # of the largest column: what is left of a column that follows from others
 _ROUND_OFF = 1e-12  # of a column's coefficient
-
-
-@dataclass(frozen=True)
-class RobotRequest:
-    """What is asked for.
-
-    Attributes
-    ----------
-    functions : tuple of str
-        Of `ROBOT_FUNCTIONS`.
-    frames : tuple of str
-        Bodies and frames of the model, of which pose, Jacobian and its change are functions.
-    actuators : tuple of str
-        Inputs that hold the robot in `equilibrium_torques`; all of the model's where there are none.
-    """
-
-    functions: tuple[str, ...] = ()
-    frames: tuple[str, ...] = ()
-    actuators: tuple[str, ...] = ()
-
-
-USUAL = (
-    "inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "gravity", "energy", "centre_of_mass",
-    "momentum",
-)  # fmt: skip
-GROUP = "robot"  # a name that stands for the usual ones
-
-
-def requested(
-    functions: str | Sequence[str], frames: Sequence[str] = (), actuators: Sequence[str] = ()
-) -> RobotRequest:
-    """Return what a user asks for, names of functions in the order of the table.
-
-    Raises
-    ------
-    ModelError
-        There is no such function.
-    """
-    names = [functions] if isinstance(functions, str) else list(functions)
-    asked = {name for given in names for name in (USUAL if given == GROUP else (given,))}
-    for name in asked:
-        if name not in ROBOT_FUNCTIONS:
-            raise ModelError(
-                f"there is no function {str(name)[:60]!r} for robots",
-                hint=nearest(str(name)[:60], (*ROBOT_FUNCTIONS, GROUP)),
-            )
-    if actuators:
-        asked.add("equilibrium_torques")
-    ordered = tuple(name for name in ROBOT_FUNCTIONS if name in asked)
-    frames, actuators = ([x] if isinstance(x, str) else x for x in (frames, actuators))
-    return RobotRequest(ordered, tuple(dict.fromkeys(frames)), tuple(dict.fromkeys(actuators)))
 
 
 def derive_robot(description: Description, request: RobotRequest, source: str = "") -> Program:

@@ -121,9 +121,12 @@ class Table:
     units: tuple[str | None, ...]
 
 
+NOTHING = "none"  # the kind of a shape that is not drawn
+
+
 @dataclass(frozen=True)
 class Shape:
-    """What is drawn for a body: box, sphere, cylinder, capsule (with sizes), mesh (with a file) or solids.
+    """What is drawn for a body: box, sphere, cylinder, capsule (with sizes), mesh (with a file), solids or nothing.
 
     `parts` are the kinds of the solids; `sizes` are for each its sizes, then its middle [m] from the body's centre of
     mass, and the directions of its own first and third axis.

@@ -373,7 +373,7 @@ class Model(Declared):
         inertia: Any = None,
         angle: Any = None,
         rotation: Sequence[tuple[str, Any]] = (),
-        shape: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
+        shape: Mapping[str, Any] | Sequence[Mapping[str, Any]] | str | None = None,
         density: Any = None,
     ) -> None:
         """Add a rigid body or point mass.
@@ -393,11 +393,11 @@ class Model(Declared):
             Planar: about z [rad].
         rotation : sequence of (axis, angle)
             3-D: successive body-fixed rotations about `"x"`, `"y"`, `"z"`.
-        shape : mapping or sequence of mappings, optional
-            What is drawn: `{"box": [x, y, z]}`, `{"sphere": [radius]}`, `{"cylinder": [radius, length]}`,
-            `{"capsule": [radius, length]}`, `{"tube": [outer radius, inner radius, length]}`, `{"cone": [radius,
-            height]}`, `{"ellipsoid": [x, y, z]}`, `{"mesh": "file.stl"}`. All but the last may have the `offset` of
-            their middle [m], an `axis` or `rpy` [rad], a `density`, and `cut`: True for a hole.
+        shape : mapping, sequence of mappings or "none", optional
+            What is drawn, "none" for nothing: `{"box": [x, y, z]}`, `{"sphere": [radius]}`, `{"cylinder": [radius,
+            length]}`, `{"capsule": [radius, length]}`, `{"tube": [outer radius, inner radius, length]}`, `{"cone":
+            [radius, height]}`, `{"ellipsoid": [x, y, z]}`, `{"mesh": "file.stl"}`. All but the last may have the
+            `offset` of their middle [m], an `axis` or `rpy` [rad], a `density`, and `cut`: True for a hole.
         density : expression, optional
             Of shapes that have none of their own [kg/m^3]: mass, inertia and, of a joint's child, `com` follow from it.
         """

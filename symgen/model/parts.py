@@ -12,7 +12,7 @@ import sympy
 from ..errors import ModelError, nearest
 from .colours import without_colour
 from .declared import Declared
-from .description import Body, Drawing, Event, Load, Reset, Shape, Solid
+from .description import NOTHING, Body, Drawing, Event, Load, Reset, Shape, Solid
 from .functions import dot
 from .items import DRAWINGS, drawing_key
 from .mesh import volume_of
@@ -22,6 +22,7 @@ from .sources import Sources
 
 DRAWN = ("box", "sphere", "cylinder", "capsule")  # what viewers have themselves
 SHAPES = (*FORMS, "mesh")
+
 Expressions = tuple[sympy.Expr, ...]
 DIRECTIONS = ("rising", "falling", "both")
 ACTIONS = ("terminate", "record", "reset")
@@ -174,11 +175,16 @@ def _rotation(model: Declared, table: str, rotation: Any) -> tuple[tuple[str, sy
 
 def _shape(model: Declared, table: str, shape: Any) -> Shape:
     sources = model._sources
+    if shape == NOTHING:
+        return Shape(NOTHING)
     if isinstance(shape, Shape):
         shape = {shape.kind: shape.mesh or shape.sizes}
     if not isinstance(shape, Mapping) or len(shape) != 1:
         raise sources.error(
-            table, "shape", f"a shape is one of {', '.join(SHAPES)}", hint="shape = { sphere = [0.1] }"
+            table,
+            "shape",
+            f"a shape is one of {', '.join(SHAPES)}",
+            hint='shape = { sphere = [0.1] }, or shape = "none" for a body that is not drawn',
         )
     ((kind, sizes),) = shape.items()
     key = f"shape.{str(kind)[:60]}"

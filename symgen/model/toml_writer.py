@@ -11,6 +11,7 @@ import sympy
 
 from ..errors import ModelError
 from .description import (
+    NOTHING,
     Body,
     Closure,
     Coordinate,
@@ -173,7 +174,9 @@ class _Writer:
                 for k, (axis, x) in enumerate(body.rotation)
             )
             lines.append(f"rotation = [{', '.join(steps)}]")
-        if body.shape is not None:
+        if body.shape is not None and body.shape.kind == NOTHING:
+            lines.append(f"shape = {_quoted(NOTHING)}")
+        elif body.shape is not None:
             kind = body.shape.kind
             sizes = self.array(table, f"shape.{kind}", body.shape.sizes)
             color = f", color = {_quoted(body.color)}" if body.color else ""

@@ -105,7 +105,9 @@ class _Builder:
         self._name, self._number = self._naming.name, self._naming.number
         self._result = Import(robot, base, self._model)
         self._painter = (
-            None if pictures is None else Painter(pictures, Path(robot.file), self._result.notes.append)
+            None
+            if pictures is None
+            else Painter(pictures, Path(robot.file), self._result.notes.append, robot.links.values())
         )
 
     def build(self) -> Import:

@@ -11,6 +11,7 @@ import numpy as np
 import sympy
 
 from ..errors import ModelError, nearest
+from ..model.description import NOTHING
 from ..model.evaluate import perpendiculars
 from ..model.functions import dot, maximum, minimum
 from ..model.model import Model
@@ -244,7 +245,7 @@ class _Builder:
             child = name
             if k < len(chain) - 1:
                 child = self._naming.name(f"{name}_after_{result.joints[j]}")
-                model.body(child, mass=0, com=(0, 0, 0))
+                model.body(child, mass=0, com=(0, 0, 0), shape=NOTHING)
             self._joint(j, child, parent_name, _origin(at, quaternion))
             parent_name = child
 
@@ -286,6 +287,8 @@ class _Builder:
             for g in range(m.body_geomadr[b], m.body_geomadr[b] + m.body_geomnum[b])
             if m.geom_group[g] < _SHOWN_GROUPS and self._color(g)[3] >= FAINTEST
         ]
+        if not geoms:
+            return NOTHING
         solids = [g for g in geoms if int(m.geom_type[g]) in _SHAPES]
         has_mesh = any(m.geom_type[g] == _MESH for g in geoms)
         if len(solids) + sum(m.geom_type[g] == _MESH for g in geoms) < len(geoms):

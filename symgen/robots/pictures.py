@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..errors import ModelError
+from ..model.description import NOTHING
 from .packages import MeshFinder
 from .surfaces import Surfaces
 from .urdf import Link, Vector, Visual
@@ -54,19 +55,27 @@ class Painter:
         The robot's.
     note : callable
         Gets a sentence about what is left out.
+    links : iterable of Link
+        All of the robot: where some are drawn, those that show nothing are not drawn either.
     """
 
     pictures: Pictures
     file: Path
     note: Callable[[str], None]
+    links: InitVar[Iterable[Link]]
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, links: Iterable[Link]) -> None:
+        kinds = {visual.kind for link in links for visual in _visible(link)}
+        drawn = kinds if self.pictures.folder is not None else kinds - {"mesh"}
+        self._nothing = NOTHING if drawn else None
         self._finder = MeshFinder(self.file, self.pictures.packages)
         self._n_dropped = 0
 
     def shape(self, link: Link, name: str) -> Any:
-        """The `shape` of a link's body, whose name in the model is given; None where nothing is drawn."""
-        visuals = [v for v in link.visuals if v.color is None or v.color[3] >= FAINTEST]
+        """The `shape` of a link's body, whose name in the model is given."""
+        visuals = _visible(link)
+        if not visuals:
+            return self._nothing
         solids = [v for v in visuals if v.kind != "mesh"]
         if len(solids) < len(visuals) and self.pictures.folder is not None:
             shape = self._file(visuals, name)
@@ -113,6 +122,10 @@ class Painter:
             surfaces.add_mesh(file, visual.sizes, place, visual.color)
         else:
             surfaces.add_solid(visual.kind, visual.sizes, place, visual.color)
+
+
+def _visible(link: Link) -> list[Visual]:
+    return [v for v in link.visuals if v.color is None or v.color[3] >= FAINTEST]
 
 
 def written(folder: Path, name: str, content: bytes) -> dict[str, Any]:

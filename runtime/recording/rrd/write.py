@@ -14,7 +14,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from symgen.runtime.recording import schema
-from symgen.runtime.recording.geometry import Primitive, quaternions
+from symgen.runtime.recording.geometry import NOTHING, Primitive, quaternions
 from symgen.runtime.recording.layout import Camera, Curves, Layout
 from symgen.runtime.recording.schema import RecordingError
 from symgen.runtime.recording.symbols import frames_along
@@ -387,6 +387,8 @@ def _archetype(primitive: Primitive, colour: tuple[int, int, int]):
             colors=[colour],
             fill_mode=solid,
         )
+    if kind == NOTHING:
+        return rr.Points3D(np.zeros((0, 3)))
     if kind == "solids":
         return _triangles(primitive, colour)
     return rr.Asset3D(path=primitive.mesh, albedo_factor=None if primitive.painted else colour)
