@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import math
 import random
+import re
 
 import numba
 import numpy as np
@@ -448,3 +449,57 @@ def test_hoisted_work_depends_on_parameters_only(statements, cause):
 def test_refuses_all_other_loops(loop):
     with pytest.raises(ModuleError, match="line"):
         lower_function(loops(f"def rhs(t, y, p, out):\n    {loop}\n"), "kernel")
+
+
+def random_columns(rng: random.Random) -> tuple[str, int]:
+    """Loops over numbers that lie side by side: rows that wait for each other, overlap, or stand in their own way."""
+    n_rows, count = rng.randint(2, 5), rng.choice([1, 3, 4, 7, 8, 12, 13, 29])
+    size = (n_rows + 1) * count + 3
+    lines = ["def rhs(t, y, p, out):", '    """Rows."""', f"    w0 = [0.0]*{size}"]
+    lines += [f"    for k in range({size}):", "        w0[k] = 0.0"]
+    lines += [f"    w0[{rng.randrange(size)}] = {rng.choice(['y[1]', '-p[0]*t', '0.3'])}" for _ in range(8)]
+
+    def place() -> str:
+        first = rng.choice([rng.randrange(n_rows) * count, rng.randrange(size - count)])
+        return f"w0[{first} + k]" if first else "w0[k]"
+
+    def factor() -> str:
+        return rng.choice([place(), place(), f"w0[{rng.randrange(size)}]", "y[0]", "p[1]", "1.5", "a"])
+
+    lines.append("    a = y[2]*t")
+    for _ in range(rng.randint(2, 9)):
+        first = rng.randrange(n_rows) * count
+        target = f"w0[{first} + k]" if first else "w0[k]"
+        terms = " ".join(f"{rng.choice('+-')} {factor()}*{factor()}" for _ in range(rng.randint(1, 3)))
+        lines.append(f"    for k in range({count}):")
+        if rng.random() < 0.3:
+            lines += [
+                f"        x = {place()}/(2.0 + {factor()}*{factor()}) {terms}",
+                f"        {target} = -x",
+            ]
+        else:
+            lines.append(f"        {target} = {place()}{terms}")
+        if rng.random() < 0.2:
+            lines.append(f"        {place()} = {factor()}*{target}")
+    lines += [f"    for k in range({size}):", "        out[k] = w0[k]"]
+    return "\n".join(lines) + "\n", size
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_loops_side_by_side_change_no_bit(seed):
+    text, size = random_columns(random.Random(seed))
+    lengths = Lengths(N_Y, N_P, size)
+    source = FunctionText("rhs", text, lengths)
+    y, p = np.random.default_rng(seed).normal(size=(2, 8))
+    expected = evaluate(source.python_function(), 0.7, y.tolist(), p.tolist(), size)
+    assert_same_bits(evaluate(machine_function(text, lengths), 0.7, y, p, size), expected)
+
+
+def test_rows_are_done_several_passes_at_a_time():
+    body = "    w0 = [0.0]*29\n    for k in range(14):\n        w0[k] = 0.5\n"
+    whole = "def rhs(t, y, p, out):\n    'Rows.'\n" + body
+    apart = "    for k in range(14):\n        w0[15 + k] = w0[3]*2.0 - w0[k]\n    out[0] = w0[28]\n"
+    beside = "    for k in range(14):\n        w0[1 + k] = w0[3]*2.0 - w0[k]\n    out[0] = w0[14]\n"
+    for text, wide in ((apart, 2), (beside, 1)):
+        ir = lower_function(FunctionText("rhs", whole + text, Lengths(1, 1, 1)), "kernel").ir
+        assert len(re.findall(r"define internal void @\S+\.8\(", ir)) == wide, text

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 from symgen.runtime.record import record
 
+_TELLING = 4.0  # e-foldings: in less, exponential growth looks like a power of time
+
 
 @record
 class Stretch:
@@ -76,17 +78,19 @@ def together(start: Sequence[Stretch], later: Sequence[Stretch]) -> Amplificatio
     """Return the growth along a run of which companions saw stretches from its start and from later on.
 
     What none saw counts as exponential only if both did, one of them at least for sure: motion that passes a saddle
-    once is not chaotic.
+    once is not chaotic. A stretch that is too short to show the growth of the others says nothing against it.
     """
-    if mean_rate(start) > 0.0 or mean_rate(later) > 0.0:
-        start, later = [_confirmed(part) for part in start], [_confirmed(part) for part in later]
+    rate = mean_rate([part for part in (*start, *later) if part.rate > 0.0])
+    if rate > 0.0:
+        start, later = [_confirmed(part, rate) for part in start], [_confirmed(part, rate) for part in later]
     begin = later[0].begin if later else float("inf")
     before = [_cut(part, begin) for part in start if part.begin < begin]
     return Amplification((*before, *later), min(mean_rate(start), mean_rate(later)))
 
 
-def _confirmed(part: Stretch) -> Stretch:
-    return Stretch(part.begin, part.end, part.rate or part.suspected)
+def _confirmed(part: Stretch, rate: float) -> Stretch:
+    unseen = rate if part.length * rate < _TELLING else 0.0
+    return Stretch(part.begin, part.end, part.rate or part.suspected or unseen)
 
 
 def _cut(part: Stretch, end: float) -> Stretch:

@@ -129,11 +129,13 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
     companion = accurate[0]
     found = comparison.follow(companion, operations)
     is_unseen = found.rate is None and _may_be_chaotic(comparison.system)
+    longer = 0.0
     if not found.known and is_unseen and companion.method is not comparison.own:
-        # Beside costly methods the whole run may be had: slow exponential growth shows nowhere else.
-        needed = comparison.to_the_end(found, operations)
-        if needed <= _TO_THE_END * operations_of_run(solution):
-            found = comparison.follow(companion, _SLOWER * needed)
+        # Beside costly methods the whole run may be had: slow exponential growth shows nowhere else. Or a good part of
+        # it, from companions that are less accurate.
+        needed, longer = comparison.to_the_end(found, operations), _TO_THE_END * operations_of_run(solution)
+        if needed <= longer:
+            found, longer = comparison.follow(companion, _SLOWER * needed), 0.0
     if found.known:
         # What is off may be the companion.
         for better in accurate[1:] if found.largest > LARGEST_ERROR else ():
@@ -168,7 +170,7 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         # Fixed steps may keep an energy of their own, which a part from the middle would count as an error.
         parts.append(comparison.follow(companion, half, comparison.middle))
     budgets = (half if comparison.own.adaptive else operations, half)
-    grown = _amplification(comparison, neighbour, parts, budgets)
+    grown = _amplification(comparison, neighbour, parts, budgets, longer)
     return _extrapolated(solution, parts, grown)
 
 
@@ -177,15 +179,20 @@ def _amplification(
     neighbour: Companion,
     parts: list[ErrorEstimate],
     operations: tuple[float, float],
+    longer: float,
 ) -> Amplification:
-    """Return how small differences grow where accurate companions have not been: after the first part, and later."""
+    """Return how small differences grow where accurate companions have not been: after the first part, and later.
+
+    For the former `longer` operations may be taken, if that is more.
+    """
     if not _may_be_chaotic(comparison.system):
         return Amplification()
     begins = [comparison.frame(part.t[-1]) for part in parts]
     begins = [begins[0], max(begins[-1], comparison.middle)]
     seen: list[list[Stretch]] = [[], []]
     for place, begin in enumerate(begins):
-        seen[place] = comparison.stretches(neighbour, operations[place], begin)
+        allowed = operations[place] if place else max(operations[0], longer)
+        seen[place] = comparison.stretches(neighbour, allowed, begin)
         if place < len(parts) and parts[place].rate:
             seen[place].insert(0, Stretch(parts[place].t[0], parts[place].t[-1], parts[place].rate))
         if seen[place] and seen[place][-1].end == comparison.end:

@@ -27,8 +27,16 @@ def call_arguments(arguments: dict[str, str]) -> str:
     return ", ".join(f"{kind} %{name}" for name, kind in arguments.items())
 
 
-def loop(symbol: str, arguments: dict[str, str], count: int, entry: list[str], lines: list[str]) -> str:
-    """Return the IR of a function that runs `lines` for `k` from 0 to `count`, after `entry`."""
+def loop(
+    symbol: str,
+    arguments: dict[str, str],
+    stop: int | str,
+    entry: list[str],
+    lines: list[str],
+    start: int = 0,
+    step: int = 1,
+) -> str:
+    """Return the IR of a function that runs `lines` for `k` from `start` to `stop`, after `entry`."""
     return function(
         symbol,
         arguments,
@@ -37,10 +45,10 @@ def loop(symbol: str, arguments: dict[str, str], count: int, entry: list[str], l
             *entry,
             "br label %again",
             "again:",
-            "%k = phi i64 [ 0, %entry ], [ %next, %again ]",
+            f"%k = phi i64 [ {start}, %entry ], [ %next, %again ]",
             *lines,
-            "%next = add nuw nsw i64 %k, 1",
-            f"%more = icmp ult i64 %next, {count}",
+            f"%next = add nuw nsw i64 %k, {step}",
+            f"%more = icmp ult i64 %next, {stop}",
             "br i1 %more, label %again, label %done",
             "done:",
         ],

@@ -24,7 +24,20 @@ from symgen.runtime.code.llvm_text import (
 )
 from symgen.runtime.code.parse import LARGEST
 from symgen.runtime.code.sincos import lanes_sincos
-from symgen.runtime.graph.form import ELEMENT, HELD, OUT, Array, Loop, Name, P, Place, Solve, Statement, T
+from symgen.runtime.graph.form import (
+    ELEMENT,
+    HELD,
+    OUT,
+    Array,
+    Loop,
+    Name,
+    P,
+    Place,
+    Solve,
+    Statement,
+    T,
+    Write,
+)
 
 # LLVM's time per line, be it an operation, a load or a store, grows with the length of a function.
 PIECE_LINES = 600
@@ -49,7 +62,7 @@ class StraightLine:
 
     def __init__(self, extra: dict[str, str] | None = None, lanes: int = 0) -> None:
         self.lanes, self.number = lanes, lanes_type(lanes)
-        self._align = 8 * max(lanes, 1)
+        self._align, self._element = 8 * max(lanes, 1), self.number
         self._pairs: dict[str, tuple[str, str]] = {}  # sine and cosine of an angle, in lanes
         self.operations = 0
         self.definitions: list[str] = []  # of functions that this code calls
@@ -125,8 +138,12 @@ class StraightLine:
             self._loaded[value] = (array, index)
             address = f"%a{value[1:]}"
             self._address(address, array, index)
-            self._lines.append(f"{value} = load {self.number}, ptr {address}, align {self._align}")
+            self._lines.append(f"{value} = {self._loading(address, index)}")
         return value
+
+    def _loading(self, address: str, index: Place) -> str:
+        """What loads a number from an address; `index` is where that is."""
+        return f"load {self.number}, ptr {address}, align {self._align}"
 
     def later_load(self, array: str, index: Place) -> str:
         """Return the name of a value that `reuse` loads where it is used."""
@@ -138,7 +155,7 @@ class StraightLine:
         """Return what stands in an array now, even if it was loaded before."""
         place = f"%f{self._n_values}"
         self._address(place, array, index)
-        return self._value(f"load {self.number}, ptr {place}, align {self._align}", free=True)
+        return self._value(self._loading(place, index), free=True)
 
     def store(self, index: Place, value: str, array: str = "out") -> None:
         """Write `out[index] = value`."""
@@ -191,7 +208,7 @@ class StraightLine:
             write(f"{name}.m = mul nuw nsw i64 %k, {index.step}")
             write(f"{name}.i = add nuw nsw i64 {name}.m, {index.first}")
             offset = f"{name}.i"
-        write(f"{name} = getelementptr inbounds {self.number}, ptr %{array}, i64 {offset}")
+        write(f"{name} = getelementptr inbounds {self._element}, ptr %{array}, i64 {offset}")
 
     def reuse(self, value: str) -> str:
         """Return a value that an earlier statement named; it may come from an earlier piece."""
@@ -214,12 +231,15 @@ class StraightLine:
         """Where a value was loaded from; None if it was computed."""
         return self._loaded.get(value)
 
-    def run_loop(self, symbol: str, count: int, body: StraightLine) -> None:
-        """Write a loop over `k` from 0 to `count` around `body`, as a function of its own, and call it here."""
+    def run_loop(self, symbol: str, passes: range, body: StraightLine) -> None:
+        """Write a loop over `k` in `passes` around `body`, as a function of its own, and call it here."""
         passed = dict(body._arguments)
         del passed["k"]
         entry, lines = body.block(symbol)
-        self.definitions += [*body.definitions, loop(symbol, passed, count, entry, lines)]
+        self.definitions += [
+            *body.definitions,
+            loop(symbol, passed, passes.stop, entry, lines, passes.start, passes.step),
+        ]
         self.called |= body.called
         self.tables |= body.tables
         self.solvers |= body.solvers
@@ -303,6 +323,30 @@ class StraightLine:
         return slots, max(n_slots, 1)
 
 
+class SideBySide(StraightLine):
+    """The body of a loop for several of its passes at once.
+
+    What these find at one place of an array after the other is one vector, and what all find at one place is the same
+    in all of it. Each number comes about by the same operations as in a pass of its own.
+    """
+
+    def __init__(self, extra: dict[str, str], width: int) -> None:
+        super().__init__(extra, width)
+        self._align, self._element = 8, "double"
+        self._arguments["t"] = "double"  # which is not read
+
+    def _loading(self, address: str, index: Place) -> str:
+        if index.step:
+            return super()._loading(address, index)
+        self._lines.append(f"{address}.one = load double, ptr {address}, align 8")
+        first = f"{address}.first"
+        self._lines.append(f"{first} = insertelement {self.number} poison, double {address}.one, i64 0")
+        return (
+            f"shufflevector {self.number} {first}, {self.number} poison, <{self.lanes} x i32> zeroinitializer"
+        )
+
+
+_WIDTHS = (8, 4)  # passes of a loop that are made at once
 _INSTRUCTIONS = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _COMPARISONS = {"select": "olt", "select_le": "ole"}
 
@@ -540,10 +584,10 @@ class Lowering(ExpressionLowering):
         self._outer_code, self.code = self.code, StraightLine({**self._extra, "k": "i64"}, self._lanes)
         self._outer, self._values = self._values, {}
         before, self._step = self.n_hoisted, hoisted
-        for inner in loop.body:
-            self._statement(inner)
-            self.code.end_statement()
-        body = self.code
+        if not hoisted and not self._carried and self._may_go_side_by_side(loop):
+            self._side_by_side(loop, symbol)
+            return
+        body = self._body(loop, self.code)
         # All values before the first is stored: they may come from places that are written here.
         for value, name in [(body.reuse(self._values[name]), name) for name in self._carried]:
             body.store(Place(self._slot(name)), value, "frame")
@@ -553,6 +597,66 @@ class Lowering(ExpressionLowering):
         for what in self._entering:
             self.code.store(Place(self._slot(what)), self.code.reuse(self._values[what]), "frame")
         self._entering.clear()
-        self.code.run_loop(symbol, loop.count, body)
+        self.code.run_loop(symbol, range(loop.count), body)
         for name in self._carried:
             self._values[name] = self.code.fresh_load("frame", Place(self._slot(name)))
+
+    def _body(self, loop: Loop, code: StraightLine) -> StraightLine:
+        """The statements of a loop, lowered to `code`."""
+        self.code, self._values = code, {}
+        for inner in loop.body:
+            self._statement(inner)
+            code.end_statement()
+        return code
+
+    def _side_by_side(self, loop: Loop, symbol: str) -> None:
+        """Lower a loop whose passes are made several at a time, and those that are left over one by one."""
+        outside, values = self._outer_code, self._outer
+        start, arguments = 0, {**self._extra, "k": "i64"}
+        for width in (*_WIDTHS, 1):
+            passes = range(start, loop.count - (loop.count - start) % width, width)
+            if passes:
+                wide = SideBySide(arguments, width) if width > 1 else StraightLine(arguments)
+                body = self._body(loop, wide)
+                if start:
+                    body.operations = 0  # they are counted already
+                outside.run_loop(f"{symbol}.{width}", passes, body)
+            start = passes.stop if passes else start
+        self.code, self._values = outside, values
+        self._outer_code, self._outer, self._step = None, {}, 0
+
+    def _may_go_side_by_side(self, loop: Loop) -> bool:
+        """Whether passes of a loop know nothing of each other, and find their numbers side by side or all the same."""
+        if self._lanes or loop.count < min(_WIDTHS):
+            return False
+        if not all(type(x) is Write or (type(x) is Name and not x.held) for x in loop.body):
+            return False
+        named = {x.node for x in loop.body if type(x) is Name}
+        found = self._nodes.reachable([x.node for x in loop.body])
+        if not all(self._is_plain(node) and (node in named or node not in self._outer) for node in found):
+            return False
+        writes = [(x.array, x.place) for x in loop.body if type(x) is Write]
+        touched = [*writes, *(read for x in loop.body for read in x.reads)]
+        return all(place.step == 1 and not place.table for _, place in writes) and all(
+            array != other or _apart(place, written, loop.count)
+            for array, place in touched
+            for other, written in writes
+        )
+
+    def _is_plain(self, node: int) -> bool:
+        """Whether a node is a sum or product, a number, or an element whose place goes along with `k` or stays."""
+        op, args = self._nodes.op[node], self._nodes.args[node]
+        if op != "var":
+            return op in ("const", "neg", *_INSTRUCTIONS)
+        kind, index = args
+        if kind in (T, HELD):
+            return False
+        place = index[1] if kind == ELEMENT else index
+        return not place.table and place.step in (0, 1)
+
+
+def _apart(place: Place, written: Place, count: int) -> bool:
+    """Whether a place is never one that another pass of a loop writes."""
+    if not place.step:
+        return not written.first <= place.first < written.first + count
+    return place.first == written.first or abs(place.first - written.first) >= count

@@ -14,6 +14,7 @@ from symgen.runtime.graph.layouts import ENERGY, LAYOUTS, POWER, RATIO
 from .graph.graph import Graph
 from .graph.hoist import count
 from .graph.nodes import SparseRows
+from .solve.columns import ColumnSolve
 
 Sizes = Mapping[str, int]
 Places = Mapping[str, tuple[int, ...]]
@@ -93,7 +94,8 @@ CLOSED_PREFIX = "closed_"  # of the functions for a model whose stops are closed
 class Function:
     """A straight-line function: `outputs` are the nodes that it writes, at `places` of `out` (in order if None).
 
-    Of the first `copies` entries of `out`, those that are not written so are the entries of `y`.
+    Of the first `copies` entries of `out`, those that are not written so are the entries of `y`. With `columns` they
+    are written to an array instead, from which these make all of `out`.
     """
 
     name: str
@@ -101,6 +103,7 @@ class Function:
     outputs: tuple[int, ...]
     places: tuple[int, ...] | None = None
     copies: int = 0
+    columns: ColumnSolve | None = None
 
     @staticmethod
     def matrix(name: str, doc: str, rows: SparseRows, n_columns: int) -> Function:
@@ -206,6 +209,7 @@ class Program:
         for owner in (self, *self.parts):
             for f in owner.functions:
                 result[f.name] += sum(count(owner.graph, (node for _, node in f.written())))
+                result[f.name] += f.columns.operations // f.columns.n_columns if f.columns else 0
         closed = {} if self.closed is None else self.closed.written_operations()
         return result | {CLOSED_PREFIX + name: count for name, count in closed.items()}
 
@@ -214,7 +218,8 @@ class Program:
         once, always = 0, 0
         if name in self.own:
             shared, own, motion = count(self.graph, (n for _, n in self.own[name].written()))
-            once, always = shared + own, motion
+            columns = self.own[name].columns
+            once, always = shared + own, motion + (columns.operations if columns else 0)
         for part in self.parts:
             f = part.function(name)
             if f is None:

@@ -41,6 +41,7 @@ from .load import make_loader
 from .program import Function, Program
 from .robot_request import RobotRequest
 from .solve import factorise as ldl
+from .solve.columns import solve_columns
 from .trees.articulated import solve_articulated
 from .trees.derivatives import derivatives_along_rates
 from .trees.links import Link, roll_pitch_yaw, unmoved
@@ -48,6 +49,9 @@ from .trees.recursive import Tree
 from .variables import Variables, variables, with_rates
 
 WORLD = "world"
+LARGEST_WRITTEN = (
+    96  # rows of a matrix whose factors are written out, zeros left out, to solve for many columns
+)
 _NO_CONSTRAINTS = Constraints([], [], [], [])
 _SAMPLES = 3  # times as many numbers as columns, of a regressor that is looked through for dependent ones
 _DEPENDENT = 1e-9  # of the largest column: what is left of a column that follows from others
@@ -190,8 +194,11 @@ class _Robot:
 
     @cached_property
     def factors(self) -> ldl.Factors:
+        return self._factorised()
+
+    def _factorised(self, by_loops: bool = True) -> ldl.Factors:
         rows = [self.constraints.jacobian[k] for k in self.kept] if self.x.lam else []
-        return ldl.factorise(self.g, self.mass_rows, rows, self.names)
+        return ldl.factorise(self.g, self.mass_rows, rows, self.names, by_loops=by_loops)
 
     @cached_property
     def motion(self) -> tuple[list[int], list[int]]:
@@ -265,22 +272,28 @@ class _Robot:
         )
 
     def _forward_derivatives(self) -> Iterator[Function]:
-        g, n, held = self.g, len(self.x.v), self.kept
+        g, n = self.g, len(self.x.v)
         by_state = self._by_displacements(*self.motion)
-        solved = [*by_state[:n], *(by_state[n + k] for k in held)]
-        rows: SparseRows = [{} for _ in range(n)]
-        for j in range(2 * n):
-            self._add_column(rows, j, [g.neg(row.get(j, g.zero)) for row in solved])
-        for j in range(n):
-            self._add_column(rows, 2 * n + j, [g.one if i == j else g.zero for i in range(n + len(held))])
+        solved = [*by_state[:n], *(by_state[n + k] for k in self.kept)]
+        right = [{j: g.neg(node) for j, node in row.items()} for row in solved]
+        for i in range(n):
+            right[i][2 * n + i] = g.one
+        name = "forward_dynamics_derivatives"
         doc = "Derivatives of forward_dynamics by displacements, by rates, and by forces (the inverse of M)."
-        yield Function.matrix("forward_dynamics_derivatives", doc, rows, 3 * n)
-
-    def _add_column(self, rows: SparseRows, j: int, right: list[int]) -> None:
-        if any(node != self.g.zero for node in right):
-            for i, node in enumerate(ldl.solve(self.g, self.factors, right)[: len(self.x.v)]):
-                if node != self.g.zero:
-                    rows[i][j] = node
+        if len(right) <= LARGEST_WRITTEN:
+            found = solve_columns(self._factorised(by_loops=False), right, 3 * n, n)
+            if found is not None:
+                columns, written = found
+                yield Function(name, doc, tuple(written.values()), tuple(written), columns=columns)
+                return
+        rows: SparseRows = [{} for _ in range(n)]
+        for j in range(3 * n):
+            column = [row.get(j, g.zero) for row in right]
+            if any(node != g.zero for node in column):
+                for i, node in enumerate(ldl.solve(g, self.factors, column)[:n]):
+                    if node != g.zero:
+                        rows[i][j] = node
+        yield Function.matrix(name, doc, rows, 3 * n)
 
     def _mass_matrix(self) -> Iterator[Function]:
         yield Function.matrix("mass_matrix", "Mass matrix M, row by row.", self.mass_rows, len(self.x.v))

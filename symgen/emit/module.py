@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Iterator
 
-from symgen.derive.rolling import schedule
+from symgen.derive.rolling import OUT, schedule
 from symgen.runtime.graph.functions import IN_CODE
 
 from ..derive.contacts import SETTINGS
@@ -43,6 +43,9 @@ class FunctionText(Shared):
             kinds = reductions(name, program.sizes)
             self.totals = {place: f"e{k}" for k, place in enumerate(kinds)}
             self.kinds = kinds
+        self.columns = program.own[name].columns if name in program.own else None
+        if self.columns:
+            self.target = self.new_name("w")
         self.sections = list(self._sections(program, name))
         operations = sum(program.counts(name))
         doc = max((s.function.doc for s in self.sections), key=len)
@@ -75,8 +78,12 @@ class FunctionText(Shared):
         for section in self.sections:
             yield from section.hoisted
         yield from (f"{name} = {START_VALUES[self.kinds[k]]}" for k, name in self.totals.items())
+        if self.columns:
+            yield from self.columns.beginning(self.target)
         for section in self.sections:
             yield from section.text()
+        if self.columns:
+            yield from self.columns.end(self.target, OUT)
         yield from (f"out[{place}] = {name}" for place, name in self.totals.items())
 
 

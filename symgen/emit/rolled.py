@@ -269,7 +269,7 @@ class RolledSection(Section):
                 total, sign = self.sums[target[1]], "+" if target[2] > 0 else "-"
                 self.lines.append(f"{total} = {total} {sign} {text if strength > _SUM else f'({text})'}")
                 continue
-            array, places = "out" if target == OUT else self.arrays[target], next(columns)
+            array, places = self.whole.target if target == OUT else self.arrays[target], next(columns)
             self.entered.update((target, place) for place in places)
             self.lines.append(f"{array}[{index(places)}] = {text}")
         if shared:

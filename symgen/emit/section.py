@@ -13,6 +13,7 @@ from ..derive.graph import hoist
 from ..derive.graph.graph import Graph, depth_first
 from ..derive.graph.nodes import INPUT, LAM, PARAM, VIRTUAL, A, Q, T, V
 from ..derive.program import RATIO, Function, Part
+from ..derive.rolling import OUT
 from ..derive.solve.dense_solve import FACTOR, TEXT
 
 
@@ -65,6 +66,8 @@ class Shared:
         Values that are worked out from parameters alone.
     totals, kinds : dict of int to str
         Names of the numbers that all subsystems make together, and how they make them, by their places.
+    target : str
+        The array that results are written to.
     """
 
     def __init__(self, head: dict[str, Any], names: dict[tuple[int, int], str], tables: Tables) -> None:
@@ -74,6 +77,7 @@ class Shared:
         self.n_hoisted = 0
         self.totals: dict[int, str] = {}
         self.kinds: dict[int, str] = {}
+        self.target = OUT
         self._n_names: Counter[str] = Counter()
 
     def new_name(self, letter: str) -> str:
@@ -161,7 +165,7 @@ class Section:
             total = self.whole.totals.get(places[0])
             text, strength = self.printed[node]
             if total is None:
-                yield f"out[{self.whole.tables.index(places)}] = {text}"
+                yield f"{self.whole.target}[{self.whole.tables.index(places)}] = {text}"
             elif self.whole.kinds[places[0]] == RATIO:
                 yield f"{total} = ({text} if {text} < {total} else {total})"
             else:

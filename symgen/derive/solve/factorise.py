@@ -28,6 +28,7 @@ def factorise(
     jacobian: SparseRows,
     names: list[str],
     corner: Mapping[int, int] | None = None,
+    by_loops: bool = True,
 ) -> Factors:
     """Factorise by minimum degree, constraints only after all coordinates of their own rows that have inertia.
 
@@ -48,13 +49,15 @@ def factorise(
         Names of the n + m rows, for errors and to break ties.
     corner : mapping of int to int, optional
         Nodes in the diagonal of constraints that can be switched off: 0 while one holds, -1 while its row of G is zero.
+    by_loops : bool
+        Whether what is large and nearly full may be left to loops.
 
     Raises
     ------
     ModelError
         If a coordinate has neither inertia nor a constraint that determines it.
     """
-    return _Elimination.of(g, mass, jacobian, names, corner or {}).run()
+    return _Elimination.of(g, mass, jacobian, names, corner or {}).run(by_loops)
 
 
 def pairs(
@@ -108,19 +111,19 @@ class _Elimination(Rows):
             entries[k][k] = node
         return _Elimination(g, n, entries, names, switched)
 
-    def run(self) -> Factors:
+    def run(self, by_loops: bool) -> Factors:
         while (pair := self._next_pair()) is not None:
             self.eliminate_pair(*pair)
         self._note_own_coordinates()
         self.touched = sorted(self.left)
-        if self._is_large():
+        if by_loops and self._is_large():
             while (k := self._next_coordinate()) is not None:
                 self.eliminate(k)
             if min(self.left) >= self.n and (factors := self._with_fronts()) is not None:
                 return factors
             self.touched = sorted(self.left)
             self.by_degree.clear()
-        while self.left and not self._rest_is_dense():
+        while self.left and not (by_loops and self._rest_is_dense()):
             self.eliminate(self._next())
         return self._with_dense_rest() if self.left else self.result
 
