@@ -317,3 +317,30 @@ def test_starts_are_said_by_the_names_of_the_model(arm, tmp_path, monkeypatch):
     result = CliRunner().invoke(main, ["import", str(arm), "-o", "a.toml", "--start", "sin_=40 deg"])
     assert result.exit_code == 0, result.output
     assert "start = 0.698" in (tmp_path / "a.toml").read_text()
+
+
+def bar(name, parent, length, at):
+    inertia = length**2 / 12
+    return f"""<joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{name}_bar"/>
+  <origin xyz="{at} 0 0"/><axis xyz="0 1 0"/></joint>
+<link name="{name}_bar"><inertial><origin xyz="{length / 2} 0 0"/><mass value="1"/>
+  <inertia ixx="0.001" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+
+
+def test_loops_are_added_to_an_imported_tree_and_redundant_rows_are_named(tmp_path):
+    bars = bar("crank", "ground", 0.2, 0) + bar("coupler", "crank_bar", 0.6, 0.2)
+    bars += bar("rocker", "ground", 0.5, 0.7)
+    file = tmp_path / "four_bar.urdf"
+    file.write_text(f'<robot name="four_bar"><link name="ground"/>{bars}</robot>')
+    by_closure, by_hand = (Model.from_urdf(file, motors=False) for _ in range(2))
+    for end, length in (("coupler", 0.6), ("rocker", 0.5)):
+        by_closure.frame(f"{end}_end", body=f"{end}_bar", at=(length, 0, 0))
+        by_hand.point(f"{end}_end", body=f"{end}_bar", at=(length, 0, 0))
+    by_closure.closure("pin", type="revolute", frames=["coupler_end", "rocker_end"], axis=(0, 1, 0))
+    for axis in "xz":
+        by_hand.constraint(f"pin_{axis}", f"coupler_end_{axis} - rocker_end_{axis}")
+    runs = [model.derive().run(t_end=1.0, rtol=1e-11) for model in (by_closure, by_hand)]
+    assert all(run.ok for run in runs)
+    np.testing.assert_allclose(runs[0].states, runs[1].states, atol=1e-8)
+    assert [note for note in runs[0].notes if "redundant: pin_y, pin_turn_1, pin_turn_2" in note]
+    assert not any("redundant" in note for note in runs[1].notes)
