@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from symgen import Model, dot, sqrt
+from symgen.errors import ModelError
 
 G = 9.81
 
@@ -187,3 +191,85 @@ def test_friction_of_a_driven_motion_turns_with_it(method):
     np.testing.assert_allclose(solution["force(rub)"], -3.0 * sense, rtol=1e-12)
     inertia = -1.5 * 0.4 * np.sin(2.0 * solution.t)
     np.testing.assert_allclose(solution.multipliers[:, 0], inertia + 3.0 * sense, rtol=1e-6)
+
+
+# Stribeck's law: friction that falls with the speed, and grows again with a viscous part.
+BELT, SPRING, SLIDES, STICKS, WIDTH, VISCOUS = 0.1, 10.0, 1.0, 1.6, 0.02, 0.3
+
+
+def stribeck(fast):
+    """A block on a belt by a spring; the friction is a force, or in proportion to what a floor carries."""
+    sliding = "(dot(x) - belt)"
+    law = f"{SLIDES} + {STICKS - SLIDES}*exp(-({sliding}/{WIDTH})^2)"
+    model = Model("stribeck")
+    belt = model.parameters(belt=f"{BELT} m/s")
+    q = model.coordinate("x", start=0.0, rate=BELT, unit="m")
+    model.potential(SPRING * q**2 / 2)
+    if fast:
+        model.body("block", mass=1.0, com=(q, 0))
+        model.definition("level", f"{law} + {VISCOUS}*abs{sliding}")
+        model.friction("belt", speed=dot(q) - belt, force="level", static=STICKS)
+        return model
+    y = model.coordinate("y", start=0.0, unit="m")
+    model.body("block", mass=1.0, com=(q, y))
+    model.gravity(y=-G)
+    model.stop("floor", gap=y)
+    share = f"({law})/{G} + {VISCOUS / G}*abs{sliding}"
+    model.friction("belt", speed=dot(q) - belt, coefficient=share, static=STICKS / G, normal="floor")
+    return model
+
+
+def stribeck_reference(t_end):
+    """Times of slipping and sticking, and the end, from phases that are integrated one after another."""
+    t, x, times = 0.0, 0.0, []
+
+    def motion(t, y):
+        s = y[1] - BELT
+        level = SLIDES + (STICKS - SLIDES) * np.exp(-((s / WIDTH) ** 2)) + VISCOUS * abs(s)
+        return [y[1], level - SPRING * y[0]]  # it is slower than the belt
+
+    def same(t, y):
+        return y[1] - BELT
+
+    same.terminal, same.direction = True, 1.0
+    while True:
+        slips = t + (STICKS / SPRING - x) / BELT
+        if slips >= t_end:
+            return np.array(times), x + BELT * (t_end - t)
+        found = solve_ivp(
+            motion, (slips, t_end), [STICKS / SPRING, BELT - 1e-15], "DOP853", events=same,
+            rtol=1e-12, atol=1e-14, max_step=1e-3,
+        )  # fmt: skip
+        times.append(slips)
+        t, x = found.t[-1], found.y[0, -1]
+        if not found.status:
+            return np.array(times), x
+        assert abs(SPRING * x) < STICKS
+        times.append(t)
+
+
+@pytest.mark.parametrize("fast", [True, False])
+@pytest.mark.parametrize(
+    ("method", "tolerance"),
+    [("auto", 1e-6), ("dop853", 1e-6), ("dopri5", 1e-6), ("radau5", 1e-6), ("radau9", 1e-6), ("bdf", 1e-4)],
+)
+def test_friction_by_stribeck_sticks_and_slips_as_phases_say(method, tolerance, fast):
+    run = stribeck(fast).derive().run(t_end=12.0, method=method)
+    assert run.ok, [check.says for check in run.objections]
+    times, end = stribeck_reference(12.0)
+    events = [event.t for event in run.events if event.name == "belt" and event.t > 0.0]
+    assert len(times) >= 6
+    np.testing.assert_allclose(events, times, atol=tolerance)
+    assert abs(run["x"][-1] - end) < tolerance
+
+
+def test_what_sticks_has_a_force_of_its_own_where_sliding_knows_how_fast():
+    model = Model("m")
+    x = model.coordinate("x")
+    model.body("b", mass=1.0, com=(x, 0))
+    model.definition("level", "1 + dot(x)^2")
+    for more in ({}, {"smooth": 0.1}):
+        again = copy.deepcopy(model)
+        again.friction("f", coordinate=x, force="level", **more)
+        with pytest.raises(ModelError, match=r"cannot depend on a rate.*with 'static'"):
+            again.derive()

@@ -31,6 +31,7 @@ import sympy
 
 from ..model.contact_laws import smooth_friction
 from ..model.description import Constraint, Description, Event, Friction, Input, Stop
+from ..model.expression_tree import uses
 from ..model.functions import minimum
 from .graph.differentiate import forward, jacobian
 from .graph.graph import Graph
@@ -206,6 +207,19 @@ class Switches:
                 record["smooth"] = True
         return stops + frictions
 
+    def is_by_speed(self, f: Friction) -> bool:
+        """Whether a friction that is no reaction's share changes with rates."""
+        d = self.description
+        rates = {r.name for r in d.rates if not r.state}
+        definitions, waiting, seen = dict(d.definitions), [] if f.normal else [f.level], set()
+        while waiting:
+            found = uses(waiting.pop())
+            if found.has_dot or found.names & rates:
+                return True
+            waiting += [definitions[name] for name in found.names & definitions.keys() - seen]
+            seen |= found.names
+        return False
+
     def form(self) -> Description:
         """The description in this form."""
         return self._closed_form() if self.held else self._open_form()
@@ -223,12 +237,14 @@ class Switches:
         settings = [
             Input(_symbol(r["name"], key).name) for r in self.records() for key in SETTINGS[r["kind"]]
         ]
-        losses = [_loss(f) for f in self._acting()]
+        # The derivative of a Rayleigh function is its force only where the level knows no rates.
+        losses = [_loss(f) for f in self._acting() if not self.is_by_speed(f)]
         dissipation = [*([] if d.dissipation is None else [d.dissipation]), *losses]
         return replace(
             d,
             inputs=(*d.inputs, *settings),
             dissipation=sympy.Add(*dissipation) if dissipation else None,
+            rubbing=tuple((f.speed, -self.sliding(f)) for f in self._acting() if self.is_by_speed(f)),
             events=(*d.events, *self._opening()),
         )
 

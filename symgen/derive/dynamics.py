@@ -89,7 +89,10 @@ def mechanics(loader: Loader, description: Description, scene: Scene, x: Variabl
         trees=scene.trees,
         products=products,
         kinetic_rest=rest,
-        applied=[pair for load in description.loads for pair in _load_pairs(loader, load, scene.bodies)],
+        applied=[
+            *(pair for load in description.loads for pair in _load_pairs(loader, load, scene.bodies)),
+            *((loader.load(u), loader.load(force)) for u, force in description.rubbing),
+        ],
         generalised=along,
         gravity=scene.gravity if scene.uniform_gravity else [g.zero] * 3,
         weightless=extra_potential if scene.uniform_gravity else g.add(potential, of_trees),

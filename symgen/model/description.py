@@ -531,6 +531,7 @@ class Description:
     dissipation: Expr | None = None
     forces: tuple[tuple[str, Expr], ...] = ()
     loads: tuple[Load, ...] = ()
+    rubbing: tuple[tuple[Expr, Expr], ...] = ()
     constraints: tuple[Constraint, ...] = ()
     velocity_constraints: tuple[Constraint, ...] = ()
     outputs: tuple[tuple[str, Expr], ...] = ()

@@ -98,8 +98,12 @@ SPEED = Role("a sliding speed", (INPUTS, STATES), "prescribed motion is written 
 LEVEL = Role(
     "a friction force",
     (RATES,),
-    "it is made of coordinates, inputs, parameters and t; drag is a [forces] entry",
+    "it is made of coordinates, inputs, parameters and t; with 'static', the force while it sticks, of rates",
 )
+STICKING = Role(
+    "what a friction takes while it sticks", (RATES,), "it is made of coordinates, inputs, parameters and t"
+)
+SLIDING = Role("a friction force")
 OBSERVED = Role("an output, event or size")
 # Where reactions and accelerations may stand, besides in what events look at.
 SOLVED_TABLES = ("outputs", "definitions")
@@ -372,9 +376,11 @@ def _contact_items(d: Description) -> Iterator[Item]:
     for f in d.frictions:
         table = f"friction.{f.name}"
         yield Item(table, "speed", f.speed, SPEED)
-        yield Item(table, "coefficient" if f.normal else "force", f.level, LEVEL)
+        # What slides may know how fast; what sticks needs a force of its own.
+        sliding = LEVEL if f.static is None else SLIDING
+        yield Item(table, "coefficient" if f.normal else "force", f.level, sliding)
         if f.static is not None:
-            yield Item(table, "static", f.static, LEVEL)
+            yield Item(table, "static", f.static, STICKING)
         if f.smooth is not None:
             yield Item(table, "smooth", f.smooth, RATIO)
     for c in d.contacts:

@@ -1105,7 +1105,8 @@ class Model(Declared):
         speed : expression
             The sliding speed itself, linear in the rates, where it is not one coordinate's: "dot(x) - belt".
         force, torque : expression
-            The largest friction force (or torque; one of the two), of coordinates, inputs and `t`; not negative.
+            The friction force (or torque; one of the two) while it slides, of coordinates, inputs and `t`; not
+            negative. With `static` of rates as well, as in Stribeck's law.
         smooth : expression, optional
             The sliding speed below which the force gives way: force*s/sqrt(s^2 + smooth^2). Without it the friction
             sticks and slips, and the instants are located.
