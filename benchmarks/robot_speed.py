@@ -3,7 +3,9 @@
     python benchmarks/robot_speed.py FOLDER [--pinocchio PROGRAM] [--turns 3]
 
 FOLDER holds the package example-robot-data. PROGRAM is `pinocchio_speed.cpp`, compiled with -O3 -march=native, Eigen
-and the headers of the package pin; without it only this project's times are given.
+and the headers and libraries of the package pin (-std=c++17 -DNDEBUG -DBOOST_FUSION_INVOKE_MAX_ARITY=10
+-DFUSION_MAX_VECTOR_SIZE=10 -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_LIMIT_VECTOR_SIZE=30
+-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS); without it only this project's times are given.
 """
 
 from __future__ import annotations
