@@ -11,6 +11,8 @@ from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.machine import lane_kernel, lane_loop, lane_series
 from symgen.runtime.ensemble.slots import COLUMNS
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.integrate.semi_implicit import SymplecticScheme
 from symgen.runtime.integrate.taylor import (
     COST_OF_STEP,
     CREEPS,
@@ -141,7 +143,7 @@ class LaneBatch:
             n_precomputed=system.n_precomputed, nh=system.nh, m=system.m, n_project=n_project,
             n_quaternions=len(system.quaternions), n_frames=len(settings.frame_times),
             max_steps=settings.max_steps, watch_energy=1, scale_energy=int(settings.scale_energy),
-            log_size=settings.log_size, n_record=n_record,
+            log_size=settings.log_size, n_record=n_record, one_evaluation=int(self._one_evaluation()),
         )  # fmt: skip
         h_max, h_base, h_share = settings.longest
         table.set_numbers(
@@ -165,6 +167,11 @@ class LaneBatch:
                 "step_log": self.step_log,
             }
         )
+
+    def _one_evaluation(self) -> bool:
+        """Whether a step of Verlet's method evaluates the model once."""
+        scheme = find_method(self.settings.method).coefficients(self.system)
+        return isinstance(scheme, SymplecticScheme) and bool(scheme.reuse)
 
     def _prepare_series(self) -> int:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""

@@ -420,17 +420,21 @@ class Reached:
     taken: Value
 
 
-def reach(lanes: Lanes, tried: Value, t1: Value, new: Rows, passing: Value) -> Reached:
+def reach(
+    lanes: Lanes, tried: Value, t1: Value, new: Rows, passing: Value, evaluate: Value | None = None
+) -> Reached:
     """Project new states, in `y_new`, and work out their derivatives into the row `new`, as `explicit.loop.reach_end`.
 
-    What is not on the constraints, or infinite, is taken for the end of a step that was much too long.
+    What is not on the constraints, or infinite, is taken for the end of a step that was much too long. Where the flag
+    `evaluate` is not set, the row is there already.
     """
     code = lanes.code
     on_constraints, taken = code.variable(tried), code.variable(0.0)
     with code.when(lanes.n_project > 0):
         on_constraints.value = project(lanes, t1, lanes.y_new, tried, passing)
         taken.value = keep_energy(lanes, t1, lanes.y_new, on_constraints.value)
-    code.call_kernel(lanes.rhs, t1, lanes.y_new, lanes.p, new)
+    with code.when(code.flag(True) if evaluate is None else evaluate):
+        code.call_kernel(lanes.rhs, t1, lanes.y_new, lanes.p, new)
     sound = finite_rows(lanes, lanes.y_new, lanes.ny) & finite_rows(lanes, new, lanes.ny)
     accepted = on_constraints.value & sound
     note_pivots(lanes, new, accepted)

@@ -6,7 +6,7 @@ _KERNELS = ("rhs", "project", "energy", "residual", "setup", "series")
 _SIZES = (
     "n_members", "ny", "n", "nq", "n_row", "n_p", "n_precomputed", "nh", "m", "n_project", "n_quaternions", "n_frames",
     "max_steps", "next", "watch_energy", "scale_energy", "order", "has_tail", "log_size", "n_logged", "n_record",
-    "stop",
+    "stop", "one_evaluation",
 )  # fmt: skip
 _NUMBERS = (
     "t_start", "t_end", "rtol", "atol", "h_max", "h_base", "h_share", "h_min", "projection_tol", "step", "log_left_out",

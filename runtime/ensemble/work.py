@@ -19,6 +19,7 @@ from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verd
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
+from symgen.runtime.prepared import layout as prepared_runs
 from symgen.runtime.record import record
 from symgen.runtime.solution import series_of
 
@@ -140,7 +141,9 @@ def _one_by_one(
     verdicts, messages = Verdicts.empty(n), {}
     verdicts.singly[:] = True
     prepared = _prepared(plan, parameters[0], varied)
-    if not prepared.why_python:
+    # What ends before its time stays where it is: frames behind that are for single runs.
+    ends = any(event["action"] == "terminate" for event in plan.system.events)
+    if not prepared.why_python and not (ends and len(plan.frame_times)):
         messages = _take_prepared(prepared, first, parameters, varied, states, verdicts)
         return states, parameters, verdicts, messages
     for k in range(n):
@@ -179,9 +182,9 @@ def _take_prepared(
     states[:, :, :n] = runs.y.reshape(len(rows), -1, n)
     verdicts.steps[:] = runs.steps
     verdicts.energy_error[:] = np.nan
-    verdicts.ok[:] = runs.ok
-    verdicts.status[:] = np.where(runs.status >= 0, at.REACHED_STOP, RUN_FAILED)
-    failed = runs.status < 0
+    failed = ~np.isin(runs.status, (prepared_runs.SUCCESS, prepared_runs.TERMINATED, prepared_runs.DOUBTFUL))
+    verdicts.ok[:] = runs.ok & ~failed
+    verdicts.status[:] = np.where(failed, RUN_FAILED, at.REACHED_STOP)
     states[failed] = np.nan
     return {first + int(k): runs.message(int(k)) for k in np.flatnonzero(failed)}
 
