@@ -536,26 +536,29 @@ def function_map(lanes_wide: int) -> Code:
     lanes = Lanes(code)
     lanes.read(*ALL)
     block = code.variable(0, INTEGER)
+    with code.each(lanes.n_row) as i:  # structural zeros are not written
+        lanes.k[i] = 0.0
+    with code.each(code.lanes) as lane:
+        lanes.member_of_lane[lane] = code.integer(-1)
     with code.forever() as leave:
         leave(block.value >= lanes.n_members)
         with code.each(code.lanes) as lane:
             number = block.value + lane
             state = code.select(number < lanes.n_members, number, lanes.n_members - 1)
             member = code.quotient(state, lanes.n_frames)
-            with code.when(code.equal(code.remainder(state, lanes.n_frames), 0) | code.equal(lane, 0)):
+            frame = state - member * lanes.n_frames
+            with code.when(code.equal(frame, 0)):
                 _precompute(lanes, member)
-            source, longer = (
-                lanes.start.behind(state * lanes.ny),
-                lanes.precomputed.behind(member * lanes.n_precomputed),
-            )
+            source = lanes.start.behind(state * lanes.ny)
             y, p, t = lanes.y.single(), lanes.p.single(), lanes.numbers.single()
-            t[lane] = lanes.frame_times[code.remainder(state, lanes.n_frames)]
+            t[lane] = lanes.frame_times[frame]
             with code.each(lanes.ny) as i:
                 y[i * code.lanes + lane] = source[i]
-            with code.each(lanes.n_precomputed) as i:
-                p[i * code.lanes + lane] = longer[i]
-        with code.each(lanes.n_row) as i:  # structural zeros are not written
-            lanes.k[i] = 0.0
+            with code.when(code.compare("ne", lanes.member_of_lane[lane], member)):
+                longer = lanes.precomputed.behind(member * lanes.n_precomputed)
+                with code.each(lanes.n_precomputed) as i:
+                    p[i * code.lanes + lane] = longer[i]
+                lanes.member_of_lane[lane] = member
         code.call_kernel(lanes.rhs, lanes.numbers[0], lanes.y, lanes.p, lanes.k)
         with code.each(code.lanes) as lane:
             number = block.value + lane
