@@ -37,6 +37,7 @@ MODELS = {
     "turntable": (1.0, {}),
     "chain_absolute": (0.5, {}),
     "damped_spring_pendulum": (0.02, {}),
+    "bouncing_ball": (2.0, {"start": {"y": uniform(0.6, 1.5)}}),
 }
 
 
@@ -74,6 +75,8 @@ def members_of(plan):
 @pytest.mark.parametrize("name", MODELS)
 def test_lanes_do_not_change_members(name, method):
     """At any width, in any order, alone or among others: the same bits."""
+    if name == "bouncing_ball" and method == "verlet":
+        pytest.skip("events are for methods with steps of their own choice")
     plan = plan_of(name, method=method, step=MODELS[name][0] / 200 if method == "verlet" else None)
     assert plan.settings is not None, plan.notes
     parameters, starts, failures = members_of(plan)
@@ -233,17 +236,17 @@ def test_doubtful_members_are_found():
 def test_what_resets_do_is_judged_in_machine_code(model, name, bounds, frames):
     """Members with events of the model's own: the bits and the verdicts of `system.run`, without Python."""
     system = system_of(model)
-    e = system.ensemble(3.0, n=6, seed=2, start={name: uniform(*bounds)}, frames=frames)
+    asked = {"method": "dopri5"}
+    e = system.ensemble(3.0, n=6, seed=2, start={name: uniform(*bounds)}, frames=frames, **asked)
     parameters, varied = e.plan.members.arrays(e.plan.p, 0, 6)
     assert not _prepared(e.plan, parameters[0], varied).why_python
     for k in range(6):
-        run = system.run(3.0, start={name: float(e.varied[name][k])}, t_eval=(3.0,) if frames is None else e.t)
+        times = (3.0,) if frames is None else e.t
+        run = system.run(3.0, start={name: float(e.varied[name][k])}, t_eval=times, **asked)
         assert len(run.events) > 1
         kept = np.array([e[x][k] for x in e.names]).T
         assert np.array_equal(kept, run.states[-1] if frames is None else run.states)
         assert e.verdicts.ok[k] == all(h.ok for h in run.health if h.check in JUDGED)
-    loose = system.ensemble(3.0, n=6, seed=2, start={name: uniform(*bounds)}, method="dop853", rtol=1e-2, atol=0.1)
-    assert loose.n_failed == 0
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -297,7 +300,7 @@ def test_two_hundred_members_are_their_single_runs(name, rtol):
 
 # Model, method, step, what varies: no lanes for these.
 ALONE = {
-    "bouncing_ball": ("auto", None, "start", "y", (0.6, 1.5), 1.0),
+    "bouncing_ball": ("dopri5", None, "start", "y", (0.6, 1.5), 1.0),
     "stick_slip": ("auto", None, "rate", "x", (0.1, 0.4), 2.0),
     "quarter_car": ("auto", None, "parameters", "bump", (0.05, 0.1), 1.5),
     "spring_pendulum": ("radau5", None, "parameters", "m", (0.5, 1.5), 1.0),
@@ -330,15 +333,14 @@ def test_two_hundred_members_without_lanes_are_single_runs(name):
 
 
 def test_models_that_lanes_cannot_run_go_one_by_one():
-    system = system_of("bouncing_ball")
-    height = system.coordinates[0]["name"]
-    e = system.ensemble(1.0, start={height: linspace(0.5, 1.5, 3)})
+    system = system_of("stick_slip")
+    e = system.ensemble(1.0, rate={"x": linspace(0.1, 0.4, 3)})
     assert any("one after another" in note for note in e.notes)
     assert e.verdicts.singly.all()
     for k in range(3):
-        run = system.run(1.0, start={height: float(e.varied[height][k])})
-        assert np.array_equal(run[height][-1], e[height][k])
-        assert np.array_equal(e.member(k)[height][-1], e[height][k])
+        run = system.run(1.0, rate={"x": float(e.varied["dot(x)"][k])})
+        assert np.array_equal(run["x"][-1], e["x"][k])
+        assert np.array_equal(e.member(k)["x"][-1], e["x"][k])
 
 
 @pytest.mark.parametrize("method", ["radau5", "gauss8"])

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from symgen.runtime.ensemble.slots import AT, COLUMN, COLUMNS, NUMBERS, TOO_MANY_STEPS
+from symgen.runtime.ensemble.slots import AT, COLUMN, COLUMNS, LEFT, NUMBERS, TOO_MANY_STEPS
 from symgen.runtime.ensemble.writer import ADDRESS, INTEGER, NUMBER, Code, Rows, Value
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.projection import (
@@ -50,6 +50,8 @@ class Lanes:
             return Rows(code, code.slot(AT[name], ADDRESS), NUMBER)
         if name in _INTEGERS:
             return Rows(code, code.slot(AT[name], ADDRESS), INTEGER)
+        if name == "resets":
+            return Rows(code, code.slot(AT[name], ADDRESS), ADDRESS)
         return code.slot(AT[name], ADDRESS if name in _CODE else INTEGER)
 
     def __getattr__(self, name: str) -> Value | Rows:
@@ -87,10 +89,10 @@ class Lanes:
         )
 
 
-_CODE = ("rhs", "project", "energy", "residual", "setup", "series")
+_CODE = ("rhs", "project", "energy", "residual", "setup", "series", "events")
 _ROWS = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
-    "k_other", "lost",
+    "k_other", "lost", "watched", "y_before",
 )  # fmt: skip
 _PLAIN = (
     "start",
@@ -102,9 +104,12 @@ _PLAIN = (
     "frames",
     "frame_times",
     "step_log",
+    "event_log",
+    "directions",
+    "places",
 )
-_INTEGERS = ("quaternions", "member_of_lane", "frame_of_lane")
-ALL = tuple(name for name in AT if name not in ("next", "n_logged", "stop"))
+_INTEGERS = ("quaternions", "member_of_lane", "frame_of_lane", "actions")
+ALL = tuple(name for name in AT if name not in ("next", "n_logged", "stop", "n_events_logged"))
 
 
 def finite_rows(lanes: Lanes, rows: Rows, n: Value) -> Value:
@@ -441,10 +446,13 @@ def reach(
     return Reached(accepted, tried & ~on_constraints.value, on_constraints.value & ~sound, taken.value)
 
 
-def commit(lanes: Lanes, active: Value, end: Reached, t1: Value, h: Value, give_up: Value) -> Value:
+def commit(
+    lanes: Lanes, active: Value, end: Reached, t1: Value, h: Value, give_up: Value, leaving: Value | None = None
+) -> Value:
     """Make accepted states the current ones, and count; returns in which lanes the member is done.
 
-    Those are at the end of the run, out of steps, at a singular configuration, or among `give_up`, and have a status.
+    Those are at the end of the run, out of steps, at a singular configuration, among `give_up`, or `leaving` for runs
+    of their own, and have a status.
     """
     code = lanes.code
     lanes.set_own("t", t1, end.accepted)
@@ -466,12 +474,16 @@ def commit(lanes: Lanes, active: Value, end: Reached, t1: Value, h: Value, give_
         (arrived & ~singular, at.REACHED_STOP),
     ):
         lanes.set_own("status", float(status), where)
-    return arrived | give_up | spent | singular
+    done = arrived | give_up | spent | singular
+    if leaving is None:
+        return done
+    lanes.set_own("status", float(LEFT), leaving)
+    return done | leaving
 
 
 def write_frames(
     lanes: Lanes, accepted: Value, t0: Value, t1: Value, make_dense: Callable[[], None],
-    evaluate: Callable[[Value, Rows], None],
+    evaluate: Callable[[Value, Rows], None], whole: Value | None = None,
 ) -> None:  # fmt: skip
     """Write the frames that accepted steps have passed, by dense output on the constraints.
 
@@ -481,6 +493,8 @@ def write_frames(
         Writes what works out the dense output of the step, for all lanes.
     evaluate : callable
         `evaluate(theta, rows)` writes the states at places of the step to `rows`.
+    whole : Value, optional
+        The length of the step that these describe, where `t1` is before its end.
     """
     code = lanes.code
     with code.when(lanes.n_frames > 0):
@@ -492,7 +506,7 @@ def write_frames(
             with code.when(code.equal(made.value, 0)):
                 make_dense()
                 made.value = code.integer(1)
-            evaluate((times - t0) / (t1 - t0), lanes.y_stage)
+            evaluate((times - t0) / (t1 - t0 if whole is None else whole), lanes.y_stage)
             at_end = code.compare("eq", times, t1)
             copy_rows(lanes, lanes.y_new, lanes.y_stage, lanes.ny, at_end)
             with code.when(lanes.n_project > 0):

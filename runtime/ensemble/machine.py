@@ -59,6 +59,7 @@ _METHODS = {
     "verlet": (runge_kutta.begin, verlet.attempt),
 }
 IN_LANES = tuple(_METHODS)
+OVER_EVENTS = ("dop853", "taylor")
 
 
 @functools.lru_cache(maxsize=16)

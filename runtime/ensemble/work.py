@@ -13,7 +13,7 @@ import numpy as np
 from symgen.runtime.ensemble import member
 from symgen.runtime.ensemble.batch import LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
-from symgen.runtime.ensemble.single import FOR_SINGLE_RUNS, run_single
+from symgen.runtime.ensemble.single import run_single, runs_alone
 from symgen.runtime.ensemble.starts import without_inertia
 from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verdicts_of
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
@@ -89,8 +89,9 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
     for k in failures:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
     _look_again(plan, first, verdicts)
-    if plan.system.m:
-        for k in np.flatnonzero(np.isin(verdicts.status, FOR_SINGLE_RUNS)):
+    for_single_runs = runs_alone(plan.system)
+    if for_single_runs:
+        for k in np.flatnonzero(np.isin(verdicts.status, for_single_runs)):
             here = {name: float(values[k]) for name, values in varied.items()}
             messages |= _take_single(plan, first + int(k), parameters[k], here, states[k], verdicts, int(k))
     return states, parameters, verdicts, messages
