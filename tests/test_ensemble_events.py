@@ -164,3 +164,25 @@ def test_what_hardly_passes_is_not_passed_by(method):
 
 def test_only_models_with_events_leave_for_them():
     assert LEFT in runs_alone(ball())
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_events_that_end_runs(method):
+    """Frames behind the end show where the member stays; members of others go on."""
+    m = Model("thrown", gravity=(0, "-9.81 m/s^2"))
+    x, y = m.coordinate("x", rate=2.0), m.coordinate("y", rate=3.0)
+    m.body("stone", mass=1.0, com=(x, y))
+    m.event("lands", y, direction="falling", then="terminate")
+    system = m.derive()
+    speeds = np.array([3.0, 5.0, 20.0])
+    e = system.ensemble(2.0, method=method, rate={"y": speeds}, frames=[0.1, 0.5, 1.0, 1.5, 2.0])
+    assert e.health.ok
+    assert not e.verdicts.singly.any()
+    flight = 2 * speeds / 9.81
+    assert np.allclose(e["x"], 2.0 * np.minimum(e.t, flight[:, None]), atol=1e-9)
+    assert np.allclose(e["y"][:2, -1], 0.0, atol=1e-9)
+    for k, word in enumerate(("terminated", "terminated", "success")):
+        again, run = e.member(k), system.run(2.0, method=method, rate={"y": speeds[k]})
+        assert again.status == run.status == word
+        assert np.isclose(again.t[-1], min(2.0, flight[k]), atol=1e-12)
+        assert np.array_equal(again.states[-1][:2], [e["x"][k, -1], e["y"][k, -1]])

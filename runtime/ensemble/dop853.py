@@ -127,7 +127,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     )
     end = replace(end, accepted=stopped.accepted, infinite=infinite)
     copy_rows(lanes, new, rows[0], lanes.ny, end.accepted)
-    return commit(lanes, active, end, stopped.t, stopped.t - t, small, stopped.leaving)
+    return commit(lanes, active, end, stopped.t, stopped.t - t, small, stopped.leaving, stopped.ended)
 
 
 def _sum(lanes: Lanes, weights: dict[int, float], h: Value, rows: list[Rows], out: Rows) -> None:

@@ -259,7 +259,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     # Single runs see singular configurations and change points through.
     has_constraints = code.all_flags(lanes.m > 0)
     end = Reached(accepted, end.lost | (gone & has_constraints), end.infinite & ~has_constraints, end.taken)
-    return commit(lanes, active, end, stopped.t, stopped.t - t, gone, stopped.leaving)
+    return commit(lanes, active, end, stopped.t, stopped.t - t, gone, stopped.leaving, stopped.ended)
 
 
 def _choose_step(
