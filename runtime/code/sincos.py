@@ -84,7 +84,7 @@ def lanes_sincos(name: str, lanes: int) -> tuple[str, set[str]]:
         ]
         sines, cosines = f"%ss.{lane}", f"%cc.{lane}"
     library = "\n".join(lines)
-    text = f"""define internal {{{kind}, {kind}}} @{name}({kind} %x) noinline nounwind {{
+    text = f"""define internal {{{kind}, {kind}}} @{name}({kind} %x) alwaysinline nounwind {{
 entry:
 %size = call {kind} @llvm.fabs.{lanes_suffix(lanes)}({kind} %x)
 %near = fcmp ole {kind} %size, {lanes_constant(LARGEST, lanes)}
