@@ -164,7 +164,7 @@ def _rounds(products: list[int], factors: dict[int, tuple[int, int]]) -> Iterato
 def sum_function(code: Code, lanes: list[Lanes], ends: int, name: str, before: Sequence[str] = ()) -> str:
     """The function that sums the products x_j y_{n-j}, j from `ends` to n - `ends`, of all lanes, after `before`."""
     lines = [
-        f"define internal void @{name}(ptr noalias %scratch, i64 %k) noinline nounwind {{",
+        f"define internal void @{name}(ptr noalias %scratch, i64 %k) {code.calling} nounwind {{",
         "entry:",
         *before,
         "br label %rest",
