@@ -53,7 +53,9 @@ def two_balls() -> System:
     for name in "ab":
         y = m.coordinate(name, start=1.0)
         m.body(name, mass=1.0, com=(0, y))
-        m.event(f"bounce_{name}", y, direction="falling", then={"reset": {f"dot({name})": f"-0.8*dot({name})"}})
+        m.event(
+            f"bounce_{name}", y, direction="falling", then={"reset": {f"dot({name})": f"-0.8*dot({name})"}}
+        )
     return m.derive()
 
 

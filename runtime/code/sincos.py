@@ -11,6 +11,8 @@ their first coefficients in two parts and the effect of the reduction's remainde
 
 from __future__ import annotations
 
+import re
+
 from symgen.runtime.code.llvm_text import constant, lanes_constant, lanes_suffix, lanes_type
 
 LARGEST = 1e9
@@ -30,6 +32,8 @@ _COSINE = (
 _INTRINSICS = {"fma": 3, "rint": 1, "fabs": 1, "sin": 1, "cos": 1, "fmuladd": 3}
 # Added to a whole number below 2^51, it leaves that in the last bits.
 _TO_BITS = 1.5 * 2.0**52
+_FEW = 8
+_NOT_INLINE = re.compile(r"(define internal [^\n]*sincos\([^\n]*\)) noinline")
 
 
 def declaration(function: str, lanes: int = 0) -> str:
@@ -84,7 +88,7 @@ def lanes_sincos(name: str, lanes: int) -> tuple[str, set[str]]:
         ]
         sines, cosines = f"%ss.{lane}", f"%cc.{lane}"
     library = "\n".join(lines)
-    text = f"""define internal {{{kind}, {kind}}} @{name}({kind} %x) alwaysinline nounwind {{
+    text = f"""define internal {{{kind}, {kind}}} @{name}({kind} %x) noinline nounwind {{
 entry:
 %size = call {kind} @llvm.fabs.{lanes_suffix(lanes)}({kind} %x)
 %near = fcmp ole {kind} %size, {lanes_constant(LARGEST, lanes)}
@@ -113,6 +117,12 @@ ret {{{kind}, {kind}}} %both
 """
     used = {declaration(f, lanes) for f in ("fma", "rint", "fabs", "fmuladd")}
     return text, used | {declaration("sin"), declaration("cos")}
+
+
+def inlined_where_few(ir: str) -> str:
+    """Return a module in which `lanes_sincos` is inlined, where few calls of it do not make functions much longer."""
+    calls = len(re.findall(r"call [^\n]*sincos\(", ir))
+    return _NOT_INLINE.sub(r"\1 alwaysinline", ir) if calls <= _FEW else ir
 
 
 def _near(x: str, lanes: int) -> str:

@@ -260,6 +260,8 @@ class LaneBatch:
             result.frames[reached, -1] = result.end[reached]
         if len(times) and any(event["action"] == "terminate" for event in system.events):
             # A run that an event ends stays where it is.
-            ended = (result.column("status") == at.REACHED_STOP)[:, None] & (times > result.column("t")[:, None])
+            ended = (result.column("status") == at.REACHED_STOP)[:, None] & (
+                times > result.column("t")[:, None]
+            )
             result.frames[ended] = result.end[np.nonzero(ended)[0]]
         return result

@@ -119,9 +119,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
         with code.when(code.equal(lanes.n_events, 0)):  # else it is there, and of the whole step
             dense()
 
-    write_frames(
-        lanes, stopped.accepted, t, stopped.t, dense_of_frames, states_at, whole=h
-    )
+    write_frames(lanes, stopped.accepted, t, stopped.t, dense_of_frames, states_at, whole=h)
     stopped = act_on_events(
         lanes, stopped, lambda at: code.call_kernel(lanes.rhs, at, lanes.y_new, lanes.p, new)
     )

@@ -1,9 +1,9 @@
 """Events of free motion in lanes: what `integrate/after_step.py` and `integrate/plain_events.py` do of them.
 
-A step is looked at in the places of a single run's. Where an event function changes its side, its lane's step ends there
-and the state is reset; where one may have touched zero in between, the step is taken again at half its length. What
-needs more thought (two events at one instant, a function that goes on touching zero, resets that pile up) makes the
-member leave its lane, for a run of its own.
+A step is looked at in the places of a single run's. Where an event function changes its side, its lane's step ends
+there and the state is reset; where one may have touched zero in between, the step is taken again at half its length.
+What needs more thought (two events at one instant, a function that goes on touching zero, resets that pile up) makes
+the member leave its lane, for a run of its own.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _FARTHEST = 2.0  # behind the end of a step
 
 
 _BLOCKS = (
-    "side", "side_before", "band", "previous", "one_before", "two_before", "found", "low", "high", "g_low", "g_high", "was", "level", "root", "g",
-    "at_event", "floor", "other",
+    "side", "side_before", "band", "previous", "one_before", "two_before", "found", "low", "high", "g_low", "g_high",
+    "was", "level", "root", "g", "at_event", "floor", "other",
 )  # fmt: skip
 N_BLOCKS = len(_BLOCKS)
 
@@ -195,7 +195,9 @@ def find_events(
     return Stopped(stop.value, stands.value, happened.value, leaving.value, nowhere)
 
 
-def _look(lanes: Lanes, accepted: Value, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]) -> Value:
+def _look(
+    lanes: Lanes, accepted: Value, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]
+) -> Value:
     """Find where functions change their sides; returns lanes in which one may only touch zero."""
     code, w, ne = lanes.code, Watched(lanes), lanes.n_events
     early, touched = code.variable(code.flags(False)), code.variable(code.flags(False))
@@ -263,9 +265,7 @@ def _dips(before: Value, here: Value, after: Value, beyond: Value) -> Value:
     return (here > 0.0) & (here <= before) & (here <= after) & (here <= largest * 0.5)
 
 
-def _locate(
-    lanes: Lanes, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]
-) -> tuple[Value, Value]:
+def _locate(lanes: Lanes, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]) -> tuple[Value, Value]:
     """Find the places of crossings; returns the first one, and where several events share it."""
     code, w = lanes.code, Watched(lanes)
     with code.each(lanes.n_events) as e:
@@ -393,4 +393,3 @@ def _log_event(lanes: Lanes, where: Value, t: Value, change: Value) -> None:
             with code.each(lanes.n) as i:
                 row[i + (first + plain_events.FIRST_STATE)] = code.of_lane(states[i], 0)
         code.set_slot(AT["n_events_logged"], number + 1)
-

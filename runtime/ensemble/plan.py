@@ -17,8 +17,8 @@ from symgen.runtime.ensemble.machine import IN_LANES, OVER_EVENTS
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
 from symgen.runtime.ensemble.starts import Starts
-from symgen.runtime.events_in_code import ACTIONS, has_plain_events
 from symgen.runtime.errors import Refusal, RuntimeModelError, UnknownNameError, nearest
+from symgen.runtime.events_in_code import ACTIONS, has_plain_events
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.lazy import Late
@@ -215,7 +215,9 @@ def _objection(system: System, p: np.ndarray, state: np.ndarray, single: RunOpti
         return "inputs over time are for single runs"
     if system.switches:
         return "stops and frictions that stick are for single runs"
-    if system.events and not (has_plain_events(system) and all(e["action"] in ACTIONS for e in system.events)):
+    if system.events and not (
+        has_plain_events(system) and all(e["action"] in ACTIONS for e in system.events)
+    ):
         return "events other than resets, records and ends of free motion are for single runs"
     if single.step is None and system.structure["time_dependent"]:
         if make_timetable(system, p, METHODS[EXPLICIT], single) is not None:

@@ -10,8 +10,18 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symgen.runtime.code.llvm_text import constant, lanes_constant, lanes_suffix, number_table
-from symgen.runtime.taylor.code import ONE, PASSED, Code, Piece, Value
+from symgen.runtime.code.llvm_text import constant, number_table
+from symgen.runtime.taylor.code import (
+    ONE,
+    PASSED,
+    Code,
+    Piece,
+    Value,
+    fused,
+    load_row,
+    splat,
+    values_text,
+)
 from symgen.runtime.taylor.pairs import PairedSums
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.steps import FIRST_STEP, Steps
@@ -273,44 +283,6 @@ class _SumLoop:
             f"%to{t} = getelementptr inbounds {self.code.number}, ptr %scratch, i64 {item.total}",
             f"store {kind} {total}, ptr %to{t}, align {self.code.align * item.width}",
         ]
-
-
-def fused(code: Code, width: int, a: str, b: str, c: str) -> str:
-    """The operation a b + c on vectors."""
-    kind = code.vector_type(width)
-    suffix = f"v{width}f64" if width > 1 else lanes_suffix(code.lanes)
-    code.declare(f"declare {kind} @llvm.fmuladd.{suffix}({kind}, {kind}, {kind})")
-    return f"call {kind} @llvm.fmuladd.{suffix}({kind} {a}, {kind} {b}, {kind} {c})"
-
-
-def values_text(code: Code, width: int, values: list[float]) -> str:
-    """Constants, one for each lane; those of empty lanes do not matter."""
-    if width == 1:
-        return lanes_constant(values[0], code.lanes)
-    filled = values + [values[-1]] * (width - len(values))
-    return "<" + ", ".join(f"double {constant(value)}" for value in filled) + ">"
-
-
-def splat(code: Code, width: int, value: str, to: str) -> list[str]:
-    """The same number in every lane."""
-    if width == 1 and not code.lanes:
-        return [f"{to} = fadd double {value}, {constant(-0.0)}"]
-    width = max(width, code.lanes)
-    kind, zeros = f"<{width} x double>", ", ".join("i32 0" for _ in range(width))
-    return [
-        f"{to}.i = insertelement {kind} poison, double {value}, i32 0",
-        f"{to} = shufflevector {kind} {to}.i, {kind} poison, <{width} x i32> <{zeros}>",
-    ]
-
-
-def load_row(code: Code, width: int, start: int, index: str, to: str) -> list[str]:
-    """Load row `index` of an array in scratch."""
-    return [
-        f"{to}.i = mul i64 {index}, {width}",
-        f"{to}.o = add i64 {to}.i, {start}",
-        f"{to}.a = getelementptr inbounds {code.number}, ptr %scratch, i64 {to}.o",
-        f"{to} = load {code.vector_type(width)}, ptr {to}.a, align {code.align * width}",
-    ]
 
 
 READ_LAST = """%order.at = load double, ptr %out, align 8
@@ -584,7 +556,11 @@ def rolled_kernel(
     calls = [f"call void @{piece.name}({code.passed}, i64 0)" for piece in code.pieces[:n_before]]
     if lanes:
         sums, main = _paired(code, steps, calls, code.pieces[n_before:])
-        costs = (max(start - (FIRST_IN_LOOP + 1) * each, 0.0), each, 0.5 * _LANES_TERM * len(steps.table.lanes))
+        costs = (
+            max(start - (FIRST_IN_LOOP + 1) * each, 0.0),
+            each,
+            0.5 * _LANES_TERM * len(steps.table.lanes),
+        )
         return code.text(main, costs, sums), code.operations
     body = [f"call void @{piece.name}({code.passed}, i64 %k)" for piece in code.pieces[n_before:]]
     main = [

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from symgen.runtime.taylor.code import Code
+from symgen.runtime.taylor.code import Code, fused, load_row
 
 if TYPE_CHECKING:
     from symgen.runtime.taylor.loops import Lanes
@@ -110,11 +110,9 @@ class PairedSums:
         return lines
 
     def _fused(self, a: str, b: str, c: str) -> str:
-        from symgen.runtime.taylor.loops import fused
         return fused(self.code, 1, a, b, c)
 
     def _load(self, start: int, index: str, to: str) -> list[str]:
-        from symgen.runtime.taylor.loops import load_row
         return load_row(self.code, 1, start, index, to)
 
     def _store(self, value: str, place: int) -> list[str]:
