@@ -499,6 +499,38 @@ class Drawing:
 
 
 @dataclass(frozen=True)
+class Port:
+    """What an assembly is given by the model that uses it: `kind` is one of `assemblies.PORT_KINDS`."""
+
+    name: str
+    kind: str
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a use of an assembly gives: under a `key`, an expression or (of elements) a name, or a `number`.
+
+    `kind` is that of a port, "parameter", or "place" for where the assembly stands; `unit` is what the assembly has it
+    in.
+    """
+
+    key: str
+    kind: str
+    value: Expr | str | float
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Use:
+    """A use of an assembly: all that it has is called `NAME.…` in the model."""
+
+    name: str
+    assembly: str
+    given: tuple[Given, ...]
+
+
+@dataclass(frozen=True)
 class Description:
     """A mechanical system as the user described it.
 
@@ -562,6 +594,7 @@ class Description:
     sensors: tuple[Sensor, ...] = ()
     closures: tuple[Closure, ...] = ()
     rotors: tuple[Rotor, ...] = ()
+    uses: tuple[Use, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

@@ -69,6 +69,11 @@ CONSTANT = Role(
     UNVARYING,
     "masses and inertias are made of parameters and constants; write others as energy, in [energy] kinetic",
 )
+GIVEN = Role(
+    "the value of a parameter",
+    UNVARYING,
+    'it is made of parameters and constants; what moves comes in by a port of the kind "value"',
+)
 SHAPED = Role("the size, place or density of a solid", UNVARYING, "it is made of parameters and constants")
 DENSITY = over(MASS, times(LENGTH, times(LENGTH, LENGTH)))
 GRAVITY = Role(
@@ -203,6 +208,11 @@ def items(d: Description) -> Iterator[Item]:
     yield from _event_items(d, sizes, speeds)
     for drawing in d.drawings:
         yield from _drawing_items(drawing)
+    for use in d.uses:
+        for g in use.given:
+            if not isinstance(g.value, (str, float)):
+                role = GIVEN if g.kind in ("parameter", "shared") else DEFINITION
+                yield Item(f"use.{use.name}", g.key, g.value, role, unit_dimension(g.unit))
 
 
 def definition_items(d: Description) -> Iterator[Item]:

@@ -23,6 +23,7 @@ from .description import (
     Joint,
     Load,
     Loop,
+    Port,
     Rate,
     Rolling,
     Rotor,
@@ -30,6 +31,7 @@ from .description import (
     Spring,
     State,
     Table,
+    Use,
 )
 from .items import drawing_key
 from .joint_types import TYPES
@@ -41,16 +43,54 @@ SPRING_FIELDS = ("angle", "stiffness", "rest", "damping", "preload", "mass")
 CONTACT_KEYS = ("stiffness", "exponent", "damping", "friction", "slip", "smooth")
 
 
-def write(d: Description, sources: Sources) -> str:
-    """The TOML text of a description; expressions that were given as text are kept as they were written."""
+def blocks(d: Description, sources: Sources, ports: Iterable[Port], within: str = "") -> Iterator[str]:
+    """The parts of the TOML text of a description; expressions that were given as text are kept as they were written.
+
+    An assembly's are `within` a table, whose name ends in a dot.
+    """
     writer = _Writer(sources)
-    blocks = ["\n".join(writer.head(d)), *("\n".join(block) for block in writer.blocks(d) if len(block) > 1)]
-    return "\n\n".join(blocks) + "\n"
+    head = [*([f"[{within[:-1]}]"] if within else []), *list(writer.head(d))[1 if within else 0 :]]
+    yield "\n".join(head)
+    for block in (writer.ports(ports), *writer.blocks(d)):
+        if len(block) > 1:
+            yield _block(block, within)
+
+
+def uses(given: Iterable[Use], sources: Sources, within: str = "") -> Iterator[str]:
+    """The parts of the TOML text that use assemblies."""
+    yield from (_block(_Writer(sources).use(x), within) for x in given)
+
+
+def _block(lines: list[str], within: str) -> str:
+    return "\n".join([f"[{within}{lines[0][1:]}", *lines[1:]])
 
 
 class _Writer:
     def __init__(self, sources: Sources) -> None:
         self.sources = sources
+
+    def ports(self, ports: Iterable[Port]) -> list[str]:
+        """What an assembly is given."""
+        entries = [
+            f"{p.name} = {_quoted(p.kind) if p.unit is None else _table(kind=p.kind, unit=p.unit)}"
+            for p in ports
+        ]
+        return ["[ports]", *entries]
+
+    def use(self, use: Use) -> list[str]:
+        """A use of an assembly, with what it gives."""
+        table = f"use.{use.name}"
+        lines, vectors = [f"[{table}]", f"assembly = {_quoted(use.assembly)}"], {}
+        for g in use.given:
+            if isinstance(g.value, str):
+                lines.append(f"{g.key} = {_quoted(g.value)}")
+            elif isinstance(g.value, float):
+                lines.append(f"{g.key} = {_number(g.value, g.unit)}")
+            elif "[" in g.key:
+                vectors.setdefault(g.key.partition("[")[0], []).append(self.value(table, g.key, g.value))
+            elif g.kind != "shared":
+                lines.append(f"{g.key} = {self.value(table, g.key, g.value)}")
+        return [*lines, *(f"{key} = [{', '.join(values)}]" for key, values in vectors.items())]
 
     def head(self, d: Description) -> Iterator[str]:
         yield f"name = {_quoted(d.name)}"
