@@ -177,6 +177,7 @@ def _follow(compliance: np.ndarray, kept: np.ndarray) -> np.ndarray:
 _HALVINGS = 40
 _BLOWS_PER_STOP = 5000  # a mass between others ten million times as heavy strikes some thousand times
 _SETTLED = 1e-12  # of the largest closing speed: what closes as slowly is at rest
+_NO_SPEED = 1e-15  # of all that moves where it touches: what is left of gaps that were brought to rest before
 _NO_GAIN = 1e-12  # of what the impulses do
 
 
@@ -211,7 +212,9 @@ def impulses(
     """
     n_stops, total = len(touching), np.zeros(len(here.rows))
     now = copy.copy(here)
+    rates = np.abs(here.state[-here.rows.shape[1] :])
     slow = _SETTLED * np.abs(here.speeds[:n_stops]).max(initial=0.0)
+    slow += _NO_SPEED * (np.abs(here.rows) @ rates).max(initial=0.0)
     for _ in range(_BLOWS_PER_STOP * n_stops):
         closing = np.where(touching, -now.speeds[:n_stops], 0.0)
         fastest = int(np.argmax(closing))

@@ -17,6 +17,7 @@ from .gravity import ATTRACTOR_KEYS
 from .items import DRAWINGS
 from .model import Model
 from .names import LONGEST_NAME
+from .contact_pairs import PAIR_KEYS
 from .rolling import ROLLING_KEYS
 from .rotors import ROTOR_KEYS
 from .toml_text import parse
@@ -48,7 +49,7 @@ GRAVITY_KEYS = ("x", "y", "z", "potential", "constant", "attractors")
 LOAD_KEYS = ("point", "force", "body", "torque", "frame", "reaction")
 STOP_KEYS = ("gap", "restitution")
 FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static", "coefficient", "normal")
-CONTACT_KEYS = ("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth")
+CONTACT_KEYS = tuple(dict.fromkeys(("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth", *PAIR_KEYS)))
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
 TOP_KEYS = ("name", "description", "impacts")
