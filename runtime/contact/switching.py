@@ -40,6 +40,7 @@ class Holding(Instant):
             here, levels = self._here(), self._levels(still)
             touching, forces, most = self._landed(here, touching, still, levels)
             acting = np.concatenate([touching, still])
+            forces = _spread(here.compliance, acting, forces, most)
             accelerations = here.free + here.compliance @ forces
             sticks, onset = self._sticking(here, acting, levels, forces, most)
             slipping = still & ~sticks
@@ -151,6 +152,29 @@ class Holding(Instant):
     ) -> None:
         directions = self._directions(here)
         self._solved(lambda: check_unique(here, touching, stuck, directions, levels, forces))
+
+
+def _spread(
+    compliance: np.ndarray, acting: np.ndarray, forces: np.ndarray, most: np.ndarray
+) -> np.ndarray:
+    """Return forces that do the same, but that frictions of one motion share in parts of what each can take.
+
+    What the complementarity problem finds are corners: of two frictions that hold a body together one may be at its
+    limit, and then seems to slide.
+    """
+    first = len(forces) - len(most)
+    rows = first + np.flatnonzero(acting[first:] & (most > 0.0))
+    if len(rows) < 2:
+        return forces
+    able = most[rows - first]
+    scale = np.sqrt(np.maximum(np.diag(compliance), 1e-300))
+    effects = compliance[:, rows] * able / scale[:, None]
+    parts = np.linalg.lstsq(effects, effects @ (forces[rows] / able), rcond=_DEPENDENT)[0]
+    if np.abs(parts).max() >= 1.0:
+        return forces
+    spread = forces.copy()
+    spread[rows] = able * parts
+    return spread
 
 
 def _independent(compliance: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:
