@@ -17,6 +17,7 @@ from .assemblies import check_uses
 from .check import finished
 from .closures import make_closure
 from .curves import TableFunction, make_table
+from .contact_pairs import make_pair
 from .declared import Declared
 from .description import (
     Attractor,
@@ -27,6 +28,7 @@ from .description import (
     Constant,
     Constraint,
     Contact,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
@@ -139,6 +141,7 @@ class Model(Declared):
         self._stops: dict[str, Stop] = {}
         self._frictions: dict[str, Friction] = {}
         self._contacts: dict[str, Contact] = {}
+        self._pairs: dict[str, ContactPair] = {}
         self._events: dict[str, Event] = {}
         self._drawings: dict[str, Drawing] = {}
         self._run: dict[str, Any] = {}
@@ -1179,23 +1182,34 @@ class Model(Declared):
         name: str,
         gap: Any = None,
         stiffness: Any = None,
-        exponent: Any = 1.5,
+        exponent: Any = None,
         damping: Any = None,
         friction: Any = None,
         slip: Any = None,
         smooth: Any = None,
+        body: str | None = None,
+        shape: Any = None,
+        plane: str | None = None,
+        height: Any = None,
+        other: str | None = None,
+        other_shape: Any = None,
+        restitution: Any = None,
+        static: Any = None,
     ) -> None:
-        """Add a compliant contact after Hunt and Crossley.
+        """Let the shape of a body touch a plane, a height field or another body, or add a compliant contact by its gap.
 
-        The force is k δ^n (1 + 3/2 c dδ/dt) with the depth δ = -gap, and never pulls.
+        What touches are points: the middle of a sphere, both ends of a capsule, the corners of a box or of a mesh's
+        convex hull. Each is a stop NAME (where there are several, NAME_1, NAME_2, ...) with a friction NAME_friction; or,
+        with a `stiffness`, a compliant contact after Hunt and Crossley. Its force is k δ^n (1 + 3/2 c dδ/dt) with the
+        depth δ = -gap, and never pulls.
 
         Parameters
         ----------
         name : str
         gap : expression
-            Of coordinates (and `t`), negative in contact [m].
+            Of coordinates (and `t`), negative in contact [m]; in the place of a `body`.
         stiffness : expression
-            k [N/m^n].
+            k [N/m^n]; left out, what touches by its shape is rigid.
         exponent : expression
             n, 1.5 for spheres (Hertz); of parameters and constants, at least 1.
         damping : expression, optional
@@ -1205,10 +1219,38 @@ class Model(Declared):
         slip : expression
             Sliding speed, linear in the rates.
         smooth : expression
-            Speed below which the friction gives way, see `friction`.
+            Speed below which the friction gives way, see `friction`. Friction of a rigid contact sticks without it.
+        body : str, optional
+            The body whose shape touches.
+        shape, other_shape : dict or sequence of dict, optional
+            Shapes in the body's frame that touch in the place of its own.
+        plane : str, optional
+            A frame, body or "world" (the default): its x-y plane, with z up; of planar bodies its x axis, with y up.
+        height : expression, optional
+            z over that plane [m], of `here_x` and `here_y` (planar: y, of `here_x`); of parameters and tables, smooth.
+        other : str, optional
+            In the place of a plane: another body, whose shape is touched. Spheres and capsules touch spheres and
+            capsules, spheres touch boxes.
+        restitution : expression, optional
+            Of a rigid contact, see `stop`.
+        static : expression, optional
+            The coefficient of friction of a rigid contact while it sticks, where it is larger than `friction`.
         """
         table = f"contacts.{name!s:.60}"
         self._new_element(name, "contacts", self._touching_names())
+        by_shape = {
+            "body": body, "shape": shape, "plane": plane, "height": height, "other": other,
+            "other_shape": other_shape, "restitution": restitution, "static": static,
+        }  # fmt: skip
+        if body is not None:
+            laws = {"gap": gap, "slip": slip, "stiffness": stiffness, "exponent": exponent, "damping": damping}
+            self._pairs[name] = make_pair(self, name, by_shape | laws | {"friction": friction, "smooth": smooth})
+            return
+        for key, value in by_shape.items():
+            if value is not None:
+                hint = "give 'body', or leave it out"
+                raise self._sources.error(table, key, f"'{key}' goes with the 'body' that touches", hint=hint)
+        exponent = 1.5 if exponent is None else exponent
         together = {"friction": friction, "slip": slip, "smooth": smooth}
         missing = [key for key, value in together.items() if value is None]
         if missing and len(missing) < 3:
@@ -1421,6 +1463,7 @@ class Model(Declared):
             stops=tuple(self._stops.values()),
             frictions=tuple(self._frictions.values()),
             contacts=tuple(self._contacts.values()),
+            pairs=tuple(self._pairs.values()),
             frames=tuple(self._frames.values()),
             springs=tuple(self._springs.values()),
             bushings=tuple(self._bushings.values()),
@@ -1546,7 +1589,7 @@ class Model(Declared):
         return self._sources.expression(value, table, key)
 
     def _touching_names(self) -> ChainMap:
-        return ChainMap(self._stops, self._frictions, self._contacts)
+        return ChainMap(self._stops, self._frictions, self._contacts, self._pairs)
 
     def _add(self, table: str, key: str, expression: Any, into: dict[str, list[sympy.Expr]]) -> None:
         into.setdefault(key, []).append(self._sources.expression(expression, table, key))

@@ -17,6 +17,7 @@ from .description import (
     Coordinate,
     Description,
     Drawing,
+    ContactPair,
     Event,
     Formula,
     Input,
@@ -40,6 +41,7 @@ from .rolling import held_by
 from .sources import Sources
 
 SPRING_FIELDS = ("angle", "stiffness", "rest", "damping", "preload", "mass")
+PAIR_FIELDS = ("height", "restitution", "friction", "static", "stiffness", "exponent", "damping", "smooth")
 CONTACT_KEYS = ("stiffness", "exponent", "damping", "friction", "slip", "smooth")
 
 
@@ -156,6 +158,8 @@ class _Writer:
             yield self.load(load)
         for table, entry in _contact_tables(d):
             yield self.table(table, entry)
+        for pair in d.pairs:
+            yield self.pair(pair)
         yield ["[constraints]", *self.entries("constraints", [(c.name, c.expression) for c in d.constraints])]
         for loop in d.loops:
             yield self.loop(loop)
@@ -357,6 +361,18 @@ class _Writer:
         lines += [f"at = {self.array(table, 'at', r.at)}"] if r.at else []
         lines += [f"plane = {_quoted(r.plane)}"] if r.plane != "world" else []
         return [*lines, *([f"holds = {_literal(r.holds)}"] if r.holds != held_by(r.kind) else [])]
+
+    def pair(self, pair: ContactPair) -> list[str]:
+        table = f"contacts.{pair.name}"
+        lines = [f"[{table}]", f"body = {_quoted(pair.body)}"]
+        lines += [f"plane = {_quoted(pair.plane)}"] if pair.plane != "world" else []
+        lines += [f"other = {_quoted(pair.other)}"] if pair.other is not None else []
+        for key, solids in (("shape", pair.shapes), ("other_shape", pair.other_shapes)):
+            if solids:
+                shapes = [self.solid(table, solid) for solid in solids]
+                lines.append(f"{key} = [{', '.join(shapes)}]" if len(shapes) > 1 else f"{key} = {shapes[0]}")
+        values = ((key, getattr(pair, key)) for key in PAIR_FIELDS)
+        return [*lines, *(f"{key} = {self.value(table, key, x)}" for key, x in values if x is not None)]
 
     def spring(self, spring: Spring) -> list[str]:
         table = f"springs.{spring.name}"
