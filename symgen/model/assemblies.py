@@ -289,7 +289,9 @@ class _Taken:
                     if kind == "point component":
                         self.points[id(made[0])] = made, world
         self.children = {j.child for j in self.assembly._joints.values()}
-        self._memo: dict[int, sympy.Basic] = {}
+        # Of expressions, by identity: as they act, and as they are said, which units are checked of.
+        self._acting: dict[int, sympy.Basic] = {}
+        self._said: dict[int, sympy.Basic] = self._acting if self.place is None else {}
 
     def take(self) -> None:
         """Take all of it over into the model."""
@@ -313,10 +315,12 @@ class _Taken:
             model._made_rates[self._element(joint)] = list(map(self._part, rates))
         for coordinate, joint in assembly._jointed.items():
             model._jointed[self._symbol(coordinate)] = self._element(joint)
-        for key, terms in assembly._energies.items():
-            model._used_energies.setdefault(key, []).extend(map(self._expression, terms))
-        for name, terms in assembly._forces.items():
-            model._used_forces.setdefault(self._symbol(name), []).extend(map(self._expression, terms))
+        for energies in (assembly._energies, assembly._used_energies):
+            for key, terms in energies.items():
+                model._used_energies.setdefault(key, []).extend(map(self._expression, terms))
+        for forces in (assembly._forces, assembly._used_forces):
+            for name, terms in forces.items():
+                model._used_forces.setdefault(self._symbol(name), []).extend(map(self._expression, terms))
         for inner in (*assembly._uses.values(), *assembly._inner_uses):
             model._inner_uses.append(self._inner(inner))
         self._take_sources()
@@ -361,7 +365,8 @@ class _Taken:
         own.tables |= {f"{self.use.name}.{name}": n for name, n in taken.tables.items()}
         own.in_plane |= {self._address(*x) for x in taken.in_plane}
         for address, source in taken.everything():
-            made = replace(source, expression=self._expression(source.expression), use=self.use.name)
+            said = self._rewritten(source.expression, self.symbols, self._said)
+            made = replace(source, expression=said, use=self.use.name)
             own.take_over(*self._address(*address), made)
 
     def _inner(self, inner: Use) -> Use:
@@ -443,13 +448,18 @@ class _Taken:
         return str(PurePosixPath(*PurePosixPath(folder.replace(os.sep, "/")).parts, file))
 
     def _expression(self, root: sympy.Basic) -> sympy.Basic:
-        """An expression with the model's names, built as it was: SymPy evaluates nothing."""
-        memo = self._memo
+        """An expression as it acts in the model."""
+        return self._rewritten(root, self.read, self._acting)
+
+    def _rewritten(
+        self, root: sympy.Basic, names: Mapping[str, sympy.Expr], memo: dict[int, sympy.Basic]
+    ) -> sympy.Basic:
+        """An expression with other names, built as it was: SymPy evaluates nothing."""
         for node in postorder([root]):
             if id(node) in memo:
                 continue
             if isinstance(node, sympy.Symbol):
-                memo[id(node)] = self._read(node.name)
+                memo[id(node)] = self._read(node.name, names)
                 continue
             args = [memo[id(x)] for x in node.args]
             if all(a is b for a, b in zip(args, node.args, strict=True)):
@@ -462,9 +472,9 @@ class _Taken:
                 memo[id(node)] = node.func(*args, evaluate=False)
         return memo[id(root)]
 
-    def _read(self, name: str) -> sympy.Expr:
-        if name in self.read:
-            return self.read[name]
+    def _read(self, name: str, names: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        if name in names:
+            return names[name]
         if name == "t":
             return sympy.Symbol(name)
         call = sensor_call(name)

@@ -179,7 +179,7 @@ class _Writer:
         return [f"{key} = {self.value(table, key, x)}" for key, x in pairs]
 
     def value(self, table: str, key: str, expression: sympy.Expr) -> str:
-        given = self.sources.of(table, key)
+        given = [x for x in self.sources.of(table, key) if not x.use]
         if len(given) == 1 and given[0].text is not None:
             return _quoted(given[0].text)
         if isinstance(expression, sympy.Integer):
