@@ -133,8 +133,8 @@ def items(d: Description) -> Iterator[Item]:
     """All expressions of a description but its definitions, which come first of all (`definition_items`)."""
     for use in d.uses:
         for g in use.given:
-            if not isinstance(g.value, (str, float)):
-                role = GIVEN if g.kind in ("parameter", "shared") else DEFINITION
+            if not isinstance(g.value, (str, float)) and g.kind != "free":
+                role = GIVEN if g.kind == "parameter" else DEFINITION
                 yield Item(f"use.{use.name}", g.key, g.value, role, unit_dimension(g.unit))
     children = {j.child for j in d.joints}
     for body in d.bodies:
