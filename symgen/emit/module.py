@@ -72,10 +72,10 @@ class FunctionText(Shared):
         return Section(self, g, function)
 
     def _body(self) -> Iterator[str]:
+        self.read_once.update(args for s in self.sections for args in s.shared_parameters())
         for section in self.sections:
             section.print()
-        parameters = {args: None for s in self.sections for args in s.shared_parameters()}
-        yield from (f"{self.names[args]} = p[{args[1]}]" for args in sorted(parameters))
+        yield from (f"{self.names[args]} = p[{args[1]}]" for args in sorted(self.read_once))
         for section in self.sections:
             yield from section.hoisted
         yield from (f"{name} = {START_VALUES[self.kinds[k]]}" for k, name in self.totals.items())

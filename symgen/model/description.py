@@ -541,16 +541,17 @@ class Port:
 
 @dataclass(frozen=True)
 class Given:
-    """What a use of an assembly gives: under a `key`, an expression or (of elements) a name, or a `number`.
+    """What a use of an assembly gives: under a `key`, an expression, a number or (of elements) a name.
 
-    `kind` is that of a port, "parameter", or "place" for where the assembly stands; `unit` is what the assembly has it
-    in.
+    `kind` is that of a port, "parameter", "free" for a parameter that only the model has, or "place" for where the
+    assembly stands; `unit` is what the assembly has it in. What is not `said` is the model's own of that name.
     """
 
     key: str
     kind: str
     value: Expr | str | float
     unit: str | None = None
+    said: bool = True
 
 
 @dataclass(frozen=True)

@@ -150,6 +150,11 @@ def unit_dimension(unit: str | None) -> Dimension | None:
 
 def items(d: Description) -> Iterator[Item]:
     """All expressions of a description but its definitions, which come first of all (`definition_items`)."""
+    for use in d.uses:
+        for g in use.given:
+            if not isinstance(g.value, (str, float)) and g.kind != "free":
+                role = GIVEN if g.kind == "parameter" else DEFINITION
+                yield Item(f"use.{use.name}", g.key, g.value, role, unit_dimension(g.unit))
     children = {j.child for j in d.joints}
     for body in d.bodies:
         yield from body_items(body, body.name in children)
@@ -227,11 +232,6 @@ def items(d: Description) -> Iterator[Item]:
     yield from _event_items(d, sizes, speeds)
     for drawing in d.drawings:
         yield from _drawing_items(drawing)
-    for use in d.uses:
-        for g in use.given:
-            if not isinstance(g.value, (str, float)):
-                role = GIVEN if g.kind in ("parameter", "shared") else DEFINITION
-                yield Item(f"use.{use.name}", g.key, g.value, role, unit_dimension(g.unit))
 
 
 def definition_items(d: Description) -> Iterator[Item]:

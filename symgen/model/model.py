@@ -1347,6 +1347,7 @@ class Model(Declared):
             _assembly=f"{sources.assembly}.{within}" if sources.assembly else within,
         )  # fmt: skip
         made._sources.name = sources.name
+        made._sources.tables |= sources.tables  # curves that it may call
         made._shelf = Shelf(self._shelf)
         return made
 

@@ -344,8 +344,8 @@ def _use(model: Model, content: dict[str, Any]) -> None:
 
 READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "ports": _ports,
-    "assemblies": _assemblies,
     "tables": _each_table("table", "tables", TABLE_KEYS, inline=False),
+    "assemblies": _assemblies,  # which may call the tables
     "parameters": _each("parameter"),
     "constants": _each("constant"),
     "use": _use,

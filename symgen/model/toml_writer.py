@@ -83,14 +83,14 @@ class _Writer:
         """A use of an assembly, with what it gives."""
         table = f"use.{use.name}"
         lines, vectors = [f"[{table}]", f"assembly = {_quoted(use.assembly)}"], {}
-        for g in use.given:
+        for g in (x for x in use.given if x.said):
             if isinstance(g.value, str):
                 lines.append(f"{g.key} = {_quoted(g.value)}")
             elif isinstance(g.value, float):
                 lines.append(f"{g.key} = {_number(g.value, g.unit)}")
             elif "[" in g.key:
                 vectors.setdefault(g.key.partition("[")[0], []).append(self.value(table, g.key, g.value))
-            elif g.kind != "shared":
+            else:
                 lines.append(f"{g.key} = {self.value(table, g.key, g.value)}")
         return [*lines, *(f"{key} = [{', '.join(values)}]" for key, values in vectors.items())]
 
@@ -183,7 +183,7 @@ class _Writer:
         return [f"{key} = {self.value(table, key, x)}" for key, x in pairs]
 
     def value(self, table: str, key: str, expression: sympy.Expr) -> str:
-        given = self.sources.of(table, key)
+        given = [x for x in self.sources.of(table, key) if not x.use]
         if len(given) == 1 and given[0].text is not None:
             return _quoted(given[0].text)
         if isinstance(expression, sympy.Integer):
