@@ -64,6 +64,8 @@ class System(ModelFunctions):
         Where in v the first-order states are, and where in q their integrals over time, which nothing depends on.
     constraints_of_states : tuple of str
         Velocity constraints that depend on states.
+    start : dict or None
+        What holds where runs begin besides the constraints, as the header says it.
     structure, operations, run_defaults : dict
         The header's `structure`, `operations` and `run`.
     source : ModuleSource
@@ -93,6 +95,7 @@ class System(ModelFunctions):
         set_("ny", self.nq + self.nv + self.nw)
         set_("n_row", self.ny + m + (m > 0))
         set_("switches", tuple(header.get("switches", ())))
+        set_("start", header.get("start"))
         set_("sensed", header.get("sensed", False))
         set_("sequential_impacts", header.get("impacts") == "sequential")
         values = [float(record["value"]) for record in (*self.parameters, *self.inputs)]

@@ -21,7 +21,7 @@ from .marks import mark_function, mark_records, marks
 from .program import Function, Program
 from .sensed import Sensed
 from .solve import factorise as ldl
-from .starts import start_function
+from .starts import levels, start_conditions, start_function, start_record
 from .structure import structure
 from .time_terms import own_terms, term_count, time_function
 from .trees.derivatives import add_tree_derivatives
@@ -67,6 +67,7 @@ def derive(
     own += (
         *mark_function(d.loader, found),
         *start_function(d.loader, d.description),
+        *_start_conditions(d),
         *time_function(own_terms(d.g, own)),
     )
     program = Program(d.g, own, {})
@@ -74,7 +75,7 @@ def derive(
     head |= term_count(own)
     if jacobian:
         head["jacobian"] = True
-    head |= solves(program)
+    head |= solves(program) | _start_record(d)
     head["inputs"] = head["inputs"][: len(description.inputs)]
     return replace(program, header=head, findings=tuple(structure(d).findings))
 
@@ -94,6 +95,7 @@ def derive_switched(description: Description, source: str) -> Program:
     own += (
         *mark_function(d.loader, found),
         *start_function(d.loader, description),
+        *_start_conditions(d),
         watched,
         *time_function(own_terms(d.g, own)),
     )
@@ -104,6 +106,7 @@ def derive_switched(description: Description, source: str) -> Program:
         "switches": switches.records(),
         **({} if description.impacts == "simultaneous" else {"impacts": description.impacts}),
         "subsystems": [],
+        **_start_record(d),
         **mark_records(found),
         **term_count(own),
     }
@@ -184,6 +187,15 @@ def _residual(d: Derivation, form: Mechanics) -> list[int]:
     for k, node in d.corner.items():
         held[k] = g.add(held[k], g.mul(node, x.lam[k]))
     return [*momentum, *held]
+
+
+def _start_conditions(d: Derivation) -> Iterator[Function]:
+    return start_conditions(d, lambda: d.levels.at(_residual(d, d.form), d.x.lam))
+
+
+def _start_record(d: Derivation) -> dict[str, dict]:
+    """What the header says of the conditions of a start, if there are any."""
+    return {} if d.own.start is None else {"start": start_record(d.own) | {"levels": levels(d)}}
 
 
 def _residual_by_state(d: Derivation, residual: list[int]) -> SparseRows:

@@ -49,6 +49,7 @@ from .rolling import check_rolling
 from .rotors import check_rotors
 from .sensors import with_sensors
 from .sources import Sources
+from .starts import check_start
 
 
 def check_elements(d: Description, sources: Sources) -> None:
@@ -262,6 +263,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     check_rolling(d, sources)
     check_closures(d, sources)
     check_rotors(d, sources)
+    check_start(d, sources)
     sensing, kinds = with_sensors(d, sources, kinds)
     d = d if sensing is d else with_definitions_in_order(sensing, sources)
     loops = LoopChecker(d, sources)
@@ -520,7 +522,7 @@ class _Checker:
         if SENSED in dependence.via and not _may_sense(item):
             name = dependence.via[SENSED]
             message = f"{item.role.title} cannot depend on {SENSED}, {name}: it would determine itself"
-            hint = "they may stand in outputs and in what events look at; friction takes a reaction as its 'normal'"
+            hint = "they may stand in outputs, events and start equations; friction takes a reaction as its 'normal'"
             raise self.sources.name_error(item.table, item.key, name, message, hint)
         for kind in item.role.forbidden:
             if kind in dependence.via:

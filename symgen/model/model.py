@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -39,6 +40,7 @@ from .description import (
     Rolling,
     Rotor,
     Spring,
+    StartConditions,
     State,
     Stop,
     plain_rate,
@@ -54,6 +56,7 @@ from .over_time import read_over_time
 from .rolling import make_rolling
 from .rotors import make_rotor
 from .sources import Sources
+from .starts import make_start
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -135,6 +138,8 @@ class Model(Declared):
         self._events: dict[str, Event] = {}
         self._drawings: dict[str, Drawing] = {}
         self._run: dict[str, Any] = {}
+        self._start: StartConditions | None = None
+        self._open_states: set[str] = set()  # no start is given for them
         if gravity is not None:
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
 
@@ -167,7 +172,12 @@ class Model(Declared):
         return sympy.Symbol(name)
 
     def state(
-        self, name: str, derivative: Any = None, start: Any = 0.0, unit: str | None = None
+        self,
+        name: str,
+        derivative: Any = None,
+        start: Any = None,
+        unit: str | None = None,
+        guess: Any = None,
     ) -> sympy.Symbol:
         """Declare a first-order state: of an actuator, a filter, a controller, a current, a bristle of friction.
 
@@ -177,21 +187,27 @@ class Model(Declared):
         derivative : expression
             By time [unit/s], of coordinates, rates, inputs, parameters, `t`, other states and itself.
         start : float, str or expression of parameters
-            Its value where the run begins.
+            Its value where the run begins; 0 by default.
         unit : str, optional
-            Numbers for `start` are in it.
+            Numbers for `start` and `guess` are in it.
+        guess : float, str or expression of parameters, optional
+            Instead of `start`: a value that what `start` of the model says may move.
         """
         self._declare(name, "state", "states")
         self._declare_made(integral_name(name), "integral", f"states.{name}", "state")
         size = self._sources.unit(unit, "states", f"{name}.unit")
-        values, size = self._initial("states", f"{name}.{{}}", size, {"start": start})
+        values, size = self._initial("states", f"{name}.{{}}", size, {"start": start, "guess": guess})
         expression = self._required("states", f"{name}.derivative", derivative)
         self._states.append(State(name, expression))
         coherent = None if size is None else size.coherent
         integrated = None if coherent is None else f"({coherent})*s"
         self._integrals.append(Coordinate(integral_name(name), integrated, integral=True))
+        if start is None:
+            self._open_states.add(name)
+        enforced = values.get("start") if start is not None or guess is not None else 0.0
+        moved, formula = values.get("guess", 0.0), values.get("formula")
         self._state_rates.append(
-            Rate(name, coherent, values["start"], 0.0, integral_name(name), values.get("formula"), state=True)
+            Rate(name, coherent, enforced, moved, integral_name(name), formula, state=True)
         )
         return sympy.Symbol(name)
 
@@ -1240,6 +1256,39 @@ class Model(Declared):
         self._new_element(name, "events", self._events)
         self._events[name] = parts.make_event(self._sources, name, when, direction, then)
 
+    def start(
+        self,
+        *equations: Any,
+        find: sympy.Symbol | str | Sequence[sympy.Symbol | str] = (),
+        steady: bool | sympy.Symbol | str | Sequence[sympy.Symbol | str] = False,
+        closed: str | Sequence[str] = (),
+    ) -> None:
+        """Say what holds where runs begin, besides the constraints: guesses move until it does.
+
+        Parameters
+        ----------
+        *equations : expression or str
+            Zero at the start: of coordinates, rates, states, parameters, inputs, `t`, accelerations and reactions. Text
+            may be an equation, and its last term a quantity: "tip_x = 0.3 m".
+        find : str or sequence of str, optional
+            Parameters that are found with them; their values are guesses. One that a run sets is not sought there.
+        steady : bool, or str or sequence of str
+            True: in equilibrium. Rates that are guesses are zero, and so are their accelerations and the derivatives of
+            states. Or the coordinates, rates and states of which that holds.
+        closed : str or sequence of str, optional
+            Stops whose gap, and its rate, are zero.
+
+        Examples
+        --------
+        >>> model.start("tip_x = 0.3 m", "dot(tip_x) = 0.1 m/s")
+        >>> model.start(find=k, steady=True)
+        """
+        self._begin(list(equations), find, steady, closed)
+
+    def _begin(self, equations: Any = (), find: Any = (), steady: Any = False, closed: Any = ()) -> None:
+        given = {"equations": equations, "find": find, "steady": steady, "closed": closed}
+        self._start = make_start(self, self._start, given)
+
     def run(self, **defaults: Any) -> None:
         """Set defaults for runs: t_end, method, constraints, rtol, atol, step, max_step, fps, at, breaks."""
         for key, value in defaults.items():
@@ -1302,6 +1351,7 @@ class Model(Declared):
             tables=tuple(self._tables),
             closures=tuple(self._closures.values()),
             rotors=tuple(self._rotors.values()),
+            start=self._start,
         )
 
     def _all_coordinates(self) -> tuple[Coordinate, ...]:
@@ -1318,7 +1368,13 @@ class Model(Declared):
                 rates += named or [plain_rate(c)]
             elif c.name == self._joints[c.joint].coordinates[-4]:
                 rates += [r for r in own if r.coordinate is None]
-        return (*rates, *self._state_rates)
+        return (*rates, *map(self._state_rate, self._state_rates))
+
+    def _state_rate(self, rate: Rate) -> Rate:
+        """The rate of a state; without a start of its own it is a guess where there is something that could move it."""
+        if self._start is None or rate.name not in self._open_states or rate.start is None:
+            return rate
+        return replace(rate, start=None, guess=rate.start)
 
     def _fixed_vector(
         self, table: str, what: str, name: Any, body: Any, taken: Mapping[str, Any], values: Any, key: str

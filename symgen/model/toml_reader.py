@@ -19,10 +19,11 @@ from .model import Model
 from .names import LONGEST_NAME
 from .rolling import ROLLING_KEYS
 from .rotors import ROTOR_KEYS
+from .starts import START_KEYS
 from .toml_text import parse
 
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
-STATE_KEYS = ("derivative", "start", "unit")
+STATE_KEYS = ("derivative", "start", "guess", "unit")
 INPUT_KEYS = ("unit", "default", "table", "kind", "polynomial")
 BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape", "density")
 JOINT_KEYS = (
@@ -250,6 +251,11 @@ def _energy(model: Model, content: dict[str, Any]) -> None:
         getattr(model, key)(value)
 
 
+def _start(model: Model, content: dict[str, Any]) -> None:
+    given = _keys(model, "start", "", content, START_KEYS)
+    model._begin(**given)
+
+
 def _run(model: Model, content: dict[str, Any]) -> None:
     for key, value in content.items():
         model.run(**{key: value})
@@ -284,6 +290,7 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "velocity_constraints": _each("velocity_constraint"),
     "outputs": _each("output"),
     "events": _event,
+    "start": _start,
     "draw": _each_table("draw", "draw", tuple(DRAWINGS), inline=False),
     "run": _run,
 }

@@ -141,7 +141,7 @@ def derive(description: Description, source: str = "", jacobian: bool = False) -
     if jacobian:
         sensitivity.refuse_switches(description)
         return _with_savings(pipeline.derive(description, source, jacobian=True))
-    whole = has_switches(description) or has_jumps(description) or description.sensors
+    whole = has_switches(description) or has_jumps(description) or description.sensors or description.start
     kinds = [] if whole else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
         return _with_savings(pipeline.derive(description, source))
