@@ -486,7 +486,7 @@ class _Assembler:
     def _velocities(
         self, q: np.ndarray, v0: np.ndarray, enforced: np.ndarray, sizes: np.ndarray
     ) -> np.ndarray:
-        """Solve the velocity level, which is linear in the rates, in the metric of the free ones."""
+        """Solve the velocity level in the metric of the free rates; of most models it is linear in them."""
         scales = self.constraints.velocity_scales(q, v0, sizes)
         matrix = self.constraints.jacobian(q, v0) / scales[:, None]
 
@@ -501,6 +501,8 @@ class _Assembler:
             reduced = np.linalg.solve(factor, matrix[:, free].T).T
             for _ in range(_REFINEMENTS):
                 v[free] -= np.linalg.solve(factor.T, pseudo_solve(reduced, residual(v)))
+            if not worst(residual(v)) <= SOLVED and self._is_curved(q, v0, v):
+                v = self._rates_on_curves(q, v0, free, sizes, factor, scales)
         # What is prescribed over time may have set in motion what was at rest, by which residuals are judged.
         scales = np.fmax(scales, self.constraints.velocity_scales(q, v, sizes))
         matrix = self.constraints.jacobian(q, v0) / scales[:, None]
@@ -514,6 +516,34 @@ class _Assembler:
             self._note_repair(changes(self.rates, v0, repaired, np.abs(v0)), np.array(self.rates)[enforced])
             v = repaired
         return v
+
+    def _is_curved(self, q: np.ndarray, v0: np.ndarray, v: np.ndarray) -> bool:
+        """Whether a constraint is not linear in the rates."""
+        return not np.array_equal(self.constraints.jacobian(q, v0), self.constraints.jacobian(q, v))
+
+    def _rates_on_curves(
+        self,
+        q: np.ndarray,
+        v0: np.ndarray,
+        free: np.ndarray,
+        sizes: np.ndarray,
+        factor: np.ndarray,
+        scales: np.ndarray,
+    ) -> np.ndarray:
+        """Return the rates nearest to a guess that meet constraints which are not linear in them."""
+
+        def at(z: np.ndarray) -> np.ndarray:
+            v = v0.copy()
+            v[free] = z
+            return v
+
+        problem = Problem(
+            residual=lambda z: self.constraints.velocity(q, at(z)) / scales,
+            jacobian=lambda z: self.constraints.jacobian(q, at(z))[:, free] / scales[:, None],
+            factor=factor,
+            sizes=np.full(int(free.sum()), np.inf),
+        )
+        return at(solve_with_restarts(problem, v0[free], sizes[free]))
 
     def _along_a_branch(
         self, q: np.ndarray, v: np.ndarray, enforced: np.ndarray, sizes: np.ndarray

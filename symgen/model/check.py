@@ -66,9 +66,13 @@ def check_elements(d: Description, sources: Sources) -> None:
     _check_resets(d, sources)
     _check_torques(d, sources)
     moving = [b for b in d.bodies if b.mass is not None or b.inertia]
-    if not moving and not d.rotors and d.kinetic is None and not only_states:
+    held = d.constraints or d.velocity_constraints or d.loops or d.closures or d.rolling
+    if not moving and not d.rotors and d.kinetic is None and not only_states and not held:
         raise sources.error(
-            "", "bodies", "nothing has kinetic energy", hint="give bodies, or [energy] kinetic"
+            "",
+            "bodies",
+            "nothing has kinetic energy, and no constraint holds anything",
+            hint="give bodies, or [energy] kinetic",
         )
 
 

@@ -771,7 +771,7 @@ class Model(Declared):
         self._constrain("constraints", name, expression, "holonomic")
 
     def velocity_constraint(self, name: str, expression: Any) -> None:
-        """Hold an expression that is linear in the rates at zero."""
+        """Hold an expression of rates at zero; what it bears acts along its derivatives by the rates."""
         self._constrain("velocity_constraints", name, expression, "velocity")
 
     def coincident(self, name: str, a: Any, b: Any) -> None:
