@@ -104,6 +104,9 @@ def check_header(header: Any) -> None:
         raise HeaderFault(f"'sensed' is {header['sensed']!r:.60}, expected True")
     if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
         raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
+    m = len(header["constraints"])
+    if any(type(k) is not int or not 0 <= k < m for k in header.get("balances", ())):
+        raise HeaderFault(f"'balances' is {header['balances']!r:.60}, expected indices of constraints")
     _check_robot(header)
     _check_start(header)
     _check_marks(header)

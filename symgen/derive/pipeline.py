@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from ..model.description import Description
 from . import sensitivity
+from .balances import with_balances
 from .constraints import acceleration, constraint_forces
 from .contacts import SWITCHED, Switches, has_switches
 from .derivation import Derivation
@@ -25,6 +26,7 @@ from .starts import levels, start_conditions, start_function, start_record
 from .structure import structure
 from .time_terms import own_terms, term_count, time_function
 from .trees.derivatives import add_tree_derivatives
+from .variables import with_rates
 
 LARGEST_TREE_TRIED_ALL_WAYS = 8
 # Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.
@@ -57,10 +59,12 @@ def derive(
     -------
     Program
     """
+    drawn = description
+    description = with_balances(description)
     if has_switches(description):
         return derive_switched(description, source)
     d = Derivation(with_branches(description, description), articulated=articulated, own=description)
-    found = marks(d.description)
+    found = marks(d.description if description is drawn else with_rates(drawn))
     own = tuple(functions(d, gathered))
     if jacobian:
         own += tuple(sensitivity.derivatives(d, lambda: _residual(d, d.form), len(description.inputs)))

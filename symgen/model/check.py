@@ -145,8 +145,8 @@ Found = list[tuple[Item, frozenset[str]]]
 
 def check_mentions(
     d: Description, sources: Sources, found: Found, placed: Mapping[str, frozenset[str]]
-) -> None:
-    """Every coordinate must move something, or be held by something.
+) -> tuple[str, ...]:
+    """Every coordinate must move something, or be held by something; returns those that forces alone hold in balance.
 
     Parameters
     ----------
@@ -160,26 +160,25 @@ def check_mentions(
     """
     massless = {b.name for b in d.bodies if is_massless(b)}
     drawn_only = {f"bodies.{name}" for name in massless}
-    mentioned = _moved_by_joints(d, massless)
+    held, pulled = _moved_by_joints(d, massless), set()
     forced = {name for name, _ in d.forces}
-    mentioned |= {r.coordinate for r in d.rates if r.name in forced}
+    pulled |= {r.coordinate for r in d.rates if r.name in forced}
     for j in d.joints:
         if TYPES[j.type].quaternion and forced.intersection(j.rates[-3:]):
-            mentioned |= set(j.coordinates[-4:])
+            pulled |= set(j.coordinates[-4:])
     for item, coordinates in found:
         moves = (
             item.table.startswith("bodies.")
             and item.table not in drawn_only
             and not item.key.startswith("shape")
         )
-        acts = item.table.startswith("loads.") or item.table in (
-            "forces",
-            "constraints",
-            "velocity_constraints",
-        )
-        if moves or acts or (item.table, item.key) == ("energy", "kinetic"):
-            mentioned |= coordinates
-    mentioned = coordinates_in(mentioned, d, placed)
+        place = item.table, item.key
+        if moves or item.table in ("constraints", "velocity_constraints") or place == ("energy", "kinetic"):
+            held |= coordinates
+        elif item.table.startswith("loads.") or item.table in ("forces", "energy"):
+            pulled |= coordinates
+    held = coordinates_in(held, d, placed)
+    mentioned = held | coordinates_in(pulled, d, placed)
     joints = {name: j for j in d.joints for name in j.coordinates}
     for c in d.coordinates:
         if c.name in mentioned:
@@ -188,6 +187,11 @@ def check_mentions(
             _refuse_idle_joint(joints[c.name], c.name, sources)
         message = f"no kinetic energy, force or constraint mentions the coordinate '{c.name}'"
         raise sources.error("coordinates", c.name, message, hint="use it, or leave it out")
+    of_states = {r.coordinate for r in d.rates if r.state}
+    return tuple(
+        c.name for c in d.coordinates
+        if c.name not in held and c.name not in of_states and c.quaternion is None
+    )  # fmt: skip
 
 
 def _refuse_idle_joint(joint: Joint, coordinate: str, sources: Sources) -> None:
@@ -287,7 +291,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     full = expand(d, sources, kinds)
     checker.add_axes(full)
     found = [(item, checker.written_out(item).coordinates) for item in items(full)]
-    check_mentions(full, sources, found, checker.moved)
+    full = replace(full, balanced=check_mentions(full, sources, found, checker.moved))
     return dimensions.with_units_of_results(full, dimensions.check_units(d, sources))
 
 

@@ -592,6 +592,7 @@ class Description:
     closures: tuple[Closure, ...] = ()
     rotors: tuple[Rotor, ...] = ()
     start: StartConditions | None = None
+    balanced: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

@@ -141,7 +141,8 @@ def derive(description: Description, source: str = "", jacobian: bool = False) -
     if jacobian:
         sensitivity.refuse_switches(description)
         return _with_savings(pipeline.derive(description, source, jacobian=True))
-    whole = has_switches(description) or has_jumps(description) or description.sensors or description.start
+    whole = has_switches(description) or has_jumps(description) or description.sensors
+    whole = whole or description.start or description.balanced
     kinds = [] if whole else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
         return _with_savings(pipeline.derive(description, source))
