@@ -104,9 +104,10 @@ def check_header(header: Any) -> None:
         raise HeaderFault(f"'sensed' is {header['sensed']!r:.60}, expected True")
     if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
         raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
-    m = len(header["constraints"])
-    if any(type(k) is not int or not 0 <= k < m for k in header.get("balances", ())):
-        raise HeaderFault(f"'balances' is {header['balances']!r:.60}, expected indices of constraints")
+    m, names = len(header["constraints"]), {record["name"] for record in header["coordinates"]}
+    balances = _get(header, "balances", dict, "") if "balances" in header else {}
+    if any(type(k) is not int or not 0 <= k < m or name not in names for name, k in balances.items()):
+        raise HeaderFault(f"'balances' is {balances!r:.60}, expected constraints by coordinates")
     _check_robot(header)
     _check_start(header)
     _check_marks(header)

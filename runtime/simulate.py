@@ -123,6 +123,8 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
     if moving:
         schedule.first_samples(system, p, options.t_start, state)
     notes = [*found, *_moved_notes(assembly.moved), *assembly.notes]
+    if system.balances:
+        notes.append(f"without inertia, where the forces on it balance: {', '.join(system.balances)}")
     if moving:
         notes += system.input_notes
     if options.rtol < SMALLEST_RTOL:

@@ -303,7 +303,7 @@ class _Statics:
         self.sizes = self.constraints.characteristic_sizes(q)
         self.position_scales = self.constraints.position_scales(q, self.sizes) if system.nh else np.zeros(0)
         self._states = list(system.states)
-        self._balances = list(system.source.header.get("balances", ()))
+        self._balances = [k for k in system.balances.values() if k >= system.nh]
         self._weights = np.ones(system.nv)
         if self._states:
             self._balance(q)

@@ -20,6 +20,7 @@ from .graph.differentiate import sparse_jacobian
 from .graph.evaluate import evaluate
 from .graph.graph import Graph
 from .graph.nodes import INPUT, LAM, PARAM, Q, V
+from .input_rates import with_input_rates
 from .kinematics import Scene
 from .load import make_loader
 from .variables import variables, with_rates
@@ -71,10 +72,14 @@ def with_balances(description: Description) -> Description:
         if row:
             rolling.append(replace(constraint, kind="velocity"))
         elif g.mask[node] & V or not other:
-            message = f"the forces on '{name}', which has no inertia, do not say where it is or how fast it moves"
+            message = (
+                f"the forces on '{name}', which has no inertia, do not say where it is or how fast it moves"
+            )
             raise ModelError(message, hint="give it a mass, a spring, a damper, or a constraint")
         else:
             held.append(constraint)
+    pushed = {k for k in range(n_inputs) if rolling and g.var(INPUT, k) in set(g.reachable(nodes))}
+    description = with_input_rates(description, frozenset(d.inputs[k].name for k in pushed))
     names = {c.name for c in (*d.constraints, *d.velocity_constraints)}
     for c in (*held, *rolling):
         if c.name in names:
@@ -108,5 +113,7 @@ def _refuse_open(g: Graph, d: Description, names: list[str], rows: list[dict[int
         scaled = matrix / np.where(largest > 0.0, largest, 1.0)
         best = max(best, int(np.sum(np.linalg.svd(scaled, compute_uv=False) > _DEPENDENT)))
     if best < n:
-        message = f"the forces on {', '.join(names)}, which have no inertia, do not say how each of them moves"
+        message = (
+            f"the forces on {', '.join(names)}, which have no inertia, do not say how each of them moves"
+        )
         raise ModelError(message, hint="give one of them a mass, or write what holds them as a constraint")

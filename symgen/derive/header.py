@@ -86,11 +86,10 @@ def dependence(rows: Iterable[int]) -> dict[str, list[int]]:
     return {"dependent": found} if found else {}
 
 
-def _balances(d: Description) -> dict[str, list[int]]:
-    """Velocity constraints that are balances of coordinates without inertia, and have no force."""
-    made = {f"{name}_balance" for name in d.balanced}
-    first = len(d.constraints)
-    found = [first + k for k, c in enumerate(d.velocity_constraints) if c.name in made]
+def _balances(d: Description) -> dict[str, dict[str, int]]:
+    """The constraints that are balances of coordinates without inertia, by these; they have no force."""
+    places = {c.name: k for k, c in enumerate((*d.constraints, *d.velocity_constraints))}
+    found = {name: places[f"{name}_balance"] for name in d.balanced if f"{name}_balance" in places}
     return {"balances": found} if found else {}
 
 
@@ -140,6 +139,8 @@ def _input(u: Input) -> dict[str, Any]:
         record["table"] = {"kind": u.kind, "t": list(u.times), "values": list(u.values)}
     if u.polynomial:
         record["polynomial"] = list(u.polynomial)
+    if u.rate_of:
+        record["rate_of"] = u.rate_of
     return record
 
 

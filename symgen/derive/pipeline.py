@@ -17,6 +17,7 @@ from .graph.hoist import gather
 from .graph.nodes import SparseRows
 from .graph.vectors import normalised
 from .header import header
+from .input_rates import with_input_rates
 from .jumps import with_branches
 from .marks import mark_function, mark_records, marks
 from .program import Function, Program
@@ -60,7 +61,7 @@ def derive(
     Program
     """
     drawn = description
-    description = with_balances(description)
+    description = with_balances(with_input_rates(description))
     if has_switches(description):
         return derive_switched(description, source)
     d = Derivation(with_branches(description, description), articulated=articulated, own=description)

@@ -93,7 +93,8 @@ class State:
 class Input:
     """A control input with its default value, or with what it does over time where nothing else is said.
 
-    `times` and `values` are those of a table of this `kind`; `polynomial` has coefficients of powers of t.
+    `times` and `values` are those of a table of this `kind`; `polynomial` has coefficients of powers of t. One that is
+    `rate_of` another is its time derivative, which runs make.
     """
 
     name: str
@@ -103,6 +104,7 @@ class Input:
     values: tuple[float, ...] = ()
     kind: str = ""
     polynomial: tuple[float, ...] = ()
+    rate_of: str = ""
 
 
 @dataclass(frozen=True)

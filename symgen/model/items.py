@@ -93,7 +93,7 @@ COURSE = Role(
     (RATES, INPUTS, COORDINATES, PLACES, STATES, KINKS),
     "it is made of t, parameters and constants; hold expressions of coordinates at zero by 'couple'",
 )
-VELOCITY = Role("a velocity constraint", (INPUTS, KINKS), "prescribed motion is written with t")
+VELOCITY = Role("a velocity constraint", (KINKS,), "prescribed motion is written with t")
 SPEED = Role("a sliding speed", (INPUTS, STATES), "prescribed motion is written with t")
 LEVEL = Role(
     "a friction force",
