@@ -269,9 +269,7 @@ class _Taken:
         self.world = WORLD if self.place is None else f"{prefix}.{WORLD}"
         self.elements = {g.key: g.value for g in self.use.given if isinstance(g.value, str)}
         self.names = self.assembly._kinds | dict.fromkeys(self.assembly._free, "parameter")
-        self.symbols: dict[str, sympy.Expr] = {
-            name: sympy.Symbol(f"{prefix}.{name}") for name in self.names
-        }
+        self.symbols: dict[str, sympy.Expr] = {name: sympy.Symbol(f"{prefix}.{name}") for name in self.names}
         for g in self.use.given:
             if g.kind in ("coordinate", "input", "free") or (g.kind == "parameter" and not g.said):
                 self.symbols[g.key] = g.value

@@ -14,10 +14,10 @@ from .description import (
     NOTHING,
     Body,
     Closure,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
-    ContactPair,
     Event,
     Formula,
     Input,
@@ -30,6 +30,7 @@ from .description import (
     Rotor,
     Solid,
     Spring,
+    StartConditions,
     State,
     Table,
     Use,
@@ -175,6 +176,8 @@ class _Writer:
         yield ["[outputs]", *self.entries("outputs", d.outputs)]
         for event in d.events:
             yield self.event(event)
+        if d.start is not None:
+            yield ["[start]", *self.start(d.start)]
         for drawing in d.drawings:
             yield self.drawing(drawing)
         yield ["[run]", *(f"{key} = {_literal(value)}" for key, value in d.run.items())]
@@ -388,8 +391,17 @@ class _Writer:
 
     def state(self, state: State, rate: Rate) -> str:
         derivative = _Written(self.value("states", f"{state.name}.derivative", state.derivative))
-        start, _ = _state(self, rate.start, rate.guess, rate.formula)
-        return f"{state.name} = {_table(derivative=derivative, start=start, unit=rate.unit)}"
+        start, guess = _state(self, rate.start, rate.guess, rate.formula)
+        guess = guess if start is None else None
+        return f"{state.name} = {_table(derivative=derivative, start=start, guess=guess, unit=rate.unit)}"
+
+    def start(self, start: StartConditions) -> Iterator[str]:
+        if start.equations:
+            yield f"equations = {self.array('start', 'equations', tuple(x.expression for x in start.equations))}"
+        yield from ([f"find = {_literal(start.find)}"] if start.find else [])
+        if start.is_steady:
+            yield f"steady = {_literal(start.everything or start.steady)}"
+        yield from ([f"closed = {_literal(start.closed)}"] if start.closed else [])
 
     def drawing(self, drawing: Drawing) -> list[str]:
         table, kind = f"draw.{drawing.name}", drawing.kind

@@ -21,6 +21,7 @@ from ..graph.copying import copied
 from ..graph.graph import Graph
 from ..graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
 from ..header import dependence, header
+from ..input_rates import inputs_held
 from ..jumps import has_jumps
 from ..load import Loader
 from ..marks import Mark, mark_function, mark_records, marks
@@ -143,6 +144,7 @@ def derive(description: Description, source: str = "", jacobian: bool = False) -
         sensitivity.refuse_switches(description)
         return _with_savings(pipeline.derive(description, source, jacobian=True))
     whole = has_switches(description) or has_jumps(description) or description.sensors
+    whole = whole or description.start or description.balanced or inputs_held(description)
     kinds = [] if whole else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
         return _with_savings(pipeline.derive(description, source))
