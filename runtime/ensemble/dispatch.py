@@ -19,13 +19,9 @@ from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from symgen.runtime.code import cache, engine
-from symgen.runtime.ensemble.chunk import Chunk, Wanted, block_size, pack, run_chunk
+from symgen.runtime.ensemble.chunk import Chunk, Wanted, pack, run_chunk
 from symgen.runtime.ensemble.plan import Plan, make_plan
-from symgen.runtime.ensemble.tally import Tally
-from symgen.runtime.ensemble.verdict import VERDICTS, WORKER_LOST, Verdicts
 from symgen.runtime.ensemble.version import fingerprint
 from symgen.runtime.ensemble.work import run_part, stop_all
 from symgen.runtime.ensemble.zarr_store import StoreError, ZarrStore
@@ -35,11 +31,11 @@ from symgen.runtime.lazy import Late
 if TYPE_CHECKING:
     from symgen.runtime.ensemble.options import EnsembleOptions
 
+on_dask = Late("symgen.runtime.ensemble.on_dask")
 machine = Late("symgen.runtime.ensemble.machine")
 
-_AHEAD = 2  # chunks under way for each thread or worker
+AHEAD = 2  # chunks under way for each thread or worker
 _NOT_SENT = ("executor", "progress", "reduce", "out", "resume", "threads")
-_LOST_BEFORE = "its worker was lost, several times"
 _lock = threading.Lock()
 
 
@@ -60,7 +56,7 @@ def run_chunks(
     executor = plan.options.executor
     if executor is None:
         return _in_threads(plan, wanted, chunks, store, gather)
-    run = _on_dask if is_dask(executor) else _by_executor
+    run = on_dask.run if is_dask(executor) else _by_executor
     return _with_store(store, run(executor, plan, wanted, chunks, store, gather))
 
 
@@ -85,16 +81,16 @@ def _in_threads(
     # The main thread waits beside them, so that Ctrl-C has an answer at once.
     with ThreadPoolExecutor(n) as executor:
         try:
-            yield from _in_order(
+            yield from in_order(
                 lambda first, last: executor.submit(run_chunk, plan, wanted, first, last, store, gather),
-                chunks, _AHEAD * n,
+                chunks, AHEAD * n,
             )  # fmt: skip
         except BaseException:
             stop_all()
             raise
 
 
-def _in_order(submit: Callable[[int, int], Any], chunks: Sequence[tuple[int, int]], ahead: int) -> Iterator[Any]:
+def in_order(submit: Callable[[int, int], Any], chunks: Sequence[tuple[int, int]], ahead: int) -> Iterator[Any]:
     waiting: collections.deque[Any] = collections.deque()
     try:
         for chunk in chunks:
@@ -123,8 +119,8 @@ def _by_executor(
     content = packed(plan, wanted, store, gather)
     places, here = n_places(plan.options), chunks[0] if chunks else (0, 0)
     try:
-        for chunk in _in_order(
-            lambda first, last: executor.submit(run_packed, content, first, last), chunks, _AHEAD * places
+        for chunk in in_order(
+            lambda first, last: executor.submit(run_packed, content, first, last), chunks, AHEAD * places
         ):
             here = chunk.last, plan.members.n
             yield chunk
@@ -133,85 +129,6 @@ def _by_executor(
             f"a process of {type(executor).__name__} was lost while members from {here[0]} on were under way "
             f"({_first_line(error)}); what is done before is kept: run the rest with a new one, by out and resume"
         ) from None
-
-
-def _on_dask(
-    client: Any, plan: Plan, wanted: Wanted, chunks: Sequence[tuple[int, int]], store: ZarrStore | None, gather: bool
-) -> Iterator[Chunk]:
-    """Workers that die are replaced, and what they had is run again, by the scheduler; what kills them is found here."""
-    from distributed import CancelledError, KilledWorker
-
-    content = packed(plan, wanted, store, gather, with_code=True)
-
-    def everywhere() -> Any:
-        return client.scatter(content, broadcast=True, hash=False)
-
-    def submit(first: int, last: int) -> Any:
-        task = client.submit(run_packed, sent[0], first, last, pure=False)
-        return _Waiting(task, first, last)
-
-    def result(waiting: _Waiting) -> Chunk:
-        for _ in range(3):
-            try:
-                return waiting.task.result()
-            except KilledWorker:
-                return _rescued(client, sent[0], plan, wanted, waiting.first, waiting.last)
-            except CancelledError:  # all workers that held what was sent are gone
-                sent[0] = everywhere()
-                waiting = submit(waiting.first, waiting.last)
-        raise RuntimeModelError(
-            f"the Dask cluster has lost members {waiting.first} to {waiting.last - 1} three times: look at its workers"
-        )
-
-    sent = [everywhere()]
-    yield from map(result, _in_order(submit, chunks, _AHEAD * n_places(plan.options)))
-
-
-class _Waiting:
-    """A task, and which members it is about; `result` is itself, so that what went wrong is seen by who asks."""
-
-    def __init__(self, task: Any, first: int, last: int) -> None:
-        self.task, self.first, self.last = task, first, last
-
-    def result(self) -> _Waiting:
-        return self
-
-    def cancel(self) -> None:
-        self.task.cancel()
-
-
-def _rescued(client: Any, sent: Any, plan: Plan, wanted: Wanted, first: int, last: int) -> Chunk:
-    """Run a chunk block by block that has ended several workers: members of a block that does so again have failed."""
-    from distributed import KilledWorker
-
-    length, parts = block_size(plan), []
-    for begin in range(first, last, length):
-        end = min(begin + length, last)
-        try:
-            parts.append(client.submit(run_packed, sent, begin, end, True, pure=False).result())
-        except KilledWorker:
-            parts.append(_lost(plan, wanted, begin, end))
-    return joined(parts)
-
-
-def _lost(plan: Plan, wanted: Wanted, first: int, last: int) -> Chunk:
-    """The chunk of members of which nothing came back."""
-    n, shape = last - first, (last - first, *((len(plan.frame_times),) if len(plan.frame_times) else ()))
-    verdicts = Verdicts.empty(n)
-    verdicts.status[:] = WORKER_LOST
-    columns = {**plan.members.values(first, last), **{name: np.full(shape, np.nan) for name in wanted.kept}}
-    columns |= {name: getattr(verdicts, name) for name in VERDICTS}
-    return Chunk(first, last, Tally.of(first, verdicts, {first: _LOST_BEFORE}), [wanted.empty()], columns)
-
-
-def joined(chunks: Sequence[Chunk]) -> Chunk:
-    """Return chunks that follow each other as one."""
-    tally = Tally()
-    for chunk in chunks:
-        tally.add(chunk.tally)
-    names = chunks[0].columns
-    columns = {name: np.concatenate([chunk.columns[name] for chunk in chunks]) for name in names}
-    return Chunk(chunks[0].first, chunks[-1].last, tally, [b for chunk in chunks for b in chunk.blocks], columns)
 
 
 def packed(plan: Plan, wanted: Wanted, store: ZarrStore | None, gather: bool, *, with_code: bool = False) -> bytes:
