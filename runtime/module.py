@@ -23,6 +23,9 @@ _COUNTS = ("nq", "nv", "nh", "nn", "nw")
 _NAME = re.compile(
     r"[A-Za-z][A-Za-z0-9_]{0,199}", re.ASCII
 )  # the rules of model files, for names made of two as well
+_DOTTED = re.compile(
+    rf"(?=.{{1,200}}\Z){_NAME.pattern}(\.{_NAME.pattern})*", re.ASCII
+)  # those of uses of assemblies
 _NAMES_OF_ROBOTS = re.compile(
     r"[A-Za-z][A-Za-z0-9_]{0,199}(\.[A-Za-z]{1,3})?", re.ASCII
 )  # base parameters: `q1.Izz`
@@ -185,7 +188,7 @@ def _check_records(key: str, records: list[Any], fields: dict[str, type]) -> Non
     names = [record["name"] for record in records]
     seen: set[str] = set()
     for name in names:
-        if not _NAME.fullmatch(name):
+        if not _DOTTED.fullmatch(name):
             raise HeaderFault(f"{key} has the name {name!r:.60}: names are letters, digits and underscores")
         if name in seen:
             raise HeaderFault(f"{key} has the name {name!r} twice")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from symgen.runtime.graph.spelling import reset_function
+
 from ..model.description import Description
 from . import sensitivity
 from .constraints import acceleration, constraint_forces
@@ -286,4 +288,4 @@ def _observers(d: Derivation) -> Iterator[Function]:
             state = [*d.x.q, *d.x.v]
             for reset in event.resets:
                 state[(rate if reset.is_rate else coordinate)[reset.target]] = load(reset.value)
-            yield Function(f"reset_{event.name}", f"State after event '{event.name}'.", tuple(state))
+            yield Function(reset_function(event.name), f"State after event '{event.name}'.", tuple(state))

@@ -11,6 +11,7 @@ from dataclasses import replace
 import sympy
 
 from symgen.model.expression_tree import postorder
+from symgen.runtime.graph.spelling import reset_function
 
 from ...model.description import Description
 from .. import pipeline, sensitivity
@@ -77,7 +78,7 @@ def _functions(d: Description, loader: Loader) -> Iterator[Function]:
             places = sorted(new)
             doc = f"State after event '{event.name}'."
             outputs = tuple(new[k] for k in places)
-            yield Function(f"reset_{event.name}", doc, outputs, tuple(places), copies=len(q) + len(v))
+            yield Function(reset_function(event.name), doc, outputs, tuple(places), copies=len(q) + len(v))
 
 
 def _needed(d: Description, marks: list[Mark]) -> set[str]:
