@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.code.call_block import CallBlock, call_block
+from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.integrate import plain_events as here
 from symgen.runtime.loop_arrays import DIRECTIONS
 
@@ -46,7 +47,7 @@ def make_after(
     """
     n_stops = len(system.switches)
     own = system.events[: len(system.events) - n_stops]
-    resets = [f"reset_{event['name']}" if event["action"] == "reset" else "" for event in own]
+    resets = [reset_function(event["name"]) if event["action"] == "reset" else "" for event in own]
     addresses = np.zeros(here.FIRST_RESET + len(own), dtype=np.uint64)
     addresses[here.ADVANCE] = block.address
     named = {here.EVENTS: "events", here.RHS: "rhs", here.ENERGY: "energy"}

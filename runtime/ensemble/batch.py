@@ -131,7 +131,7 @@ class LaneBatch:
         self.system, self.settings = system, settings
         lanes = settings.lanes
         self._loop = lane_loop(settings.method, lanes)
-        self._table = table = Table()
+        self.table = table = Table()
         n = system.nq + system.nv
         n_logged = settings.log_size and _EVENTS_LOGGED * bool(system.events)
         self.event_log = np.zeros((n_logged, plain_events.FIRST_STATE + 2 * n))
@@ -207,8 +207,8 @@ class LaneBatch:
         has_tail = system.ny - system.nq > 1
         left_out = max(settings.rtol, 1e-17) * (1.0 if settings.rtol > ROUND_OFF_RTOL else 1e-3)
         turns = SHARE * max(settings.atol + settings.rtol, ROUND_OFF_RTOL)
-        self._table.set_integers(series=address, order=order, has_tail=int(has_tail))
-        self._table.set_numbers(
+        self.table.set_integers(series=address, order=order, has_tail=int(has_tail))
+        self.table.set_numbers(
             log_left_out=math.log2(left_out * (SHARE_WITH_TAIL if has_tail else SHARE)),
             log_of_turns=math.log2(turns),
             creeps=max(CREEPS, min(CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF * math.sqrt(EPS / settings.rtol))),
@@ -218,11 +218,11 @@ class LaneBatch:
     @property
     def n_events_logged(self) -> int:
         """Rows of `event_log` that are filled."""
-        return self._table.integer("n_events_logged")
+        return self.table.integer("n_events_logged")
 
     def stop(self) -> None:
         """Let `run`, in another thread, return at once; what it returns is of no use."""
-        self._table.set_integers(stop=1)
+        self.table.set_integers(stop=1)
 
     def run(self, parameters: np.ndarray, start: np.ndarray) -> BatchResult:
         """Run members from their starts to the end.
@@ -247,21 +247,31 @@ class LaneBatch:
             "derivative": np.zeros((n, self._n_record)), "results": result.columns, "end": result.end,
             "frames": result.frames,
         }  # fmt: skip
-        self._table.set_arrays(held)
-        self._table.set_integers(n_members=n, next=0, n_logged=0, stop=0, n_events_logged=0)
+        self.table.set_arrays(held)
+        self.table.set_integers(n_members=n, next=0, n_logged=0, stop=0, n_events_logged=0)
         if n:
-            self._loop.begin(self._table.address)
-            self._loop.run(self._table.address)
-        times = self.settings.frame_times
-        if len(times) and times[-1] == self.settings.t_end:
-            # A frame is projected once more: with constraints that moves its last bit, and members' ends would
-            # depend on whether frames are kept.
-            reached = result.column("status") == at.REACHED_STOP
-            result.frames[reached, -1] = result.end[reached]
-        if len(times) and any(event["action"] == "terminate" for event in system.events):
-            # A run that an event ends stays where it is.
-            ended = (result.column("status") == at.REACHED_STOP)[:, None] & (
-                times > result.column("t")[:, None]
-            )
-            result.frames[ended] = result.end[np.nonzero(ended)[0]]
+            self._loop.begin(self.table.address)
+            self._loop.run(self.table.address)
+        repeat_ends(result, self.settings)
+        if any(event["action"] == "terminate" for event in system.events):
+            stay_at_ends(result, self.settings)
         return result
+
+
+def repeat_ends(result: BatchResult, settings: BatchSettings) -> None:
+    """Let frames at the end be the ends.
+
+    A frame is projected once more: with constraints that moves its last bit, and members' ends would depend on whether
+    frames are kept.
+    """
+    times = settings.frame_times
+    if len(times) and times[-1] == settings.t_end:
+        reached = result.column("status") == at.REACHED_STOP
+        result.frames[reached, -1] = result.end[reached]
+
+
+def stay_at_ends(result: BatchResult, settings: BatchSettings) -> None:
+    """Let frames behind the end of a run that an event ends show where it stays."""
+    reached = result.column("status") == at.REACHED_STOP
+    behind = reached[:, None] & (settings.frame_times > result.column("t")[:, None])
+    result.frames[behind] = result.end[np.nonzero(behind)[0]]

@@ -274,29 +274,35 @@ def function_begin(lanes_wide: int, begin: Callable[[Lanes], Value]) -> Code:
         leave(block.value >= lanes.n_members)
         with code.each(code.lanes) as lane:
             _enter(lanes, block.value + lane, lane)
-        t = code.as_kind(lanes.t_start, "lanes")
-        for column in COLUMNS:
-            lanes.set_own(column, 0.0)
-        lanes.set_own("t", t)
-        lanes.set_own("pivot", float("inf"))
-        lanes.set_own("active", 1.0)
-        with code.when(code.compare("ne", lanes.watch_energy, 0)):
-            kinetic, potential, work = evaluate_energy(lanes, t, lanes.y)
-            lanes.set_own("level", kinetic + potential - work)
-            lanes.set_own("kinetic", code.size(kinetic))
-            lanes.set_own("least_potential", potential)
-            lanes.set_own("most_potential", potential)
-        lanes.set_own("h", begin(lanes))
+        start_members(lanes, begin)
         with code.each(code.lanes) as lane:
             _leave(lanes, block.value + lane, lane)
         block.value = block.value + code.lanes
     return code
 
 
+def start_members(lanes: Lanes, begin: Callable[[Lanes], Value]) -> None:
+    """Write what members carry from their start on, in lanes where their states and parameters are."""
+    code = lanes.code
+    t = code.as_kind(lanes.t_start, "lanes")
+    for column in COLUMNS:
+        lanes.set_own(column, 0.0)
+    lanes.set_own("t", t)
+    lanes.set_own("pivot", float("inf"))
+    lanes.set_own("active", 1.0)
+    with code.when(code.compare("ne", lanes.watch_energy, 0)):
+        kinetic, potential, work = evaluate_energy(lanes, t, lanes.y)
+        lanes.set_own("level", kinetic + potential - work)
+        lanes.set_own("kinetic", code.size(kinetic))
+        lanes.set_own("least_potential", potential)
+        lanes.set_own("most_potential", potential)
+    lanes.set_own("h", begin(lanes))
+
+
 def _enter(lanes: Lanes, number: Value, lane: Value) -> None:
     code = lanes.code
     member = code.select(number < lanes.n_members, number, lanes.n_members - 1)
-    longer = _precompute(lanes, member)
+    longer = precompute(lanes, member)
     start = lanes.start.behind(member * lanes.ny)
     y, p = lanes.y.single(), lanes.p.single()
     with code.each(lanes.ny) as i:
@@ -305,7 +311,7 @@ def _enter(lanes: Lanes, number: Value, lane: Value) -> None:
         p[i * code.lanes + lane] = longer[i]
 
 
-def _precompute(lanes: Lanes, member: Value) -> Rows:
+def precompute(lanes: Lanes, member: Value) -> Rows:
     """Work out what depends on a member's parameters alone; returns its row."""
     code = lanes.code
     given, longer = (
@@ -341,7 +347,7 @@ def refill(lanes: Lanes, done: Value) -> None:
     """Write what members in the lanes of `done` have come to, and let the next ones of the queue in."""
     code = lanes.code
     with code.when(code.any(done)):
-        _note_residuals(lanes, done)
+        note_residuals(lanes, done)
         mask = code.mask(done)
         with code.each(code.lanes) as lane:
             with code.when(code.bit(mask, lane)):
@@ -349,7 +355,8 @@ def refill(lanes: Lanes, done: Value) -> None:
                 enter(lanes, lane)
 
 
-def _note_residuals(lanes: Lanes, done: Value) -> None:
+def note_residuals(lanes: Lanes, done: Value) -> None:
+    """Take note of what is left of the constraints, in the lanes of `done`."""
     code = lanes.code
     with code.when(lanes.m > 0):
         code.call_kernel(lanes.residual, lanes.own("t"), lanes.y, lanes.p, lanes.residuals)
@@ -565,7 +572,7 @@ def function_map(lanes_wide: int) -> Code:
             member = code.quotient(state, lanes.n_frames)
             frame = state - member * lanes.n_frames
             with code.when(code.equal(frame, 0)):
-                _precompute(lanes, member)
+                precompute(lanes, member)
             source = lanes.start.behind(state * lanes.ny)
             y, p, t = lanes.y.single(), lanes.p.single(), lanes.numbers.single()
             t[lane] = lanes.frame_times[frame]

@@ -85,7 +85,8 @@ class Plan:
     def single_parameters(self, p: np.ndarray) -> dict[str, float]:
         """Return the parameters and inputs of a member by name."""
         names = [record["name"] for record in (*self.system.parameters, *self.system.inputs)]
-        return dict(zip(names, map(float, p), strict=False))
+        values = dict(zip(names, map(float, p), strict=False))
+        return {name: value for name, value in values.items() if name not in self.starts.sought}
 
 
 def make_plan(system: System, options: EnsembleOptions) -> Plan:
@@ -107,7 +108,9 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     p = system.parameter_values(fixed["parameters"])
     rows, varied = members.arrays(p, 0, 1)
     first = {name: values[0] for name, values in varied.items()}
-    starts = Starts(system, single.t_start, rows[0], fixed["start"], fixed["rate"], first)
+    given = {*fixed["parameters"], *(c.name for c in columns if c.place == "parameters")}
+    starts = Starts(system, single.t_start, rows[0], fixed["start"], fixed["rate"], first, given)
+    rows[0] = starts.with_found(rows[0], first)
     state = starts.one(rows[0], first)
     refuse_negative_inertia(system, rows[0], single.t_start, state)
     treatment, formed, notes = choose_constraints("auto", system, options.method)

@@ -200,6 +200,7 @@ def _take_single(
     except RuntimeModelError as error:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
         return {number: str(error)}
+    p[:] = solution.p  # with what its start looks for
     verdicts.steps[k] = solution.stats["steps"]
     verdicts.energy_error[k] = solution.energy.unscaled_error
     verdicts.constraint_residual[k] = solution.constraint_residual.max_position

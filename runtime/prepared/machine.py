@@ -84,6 +84,8 @@ def objection_to_machine(system: System, options: RunOptions, has_timetable: boo
         return "it has independent subsystems"
     if system.dependent:
         return "it has constraints that follow from others"
+    if system.start is not None:
+        return "its start is solved for"
     if is_large(system):
         return "it is large"
     if options.progress is not None or options.recorder is not None:
