@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from symgen.runtime.code.llvm_text import VECTOR_INTRINSICS
 from symgen.runtime.code.lower import NoLanes
+from symgen.runtime.ensemble.batch import evaluates_once
 from symgen.runtime.ensemble.gpu.thread import ARGUMENTS, MEMBER, function_member
 from symgen.runtime.ensemble.machine import METHODS
 from symgen.runtime.ensemble.slots import COLUMNS
@@ -28,7 +29,7 @@ planning = Late("symgen.runtime.taylor.plan")
 
 ENTRY = "symgen_members"
 SERIES = "taylor"
-_N_STAGES, _N_DENSE = {"rk4": 5, "dop853": 16}, 8
+_N_STAGES, _N_DENSE = {"rk4": 5, "verlet": 2, "dop853": 16}, 8
 _FAR = re.compile(r"@([\w.]+\.far)\(double")  # sine and cosine of large angles: rare, and long
 _LIBRARY = sorted(
     name for name in IN_CODE if name not in (*VECTOR_INTRINSICS, "sin", "cos")
@@ -78,6 +79,10 @@ def make_program(
     NoLanes, Refusal
         There is none; says why.
     """
+    if system.events:
+        raise Refusal("events are for lanes of this machine's processor")
+    if method == "verlet" and system.quaternions:
+        raise Refusal("method verlet turns bodies by sines of the C library: use rk4 or dop853")
     n = system.nq + system.nv
     projects = bool(system.m or system.quaternions)
     n_project = n + system.nh + system.m if projects else 0
@@ -100,7 +105,7 @@ def make_program(
         "ny": system.ny, "n": n, "nq": system.nq, "n_row": system.n_row, "n_p": system.n_p,
         "n_precomputed": system.n_precomputed, "nh": system.nh, "m": system.m, "n_project": n_project,
         "n_quaternions": len(system.quaternions), "watch_energy": 1, "scale_energy": int(scale_energy),
-        "has_tail": int(system.ny - system.nq > 1),
+        "has_tail": int(system.ny - system.nq > 1), "one_evaluation": int(evaluates_once(system, method)),
     }  # fmt: skip
     lengths = {
         "y": system.ny, "y_new": system.ny, "y_stage": system.ny, "k": n_k,

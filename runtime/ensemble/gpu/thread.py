@@ -160,6 +160,7 @@ def function_member(
     known: dict[str, Value | Rows] = {name: code.integer(size) for name, size in sizes.items()}
     known |= {name: arguments[name] for name in (*NUMBERS, "max_steps", "order", "n_frames")}
     known |= {"n_members": code.integer(1), "log_size": code.integer(0)}
+    known |= _without_events(code)
     if not with_frames:
         known["n_frames"] = code.integer(0)
     for name in ("rhs", "project", "energy", "residual", "setup", "series"):
@@ -185,6 +186,15 @@ def function_member(
     lanes = Lanes(code, known)
     _run(lanes, sizes, begin, attempt)
     return code
+
+
+def _without_events(code: Code) -> dict[str, Value | Rows]:
+    """What the steps know of events where a model has none: the code that reads it is seen to be dead."""
+    nowhere = Value(code, "null", ADDRESS)
+    rows = {"watched": LANES, "y_before": LANES, "actions": INTEGER, "resets": ADDRESS}
+    rows |= dict.fromkeys(("event_log", "directions", "places"), NUMBER)
+    sizes = dict.fromkeys(("n_events", "event_log_size"), code.integer(0))
+    return {"events": nowhere, **sizes, **{name: Rows(code, nowhere, kind) for name, kind in rows.items()}}
 
 
 def _run(
