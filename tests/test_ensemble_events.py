@@ -188,3 +188,18 @@ def test_events_that_end_runs(method):
         assert again.status == run.status == word
         assert np.isclose(again.t[-1], min(2.0, flight[k]), atol=1e-12)
         assert np.array_equal(again.states[-1][:2], [e["x"][k, -1], e["y"][k, -1]])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_goes_on_touching_zero_is_for_single_runs(method):
+    """At every step length it may have crossed; single runs search the minimum itself, and find that it has not."""
+    m = Model("toucher")
+    x, n = m.coordinate("x", start=1.0), m.coordinate("n")
+    m.kinetic(dot(x) ** 2 / 2 + dot(n) ** 2 / 2)
+    m.potential(x**2 / 2)
+    m.event("touches", x**2, direction="falling", then={"reset": {"dot(n)": dot(n) + 1}})
+    system = m.derive()
+    e = system.ensemble(2.0, method=method, start={"x": [1.0, 0.5]})
+    assert e.verdicts.singly.all()
+    assert np.array_equal(e["dot(n)"], [0.0, 0.0])
+    assert np.allclose(e["x"], np.array([1.0, 0.5]) * np.cos(2.0), atol=1e-7)

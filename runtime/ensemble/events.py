@@ -27,7 +27,7 @@ PLACES = (
 _NOT_EARLY = 2  # places behind the early ones that take their part where all functions have a side
 _SHORTEST_FLIGHT = 1e-3  # of the first one: what is left to single runs, which know how flights pile up
 _MOST_TRIALS = 60
-_MOST_HALVINGS = 16.0
+_SHORTEST_STEP = 1e-5  # of the longest one: a function that may have crossed in shorter ones touches zero
 _FARTHEST = 2.0  # behind the end of a step
 
 
@@ -176,15 +176,15 @@ def find_events(
         touched = _look(lanes, accepted, t, t1 - t, evaluate)
         first, several = _locate(lanes, t, t1 - t, evaluate)
         touched = accepted & touched
-        often = lanes.own("halvings") >= _MOST_HALVINGS
-        leaving.value = (touched & often) | (accepted & (several | (lanes.own("leaves") > 0.5)))
+        half = (t1 - t) * 0.5
+        short = half < lanes.own("longest") * _SHORTEST_STEP
+        leaving.value = (touched & short) | (accepted & (several | (lanes.own("leaves") > 0.5)))
         again = touched & ~leaving.value
         w = Watched(lanes)
         copy_rows(lanes, w.side_before, w.side, lanes.n_events, again)
-        lanes.set_own("h", (t1 - t) * 0.5, again)
+        lanes.set_own("h", half, again)
         lanes.set_own("last_rejected", 1.0, again)
-        lanes.set_own("halvings", 0.0, accepted)
-        lanes.count("halvings", again)
+        lanes.set_own("longest", code.larger(lanes.own("longest"), t1 - t), accepted)
         stands.value = accepted & ~again & ~leaving.value
         happened.value = stands.value & (first <= 1.0)
         inside = happened.value & (first < 1.0)
