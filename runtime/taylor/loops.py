@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from symgen.runtime.code.llvm_text import constant, number_table
 from symgen.runtime.taylor.code import (
@@ -22,7 +21,7 @@ from symgen.runtime.taylor.code import (
     splat,
     values_text,
 )
-from symgen.runtime.taylor.pairs import PairedSums
+from symgen.runtime.taylor.pairs import Lanes, PairedSums
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.steps import FIRST_STEP, Steps
 
@@ -33,25 +32,6 @@ LONGEST_LEAD = 2
 _WIDTHS = (8, 4, 2, 1)
 _ACCUMULATORS = 12
 _SMALL_ROUND = 4
-
-
-@dataclass(frozen=True)
-class Lanes:
-    """Products of series computed side by side: `xs` times `ys`; `x`, `y`, `total` are places in the scratch array.
-
-    `kind` is "product" (sum of x_j y_{n-j}), "square" (x and y are one) or "power" (terms times j (e + 1) - n).
-    """
-
-    kind: str
-    width: int
-    lead: int
-    nodes: tuple[int, ...]
-    xs: tuple[int, ...]
-    ys: tuple[int, ...]
-    x: int
-    y: int
-    total: int
-    exponents: tuple[float, ...] = ()
 
 
 class LaneTable:

@@ -7,18 +7,34 @@ products of a group that have it. Order n + 1 then lacks the terms with coeffici
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 from symgen.runtime.taylor.code import Code, fused, load_row
-
-if TYPE_CHECKING:
-    from symgen.runtime.taylor.loops import Lanes
 
 _GROUP = 8  # products: their sums of both orders are half the registers
 
 
+@dataclass(frozen=True)
+class Lanes:
+    """Products of series computed side by side: `xs` times `ys`; `x`, `y`, `total` are places in the scratch array.
+
+    `kind` is "product" (sum of x_j y_{n-j}), "square" (x and y are one) or "power" (terms times j (e + 1) - n).
+    """
+
+    kind: str
+    width: int
+    lead: int
+    nodes: tuple[int, ...]
+    xs: tuple[int, ...]
+    ys: tuple[int, ...]
+    x: int
+    y: int
+    total: int
+    exponents: tuple[float, ...] = ()
+
+
 class PairedSums:
-    """The sums of some products, of one lead.
+    """The sums of some products.
 
     Parameters
     ----------
