@@ -8,6 +8,7 @@ read of points and axes is turned back.
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -67,7 +68,6 @@ NAMES_OF_VALUES = ("coordinate", "input", "value")  # ports that stand in expres
 PORT_KINDS = (*NAMES_OF_VALUES, "body", "frame", "point")
 PORT_KEYS = ("kind", "unit")
 PLACE_KEYS = ("offset", "angle", "xyz", "rpy")
-MOST_PARTS = 200_000  # names and elements that all uses bring together: assemblies of assemblies multiply
 
 # Which fields of a part are names: of elements, and of what stands in expressions.
 NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -147,10 +147,8 @@ def use(model: Declared, name: str, key: str, assembly: Declared, given: Mapping
     if not assembly._closed:
         _check_assembly(key, assembly)
     made = Use(name, key, tuple(_given(model, table, key, assembly, given)))
-    model._n_taken_over += 1 + len(assembly._kinds) + sum(len(getattr(assembly, x)) for x in MAPPINGS)
-    if model._n_taken_over > MOST_PARTS:
-        message = f"the uses of assemblies bring more than {MOST_PARTS} names and elements"
-        raise sources.error(table, "", message, hint="use fewer")
+    count = 1 + len(assembly._kinds) + sum(len(getattr(assembly, x)) for x in MAPPINGS)
+    model._shelf.take(count, functools.partial(sources.error, table, ""))
     model._uses[name] = made
     assembly._closed = assembly._closed or name
     _Taken(model, made, assembly).take()
@@ -304,11 +302,15 @@ class _Taken:
     def take(self) -> None:
         """Take all of it over into the model."""
         model, assembly = self.model, self.assembly
+        model._sources.uses[self.use.name] = assembly._sources
         self._take_names()
         self.joined = {j.child for j in model._joints.values()}
         model._placed |= {self._element(body): by for body, by in assembly._placed.items()}
         for attribute in LISTS:
-            getattr(model, attribute).extend(map(self._part, getattr(assembly, attribute)))
+            parts = getattr(assembly, attribute)
+            if attribute in ("_coordinates", "_made"):  # those of uses inside come behind
+                parts = sorted(parts, key=lambda c: "." in c.name)
+            getattr(model, attribute).extend(map(self._part, parts))
         for attribute, table in MAPPINGS.items():
             parts = getattr(model, attribute)
             for part in getattr(assembly, attribute).values():
@@ -354,9 +356,8 @@ class _Taken:
             model._kinds[full] = kind
             if kind == "definition" and what is not None:
                 model._definitions.append((full, what.value))
-                model._sources.take_over(
-                    "definitions", full, replace(model._sources.of(f"use.{prefix}", name)[0], use="")
-                )
+                given_by = f"use.{prefix}", name
+                model._sources.take_over("definitions", full, model._sources.of(*given_by)[0], said_at=given_by)
         for name, symbol in self.assembly._aliases.items():
             model._aliases[f"{prefix}.{name}"] = self.symbols[symbol.name]
         for p in (*self.assembly._parameters, *(Parameter(x, 0.0) for x in self.assembly._free)):
@@ -369,7 +370,6 @@ class _Taken:
     def _take_sources(self) -> None:
         """Tell the model's sources what stands where: checks of units read them, and errors name the places."""
         own, taken = self.model._sources, self.assembly._sources
-        own.uses[self.use.name] = taken
         called = {x for x in taken.tables if not self.tables.isdisjoint((x, x.removesuffix("_integral")))}
         own.tables |= {f"{self.use.name}.{x}": taken.tables[x] for x in sorted(called)}
         own.in_plane |= {self._address(*x) for x in taken.in_plane}

@@ -149,7 +149,6 @@ class Model(Declared):
         self._used_energies: dict[str, list[sympy.Expr]] = {}
         self._used_forces: dict[str, list[sympy.Expr]] = {}
         self._placed: dict[str, str] = {}  # bodies by hand that a use places
-        self._n_taken_over = 0
         if gravity is not None:
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
 
