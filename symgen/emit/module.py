@@ -190,11 +190,12 @@ def _quoted(value: str) -> str:
 def _variable_names(program: Program) -> dict[tuple[int, int], str]:
     """Prefixed names, so that a model's own names can clash neither with each other nor with temporaries."""
     head = program.header
+    behind = head.get("sensed") or head.get("start")
     groups = {
         Q: ("q", head["coordinates"]),
         V: ("v", head["rates"]),
         A: ("a", head["rates"]),
-        LAM: ("lam", [*head["constraints"], *(head.get("switches", ()) if head.get("sensed") else ())]),
+        LAM: ("lam", [*head["constraints"], *(head.get("switches", ()) if behind else ())]),
         VIRTUAL: ("tau", head["rates"] if "robot" in head else ()),
         PARAM: ("p", head["parameters"]),
         INPUT: ("u", head["inputs"]),

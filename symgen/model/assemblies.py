@@ -28,6 +28,7 @@ from .description import (
     Constant,
     Constraint,
     Contact,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
@@ -55,6 +56,7 @@ from .description import (
 )
 from .expression_tree import names_in, postorder
 from .functions import Tabulated, sensor, tabulated
+from .gravity import HERE
 from .items import drawing_key
 from .names import LONGEST_NAME, name_fault
 from .orientation import Expressions
@@ -76,7 +78,7 @@ NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
     Coordinate: (("quaternion", "joint"), ("name",)),
     Rate: ((), ("name", "coordinate")),
     State: ((), ("name",)),
-    Input: ((), ("name",)),
+    Input: ((), ("name", "rate_of")),
     Table: ((), ("name",)),
     Body: (("name",), ()),
     Joint: (("name", "parent", "child"), ("coordinates", "rates")),
@@ -93,6 +95,7 @@ NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
     Stop: (("name",), ()),
     Friction: (("name", "normal"), ()),
     Contact: (("name",), ()),
+    ContactPair: (("name", "body", "plane", "other"), ()),
     Drawing: (("name",), ()),
     Event: (("name",), ()),
     Reset: ((), ("target",)),
@@ -108,7 +111,7 @@ MAPPINGS = {
     "_bodies": "bodies", "_joints": "joints", "_points": "points", "_axes": "axes", "_frames": "frames",
     "_springs": "springs", "_bushings": "bushings", "_rotors": "rotors", "_loads": "loads",
     "_constraints": "constraints", "_loops": "constraints", "_closures": "closures", "_rolling": "rolling",
-    "_stops": "stops", "_frictions": "friction", "_contacts": "contacts", "_events": "events", "_drawings": "draw",
+    "_stops": "stops", "_frictions": "friction", "_contacts": "contacts", "_pairs": "contacts", "_events": "events", "_drawings": "draw",
 }  # fmt: skip
 
 
@@ -161,6 +164,7 @@ def _check_assembly(key: str, assembly: Declared) -> None:
         (assembly._gravity is not None or assembly._field is not None, "gravity"),
         (assembly._gravitation is not None or assembly._attractors, "gravity"),
         (assembly._run, "run"),
+        (assembly._start, "start"),
         (assembly.impacts != "simultaneous", "impacts"),
     ):
         if has:
@@ -171,7 +175,7 @@ def _check_assembly(key: str, assembly: Declared) -> None:
         if taken and port.kind not in NAMES_OF_VALUES:
             message = f"the assembly has a port '{port.name}' and a part of this name"
             raise assembly._sources.error("ports", port.name, message, hint="choose another name")
-    known = assembly._kinds.keys() | assembly._aliases.keys() | {"t"}
+    known = assembly._kinds.keys() | assembly._aliases.keys() | {"t", *HERE}
     free: dict[str, None] = {}
     for _, source in assembly._sources.everything():
         free |= {x: None for x in sorted(names_in(source.expression) - known) if sensor_call(x) is None}
@@ -267,9 +271,7 @@ class _Taken:
         self.world = WORLD if self.place is None else f"{prefix}.{WORLD}"
         self.elements = {g.key: g.value for g in self.use.given if isinstance(g.value, str)}
         self.names = self.assembly._kinds | dict.fromkeys(self.assembly._free, "parameter")
-        self.symbols: dict[str, sympy.Expr] = {
-            name: sympy.Symbol(f"{prefix}.{name}") for name in self.names
-        }
+        self.symbols: dict[str, sympy.Expr] = {name: sympy.Symbol(f"{prefix}.{name}") for name in self.names}
         for g in self.use.given:
             if g.kind in ("coordinate", "input", "free") or (g.kind == "parameter" and not g.said):
                 self.symbols[g.key] = g.value
@@ -305,6 +307,7 @@ class _Taken:
         model._sources.uses[self.use.name] = assembly._sources
         self._take_names()
         self.joined = {j.child for j in model._joints.values()}
+        model._open_states |= {self._symbol(name) for name in assembly._open_states}
         model._placed |= {self._element(body): by for body, by in assembly._placed.items()}
         for attribute in LISTS:
             parts = getattr(assembly, attribute)
@@ -357,7 +360,9 @@ class _Taken:
             if kind == "definition" and what is not None:
                 model._definitions.append((full, what.value))
                 given_by = f"use.{prefix}", name
-                model._sources.take_over("definitions", full, model._sources.of(*given_by)[0], said_at=given_by)
+                model._sources.take_over(
+                    "definitions", full, model._sources.of(*given_by)[0], said_at=given_by
+                )
         for name, symbol in self.assembly._aliases.items():
             model._aliases[f"{prefix}.{name}"] = self.symbols[symbol.name]
         for p in (*self.assembly._parameters, *(Parameter(x, 0.0) for x in self.assembly._free)):
@@ -488,7 +493,7 @@ class _Taken:
     def _read(self, name: str, names: Mapping[str, sympy.Expr]) -> sympy.Expr:
         if name in names:
             return names[name]
-        if name == "t":
+        if name == "t" or name in HERE:
             return sympy.Symbol(name)
         call = sensor_call(name)
         return sympy.Symbol(f"{self.use.name}.{name}") if call is None else self._sensor(*call)
@@ -623,6 +628,9 @@ class _Taken:
     def _placed_bushing(self, bushing: Bushing) -> Bushing:
         return self._in_frames(bushing, bushing.frames)
 
+    def _placed_contactpair(self, pair: ContactPair) -> ContactPair:
+        return self._in_frames(pair, (pair.plane,))
+
     def _placed_rolling(self, rolling: Rolling) -> Rolling:
         return self._in_frames(rolling, (rolling.plane,))
 
@@ -666,7 +674,7 @@ class _Taken:
 
 def _each(rename: Callable[[str], str], value: Any) -> Any:
     if isinstance(value, str):
-        return rename(value)
+        return rename(value) if value else value
     return tuple(map(rename, value)) if isinstance(value, tuple) else value
 
 

@@ -206,7 +206,7 @@ def check_units(d: Description, sources: Sources) -> Sizes:
     names |= {
         f"{x.name}(": tuple(map(unit_dimension, x.units)) for x in d.tables
     }  # of arguments, then of the value
-    names |= dict.fromkeys(HERE, LENGTH) if d.field is not None else {}
+    names |= dict.fromkeys(HERE, LENGTH) if d.field is not None or any(x.height for x in d.pairs) else {}
     for s in d.springs:
         names |= {s.measured: DIMENSIONLESS, s.exerted: ENERGY} if s.angle is not None else {}
         names |= {s.measured: LENGTH, s.exerted: FORCE} if s.places else {}

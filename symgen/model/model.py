@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -16,6 +17,7 @@ from . import assemblies, parts, run_defaults, toml_writer
 from .assemblies import check_uses
 from .check import finished
 from .closures import make_closure
+from .contact_pairs import make_pair
 from .curves import TableFunction, make_table
 from .declared import Declared
 from .description import (
@@ -27,6 +29,7 @@ from .description import (
     Constant,
     Constraint,
     Contact,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
@@ -42,6 +45,7 @@ from .description import (
     Rolling,
     Rotor,
     Spring,
+    StartConditions,
     State,
     Stop,
     Use,
@@ -60,6 +64,7 @@ from .rolling import make_rolling
 from .rotors import make_rotor
 from .shelf import Shelf
 from .sources import Sources
+from .starts import make_start
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -139,6 +144,7 @@ class Model(Declared):
         self._stops: dict[str, Stop] = {}
         self._frictions: dict[str, Friction] = {}
         self._contacts: dict[str, Contact] = {}
+        self._pairs: dict[str, ContactPair] = {}
         self._events: dict[str, Event] = {}
         self._drawings: dict[str, Drawing] = {}
         self._run: dict[str, Any] = {}
@@ -149,6 +155,8 @@ class Model(Declared):
         self._used_energies: dict[str, list[sympy.Expr]] = {}
         self._used_forces: dict[str, list[sympy.Expr]] = {}
         self._placed: dict[str, str] = {}  # bodies by hand that a use places
+        self._start: StartConditions | None = None
+        self._open_states: set[str] = set()  # no start is given for them
         if gravity is not None:
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
 
@@ -181,7 +189,12 @@ class Model(Declared):
         return sympy.Symbol(name)
 
     def state(
-        self, name: str, derivative: Any = None, start: Any = 0.0, unit: str | None = None
+        self,
+        name: str,
+        derivative: Any = None,
+        start: Any = None,
+        unit: str | None = None,
+        guess: Any = None,
     ) -> sympy.Symbol:
         """Declare a first-order state: of an actuator, a filter, a controller, a current, a bristle of friction.
 
@@ -191,21 +204,27 @@ class Model(Declared):
         derivative : expression
             By time [unit/s], of coordinates, rates, inputs, parameters, `t`, other states and itself.
         start : float, str or expression of parameters
-            Its value where the run begins.
+            Its value where the run begins; 0 by default.
         unit : str, optional
-            Numbers for `start` are in it.
+            Numbers for `start` and `guess` are in it.
+        guess : float, str or expression of parameters, optional
+            Instead of `start`: a value that what `start` of the model says may move.
         """
         self._declare(name, "state", "states")
         self._declare_made(integral_name(name), "integral", f"states.{name}", "state")
         size = self._sources.unit(unit, "states", f"{name}.unit")
-        values, size = self._initial("states", f"{name}.{{}}", size, {"start": start})
+        values, size = self._initial("states", f"{name}.{{}}", size, {"start": start, "guess": guess})
         expression = self._required("states", f"{name}.derivative", derivative)
         self._states.append(State(name, expression))
         coherent = None if size is None else size.coherent
         integrated = None if coherent is None else f"({coherent})*s"
         self._integrals.append(Coordinate(integral_name(name), integrated, integral=True))
+        if start is None:
+            self._open_states.add(name)
+        enforced = values.get("start") if start is not None or guess is not None else 0.0
+        moved, formula = values.get("guess", 0.0), values.get("formula")
         self._state_rates.append(
-            Rate(name, coherent, values["start"], 0.0, integral_name(name), values.get("formula"), state=True)
+            Rate(name, coherent, enforced, moved, integral_name(name), formula, state=True)
         )
         return sympy.Symbol(name)
 
@@ -773,7 +792,7 @@ class Model(Declared):
         self._constrain("constraints", name, expression, "holonomic")
 
     def velocity_constraint(self, name: str, expression: Any) -> None:
-        """Hold an expression that is linear in the rates at zero."""
+        """Hold an expression of rates at zero; what it bears acts along its derivatives by the rates."""
         self._constrain("velocity_constraints", name, expression, "velocity")
 
     def coincident(self, name: str, a: Any, b: Any) -> None:
@@ -1178,23 +1197,34 @@ class Model(Declared):
         name: str,
         gap: Any = None,
         stiffness: Any = None,
-        exponent: Any = 1.5,
+        exponent: Any = None,
         damping: Any = None,
         friction: Any = None,
         slip: Any = None,
         smooth: Any = None,
+        body: str | None = None,
+        shape: Any = None,
+        plane: str | None = None,
+        height: Any = None,
+        other: str | None = None,
+        other_shape: Any = None,
+        restitution: Any = None,
+        static: Any = None,
     ) -> None:
-        """Add a compliant contact after Hunt and Crossley.
+        """Let the shape of a body touch a plane, a height field or another body, or add a compliant contact by its gap.
 
-        The force is k δ^n (1 + 3/2 c dδ/dt) with the depth δ = -gap, and never pulls.
+        What touches are points: the middle of a sphere, both ends of a capsule, the corners of a box or of a mesh's
+        convex hull. Each is a stop NAME (where there are several, NAME_1, NAME_2, ...) with a friction NAME_friction; or,
+        with a `stiffness`, a compliant contact after Hunt and Crossley. Its force is k δ^n (1 + 3/2 c dδ/dt) with the
+        depth δ = -gap, and never pulls.
 
         Parameters
         ----------
         name : str
         gap : expression
-            Of coordinates (and `t`), negative in contact [m].
+            Of coordinates (and `t`), negative in contact [m]; in the place of a `body`.
         stiffness : expression
-            k [N/m^n].
+            k [N/m^n]; left out, what touches by its shape is rigid.
         exponent : expression
             n, 1.5 for spheres (Hertz); of parameters and constants, at least 1.
         damping : expression, optional
@@ -1204,10 +1234,46 @@ class Model(Declared):
         slip : expression
             Sliding speed, linear in the rates.
         smooth : expression
-            Speed below which the friction gives way, see `friction`.
+            Speed below which the friction gives way, see `friction`. Friction of a rigid contact sticks without it.
+        body : str, optional
+            The body whose shape touches.
+        shape, other_shape : dict or sequence of dict, optional
+            Shapes in the body's frame that touch in the place of its own.
+        plane : str, optional
+            A frame, body or "world" (the default): its x-y plane, with z up; of planar bodies its x axis, with y up.
+        height : expression, optional
+            z over that plane [m], of `here_x` and `here_y` (planar: y, of `here_x`); of parameters and tables, smooth.
+        other : str, optional
+            In the place of a plane: another body, whose shape is touched. Spheres and capsules touch spheres and
+            capsules, spheres touch boxes.
+        restitution : expression, optional
+            Of a rigid contact, see `stop`.
+        static : expression, optional
+            The coefficient of friction of a rigid contact while it sticks, where it is larger than `friction`.
         """
         table = f"contacts.{name!s:.60}"
         self._new_element(name, "contacts", self._touching_names())
+        by_shape = {
+            "body": body, "shape": shape, "plane": plane, "height": height, "other": other,
+            "other_shape": other_shape, "restitution": restitution, "static": static,
+        }  # fmt: skip
+        if body is not None:
+            laws = {
+                "gap": gap,
+                "slip": slip,
+                "stiffness": stiffness,
+                "exponent": exponent,
+                "damping": damping,
+            }
+            self._pairs[name] = make_pair(
+                self, name, by_shape | laws | {"friction": friction, "smooth": smooth}
+            )
+            return
+        for key, value in by_shape.items():
+            if value is not None:
+                hint = "give 'body', or leave it out"
+                raise self._sources.error(table, key, f"'{key}' goes with the 'body' that touches", hint=hint)
+        exponent = 1.5 if exponent is None else exponent
         together = {"friction": friction, "slip": slip, "smooth": smooth}
         missing = [key for key, value in together.items() if value is None]
         if missing and len(missing) < 3:
@@ -1346,6 +1412,39 @@ class Model(Declared):
         assemblies.use(self, name, key, found, given)
         return assemblies.Used(self, name)
 
+    def start(
+        self,
+        *equations: Any,
+        find: sympy.Symbol | str | Sequence[sympy.Symbol | str] = (),
+        steady: bool | sympy.Symbol | str | Sequence[sympy.Symbol | str] = False,
+        closed: str | Sequence[str] = (),
+    ) -> None:
+        """Say what holds where runs begin, besides the constraints: guesses move until it does.
+
+        Parameters
+        ----------
+        *equations : expression or str
+            Zero at the start: of coordinates, rates, states, parameters, inputs, `t`, accelerations and reactions. Text
+            may be an equation, and its last term a quantity: "tip_x = 0.3 m".
+        find : str or sequence of str, optional
+            Parameters that are found with them; their values are guesses. One that a run sets is not sought there.
+        steady : bool, or str or sequence of str
+            True: in equilibrium. Rates that are guesses are zero, and so are their accelerations and the derivatives of
+            states. Or the coordinates, rates and states of which that holds.
+        closed : str or sequence of str, optional
+            Stops whose gap, and its rate, are zero.
+
+        Examples
+        --------
+        >>> model.start("tip_x = 0.3 m", "dot(tip_x) = 0.1 m/s")
+        >>> model.start(find=k, steady=True)
+        """
+        self._begin(list(equations), find, steady, closed)
+
+    def _begin(self, equations: Any = (), find: Any = (), steady: Any = False, closed: Any = ()) -> None:
+        given = {"equations": equations, "find": find, "steady": steady, "closed": closed}
+        self._start = make_start(self, self._start, given)
+
     def run(self, **defaults: Any) -> None:
         """Set defaults for runs: t_end, method, constraints, rtol, atol, step, max_step, fps, at, breaks."""
         for key, value in defaults.items():
@@ -1421,6 +1520,7 @@ class Model(Declared):
             stops=tuple(self._stops.values()),
             frictions=tuple(self._frictions.values()),
             contacts=tuple(self._contacts.values()),
+            pairs=tuple(self._pairs.values()),
             frames=tuple(self._frames.values()),
             springs=tuple(self._springs.values()),
             bushings=tuple(self._bushings.values()),
@@ -1433,6 +1533,7 @@ class Model(Declared):
             closures=tuple(self._closures.values()),
             rotors=tuple(self._rotors.values()),
             uses=(*self._uses.values(), *self._inner_uses),
+            start=self._start,
         )
 
     def _mentioned_aliases(self) -> Iterator[tuple[str, sympy.Symbol]]:
@@ -1461,7 +1562,13 @@ class Model(Declared):
                 rates += named or [plain_rate(c)]
             elif c.name == self._joints[c.joint].coordinates[-4]:
                 rates += [r for r in own if r.coordinate is None]
-        return (*rates, *self._state_rates)
+        return (*rates, *map(self._state_rate, self._state_rates))
+
+    def _state_rate(self, rate: Rate) -> Rate:
+        """The rate of a state; without a start of its own it is a guess where there is something that could move it."""
+        if self._start is None or rate.name not in self._open_states or rate.start is None:
+            return rate
+        return replace(rate, start=None, guess=rate.start)
 
     def _fixed_vector(
         self, table: str, what: str, name: Any, body: Any, taken: Mapping[str, Any], values: Any, key: str
@@ -1546,7 +1653,7 @@ class Model(Declared):
         return self._sources.expression(value, table, key)
 
     def _touching_names(self) -> ChainMap:
-        return ChainMap(self._stops, self._frictions, self._contacts)
+        return ChainMap(self._stops, self._frictions, self._contacts, self._pairs)
 
     def _add(self, table: str, key: str, expression: Any, into: dict[str, list[sympy.Expr]]) -> None:
         into.setdefault(key, []).append(self._sources.expression(expression, table, key))

@@ -231,6 +231,19 @@ def _mesh(model: Declared, table: str, key: str, file: Any) -> str:
     return str(path)
 
 
+def make_shapes(model: Declared, table: str, key: str, given: Any) -> tuple[Solid, ...]:
+    """Shapes without a density, or a mesh alone, from a key of another table than a body's."""
+    if not (isinstance(given, Mapping) and "mesh" in given and {*given} <= {"mesh", "offset"}):
+        solids = make_solids(model, table, given, None, False, key)
+        for solid in solids:
+            if solid.density is not None:
+                message = "shapes that touch have no density of their own"
+                raise model._sources.error(table, f"{solid.place}.density", message, hint="leave it out")
+        return solids
+    offset = model._components(given["offset"], table, f"{key}.offset") if "offset" in given else ()
+    return (Solid("mesh", (), False, key, offset, mesh=_mesh(model, table, f"{key}.mesh", given["mesh"])),)
+
+
 def _heavy_mesh(model: Declared, table: str, file: Any, density: Any) -> Solid:
     """A closed mesh with a density."""
     name = _mesh(model, table, "shape.mesh", file)

@@ -56,7 +56,9 @@ class Shelf:
         """Count names and elements that a use brings: assemblies of assemblies multiply."""
         self._root._taken += count
         if self._root._taken > MOST_PARTS:
-            raise fail(f"the uses of assemblies bring more than {MOST_PARTS} names and elements", hint="use fewer")
+            raise fail(
+                f"the uses of assemblies bring more than {MOST_PARTS} names and elements", hint="use fewer"
+            )
 
     def get(self, name: Any, fail: Fail) -> Any:
         """The assembly of a name; `fail` makes errors of messages.

@@ -12,6 +12,7 @@ from typing import Any
 from ..errors import ModelError, nearest
 from .assemblies import PLACE_KEYS, PORT_KEYS
 from .closures import CLOSURE_KEYS
+from .contact_pairs import PAIR_KEYS
 from .curves import TABLE_KEYS
 from .elements import BUSHING_KEYS, SPRING_KEYS
 from .files import LARGEST_FILE, read_plain
@@ -23,10 +24,11 @@ from .over_time import table_path
 from .rolling import ROLLING_KEYS
 from .rotors import ROTOR_KEYS
 from .shelf import Shelf
+from .starts import START_KEYS
 from .toml_text import parse
 
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
-STATE_KEYS = ("derivative", "start", "unit")
+STATE_KEYS = ("derivative", "start", "guess", "unit")
 INPUT_KEYS = ("unit", "default", "table", "kind", "polynomial")
 BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape", "density")
 JOINT_KEYS = (
@@ -52,7 +54,9 @@ GRAVITY_KEYS = ("x", "y", "z", "potential", "constant", "attractors")
 LOAD_KEYS = ("point", "force", "body", "torque", "frame", "reaction")
 STOP_KEYS = ("gap", "restitution")
 FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static", "coefficient", "normal")
-CONTACT_KEYS = ("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth")
+CONTACT_KEYS = tuple(
+    dict.fromkeys(("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth", *PAIR_KEYS))
+)
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
 TOP_KEYS = ("name", "description", "impacts")
@@ -277,6 +281,11 @@ def _energy(model: Model, content: dict[str, Any]) -> None:
         getattr(model, key)(value)
 
 
+def _start(model: Model, content: dict[str, Any]) -> None:
+    given = _keys(model, "start", "", content, START_KEYS)
+    model._begin(**given)
+
+
 def _run(model: Model, content: dict[str, Any]) -> None:
     for key, value in content.items():
         model.run(**{key: value})
@@ -373,6 +382,7 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "velocity_constraints": _each("velocity_constraint"),
     "outputs": _each("output"),
     "events": _event,
+    "start": _start,
     "draw": _each_table("draw", "draw", tuple(DRAWINGS), inline=False),
     "run": _run,
 }

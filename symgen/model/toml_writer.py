@@ -14,6 +14,7 @@ from .description import (
     NOTHING,
     Body,
     Closure,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
@@ -29,6 +30,7 @@ from .description import (
     Rotor,
     Solid,
     Spring,
+    StartConditions,
     State,
     Table,
     Use,
@@ -40,6 +42,7 @@ from .rolling import held_by
 from .sources import Sources
 
 SPRING_FIELDS = ("angle", "stiffness", "rest", "damping", "preload", "mass")
+PAIR_FIELDS = ("height", "restitution", "friction", "static", "stiffness", "exponent", "damping", "smooth")
 CONTACT_KEYS = ("stiffness", "exponent", "damping", "friction", "slip", "smooth")
 
 
@@ -156,6 +159,8 @@ class _Writer:
             yield self.load(load)
         for table, entry in _contact_tables(d):
             yield self.table(table, entry)
+        for pair in d.pairs:
+            yield self.pair(pair)
         yield ["[constraints]", *self.entries("constraints", [(c.name, c.expression) for c in d.constraints])]
         for loop in d.loops:
             yield self.loop(loop)
@@ -171,6 +176,8 @@ class _Writer:
         yield ["[outputs]", *self.entries("outputs", d.outputs)]
         for event in d.events:
             yield self.event(event)
+        if d.start is not None:
+            yield ["[start]", *self.start(d.start)]
         for drawing in d.drawings:
             yield self.drawing(drawing)
         yield ["[run]", *(f"{key} = {_literal(value)}" for key, value in d.run.items())]
@@ -358,6 +365,18 @@ class _Writer:
         lines += [f"plane = {_quoted(r.plane)}"] if r.plane != "world" else []
         return [*lines, *([f"holds = {_literal(r.holds)}"] if r.holds != held_by(r.kind) else [])]
 
+    def pair(self, pair: ContactPair) -> list[str]:
+        table = f"contacts.{pair.name}"
+        lines = [f"[{table}]", f"body = {_quoted(pair.body)}"]
+        lines += [f"plane = {_quoted(pair.plane)}"] if pair.plane != "world" else []
+        lines += [f"other = {_quoted(pair.other)}"] if pair.other is not None else []
+        for key, solids in (("shape", pair.shapes), ("other_shape", pair.other_shapes)):
+            if solids:
+                shapes = [self.solid(table, solid) for solid in solids]
+                lines.append(f"{key} = [{', '.join(shapes)}]" if len(shapes) > 1 else f"{key} = {shapes[0]}")
+        values = ((key, getattr(pair, key)) for key in PAIR_FIELDS)
+        return [*lines, *(f"{key} = {self.value(table, key, x)}" for key, x in values if x is not None)]
+
     def spring(self, spring: Spring) -> list[str]:
         table = f"springs.{spring.name}"
         lines = [f"[{table}]"]
@@ -372,8 +391,17 @@ class _Writer:
 
     def state(self, state: State, rate: Rate) -> str:
         derivative = _Written(self.value("states", f"{state.name}.derivative", state.derivative))
-        start, _ = _state(self, rate.start, rate.guess, rate.formula)
-        return f"{state.name} = {_table(derivative=derivative, start=start, unit=rate.unit)}"
+        start, guess = _state(self, rate.start, rate.guess, rate.formula)
+        guess = guess if start is None else None
+        return f"{state.name} = {_table(derivative=derivative, start=start, guess=guess, unit=rate.unit)}"
+
+    def start(self, start: StartConditions) -> Iterator[str]:
+        if start.equations:
+            yield f"equations = {self.array('start', 'equations', tuple(x.expression for x in start.equations))}"
+        yield from ([f"find = {_literal(start.find)}"] if start.find else [])
+        if start.is_steady:
+            yield f"steady = {_literal(start.everything or start.steady)}"
+        yield from ([f"closed = {_literal(start.closed)}"] if start.closed else [])
 
     def drawing(self, drawing: Drawing) -> list[str]:
         table, kind = f"draw.{drawing.name}", drawing.kind
