@@ -517,3 +517,123 @@ def test_commands_know_names_with_dots(tmp_path):
     assert list(run.to_dataframe().columns)[:2] == ["c.th", "dot(c.th)"]
     recording = read_recording(tmp_path / "run.rrd")
     assert recording.parameters == {"c.l": 0.8, "c.m": 2.0}
+
+
+PLANE = """
+[assemblies.rig.bodies.crank]
+mass = 1
+inertia = 0.1
+com = [0.2, 0.05]
+[assemblies.rig.bodies.rod]
+mass = 2
+inertia = 0.2
+com = [0.3, 0]
+[assemblies.rig.bodies.block]
+mass = 1.5
+inertia = 0.1
+com = [0.1, 0]
+[assemblies.rig.bodies.wheel]
+mass = 1
+inertia = 0.05
+com = ["s", "0.3 + h"]
+angle = "turn"
+[assemblies.rig.coordinates]
+s = { guess = 0.3, rate_guess = 0.5 }
+h = {}
+turn = {}
+[assemblies.rig.joints.shaft]
+type = "revolute"
+child = "crank"
+origin = { xyz = [0.1, 0.2, 0] }
+[assemblies.rig.joints.pin]
+type = "revolute"
+parent = "crank"
+child = "rod"
+origin = { xyz = [0.4, 0, 0] }
+[assemblies.rig.joints.free]
+type = "planar"
+child = "block"
+[assemblies.rig.frames.foot]
+at = [1.0, 0.1]
+rpy = [0, 0, 0.2]
+[assemblies.rig.points.end]
+body = "rod"
+at = [0.6, 0]
+[assemblies.rig.points.mark]
+at = [0.5, 0.5]
+[assemblies.rig.points.side]
+body = "block"
+at = [0, 0.1]
+[assemblies.rig.closures.bore]
+type = "prismatic"
+frames = ["world", "block"]
+axis = [1, 0.5]
+damping = 0.3
+[assemblies.rig.constraints.way]
+point_on_line = { point = "end", line = "mark", direction = [2, -1] }
+[assemblies.rig.rolling.wheel]
+body = "wheel"
+wheel = 0.3
+[assemblies.rig.friction.shoe]
+speed = "dot(shaft)"
+coefficient = 0.2
+normal = "bore_off"
+smooth = 0.01
+[assemblies.rig.bushings.soft]
+frames = ["foot", "rod"]
+stiffness = [3, 4, 0.5]
+damping = [0.1, 0.2, 0.3]
+[assemblies.rig.loads.push]
+point = "side"
+force = [1, "2 + 0.1*end_x"]
+[assemblies.rig.loads.own]
+point = "end"
+frame = "rod"
+force = [0.3, 0.4]
+[assemblies.rig.loads.pull]
+point = "mark"
+force = [0.2, 0.7]
+reaction = "rod"
+[assemblies.rig.rotors.spin]
+body = "rod"
+inertia = 0.01
+[assemblies.rig.constraints.mesh]
+gear = { coordinates = ["spin", "shaft"], ratio = 3 }
+[assemblies.rig.contacts.pad]
+gap = "side_y - 0.05"
+stiffness = 1e3
+[assemblies.rig.draw.bar]
+bar = ["mark", [0, 1]]
+[assemblies.rig.draw.arrow]
+force = ["end", [1, 0]]
+[assemblies.rig.outputs]
+bearing = "reaction(shaft, fx, world)"
+line = "reaction(way)"
+leaning = "angle(world, rod)"
+slow = "acceleration(end, y)"
+near = "distance(end, mark)"
+[use.a]
+assembly = "rig"
+"""
+
+
+@pytest.mark.parametrize("rolls", [True, False])
+def test_a_rig_turned_in_the_plane_moves_as_one_that_is_not(rolls):
+    """Without gravity nothing knows how it stands: closures, guides, rolling, loads, sensors in its own axes.
+
+    What rolls is not shifted: its gap would be the round-off of larger numbers, which is no start.
+    """
+    text, place = PLANE, "angle = 0.7\n"
+    if not rolls:
+        wheel = '[assemblies.rig.rolling.wheel]\nbody = "wheel"\nwheel = 0.3\n'
+        assert wheel in text
+        text, place = text.replace(wheel, ""), f"{place}offset = [2, -1]\n"
+    systems = [read(text + more).derive() for more in ("", place)]
+    runs = [x.run(t_end=0.4, rtol=1e-11, atol=1e-12) for x in systems]
+    for name in (*(x["name"] for x in systems[0].coordinates), *(x["name"] for x in systems[0].outputs)):
+        assert runs[1][name][-1] == pytest.approx(runs[0][name][-1], rel=1e-7, abs=1e-8), name
+    assert abs(runs[0]["a.shaft"][-1] - runs[0]["a.shaft"][0]) > 1e-3
+    names = [x["name"] for x in systems[0].constraints]
+    assert names == [x["name"] for x in systems[1].constraints] and ("a.wheel_along" in names) == rolls
+    forces = [x.run(t_end=0.4, rtol=1e-11, atol=1e-12, at=[0.4]).multipliers[-1] for x in systems]
+    assert forces[1] == pytest.approx(forces[0], rel=1e-6, abs=1e-7)
