@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 _PART, _SMALLEST_PART = 1024, 64  # members
 _PART_NUMBERS = 1 << 21  # of frames in a part
+# A device is full with some hundred thousand threads; while it works on one part, another one is made ready.
+_DEVICE_PART, _DEVICE_PART_NUMBERS, _DEVICE_THREADS = 1 << 17, 1 << 25, 2
 _ONE_BY_ONE = 64  # members of a part that run by themselves
 _AHEAD = 2  # parts under way for each thread
 _DEFAULT_STATISTICS = ("mean", "std", "min", "max")
@@ -155,6 +157,8 @@ def run_parts(plan: Plan, names: Sequence[str], first: int) -> Iterator[Part]:
     parts = ((k, min(k + size, plan.members.n)) for k in range(first, plan.members.n, size))
     options = plan.options
     threads = options.threads or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else [0])
+    if options.device != "cpu":
+        threads = min(threads, _DEVICE_THREADS)
     if options.executor is not None:
         work = functools.partial(run_packed, packed(plan), tuple(names))
         yield from _in_order(options.executor, work, parts, 2 * _AHEAD * (os.cpu_count() or 1))
@@ -173,6 +177,8 @@ def part_size(plan: Plan) -> int:
     if plan.settings is None:
         return _ONE_BY_ONE
     numbers = max(len(plan.frame_times), 1) * plan.system.ny + plan.system.n_precomputed + plan.system.n_row
+    if plan.options.device != "cpu":
+        return max(_SMALLEST_PART, min(_DEVICE_PART, _DEVICE_PART_NUMBERS // max(numbers, 1)))
     return max(_SMALLEST_PART, min(_PART, _PART_NUMBERS // max(numbers, 1)))
 
 
