@@ -1,7 +1,7 @@
 """A machine for PTX, one thread after another: the part of NVIDIA's language that programs of ensembles are made of.
 
-Written from the manual of the language (PTX ISA), and from nothing that LLVM knows: registers hold bits, every operation
-says how it reads them. Numbers are rounded by Python's own arithmetic and the C library's fma.
+Written from the manual of the language (PTX ISA), and from nothing that LLVM knows: registers hold bits, every
+operation says how it reads them. Numbers are rounded by Python's own arithmetic and the C library's fma.
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ class Machine:
     """
 
     def __init__(self, text: str) -> None:
-        self._memory: list[memoryview] = [memoryview(bytearray())]  # the place of a byte is (number << 32) + offset
+        self._memory: list[memoryview] = [
+            memoryview(bytearray())
+        ]  # the place of a byte is (number << 32) + offset
         self._symbols: dict[str, int] = {}
         self.functions: dict[str, Function] = {}
         self.executed: dict[str, int] = {}  # how often, by the kind of instruction
@@ -80,7 +82,9 @@ class Machine:
                 self._special = {
                     "%tid.x": thread, "%ctaid.x": block, "%ntid.x": threads, "%nctaid.x": blocks,
                 }  # fmt: skip
-                self._call(function, {(name, 0): x for name, x in zip(function.parameters, given, strict=True)})
+                self._call(
+                    function, {(name, 0): x for name, x in zip(function.parameters, given, strict=True)}
+                )
                 del self._memory[held:]  # local memory
 
     # Reading.

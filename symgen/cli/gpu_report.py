@@ -17,7 +17,10 @@ from symgen.runtime.system import System
 @click.command("gpu-report", cls=CarefulCommand)
 @model_argument
 @click.option(
-    "--arch", "archs", multiple=True, help="Architecture of NVIDIA, such as sm_80 or sm_90 (default); may be repeated."
+    "--arch",
+    "archs",
+    multiple=True,
+    help="Architecture of NVIDIA, such as sm_80 or sm_90 (default); may be repeated.",
 )
 @click.option(
     "--method",
@@ -27,7 +30,9 @@ from symgen.runtime.system import System
     help="Method of the ensemble; may be repeated (default: all that lanes have).",
 )
 @click.option(
-    "--check", is_flag=True, help="Run each program for 100 steps here, too, and compare its bits with a lane's."
+    "--check",
+    is_flag=True,
+    help="Run each program for 100 steps here, too, and compare its bits with a lane's.",
 )
 @click.option("--quiet", is_flag=True, help="Print the table alone.")
 @click.pass_context
@@ -37,8 +42,8 @@ def command(
 ) -> None:  # fmt: skip
     """Compile what a thread of `system.ensemble(device="cuda")` does for MODEL, and say what it needs.
 
-    Registers and memory are for each thread, by the assembler of the extra gpu; no graphics processor is needed. The exit
-    status is 1 when no program is left to run, or bits differ.
+    Registers and memory are for each thread, by the assembler of the extra gpu; no graphics processor is needed. The
+    exit status is 1 when no program is left to run, or bits differ.
     """
     system, _ = load_system(find_model(model), as_dict(options, "--option"), quiet)
     version = assembler_version()
@@ -57,7 +62,20 @@ def command(
 
 
 def _table(found: list[ProgramReport]) -> list[str]:
-    rows = [("method", "arch", "arrays in", "operations", "registers", "spilled", "memory", "code", "LLVM", "assembler")]
+    rows = [
+        (
+            "method",
+            "arch",
+            "arrays in",
+            "operations",
+            "registers",
+            "spilled",
+            "memory",
+            "code",
+            "LLVM",
+            "assembler",
+        )
+    ]
     for report in found:
         program = report.program
         if program is None:
@@ -71,7 +89,10 @@ def _table(found: list[ProgramReport]) -> list[str]:
             )
         )  # fmt: skip
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  " + "  ".join(f"{text:<{width}}" for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return [
+        "  " + "  ".join(f"{text:<{width}}" for text, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
 
 
 def _compared(system: System, found: list[ProgramReport]) -> bool:
@@ -80,5 +101,7 @@ def _compared(system: System, found: list[ProgramReport]) -> bool:
     for method, flat in dict.fromkeys((x.method, x.program.flat) for x in found if x.program is not None):
         same = same_bits(system, method, flat)
         different |= not same
-        say(f"  {method}: {'the same bits as in a lane' if same else 'NOT the bits of a lane'}, run here for 100 steps")
+        say(
+            f"  {method}: {'the same bits as in a lane' if same else 'NOT the bits of a lane'}, run here for 100 steps"
+        )
     return different

@@ -118,8 +118,8 @@ def check_arch(arch: str) -> None:
     known = sorted(set(_ARCH.findall(_said(needed_assembler(), "--help")[1])), key=lambda a: (len(a), a))
     if arch not in known:
         raise RuntimeModelError(
-            f"NVIDIA's assembler knows no architecture {arch!r}: give one of {', '.join(known)}; sm_80 is an A100, sm_89 an "
-            "L4 or RTX 40, sm_90 an H100"
+            f"NVIDIA's assembler knows no architecture {arch!r}: give one of {', '.join(known)}; sm_80 is an A100, "
+            "sm_89 an L4 or RTX 40, sm_90 an H100"
         )
 
 
@@ -142,7 +142,8 @@ def assemble(ptx: str, arch: str) -> Assembled:
         if status or not target.is_file():
             first = next((line for line in said.splitlines() if line.strip()), "it says nothing")
             raise RuntimeModelError(
-                f"NVIDIA's assembler has no machine code of the program for {arch}: {first.replace(str(source), 'line')}"
+                f"NVIDIA's assembler has no machine code of the program for {arch}: "
+                f"{first.replace(str(source), 'line')}"
             )
         return _read(said, arch, target.read_bytes(), seconds)
 

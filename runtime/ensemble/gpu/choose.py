@@ -114,7 +114,16 @@ def program_of(system: System, method: str, **options: Any) -> Program:
 
 def _model(system: System) -> tuple:
     """All of a model that decides what its program is."""
-    sizes = (system.nq, system.nv, system.nh, system.m, system.nw, system.n_p, system.n_precomputed, tuple(system.quaternions))
+    sizes = (
+        system.nq,
+        system.nv,
+        system.nh,
+        system.m,
+        system.nw,
+        system.n_p,
+        system.n_precomputed,
+        tuple(system.quaternions),
+    )
     functions = sorted(system.source.functions.items())
     return sizes, functions, sorted(system.input_polynomials.items()), sorted(system.switched.items())
 

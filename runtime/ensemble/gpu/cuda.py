@@ -52,8 +52,8 @@ def _device(core: Any) -> Any:
     except Exception as error:  # of many kinds: no driver, no device, one that is in use
         said = " ".join(str(error).split())
         raise RuntimeModelError(
-            f"device='cuda': no graphics processor of NVIDIA can be used here ({said}): install one with its driver, or "
-            f"{_LEAVE_OUT}"
+            f"device='cuda': no graphics processor of NVIDIA can be used here ({said}): install one with its "
+            f"driver, or {_LEAVE_OUT}"
         ) from None
     return device
 
@@ -106,8 +106,8 @@ class CudaKernel:
         except Exception as error:
             said = " ".join(str(error).split())
             raise RuntimeModelError(
-                f"device='cuda': {self._device.name} fails ({said}): with too little memory try threads=1 or fewer frames, "
-                f"or {_LEAVE_OUT}"
+                f"device='cuda': {self._device.name} fails ({said}): with too little memory try threads=1 or fewer "
+                f"frames, or {_LEAVE_OUT}"
             ) from error
 
     def _launch(self, given: Mapping[str, Any], written: Mapping[str, np.ndarray]) -> None:
@@ -118,7 +118,8 @@ class CudaKernel:
                 arguments.append(float(value) if kind == "double" else int(value))
                 continue
             here, there = self._buffer(name, value.nbytes)
-            if name not in written or name == "frames":  # frames behind a member's end stay what they are
+            # Frames behind a member's end stay what they are.
+            if value.nbytes and (name not in written or name == "frames"):
                 _as_array(here, value.nbytes)[:] = value.reshape(-1)
                 here.copy_to(there, stream=self._stream)
             arguments.append(there)

@@ -1,4 +1,4 @@
-"""The program of a thread, for one model and method, as LLVM IR: its loop, the model's functions, and what calls them."""
+"""The program of a thread, for one model and method, as LLVM IR: its loop, the model's functions, their caller."""
 
 from __future__ import annotations
 
@@ -68,7 +68,9 @@ class Program:
         return nvptx.Whole(parts, ENTRY, apart=far, flat=True)
 
 
-def make_program(system: System, method: str, *, scale_energy: bool, with_frames: bool, flat: bool) -> Program:
+def make_program(
+    system: System, method: str, *, scale_energy: bool, with_frames: bool, flat: bool
+) -> Program:
     """Write the program of a model and method.
 
     Raises
@@ -108,9 +110,7 @@ def make_program(system: System, method: str, *, scale_energy: bool, with_frames
         "carry": system.ny, "slope": system.ny,
     }  # fmt: skip
     begin, attempt = METHODS[method]
-    member = function_member(
-        sizes, lengths, names, begin, attempt, unrolled=flat, with_frames=with_frames
-    )
+    member = function_member(sizes, lengths, names, begin, attempt, unrolled=flat, with_frames=with_frames)
     kind = "<1 x double>"
     listed = ", ".join(f"i64 {first}" for first in system.quaternions)
     lines = [

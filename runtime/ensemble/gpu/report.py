@@ -56,9 +56,7 @@ def report_program(system: System, method: str, arch: str) -> ProgramReport:
         return ProgramReport(method, arch, None, str(why))
     if plan.settings is None:
         return ProgramReport(method, arch, None, plan.notes[-1])
-    program = device_program(
-        system, method, arch, scale_energy=plan.settings.scale_energy, with_frames=False
-    )
+    program = device_program(system, method, arch, scale_energy=plan.settings.scale_energy, with_frames=False)
     return ProgramReport(method, arch, program, why_too_large(system, method, program))
 
 

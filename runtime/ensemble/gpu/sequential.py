@@ -32,7 +32,9 @@ class SequentialKernel:
         self._n_threads = n_threads
         self._code = engine.MachineCode()
         address = self._code.add(nvptx.object_of(program.whole(device=False)), ENTRY)
-        prototype = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, *(_TYPES[k] for k in ARGUMENTS.values()))
+        prototype = ctypes.CFUNCTYPE(
+            None, ctypes.c_int64, ctypes.c_int64, *(_TYPES[k] for k in ARGUMENTS.values())
+        )
         self._function = prototype(address)
 
     def run(self, given: Mapping[str, np.ndarray | int | float], _written: Mapping[str, np.ndarray]) -> None:

@@ -45,7 +45,10 @@ class ThreadCode(Code):
 
     def text(self) -> str:
         listed = ", ".join(
-            ["i64 %member", *(f"{kind}{' noalias' * (kind == 'ptr')} %{name}" for name, kind in ARGUMENTS.items())]
+            [
+                "i64 %member",
+                *(f"{kind}{' noalias' * (kind == 'ptr')} %{name}" for name, kind in ARGUMENTS.items()),
+            ]
         )
         body = "\n".join(["entry:", *self._entry, *self._lines, "ret void"])
         metadata = "\n".join(self._metadata)
@@ -110,7 +113,9 @@ class ThreadCode(Code):
 class Strided(Rows):
     """Rows of plain numbers of one member in an array of all members."""
 
-    def __init__(self, code: Code, address: Value, pitch: Value, member: Value, first: Value | None = None) -> None:
+    def __init__(
+        self, code: Code, address: Value, pitch: Value, member: Value, first: Value | None = None
+    ) -> None:
         super().__init__(code, address, NUMBER)
         self._pitch, self._member, self._first = pitch, member, first
 
@@ -183,7 +188,10 @@ def function_member(
 
 
 def _run(
-    lanes: Lanes, sizes: Mapping[str, int], begin: Callable[[Lanes], Value], attempt: Callable[[Lanes, Value], Value]
+    lanes: Lanes,
+    sizes: Mapping[str, int],
+    begin: Callable[[Lanes], Value],
+    attempt: Callable[[Lanes, Value], Value],
 ) -> None:
     """Write the run of a member, as `lanes.function_begin`, `function_run` and `function_store` do it."""
     code = lanes.code
