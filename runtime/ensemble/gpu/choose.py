@@ -109,7 +109,9 @@ def program_of(system: System, method: str, **options: Any) -> Program:
     try:
         return make_program(system, method, **options)
     except (NoLanes, Refusal) as why:
-        raise RuntimeModelError(f"device='cuda': model {system.name!r} cannot run there: {why}") from None
+        raise RuntimeModelError(
+            f"device='cuda': model {system.name!r} cannot run there: {why}; leave out the device"
+        ) from None
 
 
 def _model(system: System) -> tuple:

@@ -11,6 +11,7 @@ from dataclasses import replace
 import sympy
 
 from symgen.model.expression_tree import postorder
+from symgen.runtime.graph.spelling import reset_function
 
 from ...model.description import Description
 from .. import pipeline, sensitivity
@@ -20,6 +21,7 @@ from ..graph.copying import copied
 from ..graph.graph import Graph
 from ..graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
 from ..header import dependence, header
+from ..input_rates import inputs_held
 from ..jumps import has_jumps
 from ..load import Loader
 from ..marks import Mark, mark_function, mark_records, marks
@@ -77,7 +79,7 @@ def _functions(d: Description, loader: Loader) -> Iterator[Function]:
             places = sorted(new)
             doc = f"State after event '{event.name}'."
             outputs = tuple(new[k] for k in places)
-            yield Function(f"reset_{event.name}", doc, outputs, tuple(places), copies=len(q) + len(v))
+            yield Function(reset_function(event.name), doc, outputs, tuple(places), copies=len(q) + len(v))
 
 
 def _needed(d: Description, marks: list[Mark]) -> set[str]:
@@ -142,6 +144,7 @@ def derive(description: Description, source: str = "", jacobian: bool = False) -
         sensitivity.refuse_switches(description)
         return _with_savings(pipeline.derive(description, source, jacobian=True))
     whole = has_switches(description) or has_jumps(description) or description.sensors
+    whole = whole or description.start or description.balanced or inputs_held(description)
     kinds = [] if whole else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
         return _with_savings(pipeline.derive(description, source))
