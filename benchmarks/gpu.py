@@ -43,7 +43,7 @@ MODELS: dict[str, tuple[float, dict[str, Any]]] = {
     "seven_dof_arm": (5.0, {"start": {"q1": uniform(-1, 1)}}),
     "andrews_squeezer": (0.03, {"parameters": {"mom": uniform(0.03, 0.035)}}),
 }
-METHODS = {"rk4": {}, "dop853": {"rtol": 1e-8}, "taylor": {"rtol": 1e-8}}
+METHODS = {"rk4": {}, "verlet": {}, "dop853": {"rtol": 1e-8}, "taylor": {"rtol": 1e-8}}
 _COMPARED, _IN_LANES, _REPEATS = 512, 1024, 3
 
 

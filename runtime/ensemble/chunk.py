@@ -30,7 +30,7 @@ _SMALLEST_PART, _PART = 64, 1024  # members
 _PARTS_AT_LEAST = 16  # so that several threads have something to do
 _PART_NUMBERS = 1 << 21  # of frames in a part
 # A graphics processor is full with some hundred thousand threads.
-_DEVICE_PART, _DEVICE_PART_NUMBERS = 1 << 17, 1 << 25
+_DEVICE_PART, _DEVICE_PART_NUMBERS = 1 << 17, 1 << 24
 _ONE_BY_ONE = 64  # members of a part that run by themselves
 _MOST_BLOCKS = 4096
 _PARTS_OF_BLOCK = 64
