@@ -62,7 +62,8 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
     if "robot" in header:
         yield from header["robot"]["functions"]
         return
-    yield from _ALWAYS
+    late = header.get("late", ())
+    yield from (name for name in _ALWAYS if name not in late)
     if header["nh"] + header["nn"]:
         yield from _WITH_CONSTRAINTS
     if header["nh"] + header["nn"] or header.get("quaternions"):

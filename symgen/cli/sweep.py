@@ -102,7 +102,7 @@ def command(
         raise click.UsageError("--resume goes on with the file of --out: name it")
     if not vary:
         raise click.UsageError("--vary says what differs between members: give it at least once")
-    system, _ = load_system(find_model(model), as_dict(options, "--option"), quiet)
+    system, _ = load_system(find_model(model), as_dict(options, "--option"), quiet, on_demand=True)
     plan = make_plan(system, _options(system, vary, keep, given))
     collected = Collector(plan)
     if resume and out_file.exists():

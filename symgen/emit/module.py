@@ -72,9 +72,10 @@ class FunctionText(Shared):
         return Section(self, g, function)
 
     def _body(self) -> Iterator[str]:
-        self.read_once.update(args for s in self.sections for args in s.shared_parameters())
+        self._note_shared_parameters()
         for section in self.sections:
             section.print()
+        self._note_shared_parameters()  # rolled sections know theirs once they are printed
         yield from (f"{self.names[args]} = p[{args[1]}]" for args in sorted(self.read_once))
         for section in self.sections:
             yield from section.hoisted
@@ -86,6 +87,9 @@ class FunctionText(Shared):
         if self.columns:
             yield from self.columns.end(self.target, OUT)
         yield from (f"out[{place}] = {name}" for place, name in self.totals.items())
+
+    def _note_shared_parameters(self) -> None:
+        self.read_once.update(args for s in self.sections for args in s.shared_parameters())
 
 
 def emit(program: Program) -> str:
