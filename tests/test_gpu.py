@@ -280,6 +280,20 @@ class ImaginedCore:
         machine.run(name, given, config.grid, config.block)
 
 
+def test_the_imagined_core_has_nothing_that_the_real_one_lacks():
+    """What is called of cuda-core exists under that name, as far as that can be seen without a device."""
+    core = pytest.importorskip("cuda.core")
+    for name, inner in vars(ImaginedCore).items():
+        if name[0] == "_":
+            continue
+        assert hasattr(core, name), name
+        for attribute in vars(inner) if isinstance(inner, type) else ():
+            assert attribute[0] == "_" or hasattr(getattr(core, name), attribute), (name, attribute)
+    assert hasattr(core.Buffer, "handle")
+    config = core.LaunchConfig(grid=3, block=64)
+    assert config.grid == (3, 1, 1) and config.block == (64, 1, 1)
+
+
 @pytest.fixture
 def imagined_device(monkeypatch, tmp_path):
     """A graphics processor that runs PTX in Python; what would be assembled is the PTX itself."""

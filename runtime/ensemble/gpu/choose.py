@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 nvptx = Late("symgen.runtime.code.nvptx")
 
 # Operations of the right-hand side up to which a method is tried in registers: beyond, all bundled models spill.
-_IN_REGISTERS = {"rk4": 300, "dop853": 100}
+_IN_REGISTERS = {"rk4": 300, "verlet": 300, "dop853": 100}
 # Bytes of memory for a thread: drivers reserve it for all threads that a processor holds, 200 000 on large ones.
 LARGEST_STACK = 16_384
 _KEPT = 500
