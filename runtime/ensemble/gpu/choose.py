@@ -10,10 +10,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from symgen.runtime.choose import SERIES
 from symgen.runtime.code import cache, engine
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.ensemble.gpu.assembler import Assembled, assemble, assembler_version, check_arch
-from symgen.runtime.ensemble.gpu.program import SERIES, Program, make_program
+from symgen.runtime.ensemble.gpu.program import Program, make_program
 from symgen.runtime.errors import Refusal, RuntimeModelError
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record

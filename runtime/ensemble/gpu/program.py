@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from symgen.runtime.choose import SERIES
 from symgen.runtime.code.llvm_text import VECTOR_INTRINSICS
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.ensemble.batch import one_evaluation
@@ -28,7 +29,6 @@ motion = Late("symgen.runtime.taylor.motion")
 planning = Late("symgen.runtime.taylor.plan")
 
 ENTRY = "symgen_members"
-SERIES = "taylor"
 _N_STAGES, _N_DENSE = {"rk4": 5, "verlet": 2, "dop853": 16}, 8
 _FAR = re.compile(r"@([\w.]+\.far)\(double")  # sine and cosine of large angles: rare, and long
 _LIBRARY = sorted(
