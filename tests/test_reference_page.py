@@ -9,6 +9,7 @@ import pytest
 
 from symgen.link import derive
 from symgen.model import toml_reader
+from symgen.model.assemblies import PORT_KEYS, PORT_KINDS
 from symgen.model.closure_types import CLOSURES
 from symgen.model.closures import CLOSURE_KEYS
 from symgen.model.declared import NUMBER_KEYS
@@ -56,6 +57,9 @@ KEYS_OF = {
     "start": START_KEYS,
     "draw": DRAWINGS,
     "run": KEYS,
+    "ports": PORT_KEYS,
+    "assemblies": toml_reader.ASSEMBLY_KEYS,
+    "use": toml_reader.USE_KEYS,
 }
 EXAMPLES = [
     (table, k, text)
@@ -94,6 +98,7 @@ def test_every_key_has_a_row_and_no_row_is_of_another(table):
         ("closures", CLOSURES),
         ("inputs", KINDS),
         ("springs", ACTS),
+        ("ports", PORT_KINDS),
         ("run", FORMULATIONS),
         ("events", (*DIRECTIONS, *ACTIONS)),
     ],

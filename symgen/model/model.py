@@ -155,7 +155,6 @@ class Model(Declared):
         self._used_energies: dict[str, list[sympy.Expr]] = {}
         self._used_forces: dict[str, list[sympy.Expr]] = {}
         self._placed: dict[str, str] = {}  # bodies by hand that a use places
-        self._n_taken_over = 0
         self._start: StartConditions | None = None
         self._open_states: set[str] = set()  # no start is given for them
         if gravity is not None:
