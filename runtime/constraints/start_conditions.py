@@ -141,6 +141,8 @@ class _Start:
         nv, n_forces = system.nv, system.m + len(system.switches)
         self.parts = np.cumsum([0, nv, nv, nv, n_forces, len(sought)])
         self.rows = self._rows()
+        self.moving = np.concatenate([self.rows["motion"], self.rows["held"]])
+        self.n_moving = system.nq + 2 * nv + system.m
         self.z = np.concatenate([self.chart.start, given.v, np.zeros(nv + n_forces), p[list(sought)]])
         self._spread = np.zeros(len(self.z))
         self._spread[self._part(1)] = np.maximum(self.sizes, np.abs(given.v))
@@ -181,7 +183,10 @@ class _Start:
     def conditions(self, z: np.ndarray) -> np.ndarray:
         """Return all conditions."""
         y, p = self._y(z)
-        return np.array(self.system.kernel("start_conditions")(self.t, y, p))
+        found = np.array(self.system.kernel("start_conditions")(self.t, y, p))
+        if self.header["balance"]:
+            found[self.moving] += self.system.kernel("residual")(self.t, y[: self.n_moving], p)
+        return found
 
     def derivatives(self, z: np.ndarray) -> np.ndarray:
         """Return their derivatives by z."""
@@ -189,6 +194,9 @@ class _Start:
         nq, n_y = self.system.nq, len(y)
         full = np.array(self.system.kernel("start_jacobian")(self.t, y, p))
         full = full.reshape(-1, n_y + len(self.header["find"]))
+        if self.header["balance"]:
+            rows = self.system.kernel("residual_jacobian")(self.t, y[: self.n_moving], p)
+            full[self.moving, : self.n_moving] += rows.reshape(-1, self.n_moving)
         by_rates = full[:, :nq] @ self._kinematics(y[:nq])
         by_chart = self.chart.by_unknowns(z[self._part(0)], by_rates)
         columns = [n_y + self.header["find"].index(k) for k in self.sought]
