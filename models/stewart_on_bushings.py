@@ -42,18 +42,25 @@ def _leg(model, leg, legs, k, c, wanted):
     # The z axis of these frames points from foot to head where the plate is in its middle.
     rpy = (0, atan2(hypot(reach[0], reach[1]), reach[2]), atan2(reach[1], reach[0]))
     cylinder, rod, slide = f"cylinder{leg}", f"rod{leg}", f"slide{leg}"
-    model.body(cylinder, mass=1.5, com=(0, 0, 0.25), inertia=(0.032, 0.032, 0.001), shape={"cylinder": [0.03, 0.5]})
-    model.body(rod, mass=0.6, com=(0, 0, -0.22), inertia=(0.01, 0.01, 2e-4), shape={"cylinder": [0.015, 0.44]})
+    model.body(
+        cylinder, mass=1.5, com=(0, 0, 0.25), inertia=(0.032, 0.032, 0.001), shape={"cylinder": [0.03, 0.5]}
+    )
+    model.body(
+        rod, mass=0.6, com=(0, 0, -0.22), inertia=(0.01, 0.01, 2e-4), shape={"cylinder": [0.015, 0.44]}
+    )
     origin = {"xyz": foot, "rpy": rpy}
-    model.joint(f"foot{leg}", type="universal", child=cylinder, origin=origin, axis=(1, 0, 0), axis2=(0, 1, 0))
+    model.joint(
+        f"foot{leg}", type="universal", child=cylinder, origin=origin, axis=(1, 0, 0), axis2=(0, 1, 0)
+    )
     moved = model.coordinate(slide, unit="m")
     model.joint(
         f"piston{leg}", type="prismatic", parent=cylinder, child=rod, origin={"xyz": (0, 0, hypot(*reach))},
         axis=(0, 0, 1), coordinate=slide,
     )  # fmt: skip
     model.frame(f"socket{leg}", body="plate", at=(head[0], head[1], 0), rpy=rpy)
-    bushing = [ALONG] * 3 + [ABOUT] * 3
-    model.bushing(f"rubber{leg}", frames=(rod, f"socket{leg}"), stiffness=bushing, damping=[RUBBER * x for x in bushing])
+    rubber = [ALONG] * 3 + [ABOUT] * 3
+    lossy = [RUBBER * x for x in rubber]
+    model.bushing(f"rubber{leg}", frames=(rod, f"socket{leg}"), stiffness=rubber, damping=lossy)
     model.force(slide, k * (wanted - moved) - c * dot(moved))
 
 
