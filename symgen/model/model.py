@@ -57,6 +57,7 @@ from .rolling import make_rolling
 from .rotors import make_rotor
 from .sources import Sources
 from .starts import make_start
+from .tyres import add_tyre
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -128,6 +129,7 @@ class Model(Declared):
         self._springs: dict[str, Spring] = {}
         self._bushings: dict[str, Bushing] = {}
         self._rolling: dict[str, Rolling] = {}
+        self._tyres: dict[str, str] = {}  # the bodies that have them
         self._closures: dict[str, Closure] = {}
         self._rotors: dict[str, Rotor] = {}
         self._constraints: dict[str, Constraint] = {}
@@ -1054,6 +1056,58 @@ class Model(Declared):
         }  # fmt: skip
         self._new_element(name, "rolling", self._rolling)
         self._rolling[name] = make_rolling(self, name, given)
+
+    def tyre(
+        self,
+        name: str,
+        body: str | None = None,
+        radius: Any = None,
+        axis: Sequence[Any] | None = None,
+        at: Sequence[Any] | None = None,
+        spin: sympy.Symbol | str | None = None,
+        stiffness: Any = None,
+        damping: Any = None,
+        load: Any = None,
+        ground: Any = None,
+        slip_stiffness: Any = None,
+        friction: Any = None,
+        magic: Sequence[float] | None = None,
+        table: Any = None,
+        relaxation: Any = None,
+    ) -> None:
+        """Add a tyre: forces of a wheel that slips on the ground, along its way and across it; its slips are states.
+
+        Parameters
+        ----------
+        name : str
+            Makes the states NAME_kappa and NAME_alpha, and the definitions NAME_load, NAME_along and NAME_across [N].
+        body : str
+            The wheel, or with `spin` what carries it. Planar ones are seen from above.
+        radius : expression
+            [m].
+        axis : sequence of 3, optional
+            Of the axle in the body's axes; y by default.
+        at : sequence of 2 or 3, optional
+            The wheel's centre in the body's frame [m]; its centre of mass by default.
+        spin : Symbol or str, optional
+            The coordinate by which a wheel turns in the body that carries it, about the axle: a rotor's.
+        stiffness, damping : expression, optional
+            Of the tyre towards the ground [N/m, N s/m]; it never pulls.
+        load : expression, optional
+            In their place: the force on the ground [N], where something else holds the wheel up.
+        ground : expression, optional
+            Height of the ground below NAME_centre_x and NAME_centre_y [m].
+        slip_stiffness, friction : expression
+            Force per load and slip, and per load at most, as of a brush; without friction it is linear.
+        magic : sequence of 3
+            B, C, E of Pacejka's formula instead, with `friction` for D.
+        table : expression
+            Force per load instead, of NAME_slip, as "grip(front_slip)", and NAME_load.
+        relaxation : expression
+            The way after which slips follow [m].
+        """
+        given = {key: value for key, value in locals().items() if key not in ("self", "name")}
+        add_tyre(self, name, given)
 
     def stop(self, name: str, gap: Any = None, restitution: Any = 0) -> None:
         """Keep an expression of the coordinates (and `t`) from falling below zero.
