@@ -9,15 +9,12 @@ Dynamics, 3rd ed., 2012, chapter 7). Forces are those of the resultant slip, alo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from .functions import dot, maximum, sensor, where
 from .names import name_fault
-
-if TYPE_CHECKING:
-    from .model import Model
 
 TYRE_KEYS = (
     "body", "radius", "axis", "at", "spin", "stiffness", "damping", "load", "ground", "slip_stiffness", "friction",
@@ -27,8 +24,17 @@ _AXES = ("x", "y", "z")
 _LEAST = sympy.Float(1e-12)  # square of a slip: what it is divided by
 
 
-def add_tyre(model: Model, name: str, given: Mapping[str, Any]) -> None:
-    """Add the states NAME_kappa and NAME_alpha, the definitions NAME_load, NAME_along, NAME_across, and the loads."""
+def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> None:
+    """Add the states NAME_kappa and NAME_alpha, the definitions NAME_load, NAME_along, NAME_across, and the loads.
+
+    Parameters
+    ----------
+    model : Model
+        Whose methods put the parts together.
+    name : str
+    given : mapping
+        By the keys of `TYRE_KEYS`.
+    """
     table, sources = f"tyres.{name}", model._sources
     given = {key: value for key, value in given.items() if value is not None}
 
