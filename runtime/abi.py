@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS
+from symgen.runtime.graph.spelling import RESET, reset_function
 
 ABI = 1
 
 _ALWAYS = ("rhs", "mass_matrix", "forces", "energy", "residual", "residual_jacobian")
 _WITH_CONSTRAINTS = ("constraint_residual", "constraint_jacobian", "gamma")
 _OF_START = ("start_conditions", "start_jacobian")
-_RESET = "reset_"
 CLOSED = "closed_"
 JUMP = "jump"  # the action of an event at which a force goes over to another branch
 ENTRIES = "_entries"  # behind the name of a function: the same, with structural zeros left out
@@ -62,7 +62,8 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
     if "robot" in header:
         yield from header["robot"]["functions"]
         return
-    yield from _ALWAYS
+    late = header.get("late", ())
+    yield from (name for name in _ALWAYS if name not in late)
     if header["nh"] + header["nn"]:
         yield from _WITH_CONSTRAINTS
     if header["nh"] + header["nn"] or header.get("quaternions"):
@@ -78,7 +79,7 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
         yield "shapes"
     for event in header["events"]:
         if event["action"] == "reset":
-            yield _RESET + event["name"]
+            yield reset_function(event["name"])
     if header.get("starts"):
         yield "starts"
     if header.get("start"):
@@ -181,7 +182,9 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
     }
     if function in sizes:
         return sizes[function]
-    if function.startswith(_RESET) and any(function == _RESET + event["name"] for event in header["events"]):
+    if function.startswith(RESET) and any(
+        function == reset_function(event["name"]) for event in header["events"]
+    ):
         return state, state
     return None
 

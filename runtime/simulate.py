@@ -153,7 +153,12 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
     if timetable is not None:
         notes += timetable.notes
         times, shown = timetable.with_frames(times, shown)
-    level = choose_energy_level(options.energy_scaling, system, method, p, options.t_start, state)
+    wanted = options.energy_scaling
+    level = remembered(
+        system,
+        ("energy level", *start, wanted, id(method)),
+        lambda: choose_energy_level(wanted, system, method, p, options.t_start, state),
+    )
     arrays, give_back = _arrays(system, method, p, state, times, options, step, level)
     asked = {
         **({"step": step} if step else {}),

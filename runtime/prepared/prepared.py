@@ -154,8 +154,8 @@ class PreparedRun:
         self.step = (self._choice.step or None) if self._choice else options.step
         self.notes = list(self._choice.notes) if self._choice else []
         self.why_python = objection_to_machine(system, options, has_timetable, bool(self._moving))
-        if self.checks == "end" and system.events:
-            self.why_python = "what events do to the energy is checked by the health report"
+        if self.checks == "end" and system.switches:
+            self.why_python = "what stops and frictions do is checked by the health report"
         if self.output == "solution":
             self.why_python = "whole solutions are asked for"
         elif self.checks == "full":

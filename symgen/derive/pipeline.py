@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
+
+from symgen.runtime.graph.spelling import reset_function
 
 from ..model.description import Description
 from . import sensitivity
@@ -41,6 +43,7 @@ def derive(
     gathered: bool = True,
     articulated: bool = True,
     jacobian: bool = False,
+    late: Collection[str] = (),
 ) -> Program:
     """Derive the equations of motion, all of them together, and every function that the model needs.
 
@@ -55,6 +58,8 @@ def derive(
         not, to see what that gains. Models with stops or dry friction take no notice.
     jacobian : bool
         Whether there are functions for the derivatives of `rhs`; not of models with stops or dry friction.
+    late : collection of str
+        Functions that are left out, and named in the header; none of models with stops or dry friction.
 
     Returns
     -------
@@ -66,7 +71,7 @@ def derive(
         return derive_switched(description, source)
     d = Derivation(with_branches(description, description), articulated=articulated, own=description)
     found = marks(d.description if description is drawn else with_rates(drawn))
-    own = tuple(functions(d, gathered))
+    own = tuple(functions(d, gathered, late))
     if jacobian:
         own += tuple(sensitivity.derivatives(d, lambda: _residual(d, d.form), len(description.inputs)))
     own += (
@@ -80,6 +85,8 @@ def derive(
     head |= term_count(own)
     if jacobian:
         head["jacobian"] = True
+    if late:
+        head["late"] = list(late)
     head |= solves(program) | _start_record(d)
     head["inputs"] = head["inputs"][: len(description.inputs)]
     return replace(program, header=head, findings=tuple(structure(d).findings))
@@ -124,13 +131,13 @@ def solves(program: Program) -> dict[str, bool]:
     return {"solve": True} if "solve" in program.names() else {}
 
 
-def functions(d: Derivation, gathered: bool = True) -> Iterator[Function]:
+def functions(d: Derivation, gathered: bool = True, late: Collection[str] = ()) -> Iterator[Function]:
     """The functions of the ABI that this model has, parameters gathered, in the order of the generated file."""
-    for function in _functions(d):
+    for function in _functions(d, late):
         yield replace(function, outputs=gather(d.g, function.outputs)) if gathered else function
 
 
-def _functions(d: Derivation) -> Iterator[Function]:
+def _functions(d: Derivation, late: Collection[str]) -> Iterator[Function]:
     x, c = d.x, d.constraints
     m = len(x.lam)
     work = [] if d.conservative else [d.power]
@@ -145,7 +152,7 @@ def _functions(d: Derivation) -> Iterator[Function]:
     yield Function.matrix("mass_matrix", "Mass matrix M, row by row.", d.mass_rows, len(x.v))
     yield Function("forces", "Forces f of M a = f + G^T lambda.", tuple(d.forces))
     yield Function("energy", "Kinetic and potential energy.", d.mech.energy)
-    yield from _residual_functions(d)
+    yield from _residual_functions(d, late)
     if m:
         yield Function(
             "constraint_residual", "Position residuals, velocity residuals.", (*c.position, *c.velocity)
@@ -162,12 +169,14 @@ def _functions(d: Derivation) -> Iterator[Function]:
     yield from _observers(d)
 
 
-def _residual_functions(d: Derivation) -> Iterator[Function]:
+def _residual_functions(d: Derivation, late: Collection[str]) -> Iterator[Function]:
     """M a - f - Gᵀλ and G a - γ, with their derivatives; `a` is an input, so no inverse is differentiated."""
     g, x = d.g, d.x
     residual = _residual(d, d.form)
     in_full = tuple(d.levels.at(residual, x.lam))
     yield Function("residual", "M a - f - G^T lambda, then G a - gamma.", in_full)
+    if "residual_jacobian" in late:
+        return
     rows = _residual_by_state(d, residual)
     first, G = len(x.q) + len(x.v), d.jacobian_rows
     for row, entries in zip(rows, [*d.mass_rows, *G], strict=True):
@@ -303,4 +312,4 @@ def _observers(d: Derivation) -> Iterator[Function]:
             state = [*d.x.q, *d.x.v]
             for reset in event.resets:
                 state[(rate if reset.is_rate else coordinate)[reset.target]] = load(reset.value)
-            yield Function(f"reset_{event.name}", f"State after event '{event.name}'.", tuple(state))
+            yield Function(reset_function(event.name), f"State after event '{event.name}'.", tuple(state))

@@ -19,6 +19,7 @@ from . import check_values
 from .check_tree import LoopChecker, check_tree
 from .check_values import check_contacts, check_velocity_constraints, is_massless
 from .closures import check_closures
+from .contact_pairs import check_pairs
 from .description import Body, Coordinate, Description, Joint, Rate
 from .elements import check_force_elements
 from .evaluate import NotFinite, evaluate
@@ -27,6 +28,7 @@ from .expression_tree import Uses, names_in, uses
 from .gravity import HERE, check_attractors
 from .items import (
     COORDINATES,
+    HEIGHT,
     INPUTS,
     KINKS,
     PLACES,
@@ -269,6 +271,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     check_force_elements(d, sources)
     check_attractors(d, sources)
     check_rolling(d, sources)
+    check_pairs(d, sources)
     check_closures(d, sources)
     check_rotors(d, sources)
     check_start(d, sources)
@@ -365,6 +368,7 @@ def _need_places(d: Description) -> bool:
     return bool(
         d.bushings
         or d.rolling
+        or d.pairs
         or d.closures
         or d.rotors
         or fields
@@ -455,7 +459,7 @@ class _Checker:
 
     def _check_name(self, item: Item, name: str) -> None:
         kind = self.kinds.get(name)
-        if name in HERE and (item.table, item.key) == ("gravity", "potential"):
+        if name in HERE and ((item.table, item.key) == ("gravity", "potential") or item.role is HEIGHT):
             return
         if name == "t" or kind not in (None, "output", "integral", "table"):
             return

@@ -451,7 +451,8 @@ class Friction:
 class Contact:
     """A compliant contact after Hunt and Crossley where `gap` is negative: depth δ, force k δ^n (1 + 3/2 c dδ/dt) ≥ 0.
 
-    `friction` is the coefficient of regularised Coulomb friction against `slip`, which gives way below `smooth`.
+    `friction` is the coefficient of regularised Coulomb friction against `slip`, which gives way below `smooth`; in a
+    plane against the vector of `slip` and `across`.
     """
 
     name: str
@@ -461,6 +462,37 @@ class Contact:
     damping: Expr | None = None
     friction: Expr | None = None
     slip: Expr | None = None
+    smooth: Expr | None = None
+    across: Expr | None = None
+
+    @property
+    def slips(self) -> tuple[Expr, ...]:
+        """The sliding speeds, one or two."""
+        return tuple(x for x in (self.slip, self.across) if x is not None)
+
+
+@dataclass(frozen=True)
+class ContactPair:
+    """A `body` whose shape touches the x-y plane of a frame (planar: its x axis), or the shape of another body.
+
+    `shapes` are given where they are not the body's own, in its frame; so are `other_shapes`. With a `height` of
+    `here_x` and `here_y` [m] it is no plane but a surface over it. With a `stiffness` it is a compliant contact, see
+    `Contact`; else each point that touches makes a stop with the `restitution`, and a friction on it.
+    """
+
+    name: str
+    body: str
+    shapes: tuple[Solid, ...] = ()
+    plane: str = "world"
+    other: str | None = None
+    other_shapes: tuple[Solid, ...] = ()
+    height: Expr | None = None
+    restitution: Expr | None = None
+    friction: Expr | None = None
+    static: Expr | None = None
+    stiffness: Expr | None = None
+    exponent: Expr | None = None
+    damping: Expr | None = None
     smooth: Expr | None = None
 
 
@@ -530,6 +562,39 @@ class Drawing:
 
 
 @dataclass(frozen=True)
+class Port:
+    """What an assembly is given by the model that uses it: `kind` is one of `assemblies.PORT_KINDS`."""
+
+    name: str
+    kind: str
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a use of an assembly gives: under a `key`, an expression, a number or (of elements) a name.
+
+    `kind` is that of a port, "parameter", "free" for a parameter that only the model has, or "place" for where the
+    assembly stands; `unit` is what the assembly has it in. What is not `said` is the model's own of that name.
+    """
+
+    key: str
+    kind: str
+    value: Expr | str | float
+    unit: str | None = None
+    said: bool = True
+
+
+@dataclass(frozen=True)
+class Use:
+    """A use of an assembly: all that it has is called `NAME.…` in the model."""
+
+    name: str
+    assembly: str
+    given: tuple[Given, ...]
+
+
+@dataclass(frozen=True)
 class Description:
     """A mechanical system as the user described it.
 
@@ -577,6 +642,7 @@ class Description:
     stops: tuple[Stop, ...] = ()
     frictions: tuple[Friction, ...] = ()
     contacts: tuple[Contact, ...] = ()
+    pairs: tuple[ContactPair, ...] = ()
     drawings: tuple[Drawing, ...] = ()
     impacts: str = "simultaneous"
     frames: tuple[Frame, ...] = ()
@@ -593,6 +659,7 @@ class Description:
     sensors: tuple[Sensor, ...] = ()
     closures: tuple[Closure, ...] = ()
     rotors: tuple[Rotor, ...] = ()
+    uses: tuple[Use, ...] = ()
     start: StartConditions | None = None
     balanced: tuple[str, ...] = ()
 

@@ -11,6 +11,8 @@ from dataclasses import replace
 import sympy
 
 from symgen.model.expression_tree import postorder
+from symgen.runtime.graph.layouts import LATE
+from symgen.runtime.graph.spelling import reset_function
 
 from ...model.description import Description
 from .. import pipeline, sensitivity
@@ -78,7 +80,7 @@ def _functions(d: Description, loader: Loader) -> Iterator[Function]:
             places = sorted(new)
             doc = f"State after event '{event.name}'."
             outputs = tuple(new[k] for k in places)
-            yield Function(f"reset_{event.name}", doc, outputs, tuple(places), copies=len(q) + len(v))
+            yield Function(reset_function(event.name), doc, outputs, tuple(places), copies=len(q) + len(v))
 
 
 def _needed(d: Description, marks: list[Mark]) -> set[str]:
@@ -121,9 +123,14 @@ def copied_nodes(g: Graph, own: Graph, member: Component, wanted: list[int]) -> 
 
 LONGEST_LIST = 4  # names in a comment
 MOST_KINDS = 10  # in the findings
+# Rates of a model from which on functions are left out until a run asks for them: then they are half of the work and
+# more (docs/benchmarks.md), and of smaller models a matter of milliseconds.
+FEWEST_RATES = 20
 
 
-def derive(description: Description, source: str = "", jacobian: bool = False) -> Program:
+def derive(
+    description: Description, source: str = "", jacobian: bool = False, on_demand: bool = False
+) -> Program:
     """Derive a model by its independent subsystems, equal ones once.
 
     Parameters
@@ -134,6 +141,8 @@ def derive(description: Description, source: str = "", jacobian: bool = False) -
         Hash of the model's text, kept in the module's header.
     jacobian : bool
         Whether there are functions for the derivatives of `rhs`; the model is then derived as one.
+    on_demand : bool
+        Whether what few runs call may be left out of a large model.
 
     Returns
     -------
@@ -146,7 +155,8 @@ def derive(description: Description, source: str = "", jacobian: bool = False) -
     whole = whole or description.start or description.balanced or inputs_held(description)
     kinds = [] if whole else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
-        return _with_savings(pipeline.derive(description, source))
+        large = len(description.rates) >= FEWEST_RATES and not has_switches(description)
+        return _with_savings(pipeline.derive(description, source, late=LATE if on_demand and large else ()))
     derivations = [Derivation(kind[0].description) for kind in kinds]
     parts = _parts(kinds, derivations)
     sizes = {letter: sum(len(p.members) * p.sizes[letter] for p in parts) for letter in parts[0].sizes}
