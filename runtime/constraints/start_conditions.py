@@ -214,10 +214,23 @@ class _Start:
         reach = np.abs(z)
         reach[self._part(0)] = np.maximum(self.sizes, reach[self._part(0)])
         by_z = np.abs(self.derivatives(z))
+        self._reach_of_forces(by_z, reach)
         scales = by_z @ reach
         speed = by_z[:, self._part(1)] @ self.sizes  # at rest nothing tells how fast is fast
         scales = np.where(scales > 0.0, scales, np.maximum(speed, np.abs(self.conditions(z))))
         return np.where(scales > _NO_SIZE, scales, 1.0)
+
+    def _reach_of_forces(self, by_z: np.ndarray, reach: np.ndarray) -> None:
+        """Let accelerations and forces that may vanish count as what balances the other terms of their equations."""
+        if not self.moving.size:
+            return
+        followers = slice(self.parts[2], self.parts[4])
+        rows = by_z[self.rows["motion"]]
+        terms = rows @ reach
+        with np.errstate(divide="ignore"):
+            balancing = np.where(rows[:, followers] > 0.0, terms[:, None] / rows[:, followers], np.inf)
+        least = balancing.min(axis=0, initial=np.inf)
+        reach[followers] = np.maximum(reach[followers], np.where(np.isfinite(least), least, 0.0))
 
     # Solving.
 
@@ -389,7 +402,8 @@ class _Start:
         for k, place in enumerate(self.sought):
             row = int(np.flatnonzero(places == self.parts[4] + k)[0])
             if np.linalg.norm(basis[row]) > _UNDETERMINED:
-                others = [name for name in self._labels() if name]
+                labels = self._labels()
+                others = [labels[j] for j in places if labels[j]]
                 raise AssemblyError(
                     f"the start does not determine the parameter {self.system.parameters[place]['name']!r}: "
                     f"there are too few conditions for {joined(others)}; add an equation, or give a start in the place "

@@ -159,7 +159,6 @@ class Model(Declared):
         self._placed: dict[str, str] = {}  # bodies by hand that a use places
         self._n_taken_over = 0
         self._start: StartConditions | None = None
-        self._open_states: set[str] = set()  # no start is given for them
         if gravity is not None:
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
 
@@ -218,12 +217,10 @@ class Model(Declared):
         size = self._sources.unit(unit, "states", f"{name}.unit")
         values, size = self._initial("states", f"{name}.{{}}", size, {"start": start, "guess": guess})
         expression = self._required("states", f"{name}.derivative", derivative)
-        self._states.append(State(name, expression))
+        self._states.append(State(name, expression, start is not None))
         coherent = None if size is None else size.coherent
         integrated = None if coherent is None else f"({coherent})*s"
         self._integrals.append(Coordinate(integral_name(name), integrated, integral=True))
-        if start is None:
-            self._open_states.add(name)
         enforced = values.get("start") if start is not None or guess is not None else 0.0
         moved, formula = values.get("guess", 0.0), values.get("formula")
         self._state_rates.append(
@@ -1621,9 +1618,10 @@ class Model(Declared):
 
     def _state_rate(self, rate: Rate) -> Rate:
         """The rate of a state; without a start of its own it is a guess where there is something that could move it."""
-        if self._start is None or rate.name not in self._open_states or rate.start is None:
+        if self._start is None or rate.start is None:
             return rate
-        return replace(rate, start=None, guess=rate.start)
+        begins = any(state.name == rate.name and state.begins for state in self._states)
+        return rate if begins else replace(rate, start=None, guess=rate.start)
 
     def _fixed_vector(
         self, table: str, what: str, name: Any, body: Any, taken: Mapping[str, Any], values: Any, key: str
