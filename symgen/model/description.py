@@ -83,7 +83,7 @@ class Rate:
 
 @dataclass(frozen=True)
 class State:
-    """A first-order state: its `derivative` by time may depend on all that moves; `begins` tells that a start is given."""
+    """A first-order state: its `derivative` may depend on all that moves; `begins` tells that a start is given."""
 
     name: str
     derivative: Expr
