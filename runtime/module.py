@@ -24,6 +24,9 @@ _COUNTS = ("nq", "nv", "nh", "nn", "nw")
 _NAME = re.compile(
     r"[A-Za-z][A-Za-z0-9_]{0,199}", re.ASCII
 )  # the rules of model files, for names made of two as well
+_DOTTED = re.compile(
+    rf"(?=.{{1,200}}\Z){_NAME.pattern}(\.{_NAME.pattern})*", re.ASCII
+)  # those of uses of assemblies
 _NAMES_OF_ROBOTS = re.compile(
     r"[A-Za-z][A-Za-z0-9_]{0,199}(\.[A-Za-z]{1,3})?", re.ASCII
 )  # base parameters: `q1.Izz`
@@ -107,7 +110,12 @@ def check_header(header: Any) -> None:
         raise HeaderFault(f"'late' is {header['late']!r:.60}, expected some of {', '.join(LATE)}")
     if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
         raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
+    m, names = len(header["constraints"]), {record["name"] for record in header["coordinates"]}
+    balances = _get(header, "balances", dict, "") if "balances" in header else {}
+    if any(type(k) is not int or not 0 <= k < m or name not in names for name, k in balances.items()):
+        raise HeaderFault(f"'balances' is {balances!r:.60}, expected constraints by coordinates")
     _check_robot(header)
+    _check_start(header)
     _check_marks(header)
     _check_sizes(header)
     _check_subsystems(header)
@@ -135,6 +143,32 @@ def _check_robot(header: dict[str, Any]) -> None:
     known = {*ROBOT_FUNCTIONS, BASE_PARAMETERS, *frames}
     if unknown := [name for name in made["functions"] if name not in known]:
         raise HeaderFault(f"robot['functions'] has {unknown[0]!r:.60}, which is no function for robots")
+
+
+def _check_start(header: dict[str, Any]) -> None:
+    """What holds at the start, if anything is said of it: texts, parameters, rates and stops that are there."""
+    if "start" not in header:
+        return
+    start = _get(header, "start", dict, "")
+    for text in _get(start, "equations", list, "start"):
+        if type(text) is not str or not text.isprintable():
+            raise HeaderFault(f"start['equations'] has {text!r:.60}, expected plain text")
+    if len(_get(start, "levels", list, "start")) != len(start["equations"]) or set(start["levels"]) - {
+        0,
+        1,
+        2,
+    }:
+        raise HeaderFault(f"start['levels'] is {start['levels']!r:.60}, expected 0, 1 or 2 for each equation")
+    _get(start, "balance", bool, "start")
+    for key, size in (("find", len(header["parameters"])), ("steady", header["nv"])):
+        places = start.get(key)
+        if key == "steady" and places is True:
+            continue
+        if type(places) is not list or any(type(k) is not int or not 0 <= k < size for k in places):
+            raise HeaderFault(f"start[{key!r}] is {places!r:.60}, expected indices below {size}")
+    stops = [s["name"] for s in header.get("switches", []) if s["kind"] == "stop"]
+    if any(name not in stops for name in _get(start, "closed", list, "start")):
+        raise HeaderFault(f"start['closed'] is {start['closed']!r:.60}, expected names of stops")
 
 
 def _check_marks(header: dict[str, Any]) -> None:
@@ -188,7 +222,7 @@ def _check_records(key: str, records: list[Any], fields: dict[str, type]) -> Non
     names = [record["name"] for record in records]
     seen: set[str] = set()
     for name in names:
-        if not _NAME.fullmatch(name):
+        if not _DOTTED.fullmatch(name):
             raise HeaderFault(f"{key} has the name {name!r:.60}: names are letters, digits and underscores")
         if name in seen:
             raise HeaderFault(f"{key} has the name {name!r} twice")

@@ -393,8 +393,8 @@ def _cached_module(path: Path, options: dict[str, str], request: str = "") -> Pa
         *([request.encode()] if request else []),
     ):
         key.update(part + b"\0")
-    for table in _tables_beside(path):
-        key.update(hashlib.sha256(table).digest())
+    for content in _files_beside(path):
+        key.update(hashlib.sha256(content).digest())
     stem = "".join(x if x.isascii() and x.isalnum() else "_" for x in path.stem)[:60]
     return cache_folder("modules") / f"{stem}-{key.hexdigest()[:32]}"
 
@@ -436,25 +436,50 @@ def _sources(folder: str, parts: tuple[str, ...]) -> Iterator[tuple[str, int, in
                     yield name, status.st_size, status.st_mtime_ns
 
 
-def _tables_beside(path: Path) -> Iterator[bytes]:
-    """The contents of the files that a TOML model names; what is wrong with them is found when it is read."""
-    if path.suffix != ".toml" or b"table" not in _read(path):
-        return
-    try:
-        document = toml_text.parse(_read(path).decode("utf-8-sig"), str(path))
-        named = [(document.get("inputs", {}), "table"), (document.get("tables", {}), "file")]
-        files = [
-            entry[key]
-            for table, key in named
-            for entry in table.values()
-            if type(entry) is dict and key in entry
-        ]
-    except (ModelError, ValueError, AttributeError):
-        return
-    for file in files:
-        if type(file) is str and ".." not in Path(file).parts:
+def _files_beside(path: Path) -> Iterator[bytes]:
+    """The contents of the files that a TOML model names: tables, and assemblies with what these name.
+
+    What is wrong with them is found when they are read.
+    """
+    waiting = [path] if path.suffix == ".toml" else []
+    seen: set[Path] = set()
+    while waiting:
+        file = waiting.pop()
+        if file in seen:
+            continue
+        seen.add(file)
+        try:
+            content = read_plain(file)
+            if file != path:
+                yield content
+            if b"table" not in content and b"assemblies" not in content:
+                continue
+            tables, assemblies = _named_files(toml_text.parse(content.decode("utf-8-sig"), str(file)))
+        except (ModelError, ValueError, AttributeError):
+            continue
+        for name in tables:
             with contextlib.suppress(ModelError):
-                yield read_plain(path.parent / file, LARGEST_TABLE)
+                yield read_plain(file.parent / name, LARGEST_TABLE)
+        waiting += [file.parent / name for name in assemblies]
+
+
+def _named_files(document: dict[str, Any]) -> tuple[list[str], list[str]]:
+    """The names of tables' and assemblies' files in a model, and in the assemblies inside it."""
+    tables: list[str] = []
+    assemblies: list[str] = []
+    waiting = [document]
+    while waiting:
+        here = waiting.pop()
+        inside = [x for x in here.get("assemblies", {}).values() if type(x) is dict]
+        waiting += inside
+        for found, entries, key in (
+            (tables, here.get("inputs", {}).values(), "table"),
+            (tables, here.get("tables", {}).values(), "file"),
+            (assemblies, inside, "file"),
+        ):
+            named = [x[key] for x in entries if type(x) is dict and key in x]
+            found += [x for x in named if type(x) is str and ".." not in Path(x).parts]
+    return tables, assemblies
 
 
 def _read(path: Path) -> bytes:

@@ -370,7 +370,7 @@ def _loss(f: Friction) -> sympy.Expr:
     """The Rayleigh function of a friction that does not stick."""
     if f.smooth is None:
         return _symbol(f.name, "sense") * _sliding(f) * f.speed
-    return smooth_friction(_sliding(f), f.speed, f.smooth)
+    return smooth_friction(_sliding(f), (f.speed,), f.smooth)
 
 
 def _sliding(f: Friction) -> sympy.Expr:

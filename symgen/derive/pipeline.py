@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
+from symgen.runtime.graph.spelling import reset_function
+
 from ..model.description import Description
 from . import sensitivity
+from .balances import with_balances
 from .constraints import acceleration, constraint_forces
 from .contacts import SWITCHED, Switches, has_switches
 from .derivation import Derivation
@@ -16,15 +19,17 @@ from .graph.hoist import gather
 from .graph.nodes import SparseRows
 from .graph.vectors import normalised
 from .header import header
+from .input_rates import with_input_rates
 from .jumps import with_branches
 from .marks import mark_function, mark_records, marks
 from .program import Function, Program
 from .sensed import Sensed
 from .solve import factorise as ldl
-from .starts import start_function
+from .starts import levels, start_conditions, start_function, start_record
 from .structure import structure
 from .time_terms import own_terms, term_count, time_function
 from .trees.derivatives import add_tree_derivatives
+from .variables import with_rates
 
 LARGEST_TREE_TRIED_ALL_WAYS = 8
 # Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.
@@ -60,16 +65,19 @@ def derive(
     -------
     Program
     """
+    drawn = description
+    description = with_balances(with_input_rates(description))
     if has_switches(description):
         return derive_switched(description, source)
     d = Derivation(with_branches(description, description), articulated=articulated, own=description)
-    found = marks(d.description)
+    found = marks(d.description if description is drawn else with_rates(drawn))
     own = tuple(functions(d, gathered, late))
     if jacobian:
         own += tuple(sensitivity.derivatives(d, lambda: _residual(d, d.form), len(description.inputs)))
     own += (
         *mark_function(d.loader, found),
         *start_function(d.loader, d.description),
+        *_start_conditions(d),
         *time_function(own_terms(d.g, own)),
     )
     program = Program(d.g, own, {})
@@ -79,7 +87,7 @@ def derive(
         head["jacobian"] = True
     if late:
         head["late"] = list(late)
-    head |= solves(program)
+    head |= solves(program) | _start_record(d)
     head["inputs"] = head["inputs"][: len(description.inputs)]
     return replace(program, header=head, findings=tuple(structure(d).findings))
 
@@ -99,6 +107,7 @@ def derive_switched(description: Description, source: str) -> Program:
     own += (
         *mark_function(d.loader, found),
         *start_function(d.loader, description),
+        *_start_conditions(d),
         watched,
         *time_function(own_terms(d.g, own)),
     )
@@ -109,6 +118,7 @@ def derive_switched(description: Description, source: str) -> Program:
         "switches": switches.records(),
         **({} if description.impacts == "simultaneous" else {"impacts": description.impacts}),
         "subsystems": [],
+        **_start_record(d),
         **mark_records(found),
         **term_count(own),
     }
@@ -191,6 +201,15 @@ def _residual(d: Derivation, form: Mechanics) -> list[int]:
     for k, node in d.corner.items():
         held[k] = g.add(held[k], g.mul(node, x.lam[k]))
     return [*momentum, *held]
+
+
+def _start_conditions(d: Derivation) -> Iterator[Function]:
+    return start_conditions(d, lambda: d.levels.at(_residual(d, d.form), d.x.lam))
+
+
+def _start_record(d: Derivation) -> dict[str, dict]:
+    """What the header says of the conditions of a start, if there are any."""
+    return {} if d.own.start is None else {"start": start_record(d.own) | {"levels": levels(d)}}
 
 
 def _residual_by_state(d: Derivation, residual: list[int]) -> SparseRows:
@@ -293,4 +312,4 @@ def _observers(d: Derivation) -> Iterator[Function]:
             state = [*d.x.q, *d.x.v]
             for reset in event.resets:
                 state[(rate if reset.is_rate else coordinate)[reset.target]] = load(reset.value)
-            yield Function(f"reset_{event.name}", f"State after event '{event.name}'.", tuple(state))
+            yield Function(reset_function(event.name), f"State after event '{event.name}'.", tuple(state))

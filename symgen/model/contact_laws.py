@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import sympy
@@ -25,7 +25,7 @@ def with_contact_laws(d: Description, sources: Sources) -> Description:
         potential.append(_elastic_energy(c))
         dissipation += _contact_losses(c)
     smooth = [f for f in d.frictions if f.smooth is not None and not f.normal]
-    dissipation += [smooth_friction(f.level, f.speed, f.smooth) for f in smooth]
+    dissipation += [smooth_friction(f.level, (f.speed,), f.smooth) for f in smooth]
     return replace(
         d,
         potential=_sum(potential),
@@ -63,9 +63,10 @@ def with_normals(d: Description, parts: Mapping[str, tuple[str, ...]], sources: 
     return replace(d, frictions=tuple(frictions))
 
 
-def smooth_friction(level: sympy.Expr, speed: sympy.Expr, width: sympy.Expr) -> sympy.Expr:
+def smooth_friction(level: sympy.Expr, speeds: Sequence[sympy.Expr], width: sympy.Expr) -> sympy.Expr:
     """Rayleigh function of the friction level*s/sqrt(s^2 + width^2): no overflow, and no exponentials as with tanh."""
-    return product([level, sympy.sqrt(total([squared(speed), squared(width)]), evaluate=False)])
+    squares = [squared(s) for s in (*speeds, width)]
+    return product([level, sympy.sqrt(total(squares), evaluate=False)])
 
 
 def _depth(c: Contact) -> sympy.Expr:
@@ -95,7 +96,7 @@ def _contact_losses(c: Contact) -> Iterator[sympy.Expr]:
         y = smooth_minimum(rate, inverted(beta))
         yield product([elastic, beta, y, difference(rate, product([HALF, y]))])
     if c.friction is not None:
-        yield smooth_friction(product([c.friction, elastic]), c.slip, c.smooth)
+        yield smooth_friction(product([c.friction, elastic]), c.slips, c.smooth)
 
 
 def _limit_stops(d: Description, sources: Sources) -> Iterator[Stop]:

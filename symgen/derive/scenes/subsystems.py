@@ -12,6 +12,7 @@ import sympy
 
 from symgen.model.expression_tree import postorder
 from symgen.runtime.graph.layouts import LATE
+from symgen.runtime.graph.spelling import reset_function
 
 from ...model.description import Description
 from .. import pipeline, sensitivity
@@ -21,6 +22,7 @@ from ..graph.copying import copied
 from ..graph.graph import Graph
 from ..graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
 from ..header import dependence, header
+from ..input_rates import inputs_held
 from ..jumps import has_jumps
 from ..load import Loader
 from ..marks import Mark, mark_function, mark_records, marks
@@ -78,7 +80,7 @@ def _functions(d: Description, loader: Loader) -> Iterator[Function]:
             places = sorted(new)
             doc = f"State after event '{event.name}'."
             outputs = tuple(new[k] for k in places)
-            yield Function(f"reset_{event.name}", doc, outputs, tuple(places), copies=len(q) + len(v))
+            yield Function(reset_function(event.name), doc, outputs, tuple(places), copies=len(q) + len(v))
 
 
 def _needed(d: Description, marks: list[Mark]) -> set[str]:
@@ -150,6 +152,7 @@ def derive(
         sensitivity.refuse_switches(description)
         return _with_savings(pipeline.derive(description, source, jacobian=True))
     whole = has_switches(description) or has_jumps(description) or description.sensors
+    whole = whole or description.start or description.balanced or inputs_held(description)
     kinds = [] if whole else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
         large = len(description.rates) >= FEWEST_RATES and not has_switches(description)
