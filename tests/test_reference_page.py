@@ -26,6 +26,7 @@ from symgen.model.run_defaults import FORMULATIONS, KEYS
 from symgen.model.solids import SHAPE_KEYS
 from symgen.model.starts import START_KEYS
 from symgen.model.toml_reader import READERS, TOP_KEYS, read_text
+from symgen.model.tyres import TYRE_KEYS
 from symgen.model.units import ATOMS
 
 PAGE = (Path(__file__).parents[1] / "docs" / "reference.md").read_text(encoding="utf-8")
@@ -43,6 +44,7 @@ KEYS_OF = {
     "frames": toml_reader.FRAME_KEYS,
     "rolling": ROLLING_KEYS,
     "rotors": ROTOR_KEYS,
+    "tyres": TYRE_KEYS,
     "closures": CLOSURE_KEYS,
     "springs": SPRING_KEYS,
     "bushings": BUSHING_KEYS,

@@ -165,7 +165,7 @@ def _check_assembly(key: str, assembly: Declared) -> None:
         (assembly._gravity is not None or assembly._field is not None, "gravity"),
         (assembly._gravitation is not None or assembly._attractors, "gravity"),
         (assembly._run, "run"),
-        (assembly._start, "start"),
+        (assembly._start is not None, "start"),
         (assembly.impacts != "simultaneous", "impacts"),
     ):
         if has:

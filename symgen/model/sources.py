@@ -38,6 +38,7 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "springs": "spring",
     "bushings": "bushing",
     "rolling": "rolling",
+    "tyres": "tyre",
     "closures": "closure",
     "rotors": "rotor",
     "loads": "load",
