@@ -22,10 +22,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from symgen.runtime.ensemble.plan import Plan
+    from symgen.runtime.ensemble.sensitivity import Sensitivity
     from symgen.runtime.ensemble.tally import Tally
     from symgen.runtime.ensemble.zarr_store import ZarrStore
     from symgen.runtime.solution import Solution
 
+analysis = Late("symgen.runtime.ensemble.sensitivity")
 export = Late("symgen.runtime.ensemble.export")
 
 _SAMPLE = 64  # members of which errors are estimated
@@ -248,6 +250,21 @@ class Ensemble:
             scale = np.fmax(np.nanmax(np.abs(better[:, :n]), axis=0), 1e-300)
             errors = np.nanmax(np.abs(ends - better)[:, :n] / scale, axis=1)
         return {"members": numbers, "errors": errors}
+
+    def sensitivity(self, name: str) -> Sensitivity:
+        """Return Sobol' indices: what of the variance of a quantity at the end comes from which of the values drawn.
+
+        With `design="saltelli"` the first-order and total indices; of plain draws the first-order ones (SALib).
+
+        Raises
+        ------
+        RuntimeModelError
+            Grids multiply beside the draws, members are missing, or nothing varies.
+        """
+        values = self[name]
+        if self.n_done < self.n:
+            raise RuntimeModelError(f"sensitivity: {self.n_done} of {self.n} members are done; run the others first")
+        return analysis.sensitivity(self.plan.members, values if values.ndim == 1 else values[:, -1])
 
     def member(self, number: int, t_eval: Any = None) -> Solution:
         """Run a member again, in full: its end is the same to the last bit.

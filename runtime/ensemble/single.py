@@ -20,8 +20,10 @@ simulation = Late("symgen.runtime.simulate")
 FOR_SINGLE_RUNS = (at.PROJECTION_FAILED, at.SINGULAR_MATRIX)
 
 
-def run_single(plan: Plan, p: np.ndarray, varied: dict[str, float], t_eval: Any = None) -> Solution:
-    """Run a member by itself.
+def run_single(
+    plan: Plan, number: int, p: np.ndarray, varied: dict[str, float], t_eval: Any = None
+) -> Solution:
+    """Run a member by itself, by its number, its parameters, and the starts that vary.
 
     Raises
     ------
@@ -33,6 +35,7 @@ def run_single(plan: Plan, p: np.ndarray, varied: dict[str, float], t_eval: Any 
     times = plan.frame_times if t_eval is None else t_eval
     options = replace(
         plan.single, parameters=plan.single_parameters(p), start=start, rate=rate,
+        inputs=plan.inputs_of(number),
         t_eval=times if len(times) else (plan.single.t_end,), fps=None,
     )  # fmt: skip
     return simulation.simulate(system, options)
