@@ -20,7 +20,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.code import cache, engine
-from symgen.runtime.ensemble.chunk import Chunk, Wanted, pack, run_chunk
+from symgen.runtime.ensemble.chunk import Chunk, Wanted, run_chunk
+from symgen.runtime.ensemble.packing import pack
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.ensemble.version import fingerprint
 from symgen.runtime.ensemble.work import run_part, stop_all

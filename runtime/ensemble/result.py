@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,8 +29,10 @@ if TYPE_CHECKING:
     from symgen.runtime.solution import Solution
 
 analysis = Late("symgen.runtime.ensemble.sensitivity")
+recording = Late("symgen.runtime.recording.members")
 export = Late("symgen.runtime.ensemble.export")
 
+_RECORDED, _FPS, _FEWEST_FRAMES, _MOST_FRAMES = 24, 60.0, 200, 1200  # of members in one recording
 _SAMPLE = 64  # members of which errors are estimated
 _TIGHTER = 1.0 / 30.0
 
@@ -278,6 +281,37 @@ class Ensemble:
         """
         found = member_again(self.plan, int(number) + (self.n if number < 0 else 0), t_eval)
         return found if self.present is None else self.present(found)
+
+    def record(
+        self, path: str | os.PathLike[str], members: int | Sequence[int] = _RECORDED, fps: float | None = None
+    ) -> None:
+        """Write a recording in which the bodies of several members move over each other, each in a colour of its own.
+
+        Parameters
+        ----------
+        path : path-like
+            An `.rrd` file, for `symgen play`.
+        members : int or sequence of int
+            How many, spread evenly over those that have a result; or which.
+        fps : float, optional
+            Frames per second of simulated time; 60 by default, but at least 200 and at most 1200 frames in all.
+        """
+        if isinstance(members, int):
+            lost = set(self.tally.failed)
+            there = [k for k in range(min(self.n, 100 * members + len(lost))) if k not in lost]
+            if self.n > len(there) + len(lost):
+                there = [k for k in np.linspace(0, self.n - 1, 4 * members).astype(int).tolist() if k not in lost]
+            members = [there[k] for k in np.unique(np.linspace(0, len(there) - 1, members).astype(int))] if there else []
+        if not len(members):
+            raise RuntimeModelError("record: there are no members with a result to be shown")
+        single = self.plan.single
+        seconds = single.t_end - single.t_start
+        n = int(np.clip(seconds * fps if fps else seconds * _FPS, 1 if fps else _FEWEST_FRAMES, _MOST_FRAMES))
+        times = np.linspace(single.t_start, single.t_end, n + 1)
+        runs = {int(k): member_again(self.plan, int(k), times) for k in members}
+        title = f"{self.plan.system.name}: {len(runs)} of {self.n} members"
+        folder = os.path.dirname(self.plan.system.file) if os.path.exists(self.plan.system.file) else None
+        recording.record_members(runs, path, title, None if folder is None else Path(folder))
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return all that is kept of each member, shape (n,) or (n, F): what varies, series, verdicts."""

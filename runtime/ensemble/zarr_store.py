@@ -24,6 +24,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.ensemble.identity import identity, refuse_another
+from symgen.runtime.ensemble.packing import unpack
+from symgen.runtime.ensemble.tally import MOST_NAMED
 from symgen.runtime.ensemble.verdict import VERDICTS
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
@@ -278,6 +280,15 @@ class ZarrStore:
                 raise ValueError("it is not as it should be")
             self._expect(f"{_MORE}/{k}", "c/0", array.nbytes)
             return np.asarray(array[:]).tobytes()
+
+    def messages(self) -> dict[int, str]:
+        """Return why members failed, of some of them."""
+        found: dict[int, str] = {}
+        for k in self.done():
+            if len(found) >= MOST_NAMED:
+                break
+            found |= unpack(self.more(k))[0]
+        return found
 
     def discard(self, k: int) -> None:
         """Make a chunk one that is to be run again."""
