@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,8 +15,12 @@ from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
 
+if TYPE_CHECKING:
+    from symgen.runtime.ensemble.noise import Noise
+
 special = Late("scipy.special")
 qmc = Late("scipy.stats.qmc")
+noises = Late("symgen.runtime.ensemble.noise")
 
 Number = float | str  # an SI value, or text such as "20 deg"
 _BLOCK = 1024  # members that are drawn together
@@ -162,11 +166,13 @@ def grid(*values: Number) -> Grid:
 
 
 _CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*\Z")
-_SAMPLERS = (*_COUNTS, "linspace", "grid")
+_SAMPLERS = (*_COUNTS, "linspace", "grid", "noise")
 
 
-def read_variation(text: str) -> Sampler | Grid | str:
+def read_variation(text: str) -> Sampler | Grid | Noise | str:
     """Read how a value varies from a command line: `0.9:1.1:1001`, `normal(1.5, 0.01)`, `choice(1, 2)`, or one value.
+
+    `noise(0.5 N, 10 ms)` is for inputs.
 
     Nothing is evaluated: numbers and quantities stay text until their unit is known.
 
@@ -190,12 +196,21 @@ def read_variation(text: str) -> Sampler | Grid | str:
         raise RuntimeModelError(f"{text!r}: a value is missing between commas")
     if name == "grid":
         return grid(*parts)
-    wanted = 3 if name == "linspace" else _COUNTS[name]
+    wanted = {"linspace": 3, "noise": 2}.get(name, _COUNTS.get(name))
     if wanted is not None and len(parts) != wanted:
         raise RuntimeModelError(f"{text!r}: {name} takes {wanted} numbers, not {len(parts)}")
+    if name == "noise":
+        return noises.noise(_number(parts[0]), _number(parts[1]))
     if name == "linspace":
         return linspace(parts[0], parts[1], _whole(parts[2], text))
     return Sampler(name, tuple(parts))
+
+
+def _number(text: str) -> Number:
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def _whole(text: str, whole: str) -> int:
