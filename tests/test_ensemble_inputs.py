@@ -33,7 +33,9 @@ x = "F"
 [inputs]
 F = { unit = "N" }
 """
-OWN = OSCILLATOR.replace('F = { unit = "N" }', 'F = { unit = "N", table = [[0, 1, 2], [0, 5, 0]], kind = "linear" }')
+OWN = OSCILLATOR.replace(
+    'F = { unit = "N" }', 'F = { unit = "N", table = [[0, 1, 2], [0, 5, 0]], kind = "linear" }'
+)
 # y(x1, x2, x3) of Ishigami and Homma (1990) as an output of a model that stands still.
 ISHIGAMI = """
 [parameters]
@@ -80,7 +82,11 @@ def test_noise_has_the_variance_of_the_equation(model):
     """Lyapunov's equation for values that hold: the discrete one of the exact map from value to value."""
     system, deviation, period, t_end = model("OSCILLATOR"), 3.0, 0.1, 15.0
     e = system.ensemble(
-        t_end, n=400, inputs={"F": noise(deviation, period)}, parameters={"m": uniform(2, 2 + 1e-9)}, rtol=1e-6
+        t_end,
+        n=400,
+        inputs={"F": noise(deviation, period)},
+        parameters={"m": uniform(2, 2 + 1e-9)},
+        rtol=1e-6,
     )
     a, b = np.array([[0.0, 1.0], [-25.0, -0.4]]), np.array([[0.0], [0.5]])
     both = linalg.expm(np.block([[a, b], [np.zeros((1, 3))]]) * period)
@@ -165,7 +171,9 @@ def test_ishigami(model):
     assert ((found.total_low < total + 0.01) & (total - 0.01 < found.total_high)).all()
     assert found.lines()[0].startswith("x2")
     rows = (e["y"] - e["y"].mean()).reshape(-1, 5).T
-    by_scipy = stats.sobol_indices(func={"f_A": rows[None, 0], "f_B": rows[None, 1], "f_AB": rows[2:, None]}, n=4096)
+    by_scipy = stats.sobol_indices(
+        func={"f_A": rows[None, 0], "f_B": rows[None, 1], "f_AB": rows[2:, None]}, n=4096
+    )
     assert np.abs(by_scipy.first_order - found.first).max() < 2e-3
     assert np.abs(by_scipy.total_order - found.total).max() < 2e-3
     sobol = pytest.importorskip("SALib.analyze.sobol")

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from symgen.runtime.ensemble import histogram, linspace, normal, quantiles
-from symgen.runtime.ensemble import dispatch, identity
+from symgen.runtime.ensemble import identity, shipping
 from symgen.runtime.ensemble.zarr_store import StoreError, ZarrStore
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.front import load
@@ -170,7 +170,7 @@ def test_torn_chunks_are_run_again(tmp_path, whole):
     (out / "theta2" / "c" / "1").write_bytes(flipped)
     (out / "ok" / "c" / "2").unlink()
     (out / "more" / "3" / "c" / "0").write_bytes(b"nothing")
-    with pytest.raises(StoreError, match="theta2 of members .* cannot be read"):
+    with pytest.raises(StoreError, match=r"theta2 of members .* cannot be read"):
         ZarrStore.open(out).read("theta2")
     assert ZarrStore.open(out).n_done() < N
     assert_same(ensemble(out=out, resume=True), whole)
@@ -216,7 +216,7 @@ def test_what_is_there_is_not_written_over(tmp_path):
 
 def test_another_version_elsewhere_is_refused(tmp_path, monkeypatch):
     """What goes out names its version; whoever runs it looks first."""
-    monkeypatch.setattr(dispatch, "fingerprint", lambda: "9.9 (other)")
+    monkeypatch.setattr(shipping, "fingerprint", lambda: "9.9 (other)")
     with concurrent.futures.ProcessPoolExecutor(1, mp_context=_spawn()) as executor:
         with pytest.raises(RuntimeModelError, match=r"symgen .* but the ensemble comes from symgen 9.9 \(other\)"):
             ensemble(executor=executor)
@@ -266,7 +266,7 @@ HOSTILE = {
 def test_stores_from_strangers(tmp_path, name):
     interrupted(tmp_path)
     HOSTILE[name](tmp_path / "runs.zarr")
-    with pytest.raises(StoreError, match="runs.zarr is no ensemble"):
+    with pytest.raises(StoreError, match=r"runs.zarr is no ensemble"):
         ZarrStore.open(tmp_path / "runs.zarr")
 
 

@@ -6,7 +6,7 @@ and block by block by whoever collects: how many blocks a chunk has, and where i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
@@ -112,7 +112,9 @@ class Chunk:
     columns: dict[str, np.ndarray]
 
 
-def run_chunk(plan: Plan, wanted: Wanted, first: int, last: int, store: ZarrStore | None, gather: bool) -> Chunk:
+def run_chunk(
+    plan: Plan, wanted: Wanted, first: int, last: int, store: ZarrStore | None, gather: bool
+) -> Chunk:
     """Run members from `first` up to, not including, `last`.
 
     Parameters
@@ -132,7 +134,9 @@ def run_chunk(plan: Plan, wanted: Wanted, first: int, last: int, store: ZarrStor
         _merge(plan, wanted, part, blocks[-1])
         if gather or store is not None:
             pieces.append(_columns(wanted, part))
-    columns = {name: np.concatenate([piece[name] for piece in pieces]) for name in (pieces[0] if pieces else ())}
+    columns = {
+        name: np.concatenate([piece[name] for piece in pieces]) for name in (pieces[0] if pieces else ())
+    }
     if store is not None:
         store.write(first, {**plan.members.values(first, last), **columns}, pack(tally.messages, blocks))
         columns = {}
@@ -148,7 +152,9 @@ def stored_chunk(wanted: Wanted, store: ZarrStore, k: int, block_length: int) ->
         It is damaged.
     """
     first, last = store.rows(k)
-    arrays = {name: store.chunk_of(name, k) for name in store.names}  # all of them: their checksums are looked at
+    arrays = {
+        name: store.chunk_of(name, k) for name in store.names
+    }  # all of them: their checksums are looked at
     verdicts = Verdicts(**{name: arrays[name] for name in VERDICTS})
     messages, numbers = unpack(store.more(k))
     blocks = []
@@ -183,7 +189,11 @@ def reduced(plan: Plan, wanted: Wanted, part: Part) -> list[Reduction]:
     found = wanted.empty()
     for reduction in found:
         function = wanted.functions.get(reduction.name)
-        values = part.series[reduction.name] if function is None else _worked_out(plan, reduction.name, function, part)
+        values = (
+            part.series[reduction.name]
+            if function is None
+            else _worked_out(plan, reduction.name, function, part)
+        )
         reduction.take(values)
     return found
 

@@ -18,7 +18,7 @@ from distributed import KilledWorker, WorkerPlugin
 from symgen.runtime.ensemble.chunk import Chunk, Wanted, block_size
 from symgen.runtime.ensemble.dispatch import AHEAD, in_order, n_places, packed, run_packed
 from symgen.runtime.ensemble.tally import Tally
-from symgen.runtime.ensemble.verdict import VERDICTS, WORKER_LOST, Verdicts
+from symgen.runtime.ensemble.verdict import CAUSES, VERDICTS, WORKER_LOST, Verdicts
 from symgen.runtime.errors import RuntimeModelError
 
 if TYPE_CHECKING:
@@ -95,8 +95,8 @@ def _result(client: Any, task: Any, first: int) -> Chunk:
         except TimeoutError:
             alone = 0.0 if client.ncores() else alone + _LOOK_EVERY
     raise RuntimeModelError(
-        f"the Dask cluster has had no workers for {_PATIENCE:g} s while members from {first} on were to be run; what is "
-        "done before is kept: start workers, and run the rest by out and resume (--resume)"
+        f"the Dask cluster has had no workers for {_PATIENCE:g} s while members from {first} on were to be run; what "
+        "is done before is kept: start workers, and run the rest by out and resume (--resume)"
     )
 
 
@@ -137,7 +137,8 @@ def _lost(plan: Plan, wanted: Wanted, first: int, last: int) -> Chunk:
     verdicts.status[:] = WORKER_LOST
     columns = {**plan.members.values(first, last), **{name: np.full(shape, np.nan) for name in wanted.kept}}
     columns |= {name: getattr(verdicts, name) for name in VERDICTS}
-    return Chunk(first, last, Tally.of(first, verdicts, {first: "what ran it was lost, several times"}), [wanted.empty()], columns)
+    tally = Tally.of(first, verdicts, {first: CAUSES[WORKER_LOST]})
+    return Chunk(first, last, tally, [wanted.empty()], columns)
 
 
 def joined(chunks: Sequence[Chunk]) -> Chunk:

@@ -14,7 +14,7 @@ from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
 from symgen.runtime.ensemble.machine import IN_LANES
-from symgen.runtime.ensemble.noise import is_noise
+from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
 from symgen.runtime.ensemble.starts import Starts
@@ -97,7 +97,9 @@ class Plan:
 
     def inputs_of(self, number: int) -> dict[Any, Any] | None:
         """Return the inputs over time of a member that the model does not say."""
-        return _inputs_of(self.inputs, self.options.seed, number, self.single.t_start, self.single.t_end) or None
+        return (
+            _inputs_of(self.inputs, self.options.seed, number, self.single.t_start, self.single.t_end) or None
+        )
 
     def single_parameters(self, p: np.ndarray) -> dict[str, float]:
         """Return the parameters and inputs of a member by name."""
@@ -135,7 +137,9 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     )
     over_time = _inputs_of(moving, options.seed, 0, single.t_start, single.t_end)
     over_time |= {r["name"]: given.from_record(r) for r in system.inputs if r["name"] in own - {*moving}}
-    objection = "inputs over time are for single runs" if over_time else _objection(system, rows[0], state, single)
+    objection = (
+        "inputs over time are for single runs" if over_time else _objection(system, rows[0], state, single)
+    )
     method = formed
     if formed is None:
         chosen_for = system
@@ -176,7 +180,9 @@ def _split_inputs(system: System, options: EnsembleOptions) -> tuple[dict[str, A
     constant, moving, units = {}, {}, {r["name"]: r["unit"] for r in system.inputs}
     for name, value in as_mapping(options.inputs).items():
         if not isinstance(name, tuple) and name not in units:
-            raise UnknownNameError(f"inputs: model {system.name!r} has no input {name!r}: {nearest(str(name), units)}")
+            raise UnknownNameError(
+                f"inputs: model {system.name!r} has no input {name!r}: {nearest(str(name), units)}"
+            )
         if is_noise(value):
             if isinstance(name, tuple):
                 raise RuntimeModelError("inputs: give each input noise of its own")
@@ -208,7 +214,9 @@ def _columns(
             raise RuntimeModelError(f"{place}: give a mapping of names to values, or a DataFrame")
         fixed[place] = {}
         if place == "parameters" and (twice := {*said} & {*constant, *moving}):
-            raise RuntimeModelError(f"{sorted(twice)[0]!r} stands among the parameters and among the inputs: leave one out")
+            raise RuntimeModelError(
+                f"{sorted(twice)[0]!r} stands among the parameters and among the inputs: leave one out"
+            )
         for name, value in {**said, **(constant if place == "parameters" else {})}.items():
             inner = inside_dot(name) if place == "rate" else name
             if inner not in index:

@@ -266,7 +266,9 @@ class Ensemble:
         """
         values = self[name]
         if self.n_done < self.n:
-            raise RuntimeModelError(f"sensitivity: {self.n_done} of {self.n} members are done; run the others first")
+            raise RuntimeModelError(
+                f"sensitivity: {self.n_done} of {self.n} members are done; run the others first"
+            )
         return analysis.sensitivity(self.plan.members, values if values.ndim == 1 else values[:, -1])
 
     def member(self, number: int, t_eval: Any = None) -> Solution:
@@ -300,8 +302,14 @@ class Ensemble:
             lost = set(self.tally.failed)
             there = [k for k in range(min(self.n, 100 * members + len(lost))) if k not in lost]
             if self.n > len(there) + len(lost):
-                there = [k for k in np.linspace(0, self.n - 1, 4 * members).astype(int).tolist() if k not in lost]
-            members = [there[k] for k in np.unique(np.linspace(0, len(there) - 1, members).astype(int))] if there else []
+                there = [
+                    k for k in np.linspace(0, self.n - 1, 4 * members).astype(int).tolist() if k not in lost
+                ]
+            members = (
+                [there[k] for k in np.unique(np.linspace(0, len(there) - 1, members).astype(int))]
+                if there
+                else []
+            )
         if not len(members):
             raise RuntimeModelError("record: there are no members with a result to be shown")
         single = self.plan.single
@@ -317,7 +325,11 @@ class Ensemble:
         """Return all that is kept of each member, shape (n,) or (n, F): what varies, series, verdicts."""
         v = self.verdicts
         known = {"status": v.status, "ok": v.ok, "steps": v.steps, "energy_error": v.energy_error}
-        return {**self.varied, **{name: self[name] for name in self.names}, **(known if len(v.status) else {})}
+        return {
+            **self.varied,
+            **{name: self[name] for name in self.names},
+            **(known if len(v.status) else {}),
+        }
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write all that is kept as NumPy's `.npz`, with the times as `t`."""

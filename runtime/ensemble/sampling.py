@@ -16,11 +16,11 @@ from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
 
 if TYPE_CHECKING:
-    from symgen.runtime.ensemble.noise import Noise
+    from symgen.runtime.ensemble.noises import Noise
 
 special = Late("scipy.special")
 qmc = Late("scipy.stats.qmc")
-noises = Late("symgen.runtime.ensemble.noise")
+noises = Late("symgen.runtime.ensemble.noises")
 
 Number = float | str  # an SI value, or text such as "20 deg"
 _BLOCK = 1024  # members that are drawn together
@@ -295,10 +295,14 @@ class Members:
         """Return shares from 0 to 1, shape (draws, what is drawn), and set how many draws there are."""
         d, saltelli = len(self.drawn), self.design == "saltelli"
         if not d or (saltelli and rows):
-            raise RuntimeModelError(f"design {self.design!r}: give what is drawn, such as normal(1, 0.1), and no arrays")
+            raise RuntimeModelError(
+                f"design {self.design!r}: give what is drawn, such as normal(1, 0.1), and no arrays"
+            )
         n = self._each
         if n * (2 * d if saltelli else d) > _MOST_POINTS:
-            raise RuntimeModelError(f"design {self.design!r}: n is {n}; give {_MOST_POINTS // (2 * d)} at most")
+            raise RuntimeModelError(
+                f"design {self.design!r}: n is {n}; give {_MOST_POINTS // (2 * d)} at most"
+            )
         engine = qmc.Sobol(2 * d if saltelli else d, scramble=True, seed=np.random.default_rng(self.seed))
         points = engine.random_base2(max(n - 1, 1).bit_length())[:n]
         points = np.clip(points, 2.0**-53, 1.0 - 2.0**-53)

@@ -52,7 +52,8 @@ class Sensitivity:
         width = max(map(len, self.names))
         found = []
         for k in np.argsort(-self.first):
-            line = f"{self.names[k]:<{width}}  {self.first[k]:.3f} ({self.first_low[k]:.3f} to {self.first_high[k]:.3f})"
+            bounds = f"{self.first_low[k]:.3f} to {self.first_high[k]:.3f}"
+            line = f"{self.names[k]:<{width}}  {self.first[k]:.3f} ({bounds})"
             if self.total is not None:
                 line += f", in all {self.total[k]:.3f} ({self.total_low[k]:.3f} to {self.total_high[k]:.3f})"
             found.append(line)
@@ -85,7 +86,9 @@ def _by_design(members: Members, values: np.ndarray) -> Sensitivity:
     _refuse_few(len(rows), rows)
     first, total = _indices(rows)
     generator = np.random.default_rng(members.seed)
-    again = np.array([_indices(rows[generator.integers(len(rows), size=len(rows))]) for _ in range(_RESAMPLES)])
+    again = np.array(
+        [_indices(rows[generator.integers(len(rows), size=len(rows))]) for _ in range(_RESAMPLES)]
+    )
     low, high = np.quantile(again, [0.5 - 0.5 * _CONFIDENCE, 0.5 + 0.5 * _CONFIDENCE], axis=0)
     return Sensitivity(
         list(members.drawn), first, low[0], high[0], total, low[1], high[1], len(rows), int((~there).sum())
@@ -111,7 +114,11 @@ def _of_draws(members: Members, values: np.ndarray) -> Sensitivity:
     there = np.isfinite(values)
     x = np.column_stack([known[name] for name in members.drawn])[there]
     _refuse_few(len(x), values[there])
-    problem = {"num_vars": len(members.drawn), "names": members.drawn, "bounds": [[0.0, 1.0]] * len(members.drawn)}
+    problem = {
+        "num_vars": len(members.drawn),
+        "names": members.drawn,
+        "bounds": [[0.0, 1.0]] * len(members.drawn),
+    }
     found = rbd_fast.analyze(problem, x, values[there], conf_level=_CONFIDENCE, seed=members.seed)
     first, half = np.array(found["S1"]), np.array(found["S1_conf"])
     return Sensitivity(
@@ -123,4 +130,6 @@ def _refuse_few(n: int, values: np.ndarray) -> None:
     if n < _LEAST:
         raise RuntimeModelError(f"sensitivity: {n} members with a result are too few; give n = 1000, say")
     if not np.ptp(values) > 0.0:
-        raise RuntimeModelError("sensitivity: all members have the same value, so there is no variance to explain")
+        raise RuntimeModelError(
+            "sensitivity: all members have the same value, so there is no variance to explain"
+        )

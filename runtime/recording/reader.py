@@ -175,8 +175,8 @@ def _recording(
     model, run, result = properties[schema.MODEL], properties[schema.RUN], properties[schema.RESULT]
     if _property_values(batches, schema.MEMBERS):
         raise RecordingError(
-            f"{path}: a recording of members of an ensemble, which is to be looked at (symgen play); record one of them "
-            "by itself: member(k).save(…)"
+            f"{path}: a recording of members of an ensemble, which is to be looked at (symgen play); record one of "
+            "them by itself: member(k).save(…)"
         )
     missing = [key for key in ("name", "module_text", "model_text") if key not in model]
     if schema.STATE not in batches and not result:

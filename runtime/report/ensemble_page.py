@@ -48,7 +48,7 @@ def ensemble_page(stored: Any) -> str:
         ends.take(piece)
     for _, piece in stored.pieces(names):
         ends.count(piece)
-    lines = _Lines(stored, names[: _MOST_AXES], verdicts.n)
+    lines = _Lines(stored, names[:_MOST_AXES], verdicts.n)
     head = [
         Markup(f"<header><h1>{markup(about['model'])}</h1>{_verdict(verdicts, stored.n)}</header>"),
         paragraph(
@@ -79,7 +79,10 @@ def _verdict(verdicts: _Verdicts, n: int) -> Markup:
 
 def _layout(about: dict[str, Any]) -> list[Markup]:
     rows = [(str(name), str(count)) for name, count in about["shape"].items()]
-    return [paragraph(f"What varies: {', '.join(about['varied']) or 'nothing'}."), table(("members", "number"), rows)]
+    return [
+        paragraph(f"What varies: {', '.join(about['varied']) or 'nothing'}."),
+        table(("members", "number"), rows),
+    ]
 
 
 class _Verdicts:
@@ -98,14 +101,22 @@ class _Verdicts:
         self.n_doubtful += int((~ok & ~failed).sum())
         self.causes.update(status[failed].tolist())
         for k in np.flatnonzero(~ok)[: _MOST_NAMED - len(self.named)]:
-            why = CAUSES.get(int(status[k]), "unknown") if failed[k] else f"energy off by {piece['energy_error'][k]:.2g}"
+            why = (
+                CAUSES.get(int(status[k]), "unknown")
+                if failed[k]
+                else f"energy off by {piece['energy_error'][k]:.2g}"
+            )
             self.named.append((first + int(k), why))
 
 
 def _failures(verdicts: _Verdicts, messages: dict[int, str]) -> list[Markup]:
-    rows = [(CAUSES.get(s, "unknown"), str(n), f"{n / verdicts.n:.3%}") for s, n in verdicts.causes.most_common()]
+    rows = [
+        (CAUSES.get(s, "unknown"), str(n), f"{n / verdicts.n:.3%}") for s, n in verdicts.causes.most_common()
+    ]
     if verdicts.n_doubtful:
-        rows.append(("doubtful: a check objects", str(verdicts.n_doubtful), f"{verdicts.n_doubtful / verdicts.n:.3%}"))
+        rows.append(
+            ("doubtful: a check objects", str(verdicts.n_doubtful), f"{verdicts.n_doubtful / verdicts.n:.3%}")
+        )
     said = [f"member {k}: {text}" for k, text in list(messages.items())[:_MOST_MESSAGES]]
     return [
         table(("cause", "members", "share"), rows),
@@ -118,7 +129,9 @@ class _Ends:
     """Statistics and histograms of quantities at the end, in two passes over what may not fit into memory."""
 
     def __init__(self, names: Sequence[str]) -> None:
-        self._moments = {name: Reduction(name, ["mean", "std", "min", "max", quantiles(*_SHARES)]) for name in names}
+        self._moments = {
+            name: Reduction(name, ["mean", "std", "min", "max", quantiles(*_SHARES)]) for name in names
+        }
         self._counts: dict[str, Reduction] = {}
 
     def take(self, piece: dict[str, np.ndarray]) -> None:
@@ -149,7 +162,9 @@ class _Ends:
             found = reduction.result()["histogram"]
             x, y = np.repeat(found["edges"], 2), np.concatenate([[0], np.repeat(found["counts"], 2), [0]])
             what = "what varies" if name in varied else "at the end"
-            yield figure(plot([Curve(name, x, y.astype(float))], name, "members", ordered=False), f"{name}: {what}")
+            yield figure(
+                plot([Curve(name, x, y.astype(float))], name, "members", ordered=False), f"{name}: {what}"
+            )
 
 
 def _end(values: np.ndarray) -> np.ndarray:
@@ -172,7 +187,9 @@ class _Lines:
 
     def figures(self) -> Iterator[Markup]:
         if len(self._names) > 1 and len(self._rows):
-            said = f"{len(self._rows)} members, each a line across the values that it has; doubtful and failed ones in red"
+            said = (
+                f"{len(self._rows)} members, each a line across its values; doubtful and failed ones in red"
+            )
             yield figure(parallel_axes(self._names, self._rows, self._ok), said)
 
 
@@ -188,4 +205,7 @@ def _over_time(stored: Any, names: Sequence[str]) -> Iterator[Markup]:
         found = reduction.result()["quantiles"]
         if all(np.size(values) == len(stored.t) for values in found.values()):
             curves = [Curve(f"{share:.0%}", stored.t, values) for share, values in found.items()]
-            yield figure(plot(curves, "t [s]", name), f"{name}: median, and what lies between 5 and 95 % of the members")
+            yield figure(
+                plot(curves, "t [s]", name),
+                f"{name}: median, and what lies between 5 and 95 % of the members",
+            )

@@ -29,7 +29,10 @@ def parallel_axes(names: Sequence[str], rows: np.ndarray, ok: np.ndarray) -> str
     low, high = _bounds(drawn)
     heights = _HEIGHT - _BOTTOM - (drawn - low) / (high - low) * (_HEIGHT - _TOP - _BOTTOM)
     parts = []
-    for good, style in ((True, "stroke:var(--c0);stroke-opacity:.22"), (False, "stroke:var(--bad);stroke-opacity:.8")):
+    for good, style in (
+        (True, "stroke:var(--c0);stroke-opacity:.22"),
+        (False, "stroke:var(--bad);stroke-opacity:.8"),
+    ):
         path = "".join(_line(x, line) for line in heights[ok == good])
         if path:
             parts.append(f'<path style="fill:none;stroke-width:1;{style}" d="{path}"/>')
@@ -37,12 +40,15 @@ def parallel_axes(names: Sequence[str], rows: np.ndarray, ok: np.ndarray) -> str
         parts.append(f'<path class="frame" d="M{x[k]:.1f} {_TOP:g}V{_HEIGHT - _BOTTOM:g}"/>')
         anchor = "start" if k == 0 else "end" if k == len(names) - 1 else "middle"
         place = x[k] - _LEFT * (k == 0) + _RIGHT * (k == len(names) - 1)
-        for y, text in ((14.0, name), (_TOP - 6.0, f"{high[k]:.4g}"), (_HEIGHT - _BOTTOM + 16.0, f"{low[k]:.4g}")):
+        for y, text in (
+            (14.0, name),
+            (_TOP - 6.0, f"{high[k]:.4g}"),
+            (_HEIGHT - _BOTTOM + 16.0, f"{low[k]:.4g}"),
+        ):
             parts.append(f'<text x="{place:.1f}" y="{y:g}" text-anchor="{anchor}">{escape(text)}</text>')
     title = escape(f"members across {', '.join(names)}")
-    return (
-        f'<svg class="plot" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" aria-label="{title}">{"".join(parts)}</svg>'
-    )
+    box = f'viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" role="img" aria-label="{title}"'
+    return f'<svg class="plot" {box}>{"".join(parts)}</svg>'
 
 
 def _bounds(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -123,8 +123,8 @@ def command(
 ) -> None:
     """Integrate MODEL, and write one HTML file about it that opens without network and prints well.
 
-    In place of MODEL, a recording RUN.rrd: its run is repeated; or members of an ensemble, RUNS.zarr or RUNS.npz: a page
-    of their distributions and failures.
+    In place of MODEL, a recording RUN.rrd: its run is repeated; or members of an ensemble, RUNS.zarr or RUNS.npz: a
+    page of their distributions and failures.
 
     The exit status is that of the run: 1 when it fails, 3 when a check says that its result is not to be trusted.
     """

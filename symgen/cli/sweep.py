@@ -29,7 +29,7 @@ from symgen.cli.progress import Progress
 from symgen.cli.quantities import parameter_values, start_values
 from symgen.cli.settings import input_tables, load_system
 from symgen.cli.terminal import say
-from symgen.runtime.ensemble.noise import is_noise
+from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import DESIGNS, EnsembleOptions
 from symgen.runtime.ensemble.plan import make_plan
 from symgen.runtime.ensemble.reduction import Reduction
@@ -86,7 +86,8 @@ _MOST_NAMES = 12
 @click.option(
     "--keep",
     default="end",
-    help="What to keep of each member: end (all coordinates and rates at the end, default), names with commas, or none.",
+    help="What to keep of each member: end (all coordinates and rates at the end, default), names with commas, or "
+    "none.",
 )
 @click.option(
     "--frames", type=click.IntRange(min=2), help="Keep series at so many times instead of the end alone."
@@ -101,7 +102,9 @@ _MOST_NAMES = 12
 @click.option("--threads", type=click.IntRange(min=1), help="Threads to work in (default: all processors).")
 @click.option("--dask", "dask_address", help="Work on a Dask cluster: the address of its scheduler, tcp://…")
 @click.option("--max-steps", type=click.IntRange(min=1), help="A member fails after so many steps.")
-@click.option("--html", "html_file", type=OutputFile(".html"), help="Write a page: distributions, failures, members.")
+@click.option(
+    "--html", "html_file", type=OutputFile(".html"), help="Write a page: distributions, failures, members."
+)
 @click.option(
     "--record",
     "record_file",
@@ -185,8 +188,8 @@ def _cluster(address: str | None) -> Iterator[Any]:
         client = Client(address, timeout=_PATIENCE)
     except (OSError, ValueError, TimeoutError) as error:
         raise RuntimeModelError(
-            f"--dask {address}: no scheduler answers there ({str(error) or type(error).__name__}): start one with `dask "
-            "scheduler`, workers with `dask worker`"
+            f"--dask {address}: no scheduler answers there ({str(error) or type(error).__name__}): start one with "
+            "`dask scheduler`, workers with `dask worker`"
         ) from None
     with client:
         yield client
@@ -241,9 +244,7 @@ def _options(
     )  # fmt: skip
 
 
-def _collect(
-    collected: Collector, out_file: Path | None, progress: Progress | None
-) -> tuple[Ensemble, bool]:
+def _collect(collected: Collector, out_file: Path | None, progress: Progress | None) -> tuple[Ensemble, bool]:
     """Run what is left; returns the ensemble, and whether it was interrupted."""
     interrupted, stored = False, time.monotonic()
     if progress is not None:
@@ -300,8 +301,8 @@ def _statistics(sizes: list[tuple[str, _Moments]]) -> list[str]:
         known = moments.result()
         if np.isfinite(known["min"]):
             lines.append(
-                f"  {name:<{width}}  mean {known['mean']:.6g}, deviation {known['std']:.3g}, from {known['min']:.6g} to "
-                f"{known['max']:.6g}"
+                f"  {name:<{width}}  mean {known['mean']:.6g}, deviation {known['std']:.3g}, from {known['min']:.6g} "
+                f"to {known['max']:.6g}"
             )
     return [*lines, f"  … and {len(sizes) - _MOST_NAMES} more"] if len(sizes) > _MOST_NAMES else lines
 
@@ -316,9 +317,9 @@ def shown(stored: Stored | ZarrStore) -> list[str]:
         n_doubtful += int((~ok & ~failed).sum())
         for name, moments in sizes:
             moments.take(piece[name])
+    how = f"by {about['method']}, to t = {about['t_end']:g} s at rtol {about['rtol']:g}"
     lines = [
-        f"{about['model']}: {stored.n_done()} of {about['n']} members by {about['method']}, to t = {about['t_end']:g} s at "
-        f"rtol {about['rtol']:g}",
+        f"{about['model']}: {stored.n_done()} of {about['n']} members {how}",
         f"  varied   {', '.join(about['varied'])}",
         f"  health   {n_ok} ok, {n_failed} failed, {n_doubtful} doubtful",
     ]

@@ -34,10 +34,14 @@ class Noise:
         def number(value: Quantity, of: str) -> float:
             return float(quantities.in_si(value, of, name)) if isinstance(value, str) else float(value)
 
-        found = Noise(number(self.deviation, unit), number(self.period, "s"), number(self.mean, unit), self.kind)
+        found = Noise(
+            number(self.deviation, unit), number(self.period, "s"), number(self.mean, unit), self.kind
+        )
         numbers = (found.deviation, found.period, found.mean)
         if not (np.isfinite(numbers).all() and found.deviation >= 0.0 and found.period > 0.0):
-            raise RuntimeModelError(f"{name}: {self}: give a deviation that is not negative, and a positive period")
+            raise RuntimeModelError(
+                f"{name}: {self}: give a deviation that is not negative, and a positive period"
+            )
         if self.kind not in _KINDS:
             raise RuntimeModelError(f"{name}: noise of kind {self.kind!r}: there are {', '.join(_KINDS)}")
         return found
@@ -52,7 +56,9 @@ class Noise:
         """
         n = (t_end - t_start) / self.period
         if not n < _MOST_VALUES:
-            raise RuntimeModelError(f"{name}: noise with a period of {self.period:g} s has {n:.3g} values in a run")
+            raise RuntimeModelError(
+                f"{name}: noise with a period of {self.period:g} s has {n:.3g} values in a run"
+            )
         own = int.from_bytes(hashlib.sha256(f"noise {name}".encode()).digest()[:8], "little")
         sequence = np.random.SeedSequence(
             seed, spawn_key=(own & 0xFFFFFFFF, own >> 32, member & 0xFFFFFFFF, member >> 32)
