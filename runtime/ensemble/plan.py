@@ -117,7 +117,8 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
         An option does not fit the model; the first member's start contradicts the constraints.
     """
     columns, fixed, moving = _columns(system, options)
-    members = Members(columns, options.n, options.seed, options.design)
+    noisy = any(map(is_noise, moving.values()))
+    members = Members(columns, options.n, options.seed, options.design, noisy=noisy)
     rtol = max(float(options.rtol), SMALLEST_RTOL)
     single = RunOptions(
         t_end=options.t_end, method=options.method, rtol=rtol, atol=options.atol, step=options.step,

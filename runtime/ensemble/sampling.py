@@ -256,6 +256,8 @@ class Members:
         How draws fill their space: each by itself; by a scrambled Sobol' sequence; by one of base points A and B, of
         which row i stands for d + 2 members, A, B, and A with one of its d values from B: Saltelli et al., Computer
         Physics Communications 181 (2010) 259.
+    noisy : bool
+        Whether members differ by noise at their inputs, too.
 
     Attributes
     ----------
@@ -265,7 +267,9 @@ class Members:
         What is drawn.
     """
 
-    def __init__(self, columns: Sequence[Column], n: int | None, seed: int, design: str = "random") -> None:
+    def __init__(
+        self, columns: Sequence[Column], n: int | None, seed: int, design: str = "random", *, noisy: bool = False
+    ) -> None:
         self.columns, self.seed, self.design = tuple(columns), int(seed), design
         if n is not None and n < 1:
             raise RuntimeModelError(f"n is {n}: an ensemble has at least one member")
@@ -279,9 +283,11 @@ class Members:
                 f"n is {n}, but {name} has {length} values: leave n out, or make them agree"
             )
         drawn = [c.name for c in columns if isinstance(c.values, Sampler)]
-        if drawn and n is None and not rows:
-            raise RuntimeModelError(f"n: say how many members to draw ({', '.join(drawn)} are drawn)")
-        if n is not None and n > 1 and not (drawn or rows):
+        if (drawn or noisy) and n is None and not rows:
+            raise RuntimeModelError(
+                f"n: say how many members to draw ({', '.join(drawn) or 'noise at inputs'} are drawn)"
+            )
+        if n is not None and n > 1 and not (drawn or rows or noisy):
             raise RuntimeModelError(f"n is {n}, but nothing is drawn: all members would be the same")
         self._each = n if n is not None else next(iter(rows), 1)
         self.drawn = drawn
