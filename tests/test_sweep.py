@@ -145,7 +145,17 @@ def test_a_file_of_something_else_is_refused(tmp_path):
 def test_a_store_grows_and_is_gone_on_with(tmp_path):
     pytest.importorskip("zarr")
     out, html, film = tmp_path / "runs.zarr", tmp_path / "runs.html", tmp_path / "some.rrd"
-    asked = (*PENDULUM, "--vary", "L2=0.9:1.1:3", "--vary", "theta1=normal(1.5, 0.01)", "-n", 50, "--frames", 5)
+    asked = (
+        *PENDULUM,
+        "--vary",
+        "L2=0.9:1.1:3",
+        "--vary",
+        "theta1=normal(1.5, 0.01)",
+        "-n",
+        50,
+        "--frames",
+        5,
+    )
     asked = (*asked, "--keep", "theta1,energy", "--out", out)
     assert "150 of 150 members are ok" in call(*asked, "--html", html, "--record", film)
     shown = call("--show", out)

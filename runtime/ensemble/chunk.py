@@ -30,7 +30,7 @@ _SMALLEST_PART, _PART = 64, 1024  # members
 _PARTS_AT_LEAST = 16  # so that several threads have something to do
 _PART_NUMBERS = 1 << 21  # of frames in a part
 _ONE_BY_ONE = 64  # members of a part that run by themselves
-_MOST_BLOCKS = 4096
+_MOST_BLOCKS = 1 << 16  # merging one takes 50 us, with quantiles and a histogram
 _PARTS_OF_BLOCK = 64
 
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 _SECONDS_OF_CHUNK = 1.0
+_CHUNKS_A_SECOND = 400.0  # in all: the scheduler of a cluster spends a millisecond on each
 _CHUNKS_PER_PLACE = 4
 _CHUNK_NUMBERS = 1 << 23  # of a series in a chunk: 64 MB
 _FIRST_LOOK = 8  # members
@@ -193,11 +194,13 @@ class Collector:
 
 
 def chunk_size(plan: Plan, wanted: Wanted) -> int:
-    """Return members of a chunk: as many whole blocks as take a second, of which each worker still gets several."""
+    """Return members of a chunk: as many whole blocks as take a second, of which each place still gets several."""
     block, n = block_size(plan), plan.members.n
-    seconds = _seconds_of_members(plan, wanted.names)
-    each = -(-n // (_CHUNKS_PER_PLACE * n_places(plan.options)))
-    most = min(_SECONDS_OF_CHUNK / max(seconds, 1e-9), each, _CHUNK_NUMBERS / max(len(plan.frame_times), 1))
+    places = n_places(plan.options)
+    wanted_seconds = max(_SECONDS_OF_CHUNK, places / _CHUNKS_A_SECOND)
+    by_time = wanted_seconds / max(_seconds_of_members(plan, wanted.names), 1e-9)
+    each = -(-n // (_CHUNKS_PER_PLACE * places))
+    most = min(by_time, each, _CHUNK_NUMBERS / max(len(plan.frame_times), 1))
     return block * max(1, int(most / block))
 
 

@@ -268,7 +268,13 @@ class Members:
     """
 
     def __init__(
-        self, columns: Sequence[Column], n: int | None, seed: int, design: str = "random", *, noisy: bool = False
+        self,
+        columns: Sequence[Column],
+        n: int | None,
+        seed: int,
+        design: str = "random",
+        *,
+        noisy: bool = False,
     ) -> None:
         self.columns, self.seed, self.design = tuple(columns), int(seed), design
         if n is not None and n < 1:
