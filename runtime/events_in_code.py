@@ -22,7 +22,7 @@ _LARGEST = 200  # rates: mass matrices are factored in full
 _OF_CLOSED = (
     (here.JACOBIAN, "constraint_jacobian"), (here.RESIDUAL, "constraint_residual"), (here.GAMMA, "gamma")
 )  # fmt: skip
-_ACTIONS = {"record": here.RECORDS, "reset": here.RESETS, "terminate": here.TERMINATES}
+ACTIONS = {"record": here.RECORDS, "reset": here.RESETS, "terminate": here.TERMINATES}
 
 
 def has_plain_events(system: System) -> bool:
@@ -70,7 +70,7 @@ def make_after(
     n, nv, ne = system.nq + system.nv, system.nv, len(system.events)
     after = here.After(
         addresses=addresses, block=block.block, result=np.zeros(1),
-        actions=np.array([_ACTIONS[event["action"]] for event in own], dtype=np.int64),
+        actions=np.array([ACTIONS[event["action"]] for event in own], dtype=np.int64),
         directions=np.array([DIRECTIONS[event["direction"]] for event in own], dtype=np.int64), everything=everything,
         switches_at=switches_at,
         sums=np.array([0.0, np.nan, 0.0]), intervals=np.zeros(here.MOST_INTERVALS),

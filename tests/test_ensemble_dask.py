@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_ensemble_store import N, REDUCE, assert_same, ensemble
+from test_ensemble_store import REDUCE, N, assert_same, ensemble
 
 from symgen.runtime.ensemble import shipping
 from symgen.runtime.ensemble.verdict import WORKER_LOST
@@ -28,7 +28,9 @@ on_dask = pytest.importorskip("symgen.runtime.ensemble.on_dask")
 def cluster():
     settings = {"distributed.scheduler.allowed-failures": 1, "distributed.worker.daemon": False}
     with dask.config.set(settings):
-        with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as found:
+        with distributed.LocalCluster(
+            2, threads_per_worker=1, dashboard_address=None, silence_logs=50
+        ) as found:
             yield found
 
 

@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symgen.runtime.ensemble import histogram, linspace, normal, quantiles
-from symgen.runtime.ensemble import identity, shipping
+from symgen.runtime.ensemble import histogram, identity, linspace, normal, quantiles, shipping
 from symgen.runtime.ensemble.zarr_store import StoreError, ZarrStore
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.front import load
@@ -79,6 +78,7 @@ def test_statistics_alone_are_kept_of_all_members(tmp_path, whole):
 
 def interrupted(tmp_path):
     """A store of which some chunks are done."""
+
     def stop(done, of, failed):
         if done > N // 3:
             raise KeyboardInterrupt
@@ -131,7 +131,10 @@ class Deadly:
 def test_a_process_that_is_killed(tmp_path, whole):
     reduce = {**REDUCE, "reach": (Deadly(str(tmp_path / "mark")), ["max"])}
     out = tmp_path / "runs.zarr"
-    with concurrent.futures.ProcessPoolExecutor(2) as executor, pytest.raises(RuntimeModelError, match="was lost"):
+    with (
+        concurrent.futures.ProcessPoolExecutor(2) as executor,
+        pytest.raises(RuntimeModelError, match="was lost"),
+    ):
         ensemble(out=out, executor=executor, reduce=reduce)
     with concurrent.futures.ProcessPoolExecutor(2) as executor:
         e = ensemble(out=out, executor=executor, reduce=reduce, resume=True)
@@ -218,7 +221,9 @@ def test_another_version_elsewhere_is_refused(tmp_path, monkeypatch):
     """What goes out names its version; whoever runs it looks first."""
     monkeypatch.setattr(shipping, "fingerprint", lambda: "9.9 (other)")
     with concurrent.futures.ProcessPoolExecutor(1, mp_context=_spawn()) as executor:
-        with pytest.raises(RuntimeModelError, match=r"symgen .* but the ensemble comes from symgen 9.9 \(other\)"):
+        with pytest.raises(
+            RuntimeModelError, match=r"symgen .* but the ensemble comes from symgen 9.9 \(other\)"
+        ):
             ensemble(executor=executor)
 
 
@@ -286,7 +291,12 @@ def test_chunks_from_strangers(tmp_path):
 def test_every_member_is_accounted_for(tmp_path):
     """Whatever strangers give: infinite, not a number, negative, tiny, huge."""
     values = np.array([1.0, np.inf, np.nan, -1.0, 0.0, 1e-300, 1e300, 1.1, -np.inf, 1e-16, 2.0, 5e-324])
-    asked = {"n": None, "parameters": {"m2": values, "L2": linspace(0.9, 1.1, 2)}, "reduce": {}, "max_steps": 2000}
+    asked = {
+        "n": None,
+        "parameters": {"m2": values, "L2": linspace(0.9, 1.1, 2)},
+        "reduce": {},
+        "max_steps": 2000,
+    }
     with np.errstate(all="ignore"):
         e, stored = ensemble(**asked), ensemble(out=tmp_path / "runs.zarr", **asked)
     for one in (e, stored):

@@ -78,9 +78,7 @@ def drop_unused_arguments(module: llvm.ModuleRef) -> None:
         passes.add_instruction_combine_pass()
         passes.add_simplify_cfg_pass()
         passes.add_dead_arg_elimination_pass()
-        passes.run(
-            module, llvm.create_pass_builder(target_machine(), llvm.create_pipeline_tuning_options(2))
-        )
+        passes.run(module, llvm.create_pass_builder(target_machine(), llvm.create_pipeline_tuning_options(2)))
 
 
 def emit(bitcode: bytes, *, vectorised: bool) -> bytes:

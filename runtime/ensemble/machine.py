@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.code import engine
-from symgen.runtime.ensemble import dop853, runge_kutta, taylor
+from symgen.runtime.ensemble import dop853, runge_kutta, taylor, verlet
 from symgen.runtime.ensemble.lanes import (
     BEGIN,
     MAP,
@@ -56,8 +56,10 @@ METHODS = {
     "dop853": (dop853.begin, dop853.attempt),
     "taylor": (taylor.begin, taylor.attempt),
     "rk4": (runge_kutta.begin, runge_kutta.attempt_of(rk4)),
+    "verlet": (runge_kutta.begin, verlet.attempt),
 }
 IN_LANES = tuple(METHODS)
+OVER_EVENTS = ("dop853", "taylor")
 
 
 @functools.lru_cache(maxsize=16)

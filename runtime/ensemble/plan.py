@@ -13,12 +13,13 @@ from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_m
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
-from symgen.runtime.ensemble.machine import IN_LANES
+from symgen.runtime.ensemble.machine import IN_LANES, OVER_EVENTS
 from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
 from symgen.runtime.ensemble.starts import Starts
 from symgen.runtime.errors import Refusal, RuntimeModelError, UnknownNameError, nearest
+from symgen.runtime.events_in_code import has_plain_events
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.lazy import Late
@@ -31,9 +32,10 @@ from symgen.runtime.timing.timetable import make_timetable
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
+device = Late("symgen.runtime.ensemble.gpu.device")
 quantities = Late("symgen.runtime.quantities")
 drive = Late("symgen.runtime.inputs.drive")
-given = Late("symgen.runtime.inputs.given")
+inputs_given = Late("symgen.runtime.inputs.given")
 
 # Of a constraint's scale, as in `checks/health.py`.
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
@@ -104,8 +106,9 @@ class Plan:
     def single_parameters(self, p: np.ndarray) -> dict[str, float]:
         """Return the parameters and inputs of a member by name."""
         names = [record["name"] for record in (*self.system.parameters, *self.system.inputs)]
-        over_time = self.own_inputs.union(*(key if isinstance(key, tuple) else (key,) for key in self.inputs))
-        return {name: float(x) for name, x in zip(names, p, strict=False) if name not in over_time}
+        left_out = self.own_inputs.union(*(key if isinstance(key, tuple) else (key,) for key in self.inputs))
+        left_out = left_out.union(self.starts.sought)
+        return {name: float(x) for name, x in zip(names, p, strict=False) if name not in left_out}
 
 
 def make_plan(system: System, options: EnsembleOptions) -> Plan:
@@ -128,7 +131,9 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     p = system.parameter_values(fixed["parameters"])
     rows, varied = members.arrays(p, 0, 1)
     first = {name: values[0] for name, values in varied.items()}
-    starts = Starts(system, single.t_start, rows[0], fixed["start"], fixed["rate"], first)
+    given = {*fixed["parameters"], *(c.name for c in columns if c.place == "parameters")}
+    starts = Starts(system, single.t_start, rows[0], fixed["start"], fixed["rate"], first, given)
+    rows[0] = starts.with_found(rows[0], first)
     state = starts.one(rows[0], first)
     refuse_negative_inertia(system, rows[0], single.t_start, state)
     treatment, formed, notes = choose_constraints("auto", system, options.method)
@@ -137,7 +142,9 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
         r["name"] for r in system.inputs if ("table" in r or "polynomial" in r) and r["name"] not in constant
     )
     over_time = _inputs_of(moving, options.seed, 0, single.t_start, single.t_end)
-    over_time |= {r["name"]: given.from_record(r) for r in system.inputs if r["name"] in own - {*moving}}
+    over_time |= {
+        r["name"]: inputs_given.from_record(r) for r in system.inputs if r["name"] in own - {*moving}
+    }
     objection = (
         "inputs over time are for single runs" if over_time else _objection(system, rows[0], state, single)
     )
@@ -148,6 +155,9 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
             chosen_for = drive.drive(system, over_time, rows[0], single.t_start, single.t_end)
         method, more = choose_method(chosen_for, rows[0], state, single)
         notes = [*notes, *more]
+        if options.device != "cpu" and method.name == SERIES:
+            method = METHODS[EXPLICIT]
+            notes.append(f"{EXPLICIT} on the device: series need too much memory for each thread")
     frame_times = _frame_times(options, single)
     settings = None
     if not objection:
@@ -159,6 +169,8 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
         notes.append(f"members run one after another, not in lanes: {objection}")
     if settings is not None:
         single = replace(single, step=settings.step or None)
+    if options.device != "cpu":
+        device.check(system, settings, objection)
     drift = min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol))
     return Plan(
         system, options, members, p, starts, replace(single, method=method.name), method.name, treatment, settings,
@@ -188,7 +200,7 @@ def _split_inputs(system: System, options: EnsembleOptions) -> tuple[dict[str, A
             if isinstance(name, tuple):
                 raise RuntimeModelError("inputs: give each input noise of its own")
             moving[name] = value.in_si(name, units[name])
-        elif given.is_constant(value) or isinstance(value, (Sampler, Grid, np.ndarray)):
+        elif inputs_given.is_constant(value) or isinstance(value, (Sampler, Grid, np.ndarray)):
             constant[name] = value
         else:
             moving[name] = value
@@ -281,8 +293,10 @@ def _objection(system: System, p: np.ndarray, state: np.ndarray, single: RunOpti
     """Return what a model has that lanes cannot do; an empty string where there is nothing."""
     if system.switches:
         return "stops and frictions that stick are for single runs"
-    if system.events:
-        return "events are for single runs"
+    if system.events and not (
+        has_plain_events(system) and all(event["action"] in ("reset", "record") for event in system.events)
+    ):
+        return "events other than resets and records of free motion are for single runs"
     if single.step is None and system.structure["time_dependent"]:
         if make_timetable(system, p, METHODS[EXPLICIT], single) is not None:
             return "steps have to keep to what time alone does"
@@ -297,7 +311,7 @@ def _settings(
         if single.method != "auto":
             return None, method, f"{method.name} is for single runs", []
         method = METHODS[EXPLICIT]
-    if method.name not in IN_LANES:
+    if method.name not in IN_LANES or (system.events and method.name not in OVER_EVENTS):
         return None, method, f"method {method.name} is for single runs", []
     step, notes = choose_step(method, system, p, state, single)
     level = choose_energy_level(single.energy_scaling, system, method, p, single.t_start, state)

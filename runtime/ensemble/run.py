@@ -17,11 +17,12 @@ from symgen.runtime.ensemble.chunk import (
     reduced,
     stored_chunk,
 )
-from symgen.runtime.ensemble.dispatch import n_places, run_chunks
+from symgen.runtime.ensemble.dispatch import run_chunks
 from symgen.runtime.ensemble.identity import refuse_another
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.ensemble.result import Ensemble, StoredVerdicts
+from symgen.runtime.ensemble.shipping import n_places
 from symgen.runtime.ensemble.store import Stored
 from symgen.runtime.ensemble.tally import Tally
 from symgen.runtime.ensemble.verdict import VERDICTS, Verdicts
@@ -196,6 +197,8 @@ class Collector:
 def chunk_size(plan: Plan, wanted: Wanted) -> int:
     """Return members of a chunk: as many whole blocks as take a second, of which each place still gets several."""
     block, n = block_size(plan), plan.members.n
+    if plan.options.device != "cpu":
+        return block
     places = n_places(plan.options)
     wanted_seconds = max(_SECONDS_OF_CHUNK, places / _CHUNKS_A_SECOND)
     by_time = wanted_seconds / max(_seconds_of_members(plan, wanted.names), 1e-9)

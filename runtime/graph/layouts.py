@@ -34,6 +34,8 @@ LAYOUTS: dict[str, tuple] = {
     "shapes": (("s", ""),),
 }
 
+LATE = ("residual_jacobian",)  # what a module may leave out until a run asks for it
+
 # What robot programs call, in modules of their own (docs/abi.md), and the same for each frame: `pose_tool`.
 ROBOT_FUNCTIONS = (
     "inverse_dynamics", "inverse_dynamics_derivatives", "forward_dynamics", "forward_dynamics_derivatives",

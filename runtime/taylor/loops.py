@@ -584,7 +584,11 @@ def rolled_kernel(
     calls = [f"call void @{piece.name}({code.passed}, i64 0)" for piece in code.pieces[:n_before]]
     if lanes:
         sums, main = _paired(code, steps, calls, code.pieces[n_before:])
-        costs = (max(start - (FIRST_IN_LOOP + 1) * each, 0.0), each, 0.5 * _LANES_TERM * len(steps.table.lanes))
+        costs = (
+            max(start - (FIRST_IN_LOOP + 1) * each, 0.0),
+            each,
+            0.5 * _LANES_TERM * len(steps.table.lanes),
+        )
         return code.text(main, costs, sums), code.operations
     body = [f"call void @{piece.name}({code.passed}, i64 %k)" for piece in code.pieces[n_before:]]
     main = [

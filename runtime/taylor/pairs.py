@@ -111,10 +111,12 @@ class PairedSums:
 
     def _fused(self, a: str, b: str, c: str) -> str:
         from symgen.runtime.taylor.loops import fused
+
         return fused(self.code, 1, a, b, c)
 
     def _load(self, start: int, index: str, to: str) -> list[str]:
         from symgen.runtime.taylor.loops import load_row
+
         return load_row(self.code, 1, start, index, to)
 
     def _store(self, value: str, place: int) -> list[str]:

@@ -99,6 +99,11 @@ _MOST_NAMES = 12
     help="Write the members to a file of NumPy (.npz), or to a Zarr store (.zarr) that grows as they come in.",
 )
 @click.option("--resume", is_flag=True, help="Go on with what --out holds already.")
+@click.option(
+    "--device",
+    type=click.Choice(["cpu", "cuda"]),
+    help="Where members run: this machine's processors (default), or a graphics processor of NVIDIA.",
+)
 @click.option("--threads", type=click.IntRange(min=1), help="Threads to work in (default: all processors).")
 @click.option("--dask", "dask_address", help="Work on a Dask cluster: the address of its scheduler, tcp://…")
 @click.option("--max-steps", type=click.IntRange(min=1), help="A member fails after so many steps.")
@@ -148,7 +153,7 @@ def command(
     if not vary:
         raise click.UsageError("--vary says what differs between members: give it at least once")
     path = find_model(model)
-    system, _ = load_system(path, as_dict(options, "--option"), quiet)
+    system, _ = load_system(path, as_dict(options, "--option"), quiet, on_demand=True)
     to_store = out_file is not None and out_file.suffix.lower() == ".zarr"
     places = {"out": out_file, "resume": resume} if to_store else {}
     asked = _options(path, system, vary, keep, {**given, **places})

@@ -8,6 +8,7 @@ read of points and axes is turned back.
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -27,6 +28,7 @@ from .description import (
     Constant,
     Constraint,
     Contact,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
@@ -54,6 +56,7 @@ from .description import (
 )
 from .expression_tree import names_in, postorder
 from .functions import Tabulated, sensor, tabulated
+from .gravity import HERE
 from .items import drawing_key
 from .names import LONGEST_NAME, name_fault
 from .orientation import Expressions
@@ -67,7 +70,6 @@ NAMES_OF_VALUES = ("coordinate", "input", "value")  # ports that stand in expres
 PORT_KINDS = (*NAMES_OF_VALUES, "body", "frame", "point")
 PORT_KEYS = ("kind", "unit")
 PLACE_KEYS = ("offset", "angle", "xyz", "rpy")
-MOST_PARTS = 200_000  # names and elements that all uses bring together: assemblies of assemblies multiply
 
 # Which fields of a part are names: of elements, and of what stands in expressions.
 NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -76,7 +78,7 @@ NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
     Coordinate: (("quaternion", "joint"), ("name",)),
     Rate: ((), ("name", "coordinate")),
     State: ((), ("name",)),
-    Input: ((), ("name",)),
+    Input: ((), ("name", "rate_of")),
     Table: ((), ("name",)),
     Body: (("name",), ()),
     Joint: (("name", "parent", "child"), ("coordinates", "rates")),
@@ -93,6 +95,7 @@ NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
     Stop: (("name",), ()),
     Friction: (("name", "normal"), ()),
     Contact: (("name",), ()),
+    ContactPair: (("name", "body", "plane", "other"), ()),
     Drawing: (("name",), ()),
     Event: (("name",), ()),
     Reset: ((), ("target",)),
@@ -108,7 +111,8 @@ MAPPINGS = {
     "_bodies": "bodies", "_joints": "joints", "_points": "points", "_axes": "axes", "_frames": "frames",
     "_springs": "springs", "_bushings": "bushings", "_rotors": "rotors", "_loads": "loads",
     "_constraints": "constraints", "_loops": "constraints", "_closures": "closures", "_rolling": "rolling",
-    "_stops": "stops", "_frictions": "friction", "_contacts": "contacts", "_events": "events", "_drawings": "draw",
+    "_stops": "stops", "_frictions": "friction", "_contacts": "contacts", "_pairs": "contacts", "_events": "events",
+    "_drawings": "draw",
 }  # fmt: skip
 
 
@@ -147,10 +151,8 @@ def use(model: Declared, name: str, key: str, assembly: Declared, given: Mapping
     if not assembly._closed:
         _check_assembly(key, assembly)
     made = Use(name, key, tuple(_given(model, table, key, assembly, given)))
-    model._n_taken_over += 1 + len(assembly._kinds) + sum(len(getattr(assembly, x)) for x in MAPPINGS)
-    if model._n_taken_over > MOST_PARTS:
-        message = f"the uses of assemblies bring more than {MOST_PARTS} names and elements"
-        raise sources.error(table, "", message, hint="use fewer")
+    count = 1 + len(assembly._kinds) + sum(len(getattr(assembly, x)) for x in MAPPINGS)
+    model._shelf.take(count, functools.partial(sources.error, table, ""))
     model._uses[name] = made
     assembly._closed = assembly._closed or name
     _Taken(model, made, assembly).take()
@@ -163,6 +165,7 @@ def _check_assembly(key: str, assembly: Declared) -> None:
         (assembly._gravity is not None or assembly._field is not None, "gravity"),
         (assembly._gravitation is not None or assembly._attractors, "gravity"),
         (assembly._run, "run"),
+        (assembly._start is not None, "start"),
         (assembly.impacts != "simultaneous", "impacts"),
     ):
         if has:
@@ -173,13 +176,11 @@ def _check_assembly(key: str, assembly: Declared) -> None:
         if taken and port.kind not in NAMES_OF_VALUES:
             message = f"the assembly has a port '{port.name}' and a part of this name"
             raise assembly._sources.error("ports", port.name, message, hint="choose another name")
-    known = assembly._kinds.keys() | {"t"}
-    for address, source in assembly._sources.everything():
-        for x in sorted(names_in(source.expression) - known - assembly._aliases.keys()):
-            if sensor_call(x) is None:
-                message = f"the name '{x}' is not declared in the assembly '{key}'"
-                hint = f"{nearest(x, known, 'declared names')} What the model has comes in by a port"
-                raise assembly._sources.name_error(*address, x, message, hint)
+    known = assembly._kinds.keys() | assembly._aliases.keys() | {"t", *HERE}
+    free: dict[str, None] = {}
+    for _, source in assembly._sources.everything():
+        free |= {x: None for x in sorted(names_in(source.expression) - known) if sensor_call(x) is None}
+    assembly._free = tuple(free)
 
 
 def _given(
@@ -188,7 +189,7 @@ def _given(
     """What a use gives to ports and parameters, and where it places the assembly."""
     sources = model._sources
     parameters = {p.name: p for p in assembly._parameters if "." not in p.name}
-    known = (*assembly._ports, *parameters, *PLACE_KEYS)
+    known = (*assembly._ports, *parameters, *assembly._free, *PLACE_KEYS)
     for name in given:
         if name not in known:
             message = f"the assembly '{key}' has no port and no parameter '{name!s:.60}'"
@@ -198,10 +199,9 @@ def _given(
                 hint = nearest(str(name)[:60], known, "ports and parameters")
             raise sources.error(table, str(name)[:60], hint=hint, message=message)
     for port in assembly._ports.values():
-        if given.get(port.name) is None:
-            message = f"the port '{port.name}' of the assembly '{key}' is not connected"
-            raise sources.error(table, port.name, message, hint=f"give it a {port.kind}")
-        yield _connected(model, table, port, given[port.name])
+        said = given.get(port.name)
+        found = _connected(model, table, port, port.name if said is None else said)
+        yield found if said is not None else replace(found, said=False)
     for p in parameters.values():
         if p.name in PLACE_KEYS or p.name == "assembly":
             raise assembly._sources.error(
@@ -211,13 +211,22 @@ def _given(
         if value is None and model._kinds.get(p.name) in ("parameter", "constant"):
             value = sympy.Symbol(p.name)
             sources.take_over(table, p.name, Source(value))
-            yield Given(p.name, "shared", value, p.unit)
+            yield Given(p.name, "parameter", value, p.unit, said=False)
         elif value is not None and sources.is_formula(value):
             yield Given(p.name, "parameter", sources.expression(value, table, p.name), p.unit)
         elif value is not None:
             size = None if p.unit is None else parse_unit(p.unit)
             number, unit = sources.number(value, size, table, p.name)
             yield Given(p.name, "parameter", number, unit and unit.coherent)
+    for name in assembly._free:
+        value = given.get(name)
+        if value is None:
+            yield Given(name, "free", sympy.Symbol(name), said=False)
+        elif sources.is_formula(value):
+            yield Given(name, "parameter", sources.expression(value, table, name))
+        else:
+            number, unit = sources.number(value, None, table, name)
+            yield Given(name, "parameter", number, unit and unit.coherent)
     yield from _places(model, table, given)
 
 
@@ -262,11 +271,10 @@ class _Taken:
         self.place = Placing.of({g.key: g.value for g in self.use.given if g.kind == "place"}, constants)
         self.world = WORLD if self.place is None else f"{prefix}.{WORLD}"
         self.elements = {g.key: g.value for g in self.use.given if isinstance(g.value, str)}
-        self.symbols: dict[str, sympy.Expr] = {
-            name: sympy.Symbol(f"{prefix}.{name}") for name in self.assembly._kinds
-        }
+        self.names = self.assembly._kinds | dict.fromkeys(self.assembly._free, "parameter")
+        self.symbols: dict[str, sympy.Expr] = {name: sympy.Symbol(f"{prefix}.{name}") for name in self.names}
         for g in self.use.given:
-            if g.kind in ("coordinate", "input", "shared"):
+            if g.kind in ("coordinate", "input", "free") or (g.kind == "parameter" and not g.said):
                 self.symbols[g.key] = g.value
             elif g.kind in ("frame", "point"):
                 for c in "xyz":
@@ -288,17 +296,25 @@ class _Taken:
                     self.read |= zip((f"{stem}_{c}" for c in "xyz"), made, strict=True)
                     if kind == "point component":
                         self.points[id(made[0])] = made, world
+        self.tables = {x.name for x in self.assembly._tables}
         self.children = {j.child for j in self.assembly._joints.values()}
-        self._memo: dict[int, sympy.Basic] = {}
+        # Of expressions, by identity: as they act, and as they are said, which units are checked of.
+        self._acting: dict[int, sympy.Basic] = {}
+        self._said: dict[int, sympy.Basic] = self._acting if self.place is None else {}
 
     def take(self) -> None:
         """Take all of it over into the model."""
         model, assembly = self.model, self.assembly
+        model._sources.uses[self.use.name] = assembly._sources
         self._take_names()
         self.joined = {j.child for j in model._joints.values()}
+        model._open_states |= {self._symbol(name) for name in assembly._open_states}
         model._placed |= {self._element(body): by for body, by in assembly._placed.items()}
         for attribute in LISTS:
-            getattr(model, attribute).extend(map(self._part, getattr(assembly, attribute)))
+            parts = getattr(assembly, attribute)
+            if attribute in ("_coordinates", "_made"):  # those of uses inside come behind
+                parts = sorted(parts, key=lambda c: "." in c.name)
+            getattr(model, attribute).extend(map(self._part, parts))
         for attribute, table in MAPPINGS.items():
             parts = getattr(model, attribute)
             for part in getattr(assembly, attribute).values():
@@ -313,10 +329,12 @@ class _Taken:
             model._made_rates[self._element(joint)] = list(map(self._part, rates))
         for coordinate, joint in assembly._jointed.items():
             model._jointed[self._symbol(coordinate)] = self._element(joint)
-        for key, terms in assembly._energies.items():
-            model._used_energies.setdefault(key, []).extend(map(self._expression, terms))
-        for name, terms in assembly._forces.items():
-            model._used_forces.setdefault(self._symbol(name), []).extend(map(self._expression, terms))
+        for energies in (assembly._energies, assembly._used_energies):
+            for key, terms in energies.items():
+                model._used_energies.setdefault(key, []).extend(map(self._expression, terms))
+        for forces in (assembly._forces, assembly._used_forces):
+            for name, terms in forces.items():
+                model._used_forces.setdefault(self._symbol(name), []).extend(map(self._expression, terms))
         for inner in (*assembly._uses.values(), *assembly._inner_uses):
             model._inner_uses.append(self._inner(inner))
         self._take_sources()
@@ -325,7 +343,7 @@ class _Taken:
         """Declare the names that the use makes, parameters with the values that it gives."""
         model, prefix = self.model, self.use.name
         given = {g.key: g for g in self.use.given}
-        for name, kind in self.assembly._kinds.items():
+        for name, kind in self.names.items():
             full = f"{prefix}.{name}"
             if self.symbols[name] != sympy.Symbol(full):
                 model._aliases[full] = self.symbols[name]
@@ -342,12 +360,13 @@ class _Taken:
             model._kinds[full] = kind
             if kind == "definition" and what is not None:
                 model._definitions.append((full, what.value))
+                given_by = f"use.{prefix}", name
                 model._sources.take_over(
-                    "definitions", full, replace(model._sources.of(f"use.{prefix}", name)[0], use="")
+                    "definitions", full, model._sources.of(*given_by)[0], said_at=given_by
                 )
         for name, symbol in self.assembly._aliases.items():
             model._aliases[f"{prefix}.{name}"] = self.symbols[symbol.name]
-        for p in self.assembly._parameters:
+        for p in (*self.assembly._parameters, *(Parameter(x, 0.0) for x in self.assembly._free)):
             what = given.get(p.name)
             if what is None:
                 model._parameters.append(replace(p, name=f"{prefix}.{p.name}"))
@@ -357,11 +376,12 @@ class _Taken:
     def _take_sources(self) -> None:
         """Tell the model's sources what stands where: checks of units read them, and errors name the places."""
         own, taken = self.model._sources, self.assembly._sources
-        own.uses[self.use.name] = taken
-        own.tables |= {f"{self.use.name}.{name}": n for name, n in taken.tables.items()}
+        called = {x for x in taken.tables if not self.tables.isdisjoint((x, x.removesuffix("_integral")))}
+        own.tables |= {f"{self.use.name}.{x}": taken.tables[x] for x in sorted(called)}
         own.in_plane |= {self._address(*x) for x in taken.in_plane}
         for address, source in taken.everything():
-            made = replace(source, expression=self._expression(source.expression), use=self.use.name)
+            said = self._rewritten(source.expression, self.symbols, self._said)
+            made = replace(source, expression=said, use=self.use.name)
             own.take_over(*self._address(*address), made)
 
     def _inner(self, inner: Use) -> Use:
@@ -381,6 +401,10 @@ class _Taken:
 
     def _symbol(self, name: str) -> str:
         return self.symbols[name].name if name in self.symbols else f"{self.use.name}.{name}"
+
+    def _table(self, name: str) -> str:
+        """A table by its name: the assembly's own, or one of the model."""
+        return f"{self.use.name}.{name}" if name in self.tables else name
 
     def _address(self, table: str, key: str) -> tuple[str, str]:
         head, dotted, name = table.partition(".")
@@ -443,29 +467,34 @@ class _Taken:
         return str(PurePosixPath(*PurePosixPath(folder.replace(os.sep, "/")).parts, file))
 
     def _expression(self, root: sympy.Basic) -> sympy.Basic:
-        """An expression with the model's names, built as it was: SymPy evaluates nothing."""
-        memo = self._memo
+        """An expression as it acts in the model."""
+        return self._rewritten(root, self.read, self._acting)
+
+    def _rewritten(
+        self, root: sympy.Basic, names: Mapping[str, sympy.Expr], memo: dict[int, sympy.Basic]
+    ) -> sympy.Basic:
+        """An expression with other names, built as it was: SymPy evaluates nothing."""
         for node in postorder([root]):
             if id(node) in memo:
                 continue
             if isinstance(node, sympy.Symbol):
-                memo[id(node)] = self._read(node.name)
+                memo[id(node)] = self._read(node.name, names)
                 continue
             args = [memo[id(x)] for x in node.args]
-            if all(a is b for a, b in zip(args, node.args, strict=True)):
-                memo[id(node)] = node
-            elif isinstance(node, Tabulated):
+            if isinstance(node, Tabulated):
                 kind = node.func
-                made = tabulated(self._symbol(kind.table), kind.role, len(args), kind.axis)
+                made = tabulated(self._table(kind.table), kind.role, len(args), kind.axis)
                 memo[id(node)] = made(*args, evaluate=False)
+            elif all(a is b for a, b in zip(args, node.args, strict=True)):
+                memo[id(node)] = node
             else:
                 memo[id(node)] = node.func(*args, evaluate=False)
         return memo[id(root)]
 
-    def _read(self, name: str) -> sympy.Expr:
-        if name in self.read:
-            return self.read[name]
-        if name == "t":
+    def _read(self, name: str, names: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        if name in names:
+            return names[name]
+        if name == "t" or name in HERE:
             return sympy.Symbol(name)
         call = sensor_call(name)
         return sympy.Symbol(f"{self.use.name}.{name}") if call is None else self._sensor(*call)
@@ -600,6 +629,9 @@ class _Taken:
     def _placed_bushing(self, bushing: Bushing) -> Bushing:
         return self._in_frames(bushing, bushing.frames)
 
+    def _placed_contactpair(self, pair: ContactPair) -> ContactPair:
+        return self._in_frames(pair, (pair.plane,))
+
     def _placed_rolling(self, rolling: Rolling) -> Rolling:
         return self._in_frames(rolling, (rolling.plane,))
 
@@ -643,7 +675,7 @@ class _Taken:
 
 def _each(rename: Callable[[str], str], value: Any) -> Any:
     if isinstance(value, str):
-        return rename(value)
+        return rename(value) if value else value
     return tuple(map(rename, value)) if isinstance(value, tuple) else value
 
 
@@ -699,6 +731,8 @@ def check_uses(d: Description, sources: Any, kinds: Mapping[str, str]) -> None:
             message = f"the use of an assembly and a body, point or frame are called '{use.name}'"
             raise sources.error("use", use.name, message, hint="choose another name for one of them")
         for g in use.given:
+            if g.kind == "free" or (g.kind == "value" and not g.said):
+                _check_free(use, g, sources, kinds)
             known, name = elements.get(g.kind), g.value
             if g.kind in ("coordinate", "input"):
                 known, name = {x for x, kind in kinds.items() if kind == g.kind}, g.value.name
@@ -707,3 +741,21 @@ def check_uses(d: Description, sources: Any, kinds: Mapping[str, str]) -> None:
                 raise sources.error(
                     f"use.{use.name}", g.key, message, hint=nearest(name, known, f"{g.kind}s")
                 )
+
+
+def _check_free(use: Use, given: Given, sources: Any, kinds: Mapping[str, str]) -> None:
+    """Whether the model has what a use does not say."""
+    name = given.value.name
+    if given.kind == "value" and name not in kinds:
+        message = f"the port '{given.key}' is not connected, and the model has no '{name}'"
+        raise sources.error(f"use.{use.name}", given.key, message, hint="give it an expression")
+    if given.kind == "value" or kinds.get(name) in ("parameter", "constant"):
+        return
+    for address, source in sources.everything():
+        if source.use and f"{use.name}.".startswith(f"{source.use}.") and name in names_in(source.expression):
+            known = [x for x, kind in kinds.items() if kind in ("parameter", "constant")]
+            if name in kinds:
+                message = f"'{name}' is a {kinds[name]} of the model, which comes into an assembly by a port"
+                raise sources.name_error(*address, name, message, hint="declare the port")
+            message = f"the name '{name}' is not declared, and the model has no such parameter"
+            raise sources.name_error(*address, name, message, hint=nearest(name, known, "parameters"))

@@ -43,6 +43,7 @@ class Declared:
         self._kinds: dict[str, str] = {}  # name: what it is
         self._spelled: dict[tuple[str, str], str] = {}  # table, or nothing, and name in generated code: name
         self._uses: dict[str, Use] = {}
+        self._free: tuple[str, ...] = ()  # of a model that is used: names that it does not declare
         self._closed = ""  # the first use of this model as an assembly: nothing is added behind it
         self._parameters: list[Parameter] = []
         self._constants: list[Constant] = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -16,8 +17,8 @@ from . import assemblies, parts, run_defaults, toml_writer
 from .assemblies import check_uses
 from .check import finished
 from .closures import make_closure
-from .curves import TableFunction, make_table
 from .contact_pairs import make_pair
+from .curves import TableFunction, make_table
 from .declared import Declared
 from .description import (
     Attractor,
@@ -44,6 +45,7 @@ from .description import (
     Rolling,
     Rotor,
     Spring,
+    StartConditions,
     State,
     Stop,
     Use,
@@ -62,6 +64,8 @@ from .rolling import make_rolling
 from .rotors import make_rotor
 from .shelf import Shelf
 from .sources import Sources
+from .starts import make_start
+from .tyres import add_tyre
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -134,6 +138,7 @@ class Model(Declared):
         self._springs: dict[str, Spring] = {}
         self._bushings: dict[str, Bushing] = {}
         self._rolling: dict[str, Rolling] = {}
+        self._tyres: dict[str, str] = {}  # the bodies that have them
         self._closures: dict[str, Closure] = {}
         self._rotors: dict[str, Rotor] = {}
         self._constraints: dict[str, Constraint] = {}
@@ -152,7 +157,7 @@ class Model(Declared):
         self._used_energies: dict[str, list[sympy.Expr]] = {}
         self._used_forces: dict[str, list[sympy.Expr]] = {}
         self._placed: dict[str, str] = {}  # bodies by hand that a use places
-        self._n_taken_over = 0
+        self._start: StartConditions | None = None
         if gravity is not None:
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
 
@@ -185,7 +190,12 @@ class Model(Declared):
         return sympy.Symbol(name)
 
     def state(
-        self, name: str, derivative: Any = None, start: Any = 0.0, unit: str | None = None
+        self,
+        name: str,
+        derivative: Any = None,
+        start: Any = None,
+        unit: str | None = None,
+        guess: Any = None,
     ) -> sympy.Symbol:
         """Declare a first-order state: of an actuator, a filter, a controller, a current, a bristle of friction.
 
@@ -195,21 +205,25 @@ class Model(Declared):
         derivative : expression
             By time [unit/s], of coordinates, rates, inputs, parameters, `t`, other states and itself.
         start : float, str or expression of parameters
-            Its value where the run begins.
+            Its value where the run begins; 0 by default.
         unit : str, optional
-            Numbers for `start` are in it.
+            Numbers for `start` and `guess` are in it.
+        guess : float, str or expression of parameters, optional
+            Instead of `start`: a value that what `start` of the model says may move.
         """
         self._declare(name, "state", "states")
         self._declare_made(integral_name(name), "integral", f"states.{name}", "state")
         size = self._sources.unit(unit, "states", f"{name}.unit")
-        values, size = self._initial("states", f"{name}.{{}}", size, {"start": start})
+        values, size = self._initial("states", f"{name}.{{}}", size, {"start": start, "guess": guess})
         expression = self._required("states", f"{name}.derivative", derivative)
-        self._states.append(State(name, expression))
+        self._states.append(State(name, expression, start is not None))
         coherent = None if size is None else size.coherent
         integrated = None if coherent is None else f"({coherent})*s"
         self._integrals.append(Coordinate(integral_name(name), integrated, integral=True))
+        enforced = values.get("start") if start is not None or guess is not None else 0.0
+        moved, formula = values.get("guess", 0.0), values.get("formula")
         self._state_rates.append(
-            Rate(name, coherent, values["start"], 0.0, integral_name(name), values.get("formula"), state=True)
+            Rate(name, coherent, enforced, moved, integral_name(name), formula, state=True)
         )
         return sympy.Symbol(name)
 
@@ -777,7 +791,7 @@ class Model(Declared):
         self._constrain("constraints", name, expression, "holonomic")
 
     def velocity_constraint(self, name: str, expression: Any) -> None:
-        """Hold an expression that is linear in the rates at zero."""
+        """Hold an expression of rates at zero; what it bears acts along its derivatives by the rates."""
         self._constrain("velocity_constraints", name, expression, "velocity")
 
     def coincident(self, name: str, a: Any, b: Any) -> None:
@@ -1061,6 +1075,58 @@ class Model(Declared):
         self._new_element(name, "rolling", self._rolling)
         self._rolling[name] = make_rolling(self, name, given)
 
+    def tyre(
+        self,
+        name: str,
+        body: str | None = None,
+        radius: Any = None,
+        axis: Sequence[Any] | None = None,
+        at: Sequence[Any] | None = None,
+        spin: sympy.Symbol | str | None = None,
+        stiffness: Any = None,
+        damping: Any = None,
+        load: Any = None,
+        ground: Any = None,
+        slip_stiffness: Any = None,
+        friction: Any = None,
+        magic: Sequence[float] | None = None,
+        table: Any = None,
+        relaxation: Any = None,
+    ) -> None:
+        """Add a tyre: forces of a wheel that slips on the ground, along its way and across it; its slips are states.
+
+        Parameters
+        ----------
+        name : str
+            Makes the states NAME_kappa and NAME_alpha, and the definitions NAME_load, NAME_along and NAME_across [N].
+        body : str
+            The wheel, or with `spin` what carries it. Planar ones are seen from above.
+        radius : expression
+            [m].
+        axis : sequence of 3, optional
+            Of the axle in the body's axes; y by default.
+        at : sequence of 2 or 3, optional
+            The wheel's centre in the body's frame [m]; its centre of mass by default.
+        spin : Symbol or str, optional
+            The coordinate by which a wheel turns in the body that carries it, about the axle: a rotor's.
+        stiffness, damping : expression, optional
+            Of the tyre towards the ground [N/m, N s/m]; it never pulls.
+        load : expression, optional
+            In their place: the force on the ground [N], where something else holds the wheel up.
+        ground : expression, optional
+            Height of the ground below NAME_centre_x and NAME_centre_y [m].
+        slip_stiffness, friction : expression
+            Force per load and slip, and per load at most, as of a brush; without friction it is linear.
+        magic : sequence of 3
+            B, C, E of Pacejka's formula instead, with `friction` for D.
+        table : expression
+            Force per load instead, of NAME_slip, as "grip(front_slip)", and NAME_load.
+        relaxation : expression
+            The way after which slips follow [m].
+        """
+        given = {key: value for key, value in locals().items() if key not in ("self", "name")}
+        add_tyre(self, name, given)
+
     def stop(self, name: str, gap: Any = None, restitution: Any = 0) -> None:
         """Keep an expression of the coordinates (and `t`) from falling below zero.
 
@@ -1243,8 +1309,16 @@ class Model(Declared):
             "other_shape": other_shape, "restitution": restitution, "static": static,
         }  # fmt: skip
         if body is not None:
-            laws = {"gap": gap, "slip": slip, "stiffness": stiffness, "exponent": exponent, "damping": damping}
-            self._pairs[name] = make_pair(self, name, by_shape | laws | {"friction": friction, "smooth": smooth})
+            laws = {
+                "gap": gap,
+                "slip": slip,
+                "stiffness": stiffness,
+                "exponent": exponent,
+                "damping": damping,
+            }
+            self._pairs[name] = make_pair(
+                self, name, by_shape | laws | {"friction": friction, "smooth": smooth}
+            )
             return
         for key, value in by_shape.items():
             if value is not None:
@@ -1347,6 +1421,7 @@ class Model(Declared):
             _assembly=f"{sources.assembly}.{within}" if sources.assembly else within,
         )  # fmt: skip
         made._sources.name = sources.name
+        made._sources.tables |= sources.tables  # curves that it may call
         made._shelf = Shelf(self._shelf)
         return made
 
@@ -1387,6 +1462,39 @@ class Model(Declared):
                 self._shelf.put(key, assembly)
         assemblies.use(self, name, key, found, given)
         return assemblies.Used(self, name)
+
+    def start(
+        self,
+        *equations: Any,
+        find: sympy.Symbol | str | Sequence[sympy.Symbol | str] = (),
+        steady: bool | sympy.Symbol | str | Sequence[sympy.Symbol | str] = False,
+        closed: str | Sequence[str] = (),
+    ) -> None:
+        """Say what holds where runs begin, besides the constraints: guesses move until it does.
+
+        Parameters
+        ----------
+        *equations : expression or str
+            Zero at the start: of coordinates, rates, states, parameters, inputs, `t`, accelerations and reactions. Text
+            may be an equation, and its last term a quantity: "tip_x = 0.3 m".
+        find : str or sequence of str, optional
+            Parameters that are found with them; their values are guesses. One that a run sets is not sought there.
+        steady : bool, or str or sequence of str
+            True: in equilibrium. Rates that are guesses are zero, and so are their accelerations and the derivatives of
+            states. Or the coordinates, rates and states of which that holds.
+        closed : str or sequence of str, optional
+            Stops whose gap, and its rate, are zero.
+
+        Examples
+        --------
+        >>> model.start("tip_x = 0.3 m", "dot(tip_x) = 0.1 m/s")
+        >>> model.start(find=k, steady=True)
+        """
+        self._begin(list(equations), find, steady, closed)
+
+    def _begin(self, equations: Any = (), find: Any = (), steady: Any = False, closed: Any = ()) -> None:
+        given = {"equations": equations, "find": find, "steady": steady, "closed": closed}
+        self._start = make_start(self, self._start, given)
 
     def run(self, **defaults: Any) -> None:
         """Set defaults for runs: t_end, method, constraints, rtol, atol, step, max_step, fps, at, breaks."""
@@ -1476,6 +1584,7 @@ class Model(Declared):
             closures=tuple(self._closures.values()),
             rotors=tuple(self._rotors.values()),
             uses=(*self._uses.values(), *self._inner_uses),
+            start=self._start,
         )
 
     def _mentioned_aliases(self) -> Iterator[tuple[str, sympy.Symbol]]:
@@ -1504,7 +1613,14 @@ class Model(Declared):
                 rates += named or [plain_rate(c)]
             elif c.name == self._joints[c.joint].coordinates[-4]:
                 rates += [r for r in own if r.coordinate is None]
-        return (*rates, *self._state_rates)
+        return (*rates, *map(self._state_rate, self._state_rates))
+
+    def _state_rate(self, rate: Rate) -> Rate:
+        """The rate of a state; without a start of its own it is a guess where there is something that could move it."""
+        if self._start is None or rate.start is None:
+            return rate
+        begins = any(state.name == rate.name and state.begins for state in self._states)
+        return rate if begins else replace(rate, start=None, guess=rate.start)
 
     def _fixed_vector(
         self, table: str, what: str, name: Any, body: Any, taken: Mapping[str, Any], values: Any, key: str

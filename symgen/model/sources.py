@@ -12,10 +12,12 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
+from .description import StartEquation
 from .evaluate import NotFinite, evaluate
 from .expressions import parse, quantity_value
 from .from_sympy import taken_over
 from .printing import shortened
+from .unevaluated import difference
 from .units import Unit, parse_unit
 
 Address = tuple[str, str]  # TOML table and key, in Python models too
@@ -36,6 +38,7 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "springs": "spring",
     "bushings": "bushing",
     "rolling": "rolling",
+    "tyres": "tyre",
     "closures": "closure",
     "rotors": "rotor",
     "loads": "load",
@@ -56,6 +59,8 @@ BY_KEY = (
     "parameters", "constants", "coordinates", "states", "inputs", "definitions", "outputs", "forces", "constraints",
     "velocity_constraints",
 )  # fmt: skip
+# An equation that ends in a quantity: "tip_x - 0.3 m", "dot(x) = 2 m/s".
+_WITH_QUANTITY = re.compile(r"(.+?)(=\s*[-+]?|[-+])\s*(\d[\d.]*(?:[eE][-+]?\d+)?\s+[A-Za-z%].*)", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -91,6 +96,7 @@ class Sources:
         self.tables: dict[
             str, int
         ] = {}  # functions that the model has tables for, and how many arguments they take
+        self._said_at: dict[Address, Address] = {}
         self.in_plane: set[Address] = set()
 
     def of(self, table: str, key: str) -> list[Source]:
@@ -103,9 +109,11 @@ class Sources:
             for source in sources:
                 yield address, source
 
-    def take_over(self, table: str, key: str, source: Source) -> None:
-        """Take what a use of an assembly brings to an address."""
+    def take_over(self, table: str, key: str, source: Source, said_at: Address | None = None) -> None:
+        """Take what a use of an assembly brings to an address; errors name the one where it was said."""
         self._sources.setdefault((table, key), []).append(source)
+        if said_at is not None:
+            self._said_at[table, key] = said_at
 
     def note_two_components(self, table: str, key: str) -> None:
         """Note that a direction was given with two components, as in the plane."""
@@ -129,6 +137,7 @@ class Sources:
             if error.file is None:
                 error.use = use if error.use is None else f"{error.use}.{use}"
             return self.uses[use].locate(error, *address)
+        table, key = self._said_at.get((table, key), (table, key))
         if not self.is_file:
             table, key = _call(table, key)
         if self.assembly:
@@ -171,6 +180,35 @@ class Sources:
             raise self.locate(error, table, key) from None
         self._sources.setdefault((table, key), []).append(source)
         return source.expression
+
+    def equation(self, value: Any, table: str, key: str) -> StartEquation:
+        """Take an equation for an address: an expression that is zero, or text with an equals sign between two.
+
+        Its last term may be a quantity: what it is compared with must have its unit.
+        """
+        if not isinstance(value, str):
+            expression = self.expression(value, table, key)
+            return StartEquation(expression, shortened(expression))
+        tables, text = tuple(self.tables.items()), value.strip()
+        ends = _WITH_QUANTITY.fullmatch(text)
+        unit = None
+        try:
+            if ends is not None:
+                number, unit = quantity_value(ends[3].strip())
+                left = read(ends[1], tables)
+                value = sympy.Float(-number if "".join(ends[2].split()) in ("+", "=-") else number)
+                expression = difference(left.expression, value)
+            elif text.count("=") == 1 and not re.search(r"[<>!]=", text):
+                left, right = (read(side, tables) for side in text.split("="))
+                unit = right.unit if right.unit is not None else left.unit
+                expression = difference(left.expression, right.expression)
+            else:
+                left = read(text, tables)
+                expression = left.expression
+        except ModelError as error:
+            raise self.locate(error, table, key) from None
+        self._sources.setdefault((table, key), []).append(Source(expression, text, None, left.decimals))
+        return StartEquation(expression, " ".join(text.split()), None if unit is None else unit.coherent)
 
     def is_formula(self, value: Any) -> bool:
         """Whether a value names something: text or an expression that is no number and no quantity."""
@@ -224,8 +262,8 @@ def _without(key: str, use: str) -> str:
 def _call(table: str, key: str) -> Address:
     """A TOML address as a call of the Python interface and its argument."""
     head, _, name = table.partition(".")
-    if head == "gravity":
-        return "gravity(…)", key
+    if head in ("gravity", "start"):
+        return f"{head}(…)", key
     if head in ("energy", "run"):
         return f"{key or head}(…)", ""
     if head not in CALLS:

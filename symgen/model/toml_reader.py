@@ -24,10 +24,12 @@ from .over_time import table_path
 from .rolling import ROLLING_KEYS
 from .rotors import ROTOR_KEYS
 from .shelf import Shelf
+from .starts import START_KEYS
 from .toml_text import parse
+from .tyres import TYRE_KEYS
 
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
-STATE_KEYS = ("derivative", "start", "unit")
+STATE_KEYS = ("derivative", "start", "guess", "unit")
 INPUT_KEYS = ("unit", "default", "table", "kind", "polynomial")
 BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape", "density")
 JOINT_KEYS = (
@@ -53,7 +55,9 @@ GRAVITY_KEYS = ("x", "y", "z", "potential", "constant", "attractors")
 LOAD_KEYS = ("point", "force", "body", "torque", "frame", "reaction")
 STOP_KEYS = ("gap", "restitution")
 FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static", "coefficient", "normal")
-CONTACT_KEYS = tuple(dict.fromkeys(("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth", *PAIR_KEYS)))
+CONTACT_KEYS = tuple(
+    dict.fromkeys(("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth", *PAIR_KEYS))
+)
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
 TOP_KEYS = ("name", "description", "impacts")
@@ -278,6 +282,11 @@ def _energy(model: Model, content: dict[str, Any]) -> None:
         getattr(model, key)(value)
 
 
+def _start(model: Model, content: dict[str, Any]) -> None:
+    given = _keys(model, "start", "", content, START_KEYS)
+    model._begin(**given)
+
+
 def _run(model: Model, content: dict[str, Any]) -> None:
     for key, value in content.items():
         model.run(**{key: value})
@@ -344,8 +353,8 @@ def _use(model: Model, content: dict[str, Any]) -> None:
 
 READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "ports": _ports,
-    "assemblies": _assemblies,
     "tables": _each_table("table", "tables", TABLE_KEYS, inline=False),
+    "assemblies": _assemblies,  # which may call the tables
     "parameters": _each("parameter"),
     "constants": _each("constant"),
     "use": _use,
@@ -371,9 +380,11 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "constraints": _constraints,
     "closures": _each_table("closure", "closures", CLOSURE_KEYS, inline=False),
     "rolling": _each_table("rolling", "rolling", ROLLING_KEYS, inline=False),
+    "tyres": _each_table("tyre", "tyres", TYRE_KEYS, inline=False),
     "velocity_constraints": _each("velocity_constraint"),
     "outputs": _each("output"),
     "events": _event,
+    "start": _start,
     "draw": _each_table("draw", "draw", tuple(DRAWINGS), inline=False),
     "run": _run,
 }

@@ -14,10 +14,10 @@ from .description import (
     NOTHING,
     Body,
     Closure,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
-    ContactPair,
     Event,
     Formula,
     Input,
@@ -30,6 +30,7 @@ from .description import (
     Rotor,
     Solid,
     Spring,
+    StartConditions,
     State,
     Table,
     Use,
@@ -83,14 +84,14 @@ class _Writer:
         """A use of an assembly, with what it gives."""
         table = f"use.{use.name}"
         lines, vectors = [f"[{table}]", f"assembly = {_quoted(use.assembly)}"], {}
-        for g in use.given:
+        for g in (x for x in use.given if x.said):
             if isinstance(g.value, str):
                 lines.append(f"{g.key} = {_quoted(g.value)}")
             elif isinstance(g.value, float):
                 lines.append(f"{g.key} = {_number(g.value, g.unit)}")
             elif "[" in g.key:
                 vectors.setdefault(g.key.partition("[")[0], []).append(self.value(table, g.key, g.value))
-            elif g.kind != "shared":
+            else:
                 lines.append(f"{g.key} = {self.value(table, g.key, g.value)}")
         return [*lines, *(f"{key} = [{', '.join(values)}]" for key, values in vectors.items())]
 
@@ -175,6 +176,8 @@ class _Writer:
         yield ["[outputs]", *self.entries("outputs", d.outputs)]
         for event in d.events:
             yield self.event(event)
+        if d.start is not None:
+            yield ["[start]", *self.start(d.start)]
         for drawing in d.drawings:
             yield self.drawing(drawing)
         yield ["[run]", *(f"{key} = {_literal(value)}" for key, value in d.run.items())]
@@ -183,7 +186,7 @@ class _Writer:
         return [f"{key} = {self.value(table, key, x)}" for key, x in pairs]
 
     def value(self, table: str, key: str, expression: sympy.Expr) -> str:
-        given = self.sources.of(table, key)
+        given = [x for x in self.sources.of(table, key) if not x.use]
         if len(given) == 1 and given[0].text is not None:
             return _quoted(given[0].text)
         if isinstance(expression, sympy.Integer):
@@ -388,8 +391,17 @@ class _Writer:
 
     def state(self, state: State, rate: Rate) -> str:
         derivative = _Written(self.value("states", f"{state.name}.derivative", state.derivative))
-        start, _ = _state(self, rate.start, rate.guess, rate.formula)
-        return f"{state.name} = {_table(derivative=derivative, start=start, unit=rate.unit)}"
+        start, guess = _state(self, rate.start, rate.guess, rate.formula)
+        guess = guess if start is None else None
+        return f"{state.name} = {_table(derivative=derivative, start=start, guess=guess, unit=rate.unit)}"
+
+    def start(self, start: StartConditions) -> Iterator[str]:
+        if start.equations:
+            yield f"equations = {self.array('start', 'equations', tuple(x.expression for x in start.equations))}"
+        yield from ([f"find = {_literal(start.find)}"] if start.find else [])
+        if start.is_steady:
+            yield f"steady = {_literal(start.everything or start.steady)}"
+        yield from ([f"closed = {_literal(start.closed)}"] if start.closed else [])
 
     def drawing(self, drawing: Drawing) -> list[str]:
         table, kind = f"draw.{drawing.name}", drawing.kind

@@ -65,7 +65,9 @@ class DeviceBatch:
         """Run members from their starts to the end, see `batch.LaneBatch.run`."""
         system, n, n_frames = self.system, len(start), len(self.settings.frame_times)
         if not n:
-            return BatchResult(np.zeros((0, system.ny)), np.zeros((0, len(COLUMNS))), np.zeros((0, n_frames, system.ny)))
+            return BatchResult(
+                np.zeros((0, system.ny)), np.zeros((0, len(COLUMNS))), np.zeros((0, n_frames, system.ny))
+            )
         states = np.zeros((system.ny, n))
         states[: start.shape[1]] = start.T
         given, common = self._precomputed(np.ascontiguousarray(parameters, dtype=float))
@@ -112,5 +114,7 @@ def _preparation() -> tuple[Callable[[int], None], engine.MachineCode]:
     with code.each(lanes.n_members) as member:
         precompute(lanes, member)
     text, machine = "\n".join([*sorted(code.declared), code.text()]), engine.MachineCode()
-    content = engine.object_code(engine.cache_key(text), "preparation", _PREPARE, lambda _: (text, 0), loops=True)
+    content = engine.object_code(
+        engine.cache_key(text), "preparation", _PREPARE, lambda _: (text, 0), loops=True
+    )
     return ctypes.CFUNCTYPE(None, ctypes.c_void_p)(machine.add(content, _PREPARE)), machine

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import hashlib
 from collections.abc import Mapping
 
 import numpy as np
@@ -32,7 +31,9 @@ class SequentialKernel:
         self._n_threads = n_threads
         self._code = engine.MachineCode()
         address = self._code.add(nvptx.object_of(program.whole(device=False)), ENTRY)
-        prototype = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, *(_TYPES[k] for k in ARGUMENTS.values()))
+        prototype = ctypes.CFUNCTYPE(
+            None, ctypes.c_int64, ctypes.c_int64, *(_TYPES[k] for k in ARGUMENTS.values())
+        )
         self._function = prototype(address)
 
     def run(self, given: Mapping[str, np.ndarray | int | float], _written: Mapping[str, np.ndarray]) -> None:
@@ -45,8 +46,3 @@ class SequentialKernel:
 
     def stop(self) -> None:
         """Nothing: there is no other thread."""
-
-
-def text_hash(program: Program) -> str:
-    """Return a hash of all that a program is made of."""
-    return hashlib.sha256("\0".join(program.parts).encode()).hexdigest()

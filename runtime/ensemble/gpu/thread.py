@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from symgen.runtime.ensemble.lanes import Lanes, note_residuals, start_members
+from symgen.runtime.ensemble.lanes import CODE, Lanes, note_residuals, start_members
 from symgen.runtime.ensemble.slots import COLUMN, COLUMNS, NAMES, NUMBERS
 from symgen.runtime.ensemble.writer import ADDRESS, INTEGER, LANES, NUMBER, Code, Rows, Value, Variable
 
@@ -45,7 +45,10 @@ class ThreadCode(Code):
 
     def text(self) -> str:
         listed = ", ".join(
-            ["i64 %member", *(f"{kind}{' noalias' * (kind == 'ptr')} %{name}" for name, kind in ARGUMENTS.items())]
+            [
+                "i64 %member",
+                *(f"{kind}{' noalias' * (kind == 'ptr')} %{name}" for name, kind in ARGUMENTS.items()),
+            ]
         )
         body = "\n".join(["entry:", *self._entry, *self._lines, "ret void"])
         metadata = "\n".join(self._metadata)
@@ -110,7 +113,9 @@ class ThreadCode(Code):
 class Strided(Rows):
     """Rows of plain numbers of one member in an array of all members."""
 
-    def __init__(self, code: Code, address: Value, pitch: Value, member: Value, first: Value | None = None) -> None:
+    def __init__(
+        self, code: Code, address: Value, pitch: Value, member: Value, first: Value | None = None
+    ) -> None:
         super().__init__(code, address, NUMBER)
         self._pitch, self._member, self._first = pitch, member, first
 
@@ -154,10 +159,14 @@ def function_member(
     }
     known: dict[str, Value | Rows] = {name: code.integer(size) for name, size in sizes.items()}
     known |= {name: arguments[name] for name in (*NUMBERS, "max_steps", "order", "n_frames")}
-    known |= {"n_members": code.integer(1), "log_size": code.integer(0)}
+    # No steps are logged; models with events are left to lanes.
+    known |= {
+        "n_members": code.integer(1),
+        **dict.fromkeys(("log_size", "n_events", "event_log_size"), code.integer(0)),
+    }
     if not with_frames:
         known["n_frames"] = code.integer(0)
-    for name in ("rhs", "project", "energy", "residual", "setup", "series"):
+    for name in CODE:
         known[name] = Value(code, f"@{kernels[name]}" if name in kernels else "null", ADDRESS)
     for name, length in lengths.items():
         address = code.array(length)
@@ -173,7 +182,11 @@ def function_member(
     )
     known["frame_times"] = Rows(code, arguments["frame_times"], NUMBER)
     known["quaternions"] = Rows(code, Value(code, "@symgen_quaternions", ADDRESS), INTEGER)
-    known["step_log"] = Rows(code, Value(code, "null", ADDRESS), NUMBER)
+    for name, kind in (
+        ("step_log", NUMBER), ("event_log", NUMBER), ("directions", NUMBER), ("places", NUMBER),
+        ("actions", INTEGER), ("resets", ADDRESS),
+    ):  # fmt: skip
+        known[name] = Rows(code, Value(code, "null", ADDRESS), kind)
     for name in ("member_of_lane", "frame_of_lane"):
         known[name] = Rows(code, code.array(1, INTEGER), INTEGER)
         known[name][0] = code.integer(0)
@@ -183,7 +196,10 @@ def function_member(
 
 
 def _run(
-    lanes: Lanes, sizes: Mapping[str, int], begin: Callable[[Lanes], Value], attempt: Callable[[Lanes, Value], Value]
+    lanes: Lanes,
+    sizes: Mapping[str, int],
+    begin: Callable[[Lanes], Value],
+    attempt: Callable[[Lanes, Value], Value],
 ) -> None:
     """Write the run of a member, as `lanes.function_begin`, `function_run` and `function_store` do it."""
     code = lanes.code
