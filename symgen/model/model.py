@@ -138,7 +138,6 @@ class Model(Declared):
         self._springs: dict[str, Spring] = {}
         self._bushings: dict[str, Bushing] = {}
         self._rolling: dict[str, Rolling] = {}
-        self._tyres: dict[str, str] = {}  # the bodies that have them
         self._closures: dict[str, Closure] = {}
         self._rotors: dict[str, Rotor] = {}
         self._constraints: dict[str, Constraint] = {}
