@@ -160,9 +160,10 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         found = comparison.begun()
     parts, half = [found], 0.5 * operations
     if comparison.jumps:  # events take longest
-        if comparison.frame(found.t[-1]) < comparison.middle:
-            # A burst of them at the start may be all that a companion has met.
-            parts.append(comparison.follow(companion, half, comparison.middle))
+        # A burst of them before may be all that a companion has met.
+        begin = max(comparison.middle, comparison.frame(found.t[-1]))
+        if comparison.frame(comparison.end) - begin >= LEAST_FRAMES:
+            parts.append(comparison.follow(companion, half, begin))
         # What comes to rest by ever shorter bounces tells its companion apart once, and is not chaotic.
         told = [part.rate or 0.0 for part in parts if len(part.t) >= LEAST_FRAMES]
         return _extrapolated(solution, parts, Amplification(elsewhere=min(told, default=0.0)))
