@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
+import sympy
 from scipy.integrate import solve_ivp
-from scipy.optimize import lsq_linear, minimize_scalar
+from scipy.optimize import lsq_linear, minimize
 from scipy.spatial.transform import Rotation
 
 from symgen import Model
@@ -122,8 +121,6 @@ def test_a_sphere_over_hills_is_as_far_as_the_foot():
     free_body(m, "ball", {"sphere": [0.1]})
     m.contact("ground", body="ball", height="0.1*sin(3*here_x)*cos(2*here_y)")
     system, rng = m.derive(), np.random.default_rng(4)
-    from scipy.optimize import minimize
-
     for _ in range(8):
         x, y = rng.uniform(-1, 1, 2)
         place = np.array([x, y, hills(x, y) + rng.uniform(0.08, 0.15)])
@@ -168,17 +165,25 @@ def test_a_sphere_slides_on_hills_as_its_middle_does_on_the_surface_beside_them(
 @pytest.mark.parametrize("kind", ["cubic", "formula"])
 def test_a_surface_may_be_a_table(kind):
     """A parabola: the cubic through its knots is the parabola."""
+    hx, hy = sympy.symbols("here_x here_y")
     m = Model("bowl", gravity=(0, 0, "-9.81 m/s^2"))
     knots = np.linspace(-1, 1, 9)
     if kind == "cubic":
         x, y = (a.ravel() for a in np.meshgrid(knots, knots, indexing="ij"))
         m.table("bowl", columns=[x.tolist(), y.tolist(), (x**2 + 0.5 * y**2).tolist()], kind="cubic", outside="extend")
     free_body(m, "ball", {"sphere": [0.05]}, start=(0.2, 0.1, 0.4, 1, 0, 0, 0), rate=(0.1, 0, 0, 0, 0, 0))
-    m.contact("ground", body="ball", height="bowl(here_x, here_y)" if kind == "cubic" else "here_x^2 + here_y^2/2",
-              restitution=0.7)
+    c = m.parameter("c", "1 1/m")
+    height = "bowl(here_x, here_y)" if kind == "cubic" else c * (hx**2 + hy**2 / 2)
+    m.contact("ground", body="ball", height=height, restitution=0.7)
     run = m.derive().run(t_end=0.5, rtol=1e-10, atol=1e-12)
-    assert run.events[0].t == pytest.approx(0.24957646, abs=1e-7)
-    np.testing.assert_allclose(run.q[-1, :3], [0.14128, 0.10, 0.0], atol=2.0)
+    hit = run.events[0]
+    place = hit.q_before[:3]
+    foot = minimize(lambda f: (f[0] - place[0]) ** 2 + (f[1] - place[1]) ** 2 + (f @ f - f[1] ** 2 / 2 - place[2]) ** 2,
+                    place[:2], tol=1e-14).x
+    normal = np.array([-2 * foot[0], -foot[1], 1.0]) / np.sqrt(1 + 4 * foot[0] ** 2 + foot[1] ** 2)
+    np.testing.assert_allclose(place, [*foot, foot[0] ** 2 + foot[1] ** 2 / 2] + 0.05 * normal, atol=1e-8)
+    before = hit.v_before[:3]
+    np.testing.assert_allclose(hit.v_after[:3], before - 1.7 * (before @ normal) * normal, atol=1e-7)
 
 
 def test_a_box_tumbles_as_newton_and_euler_say():
@@ -291,11 +296,11 @@ def test_a_stack_stands():
     assert run.ok
     np.testing.assert_allclose(run.states[-1], run.states[0], atol=1e-10)
     # The forces between them bear what is above.
-    forces = [run[f"force(c{k}_1)"][-1] + run[f"force(c{k}_2)"][-1] for k in range(3)]
+    forces = [run[f"force(c{k}_1)"][-1] + run[f"force(c{k}_3)"][-1] for k in range(3)]
     np.testing.assert_allclose(forces, [3 * G, 2 * G, G], rtol=1e-9)
 
 
-@pytest.mark.parametrize("method", ["dop853", "radau5", "taylor"])
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
 def test_a_compliant_ball_bounces_as_hunt_and_crossley_say(method):
     m = Model("rubber", gravity=(0, 0, "-9.81 m/s^2"))
     free_body(m, "ball", {"sphere": [0.1]}, (0, 0, 0.6, 1, 0, 0, 0))

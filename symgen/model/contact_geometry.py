@@ -278,8 +278,20 @@ class _Geometry:
                 ]
                 for i in range(len(here))
             ]  # fmt: skip
-            foot = [self._define(difference(f, step)) for f, step in zip(foot, _solved(matrix, left))]
+            foot = [self._define(difference(f, step)) for f, step in zip(foot, self._solved(matrix, left))]
         return foot
+
+    def _solved(self, matrix: list[Vector], right: Vector) -> Vector:
+        """The solution of one or two equations; what divides has a name, so that it is one to all who look at it."""
+        if len(right) == 1:
+            return [product([right[0], self._define(inverted(matrix[0][0]))])]
+        (a, b), (c, e) = matrix
+        by = self._define(inverted(difference(product([a, e]), product([b, c]))))
+        x, y = right
+        return [
+            product([by, difference(product([e, x]), product([b, y]))]),
+            product([by, difference(product([a, y]), product([c, x]))]),
+        ]
 
     def _surface(self, place: Vector) -> tuple[sympy.Expr, Vector, list[Vector]]:
         """The height, its slopes and how they change at a place."""
@@ -393,19 +405,6 @@ def _normalised(vector: Vector) -> Vector:
 def _within(x: sympy.Expr, half: sympy.Expr) -> sympy.Expr:
     """A number, or the nearest one from -half to half."""
     return maximum(negated(half), minimum(x, half, evaluate=False), evaluate=False)
-
-
-def _solved(matrix: list[Vector], right: Vector) -> Vector:
-    """The solution of one or two equations."""
-    if len(right) == 1:
-        return [product([right[0], inverted(matrix[0][0])])]
-    (a, b), (c, e) = matrix
-    determinant = inverted(difference(product([a, e]), product([b, c])))
-    x, y = right
-    return [
-        product([determinant, difference(product([e, x]), product([b, y]))]),
-        product([determinant, difference(product([a, y]), product([c, x]))]),
-    ]
 
 
 Nearest = Iterator[tuple[Vector, Vector, sympy.Expr]]  # places on the cores of both shapes, and what is around them
