@@ -62,7 +62,7 @@ class Instant:
         self.stuck = np.zeros(self.n - self.n_stops, dtype=bool)
         self.senses = np.zeros(self.n - self.n_stops)
         self.turning, self.aimed = np.zeros_like(self.stuck), np.zeros_like(self.stuck)
-        self._aims = np.zeros((len(self.layout.circles), 2))  # how long each is aimed: an angle, a speed
+        self._aims = np.zeros((len(self.layout.circles), 2))  # how long each is aimed or turns: an angle, a speed
         self._last: tuple[tuple, LocalDynamics] | None = None
 
     @property
@@ -72,7 +72,7 @@ class Instant:
         values, first = np.zeros(layout.n_settings), layout.circles[:, 0]
         values[layout.closed], values[layout.stuck], values[layout.sense] = self.closed, self.stuck, self.senses
         values[layout.turns], values[layout.aimed] = self.turning[first], self.aimed[first]
-        values[layout.angle], values[layout.least] = self._aims.T
+        values[layout.angle], values[layout.bound] = self._aims.T
         return values
 
     @settings.setter
@@ -81,7 +81,7 @@ class Instant:
         self.closed, self.stuck = values[layout.closed] != 0.0, values[layout.stuck] != 0.0
         self.senses = values[layout.sense].copy()
         self.turning, self.aimed = layout.turning(values), layout.aiming(values)
-        self._aims = np.column_stack([values[layout.angle], values[layout.least]])
+        self._aims = np.column_stack([values[layout.angle], values[layout.bound]])
 
     @property
     def phases(self) -> np.ndarray:

@@ -176,6 +176,7 @@ class LocalDynamics:
     def turned(self, rotation: np.ndarray) -> LocalDynamics:
         """Return the same with other rows: combinations of these, by an orthogonal matrix of shape (n, n)."""
         other = copy.copy(self)
+        other.rotation = rotation
         other.rows, other.speeds, other.free = rotation @ self.rows, rotation @ self.speeds, rotation @ self.free
         other.compliance = rotation @ self.compliance @ rotation.T
         other.multiplier_responses = self.multiplier_responses @ rotation.T

@@ -26,7 +26,7 @@ class Layout:
         Places, by stop, and by friction twice.
     circles : ndarray of int, shape (n, 2)
         The numbers, among the frictions, of both directions of those that have two.
-    turns, aimed, angle, least : ndarray of int, shape (n,)
+    turns, aimed, angle, bound : ndarray of int, shape (n,)
         Places, by circle.
     """
 
@@ -37,7 +37,7 @@ class Layout:
             for key in settings_of(switch):
                 places.setdefault(key, []).append(count)
                 count += 1
-        for key in ("closed", "stuck", "sense", "turns", "aimed", "angle", "least"):
+        for key in ("closed", "stuck", "sense", "turns", "aimed", "angle", "bound"):
             setattr(self, key, np.array(places.get(key, ()), dtype=int))
         frictions = [switch for switch in system.switches if switch["kind"] == "friction"]
         self.n_stops, self.n_frictions, self.n_settings = len(self.closed), len(frictions), count

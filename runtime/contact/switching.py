@@ -15,7 +15,7 @@ import numpy as np
 from symgen.runtime.contact.coulomb import check_unique, coulomb_forces
 from symgen.runtime.contact.instant import Instant
 from symgen.runtime.contact.levels import Levels
-from symgen.runtime.contact.local_dynamics import LocalDynamics, Normal
+from symgen.runtime.contact.local_dynamics import LocalDynamics, Normal, normal_forces
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.positions import Positions
@@ -26,6 +26,8 @@ _AT_LIMIT = 1e-10  # of the range of a friction force
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
 _AHEAD = 1e-7  # of the time that the motion takes to change
 _FINEST, _WIDEST = 1e-13, 0.02  # tolerance that an aim goes by, and angle [rad] that it lasts for at most
+_ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
+_CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
 _OFF_AIM = 1e-6  # of the speed along an aim: what goes across beyond that has another direction
 
 
@@ -60,7 +62,7 @@ class Holding(Instant):
         self._share(here, sticks & ~kept[self.n_stops :], forces)
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
-        return self._with_aims(here, kept)
+        return self._with_aims(here, kept, levels, forces)
 
     @property
     def _in_circles(self) -> np.ndarray:
@@ -69,28 +71,72 @@ class Holding(Instant):
         found[self.layout.circles] = True
         return found
 
-    def _with_aims(self, here: LocalDynamics, kept: np.ndarray) -> np.ndarray:
+    def _with_aims(
+        self, here: LocalDynamics, kept: np.ndarray, levels: Levels, forces: np.ndarray
+    ) -> np.ndarray:
         """What is held, and the speeds across aimed directions, as far as these do not follow; sets how long they are.
 
         An aim lasts until it would miss by what the tolerances allow: of a friction F whose direction turns at the rate
         w, sliding along a fixed one for φ/w makes an error of F φ³/(6 w) in the speed, where F/w is a speed of the
-        motion. To fixed steps it lasts until the friction no longer stops the sliding within one of them.
+        motion. To fixed steps it is renewed until the friction no longer stops the sliding within one of them; and what
+        comes to rest within one keeps its direction.
         """
-        if not self.aimed.any():
+        if not len(self.layout.circles):
             return kept
-        turned = here.turned(self.layout.turned(self.senses, self.aimed)).compliance
+        rows = self.layout.circles[:, 0]
+        aimed, turns = self.aimed[rows], self.turning[rows]
+        turned = here.turned(self.layout.turned(self.senses, self.aimed | self.turning))
         across = np.zeros(self.n, dtype=bool)
-        across[self.n_stops + self.layout.circles[:, 1]] = self.aimed[self.layout.circles[:, 1]]
-        kept = _independent(turned, [kept, across])
+        across[self.n_stops + self.layout.circles[:, 1]] = aimed
+        kept = _independent(turned.compliance, [kept, across])
         angle = (6.0 * max(float(self.arrays.control[at.RTOL]), _FINEST)) ** (1.0 / 3.0)
-        angles = np.full(len(self._aims), min(angle, _WIDEST))
-        stopped = np.zeros(len(self._aims))
-        if self.arrays.fixed_step:
-            level = self._levels(self.stuck & False, here).linear(here, np.zeros(self.n), 1.0)[0]
-            rows = self.layout.circles[:, 0]
-            stopped = level[rows] * np.diag(turned)[self.n_stops + rows] * self.arrays.fixed_step
-        self._aims = np.column_stack([angles, stopped])
+        step, along = self.arrays.fixed_step, self.n_stops + rows
+        angles = np.where(aimed, _WIDEST if step else min(angle, _WIDEST), 0.0)
+        bounds = np.where(aimed, _ANY_SPEED, 0.0)
+        if step:
+            c, slope = levels.linear(here, forces, 1.0)
+            stopped = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along] * step
+            rising = (turned.free + turned.compliance @ (turned.rotation @ forces))[along] > 0.0
+            angles = np.where(aimed & ~rising, _ANY_ANGLE, angles)
+            bounds = np.where(aimed, _CLEARLY * stopped, np.where(turns, stopped, 0.0))
+        self._aims = np.column_stack([angles, bounds])
         return kept
+
+    def _aim_anew(self, fired: np.ndarray) -> np.ndarray:
+        """Change the way in which frictions with two directions slide whose events fired at speed; return whose aim is set.
+
+        Where one turns with the motion from now on, those that began with it do.
+        """
+        step, bounds = self.arrays.fixed_step, self._aims[:, 1]
+        set_ = np.zeros_like(self.aimed)
+        here, across = self._here(), None
+        for k, (i, j) in enumerate(self.layout.circles):
+            if not fired[i]:
+                continue
+            s = here.speeds[self.n_stops + np.array([i, j])]
+            if self.turning[i] and step and np.hypot(*s) <= bounds[k] * (1.0 + _AT_BOUND):
+                self.senses[[i, j]], self.aimed[[i, j]], set_[[i, j]] = s / np.hypot(*s), True, True
+            elif self.aimed[i] and step and self.senses[[i, j]] @ s < bounds[k] * (1.0 - _AT_BOUND):
+                across = self._forces_across() if across is None else across
+                e, f = self.senses[[i, j]], across[k]
+                way = e - f * np.array([-e[1], e[0]])
+                self.senses[[i, j]], set_[[i, j]] = way / np.hypot(*way), True
+            elif self.aimed[i]:
+                self.aimed[:] = set_
+        return set_
+
+    def _forces_across(self) -> np.ndarray:
+        """The force that holds the speed across each aimed direction, in parts of the friction."""
+        closed, arrays, layout = self.system.closed, self.arrays, self.layout
+        y = arrays.y[: self.system.nq + self.system.nv]
+        values = closed.kernel("rhs")(arrays.t, y, arrays.p)
+        multipliers = values[len(values) - 1 - closed.m : -1]
+        own = multipliers[list(closed.switched)]
+        others = multipliers[[row for row in range(closed.m) if row not in closed.switched]]
+        pressed = normal_forces(self.normals, own[None], others[None])[0]
+        level = np.where(self._coupled, pressed, 1.0) * self._watched()[2]
+        first, second = layout.circles.T
+        return own[self.n_stops + second] / np.where(level[first] > 0.0, level[first], 1.0)
 
     def _press(self, here: LocalDynamics, forces: np.ndarray) -> np.ndarray:
         """Which stops bear a force that is more than round-off of the accelerations which it balances."""
@@ -187,6 +233,8 @@ class Holding(Instant):
         """The equations a moment later, on the way that some forces lead."""
         system, nq = self.system, self.system.nq
         q, v, change = here.state[:nq], here.state[nq:], here.accelerations(forces)
+        free = np.abs(here.accelerations(np.zeros(self.n))).max(initial=0.0)
+        change = np.where(np.abs(change) > _ROUNDED * free, change, 0.0)  # what is balanced has no time of its own
         speed = max(np.abs(v).max(initial=0.0), np.abs(change).max(initial=0.0))
         size = max(1.0, np.abs(here.state).max(initial=0.0))
         ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
@@ -387,9 +435,8 @@ class Switching(Holding):
         fired_frictions = self._of_either(is_fired[self.n_stops :])
         came_to_rest = fired_frictions & self._came_to_rest(here)
         sticking = self.stuck & ~self.aimed
-        if (fired_frictions & self.aimed & ~came_to_rest).any():
-            self.aimed = np.zeros_like(self.aimed)  # what begins to slide together turns together
-        self._decide(near, struck, sticking | came_to_rest)
+        aims = self._aim_anew(fired_frictions & ~came_to_rest)
+        self._decide(near, struck, sticking | came_to_rest, aims)
         told = fired if len(fired) else np.flatnonzero(were_held != self._at_rest)
         became = [(int(i), self._became(i, were_held[i], came_to_rest)) for i in told]
         return [x for k, x in enumerate(became) if x[1] and self.names[x[0]] not in self._told(became[:k])]
@@ -466,7 +513,9 @@ class Switching(Holding):
         small = np.maximum(self._slow(here), _AT_REST * last)
         return ~(self._coupled | self._in_circles) | (self._sliding(here) <= small)
 
-    def _decide(self, near: np.ndarray, struck: np.ndarray, slow: np.ndarray) -> None:
+    def _decide(
+        self, near: np.ndarray, struck: np.ndarray, slow: np.ndarray, aims: np.ndarray | None = None
+    ) -> None:
         """Settle impacts, then what stays closed or sticks, and in which direction the rest slides.
 
         Parameters
@@ -477,6 +526,8 @@ class Switching(Holding):
             Those whose gaps are zero but for round-off. Others have impacts of their own, however soon.
         slow : ndarray of bool
             Frictions that may stick.
+        aims : ndarray of bool, optional
+            Those that slide along `senses`, whatever their speed across is.
         """
         impacted = self._impact(struck)
         here = self._here()
@@ -490,7 +541,7 @@ class Switching(Holding):
         led = led & ~(self._in_circles & ~self._all_led(led))
         onward = np.where(led & still, self._led_onward(here), np.sign(speeds))
         still = still & ~self._smooth & ~led
-        self._follow_motion(here, still | self._smooth, onward)
+        self._follow_motion(here, still | self._smooth, onward, aims)
         held = self._settle(touching, struck, still & self._pressed(touching))
         self.closed, self.stuck = held[: self.n_stops], held[self.n_stops :]
         nq, n = self.system.nq, self.system.nq + self.system.nv
@@ -502,14 +553,17 @@ class Switching(Holding):
         found[self.layout.circles] = led[self.layout.circles].all(axis=1)[:, None]
         return found
 
-    def _follow_motion(self, here: LocalDynamics, none: np.ndarray, onward: np.ndarray) -> None:
+    def _follow_motion(
+        self, here: LocalDynamics, none: np.ndarray, onward: np.ndarray, aims: np.ndarray | None
+    ) -> None:
         """Let all that slides do so in the direction of its speed; an aim that the motion still has is kept."""
         speeds, sizes = here.speeds[self.n_stops :], self._sliding(here)
         circles = self._in_circles
         along = here.turned(self.layout.turned(self.senses, self.aimed)).speeds[self.n_stops :]
         kept = self.aimed.copy()
         for i, j in self.layout.circles:
-            kept[[i, j]] &= along[i] > 0.0 and abs(along[j]) <= _OFF_AIM * along[i]
+            is_set = aims is not None and aims[i]
+            kept[[i, j]] &= is_set or (along[i] > 0.0 and abs(along[j]) <= _OFF_AIM * along[i])
         self.aimed = kept & ~none
         self.turning = circles & ~none & ~self.aimed
         ways = np.where(circles, speeds / np.where(sizes > 0.0, sizes, 1.0), onward)

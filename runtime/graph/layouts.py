@@ -36,7 +36,7 @@ LAYOUTS: dict[str, tuple] = {
 }
 
 _SETTINGS = {"stop": ("closed",), "friction": ("stuck", "sense")}
-_SETTINGS_IN_A_PLANE = {1: ("turns",), 2: ("aimed", "angle", "least")}
+_SETTINGS_IN_A_PLANE = {1: ("turns",), 2: ("aimed", "angle", "bound")}
 
 
 def settings_of(switch: Mapping[str, Any]) -> tuple[str, ...]:
@@ -44,8 +44,8 @@ def settings_of(switch: Mapping[str, Any]) -> tuple[str, ...]:
 
     A stop is closed (1) or open (0); a friction sticks or not, and slides forwards (1), backwards (-1) or not at all.
     Of a friction with two directions, records 1 and 2, senses are the direction of sliding. It turns with the motion,
-    or is aimed: fixed while the motion begins, until the force across exceeds an angle [rad] times the friction and the
-    speed is the least at which it may turn.
+    or is aimed: fixed while the motion begins, until the force across exceeds an angle [rad] times the friction, or the
+    speed a bound; what turns is looked at again where the speed falls below that.
     """
     return _SETTINGS[switch["kind"]] + _SETTINGS_IN_A_PLANE.get(switch.get("axis"), ())
 

@@ -44,7 +44,7 @@ from symgen.runtime.graph.layouts import settings_of
 from ..model.contact_laws import creep_share, smooth_friction
 from ..model.description import Constraint, Description, Event, Friction, Input, Stop
 from ..model.expression_tree import uses
-from ..model.functions import maximum, minimum
+from ..model.functions import minimum
 from .graph.differentiate import forward, jacobian
 from .graph.graph import Graph
 from .graph.nodes import LAM, SparseRows
@@ -303,7 +303,9 @@ class Switches:
 
     def _going_on(self, f: Friction) -> tuple[sympy.Expr, ...]:
         """What falls to zero where sliding ends, or where it comes to have no solution."""
-        others = (sympy.S.One,) * (len(f.rows) - 1)
+        others = () if f.across is None else (sympy.S.One,)
+        if f.across is not None and f.smooth is None:
+            others = (_either(_setting(f, "turns"), _norm(f.speeds) - _setting(f, "bound"), sympy.S.One),)
         if f.normal and f not in self._acting():
             return (sympy.S.One, *others)
         sliding, margin = _onward(f), _symbol(f.name, "margin")
@@ -339,8 +341,10 @@ class Switches:
         forces = [_symbol(name, "force") - share for name, share in zip(f.rows, shares, strict=True)]
         margin = self._most(f) - _norm(forces)
         across = angle * f.level * self._normal(f) - sympy.Abs(_symbol(f.rows[1], "force"))
-        across = maximum(across, _setting(f, "least") - _in_axes_of(f)[0])
-        return _either(moves, sliding[0], margin), aimed * across + (1 - aimed) * _either(turns, 1, margin)
+        bound = _setting(f, "bound")
+        aims = minimum(across, bound - _in_axes_of(f)[0])
+        slowing = _norm(f.speeds) - bound
+        return _either(moves, sliding[0], margin), aimed * aims + (1 - aimed) * _either(turns, slowing, margin)
 
     def _normal(self, f: Friction) -> sympy.Expr:
         """The force that a coefficient of friction multiplies; 1 where there is none."""
