@@ -94,9 +94,7 @@ def setting_names(header: Mapping[str, Any]) -> list[str]:
     Which stops are closed and which frictions stick, then the branches of forces that jump (1, -1, or 0: none).
     """
     held = [
-        f"{key}({switch['name']})"
-        for switch in header.get("switches", ())
-        for key in settings_of(switch)
+        f"{key}({switch['name']})" for switch in header.get("switches", ()) for key in settings_of(switch)
     ]
     return held + [f"branch({event['name']})" for event in header["events"] if event["action"] == JUMP]
 

@@ -285,9 +285,13 @@ def _check_planes(switches: list[dict[str, Any]]) -> None:
     waiting: dict[str, Any] | None = None
     for index, record in enumerate(switches):
         if ("circle" in record) != ("axis" in record) or record.get("axis", 1) not in (1, 2):
-            raise HeaderFault(f"switches[{index}] has 'circle' without 'axis' 1 or 2, or 'axis' without 'circle'")
+            raise HeaderFault(
+                f"switches[{index}] has 'circle' without 'axis' 1 or 2, or 'axis' without 'circle'"
+            )
         if (record.get("axis") == 2) != (waiting is not None):
-            raise HeaderFault(f"switches[{index}]: of a friction with two directions, 1 and 2 follow each other")
+            raise HeaderFault(
+                f"switches[{index}]: of a friction with two directions, 1 and 2 follow each other"
+            )
         if waiting is not None and record != waiting | {"name": record["name"], "axis": 2}:
             raise HeaderFault(f"switches[{index}] is not what the other direction of its friction is")
         waiting = record if record.get("axis") == 1 else None

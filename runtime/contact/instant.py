@@ -62,7 +62,9 @@ class Instant:
         self.stuck = np.zeros(self.n - self.n_stops, dtype=bool)
         self.senses = np.zeros(self.n - self.n_stops)
         self.turning, self.aimed = np.zeros_like(self.stuck), np.zeros_like(self.stuck)
-        self._aims = np.zeros((len(self.layout.circles), 2))  # how long each is aimed or turns: an angle, a speed
+        self._aims = np.zeros(
+            (len(self.layout.circles), 2)
+        )  # how long each is aimed or turns: an angle, a speed
         self._last: tuple[tuple, LocalDynamics] | None = None
 
     @property
@@ -70,7 +72,11 @@ class Instant:
         """The numbers in `p` that say all this."""
         layout = self.layout
         values, first = np.zeros(layout.n_settings), layout.circles[:, 0]
-        values[layout.closed], values[layout.stuck], values[layout.sense] = self.closed, self.stuck, self.senses
+        values[layout.closed], values[layout.stuck], values[layout.sense] = (
+            self.closed,
+            self.stuck,
+            self.senses,
+        )
         values[layout.turns], values[layout.aimed] = self.turning[first], self.aimed[first]
         values[layout.angle], values[layout.bound] = self._aims.T
         return values

@@ -177,7 +177,11 @@ class LocalDynamics:
         """Return the same with other rows: combinations of these, by an orthogonal matrix of shape (n, n)."""
         other = copy.copy(self)
         other.rotation = rotation
-        other.rows, other.speeds, other.free = rotation @ self.rows, rotation @ self.speeds, rotation @ self.free
+        other.rows, other.speeds, other.free = (
+            rotation @ self.rows,
+            rotation @ self.speeds,
+            rotation @ self.free,
+        )
         other.compliance = rotation @ self.compliance @ rotation.T
         other.multiplier_responses = self.multiplier_responses @ rotation.T
         other._responses = self._responses @ rotation.T

@@ -11,7 +11,7 @@ from symgen.runtime.graph.layouts import settings_of
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
-_NO_SPEED = 1e-150
+_NO_SPEED = 1e-140
 _OPPOSITE = 0.57  # as in symgen/derive/contacts.py
 
 

@@ -196,7 +196,9 @@ class Holding(Instant):
         onset = np.where(own != 0.0, -np.sign(own), np.sign(pulled))
         begins = waiting & ~sticks & self._in_circles
         if begins.any():
-            onset = np.where(begins, self._onset_in_plane(here, acting, sticks, own, pulled, undecided), onset)
+            onset = np.where(
+                begins, self._onset_in_plane(here, acting, sticks, own, pulled, undecided), onset
+            )
         return sticks, onset
 
     def _onset_in_plane(
@@ -234,7 +236,9 @@ class Holding(Instant):
         system, nq = self.system, self.system.nq
         q, v, change = here.state[:nq], here.state[nq:], here.accelerations(forces)
         free = np.abs(here.accelerations(np.zeros(self.n))).max(initial=0.0)
-        change = np.where(np.abs(change) > _ROUNDED * free, change, 0.0)  # what is balanced has no time of its own
+        change = np.where(
+            np.abs(change) > _ROUNDED * free, change, 0.0
+        )  # what is balanced has no time of its own
         speed = max(np.abs(v).max(initial=0.0), np.abs(change).max(initial=0.0))
         size = max(1.0, np.abs(here.state).max(initial=0.0))
         ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)

@@ -176,7 +176,8 @@ def _eliminate(g: Graph, rows: list[list[int]], right: list[int]) -> list[int]:
 SWITCHED = (
     "rhs", "residual", "residual_jacobian", "constraint_residual", "constraint_jacobian", "gamma", "project", "events",
 )  # fmt: skip
-_NO_SPEED = sympy.Float(1e-150)  # in the direction of an expected motion: keeps directions finite at rest
+_NOTHING = sympy.Float(1e-150)
+_NO_SPEED = sympy.Float(1e-140)  # in the direction of an expected motion: keeps directions finite at rest
 _OPPOSITE = sympy.Float(0.57)  # cosine of the angle about -e in which sliding goes on as it was
 
 
@@ -344,7 +345,9 @@ class Switches:
         bound = _setting(f, "bound")
         aims = minimum(across, bound - _in_axes_of(f)[0])
         slowing = _norm(f.speeds) - bound
-        return _either(moves, sliding[0], margin), aimed * aims + (1 - aimed) * _either(turns, slowing, margin)
+        return _either(moves, sliding[0], margin), aimed * aims + (1 - aimed) * _either(
+            turns, slowing, margin
+        )
 
     def _normal(self, f: Friction) -> sympy.Expr:
         """The force that a coefficient of friction multiplies; 1 where there is none."""
@@ -473,10 +476,11 @@ def _direction(f: Friction) -> tuple[sympy.Expr, ...]:
     if f.across is None:
         return (senses[0],)
     turns = _setting(f, "turns")
-    moved = [s + _NO_SPEED * e for s, e in zip(f.speeds, senses, strict=True)]
+    # What does not turn has no speed here: the series of a direction would grow without bound at rest.
+    moved = [turns * s + (1 - turns + _NO_SPEED) * e for s, e in zip(f.speeds, senses, strict=True)]
     size = _norm(moved)
-    along = sympy.Add(*(e * s for e, s in zip(senses, moved, strict=True)))
-    onward = sympy.sign(along + _OPPOSITE * size)
+    side = sympy.Add(*(e * s for e, s in zip(senses, moved, strict=True))) + _OPPOSITE * size
+    onward = side / sympy.sqrt(side**2 + _NOTHING**2)  # 1 or -1: a choice would have no series
     return tuple(_either(turns, onward * s / size, e) for s, e in zip(moved, senses, strict=True))
 
 
