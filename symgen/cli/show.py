@@ -310,7 +310,8 @@ def _level(f: Friction, show: Notation) -> str:
 
 
 def _sliding(f: Friction, show: Notation) -> str:
-    return show(f.speed) + ("" if f.smooth is None else f", less below {show(f.smooth)}")
+    speeds = show(f.speed) if f.across is None else f"({show(f.speed)}, {show(f.across)})"
+    return speeds + ("" if f.smooth is None else f", less below {show(f.smooth)}")
 
 
 def _kinetic_energy(body: Body, show: Notation) -> str:

@@ -435,6 +435,9 @@ class Friction:
     `smooth` is the speed below which the force gives way; without it the contact sticks and slips. What sticks can take
     `static`, or as much as what slides. With a `normal`, `level` and `static` are coefficients of a normal force: that
     of a stop, or the magnitude of the multipliers of one or more constraints; the names of these.
+
+    With a speed `across` it acts against the vector of both: Coulomb's circle. Where it `creeps`, `smooth` is the speed
+    from which on it is whole, see `contact_laws.creep_share`.
     """
 
     name: str
@@ -443,6 +446,18 @@ class Friction:
     smooth: Expr | None = None
     static: Expr | None = None
     normal: tuple[str, ...] = ()
+    across: Expr | None = None
+    creeps: bool = False
+
+    @property
+    def speeds(self) -> tuple[Expr, ...]:
+        """The one speed, or both."""
+        return (self.speed,) if self.across is None else (self.speed, self.across)
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The names of its forces, one for each speed."""
+        return (self.name,) if self.across is None else (f"{self.name}_1", f"{self.name}_2")
 
 
 @dataclass(frozen=True)

@@ -1096,8 +1096,11 @@ class Model(Declared):
         static: Any = None,
         coefficient: Any = None,
         normal: str | Sequence[str] | None = None,
+        coordinates: Sequence[Any] | None = None,
+        speeds: Sequence[Any] | None = None,
+        creep: Any = None,
     ) -> None:
-        """Add Coulomb friction against the rate of a coordinate, or against another relative speed.
+        """Add Coulomb friction against the rate of a coordinate, or against another relative speed, or two of them.
 
         Parameters
         ----------
@@ -1120,15 +1123,23 @@ class Model(Declared):
             In the place of a force: the friction is `coefficient` times the force of the stop, or the magnitude of the
             constraint forces, that `normal` names. A ready-made constraint is named as a whole. With `smooth` it is
             coefficient*N*s/sqrt(s^2 + smooth^2).
+        coordinates, speeds : sequence of two
+            In the place of `coordinate` or `speed`: friction in a plane, against the sliding velocity with these two
+            components, at right angles and of one unit. It sticks in both directions until the force that holds them
+            would be larger than `static`, and then slides where that points. Its forces are NAME_1 and NAME_2.
+        creep : expression, optional
+            In the place of `smooth`: the sliding speed from which on the friction is whole. Below, it is
+            force*(1 - (1 - s/creep)^3), as of wheels that creep (Vermeulen and Johnson): its slope at the beginning is
+            3*force/creep, Kalker's coefficient.
         """
         table, sources = f"friction.{name!s:.60}", self._sources
         self._new_element(name, "friction", self._touching_names())
-        if (coordinate is None) == (speed is None):
+        if sum(x is not None for x in (coordinate, speed, coordinates, speeds)) != 1:
             raise sources.error(
                 table,
                 "coordinate",
-                "friction acts on one 'coordinate' or one 'speed'",
-                hint="give one of the two",
+                "friction acts on one 'coordinate' or one 'speed', or in a plane on two 'coordinates' or 'speeds'",
+                hint="give one of these",
             )
         if sum(x is not None for x in (force, torque, coefficient)) != 1:
             raise sources.error(
@@ -1136,27 +1147,47 @@ class Model(Declared):
                 hint="or a 'coefficient' of a 'normal' force",
             )  # fmt: skip
         names = self._normal(table, coefficient, normal)
-        if coordinate is not None:
-            given = sources.expression(coordinate, table, "coordinate")
-            if not isinstance(given, sympy.Symbol):
-                raise sources.error(
-                    table,
-                    "coordinate",
-                    "a coordinate's name is expected here",
-                    hint="for others give 'speed'",
-                )
-            sliding = dot(given)
-        else:
-            sliding = sources.expression(speed, table, "speed")
+        sliding, *across = self._sliding_speeds(table, coordinate, speed, coordinates, speeds)
         given_as = {"force": force, "torque": torque, "coefficient": coefficient}
         key = next(k for k, x in given_as.items() if x is not None)
         level = sources.expression(given_as[key], table, key)
-        width = None if smooth is None else sources.expression(smooth, table, "smooth")
+        if creep is not None and smooth is not None:
+            message = "friction gives way by 'smooth' or by 'creep', not by both"
+            raise sources.error(table, "creep", message, hint="leave one of them out")
+        soft = "smooth" if creep is None else "creep"
+        given_width = smooth if creep is None else creep
+        width = None if given_width is None else sources.expression(given_width, table, soft)
         most = None if static is None else sources.expression(static, table, "static")
         if most is not None and width is not None:
-            message = "friction with 'smooth' never sticks: 'static' has no effect"
+            message = f"friction with '{soft}' never sticks: 'static' has no effect"
             raise sources.error(table, "static", message, hint="leave one of them out")
-        self._frictions[name] = Friction(name, sliding, level, width, most, names)
+        self._frictions[name] = Friction(
+            name, sliding, level, width, most, names, across[0] if across else None, creep is not None
+        )
+
+    def _sliding_speeds(
+        self, table: str, coordinate: Any, speed: Any, coordinates: Any, speeds: Any
+    ) -> list[sympy.Expr]:
+        """The speeds that friction acts against, one or two; one of the arguments is given."""
+        sources = self._sources
+        for key, several in (("coordinates", coordinates), ("speeds", speeds)):
+            if several is not None and (not isinstance(several, (list, tuple)) or len(several) != 2):
+                hint = 'for example ["dot(x)", "dot(y)"]' if key == "speeds" else 'for example ["x", "y"]'
+                raise sources.error(table, key, f"friction in a plane has two '{key}'", hint=hint)
+        if speed is not None:
+            return [sources.expression(speed, table, "speed")]
+        if speeds is not None:
+            return [sources.expression(x, table, f"speeds[{k}]") for k, x in enumerate(speeds)]
+        plain = coordinate is not None
+        found = []
+        for k, x in enumerate([coordinate] if plain else coordinates):
+            key = "coordinate" if plain else f"coordinates[{k}]"
+            given = sources.expression(x, table, key)
+            if not isinstance(given, sympy.Symbol):
+                hint = "for others give 'speed'" if plain else "for others give 'speeds'"
+                raise sources.error(table, key, "a coordinate's name is expected here", hint=hint)
+            found.append(dot(given))
+        return found
 
     def contact(
         self,

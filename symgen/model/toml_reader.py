@@ -48,8 +48,13 @@ FRAME_KEYS = ("body", "at", "rpy", "axis", "angle", "quaternion", "x", "y")
 GRAVITY_KEYS = ("x", "y", "z", "potential", "constant", "attractors")
 LOAD_KEYS = ("point", "force", "body", "torque", "frame", "reaction")
 STOP_KEYS = ("gap", "restitution")
-FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static", "coefficient", "normal")
-CONTACT_KEYS = tuple(dict.fromkeys(("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth", *PAIR_KEYS)))
+FRICTION_KEYS = (
+    "coordinate", "speed", "coordinates", "speeds", "torque", "force", "smooth", "creep", "static", "coefficient",
+    "normal",
+)  # fmt: skip
+CONTACT_KEYS = tuple(
+    dict.fromkeys(("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth", *PAIR_KEYS))
+)
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
 TOP_KEYS = ("name", "description", "impacts")

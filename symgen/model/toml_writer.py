@@ -487,9 +487,11 @@ def _contact_tables(d: Description) -> Iterator[tuple[str, list[tuple[str, sympy
     for stop in d.stops:
         yield f"stops.{stop.name}", [("gap", stop.gap), ("restitution", stop.restitution)]
     for f in d.frictions:
-        more = [(key, x) for key, x in (("smooth", f.smooth), ("static", f.static)) if x is not None]
+        width = ("creep" if f.creeps else "smooth", f.smooth)
+        more = [(key, x) for key, x in (width, ("static", f.static)) if x is not None]
         level = [("coefficient", f.level), ("normal", f.normal)] if f.normal else [("force", f.level)]
-        yield f"friction.{f.name}", [("speed", f.speed), *level, *more]
+        speeds = ("speed", f.speed) if f.across is None else ("speeds", f.speeds)
+        yield f"friction.{f.name}", [speeds, *level, *more]
     for c in d.contacts:
         values = ((key, getattr(c, key)) for key in CONTACT_KEYS)
         yield f"contacts.{c.name}", [("gap", c.gap), *((k, x) for k, x in values if x is not None)]
