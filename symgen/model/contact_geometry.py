@@ -24,7 +24,7 @@ from ..errors import ModelError
 from .contact_pairs import OWN_SHAPE, solids_of
 from .description import Body, Contact, ContactPair, Description, Friction, Solid, Stop
 from .elements import Vector, Writer, scalar_product
-from .functions import dot, maximum, minimum
+from .functions import Tabulated, dot, maximum, minimum
 from .gravity import HERE
 from .mesh import hull_of
 from .orientation import Expressions
@@ -260,6 +260,9 @@ class _Geometry:
 
     def _foot(self, here: Vector, height: sympy.Expr, radius: sympy.Expr) -> Vector:
         """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
+        if any(len(x.args) > 1 for x in self.pair.height.atoms(Tabulated)):
+            message = "where a sphere touches a map of two arguments is not known: its pieces are too many to search"
+            raise self._error("height", message, "write a formula, or let points touch: a 'shape' with corners")
         foot = here
         for _ in range(NEWTON_STEPS):
             surface, slopes, bends = self._surface(foot)
