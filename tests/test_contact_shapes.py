@@ -8,7 +8,9 @@ import sympy
 from scipy.integrate import solve_ivp
 from scipy.optimize import lsq_linear, minimize
 from scipy.spatial.transform import Rotation
+from scipy.special import ellipk
 
+import symgen
 from symgen import Model
 from symgen.errors import ModelError
 from symgen.model.toml_reader import read_text
@@ -180,20 +182,35 @@ def test_a_ball_bounces_off_a_bowl_along_the_normal_at_the_foot():
     np.testing.assert_allclose(hit.v_after[:3], before - 1.7 * (before @ normal) * normal, atol=1e-6)
 
 
-@pytest.mark.parametrize("shape", [{"sphere": [0.05]}, {"box": [0.1, 0.08, 0.1]}], ids=["sphere", "box"])
-def test_a_surface_may_be_a_curve(shape):
+def test_a_surface_may_be_a_curve():
     """A parabola: the cubic through its knots is the parabola."""
-    knots, found = np.linspace(-1, 1, 9), []
+    knots, found = np.linspace(-1, 1, 5), []
     for kind in ("table", "formula"):
         m = Model("valley", gravity=(0, "-9.81 m/s^2"))
         m.table("valley", columns=[knots.tolist(), (knots**2).tolist()], kind="cubic", outside="extend")
-        planar_body(m, "body", shape, (0.3, 0.4, 0.2), (0.1, 0.0, 0.0))
+        planar_body(m, "body", {"box": [0.1, 0.08, 0.1]}, (0.3, 0.4, 0.2), (0.1, 0.0, 0.0))
         height = "valley(here_x)" if kind == "table" else sympy.Symbol("here_x") ** 2 * m.parameter("c", 1.0)
-        m.contact("ground", body="body", height=height, restitution=0.5, friction=0.1)
+        m.contact("ground", body="body", height=height, restitution=0.5)
         run = m.derive().run(t_end=0.3, method="dop853")
         assert run.events and run.ok
         found.append(run.states[-1])
     np.testing.assert_allclose(found[0], found[1], rtol=1e-7, atol=1e-8)
+
+
+def test_a_point_bounces_off_a_map():
+    """x^2 + x y/2 through knots, at rest above x = 0.3, y = 0.1: the first blow turns the speed about the normal."""
+    knots = np.linspace(-1, 1, 4)
+    x, y = (a.ravel() for a in np.meshgrid(knots, knots, indexing="ij"))
+    m = Model("map", gravity=(0, 0, "-9.81 m/s^2"))
+    m.table("land", columns=[x.tolist(), y.tolist(), (x**2 + 0.5 * x * y).tolist()], kind="cubic", outside="extend")
+    free_body(m, "point", {"sphere": [0.01]}, (0.3, 0.1, 0.5, 1, 0, 0, 0))
+    m.contact("floor", body="point", shape={"sphere": [0]}, height="land(here_x, here_y)", restitution=1.0)
+    hit = m.derive().run(t_end=0.35, method="dop853").events[0]
+    fallen = 0.5 - (0.09 + 0.015)
+    assert hit.t == pytest.approx(np.sqrt(2 * fallen / G), rel=1e-8)
+    normal = np.array([-0.65, -0.15, 1.0]) / np.sqrt(0.65**2 + 0.15**2 + 1)
+    before = np.array([0, 0, -np.sqrt(2 * G * fallen)])
+    np.testing.assert_allclose(hit.v_after[:3], before - 2 * (before @ normal) * normal, rtol=1e-7)
 
 
 def test_a_box_tumbles_as_newton_and_euler_say():
@@ -389,6 +406,11 @@ shape = { box = [0.4, 0.2, 0.1] }
 [gravity]
 y = "-9.81 m/s^2"
 
+[tables.land]
+columns = [[0, 1], [0, 0.1]]
+kind = "cubic"
+outside = "extend"
+
 [contacts.floor]
 body = "box"
 """
@@ -426,6 +448,7 @@ def test_text_and_builder_say_the_same(lines):
         ("stiffness = \"1e5 N/m\"", "units do not match"),
         ("shape = { cone = [0.1, 0.2] }", "a cone of 'box' is no shape that touches"),
         ("height = \"abs(here_x)\"", "is not known"),
+        ("height = \"land(here_x)\"\nshape = { sphere = [0.1] }", "a surface that is a table"),
         ("height = \"x\"", "cannot depend on a coordinate"),
         ("height = \"here_z\"", "here_z"),
         ("bodies = \"box\"", "unknown key"),
@@ -453,3 +476,30 @@ def test_too_many_corners_are_refused():
     m.contact("floor", body="body")
     with pytest.raises(ModelError, match="65 points would touch"):
         m.describe()
+
+
+def test_a_die_is_thrown_as_newton_and_coulomb_say():
+    """The first impacts, and the rest on a face, with friction in both directions of the plane."""
+    system = symgen.load("die")
+    run = system.run(t_end=1.0, rtol=1e-10, atol=1e-12, method="dop853")
+    a = 0.016
+    mass = 1180 * a**3
+    fall = Fall(mass, np.full(3, mass * a**2 / 6), box_corners((a, a, a)), 0.55, 0.25)
+    found, _ = fall.impacts(run.states[0], 5, 1.0)
+    assert [e.name for e in run.events[:5]] == [f"table_{k + 1}" for _, k in found]
+    np.testing.assert_allclose([e.t for e in run.events[:5]], [t for t, _ in found], rtol=1e-6)
+    assert max(e.energy_change for e in run.events) <= 1e-15
+    up = np.abs(rotation(run.states[-1]).as_matrix()[2])
+    assert up.max() == pytest.approx(1.0, abs=1e-9) and run.states[-1, 2] == pytest.approx(a / 2, abs=1e-9)
+    assert np.abs(run.states[-1, 7:]).max() < 1e-9
+
+
+def test_newtons_cradle_swings_as_pendulums_do():
+    """Two balls come and two fly off, after a quarter of a pendulum's period and every half one from there on."""
+    run = symgen.load("newtons_cradle").run(t_end=1.2)
+    period = 4 * np.sqrt(0.15 / 9.81) * ellipk(np.sin(0.3) ** 2)
+    assert run.ok
+    times = sorted({round(e.t, 7) for e in run.events if e.name in ("hit23", "hit34")})
+    np.testing.assert_allclose(times[:3], period * np.array([0.25, 0.75, 1.25]), rtol=1e-6)
+    at = int(np.argmin(np.abs(run.t - period / 2)))
+    np.testing.assert_allclose(run.q[at], [0, 0, 0, 0.6, 0.6], atol=2e-3)

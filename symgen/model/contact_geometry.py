@@ -260,9 +260,9 @@ class _Geometry:
 
     def _foot(self, here: Vector, height: sympy.Expr, radius: sympy.Expr) -> Vector:
         """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
-        if any(len(x.args) > 1 for x in self.pair.height.atoms(Tabulated)):
-            message = "where a sphere touches a map of two arguments is not known: its pieces are too many to search"
-            raise self._error("height", message, "write a formula, or let points touch: a 'shape' with corners")
+        if self.pair.height.atoms(Tabulated):
+            message = "where a sphere or capsule touches a surface that is a table is not searched for"
+            raise self._error("height", message, "write a formula, or let points touch: { sphere = [0] }, a box, a mesh")
         foot = here
         for _ in range(NEWTON_STEPS):
             surface, slopes, bends = self._surface(foot)
