@@ -100,7 +100,10 @@ def circle_forces(law: ContactLaw) -> tuple[np.ndarray, np.ndarray]:
     """
     if not np.isfinite(law.free).all():
         raise NoSolution
-    x = np.zeros(len(law.free))
+    # All that is held shares the load evenly, where no friction is at its limit then.
+    x, rows = np.zeros(len(law.free)), np.flatnonzero(law.acting)
+    held = law.here.compliance[np.ix_(rows, rows)]
+    x[rows] = -np.linalg.lstsq(held, law.free[rows], rcond=_REDUNDANT)[0]
     for _ in range(_ROUNDS):
         found = _newton(law, x)
         if found is not None:
