@@ -118,7 +118,7 @@ class Holding(Instant):
         return kept
 
     def _aim_anew(self, fired: np.ndarray) -> np.ndarray:
-        """Change the way in which frictions with two directions slide whose events fired at speed; return whose aim is set.
+        """Change how frictions with two directions slide whose events fired at speed; return whose aim is set.
 
         Where one turns with the motion from now on, those that began with it do.
         """
