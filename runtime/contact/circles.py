@@ -1,11 +1,11 @@
 """Forces (or impulses) of stops and frictions where some friction sticks in two directions: Coulomb's circle.
 
-The vector x of such a friction is no longer than its level L, and where it is, it is opposite to the acceleration. Laws of
-this kind are x = Π(x - ρ u) with the accelerations u = free + A x, the projection Π on what x may be, which depends on x
-where L does, and any ρ > 0: Alart, Curnier, A mixed formulation for frictional contact problems prone to Newton like
-solution methods, Comput. Methods Appl. Mech. Eng. 92 (1991). Newton's method solves them for all at once; where it does
-not, sweeps over the contacts, one after another, bring it near (Jourdan, Alart, Jean, A Gauss-Seidel like algorithm to
-solve frictional contact problems, Comput. Methods Appl. Mech. Eng. 155 (1998)).
+The vector x of such a friction is no longer than its level L, and where it is, it is opposite to the acceleration. Laws
+of this kind are x = Π(x - ρ u) with the accelerations u = free + A x, the projection Π on what x may be, which depends
+on x where L does, and any ρ > 0: Alart, Curnier, A mixed formulation for frictional contact problems prone to Newton
+like solution methods, Comput. Methods Appl. Mech. Eng. 92 (1991). Newton's method solves them for all at once; where it
+does not, sweeps over the contacts, one after another, bring it near (Jourdan, Alart, Jean, A Gauss-Seidel like algorithm
+to solve frictional contact problems, Comput. Methods Appl. Mech. Eng. 155 (1998)).
 """
 
 from __future__ import annotations
@@ -100,7 +100,10 @@ def circle_forces(law: ContactLaw) -> tuple[np.ndarray, np.ndarray]:
     """
     if not np.isfinite(law.free).all():
         raise NoSolution
-    x = np.zeros(len(law.free))
+    # All that is held shares the load evenly, where no friction is at its limit then.
+    x, rows = np.zeros(len(law.free)), np.flatnonzero(law.acting)
+    held = law.here.compliance[np.ix_(rows, rows)]
+    x[rows] = -np.linalg.lstsq(held, law.free[rows], rcond=_REDUNDANT)[0]
     for _ in range(_ROUNDS):
         found = _newton(law, x)
         if found is not None:

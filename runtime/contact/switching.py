@@ -26,6 +26,7 @@ _AT_LIMIT = 1e-10  # of the range of a friction force
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
 _AHEAD = 1e-7  # of the time that the motion takes to change
 _FINEST, _WIDEST = 1e-13, 0.02  # tolerance that an aim goes by, and angle [rad] that it lasts for at most
+_FAR = 0.999  # of what a friction can take
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
 _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
 _OFF_AIM = 1e-6  # of the speed along an aim: what goes across beyond that has another direction
@@ -45,6 +46,10 @@ class Holding(Instant):
         while True:
             here, levels = self._here(), self._levels(still)
             touching, forces, most = self._landed(here, touching, still, levels)
+            if not self._pressed(touching)[still].all():  # what takes off rubs no longer
+                still = still & self._pressed(touching)
+                waiting = waiting & still
+                continue
             acting = np.concatenate([touching, still])
             forces = _spread(here.compliance, acting[self.n_stops :] & ~self._in_circles, forces, most)
             accelerations = here.free + here.compliance @ forces
@@ -58,7 +63,8 @@ class Holding(Instant):
         held = np.concatenate([touching & self._press(here, forces), sticks])
         weak = self._weak(here, touching & struck, forces, accelerations)
         pressing = weak & (self._later(here, forces).free <= here.free) if weak.any() else weak
-        kept = _independent(here.compliance, [held & ~weak, pressing])
+        far = np.concatenate([held[: self.n_stops], self._far_from_limit(forces[self.n_stops :], most)])
+        kept = _independent(here.compliance, [held & ~weak & far, held & ~weak & ~far, pressing])
         self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]
         self._share(here, sticks & ~kept[self.n_stops :], forces)
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
@@ -71,6 +77,10 @@ class Holding(Instant):
         found = np.zeros(self.n - self.n_stops, dtype=bool)
         found[self.layout.circles] = True
         return found
+
+    def _far_from_limit(self, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
+        """Which frictions are to hold what several could: all, but those of two directions that can take no more."""
+        return ~self._in_circles | (self.layout.together(np.abs(forces)) < _FAR * most)
 
     def _with_aims(
         self, here: LocalDynamics, kept: np.ndarray, levels: Levels, forces: np.ndarray
@@ -87,9 +97,18 @@ class Holding(Instant):
         rows = self.layout.circles[:, 0]
         aimed, turns = self.aimed[rows], self.turning[rows]
         turned = here.turned(self.layout.turned(self.senses, self.aimed | self.turning))
-        across = np.zeros(self.n, dtype=bool)
-        across[self.n_stops + self.layout.circles[:, 1]] = aimed
-        kept = _independent(turned.compliance, [kept, across])
+        for j in self.n_stops + self.layout.circles[aimed, 1]:
+            if _follow(turned.compliance, kept)[j]:
+                continue
+            more = kept | (np.arange(self.n) == j)
+            if _follow(turned.compliance, more)[self.n_stops + rows[aimed]].any():
+                names = dict.fromkeys(self.names[self.n_stops + i] for i in rows[aimed])
+                raise ContactError(
+                    f"friction in two directions ({', '.join(names)}) of one body begins to slide about a point at "
+                    f"t = {self.arrays.t:.9g} s: in which directions does not follow from what holds it at rest; "
+                    "give these frictions 'smooth'"
+                )
+            kept = more
         angle = (6.0 * max(float(self.arrays.control[at.RTOL]), _FINEST)) ** (1.0 / 3.0)
         step, along = self.arrays.fixed_step, self.n_stops + rows
         angles = np.where(aimed, _WIDEST if step else min(angle, _WIDEST), 0.0)
@@ -104,7 +123,7 @@ class Holding(Instant):
         return kept
 
     def _aim_anew(self, fired: np.ndarray) -> np.ndarray:
-        """Change the way in which frictions with two directions slide whose events fired at speed; return whose aim is set.
+        """Change how frictions with two directions slide whose events fired at speed; return whose aim is set.
 
         Where one turns with the motion from now on, those that began with it do.
         """
@@ -193,6 +212,9 @@ class Holding(Instant):
             forces, most = self._forces(later, acting, self._levels(waiting, later))
             soon = forces[self.n_stops :]
             sticks |= undecided & (together(np.abs(soon)) < (1.0 - 2.0 * _AT_LIMIT) * most)
+            if len(self.layout.circles):  # at its limit, but others hold on
+                change = together(np.abs((later.free + later.compliance @ forces)[self.n_stops :]))
+                sticks |= undecided & self._in_circles & (change <= small)
             own = np.where(undecided, soon, own)
         onset = np.where(own != 0.0, -np.sign(own), np.sign(pulled))
         begins = waiting & ~sticks & self._in_circles

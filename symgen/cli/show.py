@@ -296,6 +296,7 @@ def _terms(d: Description, show: Notation) -> list[Section]:
             "stops", [(s.name, "0 <=", show(s.gap), f"restitution {show(s.restitution)}") for s in d.stops]
         ),
         *section("friction", [(f.name, _level(f, show), "against", _sliding(f, show)) for f in d.frictions]),
+        *section("bristles", [(b.made[1], "against", show(b.speed)) for b in d.bristles]),
         *section("constraints", [(c.name, "0 =", show(c.expression)) for c in d.constraints]),
         *section(
             "velocity constraints", [(c.name, "0 =", show(c.expression)) for c in d.velocity_constraints]

@@ -22,8 +22,8 @@ are Painlevé's paradox: no solution, or several (Génot, Brogliato: New results
 
 Friction with two directions: two rows in fixed axes while it sticks. Where it slides, its force is against the
 direction d of the sliding velocity s, and the senses in `p` are the direction e of some time before. Once s has turned
-by more than 45°, e is renewed. Beyond s = 0, on the other side of e, d goes on as it was: stages of a step that comes to
-rest look there, and the event that ends the sliding is a clean crossing.
+by more than 45°, e is renewed. Beyond s = 0, on the other side of e, d goes on as it was: stages of a step that comes
+to rest look there, and the event that ends the sliding is a clean crossing.
 
 Where sliding begins, d follows from almost no speed, and the equations are stiff without bound: a velocity across d
 dies out at a rate of force / speed. So it is aimed at first, along the reaction that it could not take: the force is
@@ -328,7 +328,7 @@ class Switches:
                 yield replace(event, when=when)
 
     def _holding(self, f: Friction) -> tuple[sympy.Expr, ...]:
-        """What falls to zero where sliding ends, or where a friction that sticks would have to be larger than it can."""
+        """What falls to zero where sliding ends, or where what sticks would have to be larger than it can."""
         sliding = self._going_on(f)
         if f.smooth is not None:
             return sliding

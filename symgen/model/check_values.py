@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import sympy
 
-from .description import Body, Description, Joint
+from .description import Body, Bristle, Description, Joint
 from .evaluate import NotFinite, evaluate
 from .expression_tree import kind, postorder
 from .items import Item, definition_items, items
@@ -100,6 +100,7 @@ def check_contacts(d: Description, sources: Sources) -> None:
         for key, speed in zip(own, f.speeds, strict=True)
     ]
     _check_rows(d, sources)
+    speeds += [(f"bristles.{b.name}", "speed", b.speed) for b in d.bristles]
     speeds += [(f"contacts.{c.name}", "slip", c.slip) for c in d.contacts if c.slip is not None]
     for table, key, speed in speeds:
         degree = rate_degree(speed, degrees)
@@ -120,6 +121,22 @@ def _check_rows(d: Description, sources: Sources) -> None:
                 message = f"its forces are '{f.rows[0]}' and '{f.rows[1]}', and the name '{row}' is taken"
                 raise sources.error(f"friction.{f.name}", "", message, hint="choose another name")
             taken.add(row)
+
+
+def _check_bristle(b: Bristle, values: Mapping[Address, float | None], sources: Sources) -> None:
+    table = f"bristles.{b.name}"
+    known = {
+        key: values.get((table, key)) for key in ("stiffness", "damping", "viscous", "coulomb", "static")
+    }
+    for key, value in known.items():
+        least = "positive" if key in ("stiffness", "coulomb") else "zero or more"
+        if value is not None and (value < 0.0 or (value == 0.0 and least == "positive")):
+            raise sources.error(table, key, f"it is {value:g} at the parameters' values: it is to be {least}")
+    if None not in (known["static"], known["coulomb"]) and known["static"] < known["coulomb"]:
+        message = f"it is {known['static']:g}, less than what slides, {known['coulomb']:g}"
+        raise sources.error(
+            table, "static", message, hint="leave it out for friction without Stribeck's fall"
+        )
 
 
 def check_contact_values(d: Description, values: Mapping[Address, float | None], sources: Sources) -> None:
@@ -157,6 +174,8 @@ def check_contact_values(d: Description, values: Mapping[Address, float | None],
             if value is not None and value < 0.0:
                 message = f"the coefficient is negative at the parameters' values: {value:g}"
                 raise sources.error(f"friction.{f.name}", key, message)
+    for b in d.bristles:
+        _check_bristle(b, values, sources)
     smooth = [(f"friction.{f.name}", "creep" if f.creeps else "smooth") for f in d.frictions]
     for table, key in (*smooth, *((f"contacts.{c.name}", "smooth") for c in (*d.contacts, *d.pairs))):
         value = values.get((table, key))

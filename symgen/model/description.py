@@ -461,6 +461,28 @@ class Friction:
 
 
 @dataclass(frozen=True)
+class Bristle:
+    """Friction against a relative `speed` by bristles: a state of its name, the deflection, and two definitions.
+
+    `coulomb` is the force while it slides, `static` where that begins, `stribeck` the speed in which it falls.
+    """
+
+    name: str
+    speed: Expr
+    stiffness: Expr
+    damping: Expr
+    viscous: Expr
+    coulomb: Expr
+    static: Expr | None = None
+    stribeck: Expr | None = None
+
+    @property
+    def made(self) -> tuple[str, str]:
+        """The names of its definitions: the rate of the deflection, the force."""
+        return f"{self.name}_rate", f"{self.name}_force"
+
+
+@dataclass(frozen=True)
 class Contact:
     """A compliant contact after Hunt and Crossley where `gap` is negative: depth δ, force k δ^n (1 + 3/2 c dδ/dt) ≥ 0.
 
@@ -592,6 +614,7 @@ class Description:
     loops: tuple[Loop, ...] = ()
     stops: tuple[Stop, ...] = ()
     frictions: tuple[Friction, ...] = ()
+    bristles: tuple[Bristle, ...] = ()
     contacts: tuple[Contact, ...] = ()
     pairs: tuple[ContactPair, ...] = ()
     drawings: tuple[Drawing, ...] = ()

@@ -407,6 +407,14 @@ def _contact_items(d: Description) -> Iterator[Item]:
             yield Item(table, "static", f.static, STICKING)
         if f.smooth is not None:
             yield Item(table, "creep" if f.creeps else "smooth", f.smooth, RATIO)
+    for b in d.bristles:
+        table = f"bristles.{b.name}"
+        yield Item(table, "speed", b.speed, SPEED)
+        for key in ("stiffness", "damping", "viscous", "coulomb", "static"):
+            if getattr(b, key) is not None:
+                yield Item(table, key, getattr(b, key), LEVEL)
+        if b.stribeck is not None:
+            yield Item(table, "stribeck", b.stribeck, RATIO)
     for c in d.contacts:
         table = f"contacts.{c.name}"
         yield Item(table, "gap", c.gap, HOLONOMIC)

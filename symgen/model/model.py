@@ -14,6 +14,7 @@ from ..errors import nearest
 from . import parts, run_defaults, toml_writer
 from .check import finished
 from .closures import make_closure
+from .contact_laws import bristle_laws
 from .curves import TableFunction, make_table
 from .contact_pairs import make_pair
 from .declared import Declared
@@ -21,6 +22,7 @@ from .description import (
     Attractor,
     Axis,
     Body,
+    Bristle,
     Bushing,
     Closure,
     Constant,
@@ -133,6 +135,7 @@ class Model(Declared):
         self._loops: dict[str, Loop] = {}
         self._stops: dict[str, Stop] = {}
         self._frictions: dict[str, Friction] = {}
+        self._bristles: dict[str, Bristle] = {}
         self._contacts: dict[str, Contact] = {}
         self._pairs: dict[str, ContactPair] = {}
         self._events: dict[str, Event] = {}
@@ -1189,6 +1192,69 @@ class Model(Declared):
             found.append(dot(given))
         return found
 
+    def bristle(
+        self,
+        name: str,
+        coordinate: Any = None,
+        speed: Any = None,
+        stiffness: Any = None,
+        damping: Any = 0,
+        viscous: Any = 0,
+        coulomb: Any = None,
+        static: Any = None,
+        stribeck: Any = None,
+        start: Any = 0.0,
+        unit: str | None = None,
+    ) -> sympy.Symbol:
+        """Add friction by bristles, the LuGre law: a state NAME, their deflection z, is between a speed and the force.
+
+        dz/dt = v - stiffness |v| z/g, F = stiffness z + damping dz/dt + viscous v, with
+        g = coulomb + (static - coulomb) exp(-(v/stribeck)²). NAME_force and NAME_rate are F and dz/dt.
+
+        Parameters
+        ----------
+        name : str
+        coordinate : Symbol or str
+            Its rate is the sliding speed v.
+        speed : expression
+            The sliding speed itself, linear in the rates, where it is not one coordinate's.
+        stiffness, damping, viscous : expression
+            σ0 [N/m], σ1 and σ2 [N s/m], or with torques.
+        coulomb, static : expression
+            The force (torque) while it slides steadily, and the largest before; `coulomb` if that is not given.
+        stribeck : expression
+            The speed in which the force falls from the one to the other; needed with `static`.
+        start : float, str or expression of parameters
+            The deflection where the run begins.
+        unit : str, optional
+            Of the deflection.
+
+        Returns
+        -------
+        Symbol
+            The deflection.
+        """
+        table, sources = f"bristles.{name!s:.60}", self._sources
+        if (coordinate is None) == (speed is None):
+            message = "friction by bristles acts on one 'coordinate' or one 'speed'"
+            raise sources.error(table, "coordinate", message, hint="give one of these")
+        if (static is None) != (stribeck is None):
+            missing = "static" if static is None else "stribeck"
+            raise sources.error(
+                table, missing, f"'static' and 'stribeck' go together; '{missing}' is missing"
+            )
+        (sliding,) = self._sliding_speeds(table, coordinate, speed, None, None)
+        given = {"damping": damping, "viscous": viscous, "static": static, "stribeck": stribeck}
+        values = {key: sources.expression(x, table, key) for key, x in given.items() if x is not None}
+        needed = {"stiffness": stiffness, "coulomb": coulomb}
+        values |= {key: self._required(table, key, x) for key, x in needed.items()}
+        made = Bristle(name, sliding, **values)
+        z = self.state(name, sympy.Symbol(made.made[0]), start, unit)
+        for own, law in zip(made.made, bristle_laws(made), strict=True):
+            self.definition(own, law)
+        self._bristles[name] = made
+        return z
+
     def contact(
         self,
         name: str,
@@ -1363,6 +1429,7 @@ class Model(Declared):
             impacts=self.impacts,
             stops=tuple(self._stops.values()),
             frictions=tuple(self._frictions.values()),
+            bristles=tuple(self._bristles.values()),
             contacts=tuple(self._contacts.values()),
             pairs=tuple(self._pairs.values()),
             frames=tuple(self._frames.values()),

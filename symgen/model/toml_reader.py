@@ -55,6 +55,18 @@ FRICTION_KEYS = (
 CONTACT_KEYS = tuple(
     dict.fromkeys(("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth", *PAIR_KEYS))
 )
+BRISTLE_KEYS = (
+    "coordinate",
+    "speed",
+    "stiffness",
+    "damping",
+    "viscous",
+    "coulomb",
+    "static",
+    "stribeck",
+    "start",
+    "unit",
+)
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
 TOP_KEYS = ("name", "description", "impacts")
@@ -283,6 +295,7 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "loads": _each_table("load", "loads", LOAD_KEYS, inline=False),
     "stops": _each_table("stop", "stops", STOP_KEYS, inline=False),
     "friction": _each_table("friction", "friction", FRICTION_KEYS, inline=False),
+    "bristles": _each_table("bristle", "bristles", BRISTLE_KEYS, inline=False),
     "contacts": _each_table("contact", "contacts", CONTACT_KEYS, inline=False),
     "constraints": _constraints,
     "closures": _each_table("closure", "closures", CLOSURE_KEYS, inline=False),
