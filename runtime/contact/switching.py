@@ -46,10 +46,6 @@ class Holding(Instant):
         while True:
             here, levels = self._here(), self._levels(still)
             touching, forces, most = self._landed(here, touching, still, levels)
-            if not self._pressed(touching)[still].all():  # what takes off rubs no longer
-                still = still & self._pressed(touching)
-                waiting = waiting & still
-                continue
             acting = np.concatenate([touching, still])
             forces = _spread(here.compliance, acting[self.n_stops :] & ~self._in_circles, forces, most)
             accelerations = here.free + here.compliance @ forces
@@ -67,6 +63,7 @@ class Holding(Instant):
         kept = _independent(here.compliance, [held & ~weak & far, held & ~weak & ~far, pressing])
         self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]
         self._share(here, sticks & ~kept[self.n_stops :], forces)
+        self.aimed = self.aimed & self._pressed(kept[: self.n_stops])  # a stop that takes off bears nothing
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
         return self._with_aims(here, kept, levels, forces)
