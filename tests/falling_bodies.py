@@ -27,7 +27,9 @@ class Fall:
     restitution: float
     friction: float = 0.0
 
-    def impacts(self, state: np.ndarray, count: int, t_end: float) -> tuple[list[tuple[float, int]], np.ndarray]:
+    def impacts(
+        self, state: np.ndarray, count: int, t_end: float
+    ) -> tuple[list[tuple[float, int]], np.ndarray]:
         """The times and corners of the first impacts, and the state behind the last of them.
 
         `state` is place, quaternion (w, x, y, z), velocity, body angular velocity.

@@ -25,7 +25,9 @@ def free_body(model: Model, name: str, shape: dict, start=(0, 0, 1, 1, 0, 0, 0),
     model.joint(f"{name}_free", type="free", child=name, start=start, rate=rate)
 
 
-def planar_body(model: Model, name: str, shape: dict, start=(0.0, 1.0, 0.0), rate=(0.0, 0.0, 0.0), inertia=0.01):
+def planar_body(
+    model: Model, name: str, shape: dict, start=(0.0, 1.0, 0.0), rate=(0.0, 0.0, 0.0), inertia=0.01
+):
     q = [
         model.coordinate(f"{name}_{c}", unit=unit, start=x, rate=v)
         for c, unit, x, v in zip("xya", ("m", "m", "rad"), start, rate, strict=True)
@@ -70,7 +72,14 @@ SHAPES = {
 
 
 @pytest.mark.parametrize(
-    "one, two", [("sphere", "sphere"), ("sphere", "capsule"), ("capsule", "sphere"), ("sphere", "box"), ("box", "sphere")]
+    "one, two",
+    [
+        ("sphere", "sphere"),
+        ("sphere", "capsule"),
+        ("capsule", "sphere"),
+        ("sphere", "box"),
+        ("box", "sphere"),
+    ],
 )
 def test_gaps_between_bodies_are_least_distances(one, two):
     """Found by bounded least squares over the cores of both shapes: what they are without their radius."""
@@ -104,7 +113,7 @@ def test_capsules_in_a_plane_touch_at_their_ends():
     m.contact("hit", body="a", other="b")
     system, rng = m.derive(), np.random.default_rng(3)
     for _ in range(8):
-        poses = rng.uniform(-1.0, 1.0, (2, 3)) + [[0, 0, 0], [1.5, 0, 0]]
+        poses = np.array([[0, 0, 0], [1.5, 0, 0]]) + rng.uniform(-1.0, 1.0, (2, 3))
         along = [0.2 * np.array([np.cos(a), np.sin(a)]) for _, _, a in poses]
         spanned = np.stack([along[0], -along[1]], axis=1)
         apart = poses[0, :2] - poses[1, :2]
@@ -127,7 +136,9 @@ def test_a_sphere_over_hills_is_as_far_as_the_foot():
         x, y = rng.uniform(-1, 1, 2)
         place = np.array([x, y, hills(x, y) + rng.uniform(0.08, 0.15)])
         least = minimize(
-            lambda f, c=place: (f[0] - c[0]) ** 2 + (f[1] - c[1]) ** 2 + (hills(*f) - c[2]) ** 2, place[:2], tol=1e-14
+            lambda f, c=place: (f[0] - c[0]) ** 2 + (f[1] - c[1]) ** 2 + (hills(*f) - c[2]) ** 2,
+            place[:2],
+            tol=1e-14,
         )
         state = np.concatenate([place, [1, 0, 0, 0], np.zeros(6)])
         assert gaps(system, state)[0] == pytest.approx(np.sqrt(least.fun) - 0.1, abs=1e-10)
@@ -202,7 +213,12 @@ def test_a_point_bounces_off_a_map():
     knots = np.linspace(-1, 1, 4)
     x, y = (a.ravel() for a in np.meshgrid(knots, knots, indexing="ij"))
     m = Model("map", gravity=(0, 0, "-9.81 m/s^2"))
-    m.table("land", columns=[x.tolist(), y.tolist(), (x**2 + 0.5 * x * y).tolist()], kind="cubic", outside="extend")
+    m.table(
+        "land",
+        columns=[x.tolist(), y.tolist(), (x**2 + 0.5 * x * y).tolist()],
+        kind="cubic",
+        outside="extend",
+    )
     free_body(m, "point", {"sphere": [0.01]}, (0.3, 0.1, 0.5, 1, 0, 0, 0))
     m.contact("floor", body="point", shape={"sphere": [0]}, height="land(here_x, here_y)", restitution=1.0)
     hit = m.derive().run(t_end=0.35, method="dop853").events[0]
@@ -215,7 +231,9 @@ def test_a_point_bounces_off_a_map():
 
 def test_a_box_tumbles_as_newton_and_euler_say():
     m = Model("tumbling", gravity=(0, 0, "-9.81 m/s^2"))
-    start = np.concatenate([[0, 0, 1], np.array([0.9, 0.3, -0.2, 0.1]) / np.linalg.norm([0.9, 0.3, -0.2, 0.1])])
+    start = np.concatenate(
+        [[0, 0, 1], np.array([0.9, 0.3, -0.2, 0.1]) / np.linalg.norm([0.9, 0.3, -0.2, 0.1])]
+    )
     rate = np.array([0.5, 0.2, 0.0, 3.0, 1.0, -2.0])
     free_body(m, "box", {"box": EDGES}, start.tolist(), rate.tolist())
     m.contact("floor", body="box", restitution=0.6)
@@ -297,7 +315,9 @@ def test_a_block_slides_or_tips():
     slides = slope(0.2, 30, shape, 0.15, 0.01).derive().run(t_end=0.05)
     lean = np.pi / 6
     a = G * (np.sin(lean) - 0.2 * np.cos(lean))
-    assert slides["body_x"][-1] - slides["body_x"][0] == pytest.approx(a * 0.05**2 / 2 * np.cos(lean), rel=1e-6)
+    assert slides["body_x"][-1] - slides["body_x"][0] == pytest.approx(
+        a * 0.05**2 / 2 * np.cos(lean), rel=1e-6
+    )
     assert np.ptp(slides["body_a"]) < 1e-12
     tips = slope(2.0, 30, shape, 0.15, 0.01).derive().run(t_end=0.1, rtol=1e-10)
     # About the lower corner, whose arm to the centre of mass leans by atan(1/3) against the slope's normal.
@@ -340,7 +360,9 @@ def test_a_compliant_ball_bounces_as_hunt_and_crossley_say(method):
 
     expected = solve_ivp(rates, (0, 0.6), [0.6, 0], "Radau", rtol=1e-11, atol=1e-13, max_step=1e-3).y[:, -1]
     assert run.ok
-    np.testing.assert_allclose([run["ball_free_z"][-1], run["ball_free_vz"][-1]], expected, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(
+        [run["ball_free_z"][-1], run["ball_free_vz"][-1]], expected, rtol=1e-5, atol=1e-6
+    )
 
 
 def test_compliant_friction_acts_in_the_plane():
@@ -348,7 +370,13 @@ def test_compliant_friction_acts_in_the_plane():
     m = Model("bowl3", gravity=(0, 0, "-9.81 m/s^2"))
     radius, depth = 0.1, (9.81 / 1e6) ** (1 / 1.5)
     m.body("ball", mass=1.0, inertia=[0.004] * 3, shape={"sphere": [radius]})
-    m.joint("free", type="free", child="ball", start=(0, 0, radius - depth, 1, 0, 0, 0), rate=(1.2, 1.6, 0, 0, 0, 0))
+    m.joint(
+        "free",
+        type="free",
+        child="ball",
+        start=(0, 0, radius - depth, 1, 0, 0, 0),
+        rate=(1.2, 1.6, 0, 0, 0, 0),
+    )
     m.contact("lane", body="ball", stiffness=1e6, damping=0.5, friction=0.3, smooth="1e-4 m/s")
     run = m.derive().run(t_end=1.0, method="radau5")
     assert run.ok
@@ -465,7 +493,7 @@ def test_boxes_in_space_are_refused_with_a_remedy():
     for name in "ab":
         free_body(m, name, {"box": EDGES})
     m.contact("hit", body="a", other="b")
-    with pytest.raises(ModelError, match="a box and a box .* spheres at its corners"):
+    with pytest.raises(ModelError, match=r"a box and a box .* spheres at its corners"):
         m.describe()
 
 

@@ -286,9 +286,7 @@ class Holding(Instant):
         self._solved(lambda: check_unique(here, touching, stuck, directions, levels, forces))
 
 
-def _spread(
-    compliance: np.ndarray, sharing: np.ndarray, forces: np.ndarray, most: np.ndarray
-) -> np.ndarray:
+def _spread(compliance: np.ndarray, sharing: np.ndarray, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
     """Return forces that do the same, but that `sharing` frictions share in parts of what each can take.
 
     What the complementarity problem finds are corners: of two frictions that hold a body together one may be at its

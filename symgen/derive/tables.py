@@ -57,9 +57,7 @@ def tabulated_node(
     return value
 
 
-def _slope(
-    g: Graph, tables: Mapping[str, Table], function: type[Tabulated], args: Sequence[int]
-) -> int:
+def _slope(g: Graph, tables: Mapping[str, Table], function: type[Tabulated], args: Sequence[int]) -> int:
     """A partial derivative of the value: that of the piece which holds."""
     n = len(args)
     own = [g.var(VIRTUAL, k) for k in range(n)]  # arguments that stand for themselves

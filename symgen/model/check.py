@@ -18,8 +18,8 @@ from ..errors import nearest
 from . import check_values
 from .check_tree import LoopChecker, check_tree
 from .check_values import check_contacts, check_velocity_constraints, is_massless
-from .contact_pairs import check_pairs
 from .closures import check_closures
+from .contact_pairs import check_pairs
 from .description import Body, Coordinate, Description, Joint, Rate
 from .elements import check_force_elements
 from .evaluate import NotFinite, evaluate

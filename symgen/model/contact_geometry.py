@@ -21,7 +21,7 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
-from .contact_pairs import OWN_SHAPE, solids_of
+from .contact_pairs import solids_of
 from .description import Body, Contact, ContactPair, Description, Friction, Solid, Stop
 from .elements import Vector, Writer, scalar_product
 from .functions import Tabulated, dot, maximum, minimum
@@ -61,7 +61,10 @@ class Rod:
     def ends(self) -> list[Ball]:
         """Its ends."""
         return [
-            Ball([total([p, product([side, self.half, a])]) for p, a in zip(self.place, self.along)], self.radius)
+            Ball(
+                [total([p, product([side, self.half, a])]) for p, a in zip(self.place, self.along)],
+                self.radius,
+            )
             for side in (sympy.S.NegativeOne, sympy.S.One)
         ]
 
@@ -174,8 +177,12 @@ class _Geometry:
 
     def _bound(self, count: int) -> None:
         if count > MOST_POINTS:
-            message = f"{count} points would touch, each with an equation of its own; the most are {MOST_POINTS}"
-            raise self._error("shape", message, "give the contact a coarser 'shape': fewer corners, or spheres")
+            message = (
+                f"{count} points would touch, each with an equation of its own; the most are {MOST_POINTS}"
+            )
+            raise self._error(
+                "shape", message, "give the contact a coarser 'shape': fewer corners, or spheres"
+            )
 
     def _error(self, key: str, message: str, hint: str) -> ModelError:
         return self.sources.error(f"contacts.{self.pair.name}", key, message, hint=hint)
@@ -200,7 +207,10 @@ class _Geometry:
             return [Ball(point(middle), solid.sizes[0])]
         if solid.kind == "mesh":
             corners = self._hull(solid, key)
-            return [Ball(point([total([x, c]) for x, c in zip(middle, corner)]), sympy.S.Zero) for corner in corners]
+            return [
+                Ball(point([total([x, c]) for x, c in zip(middle, corner)]), sympy.S.Zero)
+                for corner in corners
+            ]
         turn = turned(replace(solid, planar=planar))
         axes = [[row[k] for row in turn] for k in range(3)]  # in the body's frame
         if solid.kind == "capsule":
@@ -262,14 +272,17 @@ class _Geometry:
         """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
         if self.pair.height.atoms(Tabulated):
             message = "where a sphere or capsule touches a surface that is a table is not searched for"
-            raise self._error("height", message, "write a formula, or let points touch: { sphere = [0] }, a box, a mesh")
+            raise self._error(
+                "height", message, "write a formula, or let points touch: { sphere = [0] }, a box, a mesh"
+            )
         foot = here
         for _ in range(NEWTON_STEPS):
             surface, slopes, bends = self._surface(foot)
             below = self._define(difference(surface, height))
             near = self._define(maximum(below, negated(product([NEAR, radius])), evaluate=False))
             left = [
-                self._define(total([difference(f, x), product([below, s])])) for f, x, s in zip(foot, here, slopes)
+                self._define(total([difference(f, x), product([below, s])]))
+                for f, x, s in zip(foot, here, slopes)
             ]
             matrix = [
                 [
@@ -330,7 +343,9 @@ class _Geometry:
         if nearest is None or (Ball in (type(a), type(b)) and self._has_corners(a, b)):
             what = f"{_named(a)} and {_named(b)}"
             message = f"how {what} of two bodies touch is not known in closed form"
-            hint = "touch by spheres at its corners, by a 'shape' of the contact, or a 'plane' of the other body"
+            hint = (
+                "touch by spheres at its corners, by a 'shape' of the contact, or a 'plane' of the other body"
+            )
             raise self._error("other", message, hint)
         for place, other, radius in nearest(b, a) if swapped else nearest(a, b):
             yield self._apart(*((other, place) if swapped else (place, other)), a, radius)
@@ -371,7 +386,9 @@ def _origin_of_shapes(body: Body, is_child: bool) -> Expressions:
     made = together(body.solids) if body.solids else None
     com = (*body.com, *none)[:3] if is_child else none
     if made is not None:
-        return none if is_child and body.centred else tuple(difference(x, c) for x, c in zip(com, made.centre))
+        return (
+            none if is_child and body.centred else tuple(difference(x, c) for x, c in zip(com, made.centre))
+        )
     return none if any(solid.offset for solid in body.solids) else com
 
 
@@ -410,7 +427,9 @@ def _within(x: sympy.Expr, half: sympy.Expr) -> sympy.Expr:
     return maximum(negated(half), minimum(x, half, evaluate=False), evaluate=False)
 
 
-Nearest = Iterator[tuple[Vector, Vector, sympy.Expr]]  # places on the cores of both shapes, and what is around them
+Nearest = Iterator[
+    tuple[Vector, Vector, sympy.Expr]
+]  # places on the cores of both shapes, and what is around them
 
 
 def _ball_to_ball(a: Ball, b: Ball) -> Nearest:

@@ -26,7 +26,7 @@ PAIR_KEYS = (
 COMPLIANT = ("exponent", "damping")  # go with a stiffness
 RIGID = ("restitution", "static")  # do not
 TOUCHING = ("box", "sphere", "capsule", "mesh")
-OWN_SHAPE = 'give the contact a \'shape\' of its own, such as { box = [1, 1, 1] } or { sphere = [0.5] }'
+OWN_SHAPE = "give the contact a 'shape' of its own, such as { box = [1, 1, 1] } or { sphere = [0.5] }"
 
 
 def make_pair(model: Declared, name: str, given: Mapping[str, Any]) -> ContactPair:
@@ -61,7 +61,9 @@ def make_pair(model: Declared, name: str, given: Mapping[str, Any]) -> ContactPa
             if key in given:
                 raise error(key, f"'{key}' goes with a coefficient of 'friction'", "give it, too")
     elif compliant and "smooth" not in given:
-        message = "friction of a contact with a 'stiffness' needs 'smooth', the speed below which it gives way"
+        message = (
+            "friction of a contact with a 'stiffness' needs 'smooth', the speed below which it gives way"
+        )
         raise error("smooth", message, 'for example smooth = "1e-3 m/s"')
     elif "static" in given and "smooth" in given:
         message = "friction with 'smooth' never sticks: 'static' has no effect"
@@ -115,7 +117,10 @@ def check_pairs(d: Description, sources: Sources) -> None:
         if against != WORLD and bodies[against].planar != bodies[pair.body].planar:
             message = f"one of '{pair.body}' and '{against}' is planar, the other moves in space"
             raise sources.error(table, key, message, hint="make both planar, or none")
-        for key, name, own in (("shape", pair.body, pair.shapes), ("other_shape", pair.other, pair.other_shapes)):
+        for key, name, own in (
+            ("shape", pair.body, pair.shapes),
+            ("other_shape", pair.other, pair.other_shapes),
+        ):
             if name is not None:
                 _check_shapes(bodies[name], own, table, key, sources)
 

@@ -15,8 +15,8 @@ from . import parts, run_defaults, toml_writer
 from .check import finished
 from .closures import make_closure
 from .contact_laws import bristle_laws
-from .curves import TableFunction, make_table
 from .contact_pairs import make_pair
+from .curves import TableFunction, make_table
 from .declared import Declared
 from .description import (
     Attractor,
@@ -1321,8 +1321,16 @@ class Model(Declared):
             "other_shape": other_shape, "restitution": restitution, "static": static,
         }  # fmt: skip
         if body is not None:
-            laws = {"gap": gap, "slip": slip, "stiffness": stiffness, "exponent": exponent, "damping": damping}
-            self._pairs[name] = make_pair(self, name, by_shape | laws | {"friction": friction, "smooth": smooth})
+            laws = {
+                "gap": gap,
+                "slip": slip,
+                "stiffness": stiffness,
+                "exponent": exponent,
+                "damping": damping,
+            }
+            self._pairs[name] = make_pair(
+                self, name, by_shape | laws | {"friction": friction, "smooth": smooth}
+            )
             return
         for key, value in by_shape.items():
             if value is not None:

@@ -144,7 +144,9 @@ def write_rolling(writer: Writer, r: Rolling) -> list[Constraint]:
     def hold(which: str, expression: sympy.Expr, kind: str = "velocity") -> None:
         made[which] = Constraint(f"{r.name}_{which}", expression, kind)
 
-    height = None if origin is None else scalar_product([difference(x, y) for x, y in zip(centre, origin)], normal)
+    height = (
+        None if origin is None else scalar_product([difference(x, y) for x, y in zip(centre, origin)], normal)
+    )
     if r.kind == "knife":
         blade = writer.direction(r.body, r.axis)
         side = cross(normal, blade)

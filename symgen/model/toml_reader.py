@@ -10,6 +10,7 @@ from typing import Any
 
 from ..errors import ModelError, nearest
 from .closures import CLOSURE_KEYS
+from .contact_pairs import PAIR_KEYS
 from .curves import TABLE_KEYS
 from .elements import BUSHING_KEYS, SPRING_KEYS
 from .files import LARGEST_FILE, read_plain
@@ -17,7 +18,6 @@ from .gravity import ATTRACTOR_KEYS
 from .items import DRAWINGS
 from .model import Model
 from .names import LONGEST_NAME
-from .contact_pairs import PAIR_KEYS
 from .rolling import ROLLING_KEYS
 from .rotors import ROTOR_KEYS
 from .toml_text import parse

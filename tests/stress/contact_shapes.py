@@ -41,7 +41,10 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, dict]:
         "box": {"box": sizes.tolist()},
         "capsule": {"capsule": [sizes[0] / 2, sizes[1]]},
         "sphere": {"sphere": [sizes[0] / 2]},
-        "two": [{"sphere": [0.03], "offset": [0.06, 0.0] + [0.0] * (not planar)}, {"box": (sizes / 2).tolist()}],
+        "two": [
+            {"sphere": [0.03], "offset": [0.06, 0.0] + [0.0] * (not planar)},
+            {"box": (sizes / 2).tolist()},
+        ],
     }
     name = "box" if kind == "reference" else rng.choice(list(shapes))
     name = "sphere" if kind == "pair" else name
@@ -51,8 +54,14 @@ def thrown(kind: str, rng: np.random.Generator) -> tuple[Model, dict]:
     height, speed = rng.uniform(0.25, 0.5), rng.normal(size=3) * 0.5
     about = {"shape": shapes[name], "e": e, "mu": mu, "inertia": inertia, "planar": planar, "kind": kind}
     if planar:
-        q = [m.coordinate(c, unit=u, start=s, rate=v) for c, u, s, v in (
-            ("x", "m", 0.0, speed[0]), ("y", "m", height, speed[1]), ("a", "rad", rng.uniform(-3, 3), spin[0]))]
+        q = [
+            m.coordinate(c, unit=u, start=s, rate=v)
+            for c, u, s, v in (
+                ("x", "m", 0.0, speed[0]),
+                ("y", "m", height, speed[1]),
+                ("a", "rad", rng.uniform(-3, 3), spin[0]),
+            )
+        ]
         m.body("body", mass=1.0, com=q[:2], inertia=inertia[0], angle=q[2], shape=shapes[name])
     else:
         m.body("body", mass=1.0, inertia=inertia.tolist(), shape=shapes[name])
@@ -104,7 +113,9 @@ def _heights(run, about: dict) -> np.ndarray:
         offset = np.array([*shape.get("offset", (0.0, 0.0)), 0.0])[:3]
         if "box" in shape:
             corners = box_corners(shape["box"])
-            places += list(corners[np.abs(corners[:, 2]) > 0] * ([1, 1, 0] if about["planar"] else 1) + offset)
+            places += list(
+                corners[np.abs(corners[:, 2]) > 0] * ([1, 1, 0] if about["planar"] else 1) + offset
+            )
             radii += [0.0] * 8
         elif "sphere" in shape:
             places.append(offset)
@@ -167,7 +178,9 @@ def try_many(kind: str, method: str, count: int, seed: int) -> tuple[Counter, li
 
 def main(arguments: list[str] | None = None) -> int:
     """Try cases and print a table."""
-    parser = argparse.ArgumentParser(prog="python -m tests.stress.contact_shapes", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.stress.contact_shapes", description=__doc__.splitlines()[0]
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--methods", nargs="+", default=["dop853", "taylor", "radau5", "rk4"])
@@ -177,7 +190,10 @@ def main(arguments: list[str] | None = None) -> int:
     for kind in given.kinds:
         for method in given.methods:
             counts, said = try_many(kind, method, given.count, given.seed)
-            print(f"{kind:10} {method:10} " + "  ".join(f"{k} {n}" for k, n in sorted(counts.items())), flush=True)
+            print(
+                f"{kind:10} {method:10} " + "  ".join(f"{k} {n}" for k, n in sorted(counts.items())),
+                flush=True,
+            )
             for line in said:
                 print(f"    {line:.300}", flush=True)
             wrong += counts[WRONG]
