@@ -365,8 +365,8 @@ class _Geometry:
     def _tangents(self, normal: Vector) -> list[Vector]:
         """Directions at right angles to a normal that turns.
 
-        Duff et al., Building an orthonormal basis, revisited, J. Comput. Graph. Tech. 6 (2017): the pair jumps where the
-        normal is level, and friction that acts against the vector of both speeds does not feel it.
+        Duff et al., Building an orthonormal basis, revisited, J. Comput. Graph. Tech. 6 (2017): the pair jumps where
+        the normal is level, and friction that acts against the vector of both speeds does not feel it.
         """
         x, y, z = normal
         if self.planar:
