@@ -181,6 +181,14 @@ SECTIONS: dict[str, dict[str, Entry]] = {
             "run active_suspension", "An actuator that lags is a state, and a curve is the damper.", 0.6
         ),
         "rough_road": Entry("run rough_road", "A road of many sines, in the equations as they are.", 1.0),
+        "engine_v6": Entry(
+            "run engine_v6 --t-end 0.1",
+            "One cylinder, used six times: where a stroke ends, a step ends.",
+            0.04,
+        ),
+        "differential_car": Entry(
+            "run differential_car --t-end 1", "The wheel on ice spins, and the other one has no more torque.", 0.7
+        ),
         "cart_pole": Entry("run cart_pole --t-end 2", "Nobody balances it.", 0.8),
         "cart_pole_lqr": Entry(
             "run cart_pole_lqr", "A sampled regulator, made from the linearised model.", 0.3

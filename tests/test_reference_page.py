@@ -23,6 +23,7 @@ from symgen.model.rolling import ROLLING_KEYS
 from symgen.model.rotors import ROTOR_KEYS
 from symgen.model.run_defaults import FORMULATIONS, KEYS
 from symgen.model.solids import SHAPE_KEYS
+from symgen.model.starts import START_KEYS
 from symgen.model.toml_reader import READERS, TOP_KEYS, read_text
 from symgen.model.units import ATOMS
 
@@ -52,6 +53,7 @@ KEYS_OF = {
     "friction": toml_reader.FRICTION_KEYS,
     "contacts": toml_reader.CONTACT_KEYS,
     "events": toml_reader.EVENT_KEYS,
+    "start": START_KEYS,
     "draw": DRAWINGS,
     "run": KEYS,
 }

@@ -142,7 +142,7 @@ def test_circles_are_taken_apart():
     for stage in found.stages:
         for group in stage:
             for needs in group.needs:
-                assert needs - {m.root for m in group.members} <= made
+                assert set(needs) - {m.root for m in group.members} <= made
         made |= {member.root for group in stage for member in group.members}
     assert made >= set(kept)
 

@@ -27,9 +27,21 @@ class Table:
         for name, value in values.items():
             self._slots[AT[name]] = value
 
+    def integer(self, name: str) -> int:
+        """Return a size that machine code has set."""
+        return int(self._slots[AT[name]])
+
     def set_numbers(self, **values: float) -> None:
         for name, value in values.items():
             self._slots.view(np.float64)[AT[name]] = value
+
+    def integer(self, name: str) -> int:
+        """Return a size that was set."""
+        return int(self._slots[AT[name]])
+
+    def number(self, name: str) -> float:
+        """Return a number that was set."""
+        return float(self._slots.view(np.float64)[AT[name]])
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         for name, array in arrays.items():

@@ -201,6 +201,9 @@ class Code:
     def flags(self, value: bool) -> Value:
         return Value(self, f"splat (i1 {str(value).lower()})", FLAGS)
 
+    def flag(self, value: bool) -> Value:
+        return Value(self, str(value).lower(), FLAG)
+
     def as_kind(self, value: Any, kind: str) -> Value:
         """Return a value as one of this kind: a number beside lanes stands for all of them."""
         if not isinstance(value, Value):

@@ -27,7 +27,7 @@ from symgen.cli.terminal import say
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.ensemble.result import Ensemble
-from symgen.runtime.ensemble.run import Collector, run_parts
+from symgen.runtime.ensemble.run import Collector
 from symgen.runtime.ensemble.sampling import read_variation
 from symgen.runtime.ensemble.store import Stored, read_ensemble, write_ensemble
 from symgen.runtime.errors import RuntimeModelError, nearest
@@ -97,7 +97,7 @@ def command(
         raise click.UsageError("--resume goes on with the file of --out: name it")
     if not vary:
         raise click.UsageError("--vary says what differs between members: give it at least once")
-    system, _ = load_system(find_model(model), as_dict(options, "--option"), quiet)
+    system, _ = load_system(find_model(model), as_dict(options, "--option"), quiet, on_demand=True)
     plan = make_plan(system, _options(system, vary, keep, given))
     collected = Collector(plan)
     if resume and out_file.exists():
@@ -159,8 +159,8 @@ def _collect(
     if progress is not None:
         progress.begin(collected.n_done)
     try:
-        for part in run_parts(plan, collected.names, collected.n_done):
-            collected.take(part)
+        for chunk in collected.run():
+            collected.take(chunk)
             if progress is not None:
                 progress.show(collected.n_done, plan.members.n, collected.n_failed)
             if out_file is not None and time.monotonic() - stored > _STORE_EVERY:

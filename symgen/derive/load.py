@@ -164,6 +164,9 @@ def make_loader(g: Graph, d: Description, x: Variables) -> Loader:
     symbols |= {p.name: g.var(PARAM, k) for k, p in enumerate(d.parameters)}
     symbols |= {u.name: g.var(INPUT, k) for k, u in enumerate(d.inputs)}
     symbols |= {c.name: g.const(c.value) for c in d.constants}
+    symbols |= {
+        f"{name} balance": g.zero for name in d.balanced
+    }  # where nothing else is known: forces in balance
     loader = Loader(g, symbols, dict(zip([*x.q, x.t], [*x.qdot, g.one], strict=True)), d.tables)
     loader.count_terms(_expressions(d))
     return loader

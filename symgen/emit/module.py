@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from symgen.derive.rolling import OUT, schedule
 from symgen.runtime.graph.functions import IN_CODE
 from symgen.runtime.graph.layouts import settings_of
+from symgen.runtime.graph.spelling import spelled
 
 from ..derive.graph.graph import Graph
 from ..derive.graph.nodes import INPUT, LAM, PARAM, VIRTUAL, A, Q, T, V
@@ -71,10 +72,11 @@ class FunctionText(Shared):
         return Section(self, g, function)
 
     def _body(self) -> Iterator[str]:
+        self._note_shared_parameters()
         for section in self.sections:
             section.print()
-        parameters = {args: None for s in self.sections for args in s.shared_parameters()}
-        yield from (f"{self.names[args]} = p[{args[1]}]" for args in sorted(parameters))
+        self._note_shared_parameters()  # rolled sections know theirs once they are printed
+        yield from (f"{self.names[args]} = p[{args[1]}]" for args in sorted(self.read_once))
         for section in self.sections:
             yield from section.hoisted
         yield from (f"{name} = {START_VALUES[self.kinds[k]]}" for k, name in self.totals.items())
@@ -85,6 +87,9 @@ class FunctionText(Shared):
         if self.columns:
             yield from self.columns.end(self.target, OUT)
         yield from (f"out[{place}] = {name}" for place, name in self.totals.items())
+
+    def _note_shared_parameters(self) -> None:
+        self.read_once.update(args for s in self.sections for args in s.shared_parameters())
 
 
 def emit(program: Program) -> str:
@@ -189,19 +194,20 @@ def _quoted(value: str) -> str:
 def _variable_names(program: Program) -> dict[tuple[int, int], str]:
     """Prefixed names, so that a model's own names can clash neither with each other nor with temporaries."""
     head = program.header
+    behind = head.get("sensed") or head.get("start")
     groups = {
         Q: ("q", head["coordinates"]),
         V: ("v", head["rates"]),
         A: ("a", head["rates"]),
-        LAM: ("lam", [*head["constraints"], *(head.get("switches", ()) if head.get("sensed") else ())]),
+        LAM: ("lam", [*head["constraints"], *(head.get("switches", ()) if behind else ())]),
         VIRTUAL: ("tau", head["rates"] if "robot" in head else ()),
         PARAM: ("p", head["parameters"]),
         INPUT: ("u", head["inputs"]),
     }
     names = {(T, 0): "t"}
     for kind, (prefix, entries) in groups.items():
-        names |= {(kind, k): f"{prefix}_{entry['name']}" for k, entry in enumerate(entries)}
-    settings = [f"s_{s['name']}_{key}" for s in head.get("switches", ()) for key in settings_of(s)]
+        names |= {(kind, k): f"{prefix}_{spelled(entry['name'])}" for k, entry in enumerate(entries)}
+    settings = [f"s_{spelled(s['name'])}_{key}" for s in head.get("switches", ()) for key in settings_of(s)]
     settings += [f"b_{k}" for k in range(sum(event["action"] == JUMP for event in head.get("events", ())))]
     names |= {(INPUT, len(head["inputs"]) + k): name for k, name in enumerate(settings)}
     return names

@@ -2,7 +2,7 @@
 
 The checks of stops, friction and contacts: names, speeds linear in the rates, values that make sense.
 
-Whether velocity constraints are linear in the rates, found on the expression tree without expanding it.
+Degrees of expressions in the rates, found on the expression tree without expanding it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NONLINEAR = 2
 
 
 def check_velocity_constraints(d: Description, sources: Sources) -> None:
-    """Every velocity constraint must contain rates, and be linear in them."""
+    """Every velocity constraint must contain rates."""
     if not d.velocity_constraints:
         return
     degrees = own_degrees(d)
@@ -36,13 +36,6 @@ def check_velocity_constraints(d: Description, sources: Sources) -> None:
                 c.name,
                 "a velocity constraint without a rate",
                 hint="put it into [constraints]",
-            )
-        if degree >= NONLINEAR:
-            raise sources.error(
-                "velocity_constraints",
-                c.name,
-                "a velocity constraint must be linear in the rates",
-                hint="write it as a sum of rates, each times an expression of coordinates and t",
             )
 
 

@@ -93,7 +93,8 @@ class State:
 class Input:
     """A control input with its default value, or with what it does over time where nothing else is said.
 
-    `times` and `values` are those of a table of this `kind`; `polynomial` has coefficients of powers of t.
+    `times` and `values` are those of a table of this `kind`; `polynomial` has coefficients of powers of t. One that is
+    `rate_of` another is its time derivative, which runs make.
     """
 
     name: str
@@ -103,6 +104,7 @@ class Input:
     values: tuple[float, ...] = ()
     kind: str = ""
     polynomial: tuple[float, ...] = ()
+    rate_of: str = ""
 
 
 @dataclass(frozen=True)
@@ -556,6 +558,35 @@ class Event:
 
 
 @dataclass(frozen=True)
+class StartEquation:
+    """An expression that is zero where a run begins, of a `unit` if it was compared with a quantity; `text` says it."""
+
+    expression: Expr
+    text: str
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class StartConditions:
+    """What holds where a run begins, besides the constraints; guesses move, and so do the parameters that are sought.
+
+    `equations` hold there; `find` names parameters. The coordinates (or rates, or states) of `steady` are at rest and
+    stay so, `everything` is all whose rates are not given. Gaps of the stops `closed` are zero, with their rates.
+    """
+
+    equations: tuple[StartEquation, ...] = ()
+    find: tuple[str, ...] = ()
+    steady: tuple[str, ...] = ()
+    everything: bool = False
+    closed: tuple[str, ...] = ()
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether anything is at rest."""
+        return self.everything or bool(self.steady)
+
+
+@dataclass(frozen=True)
 class Drawing:
     """What is drawn besides bodies and joints: `kind` as in `symgen.model.parts.KINDS`, vectors in world axes.
 
@@ -565,6 +596,39 @@ class Drawing:
     name: str
     kind: str
     vectors: tuple[tuple[Expr, ...], ...]
+
+
+@dataclass(frozen=True)
+class Port:
+    """What an assembly is given by the model that uses it: `kind` is one of `assemblies.PORT_KINDS`."""
+
+    name: str
+    kind: str
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a use of an assembly gives: under a `key`, an expression, a number or (of elements) a name.
+
+    `kind` is that of a port, "parameter", "free" for a parameter that only the model has, or "place" for where the
+    assembly stands; `unit` is what the assembly has it in. What is not `said` is the model's own of that name.
+    """
+
+    key: str
+    kind: str
+    value: Expr | str | float
+    unit: str | None = None
+    said: bool = True
+
+
+@dataclass(frozen=True)
+class Use:
+    """A use of an assembly: all that it has is called `NAME.…` in the model."""
+
+    name: str
+    assembly: str
+    given: tuple[Given, ...]
 
 
 @dataclass(frozen=True)
@@ -633,6 +697,9 @@ class Description:
     sensors: tuple[Sensor, ...] = ()
     closures: tuple[Closure, ...] = ()
     rotors: tuple[Rotor, ...] = ()
+    uses: tuple[Use, ...] = ()
+    start: StartConditions | None = None
+    balanced: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

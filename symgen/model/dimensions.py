@@ -256,13 +256,12 @@ def _check_item(item: Item, names: dict[str, Size], sources: Sources) -> Size:
         try:
             size = source.unit.dimension if source.unit else infer(source.expression, names, source.decimals)
         except ModelError as error:
-            raise sources.locate(error, item.table, item.key) from None
+            raise sources.locate(error, item.table, item.key, source) from None
         if item.dimension is not None and isinstance(size, tuple) and size != item.dimension:
-            raise sources.error(
-                item.table,
-                item.key,
+            error = ModelError(
                 f"units do not match: this is in {dimension_text(size)}, "
                 f"and {dimension_text(item.dimension)} is expected",
                 hint="look at the units of the parameters in it",
             )
+            raise sources.locate(error, item.table, item.key, source)
     return size

@@ -84,6 +84,11 @@ CONSTANT = Role(
     UNVARYING,
     "masses and inertias are made of parameters and constants; write others as energy, in [energy] kinetic",
 )
+GIVEN = Role(
+    "the value of a parameter",
+    UNVARYING,
+    'it is made of parameters and constants; what moves comes in by a port of the kind "value"',
+)
 SHAPED = Role("the size, place or density of a solid", UNVARYING, "it is made of parameters and constants")
 DENSITY = over(MASS, times(LENGTH, times(LENGTH, LENGTH)))
 GRAVITY = Role(
@@ -113,7 +118,7 @@ COURSE = Role(
     (RATES, INPUTS, COORDINATES, PLACES, STATES, KINKS),
     "it is made of t, parameters and constants; hold expressions of coordinates at zero by 'couple'",
 )
-VELOCITY = Role("a velocity constraint", (INPUTS, KINKS), "prescribed motion is written with t")
+VELOCITY = Role("a velocity constraint", (KINKS,), "prescribed motion is written with t")
 SPEED = Role("a sliding speed", (INPUTS, STATES), "prescribed motion is written with t")
 LEVEL = Role(
     "a friction force",
@@ -126,7 +131,7 @@ STICKING = Role(
 SLIDING = Role("a friction force")
 OBSERVED = Role("an output, event or size")
 # Where reactions and accelerations may stand, besides in what events look at.
-SOLVED_TABLES = ("outputs", "definitions")
+SOLVED_TABLES = ("outputs", "definitions", "start")
 
 
 class Item(NamedTuple):
@@ -146,6 +151,11 @@ def unit_dimension(unit: str | None) -> Dimension | None:
 
 def items(d: Description) -> Iterator[Item]:
     """All expressions of a description but its definitions, which come first of all (`definition_items`)."""
+    for use in d.uses:
+        for g in use.given:
+            if not isinstance(g.value, (str, float)) and g.kind != "free":
+                role = GIVEN if g.kind == "parameter" else DEFINITION
+                yield Item(f"use.{use.name}", g.key, g.value, role, unit_dimension(g.unit))
     children = {j.child for j in d.joints}
     for body in d.bodies:
         yield from body_items(body, body.name in children)
@@ -221,6 +231,8 @@ def items(d: Description) -> Iterator[Item]:
     for name, value in d.outputs:
         yield Item("outputs", name, value, OBSERVED)
     yield from _event_items(d, sizes, speeds)
+    for k, equation in enumerate(d.start.equations if d.start is not None else ()):
+        yield Item("start", f"equations[{k}]", equation.expression, OBSERVED, unit_dimension(equation.unit))
     for drawing in d.drawings:
         yield from _drawing_items(drawing)
 

@@ -16,7 +16,7 @@ from .description import NOTHING, Body, Drawing, Event, Load, Reset, Shape, Soli
 from .functions import dot
 from .items import DRAWINGS, drawing_key
 from .mesh import volume_of
-from .names import name_fault
+from .names import reference_fault
 from .solids import FORMS, given_sizes, make_solids, together
 from .sources import Sources
 
@@ -262,7 +262,7 @@ def make_load(
     """A load from the arguments of `Model.load`."""
     table, sources = f"loads.{name}", model._sources
     for key, value in (("frame", frame), ("reaction", reaction)):
-        fault = None if value is None else name_fault(value, element=True)
+        fault = None if value is None else reference_fault(value)
         if fault is not None:
             raise sources.error(table, key, fault, hint="name a body" + " or a frame" * (key == "frame"))
     has_force, has_torque = _given(force), _given(torque)
@@ -291,7 +291,7 @@ def make_load(
             place = _expressions(model, point, table, "point", (2, 3))
             vector = _expressions(model, force, table, "force", (len(place),))
         return Load(name, place, vector, frame=frame, reaction=reaction)
-    if name_fault(body, element=True) is not None:
+    if reference_fault(body) is not None:
         raise sources.error(
             table, "body", "the body that the torque acts on is missing", hint='body = "NAME"'
         )

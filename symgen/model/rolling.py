@@ -18,7 +18,7 @@ from .description import Body, Constraint, Description, Rolling, Shape, Solid
 from .elements import Vector, Writer, scalar_product
 from .functions import dot
 from .joints import direction
-from .names import name_fault
+from .names import reference_fault
 from .ready_made import HALF, WORLD
 from .solids import picture
 from .sources import Sources
@@ -45,7 +45,7 @@ def make_rolling(model: Declared, name: str, given: Mapping[str, Any]) -> Rollin
         )
     (kind,) = kinds
     for key in ("body", "plane"):
-        fault = name_fault(given.get(key, "world" if key == "plane" else None), element=True)
+        fault = reference_fault(given.get(key, "world" if key == "plane" else None))
         if fault is not None:
             what = "a body" if key == "body" else "a frame, whose x-y plane it is"
             raise error(key, f"the name of {what} is expected here; {fault}", 'for example body = "rim"')
