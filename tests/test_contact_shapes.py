@@ -15,6 +15,8 @@ from symgen import Model
 from symgen.errors import ModelError
 from symgen.model.toml_reader import read_text
 from tests.falling_bodies import Fall, box_corners, rotation
+from tests.stress.contact_shapes import KINDS, try_many
+from tests.stress.scenario import RIGHT, WRONG
 
 G = 9.81
 EDGES = (0.3, 0.2, 0.1)
@@ -531,3 +533,64 @@ def test_newtons_cradle_swings_as_pendulums_do():
     np.testing.assert_allclose(times[:3], period * np.array([0.25, 0.75, 1.25]), rtol=1e-6)
     at = int(np.argmin(np.abs(run.t - period / 2)))
     np.testing.assert_allclose(run.q[at], [0, 0, 0, 0.6, 0.6], atol=2e-3)
+
+
+def test_a_ball_rolls_over_hills_with_the_energy_that_it_has():
+    """Without slipping, from rest: 7/10 m v^2 is what it has fallen (planar, I = 2/5 m r^2)."""
+    m = Model("rolls", gravity=(0, "-9.81 m/s^2"))
+    radius, at = 0.05, 0.3
+    length = np.hypot(1.0, 0.4 * np.sin(0.6))
+    start = (at + radius * 0.4 * np.sin(0.6) / length, 0.2 * np.cos(0.6) + radius / length, 0.0)
+    planar_body(m, "ball", {"sphere": [radius]}, start, inertia=0.4 * radius**2)
+    m.contact("ground", body="ball", height="0.2*cos(2*here_x)", friction=0.9)
+    run = m.derive().run(t_end=0.5, method="dop853", rtol=1e-10, atol=1e-12)
+    assert run.ok
+    fallen = start[1] - run["ball_y"][-1]
+    speed = run.v[-1, :2]
+    assert fallen > 0.05 and 0.7 * speed @ speed == pytest.approx(G * fallen, rel=1e-7)
+
+
+def test_a_ball_rubs_on_a_box():
+    """Planar: on the upper side of a fixed box, as on a plane."""
+    found = []
+    for on_box in (True, False):
+        m = Model("table", gravity=(0, "-9.81 m/s^2"))
+        planar_body(m, "ball", {"sphere": [0.1]}, (0.0, 0.3, 0.0), (1.0, 0.0, 0.0), inertia=0.004)
+        m.body(
+            "table",
+            mass=1.0,
+            inertia=1.0,
+            shape={"box": [4.0, 0.2, 0.1]},
+            com=(m.coordinate("x", unit="m"), -0.1),
+        )
+        m.constraint("fixed", sympy.Symbol("x"))
+        against = {"other": "table"} if on_box else {}
+        m.contact("hit", body="ball", friction=0.2, restitution=0.3, **against)
+        run = m.derive().run(t_end=0.8, method="dop853")
+        assert run.ok and any(e.action == "stick" for e in run.events)
+        found.append(run.states[-1])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-7, atol=1e-9)
+
+
+def test_assemblies_have_contacts_of_their_own():
+    def ball(m: Model) -> Model:
+        r = m.parameter("r", "0.1 m")
+        planar_body(m, "ball", {"sphere": [r]}, (0.0, 0.5, 0.0), (0.3, 0.0, 0.0), inertia=0.004)
+        m.contact("floor", body="ball", height="0.1*cos(here_x/r/5)", restitution=0.5, friction=0.2)
+        return m
+
+    alone = ball(Model("alone", gravity=(0, "-9.81 m/s^2"))).derive().run(t_end=0.6, method="dop853")
+    m = Model("both", gravity=(0, "-9.81 m/s^2"))
+    ball(m.assembly("ball"))
+    m.use("one", "ball")
+    m.use("two", "ball", offset=(5.0, 1.0))
+    run = m.derive().run(t_end=0.6, method="dop853")
+    assert {e.name for e in run.events} == {"one.floor", "two.floor"}
+    np.testing.assert_allclose(run.q[-1], [*alone.q[-1], *alone.q[-1]], rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_random_bodies_that_are_thrown(kind):
+    """A part of `python -m tests.stress.contact_shapes`."""
+    counts, said = try_many(kind, "dop853", 2, seed=3)
+    assert counts[WRONG] == 0 and counts[RIGHT] >= 1, said

@@ -27,6 +27,7 @@ from .description import (
     Constant,
     Constraint,
     Contact,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
@@ -54,6 +55,7 @@ from .description import (
 )
 from .expression_tree import names_in, postorder
 from .functions import Tabulated, sensor, tabulated
+from .gravity import HERE
 from .items import drawing_key
 from .names import LONGEST_NAME, name_fault
 from .orientation import Expressions
@@ -93,6 +95,7 @@ NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
     Stop: (("name",), ()),
     Friction: (("name", "normal"), ()),
     Contact: (("name",), ()),
+    ContactPair: (("name", "body", "plane", "other"), ()),
     Drawing: (("name",), ()),
     Event: (("name",), ()),
     Reset: ((), ("target",)),
@@ -108,7 +111,8 @@ MAPPINGS = {
     "_bodies": "bodies", "_joints": "joints", "_points": "points", "_axes": "axes", "_frames": "frames",
     "_springs": "springs", "_bushings": "bushings", "_rotors": "rotors", "_loads": "loads",
     "_constraints": "constraints", "_loops": "constraints", "_closures": "closures", "_rolling": "rolling",
-    "_stops": "stops", "_frictions": "friction", "_contacts": "contacts", "_events": "events", "_drawings": "draw",
+    "_stops": "stops", "_frictions": "friction", "_contacts": "contacts", "_pairs": "contacts",
+    "_events": "events", "_drawings": "draw",
 }  # fmt: skip
 
 
@@ -173,7 +177,7 @@ def _check_assembly(key: str, assembly: Declared) -> None:
         if taken and port.kind not in NAMES_OF_VALUES:
             message = f"the assembly has a port '{port.name}' and a part of this name"
             raise assembly._sources.error("ports", port.name, message, hint="choose another name")
-    known = assembly._kinds.keys() | assembly._aliases.keys() | {"t"}
+    known = assembly._kinds.keys() | assembly._aliases.keys() | {"t", *HERE}
     free: dict[str, None] = {}
     for _, source in assembly._sources.everything():
         free |= {x: None for x in sorted(names_in(source.expression) - known) if sensor_call(x) is None}
@@ -486,7 +490,7 @@ class _Taken:
     def _read(self, name: str, names: Mapping[str, sympy.Expr]) -> sympy.Expr:
         if name in names:
             return names[name]
-        if name == "t":
+        if name == "t" or name in HERE:
             return sympy.Symbol(name)
         call = sensor_call(name)
         return sympy.Symbol(f"{self.use.name}.{name}") if call is None else self._sensor(*call)
@@ -623,6 +627,9 @@ class _Taken:
 
     def _placed_rolling(self, rolling: Rolling) -> Rolling:
         return self._in_frames(rolling, (rolling.plane,))
+
+    def _placed_contactpair(self, pair: ContactPair) -> ContactPair:
+        return self._in_frames(pair, (pair.plane,) if pair.other is None else ())
 
     def _in_frames(self, part: Any, names: tuple[str, ...]) -> Any:
         if self.world in names:

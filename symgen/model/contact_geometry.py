@@ -24,7 +24,7 @@ from ..errors import ModelError
 from .contact_pairs import solids_of
 from .description import Body, Contact, ContactPair, Description, Friction, Solid, Stop
 from .elements import Vector, Writer, scalar_product
-from .functions import Tabulated, dot, maximum, minimum
+from .functions import Tabulated, dot, smooth_minimum
 from .gravity import HERE
 from .mesh import hull_of
 from .orientation import Expressions
@@ -279,7 +279,9 @@ class _Geometry:
         for _ in range(NEWTON_STEPS):
             surface, slopes, bends = self._surface(foot)
             below = self._define(difference(surface, height))
-            near = self._define(maximum(below, negated(product([NEAR, radius])), evaluate=False))
+            near = self._define(
+                negated(smooth_minimum(negated(below), product([NEAR, radius]), evaluate=False))
+            )
             left = [
                 self._define(total([difference(f, x), product([below, s])]))
                 for f, x, s in zip(foot, here, slopes)
@@ -423,8 +425,9 @@ def _normalised(vector: Vector) -> Vector:
 
 
 def _within(x: sympy.Expr, half: sympy.Expr) -> sympy.Expr:
-    """A number, or the nearest one from -half to half."""
-    return maximum(negated(half), minimum(x, half, evaluate=False), evaluate=False)
+    """A number, or the nearest one from -half to half: what is made of it has no kink, nor has its slope one."""
+    upper = smooth_minimum(x, half, evaluate=False)
+    return negated(smooth_minimum(negated(upper), half, evaluate=False))
 
 
 Nearest = Iterator[

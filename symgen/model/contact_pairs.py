@@ -100,7 +100,7 @@ def check_pairs(d: Description, sources: Sources) -> None:
             if name is not None and name not in bodies:
                 hint = nearest(name, bodies, "bodies")
                 raise sources.error(table, key, f"there is no body '{name}'", hint=hint)
-        if pair.plane not in frames:
+        if pair.other is None and pair.plane not in frames:
             hint = nearest(pair.plane, frames, "frames and bodies")
             raise sources.error(table, "plane", f"there is no frame '{pair.plane}'", hint=hint)
         against = frames[pair.plane] if pair.other is None else pair.other
