@@ -559,7 +559,6 @@ def test_a_ball_rubs_on_a_box():
         m.body(
             "table",
             mass=1.0,
-            inertia=1.0,
             shape={"box": [4.0, 0.2, 0.1]},
             com=(m.coordinate("x", unit="m"), -0.1),
         )
