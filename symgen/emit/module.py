@@ -24,6 +24,9 @@ from .section import Section, Shared, Tables
 # compile. Where a large solve is by loops anyway, the rest need not be so long.
 SMALLEST_ROLLED = 12_000
 SMALLEST_WITH_FRONTS = 1000
+# What only looks is called once a frame, if at all: loops that take twice as long are worth text that is read at once.
+SMALLEST_OBSERVER = 1000
+OBSERVERS = ("poses", "shapes")
 TEXT = dense_solve.TEXT | fronts.TEXT
 DECORATOR = '@njit(error_model="numpy")\n'
 
@@ -65,7 +68,12 @@ class FunctionText(Shared):
     def _whole_section(self, g: Graph, function: Function) -> Section:
         """A function of its own: in loops over what repeats in it, where it is large and they make it short."""
         n_nodes = len(g.reachable(node for _, node in function.written()))
-        if n_nodes + len(function.outputs) >= (SMALLEST_WITH_FRONTS if g.front_plans else SMALLEST_ROLLED):
+        smallest = SMALLEST_WITH_FRONTS if g.front_plans else SMALLEST_ROLLED
+        if function.name in OBSERVERS:
+            smallest = SMALLEST_OBSERVER
+        elif function.name == "solve" and not g.front_plans:  # only series call it, and they take no arrays
+            smallest = math.inf
+        if n_nodes + len(function.outputs) >= smallest:
             found = schedule(g, function.written())
             if found.is_short() or any(g.op[node] in fronts.TEXT for node in found.clusters.solves):
                 return RolledSection(self, g, function, found)
