@@ -27,16 +27,12 @@ class Table:
         for name, value in values.items():
             self._slots[AT[name]] = value
 
-    def integer(self, name: str) -> int:
-        """Return a size that machine code has set."""
-        return int(self._slots[AT[name]])
-
     def set_numbers(self, **values: float) -> None:
         for name, value in values.items():
             self._slots.view(np.float64)[AT[name]] = value
 
     def integer(self, name: str) -> int:
-        """Return a size that was set."""
+        """Return a size that was set, here or by machine code."""
         return int(self._slots[AT[name]])
 
     def number(self, name: str) -> float:

@@ -113,6 +113,12 @@ def order_of(costs: tuple[float, float, float], rtol: float) -> int:
     return min(range(LOWEST_ORDER, N_ROWS - 1), key=time)
 
 
+def one_evaluation(system: System, method: str) -> bool:
+    """Whether a step of Verlet's method evaluates the model once."""
+    scheme = find_method(method).coefficients(system)
+    return isinstance(scheme, SymplecticScheme) and bool(scheme.reuse)
+
+
 class LaneBatch:
     """Runs batches of members of one model in lanes; each thread needs its own.
 
@@ -151,7 +157,7 @@ class LaneBatch:
             n_precomputed=system.n_precomputed, nh=system.nh, m=system.m, n_project=n_project,
             n_quaternions=len(system.quaternions), n_frames=len(settings.frame_times),
             max_steps=settings.max_steps, watch_energy=1, scale_energy=int(settings.scale_energy),
-            log_size=settings.log_size, n_record=n_record, one_evaluation=int(self._one_evaluation()),
+            log_size=settings.log_size, n_record=n_record, one_evaluation=int(one_evaluation(system, settings.method)),
             n_events=len(system.events), event_log_size=len(self.event_log),
         )  # fmt: skip
         h_max, h_base, h_share = settings.longest
@@ -193,11 +199,6 @@ class LaneBatch:
             "actions": np.array([ACTIONS[event["action"]] for event in events], dtype=np.int64),
             "resets": np.array(resets, dtype=np.uint64),
         }
-
-    def _one_evaluation(self) -> bool:
-        """Whether a step of Verlet's method evaluates the model once."""
-        scheme = find_method(self.settings.method).coefficients(self.system)
-        return isinstance(scheme, SymplecticScheme) and bool(scheme.reuse)
 
     def _prepare_series(self) -> int:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""

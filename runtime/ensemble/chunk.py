@@ -29,6 +29,8 @@ _DEFAULT_STATISTICS = ("mean", "std", "min", "max")
 _SMALLEST_PART, _PART = 64, 1024  # members
 _PARTS_AT_LEAST = 16  # so that several threads have something to do
 _PART_NUMBERS = 1 << 21  # of frames in a part
+# A graphics processor is full with some hundred thousand threads.
+_DEVICE_PART, _DEVICE_PART_NUMBERS = 1 << 17, 1 << 24
 _ONE_BY_ONE = 64  # members of a part that run by themselves
 _MOST_BLOCKS = 4096
 _PARTS_OF_BLOCK = 64
@@ -40,6 +42,8 @@ def part_size(plan: Plan) -> int:
     if plan.settings is None:
         return max(1, min(_ONE_BY_ONE, n // _PARTS_AT_LEAST))
     numbers = max(len(plan.frame_times), 1) * plan.system.ny + plan.system.n_precomputed + plan.system.n_row
+    if plan.options.device != "cpu":
+        return max(_SMALLEST_PART, min(_DEVICE_PART, n, _DEVICE_PART_NUMBERS // max(numbers, 1)))
     even = -(-n // _PARTS_AT_LEAST // 8) * 8
     return max(_SMALLEST_PART, min(_PART, even, _PART_NUMBERS // max(numbers, 1)))
 

@@ -35,6 +35,7 @@ on_dask = Late("symgen.runtime.ensemble.on_dask")
 machine = Late("symgen.runtime.ensemble.machine")
 
 AHEAD = 2  # chunks under way for each thread or worker
+_FOR_A_DEVICE = 2  # threads: one makes members ready while the device works on those of the other
 _NOT_SENT = ("executor", "progress", "reduce", "out", "resume", "threads")
 _lock = threading.Lock()
 
@@ -63,7 +64,8 @@ def run_chunks(
 def n_places(options: EnsembleOptions) -> int:
     """Return how many chunks run at the same time."""
     if options.executor is None:
-        return options.threads or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else [0])
+        n = options.threads or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else [0])
+        return n if options.device == "cpu" else min(n, _FOR_A_DEVICE)
     if is_dask(options.executor):
         return max(1, sum(options.executor.ncores().values()))
     return getattr(options.executor, "_max_workers", None) or os.cpu_count() or 1

@@ -31,6 +31,7 @@ def identity(plan: Plan) -> dict[str, str]:
         "t_start": single.t_start, "t_end": single.t_end, "rtol": single.rtol, "atol": single.atol,
         "step": single.step, "frames": plan.frame_times.tolist(), "keep": repr(options.keep),
         "reduce": _reductions(options.reduce), "max_steps": single.max_steps,
+        "device": options.device,  # it decides in what parts statistics are merged
         "energy_scaling": settings is None or settings.scale_energy,
     }  # fmt: skip
     return {name: _short(repr(value)) for name, value in said.items()}

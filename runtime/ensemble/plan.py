@@ -31,6 +31,7 @@ from symgen.runtime.timing.timetable import make_timetable
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
+device = Late("symgen.runtime.ensemble.gpu.device")
 quantities = Late("symgen.runtime.quantities")
 
 # Of a constraint's scale, as in `checks/health.py`.
@@ -119,6 +120,9 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     if formed is None:
         method, more = choose_method(system, rows[0], state, single)
         notes = [*notes, *more]
+        if options.device != "cpu" and method.name == SERIES:
+            method = METHODS[EXPLICIT]
+            notes.append(f"{EXPLICIT} on the device: series need too much memory for each thread")
     frame_times = _frame_times(options, single)
     settings = None
     if not objection:
@@ -130,6 +134,8 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
         notes.append(f"members run one after another, not in lanes: {objection}")
     if settings is not None:
         single = replace(single, step=settings.step or None)
+    if options.device != "cpu":
+        device.check(system, settings, objection)
     drift = min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol))
     return Plan(
         system, options, members, p, starts, replace(single, method=method.name), method.name, treatment, settings,

@@ -195,6 +195,8 @@ class Collector:
 def chunk_size(plan: Plan, wanted: Wanted) -> int:
     """Return members of a chunk: as many whole blocks as take a second, of which each worker still gets several."""
     block, n = block_size(plan), plan.members.n
+    if plan.options.device != "cpu":
+        return block
     seconds = _seconds_of_members(plan, wanted.names)
     each = -(-n // (_CHUNKS_PER_PLACE * n_places(plan.options)))
     most = min(_SECONDS_OF_CHUNK / max(seconds, 1e-9), each, _CHUNK_NUMBERS / max(len(plan.frame_times), 1))

@@ -24,11 +24,13 @@ from symgen.runtime.record import record
 from symgen.runtime.solution import series_of
 
 if TYPE_CHECKING:
+    from symgen.runtime.ensemble.gpu.batch import DeviceBatch
     from symgen.runtime.ensemble.plan import Plan
     from symgen.runtime.prepared.prepared import PreparedRun
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
+device = Late("symgen.runtime.ensemble.gpu.device")
 health = Late("symgen.runtime.checks.health")
 preparing = Late("symgen.runtime.prepared.prepared")
 
@@ -37,7 +39,7 @@ _FUNCTIONS = {"outputs": "outputs", "accelerations": "rhs", "multipliers": "rhs"
 _LOOKED_AT_AGAIN = 8
 _JUDGED = ("energy", "finite", "constraint position", "stops")
 _own = threading.local()
-_running: weakref.WeakSet[LaneBatch] = weakref.WeakSet()
+_running: weakref.WeakSet[LaneBatch | DeviceBatch] = weakref.WeakSet()
 
 
 @record(eq=False)
@@ -120,10 +122,12 @@ def _objects(solution: Solution) -> bool:
     return any(entry.check in _JUDGED for entry in health.objections_to(solution))
 
 
-def _batch(plan: Plan) -> LaneBatch:
-    """The thread's own lanes."""
+def _batch(plan: Plan) -> LaneBatch | DeviceBatch:
+    """The thread's own lanes, or its own stream of a device."""
     if getattr(_own, "plan", None) is not plan:
-        _own.plan, _own.batch = plan, LaneBatch(plan.system, plan.settings)
+        on_device = plan.options.device != "cpu"
+        make = device.make_batch if on_device else LaneBatch
+        _own.plan, _own.batch = plan, make(plan.system, plan.settings)
         _running.add(_own.batch)
     return _own.batch
 

@@ -67,6 +67,11 @@ _MOST_NAMES = 12
     "--out", "out_file", type=OutputFile(".npz"), help="Write the members to a file of NumPy (.npz)."
 )
 @click.option("--resume", is_flag=True, help="Go on with what --out holds already.")
+@click.option(
+    "--device",
+    type=click.Choice(["cpu", "cuda"]),
+    help="Where members run: this machine's processors (default), or a graphics processor of NVIDIA.",
+)
 @click.option("--threads", type=click.IntRange(min=1), help="Threads to work in (default: all processors).")
 @click.option("--max-steps", type=click.IntRange(min=1), help="A member fails after so many steps.")
 @click.option("--show", is_flag=True, help="Say what the file of members holds that MODEL names.")

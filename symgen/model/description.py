@@ -83,10 +83,11 @@ class Rate:
 
 @dataclass(frozen=True)
 class State:
-    """A first-order state: its `derivative` by time may depend on all that moves."""
+    """A first-order state: its `derivative` may depend on all that moves; `begins` tells that a start is given."""
 
     name: str
     derivative: Expr
+    begins: bool = default(default=True, compare=False)
 
 
 @dataclass(frozen=True)

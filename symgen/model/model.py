@@ -65,6 +65,7 @@ from .rotors import make_rotor
 from .shelf import Shelf
 from .sources import Sources
 from .starts import make_start
+from .tyres import add_tyre
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -137,6 +138,7 @@ class Model(Declared):
         self._springs: dict[str, Spring] = {}
         self._bushings: dict[str, Bushing] = {}
         self._rolling: dict[str, Rolling] = {}
+        self._tyres: dict[str, str] = {}  # the bodies that have them
         self._closures: dict[str, Closure] = {}
         self._rotors: dict[str, Rotor] = {}
         self._constraints: dict[str, Constraint] = {}
@@ -155,9 +157,7 @@ class Model(Declared):
         self._used_energies: dict[str, list[sympy.Expr]] = {}
         self._used_forces: dict[str, list[sympy.Expr]] = {}
         self._placed: dict[str, str] = {}  # bodies by hand that a use places
-        self._n_taken_over = 0
         self._start: StartConditions | None = None
-        self._open_states: set[str] = set()  # no start is given for them
         if gravity is not None:
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
 
@@ -216,12 +216,10 @@ class Model(Declared):
         size = self._sources.unit(unit, "states", f"{name}.unit")
         values, size = self._initial("states", f"{name}.{{}}", size, {"start": start, "guess": guess})
         expression = self._required("states", f"{name}.derivative", derivative)
-        self._states.append(State(name, expression))
+        self._states.append(State(name, expression, start is not None))
         coherent = None if size is None else size.coherent
         integrated = None if coherent is None else f"({coherent})*s"
         self._integrals.append(Coordinate(integral_name(name), integrated, integral=True))
-        if start is None:
-            self._open_states.add(name)
         enforced = values.get("start") if start is not None or guess is not None else 0.0
         moved, formula = values.get("guess", 0.0), values.get("formula")
         self._state_rates.append(
@@ -1077,6 +1075,58 @@ class Model(Declared):
         self._new_element(name, "rolling", self._rolling)
         self._rolling[name] = make_rolling(self, name, given)
 
+    def tyre(
+        self,
+        name: str,
+        body: str | None = None,
+        radius: Any = None,
+        axis: Sequence[Any] | None = None,
+        at: Sequence[Any] | None = None,
+        spin: sympy.Symbol | str | None = None,
+        stiffness: Any = None,
+        damping: Any = None,
+        load: Any = None,
+        ground: Any = None,
+        slip_stiffness: Any = None,
+        friction: Any = None,
+        magic: Sequence[float] | None = None,
+        table: Any = None,
+        relaxation: Any = None,
+    ) -> None:
+        """Add a tyre: forces of a wheel that slips on the ground, along its way and across it; its slips are states.
+
+        Parameters
+        ----------
+        name : str
+            Makes the states NAME_kappa and NAME_alpha, and the definitions NAME_load, NAME_along and NAME_across [N].
+        body : str
+            The wheel, or with `spin` what carries it. Planar ones are seen from above.
+        radius : expression
+            [m].
+        axis : sequence of 3, optional
+            Of the axle in the body's axes; y by default.
+        at : sequence of 2 or 3, optional
+            The wheel's centre in the body's frame [m]; its centre of mass by default.
+        spin : Symbol or str, optional
+            The coordinate by which a wheel turns in the body that carries it, about the axle: a rotor's.
+        stiffness, damping : expression, optional
+            Of the tyre towards the ground [N/m, N s/m]; it never pulls.
+        load : expression, optional
+            In their place: the force on the ground [N], where something else holds the wheel up.
+        ground : expression, optional
+            Height of the ground below NAME_centre_x and NAME_centre_y [m].
+        slip_stiffness, friction : expression
+            Force per load and slip, and per load at most, as of a brush; without friction it is linear.
+        magic : sequence of 3
+            B, C, E of Pacejka's formula instead, with `friction` for D.
+        table : expression
+            Force per load instead, of NAME_slip, as "grip(front_slip)", and NAME_load.
+        relaxation : expression
+            The way after which slips follow [m].
+        """
+        given = {key: value for key, value in locals().items() if key not in ("self", "name")}
+        add_tyre(self, name, given)
+
     def stop(self, name: str, gap: Any = None, restitution: Any = 0) -> None:
         """Keep an expression of the coordinates (and `t`) from falling below zero.
 
@@ -1567,9 +1617,10 @@ class Model(Declared):
 
     def _state_rate(self, rate: Rate) -> Rate:
         """The rate of a state; without a start of its own it is a guess where there is something that could move it."""
-        if self._start is None or rate.name not in self._open_states or rate.start is None:
+        if self._start is None or rate.start is None:
             return rate
-        return replace(rate, start=None, guess=rate.start)
+        begins = any(state.name == rate.name and state.begins for state in self._states)
+        return rate if begins else replace(rate, start=None, guess=rate.start)
 
     def _fixed_vector(
         self, table: str, what: str, name: Any, body: Any, taken: Mapping[str, Any], values: Any, key: str

@@ -58,8 +58,9 @@ def with_sensors(
     """
     mentioned: dict[str, Item] = {}
     for item in (*definition_items(d), *items(d)):
-        for name in names_in(item.expression) - kinds.keys():
-            mentioned.setdefault(name, item)
+        for name in names_in(item.expression):
+            if name not in kinds:
+                mentioned.setdefault(name, item)
     calls = {name: sensor_call(name) for name in sorted(mentioned)}
     found = {name: call for name, call in calls.items() if call is not None}
     if not found:

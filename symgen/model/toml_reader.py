@@ -26,6 +26,7 @@ from .rotors import ROTOR_KEYS
 from .shelf import Shelf
 from .starts import START_KEYS
 from .toml_text import parse
+from .tyres import TYRE_KEYS
 
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
 STATE_KEYS = ("derivative", "start", "guess", "unit")
@@ -379,6 +380,7 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "constraints": _constraints,
     "closures": _each_table("closure", "closures", CLOSURE_KEYS, inline=False),
     "rolling": _each_table("rolling", "rolling", ROLLING_KEYS, inline=False),
+    "tyres": _each_table("tyre", "tyres", TYRE_KEYS, inline=False),
     "velocity_constraints": _each("velocity_constraint"),
     "outputs": _each("output"),
     "events": _event,
