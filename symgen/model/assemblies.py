@@ -308,7 +308,6 @@ class _Taken:
         model._sources.uses[self.use.name] = assembly._sources
         self._take_names()
         self.joined = {j.child for j in model._joints.values()}
-        model._open_states |= {self._symbol(name) for name in assembly._open_states}
         model._placed |= {self._element(body): by for body, by in assembly._placed.items()}
         for attribute in LISTS:
             parts = getattr(assembly, attribute)
