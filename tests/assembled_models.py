@@ -119,7 +119,9 @@ class Place:
         return f"(cos({self.a})*{dx} + sin({self.a})*{dy})", f"(cos({self.a})*{dy} - sin({self.a})*{dx})"
 
 
-def write_out(m: Model, plan: Plan, p: str, said: dict[str, Any], outer: dict[str, str], place: Place) -> None:
+def write_out(
+    m: Model, plan: Plan, p: str, said: dict[str, Any], outer: dict[str, str], place: Place
+) -> None:
     """Describe the same by hand; `outer` are the names that the outer model has, by what the use calls them."""
 
     def seen(text: Any) -> str:
@@ -136,14 +138,20 @@ def write_out(m: Model, plan: Plan, p: str, said: dict[str, Any], outer: dict[st
     own = outer.get("own") or m.parameter(f"{p}own", plan.number).name
     given_l = said.get("l")
     if isinstance(given_l, str):
-        l = seen(given_l)  # noqa: E741
+        l = seen(given_l)
     else:
-        l = outer["l"] if given_l is None else m.parameter(f"{p}l", given_l).name  # noqa: E741
+        l = outer["l"] if given_l is None else m.parameter(f"{p}l", given_l).name
     th, pin = f"{p}th", f"{p}pin"
     m.coordinate(th, start=f"{own} + {plan.number}")
     height = f"(-{l}*cos({th}))"
     tip_x, tip_y = here.back(f"{p}tip_x", f"{p}tip_y")
-    m.body(f"{p}bob", mass=1.2, com=here.point(f"{hinge} + {l}*sin({th})", height), inertia=0.05, angle=f"{here.a} + {th}")
+    m.body(
+        f"{p}bob",
+        mass=1.2,
+        com=here.point(f"{hinge} + {l}*sin({th})", height),
+        inertia=0.05,
+        angle=f"{here.a} + {th}",
+    )
     m.body(f"{p}arm", mass=0.8, inertia=0.03, com=[f"{l}/2", 0.05])
     at = here.point("0.1", b)
     m.joint(pin, "revolute", f"{p}arm", origin={"xyz": [*at, 0], "rpy": [0, 0, f"{here.a} + 0.2"]}, stiffness=3.0,

@@ -19,7 +19,12 @@ SIDES = np.array([1, -1, 1, -1, 1, -1]) * BANK  # by which a cylinder leans from
 def crank(a):
     """Of a slider-crank: lean of the rod, height of the piston, and place of the rod's centre across and along."""
     lean = np.arcsin(R * np.sin(a) / L)
-    return lean, R * np.cos(a) + L * np.cos(lean), -2 / 3 * R * np.sin(a), R * np.cos(a) + L / 3 * np.cos(lean)
+    return (
+        lean,
+        R * np.cos(a) + L * np.cos(lean),
+        -2 / 3 * R * np.sin(a),
+        R * np.cos(a) + L / 3 * np.cos(lean),
+    )
 
 
 def crank_rates(a):

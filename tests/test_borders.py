@@ -35,11 +35,16 @@ DECLARED = {
     "matplotlib",
     "pandas",
     "xarray",
+    "zarr",
+    "distributed",
+    "cloudpickle",  # comes with distributed
+    "SALib",
     "control",
     "pinocchio",
     "mujoco",
     "trimesh",
     "collada",
+    "cuda",
 }  # these are extras
 # A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
 EXECUTES = {"symgen/model/library.py", "runtime/code/function_text.py"}

@@ -405,3 +405,44 @@ def test_recordings_carry_what_was_found(tmp_path):
 def test_steps_of_ones_own_begin_there():
     stepper = derive(read_text(HANGING)).stepper()
     assert stepper.step(0.2)[0] == pytest.approx(0.1, abs=1e-13)
+
+
+def corner() -> Model:
+    """A wheel that a motor with a lag drives, on a tyre, for a car in one dimension."""
+    m = Model("corner")
+    m.port("way", "coordinate")
+    m.parameter("command", "0 N*m")
+    m.rotor("wheel", inertia=1.2, body="world", axis=(0, 1, 0))
+    m.state("torque", derivative="(command - torque)/0.1")
+    m.state("slip", derivative="-(dot(way) - 0.3*dot(wheel) + abs(dot(way))*slip)/0.3")
+    m.force("wheel", "torque - 0.3*9000*slip")
+    m.force("way", "9000*slip")
+    return m
+
+
+def test_states_of_assemblies_begin_steady():
+    m = Model("car")
+    way = m.coordinate("way", unit="m", rate=20.0)
+    m.body("car", mass=1000, com=(way, 0))
+    m.force(way, -0.8 * dot(way) ** 2)
+    drive = m.parameter("drive", 10.0)
+    driven, resting = corner(), []
+    for name in ("front", "rear"):
+        m.use(name, driven, way="way", command="drive")
+        resting += [f"{name}.torque", f"{name}.slip"]
+    turning = [f"acceleration({name}.wheel)" for name in ("front", "rear")]
+    m.start("acceleration(way)", *turning, find=drive, steady=resting)
+    m.run(t_end=0.5)
+    run = derive(m).run()
+    slip = 320 / 2 / 9000
+    assert run.parameters["drive"] == pytest.approx(0.3 * 160, rel=1e-9)
+    assert [run["front.slip"][0], run["rear.torque"][0]] == pytest.approx([slip, 48.0], rel=1e-9)
+    assert np.ptp(run["dot(way)"]) < 1e-6
+
+
+def test_an_assembly_has_no_start():
+    m, part = Model("car"), corner()
+    part.start("slip")
+    m.coordinate("way")
+    with pytest.raises(ModelError, match="an assembly has no 'start'"):
+        m.use("front", part, way="way", command=1.0)

@@ -141,6 +141,8 @@ class _Start:
         nv, n_forces = system.nv, system.m + len(system.switches)
         self.parts = np.cumsum([0, nv, nv, nv, n_forces, len(sought)])
         self.rows = self._rows()
+        self.moving = np.concatenate([self.rows["motion"], self.rows["held"]])
+        self.n_moving = system.nq + 2 * nv + system.m
         self.z = np.concatenate([self.chart.start, given.v, np.zeros(nv + n_forces), p[list(sought)]])
         self._spread = np.zeros(len(self.z))
         self._spread[self._part(1)] = np.maximum(self.sizes, np.abs(given.v))
@@ -181,7 +183,10 @@ class _Start:
     def conditions(self, z: np.ndarray) -> np.ndarray:
         """Return all conditions."""
         y, p = self._y(z)
-        return np.array(self.system.kernel("start_conditions")(self.t, y, p))
+        found = np.array(self.system.kernel("start_conditions")(self.t, y, p))
+        if self.header["balance"]:
+            found[self.moving] += self.system.kernel("residual")(self.t, y[: self.n_moving], p)
+        return found
 
     def derivatives(self, z: np.ndarray) -> np.ndarray:
         """Return their derivatives by z."""
@@ -189,6 +194,9 @@ class _Start:
         nq, n_y = self.system.nq, len(y)
         full = np.array(self.system.kernel("start_jacobian")(self.t, y, p))
         full = full.reshape(-1, n_y + len(self.header["find"]))
+        if self.header["balance"]:
+            rows = self.system.kernel("residual_jacobian")(self.t, y[: self.n_moving], p)
+            full[self.moving, : self.n_moving] += rows.reshape(-1, self.n_moving)
         by_rates = full[:, :nq] @ self._kinematics(y[:nq])
         by_chart = self.chart.by_unknowns(z[self._part(0)], by_rates)
         columns = [n_y + self.header["find"].index(k) for k in self.sought]
@@ -206,10 +214,23 @@ class _Start:
         reach = np.abs(z)
         reach[self._part(0)] = np.maximum(self.sizes, reach[self._part(0)])
         by_z = np.abs(self.derivatives(z))
+        self._reach_of_forces(by_z, reach)
         scales = by_z @ reach
         speed = by_z[:, self._part(1)] @ self.sizes  # at rest nothing tells how fast is fast
         scales = np.where(scales > 0.0, scales, np.maximum(speed, np.abs(self.conditions(z))))
         return np.where(scales > _NO_SIZE, scales, 1.0)
+
+    def _reach_of_forces(self, by_z: np.ndarray, reach: np.ndarray) -> None:
+        """Let accelerations and forces that may vanish count as what balances the other terms of their equations."""
+        if not self.moving.size:
+            return
+        followers = slice(self.parts[2], self.parts[4])
+        rows = by_z[self.rows["motion"]]
+        terms = rows @ reach
+        with np.errstate(divide="ignore", invalid="ignore"):
+            balancing = np.where(rows[:, followers] > 0.0, terms[:, None] / rows[:, followers], np.inf)
+        least = balancing.min(axis=0, initial=np.inf)
+        reach[followers] = np.maximum(reach[followers], np.where(np.isfinite(least), least, 0.0))
 
     # Solving.
 
@@ -381,7 +402,8 @@ class _Start:
         for k, place in enumerate(self.sought):
             row = int(np.flatnonzero(places == self.parts[4] + k)[0])
             if np.linalg.norm(basis[row]) > _UNDETERMINED:
-                others = [name for name in self._labels() if name]
+                labels = self._labels()
+                others = [labels[j] for j in places if labels[j]]
                 raise AssemblyError(
                     f"the start does not determine the parameter {self.system.parameters[place]['name']!r}: "
                     f"there are too few conditions for {joined(others)}; add an equation, or give a start in the place "

@@ -32,7 +32,7 @@ class Table:
             self._slots.view(np.float64)[AT[name]] = value
 
     def integer(self, name: str) -> int:
-        """Return a size that was set."""
+        """Return a size that was set, here or by machine code."""
         return int(self._slots[AT[name]])
 
     def number(self, name: str) -> float:

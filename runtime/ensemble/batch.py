@@ -102,12 +102,6 @@ class BatchResult:
         return self.columns[:, COLUMNS.index(name)]
 
 
-def evaluates_once(system: System, method: str) -> bool:
-    """Whether a step of a method is Verlet's with one evaluation of the model."""
-    scheme = find_method(method).coefficients(system)
-    return isinstance(scheme, SymplecticScheme) and bool(scheme.reuse)
-
-
 def order_of(costs: tuple[float, float, float], rtol: float) -> int:
     """The order that needs the least time for a tolerance, as `taylor.order_for`, for a series of `costs`."""
     left_out = math.log(ERROR_FACTOR) + ERROR_EXPONENT * math.log(max(rtol, EPS)) - 0.7
@@ -117,6 +111,12 @@ def order_of(costs: tuple[float, float, float], rtol: float) -> int:
         return (COST_OF_STEP + series) * math.exp(-left_out / (order - 1))
 
     return min(range(LOWEST_ORDER, N_ROWS - 1), key=time)
+
+
+def one_evaluation(system: System, method: str) -> bool:
+    """Whether a step of Verlet's method evaluates the model once."""
+    scheme = find_method(method).coefficients(system)
+    return isinstance(scheme, SymplecticScheme) and bool(scheme.reuse)
 
 
 class LaneBatch:
@@ -157,7 +157,7 @@ class LaneBatch:
             n_precomputed=system.n_precomputed, nh=system.nh, m=system.m, n_project=n_project,
             n_quaternions=len(system.quaternions), n_frames=len(settings.frame_times),
             max_steps=settings.max_steps, watch_energy=1, scale_energy=int(settings.scale_energy),
-            log_size=settings.log_size, n_record=n_record, one_evaluation=int(evaluates_once(system, settings.method)),
+            log_size=settings.log_size, n_record=n_record, one_evaluation=int(one_evaluation(system, settings.method)),
             n_events=len(system.events), event_log_size=len(self.event_log),
         )  # fmt: skip
         h_max, h_base, h_share = settings.longest

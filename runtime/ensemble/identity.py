@@ -31,6 +31,7 @@ def identity(plan: Plan) -> dict[str, str]:
         "t_start": single.t_start, "t_end": single.t_end, "rtol": single.rtol, "atol": single.atol,
         "step": single.step, "frames": plan.frame_times.tolist(), "keep": repr(options.keep),
         "reduce": _reductions(options.reduce), "max_steps": single.max_steps,
+        "device": options.device,  # it decides in what parts statistics are merged
         "energy_scaling": settings is None or settings.scale_energy,
     }  # fmt: skip
     return {name: _short(repr(value)) for name, value in said.items()}
@@ -49,7 +50,9 @@ def refuse_another(plan: Plan, stored: Mapping[str, Any], where: str) -> None:
     differs = [name for name, value in own.items() if known.get(name) != value]
     if not differs:
         return
-    said = "; ".join(f"{name}: {_brief(known.get(name))} there, {_brief(own[name])} here" for name in differs[:4])
+    said = "; ".join(
+        f"{name}: {_brief(known.get(name))} there, {_brief(own[name])} here" for name in differs[:4]
+    )
     raise RuntimeModelError(
         f"{where} holds another ensemble ({said}): give the same, or begin anew with another file"
     )

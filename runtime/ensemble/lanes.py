@@ -52,7 +52,7 @@ class Lanes:
             return Rows(code, code.slot(AT[name], ADDRESS), INTEGER)
         if name == "resets":
             return Rows(code, code.slot(AT[name], ADDRESS), ADDRESS)
-        return code.slot(AT[name], ADDRESS if name in _CODE else INTEGER)
+        return code.slot(AT[name], ADDRESS if name in CODE else INTEGER)
 
     def __getattr__(self, name: str) -> Value | Rows:
         try:
@@ -89,7 +89,7 @@ class Lanes:
         )
 
 
-_CODE = ("rhs", "project", "energy", "residual", "setup", "series", "events")
+CODE = ("rhs", "project", "energy", "residual", "setup", "series", "events")
 _ROWS = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
     "k_other", "lost", "watched", "y_before",

@@ -41,6 +41,9 @@ class EnsembleOptions:
     reduce : mapping of str to sequence, optional
         Statistics that are merged as members come in: "mean", "std", "min", "max", "count", `quantiles(…)`,
         `histogram(…)` of series by name, or of what a function of a member's series gives, as (function, statistics).
+    device : {"cpu", "cuda"}
+        Where members run: in lanes of this machine's processors, or a thread each on a graphics processor of NVIDIA, to
+        the same bits; see docs/gpu.md.
     threads : int, optional
         By default as many as processors are free to use.
     executor : concurrent.futures.Executor or distributed.Client, optional
@@ -75,6 +78,7 @@ class EnsembleOptions:
     keep: str | Sequence[str] | None = "end"
     frames: int | Sequence[float] | None = None
     reduce: Mapping[str, Any] | None = None
+    device: str = "cpu"
     threads: int | None = None
     executor: Any = field(default=None, repr=False)
     out: str | os.PathLike[str] | None = None
@@ -90,6 +94,10 @@ class EnsembleOptions:
         if isinstance(self.keep, str) and self.keep != "end":
             raise RuntimeModelError(
                 f'keep is {self.keep!r}: give "end", a list of names such as ["theta"], or None'
+            )
+        if self.device not in ("cpu", "cuda"):
+            raise RuntimeModelError(
+                f'device is {self.device!r}: give "cpu", or "cuda" for a graphics processor of NVIDIA'
             )
         if self.threads is not None and self.threads < 1:
             raise RuntimeModelError(f"threads is {self.threads}: at least one has to work")

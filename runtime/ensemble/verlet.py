@@ -62,7 +62,7 @@ def _rotate(lanes: Lanes, first: Value, turn: list[Value], out: Rows) -> None:
     code = lanes.code
     squared = (turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]) * 0.25
     half = code.root(squared)
-    cosine, sine = (code.each_lane(f"llvm.{name}.f64", half) for name in ("cos", "sin"))
+    sine, cosine = code.sincos(half)
     sinc = code.select(squared > 0.0, sine / half, code.all_lanes(1.0)) * 0.5
     a, b, c = (sinc * part for part in turn)
     w, x, y, z = (lanes.y[first + k] for k in range(4))

@@ -24,11 +24,13 @@ from symgen.runtime.record import record
 from symgen.runtime.solution import series_of
 
 if TYPE_CHECKING:
+    from symgen.runtime.ensemble.gpu.batch import DeviceBatch
     from symgen.runtime.ensemble.plan import Plan
     from symgen.runtime.prepared.prepared import PreparedRun
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
+device = Late("symgen.runtime.ensemble.gpu.device")
 health = Late("symgen.runtime.checks.health")
 preparing = Late("symgen.runtime.prepared.prepared")
 
@@ -37,7 +39,7 @@ _FUNCTIONS = {"outputs": "outputs", "accelerations": "rhs", "multipliers": "rhs"
 _LOOKED_AT_AGAIN = 8
 _JUDGED = ("energy", "finite", "constraint position", "stops")
 _own = threading.local()
-_running: weakref.WeakSet[LaneBatch] = weakref.WeakSet()
+_running: weakref.WeakSet[LaneBatch | DeviceBatch] = weakref.WeakSet()
 
 
 @record(eq=False)
@@ -120,10 +122,12 @@ def _objects(solution: Solution) -> bool:
     return any(entry.check in _JUDGED for entry in health.objections_to(solution))
 
 
-def _batch(plan: Plan) -> LaneBatch:
-    """The thread's own lanes."""
+def _batch(plan: Plan) -> LaneBatch | DeviceBatch:
+    """The thread's own lanes, or its own stream of a device."""
     if getattr(_own, "plan", None) is not plan:
-        _own.plan, _own.batch = plan, LaneBatch(plan.system, plan.settings)
+        on_device = plan.options.device != "cpu"
+        make = device.make_batch if on_device else LaneBatch
+        _own.plan, _own.batch = plan, make(plan.system, plan.settings)
         _running.add(_own.batch)
     return _own.batch
 
@@ -141,10 +145,10 @@ def _one_by_one(
     states = np.full((n, max(len(plan.frame_times), 1), plan.system.ny), np.nan)
     verdicts, messages = Verdicts.empty(n), {}
     verdicts.singly[:] = True
-    prepared = _prepared(plan, parameters[0], varied)
+    prepared = None if plan.inputs_differ else _prepared(plan, parameters[0], varied)
     # What ends before its time stays where it is: frames behind that are for single runs.
     ends = any(event["action"] == "terminate" for event in plan.system.events)
-    if not prepared.why_python and not (ends and len(plan.frame_times)):
+    if prepared is not None and not prepared.why_python and not (ends and len(plan.frame_times)):
         messages = _take_prepared(prepared, first, parameters, varied, states, verdicts)
         return states, parameters, verdicts, messages
     for k in range(n):
@@ -159,7 +163,7 @@ def _prepared(plan: Plan, p: np.ndarray, varied: dict[str, np.ndarray]) -> Prepa
         start, rate = plan.starts.given({name: float(values[0]) for name, values in varied.items()})
         known = {record["name"] for record in plan.system.coordinates}
         rates = {name if name not in known else f"dot({name})": value for name, value in rate.items()}
-        options = replace(plan.single, parameters=None, start=None, rate=None)
+        options = replace(plan.single, parameters=None, start=None, rate=None, inputs=plan.inputs or None)
         _own.prepared = preparing.PreparedRun(
             plan.system, options, parameters=plan.single_parameters(p), start={**start, **rates},
             output=list(plan.frame_times) if len(plan.frame_times) else "end", checks="end",
@@ -196,7 +200,7 @@ def _take_single(
     """Run a member by itself, and fill in its states and verdict; returns why it failed, by its number."""
     verdicts.singly[k] = True
     try:
-        solution = run_single(plan, p, varied)
+        solution = run_single(plan, number, p, varied)
     except RuntimeModelError as error:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
         return {number: str(error)}

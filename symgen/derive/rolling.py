@@ -11,8 +11,8 @@ The order of a function's clusters: those of one shape together, where what they
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from symgen.derive.graph import hoist
@@ -289,6 +289,7 @@ class Shapes:
 
 
 FEWEST = 4  # clusters of one shape that make a loop
+LONGEST_PERIOD = 40  # heights in a pass of a loop that works through what depends on the pass before
 CLUSTERS, SUM, SOLVE = "clusters", "sum", "solve"
 INTO = "into"
 # What must be there before: a root, the result of a solver, or (`INTO`, a solver or sum) all that enters it.
@@ -310,6 +311,8 @@ class Group:
         For each member, its places in the arrays among `targets`.
     needs : list of tuple of Need
         Of each member.
+    in_turns : bool
+        Whether members take turns with those of other groups, each pass of a loop needing the one before.
     """
 
     kind: str
@@ -317,12 +320,23 @@ class Group:
     members: list[Instance] = field(default_factory=list)
     places: list[tuple[int, ...]] = field(default_factory=list)
     needs: list[tuple[Need, ...]] = field(default_factory=list)
+    in_turns: bool = False
 
     def add(self, member: Instance, sinks: Sequence[Sink], needs: tuple[Need, ...]) -> None:
         """Add a member."""
         self.members.append(member)
         self.places.append(tuple(place for _, place in sinks))
         self.needs.append(needs)
+
+    def upwards(self) -> Group:
+        """The same with places that rise, where members do not need each other: an index that falls needs a table."""
+        falls = len(self.members) > 1 and self.places[0] > self.places[-1]
+        if not falls or any(isinstance(target, tuple) for target in self.targets):
+            return self
+        own = {member.root for member in self.members}
+        if any(not own.isdisjoint(needs) for needs in self.needs):
+            return self
+        return self.part(list(range(len(self.members) - 1, -1, -1)))
 
     def part(self, indices: list[int]) -> Group:
         """Some of the members."""
@@ -343,10 +357,15 @@ class Schedule:
     shapes: Shapes
     stages: list[list[Group]]
 
-    def is_short(self) -> bool:
-        """Whether loops leave at most a third of the text."""
-        counts = [len(group.members) for stage in self.stages for group in stage]
-        return 3 * sum(1 if count >= FEWEST else count for count in counts) <= sum(counts)
+    def is_short(self, in_turns: bool = True) -> bool:
+        """Whether loops leave at most a third of the text; with or without those whose groups take turns."""
+        groups = [group for stage in self.stages for group in stage]
+        counts = [len(group.members) for group in groups]
+        left = [
+            1 if count >= FEWEST and (in_turns or not group.in_turns) else count
+            for group, count in zip(groups, counts, strict=True)
+        ]
+        return 3 * sum(left) <= sum(counts)
 
 
 def schedule(g: Graph, written: list[tuple[int, int]]) -> Schedule:
@@ -424,7 +443,7 @@ def _staged(groups: list[Group]) -> list[list[Group]]:
     done: set[int] = set()
     ready = [k for k, needed in enumerate(waiting) if not needed]
     while ready:
-        stages.append([groups[k] for k in ready])
+        stages.append([groups[k].upwards() for k in ready])
         done.update(ready)
         freed: set[int] = set()
         for k in ready:
@@ -437,7 +456,11 @@ def _staged(groups: list[Group]) -> list[list[Group]]:
 
 
 def _by_height(groups: list[Group]) -> list[list[Group]]:
-    """Stages of groups that need each other in a circle: of each group, the members of one height together."""
+    """Stages of groups that need each other in a circle: of each group, the members of one height together.
+
+    Where heights repeat, as along a chain whose links are worked through one after another, a stretch of them is one
+    stage: a loop that goes through all heights of a period in each pass.
+    """
     members = sorted((m.root, k, i) for k, group in enumerate(groups) for i, m in enumerate(group.members))
     height: dict[Need, int] = {}
     parts: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
@@ -446,4 +469,52 @@ def _by_height(groups: list[Group]) -> list[list[Group]]:
         for need in _made(groups[k], groups[k].members[i]):
             height[need] = max(own, height.get(need, -1))
         parts[own][k].append(i)
-    return [[groups[k].part(own) for k, own in parts[level].items()] for level in sorted(parts)]
+    levels = [parts[level] for level in sorted(parts)]
+    stages: list[list[Group]] = []
+    first = 0
+    for begin, period, n_passes in _stretches([_pattern(groups, level) for level in levels]):
+        stages += ([groups[k].part(own) for k, own in level.items()] for level in levels[first:begin])
+        first = begin + period * n_passes
+        stages.append(_interleaved(groups, levels[begin:first], period))
+    return stages + [[groups[k].part(own) for k, own in level.items()] for level in levels[first:]]
+
+
+def _pattern(groups: list[Group], level: dict[int, list[int]]) -> tuple | None:
+    """Which groups have how many members at a height; None where one is no cluster, or makes a loop by itself."""
+    if any(groups[k].kind != CLUSTERS or len(own) >= FEWEST for k, own in level.items()):
+        return None
+    return tuple((k, len(level[k])) for k in sorted(level))
+
+
+def _interleaved(groups: list[Group], levels: list[dict[int, list[int]]], period: int) -> list[Group]:
+    """The groups of a loop that goes through `period` heights in each pass, in the order of its body."""
+    return [
+        replace(groups[k].part([level[k][place] for level in levels[offset::period]]), in_turns=True)
+        for offset in range(period)
+        for k in levels[offset]
+        for place in range(len(levels[offset][k]))
+    ]
+
+
+def _stretches(patterns: list[tuple | None]) -> Iterator[tuple[int, int, int]]:
+    """Where patterns repeat: the first of a stretch, its period, and how often it is gone through, `FEWEST` or more."""
+    begin = 0
+    while begin < len(patterns):
+        best = (0, 0, 0)  # what a loop spares, then the shorter period
+        for period in range(1, LONGEST_PERIOD + 1):
+            end = begin
+            while (
+                end + period < len(patterns)
+                and patterns[end] is not None
+                and patterns[end] == patterns[end + period]
+            ):
+                end += 1
+            n_passes = (end - begin) // period + 1
+            if n_passes >= FEWEST:
+                best = max(best, ((n_passes - 1) * period, -period, n_passes))
+        spared, period, n_passes = best
+        if not spared:
+            begin += 1
+            continue
+        yield begin, -period, n_passes
+        begin -= period * n_passes

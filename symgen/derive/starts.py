@@ -77,7 +77,8 @@ def start_conditions(d: Derivation, residual: Callable[[], list[int]]) -> Iterat
     d : Derivation
         With all stops open and frictions sliding.
     residual : callable
-        Returns M a - f - Gᵀλ, then G a - γ. Closed stops add to it as constraints do.
+        Returns M a - f - Gᵀλ, then G a - γ. Runs add it to what closed stops make of it, with `residual_jacobian`: here
+        are its derivatives by parameters that are sought.
     """
     own = d.own
     if own.start is None:
@@ -90,17 +91,19 @@ def start_conditions(d: Derivation, residual: Callable[[], list[int]]) -> Iterat
     gaps = [load(own.stops[k].gap) for k in closed]
     closing = forward(g, gaps, d.loader.rates)
     conditions = [*d.constraints.position, *d.constraints.velocity, *equations, *gaps, *closing]
-    if _needs_balance(own, own.start):
-        balance, n = residual(), len(x.v)
-        pushed = reverse(g, [(u, forces[k]) for u, k in zip(closing, closed, strict=True)], V)
-        pushes = x.along_rates(pushed)
-        conditions += [g.sub(r, push) for r, push in zip(balance[:n], pushes, strict=True)]
-        conditions += [*balance[n:], *forward(g, closing, x.motion(x.a))]
-    doc = "What is zero at the start: constraints, equations, gaps; the equations of motion where they tell something."
-    yield Function("start_conditions", doc, tuple(conditions))
     sought = [g.var(PARAM, k) for k in start_record(own)["find"]]
+    first, by_parameters = len(conditions), list[dict[int, int]]()
+    if _needs_balance(own, own.start):
+        pushed = reverse(g, [(u, forces[k]) for u, k in zip(closing, closed, strict=True)], V)
+        conditions += [g.neg(push) for push in x.along_rates(pushed)]
+        conditions += [*[g.zero] * m, *forward(g, closing, x.motion(x.a))]
+        by_parameters = sparse_jacobian(g, residual(), sought) if sought else by_parameters
+    doc = "What is zero at the start: constraints, equations, gaps; forces of closed stops, to be added to residual."
+    yield Function("start_conditions", doc, tuple(conditions))
     unknowns = [*x.q, *x.v, *x.a, *x.lam, *forces, *sought]
     rows = sparse_jacobian(g, conditions, unknowns)
+    for row, more in zip(rows[first:], by_parameters, strict=False):
+        row.update({len(unknowns) - len(sought) + k: node for k, node in more.items()})
     doc = "Derivatives of start_conditions by q, v, a, lambda, forces of stops and frictions, parameters."
     yield Function.matrix("start_jacobian", doc, rows, len(unknowns))
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 from symgen.derive.rolling import OUT, schedule
 from symgen.runtime.graph.functions import IN_CODE
+from symgen.runtime.graph.layouts import settings_of
 from symgen.runtime.graph.spelling import spelled
 
-from ..derive.contacts import SETTINGS
 from ..derive.graph.graph import Graph
 from ..derive.graph.nodes import INPUT, LAM, PARAM, VIRTUAL, A, Q, T, V
 from ..derive.jumps import ACTION as JUMP
@@ -23,7 +23,12 @@ from .section import Section, Shared, Tables
 # Operations and variables of a function that loops are tried for: from here on, straight-line code takes seconds to
 # compile. Where a large solve is by loops anyway, the rest need not be so long.
 SMALLEST_ROLLED = 12_000
+# The same of loops whose passes wait for each other: calls take a fifth longer, which only many seconds outweigh.
+SMALLEST_IN_TURNS = 30_000
 SMALLEST_WITH_FRONTS = 1000
+# What only looks is called once a frame, if at all: loops that take twice as long are worth text that is read at once.
+SMALLEST_OBSERVER = 1000
+OBSERVERS = ("poses", "shapes")
 TEXT = dense_solve.TEXT | fronts.TEXT
 DECORATOR = '@njit(error_model="numpy")\n'
 
@@ -65,9 +70,16 @@ class FunctionText(Shared):
     def _whole_section(self, g: Graph, function: Function) -> Section:
         """A function of its own: in loops over what repeats in it, where it is large and they make it short."""
         n_nodes = len(g.reachable(node for _, node in function.written()))
-        if n_nodes + len(function.outputs) >= (SMALLEST_WITH_FRONTS if g.front_plans else SMALLEST_ROLLED):
+        smallest = SMALLEST_WITH_FRONTS if g.front_plans else SMALLEST_ROLLED
+        if function.name in OBSERVERS:
+            smallest = SMALLEST_OBSERVER
+        elif function.name == "solve" and not g.front_plans:  # only series call it, and they take no arrays
+            smallest = math.inf
+        size = n_nodes + len(function.outputs)
+        if size >= smallest:
             found = schedule(g, function.written())
-            if found.is_short() or any(g.op[node] in fronts.TEXT for node in found.clusters.solves):
+            in_turns = size >= SMALLEST_IN_TURNS or function.name in OBSERVERS
+            if found.is_short(in_turns) or any(g.op[node] in fronts.TEXT for node in found.clusters.solves):
                 return RolledSection(self, g, function, found)
         return Section(self, g, function)
 
@@ -207,9 +219,7 @@ def _variable_names(program: Program) -> dict[tuple[int, int], str]:
     names = {(T, 0): "t"}
     for kind, (prefix, entries) in groups.items():
         names |= {(kind, k): f"{prefix}_{spelled(entry['name'])}" for k, entry in enumerate(entries)}
-    settings = [
-        f"s_{spelled(s['name'])}_{key}" for s in head.get("switches", ()) for key in SETTINGS[s["kind"]]
-    ]
+    settings = [f"s_{spelled(s['name'])}_{key}" for s in head.get("switches", ()) for key in settings_of(s)]
     settings += [f"b_{k}" for k in range(sum(event["action"] == JUMP for event in head.get("events", ())))]
     names |= {(INPUT, len(head["inputs"]) + k): name for k, name in enumerate(settings)}
     return names

@@ -8,6 +8,7 @@ read of points and axes is turned back.
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -27,6 +28,7 @@ from .description import (
     Constant,
     Constraint,
     Contact,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
@@ -54,6 +56,7 @@ from .description import (
 )
 from .expression_tree import names_in, postorder
 from .functions import Tabulated, sensor, tabulated
+from .gravity import HERE
 from .items import drawing_key
 from .names import LONGEST_NAME, name_fault
 from .orientation import Expressions
@@ -67,7 +70,6 @@ NAMES_OF_VALUES = ("coordinate", "input", "value")  # ports that stand in expres
 PORT_KINDS = (*NAMES_OF_VALUES, "body", "frame", "point")
 PORT_KEYS = ("kind", "unit")
 PLACE_KEYS = ("offset", "angle", "xyz", "rpy")
-MOST_PARTS = 200_000  # names and elements that all uses bring together: assemblies of assemblies multiply
 
 # Which fields of a part are names: of elements, and of what stands in expressions.
 NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -76,7 +78,7 @@ NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
     Coordinate: (("quaternion", "joint"), ("name",)),
     Rate: ((), ("name", "coordinate")),
     State: ((), ("name",)),
-    Input: ((), ("name",)),
+    Input: ((), ("name", "rate_of")),
     Table: ((), ("name",)),
     Body: (("name",), ()),
     Joint: (("name", "parent", "child"), ("coordinates", "rates")),
@@ -93,6 +95,7 @@ NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
     Stop: (("name",), ()),
     Friction: (("name", "normal"), ()),
     Contact: (("name",), ()),
+    ContactPair: (("name", "body", "plane", "other"), ()),
     Drawing: (("name",), ()),
     Event: (("name",), ()),
     Reset: ((), ("target",)),
@@ -108,7 +111,8 @@ MAPPINGS = {
     "_bodies": "bodies", "_joints": "joints", "_points": "points", "_axes": "axes", "_frames": "frames",
     "_springs": "springs", "_bushings": "bushings", "_rotors": "rotors", "_loads": "loads",
     "_constraints": "constraints", "_loops": "constraints", "_closures": "closures", "_rolling": "rolling",
-    "_stops": "stops", "_frictions": "friction", "_contacts": "contacts", "_events": "events", "_drawings": "draw",
+    "_stops": "stops", "_frictions": "friction", "_contacts": "contacts", "_pairs": "contacts", "_events": "events",
+    "_drawings": "draw",
 }  # fmt: skip
 
 
@@ -147,10 +151,8 @@ def use(model: Declared, name: str, key: str, assembly: Declared, given: Mapping
     if not assembly._closed:
         _check_assembly(key, assembly)
     made = Use(name, key, tuple(_given(model, table, key, assembly, given)))
-    model._n_taken_over += 1 + len(assembly._kinds) + sum(len(getattr(assembly, x)) for x in MAPPINGS)
-    if model._n_taken_over > MOST_PARTS:
-        message = f"the uses of assemblies bring more than {MOST_PARTS} names and elements"
-        raise sources.error(table, "", message, hint="use fewer")
+    count = 1 + len(assembly._kinds) + sum(len(getattr(assembly, x)) for x in MAPPINGS)
+    model._shelf.take(count, functools.partial(sources.error, table, ""))
     model._uses[name] = made
     assembly._closed = assembly._closed or name
     _Taken(model, made, assembly).take()
@@ -163,6 +165,7 @@ def _check_assembly(key: str, assembly: Declared) -> None:
         (assembly._gravity is not None or assembly._field is not None, "gravity"),
         (assembly._gravitation is not None or assembly._attractors, "gravity"),
         (assembly._run, "run"),
+        (assembly._start is not None, "start"),
         (assembly.impacts != "simultaneous", "impacts"),
     ):
         if has:
@@ -173,7 +176,7 @@ def _check_assembly(key: str, assembly: Declared) -> None:
         if taken and port.kind not in NAMES_OF_VALUES:
             message = f"the assembly has a port '{port.name}' and a part of this name"
             raise assembly._sources.error("ports", port.name, message, hint="choose another name")
-    known = assembly._kinds.keys() | assembly._aliases.keys() | {"t"}
+    known = assembly._kinds.keys() | assembly._aliases.keys() | {"t", *HERE}
     free: dict[str, None] = {}
     for _, source in assembly._sources.everything():
         free |= {x: None for x in sorted(names_in(source.expression) - known) if sensor_call(x) is None}
@@ -302,11 +305,15 @@ class _Taken:
     def take(self) -> None:
         """Take all of it over into the model."""
         model, assembly = self.model, self.assembly
+        model._sources.uses[self.use.name] = assembly._sources
         self._take_names()
         self.joined = {j.child for j in model._joints.values()}
         model._placed |= {self._element(body): by for body, by in assembly._placed.items()}
         for attribute in LISTS:
-            getattr(model, attribute).extend(map(self._part, getattr(assembly, attribute)))
+            parts = getattr(assembly, attribute)
+            if attribute in ("_coordinates", "_made"):  # those of uses inside come behind
+                parts = sorted(parts, key=lambda c: "." in c.name)
+            getattr(model, attribute).extend(map(self._part, parts))
         for attribute, table in MAPPINGS.items():
             parts = getattr(model, attribute)
             for part in getattr(assembly, attribute).values():
@@ -352,8 +359,9 @@ class _Taken:
             model._kinds[full] = kind
             if kind == "definition" and what is not None:
                 model._definitions.append((full, what.value))
+                given_by = f"use.{prefix}", name
                 model._sources.take_over(
-                    "definitions", full, replace(model._sources.of(f"use.{prefix}", name)[0], use="")
+                    "definitions", full, model._sources.of(*given_by)[0], said_at=given_by
                 )
         for name, symbol in self.assembly._aliases.items():
             model._aliases[f"{prefix}.{name}"] = self.symbols[symbol.name]
@@ -367,7 +375,6 @@ class _Taken:
     def _take_sources(self) -> None:
         """Tell the model's sources what stands where: checks of units read them, and errors name the places."""
         own, taken = self.model._sources, self.assembly._sources
-        own.uses[self.use.name] = taken
         called = {x for x in taken.tables if not self.tables.isdisjoint((x, x.removesuffix("_integral")))}
         own.tables |= {f"{self.use.name}.{x}": taken.tables[x] for x in sorted(called)}
         own.in_plane |= {self._address(*x) for x in taken.in_plane}
@@ -486,7 +493,7 @@ class _Taken:
     def _read(self, name: str, names: Mapping[str, sympy.Expr]) -> sympy.Expr:
         if name in names:
             return names[name]
-        if name == "t":
+        if name == "t" or name in HERE:
             return sympy.Symbol(name)
         call = sensor_call(name)
         return sympy.Symbol(f"{self.use.name}.{name}") if call is None else self._sensor(*call)
@@ -624,6 +631,9 @@ class _Taken:
     def _placed_rolling(self, rolling: Rolling) -> Rolling:
         return self._in_frames(rolling, (rolling.plane,))
 
+    def _placed_contactpair(self, pair: ContactPair) -> ContactPair:
+        return self._in_frames(pair, (pair.plane,) if pair.other is None else ())
+
     def _in_frames(self, part: Any, names: tuple[str, ...]) -> Any:
         if self.world in names:
             self._need_world()
@@ -664,7 +674,7 @@ class _Taken:
 
 def _each(rename: Callable[[str], str], value: Any) -> Any:
     if isinstance(value, str):
-        return rename(value)
+        return rename(value) if value else value
     return tuple(map(rename, value)) if isinstance(value, tuple) else value
 
 

@@ -58,8 +58,9 @@ def with_sensors(
     """
     mentioned: dict[str, Item] = {}
     for item in (*definition_items(d), *items(d)):
-        for name in names_in(item.expression) - kinds.keys():
-            mentioned.setdefault(name, item)
+        for name in names_in(item.expression):
+            if name not in kinds:
+                mentioned.setdefault(name, item)
     calls = {name: sensor_call(name) for name in sorted(mentioned)}
     found = {name: call for name, call in calls.items() if call is not None}
     if not found:
@@ -108,7 +109,8 @@ def resolve(
         The constraints that each ready-made one has made.
     sources : Sources
     """
-    held = {x.name for x in (*d.constraints, *d.velocity_constraints, *d.stops, *d.frictions)}
+    held = {x.name for x in (*d.constraints, *d.velocity_constraints, *d.stops)}
+    held |= {row for f in d.frictions for row in f.rows}
     made: list[Sensor] = []
     for s in sensors:
         rows = tuple(part for name in s.rows for part in parts.get(name, (name,)))

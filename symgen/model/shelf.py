@@ -10,6 +10,7 @@ from ..errors import ModelError, nearest
 from .declared import Declared
 
 DEEPEST = 30  # assemblies inside each other, and files that name each other
+MOST_PARTS = 200_000
 Fail = Callable[..., ModelError]
 
 
@@ -26,11 +27,13 @@ class Shelf:
 
     def __init__(self, outer: Shelf | None = None, root: Shelf | None = None) -> None:
         self._outer = outer
-        self._root = root or (self if outer is None else outer._root)
+        above = outer if root is None else root
+        self._root = self if above is None else above._root
         self._made: dict[str, Any] = {}
         self._announced: dict[str, Callable[[], Declared]] = {}
         self._open: list[tuple[Any, str]] = []  # of the root: what is being read, and what it is called
         self._files: dict[Path, Declared] = {}  # of the root: those that were read
+        self._taken = 0  # of the root: names and elements that uses have brought
 
     def names(self) -> dict[str, Any]:
         """The names of a model's own assemblies."""
@@ -48,6 +51,14 @@ class Shelf:
     def announce(self, name: str, read: Callable[[], Declared]) -> None:
         """Add an assembly that is read when it is needed first."""
         self._announced[name] = read
+
+    def take(self, count: int, fail: Fail) -> None:
+        """Count names and elements that a use brings: assemblies of assemblies multiply."""
+        self._root._taken += count
+        if self._root._taken > MOST_PARTS:
+            raise fail(
+                f"the uses of assemblies bring more than {MOST_PARTS} names and elements", hint="use fewer"
+            )
 
     def get(self, name: Any, fail: Fail) -> Any:
         """The assembly of a name; `fail` makes errors of messages.

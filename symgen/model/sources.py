@@ -38,6 +38,7 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "springs": "spring",
     "bushings": "bushing",
     "rolling": "rolling",
+    "tyres": "tyre",
     "closures": "closure",
     "rotors": "rotor",
     "loads": "load",
@@ -47,6 +48,7 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "events": "event",
     "stops": "stop",
     "friction": "friction",
+    "bristles": "bristle",
     "contacts": "contact",
     "draw": "draw",
     "ports": "port",
@@ -95,6 +97,7 @@ class Sources:
         self.tables: dict[
             str, int
         ] = {}  # functions that the model has tables for, and how many arguments they take
+        self._said_at: dict[Address, Address] = {}
         self.in_plane: set[Address] = set()
 
     def of(self, table: str, key: str) -> list[Source]:
@@ -107,9 +110,11 @@ class Sources:
             for source in sources:
                 yield address, source
 
-    def take_over(self, table: str, key: str, source: Source) -> None:
-        """Take what a use of an assembly brings to an address."""
+    def take_over(self, table: str, key: str, source: Source, said_at: Address | None = None) -> None:
+        """Take what a use of an assembly brings to an address; errors name the one where it was said."""
         self._sources.setdefault((table, key), []).append(source)
+        if said_at is not None:
+            self._said_at[table, key] = said_at
 
     def note_two_components(self, table: str, key: str) -> None:
         """Note that a direction was given with two components, as in the plane."""
@@ -133,6 +138,7 @@ class Sources:
             if error.file is None:
                 error.use = use if error.use is None else f"{error.use}.{use}"
             return self.uses[use].locate(error, *address)
+        table, key = self._said_at.get((table, key), (table, key))
         if not self.is_file:
             table, key = _call(table, key)
         if self.assembly:

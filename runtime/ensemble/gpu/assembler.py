@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import re
 import subprocess
 import tempfile
 import time
+from dataclasses import field
 from pathlib import Path
 
 from symgen.runtime.errors import RuntimeModelError
@@ -14,7 +16,7 @@ from symgen.runtime.record import record
 
 _PACKAGES = ("nvidia.cuda_nvcc", "nvidia.cu13")  # of CUDA 12, of 13
 _TIMEOUT = 600.0  # seconds
-_ARCH = re.compile(r"sm_\d{2,3}[af]?")
+_ARCH = re.compile(r"'(sm_\d{2,3}[af]?)'")
 
 
 @record
@@ -36,7 +38,7 @@ class Assembled:
     """
 
     arch: str
-    code: bytes
+    code: bytes = field(repr=False)
     registers: int
     spill_stores: int
     spill_loads: int
@@ -64,6 +66,63 @@ def find_assembler() -> Path | None:
     return None
 
 
+def needed_assembler() -> Path:
+    """Return where the assembler is.
+
+    Raises
+    ------
+    RuntimeModelError
+        There is none.
+    """
+    program = find_assembler()
+    if program is None:
+        raise RuntimeModelError(
+            "there is no assembler for graphics processors here: it comes with pip install 'symgen[gpu]' (NVIDIA's "
+            "package nvidia-cuda-nvcc-cu12)"
+        )
+    return program
+
+
+@functools.lru_cache(maxsize=4)
+def _said(program: Path, *arguments: str | Path) -> tuple[int, str]:
+    """What the assembler says, and its exit status."""
+    try:
+        run = subprocess.run(
+            [program, *arguments], capture_output=True, text=True, timeout=_TIMEOUT, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise RuntimeModelError(f"the assembler {program} does not work here: {error}") from None
+    return run.returncode, run.stdout + run.stderr
+
+
+def assembler_version() -> str:
+    """Return what the assembler calls itself, such as V12.9.86.
+
+    Raises
+    ------
+    RuntimeModelError
+        There is none.
+    """
+    found = re.search(r"V\d[\d.]*", _said(needed_assembler(), "--version")[1])
+    return found[0] if found else ""
+
+
+def check_arch(arch: str) -> None:
+    """Refuse what names no architecture that the assembler knows.
+
+    Raises
+    ------
+    RuntimeModelError
+        It does not, or there is no assembler.
+    """
+    known = sorted(set(_ARCH.findall(_said(needed_assembler(), "--help")[1])), key=lambda a: (len(a), a))
+    if arch not in known:
+        raise RuntimeModelError(
+            f"NVIDIA's assembler knows no architecture {arch!r}: give one of {', '.join(known)}; sm_80 is an A100, "
+            "sm_89 an L4 or RTX 40, sm_90 an H100"
+        )
+
+
 def assemble(ptx: str, arch: str) -> Assembled:
     """Assemble PTX.
 
@@ -73,44 +132,20 @@ def assemble(ptx: str, arch: str) -> Assembled:
         There is no assembler, no such architecture, or the assembler objects.
     """
     check_arch(arch)
-    program = find_assembler()
-    if program is None:
-        raise RuntimeModelError(
-            "there is no assembler for graphics processors here: it comes with pip install 'symgen[gpu]' (NVIDIA's package "
-            "nvidia-cuda-nvcc-cu12)"
-        )
+    program = needed_assembler()
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "members.ptx", Path(folder) / "members.cubin"
         source.write_text(ptx, encoding="ascii")
         began = time.perf_counter()
-        try:
-            run = subprocess.run(
-                [program, "-v", "-O3", f"-arch={arch}", "-o", target, source], capture_output=True, text=True,
-                timeout=_TIMEOUT, check=False,
-            )  # fmt: skip
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise RuntimeModelError(f"the assembler {program} does not work here: {error}") from None
+        status, said = _said.__wrapped__(program, "-v", "-O3", f"-arch={arch}", "-o", target, source)
         seconds = time.perf_counter() - began
-        said = run.stdout + run.stderr
-        if run.returncode or not target.is_file():
+        if status or not target.is_file():
             first = next((line for line in said.splitlines() if line.strip()), "it says nothing")
             raise RuntimeModelError(
-                f"NVIDIA's assembler has no machine code of the program for {arch}: {first.replace(str(source), 'line')}"
+                f"NVIDIA's assembler has no machine code of the program for {arch}: "
+                f"{first.replace(str(source), 'line')}"
             )
         return _read(said, arch, target.read_bytes(), seconds)
-
-
-def check_arch(arch: str) -> None:
-    """Refuse what names no architecture.
-
-    Raises
-    ------
-    RuntimeModelError
-    """
-    if not _ARCH.fullmatch(arch):
-        raise RuntimeModelError(
-            f"arch is {arch!r}: give one of NVIDIA's architectures, such as sm_80 (A100), sm_89 (L4, RTX 40) or sm_90 (H100)"
-        )
 
 
 def _read(said: str, arch: str, code: bytes, seconds: float) -> Assembled:

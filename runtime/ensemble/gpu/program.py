@@ -1,13 +1,14 @@
-"""The program of a thread, for one model and method, as LLVM IR: its loop, the model's functions, and what calls them."""
+"""The program of a thread, for one model and method, as LLVM IR: its loop, the model's functions, their caller."""
 
 from __future__ import annotations
 
 import re
 from typing import TYPE_CHECKING
 
+from symgen.runtime.choose import SERIES
 from symgen.runtime.code.llvm_text import VECTOR_INTRINSICS
 from symgen.runtime.code.lower import NoLanes
-from symgen.runtime.ensemble.batch import evaluates_once
+from symgen.runtime.ensemble.batch import one_evaluation
 from symgen.runtime.ensemble.gpu.thread import ARGUMENTS, MEMBER, function_member
 from symgen.runtime.ensemble.machine import METHODS
 from symgen.runtime.ensemble.slots import COLUMNS
@@ -28,7 +29,6 @@ motion = Late("symgen.runtime.taylor.motion")
 planning = Late("symgen.runtime.taylor.plan")
 
 ENTRY = "symgen_members"
-SERIES = "taylor"
 _N_STAGES, _N_DENSE = {"rk4": 5, "verlet": 2, "dop853": 16}, 8
 _FAR = re.compile(r"@([\w.]+\.far)\(double")  # sine and cosine of large angles: rare, and long
 _LIBRARY = sorted(
@@ -80,9 +80,7 @@ def make_program(
         There is none; says why.
     """
     if system.events:
-        raise Refusal("events are for lanes of this machine's processor")
-    if method == "verlet" and system.quaternions:
-        raise Refusal("method verlet turns bodies by sines of the C library: use rk4 or dop853")
+        raise NoLanes("it has events, which run in the lanes of this machine's processors")
     n = system.nq + system.nv
     projects = bool(system.m or system.quaternions)
     n_project = n + system.nh + system.m if projects else 0
@@ -105,14 +103,14 @@ def make_program(
         "ny": system.ny, "n": n, "nq": system.nq, "n_row": system.n_row, "n_p": system.n_p,
         "n_precomputed": system.n_precomputed, "nh": system.nh, "m": system.m, "n_project": n_project,
         "n_quaternions": len(system.quaternions), "watch_energy": 1, "scale_energy": int(scale_energy),
-        "has_tail": int(system.ny - system.nq > 1), "one_evaluation": int(evaluates_once(system, method)),
+        "one_evaluation": int(one_evaluation(system, method)), "has_tail": int(system.ny - system.nq > 1),
     }  # fmt: skip
     lengths = {
         "y": system.ny, "y_new": system.ny, "y_stage": system.ny, "k": n_k,
         "k_other": n_k if method == SERIES else 1, "lost": system.ny, "p": system.n_precomputed,
         "projected": n_project, "energies": 2, "residuals": system.nh + system.m,
         "dense": system.ny * (_N_DENSE if with_frames and method != SERIES else 1), "numbers": len(COLUMNS),
-        "carry": system.ny, "slope": system.ny,
+        "carry": system.ny, "slope": system.ny, "y_before": 1, "watched": 1,
     }  # fmt: skip
     begin, attempt = METHODS[method]
     member = function_member(sizes, lengths, names, begin, attempt, unrolled=flat, with_frames=with_frames)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import hashlib
 from collections.abc import Mapping
 
 import numpy as np
@@ -47,8 +46,3 @@ class SequentialKernel:
 
     def stop(self) -> None:
         """Nothing: there is no other thread."""
-
-
-def text_hash(program: Program) -> str:
-    """Return a hash of all that a program is made of."""
-    return hashlib.sha256("\0".join(program.parts).encode()).hexdigest()

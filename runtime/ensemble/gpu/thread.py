@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from symgen.runtime.ensemble.lanes import Lanes, note_residuals, start_members
+from symgen.runtime.ensemble.lanes import CODE, Lanes, note_residuals, start_members
 from symgen.runtime.ensemble.slots import COLUMN, COLUMNS, NAMES, NUMBERS
 from symgen.runtime.ensemble.writer import ADDRESS, INTEGER, LANES, NUMBER, Code, Rows, Value, Variable
 
@@ -159,11 +159,14 @@ def function_member(
     }
     known: dict[str, Value | Rows] = {name: code.integer(size) for name, size in sizes.items()}
     known |= {name: arguments[name] for name in (*NUMBERS, "max_steps", "order", "n_frames")}
-    known |= {"n_members": code.integer(1), "log_size": code.integer(0)}
-    known |= _without_events(code)
+    # No steps are logged; models with events are left to lanes.
+    known |= {
+        "n_members": code.integer(1),
+        **dict.fromkeys(("log_size", "n_events", "event_log_size"), code.integer(0)),
+    }
     if not with_frames:
         known["n_frames"] = code.integer(0)
-    for name in ("rhs", "project", "energy", "residual", "setup", "series"):
+    for name in CODE:
         known[name] = Value(code, f"@{kernels[name]}" if name in kernels else "null", ADDRESS)
     for name, length in lengths.items():
         address = code.array(length)
@@ -179,22 +182,17 @@ def function_member(
     )
     known["frame_times"] = Rows(code, arguments["frame_times"], NUMBER)
     known["quaternions"] = Rows(code, Value(code, "@symgen_quaternions", ADDRESS), INTEGER)
-    known["step_log"] = Rows(code, Value(code, "null", ADDRESS), NUMBER)
+    for name, kind in (
+        ("step_log", NUMBER), ("event_log", NUMBER), ("directions", NUMBER), ("places", NUMBER),
+        ("actions", INTEGER), ("resets", ADDRESS),
+    ):  # fmt: skip
+        known[name] = Rows(code, Value(code, "null", ADDRESS), kind)
     for name in ("member_of_lane", "frame_of_lane"):
         known[name] = Rows(code, code.array(1, INTEGER), INTEGER)
         known[name][0] = code.integer(0)
     lanes = Lanes(code, known)
     _run(lanes, sizes, begin, attempt)
     return code
-
-
-def _without_events(code: Code) -> dict[str, Value | Rows]:
-    """What the steps know of events where a model has none: the code that reads it is seen to be dead."""
-    nowhere = Value(code, "null", ADDRESS)
-    rows = {"watched": LANES, "y_before": LANES, "actions": INTEGER, "resets": ADDRESS}
-    rows |= dict.fromkeys(("event_log", "directions", "places"), NUMBER)
-    sizes = dict.fromkeys(("n_events", "event_log_size"), code.integer(0))
-    return {"events": nowhere, **sizes, **{name: Rows(code, nowhere, kind) for name, kind in rows.items()}}
 
 
 def _run(
