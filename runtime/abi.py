@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS
+from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, settings_of
 from symgen.runtime.graph.spelling import RESET, reset_function
 
 ABI = 1
@@ -32,9 +32,6 @@ _SPARSE_OF_ROBOTS = frozenset(
 SWITCHED = (
     "rhs", "residual", "residual_jacobian", "constraint_residual", "constraint_jacobian", "gamma", "project", "events",
 )  # fmt: skip
-# What `p` says of each switch: a stop is closed (1) or open (0); a friction sticks or not, and slides forwards (1),
-# backwards (-1) or not at all.
-SETTINGS = {"stop": ("closed",), "friction": ("stuck", "sense")}
 # Numbers that the function `switches` writes for each: gap, restitution; sliding speed, level, largest while sticking
 # (the speed below which it gives way where friction is smooth).
 N_WATCHED = {"stop": 2, "friction": 3}
@@ -101,9 +98,7 @@ def setting_names(header: Mapping[str, Any]) -> list[str]:
     Which stops are closed and which frictions stick, then the branches of forces that jump (1, -1, or 0: none).
     """
     held = [
-        f"{key}({switch['name']})"
-        for switch in header.get("switches", ())
-        for key in SETTINGS[switch["kind"]]
+        f"{key}({switch['name']})" for switch in header.get("switches", ()) for key in settings_of(switch)
     ]
     return held + [f"branch({event['name']})" for event in header["events"] if event["action"] == JUMP]
 
@@ -127,7 +122,7 @@ def closed_header(header: Mapping[str, Any]) -> dict[str, Any]:
     names = setting_names(header)
     rows = [nh + k for k in range(len(of["stop"]))]
     rows += [nh + len(of["stop"]) + header["nn"] + k for k in range(len(of["friction"]))]
-    switching = [names.index(f"{SETTINGS[s['kind']][0]}({s['name']})") for s in header["switches"]]
+    switching = [names.index(f"{settings_of(s)[0]}({s['name']})") for s in header["switches"]]
     return {
         **{key: value for key, value in header.items() if key != "start"},
         "switched": dict(zip(rows, switching, strict=True)),

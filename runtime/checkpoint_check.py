@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.checkpoint_bytes import Checkpoint, CheckpointError
+from symgen.runtime.contact.settings import Layout
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 
@@ -54,8 +55,10 @@ def check_form(checkpoint: Checkpoint, system: System) -> None:
     settings = checkpoint.arrays["settings"]
     if len(checkpoint.arrays["control"]) < at.N_CONTROL or (n_settings and not len(settings)):
         raise CheckpointError("the checkpoint does not say which stops and frictions hold, or has no control")
-    if not np.isin(settings, (-1.0, 0.0, 1.0)).all():
-        raise CheckpointError("the checkpoint's stops and frictions have settings other than -1, 0 and 1")
+    layout = Layout(system)
+    switches = np.concatenate([layout.closed, layout.stuck, layout.turns, layout.aimed])
+    if n_settings and not (np.isin(settings[:, switches], (0.0, 1.0)).all() and np.isfinite(settings).all()):
+        raise CheckpointError("the checkpoint's stops and frictions are switched neither on nor off")
 
 
 def check(checkpoint: Checkpoint, run: RunState, n_frames: int) -> None:

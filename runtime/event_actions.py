@@ -305,10 +305,11 @@ class EventActions:
             reset = reset or event["action"] == "reset"
         switched = fired[fired >= n_own] - n_own
         if self.switching is not None and (len(switched) or reset):
-            before = self.switching.held
+            before = self.switching.phases
             records += self._switch(switched)
             # The event of what was closed or let go is another function now, and not at its zero.
-            fired = fired[(fired < n_own) | (before == self.switching.held)[np.maximum(fired - n_own, 0)]]
+            same = (before == self.switching.phases).all(axis=1)
+            fired = fired[(fired < n_own) | same[np.maximum(fired - n_own, 0)]]
         self.log.extend(records)
         arrays.restart(state_changed=reset or len(switched) > 0)
         if reset or len(switched):

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from symgen.runtime.abi import ABI, JUMP, MARKS, SETTINGS, SOLIDS, required_functions
+from symgen.runtime.abi import ABI, JUMP, MARKS, N_WATCHED, SOLIDS, required_functions
 from symgen.runtime.errors import ModuleError
 from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, LATE, ROBOT_FUNCTIONS
 from symgen.runtime.module_check import verified
@@ -56,7 +56,7 @@ _CHOICES = {
     ("constraints", "kind"): ("holonomic", "velocity"),
     ("events", "direction"): ("rising", "falling", "both"),
     ("events", "action"): ("terminate", "record", "reset", "jump", "stop", "friction"),
-    ("switches", "kind"): tuple(SETTINGS),
+    ("switches", "kind"): tuple(N_WATCHED),
 }
 
 
@@ -306,14 +306,34 @@ def _check_switches(header: dict[str, Any]) -> None:
             raise HeaderFault(
                 f"switches[{index}] is smooth and has no 'normal': it would be a force like others"
             )
-    acting = [(e["name"], e["action"]) for e in header["events"] if e["action"] in SETTINGS]
+    _check_planes(switches)
+    acting = [(e["name"], e["action"]) for e in header["events"] if e["action"] in N_WATCHED]
     listed = [(s["name"], s["kind"]) for s in switches]
     ordered = sorted(listed, key=lambda entry: entry[1] != "stop")
-    last = [e["action"] in SETTINGS for e in header["events"][len(header["events"]) - len(listed) :]]
+    last = [e["action"] in N_WATCHED for e in header["events"][len(header["events"]) - len(listed) :]]
     if not (listed == ordered == acting and all(last)):
         raise HeaderFault(
             "switches must list the stops, then the frictions, and have the last events in this order"
         )
+
+
+def _check_planes(switches: list[dict[str, Any]]) -> None:
+    """A friction with two directions has two records, one behind the other, alike but for their names."""
+    waiting: dict[str, Any] | None = None
+    for index, record in enumerate(switches):
+        if ("circle" in record) != ("axis" in record) or record.get("axis", 1) not in (1, 2):
+            raise HeaderFault(
+                f"switches[{index}] has 'circle' without 'axis' 1 or 2, or 'axis' without 'circle'"
+            )
+        if (record.get("axis") == 2) != (waiting is not None):
+            raise HeaderFault(
+                f"switches[{index}]: of a friction with two directions, 1 and 2 follow each other"
+            )
+        if waiting is not None and record != waiting | {"name": record["name"], "axis": 2}:
+            raise HeaderFault(f"switches[{index}] is not what the other direction of its friction is")
+        waiting = record if record.get("axis") == 1 else None
+    if waiting is not None:
+        raise HeaderFault(f"the friction {waiting['name']!r:.60} has one direction of two")
 
 
 def _check_quaternions(header: dict[str, Any]) -> None:

@@ -171,6 +171,10 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "door_stop": Entry(
             "run door_stop", "Stop and dry friction: when it sticks is part of the result.", 0.5
         ),
+        "die": Entry("run die", "Contact by its shape: corners that bounce and rub, until it lies on a face.", 0.45),
+        "newtons_cradle": Entry(
+            "run newtons_cradle", "One blow after another: as many balls fly off as come.", 0.36
+        ),
         "stick_slip": Entry("run stick_slip", "Steps end where it begins to stick or to slip.", 1.0),
         "turntable": Entry(
             "run turntable", "Rolling on what turns: no energy is lost, and it stays on the table.", 2.0

@@ -15,7 +15,8 @@ from symgen import Model, runtime
 from symgen.errors import ModelError
 from symgen.link import derive_text
 from symgen.runtime.constraints.kkt import lease_guard
-from symgen.runtime.contact.coulomb import Levels, NoSolution, coulomb_forces, lemke
+from symgen.runtime.contact.coulomb import coulomb_forces, lemke
+from symgen.runtime.contact.levels import Levels, NoSolution
 from symgen.runtime.errors import ModuleError
 
 FILE = """

@@ -1,27 +1,25 @@
-"""Forces (or impulses) of stops and dry frictions at one instant: Coulomb's law in the plane of each friction.
+"""Forces (or impulses) of stops and dry frictions at one instant: Coulomb's law in the line of each friction.
 
 The forces x of stops are x >= 0, with no acceleration against them where they are not zero; those of frictions lie
 between -L and L, with no acceleration there where they lie between. L is given, or in proportion to a normal force that
 is one of x, or the magnitude of some constraints' multipliers. The latter is linearised about the last solution.
 With z = x for stops, and z = x + L for frictions, this is a linear complementarity problem: Glocker, Pfeiffer,
 Multibody Dynamics with Unilateral Contacts, 1996, ch. 5. Where frictions follow forces, its matrix is not symmetric,
-and Painlevé's paradox shows in its principal minors.
+and Painlevé's paradox shows in its principal minors. With friction that sticks in two directions it is a nonlinear one,
+see `circles.py`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from symgen.runtime.contact.local_dynamics import LocalDynamics, Normal
+from symgen.runtime.contact.circles import ContactLaw, circle_forces
+from symgen.runtime.contact.levels import Levels, NoSolution, Paradox
+from symgen.runtime.contact.local_dynamics import LocalDynamics
 
+NO_CIRCLES = np.zeros((0, 2), dtype=int)
 _ROUND_OFF = 1e-12  # of the largest number in the tableau
 _PIVOTS_PER_ROW = 50
-
-
-class NoSolution(Exception):
-    """The complementarity problem has no solution, or none that pivoting reaches."""
 
 
 def lemke(matrix: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -96,46 +94,6 @@ _DEPENDENT = 1e-10  # minors of rows scaled to 1: these stops depend on each oth
 _MOST_STOPS = 10  # 2^n minors are looked at
 
 
-class Paradox(Exception):
-    """Friction in proportion to reactions leaves no motion, or several (Painlevé's paradox)."""
-
-
-@dataclass(frozen=True)
-class Levels:
-    """How large frictions can be.
-
-    Attributes
-    ----------
-    fixed : ndarray, shape (k,)
-        Of each friction; zero for those that follow a normal force.
-    coefficients : ndarray, shape (k,)
-        Of the normal force; zero for the others.
-    normals : list of Normal
-        What presses, of each friction.
-    """
-
-    fixed: np.ndarray
-    coefficients: np.ndarray
-    normals: list[Normal]
-
-    def linear(self, here: LocalDynamics, x: np.ndarray, driven: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return c, shape (k,), and C, shape (k, n), of the levels c + C x' about forces x.
-
-        `driven` is 1, or 0 for impulses, which nothing but they cause.
-        """
-        c, slope = self.fixed.copy(), np.zeros((len(self.fixed), len(x)))
-        for j, (stop, rows) in enumerate(self.normals):
-            if stop is not None:
-                slope[j, stop] = self.coefficients[j]
-            elif len(rows):
-                reaction = driven * here.free_multipliers[rows] + here.multiplier_responses[rows] @ x
-                size = np.linalg.norm(reaction)
-                if size > 0.0:
-                    slope[j] = self.coefficients[j] * (reaction / size) @ here.multiplier_responses[rows]
-                    c[j] += self.coefficients[j] * size - slope[j] @ x
-        return c, slope
-
-
 def coulomb_forces(
     here: LocalDynamics,
     free: np.ndarray,
@@ -143,6 +101,7 @@ def coulomb_forces(
     senses: np.ndarray,
     levels: Levels,
     *,
+    circles: np.ndarray = NO_CIRCLES,
     driven: bool = True,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the forces of stops and frictions, and the levels of frictions.
@@ -157,6 +116,8 @@ def coulomb_forces(
     senses : ndarray, shape (k,)
         In which direction the others slide: what follows a normal force is part of x; other levels are in `free`.
     levels : Levels
+    circles : ndarray of int, shape (number of frictions with two directions, 2)
+        Which of the frictions are the directions of one.
     driven : bool
         Whether constraints have reactions without these forces; impulses have not.
 
@@ -173,6 +134,9 @@ def coulomb_forces(
     n, k = len(free), len(levels.fixed)
     n_stops = n - k
     still = acting[n_stops:]
+    if still[circles].any():
+        law = ContactLaw(here, free, acting, senses, levels, circles, driven)
+        return circle_forces(law)
     shift = np.where(still, 1.0, np.where(levels.coefficients > 0.0, senses, 0.0))
     x = np.zeros(n)
     for _ in range(_MOST_PASSES):

@@ -9,12 +9,14 @@ import numpy as np
 
 from symgen.runtime.batches import accelerations_and_multipliers, evaluate
 from symgen.runtime.contact.local_dynamics import (
+    creeping_frictions,
     given,
     normal_forces,
     normals_of,
     smooth_frictions,
     smooth_sense,
 )
+from symgen.runtime.contact.settings import Layout
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
@@ -22,8 +24,8 @@ if TYPE_CHECKING:
 
 def form_of(system: System, settings: np.ndarray) -> System:
     """Return the form of a model that applies with some settings of its stops and frictions."""
-    n_stops = [switch["kind"] for switch in system.switches].count("stop")
-    held = settings[:n_stops].any() or settings[n_stops::2].any()
+    layout = Layout(system)
+    held = settings[layout.closed].any() or settings[layout.stuck].any()
     return system.closed if held else system
 
 
@@ -65,22 +67,27 @@ class Forms:
         forces = np.zeros((n, len(kinds)))
         own = list(closed.switched)
         others = [row for row in range(closed.m) if row not in closed.switched]
-        normals, smooth = normals_of(system), smooth_frictions(system)
+        normals, smooth, creeps = normals_of(system), smooth_frictions(system), creeping_frictions(system)
+        layout = Layout(system)
         for k in np.unique(self.index):
             rows, here = np.flatnonzero(self.index == k), p.copy()
-            here[system.settings_of_switches] = self.settings[k]
-            stuck, senses = self.settings[k][n_stops:].reshape(-1, 2).T
-            held = self.settings[k][:n_stops].any() or stuck.any()
+            here[system.settings_of_switches] = settings = self.settings[k]
+            senses, turning = settings[layout.sense], layout.turning(settings)
+            held = settings[layout.closed].any() or settings[layout.stuck].any()
             a, lam = accelerations_and_multipliers(
                 closed if held else system, here, times[rows], states[rows]
             )
             accelerations[rows] = a
             multipliers[rows] = lam[:, others] if held else lam
             if held:
-                forces[rows] = lam[:, own]
+                # What holds the speed across an aimed direction is a force along both speeds.
+                forces[rows] = lam[:, own] @ layout.turned(senses, layout.aiming(settings))
             watched = evaluate(system, "switches", here, times[rows], states[rows])[:, 2 * n_stops :]
             speeds, levels, widths = watched[:, ::3], watched[:, 1::3], watched[:, 2::3]
-            senses = np.where(smooth, smooth_sense(speeds, np.where(smooth, widths, 1.0)), senses)
+            senses = layout.directions(speeds, senses, turning)
+            if smooth.any():
+                by_speed = (speeds, layout.together(speeds), np.where(smooth, widths, 1.0), creeps)
+                senses = np.where(smooth, smooth_sense(*by_speed), senses)
             pressed = normal_forces(normals, forces[rows], multipliers[rows])
             levels = np.where([given(normal) for normal in normals], levels, levels * pressed)
             forces[np.ix_(rows, np.arange(n_stops, len(kinds)))] -= senses * levels

@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.contact.coulomb import Levels, NoSolution, Paradox, coulomb_forces
+from symgen.runtime.contact.coulomb import coulomb_forces
+from symgen.runtime.contact.levels import Levels, NoSolution, Paradox
 from symgen.runtime.contact.local_dynamics import (
     LocalDynamics,
+    creeping_frictions,
     given,
     normals_of,
     smooth_frictions,
     smooth_sense,
 )
+from symgen.runtime.contact.settings import Layout
 from symgen.runtime.errors import ContactError
 from symgen.runtime.integrate import layout as at
 
@@ -39,33 +42,63 @@ class Instant:
     closed, stuck : ndarray of bool
         Stops that are closed, frictions that stick.
     senses : ndarray
-        In which direction each friction slides: 1, -1, or 0 where it sticks or is smooth.
+        In which direction each friction slides: 1, -1, or 0 where it sticks or is smooth. Of one with two directions,
+        which counts as two, the components of a unit vector.
+    turning, aimed : ndarray of bool
+        Which frictions with two directions slide against the motion, and which along `senses`, see
+        `symgen/derive/contacts.py`.
     """
 
     def __init__(self, system: System, arrays: LoopArrays):
         self.system, self.arrays = system, arrays
         kinds = [switch["kind"] for switch in system.switches]
-        self.names = [switch["name"] for switch in system.switches]
+        self.names = [switch.get("circle", switch["name"]) for switch in system.switches]
+        self.layout = Layout(system)
         self.n_stops, self.n = kinds.count("stop"), len(kinds)
         self.normals = normals_of(system)
-        self._smooth = smooth_frictions(system)
+        self._smooth, self._creeps = smooth_frictions(system), creeping_frictions(system)
         self._coupled = ~np.array([given(normal) for normal in self.normals], dtype=bool)
         self.closed = np.zeros(self.n_stops, dtype=bool)
         self.stuck = np.zeros(self.n - self.n_stops, dtype=bool)
         self.senses = np.zeros(self.n - self.n_stops)
+        self.turning, self.aimed = np.zeros_like(self.stuck), np.zeros_like(self.stuck)
+        self._aims = np.zeros(
+            (len(self.layout.circles), 2)
+        )  # how long each is aimed or turns: an angle, a speed
         self._last: tuple[tuple, LocalDynamics] | None = None
 
     @property
     def settings(self) -> np.ndarray:
         """The numbers in `p` that say all this."""
-        frictions = np.column_stack([self.stuck, self.senses]).ravel()
-        return np.concatenate([self.closed.astype(float), frictions])
+        layout = self.layout
+        values, first = np.zeros(layout.n_settings), layout.circles[:, 0]
+        values[layout.closed], values[layout.stuck], values[layout.sense] = (
+            self.closed,
+            self.stuck,
+            self.senses,
+        )
+        values[layout.turns], values[layout.aimed] = self.turning[first], self.aimed[first]
+        values[layout.angle], values[layout.bound] = self._aims.T
+        return values
 
     @settings.setter
     def settings(self, values: np.ndarray) -> None:
-        self.closed = values[: self.n_stops] != 0.0
-        frictions = values[self.n_stops :].reshape(-1, 2)
-        self.stuck, self.senses = frictions[:, 0] != 0.0, frictions[:, 1].copy()
+        layout = self.layout
+        self.closed, self.stuck = values[layout.closed] != 0.0, values[layout.stuck] != 0.0
+        self.senses = values[layout.sense].copy()
+        self.turning, self.aimed = layout.turning(values), layout.aiming(values)
+        self._aims = np.column_stack([values[layout.angle], values[layout.bound]])
+
+    @property
+    def phases(self) -> np.ndarray:
+        """What each stop and friction does, shape (n, 4): held or not, and of two directions in which way it slides."""
+        circles = np.zeros_like(self.stuck)
+        circles[self.layout.circles] = True
+        senses = np.where(circles, self.senses, 0.0)
+        frictions = np.column_stack([self.stuck, self.turning, self.aimed, senses])
+        stops = np.zeros((self.n_stops, 4))
+        stops[:, 0] = self.closed
+        return np.vstack([stops, frictions])
 
     @property
     def resting(self) -> np.ndarray:
@@ -99,11 +132,11 @@ class Instant:
     @property
     def held_names(self) -> list[str]:
         """The names of the stops that are closed and of the frictions that stick."""
-        return [name for name, held in zip(self.names, self.held, strict=True) if held]
+        return list(dict.fromkeys(name for name, held in zip(self.names, self.held, strict=True) if held))
 
     @property
     def _at_rest(self) -> np.ndarray:
-        return np.concatenate([self.closed, self.stuck | self.resting])
+        return np.concatenate([self.closed, (self.stuck & ~self.aimed) | self.resting])
 
     def bands(self) -> np.ndarray:
         """How far below zero each open gap and sliding speed counts as zero, nan for what is held.
@@ -112,10 +145,26 @@ class Instant:
         is known to round-off.
         """
         here = self._here()
-        widths = np.concatenate([self._gap_tolerances(here), self._speed_tolerances(here)[self.n_stops :]])
-        moving = np.abs(here.speeds) > self._speed_tolerances(here)
-        free = ~self._at_rest & ~np.concatenate([np.zeros(self.n_stops, dtype=bool), self._smooth])
+        tolerances = self._slow(here)
+        widths = np.concatenate([self._gap_tolerances(here), tolerances])
+        moving = np.concatenate(
+            [
+                np.abs(here.speeds[: self.n_stops]) > self._speed_tolerances(here)[: self.n_stops],
+                self._sliding(here) > tolerances,
+            ]
+        )
+        others = self._smooth.copy()
+        others[self.layout.circles[:, 1]] = True
+        free = ~self._at_rest & ~np.concatenate([np.zeros(self.n_stops, dtype=bool), others])
         return np.where(free, np.where(moving, 0.0, widths), np.nan)
+
+    def _sliding(self, here: LocalDynamics) -> np.ndarray:
+        """How fast each friction slides; both directions of one that has two say how fast it does."""
+        return self.layout.together(np.abs(here.speeds[self.n_stops :]))
+
+    def _slow(self, here: LocalDynamics) -> np.ndarray:
+        """Sliding speeds that are zero within the tolerances of the run."""
+        return self.layout.together(self._speed_tolerances(here)[self.n_stops :])
 
     def write(self) -> None:
         """Write the settings into `p`."""
@@ -160,16 +209,22 @@ class Instant:
 
     def _directions(self, here: LocalDynamics) -> np.ndarray:
         """Return `senses`, and of smooth frictions which part of their level acts."""
-        directions, smooth = self.senses.copy(), self._smooth
+        speeds, smooth = here.speeds[self.n_stops :], self._smooth
+        directions = self.layout.directions(speeds, self.senses, self.turning).copy()
         if smooth.any():
-            directions[smooth] = smooth_sense(here.speeds[self.n_stops :], self._watched(here)[3])[smooth]
+            widths = np.where(smooth, self._watched(here)[3], 1.0)
+            by_speed = smooth_sense(speeds, self._sliding(here), widths, self._creeps)
+            directions[smooth] = by_speed[smooth]
         return directions
 
     def _forces(
         self, here: LocalDynamics, acting: np.ndarray, levels: Levels
     ) -> tuple[np.ndarray, np.ndarray]:
         directions = self._directions(here)
-        return self._solved(lambda: coulomb_forces(here, here.free, acting, directions, levels))
+        circles = self.layout.circles
+        return self._solved(
+            lambda: coulomb_forces(here, here.free, acting, directions, levels, circles=circles)
+        )
 
     def _solved(self, find: Callable[[], Any]) -> Any:
         """What `find` finds; where it finds nothing, the error says why."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime.contact.settings import Layout
 from symgen.runtime.size import LARGEST_DENSE
 
 if TYPE_CHECKING:
@@ -39,9 +41,26 @@ def smooth_frictions(system: System) -> np.ndarray:
     return np.array([switch.get("smooth", False) for switch in frictions], dtype=bool)
 
 
-def smooth_sense(speeds: np.ndarray, widths: np.ndarray) -> np.ndarray:
-    """Return the part of its level that smooth friction has: s / sqrt(s² + w²), from -1 to 1."""
-    return speeds / np.hypot(speeds, widths)
+def creeping_frictions(system: System) -> np.ndarray:
+    """Return of each friction of a model whether it is smooth by creep."""
+    frictions = (switch for switch in system.switches if switch["kind"] == "friction")
+    return np.array([switch.get("creeps", False) for switch in frictions], dtype=bool)
+
+
+def smooth_sense(speeds: np.ndarray, sizes: np.ndarray, widths: np.ndarray, creeps: np.ndarray) -> np.ndarray:
+    """Return the part of its level that smooth friction has, from -1 to 1.
+
+    It is s / sqrt(|s|² + w²), or where it creeps (1 - (1 - min(|s|/w, 1))³) s/|s|.
+
+    Parameters
+    ----------
+    speeds, sizes, widths : ndarray, shape (..., number of frictions)
+        s, |s| and w.
+    creeps : ndarray of bool
+    """
+    part = np.minimum(sizes / widths, 1.0)
+    creeping = speeds * (3.0 - 3.0 * part + part**2) / np.maximum(sizes, widths)
+    return np.where(creeps, creeping, speeds / np.hypot(sizes, widths))
 
 
 def given(normal: Normal) -> bool:
@@ -114,6 +133,7 @@ class LocalDynamics:
         closed, nv = system.closed, system.nv
         everything = p.copy()
         everything[list(closed.switched.values())] = 1.0
+        everything[system.n_settable + Layout(system).aimed] = 0.0  # both rows of a circle in fixed axes
         own = list(closed.switched)
         others = [row for row in range(closed.m) if row not in closed.switched]
         jacobian = closed.kernel("constraint_jacobian")(t, state, everything).reshape(closed.m, nv)
@@ -152,6 +172,20 @@ class LocalDynamics:
     def change(self, impulses: np.ndarray) -> np.ndarray:
         """Return the change of the rates, shape (nv,), by impulses, shape (n,), on stops and frictions."""
         return self._responses @ impulses
+
+    def turned(self, rotation: np.ndarray) -> LocalDynamics:
+        """Return the same with other rows: combinations of these, by an orthogonal matrix of shape (n, n)."""
+        other = copy.copy(self)
+        other.rotation = rotation
+        other.rows, other.speeds, other.free = (
+            rotation @ self.rows,
+            rotation @ self.speeds,
+            rotation @ self.free,
+        )
+        other.compliance = rotation @ self.compliance @ rotation.T
+        other.multiplier_responses = self.multiplier_responses @ rotation.T
+        other._responses = self._responses @ rotation.T
+        return other
 
     def holding(self, held: np.ndarray, speeds: np.ndarray) -> np.ndarray:
         """Return the change of the rates that takes given speeds from the rows `held`, at the least kinetic energy."""

@@ -12,9 +12,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symgen.runtime.contact.coulomb import Levels, check_unique, coulomb_forces
+from symgen.runtime.contact.coulomb import check_unique, coulomb_forces
 from symgen.runtime.contact.instant import Instant
-from symgen.runtime.contact.local_dynamics import LocalDynamics, Normal
+from symgen.runtime.contact.levels import Levels
+from symgen.runtime.contact.local_dynamics import LocalDynamics, Normal, normal_forces
 from symgen.runtime.errors import ContactError, RuntimeModelError
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.positions import Positions
@@ -24,6 +25,11 @@ _ROUNDED = 1e-13  # of the accelerations that a force balances
 _AT_LIMIT = 1e-10  # of the range of a friction force
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
 _AHEAD = 1e-7  # of the time that the motion takes to change
+_FINEST, _WIDEST = 1e-13, 0.02  # tolerance that an aim goes by, and angle [rad] that it lasts for at most
+_FAR = 0.999  # of what a friction can take
+_ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
+_CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
+_OFF_AIM = 1e-6  # of the speed along an aim: what goes across beyond that has another direction
 
 
 class Holding(Instant):
@@ -33,30 +39,121 @@ class Holding(Instant):
         """Find what is held by forces that are allowed, of `still` frictions those that stick.
 
         Gaps that are zero but for round-off (`struck`) stay closed without being pressed, too.
-        What begins to slide takes its sliding force, and the rest is looked at again. Sets `senses` and `resting`.
+        What begins to slide takes its sliding force, and the rest is looked at again. Sets `senses`, `aimed` and
+        `resting`.
         """
         waiting = still
         while True:
             here, levels = self._here(), self._levels(still)
             touching, forces, most = self._landed(here, touching, still, levels)
             acting = np.concatenate([touching, still])
-            forces = _spread(here.compliance, acting, forces, most)
+            forces = _spread(here.compliance, acting[self.n_stops :] & ~self._in_circles, forces, most)
             accelerations = here.free + here.compliance @ forces
             sticks, onset = self._sticking(here, acting, levels, forces, most)
             slipping = still & ~sticks
             if not slipping.any():
                 break
             self.senses = np.where(slipping, onset, self.senses)
+            self.aimed = self.aimed | (slipping & self._in_circles)
             still = sticks
         held = np.concatenate([touching & self._press(here, forces), sticks])
         weak = self._weak(here, touching & struck, forces, accelerations)
         pressing = weak & (self._later(here, forces).free <= here.free) if weak.any() else weak
-        kept = _independent(here.compliance, [held & ~weak, pressing])
+        far = np.concatenate([held[: self.n_stops], self._far_from_limit(forces[self.n_stops :], most)])
+        kept = _independent(here.compliance, [held & ~weak & far, held & ~weak & ~far, pressing])
         self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]
         self._share(here, sticks & ~kept[self.n_stops :], forces)
+        self.aimed = self.aimed & self._pressed(kept[: self.n_stops])  # a stop that takes off bears nothing
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
+        return self._with_aims(here, kept, levels, forces)
+
+    @property
+    def _in_circles(self) -> np.ndarray:
+        """Which frictions are directions of one that has two."""
+        found = np.zeros(self.n - self.n_stops, dtype=bool)
+        found[self.layout.circles] = True
+        return found
+
+    def _far_from_limit(self, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
+        """Which frictions are to hold what several could: all, but those of two directions that can take no more."""
+        return ~self._in_circles | (self.layout.together(np.abs(forces)) < _FAR * most)
+
+    def _with_aims(
+        self, here: LocalDynamics, kept: np.ndarray, levels: Levels, forces: np.ndarray
+    ) -> np.ndarray:
+        """What is held, and the speeds across aimed directions, as far as these do not follow; sets how long they are.
+
+        An aim lasts until it would miss by what the tolerances allow: of a friction F whose direction turns at the rate
+        w, sliding along a fixed one for φ/w makes an error of F φ³/(6 w) in the speed, where F/w is a speed of the
+        motion. To fixed steps it is renewed until the friction no longer stops the sliding within one of them; and what
+        comes to rest within one keeps its direction.
+        """
+        if not len(self.layout.circles):
+            return kept
+        rows = self.layout.circles[:, 0]
+        aimed, turns = self.aimed[rows], self.turning[rows]
+        turned = here.turned(self.layout.turned(self.senses, self.aimed | self.turning))
+        for j in self.n_stops + self.layout.circles[aimed, 1]:
+            if _follow(turned.compliance, kept)[j]:
+                continue
+            more = kept | (np.arange(self.n) == j)
+            if _follow(turned.compliance, more)[self.n_stops + rows[aimed]].any():
+                names = dict.fromkeys(self.names[self.n_stops + i] for i in rows[aimed])
+                raise ContactError(
+                    f"friction in two directions ({', '.join(names)}) of one body begins to slide about a point at "
+                    f"t = {self.arrays.t:.9g} s: in which directions does not follow from what holds it at rest; "
+                    "give these frictions 'smooth'"
+                )
+            kept = more
+        angle = (6.0 * max(float(self.arrays.control[at.RTOL]), _FINEST)) ** (1.0 / 3.0)
+        step, along = self.arrays.fixed_step, self.n_stops + rows
+        angles = np.where(aimed, _WIDEST if step else min(angle, _WIDEST), 0.0)
+        bounds = np.where(aimed, _ANY_SPEED, 0.0)
+        if step:
+            c, slope = levels.linear(here, forces, 1.0)
+            stopped = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along] * step
+            rising = (turned.free + turned.compliance @ (turned.rotation @ forces))[along] > 0.0
+            angles = np.where(aimed & ~rising, _ANY_ANGLE, angles)
+            bounds = np.where(aimed, _CLEARLY * stopped, np.where(turns, stopped, 0.0))
+        self._aims = np.column_stack([angles, bounds])
         return kept
+
+    def _aim_anew(self, fired: np.ndarray) -> np.ndarray:
+        """Change how frictions with two directions slide whose events fired at speed; return whose aim is set.
+
+        Where one turns with the motion from now on, those that began with it do.
+        """
+        step, bounds = self.arrays.fixed_step, self._aims[:, 1]
+        set_ = np.zeros_like(self.aimed)
+        here, across = self._here(), None
+        for k, (i, j) in enumerate(self.layout.circles):
+            if not fired[i]:
+                continue
+            s = here.speeds[self.n_stops + np.array([i, j])]
+            if self.turning[i] and step and np.hypot(*s) <= bounds[k] * (1.0 + _AT_BOUND):
+                self.senses[[i, j]], self.aimed[[i, j]], set_[[i, j]] = s / np.hypot(*s), True, True
+            elif self.aimed[i] and step and self.senses[[i, j]] @ s < bounds[k] * (1.0 - _AT_BOUND):
+                across = self._forces_across() if across is None else across
+                e, f = self.senses[[i, j]], across[k]
+                way = e - f * np.array([-e[1], e[0]])
+                self.senses[[i, j]], set_[[i, j]] = way / np.hypot(*way), True
+            elif self.aimed[i]:
+                self.aimed[:] = set_
+        return set_
+
+    def _forces_across(self) -> np.ndarray:
+        """The force that holds the speed across each aimed direction, in parts of the friction."""
+        closed, arrays, layout = self.system.closed, self.arrays, self.layout
+        y = arrays.y[: self.system.nq + self.system.nv]
+        values = closed.kernel("rhs")(arrays.t, y, arrays.p)
+        multipliers = values[len(values) - 1 - closed.m : -1]
+        own = multipliers[list(closed.switched)]
+        others = multipliers[[row for row in range(closed.m) if row not in closed.switched]]
+        pressed = normal_forces(self.normals, own[None], others[None])[0]
+        level = np.where(self._coupled, pressed, 1.0) * self._watched()[2]
+        first, second = layout.circles.T
+        return own[self.n_stops + second] / np.where(level[first] > 0.0, level[first], 1.0)
 
     def _press(self, here: LocalDynamics, forces: np.ndarray) -> np.ndarray:
         """Which stops bear a force that is more than round-off of the accelerations which it balances."""
@@ -100,19 +197,50 @@ class Holding(Instant):
         One that is at its limit, but not accelerated, may be about to leave it on either side: it is judged a moment
         later. So is one that nothing presses yet.
         """
+        together = self.layout.together
         own, pulled = forces[self.n_stops :], (here.free + here.compliance @ forces)[self.n_stops :]
         small = _UNDECIDED * np.abs(here.free).max(initial=0.0)
         waiting = acting[self.n_stops :]
         # A friction that has just begun to slip is at its limit but for round-off.
-        sticks = waiting & (np.abs(own) < (1.0 - 2.0 * _AT_LIMIT) * most)
-        undecided = waiting & ~sticks & (np.abs(pulled) <= small)
+        sticks = waiting & (together(np.abs(own)) < (1.0 - 2.0 * _AT_LIMIT) * most)
+        undecided = waiting & ~sticks & (together(np.abs(pulled)) <= small)
         if undecided.any():
             later = self._later(here, forces)
             forces, most = self._forces(later, acting, self._levels(waiting, later))
             soon = forces[self.n_stops :]
-            sticks |= undecided & (np.abs(soon) < (1.0 - 2.0 * _AT_LIMIT) * most)
+            sticks |= undecided & (together(np.abs(soon)) < (1.0 - 2.0 * _AT_LIMIT) * most)
+            if len(self.layout.circles):  # at its limit, but others hold on
+                change = together(np.abs((later.free + later.compliance @ forces)[self.n_stops :]))
+                sticks |= undecided & self._in_circles & (change <= small)
             own = np.where(undecided, soon, own)
-        return sticks, np.where(own != 0.0, -np.sign(own), np.sign(pulled))
+        onset = np.where(own != 0.0, -np.sign(own), np.sign(pulled))
+        begins = waiting & ~sticks & self._in_circles
+        if begins.any():
+            onset = np.where(
+                begins, self._onset_in_plane(here, acting, sticks, own, pulled, undecided), onset
+            )
+        return sticks, onset
+
+    def _onset_in_plane(
+        self,
+        here: LocalDynamics,
+        acting: np.ndarray,
+        sticks: np.ndarray,
+        own: np.ndarray,
+        pulled: np.ndarray,
+        undecided: np.ndarray,
+    ) -> np.ndarray:
+        """The unit vectors along which frictions with two directions begin to slide.
+
+        A sliding friction is less than one that sticks: its direction follows from what it is then.
+        """
+        sliding = self._forces(here, acting, self._levels(sticks))[0][self.n_stops :]
+        most = self._levels(sticks).linear(here, np.zeros(self.n), 1.0)[0]
+        found = np.where(undecided | (sliding == 0.0), own, sliding) if most.any() else own
+        sizes = self.layout.together(np.abs(found))
+        ways = -found / np.where(sizes > 0.0, sizes, 1.0)
+        speeds = self.layout.together(np.abs(pulled))
+        return np.where(sizes > 0.0, ways, pulled / np.where(speeds > 0.0, speeds, 1.0))
 
     def _weak(
         self, here: LocalDynamics, touching: np.ndarray, forces: np.ndarray, accelerations: np.ndarray
@@ -127,6 +255,10 @@ class Holding(Instant):
         """The equations a moment later, on the way that some forces lead."""
         system, nq = self.system, self.system.nq
         q, v, change = here.state[:nq], here.state[nq:], here.accelerations(forces)
+        free = np.abs(here.accelerations(np.zeros(self.n))).max(initial=0.0)
+        change = np.where(
+            np.abs(change) > _ROUNDED * free, change, 0.0
+        )  # what is balanced has no time of its own
         speed = max(np.abs(v).max(initial=0.0), np.abs(change).max(initial=0.0))
         size = max(1.0, np.abs(here.state).max(initial=0.0))
         ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
@@ -154,14 +286,14 @@ class Holding(Instant):
         self._solved(lambda: check_unique(here, touching, stuck, directions, levels, forces))
 
 
-def _spread(compliance: np.ndarray, acting: np.ndarray, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Return forces that do the same, but that frictions of one motion share in parts of what each can take.
+def _spread(compliance: np.ndarray, sharing: np.ndarray, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """Return forces that do the same, but that `sharing` frictions share in parts of what each can take.
 
     What the complementarity problem finds are corners: of two frictions that hold a body together one may be at its
     limit, and then seems to slide.
     """
     first = len(forces) - len(most)
-    rows = first + np.flatnonzero(acting[first:] & (most > 0.0))
+    rows = first + np.flatnonzero(sharing & (most > 0.0))
     if len(rows) < 2:
         return forces
     able = most[rows - first]
@@ -210,6 +342,7 @@ def impulses(
     restitutions: np.ndarray,
     coefficients: np.ndarray,
     normals: Sequence[Normal],
+    circles: np.ndarray,
     *,
     sequential: bool,
 ) -> np.ndarray:
@@ -230,6 +363,8 @@ def impulses(
     restitutions, coefficients : ndarray
         Of stops, of frictions.
     normals : sequence of Normal
+    circles : ndarray of int, shape (n, 2)
+        Frictions that are the directions of one.
     sequential : bool
     """
     n_stops, total = len(touching), np.zeros(len(here.rows))
@@ -246,9 +381,9 @@ def impulses(
         if sequential:
             struck = np.arange(n_stops) == fastest
             rubbed = rubbing & np.array([stop is None or stop == fastest for stop, _ in normals], dtype=bool)
-        total = total + _blow(now, struck, rubbed, restitutions, coefficients, normals)
+        total = total + _blow(now, struck, rubbed, restitutions, coefficients, normals, circles)
         now.speeds = here.speeds + here.compliance @ total
-    return total + _blow(now, touching, rubbing, np.zeros(n_stops), coefficients, normals)
+    return total + _blow(now, touching, rubbing, np.zeros(n_stops), coefficients, normals, circles)
 
 
 def _blow(
@@ -258,6 +393,7 @@ def _blow(
     restitutions: np.ndarray,
     coefficients: np.ndarray,
     normals: Sequence[Normal],
+    circles: np.ndarray,
 ) -> np.ndarray:
     """Return the impulses of one blow on all that touches.
 
@@ -274,7 +410,7 @@ def _blow(
 
     def with_restitution(part: float) -> np.ndarray:
         free = here.speeds * np.concatenate([1.0 + part * restitutions, np.ones(len(rubbing))])
-        return coulomb_forces(here, free, acting, none, levels, driven=False)[0]
+        return coulomb_forces(here, free, acting, none, levels, circles=circles, driven=False)[0]
 
     result = with_restitution(1.0)
     if not rubbing.any() or not _adds_energy(here, result):
@@ -344,9 +480,23 @@ class Switching(Holding):
         here = self._here()
         struck = self.closed | is_fired[: self.n_stops] | (gaps <= self._round_off(here))
         near = struck | (gaps <= self._gap_tolerances(here))
-        self._decide(near, struck, self.stuck | (is_fired[self.n_stops :] & self._came_to_rest(here)))
+        fired_frictions = self._of_either(is_fired[self.n_stops :])
+        came_to_rest = fired_frictions & self._came_to_rest(here)
+        sticking = self.stuck & ~self.aimed
+        aims = self._aim_anew(fired_frictions & ~came_to_rest)
+        self._decide(near, struck, sticking | came_to_rest, aims)
         told = fired if len(fired) else np.flatnonzero(were_held != self._at_rest)
-        return [(int(i), self._became(i, were_held[i])) for i in told]
+        became = [(int(i), self._became(i, were_held[i], came_to_rest)) for i in told]
+        return [x for k, x in enumerate(became) if x[1] and self.names[x[0]] not in self._told(became[:k])]
+
+    def _told(self, became: list[tuple[int, str]]) -> set[str]:
+        return {self.names[i] for i, what in became if what}
+
+    def _of_either(self, which: np.ndarray) -> np.ndarray:
+        """Whether it is true of a friction, or of the other direction of one that has two."""
+        found = which.copy()
+        found[self.layout.circles] = which[self.layout.circles].any(axis=1)[:, None]
+        return found
 
     def _end_unseen_flights(self, fired: np.ndarray) -> None:
         """Take the speed from gaps that opened by their rates, but whose next step closes them from its start.
@@ -363,12 +513,16 @@ class Switching(Holding):
             rows = np.concatenate([unseen, np.zeros(self.n - self.n_stops, dtype=bool)])
             self.arrays.y[nq:n] += here.holding(rows, here.speeds)
 
-    def _became(self, i: int, was_held: bool) -> str:
+    def _became(self, i: int, was_held: bool, came_to_rest: np.ndarray) -> str:
+        """What became of a stop or a friction; nothing where friction goes on to follow a direction that has turned."""
         if i < self.n_stops:
             return "release" if was_held else "impact"
         if was_held:
             return "slip"
-        return "stick" if self._at_rest[i] else "turn"
+        if self._at_rest[i]:
+            return "stick"
+        on_its_way = self._in_circles[i - self.n_stops] and not came_to_rest[i - self.n_stops]
+        return "" if on_its_way else "turn"
 
     def objection(self) -> str:
         """Why there is no going on from here: reactions are not unique, or friction with them leaves no one motion."""
@@ -403,12 +557,13 @@ class Switching(Holding):
 
     def _came_to_rest(self, here: LocalDynamics) -> np.ndarray:
         """Which frictions have no speed if they fired; those that follow reactions may have come to a paradox."""
-        speeds = np.abs(here.speeds[self.n_stops :])
-        last = np.abs(here.free[self.n_stops :]) * self.arrays.h_last
-        small = np.maximum(self._speed_tolerances(here)[self.n_stops :], _AT_REST * last)
-        return ~self._coupled | (speeds <= small)
+        last = self.layout.together(np.abs(here.free[self.n_stops :])) * self.arrays.h_last
+        small = np.maximum(self._slow(here), _AT_REST * last)
+        return ~(self._coupled | self._in_circles) | (self._sliding(here) <= small)
 
-    def _decide(self, near: np.ndarray, struck: np.ndarray, slow: np.ndarray) -> None:
+    def _decide(
+        self, near: np.ndarray, struck: np.ndarray, slow: np.ndarray, aims: np.ndarray | None = None
+    ) -> None:
         """Settle impacts, then what stays closed or sticks, and in which direction the rest slides.
 
         Parameters
@@ -419,23 +574,49 @@ class Switching(Holding):
             Those whose gaps are zero but for round-off. Others have impacts of their own, however soon.
         slow : ndarray of bool
             Frictions that may stick.
+        aims : ndarray of bool, optional
+            Those that slide along `senses`, whatever their speed across is.
         """
         impacted = self._impact(struck)
         here = self._here()
         closing = here.speeds[: self.n_stops] < -self._speed_tolerances(here)[: self.n_stops]
         touching = near & (struck | ~closing)
         speeds = here.speeds[self.n_stops :]
-        still = np.abs(speeds) <= self._speed_tolerances(here)[self.n_stops :]
+        still = self._sliding(here) <= self._slow(here)
         if not impacted:  # else rates have jumped, and what stuck may slide
             still = still | slow
         led = here.led[self.n_stops :]
+        led = led & ~(self._in_circles & ~self._all_led(led))
         onward = np.where(led & still, self._led_onward(here), np.sign(speeds))
         still = still & ~self._smooth & ~led
-        self.stuck, self.senses = np.zeros_like(self.stuck), np.where(still | self._smooth, 0.0, onward)
+        self._follow_motion(here, still | self._smooth, onward, aims)
         held = self._settle(touching, struck, still & self._pressed(touching))
         self.closed, self.stuck = held[: self.n_stops], held[self.n_stops :]
         nq, n = self.system.nq, self.system.nq + self.system.nv
+        here = here.turned(self.layout.turned(self.senses, self.aimed)) if self.aimed.any() else here
         self.arrays.y[nq:n] += here.holding(held, here.speeds)
+
+    def _all_led(self, led: np.ndarray) -> np.ndarray:
+        found = led.copy()
+        found[self.layout.circles] = led[self.layout.circles].all(axis=1)[:, None]
+        return found
+
+    def _follow_motion(
+        self, here: LocalDynamics, none: np.ndarray, onward: np.ndarray, aims: np.ndarray | None
+    ) -> None:
+        """Let all that slides do so in the direction of its speed; an aim that the motion still has is kept."""
+        speeds, sizes = here.speeds[self.n_stops :], self._sliding(here)
+        circles = self._in_circles
+        along = here.turned(self.layout.turned(self.senses, self.aimed)).speeds[self.n_stops :]
+        kept = self.aimed.copy()
+        for i, j in self.layout.circles:
+            is_set = aims is not None and aims[i]
+            kept[[i, j]] &= is_set or (along[i] > 0.0 and abs(along[j]) <= _OFF_AIM * along[i])
+        self.aimed = kept & ~none
+        self.turning = circles & ~none & ~self.aimed
+        ways = np.where(circles, speeds / np.where(sizes > 0.0, sizes, 1.0), onward)
+        self.senses = np.where(self.aimed, self.senses, np.where(none, 0.0, ways))
+        self.stuck = np.zeros_like(self.stuck)
 
     def _impact(self, touching: np.ndarray) -> bool:
         """Change the rates where touching gaps are closing; returns whether they did."""
@@ -445,7 +626,7 @@ class Switching(Holding):
         _, restitutions, coefficients, _ = self._watched()
         rubbing = self._coupled & self._pressed(touching)
         law = {"sequential": self.system.sequential_impacts}
-        given = (touching, rubbing, restitutions, coefficients, self.normals)
+        given = (touching, rubbing, restitutions, coefficients, self.normals, self.layout.circles)
         found = self._solved(lambda: impulses(here, *given, **law))
         nq, n = self.system.nq, self.system.nq + self.system.nv
         self.arrays.y[nq:n] += here.change(found)

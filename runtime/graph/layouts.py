@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 
 class Lengths(NamedTuple):
@@ -33,6 +34,21 @@ LAYOUTS: dict[str, tuple] = {
     "poses": (("p", ""),),
     "shapes": (("s", ""),),
 }
+
+_SETTINGS = {"stop": ("closed",), "friction": ("stuck", "sense")}
+_SETTINGS_IN_A_PLANE = {1: ("turns",), 2: ("aimed", "angle", "bound")}
+
+
+def settings_of(switch: Mapping[str, Any]) -> tuple[str, ...]:
+    """What `p` says of a stop or a friction, by its record in the header.
+
+    A stop is closed (1) or open (0); a friction sticks or not, and slides forwards (1), backwards (-1) or not at all.
+    Of a friction with two directions, records 1 and 2, senses are the direction of sliding. It turns with the motion,
+    or is aimed: fixed while the motion begins, until the force across exceeds an angle [rad] times the friction, or the
+    speed a bound; what turns is looked at again where the speed falls below that.
+    """
+    return _SETTINGS[switch["kind"]] + _SETTINGS_IN_A_PLANE.get(switch.get("axis"), ())
+
 
 LATE = ("residual_jacobian",)  # what a module may leave out until a run asks for it
 

@@ -296,6 +296,7 @@ def _terms(d: Description, show: Notation) -> list[Section]:
             "stops", [(s.name, "0 <=", show(s.gap), f"restitution {show(s.restitution)}") for s in d.stops]
         ),
         *section("friction", [(f.name, _level(f, show), "against", _sliding(f, show)) for f in d.frictions]),
+        *section("bristles", [(b.made[1], "against", show(b.speed)) for b in d.bristles]),
         *section("constraints", [(c.name, "0 =", show(c.expression)) for c in d.constraints]),
         *section(
             "velocity constraints", [(c.name, "0 =", show(c.expression)) for c in d.velocity_constraints]
@@ -310,7 +311,8 @@ def _level(f: Friction, show: Notation) -> str:
 
 
 def _sliding(f: Friction, show: Notation) -> str:
-    return show(f.speed) + ("" if f.smooth is None else f", less below {show(f.smooth)}")
+    speeds = show(f.speed) if f.across is None else f"({show(f.speed)}, {show(f.across)})"
+    return speeds + ("" if f.smooth is None else f", less below {show(f.smooth)}")
 
 
 def _kinetic_energy(body: Body, show: Notation) -> str:

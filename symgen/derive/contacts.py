@@ -19,17 +19,29 @@ what is left are as many equations as there are such frictions,
 which Newton's method solves. It ends at once where all N are multipliers. Pivots of 1 - μ ∂N/∂ℓ that are not positive
 are Painlevé's paradox: no solution, or several (Génot, Brogliato: New results on Painlevé paradoxes, Eur. J. Mech. A 18
 (1999)). A magnitude gives a function that is convex in ℓ, so that Newton's method comes from below and cannot miss.
+
+Friction with two directions: two rows in fixed axes while it sticks. Where it slides, its force is against the
+direction d of the sliding velocity s, and the senses in `p` are the direction e of some time before. Once s has turned
+by more than 45°, e is renewed. Beyond s = 0, on the other side of e, d goes on as it was: stages of a step that comes
+to rest look there, and the event that ends the sliding is a clean crossing.
+
+Where sliding begins, d follows from almost no speed, and the equations are stiff without bound: a velocity across d
+dies out at a rate of force / speed. So it is aimed at first, along the reaction that it could not take: the force is
+along -e, and a constraint holds the speed across, whose force is small while the direction of the motion is. Once that
+exceeds an angle, the friction turns with the motion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy
 
-from ..model.contact_laws import smooth_friction
+from symgen.runtime.graph.layouts import settings_of
+
+from ..model.contact_laws import creep_share, smooth_friction
 from ..model.description import Constraint, Description, Event, Friction, Input, Stop
 from ..model.expression_tree import uses
 from ..model.functions import minimum
@@ -164,8 +176,9 @@ def _eliminate(g: Graph, rows: list[list[int]], right: list[int]) -> list[int]:
 SWITCHED = (
     "rhs", "residual", "residual_jacobian", "constraint_residual", "constraint_jacobian", "gamma", "project", "events",
 )  # fmt: skip
-# A stop is closed (1) or open (0); friction sticks (1) or not, and slides forwards (1), backwards (-1) or not at all.
-SETTINGS = {"stop": ("closed",), "friction": ("stuck", "sense")}
+_NOTHING = sympy.Float(1e-150)
+_NO_SPEED = sympy.Float(1e-140)  # in the direction of an expected motion: keeps directions finite at rest
+_OPPOSITE = sympy.Float(0.57)  # cosine of the angle about -e in which sliding goes on as it was
 
 
 def has_switches(d: Description) -> bool:
@@ -199,12 +212,19 @@ class Switches:
     def records(self) -> list[dict[str, Any]]:
         """What the module's header says about them."""
         stops = [{"name": s.name, "kind": "stop"} for s in self.stops]
-        frictions = [{"name": f.name, "kind": "friction"} for f in self.frictions]
-        for f, record in zip(self.frictions, frictions, strict=True):
-            if f.normal:
-                record["normal"] = list(f.normal)
-            if f.smooth is not None:
-                record["smooth"] = True
+        frictions = []
+        for f in self.frictions:
+            for axis, name in enumerate(f.rows, start=1):
+                record: dict[str, Any] = {"name": name, "kind": "friction"}
+                if f.across is not None:
+                    record |= {"circle": f.name, "axis": axis}
+                if f.normal:
+                    record["normal"] = list(f.normal)
+                if f.smooth is not None:
+                    record["smooth"] = True
+                if f.creeps:
+                    record["creeps"] = True
+                frictions.append(record)
         return stops + frictions
 
     def is_by_speed(self, f: Friction) -> bool:
@@ -220,6 +240,10 @@ class Switches:
             seen |= found.names
         return False
 
+    def _is_by_power(self, f: Friction) -> bool:
+        """Whether the force of a friction is given with the speed that it works on, not by a Rayleigh function."""
+        return f.across is not None or f.creeps or self.is_by_speed(f)
+
     def form(self) -> Description:
         """The description in this form."""
         return self._closed_form() if self.held else self._open_form()
@@ -234,17 +258,23 @@ class Switches:
     def _open_form(self) -> Description:
         """With all stops open, and sliding friction."""
         d = self.description
-        settings = [
-            Input(_symbol(r["name"], key).name) for r in self.records() for key in SETTINGS[r["kind"]]
-        ]
+        settings = [Input(_symbol(r["name"], key).name) for r in self.records() for key in settings_of(r)]
         # The derivative of a Rayleigh function is its force only where the level knows no rates.
-        losses = [_loss(f) for f in self._acting() if not self.is_by_speed(f)]
+        losses = [_loss(f) for f in self._acting() if not self._is_by_power(f)]
         dissipation = [*([] if d.dissipation is None else [d.dissipation]), *losses]
         return replace(
             d,
             inputs=(*d.inputs, *settings),
             dissipation=sympy.Add(*dissipation) if dissipation else None,
-            rubbing=tuple((f.speed, -self.sliding(f)) for f in self._acting() if self.is_by_speed(f)),
+            rubbing=(
+                *d.rubbing,
+                *(
+                    (speed, -force)
+                    for f in self._acting()
+                    if self._is_by_power(f)
+                    for speed, force in zip(f.speeds, self.sliding(f), strict=True)
+                ),
+            ),
             events=(*d.events, *self._opening()),
         )
 
@@ -252,7 +282,11 @@ class Switches:
         """With a constraint for each, multiplied by its switch."""
         d = self._open_form()
         held = [Constraint(s.name, _symbol(s.name, "closed") * s.gap) for s in self.stops]
-        stuck = [Constraint(f.name, _symbol(f.name, "stuck") * f.speed, "velocity") for f in self.frictions]
+        stuck = [
+            Constraint(name, _symbol(name, "stuck") * speed, "velocity")
+            for f in self.frictions
+            for name, speed in zip(f.rows, _held(f), strict=True)
+        ]
         return replace(
             d,
             constraints=(*d.constraints, *held),
@@ -265,16 +299,20 @@ class Switches:
         for s in self.stops:
             yield Event(s.name, s.gap, "falling", "stop")
         for f in self.frictions:
-            yield Event(f.name, self._going_on(f), "falling", "friction")
+            for name, when in zip(f.rows, self._going_on(f), strict=True):
+                yield Event(name, when, "falling", "friction")
 
-    def _going_on(self, f: Friction) -> sympy.Expr:
+    def _going_on(self, f: Friction) -> tuple[sympy.Expr, ...]:
         """What falls to zero where sliding ends, or where it comes to have no solution."""
-        sliding, margin = _symbol(f.name, "sense") * f.speed, _symbol(f.name, "margin")
-        if not f.normal:
-            return sliding
-        if f not in self._acting():
-            return sympy.S.One
-        return minimum(sliding, margin) if f.smooth is None else margin
+        others = () if f.across is None else (sympy.S.One,)
+        if f.across is not None and f.smooth is None:
+            others = (_either(_setting(f, "turns"), _norm(f.speeds) - _setting(f, "bound"), sympy.S.One),)
+        if f.normal and f not in self._acting():
+            return (sympy.S.One, *others)
+        sliding, margin = _onward(f), _symbol(f.name, "margin")
+        if f.normal:
+            sliding = minimum(sliding, margin) if f.smooth is None else margin
+        return (sliding, *others)
 
     def _switching(self) -> Iterator[Event]:
         """The same, or: a closed stop would pull, a sticking friction would have to be larger than it can."""
@@ -282,22 +320,45 @@ class Switches:
             yield replace(
                 event, when=_either(_symbol(s.name, "closed"), _symbol(s.name, "force"), event.when)
             )
-        for event, f in zip([*self._opening()][len(self.stops) :], self.frictions, strict=True):
-            when = event.when
-            if f.smooth is None:
-                margin = self._most(f) - sympy.Abs(_symbol(f.name, "force"))
-                when = _either(_symbol(f.name, "stuck"), margin, when)
-            if self._on_stop(f):  # nothing happens to it while that is open
-                when = _either(_symbol(f.normal[0], "closed"), when, sympy.S.One)
-            yield replace(event, when=when)
+        rest = iter([*self._opening()][len(self.stops) :])
+        for f in self.frictions:
+            for event, when in zip([next(rest) for _ in f.rows], self._holding(f), strict=True):
+                if self._on_stop(f):  # nothing happens to it while that is open
+                    when = _either(_symbol(f.normal[0], "closed"), when, sympy.S.One)
+                yield replace(event, when=when)
+
+    def _holding(self, f: Friction) -> tuple[sympy.Expr, ...]:
+        """What falls to zero where sliding ends, or where what sticks would have to be larger than it can."""
+        sliding = self._going_on(f)
+        if f.smooth is not None:
+            return sliding
+        if f.across is None:
+            margin = self._most(f) - sympy.Abs(_symbol(f.name, "force"))
+            return (_either(_symbol(f.name, "stuck"), margin, sliding[0]),)
+        turns, aimed, angle = (_setting(f, key) for key in ("turns", "aimed", "angle"))
+        moves = turns + aimed
+        # What others hold already keeps its share, which senses say.
+        shares = [(1 - moves) * sense * self._normal(f) * f.level for sense in _senses(f)]
+        forces = [_symbol(name, "force") - share for name, share in zip(f.rows, shares, strict=True)]
+        margin = self._most(f) - _norm(forces)
+        across = angle * f.level * self._normal(f) - sympy.Abs(_symbol(f.rows[1], "force"))
+        bound = _setting(f, "bound")
+        aims = minimum(across, bound - _in_axes_of(f)[0])
+        slowing = _norm(f.speeds) - bound
+        return _either(moves, sliding[0], margin), aimed * aims + (1 - aimed) * _either(
+            turns, slowing, margin
+        )
+
+    def _normal(self, f: Friction) -> sympy.Expr:
+        """The force that a coefficient of friction multiplies; 1 where there is none."""
+        forces = [_symbol(name, "force") for name in f.normal]
+        if not f.normal:
+            return sympy.S.One
+        return forces[0] if self._on_stop(f) else sympy.sqrt(sympy.Add(*(x**2 for x in forces)))
 
     def _most(self, f: Friction) -> sympy.Expr:
         """What a friction can take while it sticks."""
-        forces = [_symbol(name, "force") for name in f.normal]
-        if not f.normal:
-            return _static(f)
-        magnitude = sympy.sqrt(sympy.Add(*(x**2 for x in forces)))
-        return _static(f) * (forces[0] if self._on_stop(f) else magnitude)
+        return _static(f) * self._normal(f)
 
     def levels(self, loader: Loader, d: Description) -> Levels:
         """The frictions in proportion to reactions, whose levels become variables."""
@@ -311,13 +372,11 @@ class Switches:
                 reactions.append(Reaction(level, loader.load(f.level), rows, not self._on_stop(f)))
         return Levels(loader.g, tuple(reactions))
 
-    def sliding(self, f: Friction) -> sympy.Expr:
-        """What a friction that slides exerts against the sense of its speed."""
+    def sliding(self, f: Friction) -> tuple[sympy.Expr, ...]:
+        """What a friction that slides exerts against each of its speeds."""
         if f not in self._acting():
-            return sympy.S.Zero
-        if f.smooth is None:
-            return _symbol(f.name, "sense") * _sliding(f)
-        return _sliding(f) * f.speed / sympy.sqrt(f.speed**2 + f.smooth**2)
+            return (sympy.S.Zero,) * len(f.rows)
+        return tuple(_sliding(f) * x for x in _direction(f))
 
     def corner(self, loader: Loader, d: Description) -> dict[int, int]:
         """1 - s by the row of each switched constraint; empty in the open form."""
@@ -326,15 +385,17 @@ class Switches:
         g = loader.g
         nh, nn = len(d.constraints), len(d.velocity_constraints)
         stops = {nh - len(self.stops) + k: _symbol(s.name, "closed") for k, s in enumerate(self.stops)}
-        first = nh + nn - len(self.frictions)
-        stuck = {first + k: _symbol(f.name, "stuck") for k, f in enumerate(self.frictions)}
+        first = nh + nn - sum(len(f.rows) for f in self.frictions)
+        rows = [name for f in self.frictions for name in f.rows]
+        stuck = {first + k: _symbol(name, "stuck") for k, name in enumerate(rows)}
         return {k: g.sub(g.one, loader.load(symbol)) for k, symbol in (stops | stuck).items()}
 
     def name_forces(self, loader: Loader, d: Description, multipliers: list[int], margins: list[int]) -> None:
         """Let the events use the forces, and how far frictions in proportion to them are from having no solution."""
         names = [c.name for c in (*d.constraints, *d.velocity_constraints)]
         normals = [name for f in self._acting() for name in f.normal]
-        held = [x.name for x in (*self.stops, *self.frictions)] if self.held else []
+        held = [*(s.name for s in self.stops), *(name for f in self.frictions for name in f.rows)]
+        held = held if self.held else []
         for name in (*held, *normals):
             loader.symbols[_symbol(name, "force").name] = multipliers[names.index(name)]
         coupled = [f for f in self._acting() if f.normal]
@@ -344,7 +405,11 @@ class Switches:
     def watched(self, loader: Loader) -> tuple[str, tuple[int, ...]]:
         """What the function `switches` writes: its docstring and its outputs."""
         groups = [(s.gap, s.restitution) for s in self.stops]
-        groups += [(f.speed, f.level, _static(f) if f.smooth is None else f.smooth) for f in self.frictions]
+        groups += [
+            (speed, f.level, _static(f) if f.smooth is None else f.smooth)
+            for f in self.frictions
+            for speed in f.speeds
+        ]
         doc = "Gaps and restitutions of stops; speeds, levels and largest levels of frictions."
         if any(f.smooth is not None for f in self.frictions):
             doc = doc.replace("largest levels", "largest levels, or widths,")
@@ -353,7 +418,7 @@ class Switches:
     def closed_header(self, head: dict[str, Any]) -> dict[str, Any]:
         """The header with the sizes and constraints of the closed form."""
         stops = [{"name": s.name, "kind": "holonomic"} for s in self.stops]
-        frictions = [{"name": f.name, "kind": "velocity"} for f in self.frictions]
+        frictions = [{"name": name, "kind": "velocity"} for f in self.frictions for name in f.rows]
         nh, constraints = head["nh"], head["constraints"]
         return head | {
             "nh": nh + len(stops),
@@ -366,11 +431,64 @@ def _either(switch: sympy.Symbol, on: sympy.Expr, off: sympy.Expr) -> sympy.Expr
     return switch * on + (1 - switch) * off
 
 
+def _setting(f: Friction, key: str) -> sympy.Symbol:
+    """One of the settings of a friction with two directions, which are some of its first, some of its second row."""
+    return _symbol(f.rows[key != "turns"], key)
+
+
+def _senses(f: Friction) -> list[sympy.Symbol]:
+    return [_symbol(name, "sense") for name in f.rows]
+
+
+def _norm(vector: Sequence[sympy.Expr]) -> sympy.Expr:
+    return sympy.sqrt(sympy.Add(*(x**2 for x in vector)) + _NO_SPEED**2)
+
+
+def _in_axes_of(f: Friction) -> tuple[sympy.Expr, sympy.Expr]:
+    """The sliding speed along the direction that the senses give, and across."""
+    (s1, s2), (e1, e2) = f.speeds, _senses(f)
+    return e1 * s1 + e2 * s2, e1 * s2 - e2 * s1
+
+
+def _held(f: Friction) -> tuple[sympy.Expr, ...]:
+    """What is held at zero where the rows of a friction are switched on: its speeds, or the one across its aim."""
+    if f.across is None:
+        return f.speeds
+    return f.speed, _either(_setting(f, "aimed"), _in_axes_of(f)[1], f.across)
+
+
+def _onward(f: Friction) -> sympy.Expr:
+    """What falls to zero where a sliding motion ends; of two speeds also where it has turned by 45°."""
+    if f.across is None:
+        return _symbol(f.name, "sense") * f.speed
+    along, across = _in_axes_of(f)
+    return along - _setting(f, "turns") * sympy.Abs(across)
+
+
+def _direction(f: Friction) -> tuple[sympy.Expr, ...]:
+    """How much of the size of a friction acts against each of its speeds."""
+    if f.creeps:
+        return tuple(creep_share(f.speeds, f.smooth) * s for s in f.speeds)
+    if f.smooth is not None:
+        width = sympy.sqrt(sympy.Add(*(s**2 for s in f.speeds)) + f.smooth**2)
+        return tuple(s / width for s in f.speeds)
+    senses = _senses(f)
+    if f.across is None:
+        return (senses[0],)
+    turns = _setting(f, "turns")
+    # What does not turn has no speed here: the series of a direction would grow without bound at rest.
+    moved = [turns * s + (1 - turns + _NO_SPEED) * e for s, e in zip(f.speeds, senses, strict=True)]
+    size = _norm(moved)
+    side = sympy.Add(*(e * s for e, s in zip(senses, moved, strict=True))) + _OPPOSITE * size
+    onward = side / sympy.sqrt(side**2 + _NOTHING**2)  # 1 or -1: a choice would have no series
+    return tuple(_either(turns, onward * s / size, e) for s, e in zip(moved, senses, strict=True))
+
+
 def _loss(f: Friction) -> sympy.Expr:
     """The Rayleigh function of a friction that does not stick."""
     if f.smooth is None:
         return _symbol(f.name, "sense") * _sliding(f) * f.speed
-    return smooth_friction(_sliding(f), (f.speed,), f.smooth)
+    return smooth_friction(_sliding(f), f.speeds, f.smooth)
 
 
 def _sliding(f: Friction) -> sympy.Expr:

@@ -145,10 +145,10 @@ class Derivation:
             return None
         return solve_articulated(g, trees, [row[i] for i, row in enumerate(rest)], self.forces)
 
-    def sliding(self, friction: Friction) -> int:
-        """What a friction that slides exerts against the sense of its speed, in this form."""
-        node = self.loader.load(self.switches.sliding(friction))
-        return self.levels.at([node], self.multipliers)[0]
+    def sliding(self, friction: Friction) -> list[int]:
+        """What a friction that slides exerts against each of its speeds, in this form."""
+        nodes = [self.loader.load(force) for force in self.switches.sliding(friction)]
+        return self.levels.at(nodes, self.multipliers)
 
     @property
     def conservative(self) -> bool:

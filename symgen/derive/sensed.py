@@ -49,7 +49,7 @@ class Sensed:
         d, own, loader = derivation, derivation.own, derivation.loader
         self.g: Graph = d.g
         names = [c.name for c in (*own.constraints, *own.velocity_constraints)]
-        contacts = [x.name for x in (*own.stops, *own.frictions)]
+        contacts = [*(s.name for s in own.stops), *(row for f in own.frictions for row in f.rows)]
         # The numbers that outputs read behind a, in their order.
         places = range(len(names) + len(contacts))
         self.forces = dict(zip([*names, *contacts], (self.g.var(LAM, k) for k in places)))
@@ -77,7 +77,8 @@ class Sensed:
         for name, variable in self.forces.items():
             solution[variable] = by_name.get(name, self.g.zero)
         for f in self.own.frictions:
-            solution[self.forces[f.name]] = self.g.sub(by_name.get(f.name, self.g.zero), d.sliding(f))
+            for row, force in zip(f.rows, d.sliding(f), strict=True):
+                solution[self.forces[row]] = self.g.sub(by_name.get(row, self.g.zero), force)
         return self.g.substitute([d.loader.load(expression)], solution)[0]
 
     @cached_property
@@ -102,7 +103,8 @@ class Sensed:
         """Generalised forces of stops and frictions."""
         g, m = x.g, len(x.lam)
         gaps = [loader.load(s.gap) for s in self.own.stops]
-        speeds = [*forward(g, gaps, loader.rates), *(loader.load(f.speed) for f in self.own.frictions)]
+        sliding = [loader.load(speed) for f in self.own.frictions for speed in f.speeds]
+        speeds = [*forward(g, gaps, loader.rates), *sliding]
         by_rate = reverse(g, [(u, g.var(LAM, m + k)) for k, u in enumerate(speeds)], V)
         return [by_rate.get(v, g.zero) for v in x.v]
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 from symgen.derive.rolling import OUT, schedule
 from symgen.runtime.graph.functions import IN_CODE
+from symgen.runtime.graph.layouts import settings_of
 from symgen.runtime.graph.spelling import spelled
 
-from ..derive.contacts import SETTINGS
 from ..derive.graph.graph import Graph
 from ..derive.graph.nodes import INPUT, LAM, PARAM, VIRTUAL, A, Q, T, V
 from ..derive.jumps import ACTION as JUMP
@@ -219,9 +219,7 @@ def _variable_names(program: Program) -> dict[tuple[int, int], str]:
     names = {(T, 0): "t"}
     for kind, (prefix, entries) in groups.items():
         names |= {(kind, k): f"{prefix}_{spelled(entry['name'])}" for k, entry in enumerate(entries)}
-    settings = [
-        f"s_{spelled(s['name'])}_{key}" for s in head.get("switches", ()) for key in SETTINGS[s["kind"]]
-    ]
+    settings = [f"s_{spelled(s['name'])}_{key}" for s in head.get("switches", ()) for key in settings_of(s)]
     settings += [f"b_{k}" for k in range(sum(event["action"] == JUMP for event in head.get("events", ())))]
     names |= {(INPUT, len(head["inputs"]) + k): name for k, name in enumerate(settings)}
     return names

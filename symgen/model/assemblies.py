@@ -628,11 +628,11 @@ class _Taken:
     def _placed_bushing(self, bushing: Bushing) -> Bushing:
         return self._in_frames(bushing, bushing.frames)
 
-    def _placed_contactpair(self, pair: ContactPair) -> ContactPair:
-        return self._in_frames(pair, (pair.plane,))
-
     def _placed_rolling(self, rolling: Rolling) -> Rolling:
         return self._in_frames(rolling, (rolling.plane,))
+
+    def _placed_contactpair(self, pair: ContactPair) -> ContactPair:
+        return self._in_frames(pair, (pair.plane,) if pair.other is None else ())
 
     def _in_frames(self, part: Any, names: tuple[str, ...]) -> Any:
         if self.world in names:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import sympy
 
-from .description import Body, Description, Joint
+from .description import Body, Bristle, Description, Joint
 from .evaluate import NotFinite, evaluate
 from .expression_tree import kind, postorder
 from .items import Item, definition_items, items
@@ -86,7 +86,14 @@ def check_contacts(d: Description, sources: Sources) -> None:
     degrees = own_degrees(d)
     for name, expression in d.definitions:
         degrees[name] = rate_degree(expression, degrees)
-    speeds = [(f"friction.{f.name}", "speed", f.speed) for f in d.frictions]
+    keys = [("speed",) if f.across is None else ("speeds[0]", "speeds[1]") for f in d.frictions]
+    speeds = [
+        (f"friction.{f.name}", key, speed)
+        for f, own in zip(d.frictions, keys, strict=True)
+        for key, speed in zip(own, f.speeds, strict=True)
+    ]
+    _check_rows(d, sources)
+    speeds += [(f"bristles.{b.name}", "speed", b.speed) for b in d.bristles]
     speeds += [(f"contacts.{c.name}", "slip", c.slip) for c in d.contacts if c.slip is not None]
     for table, key, speed in speeds:
         degree = rate_degree(speed, degrees)
@@ -95,6 +102,34 @@ def check_contacts(d: Description, sources: Sources) -> None:
             raise sources.error(
                 table, key, f"the sliding speed {fault}", hint='for example "dot(x) - belt_speed"'
             )
+
+
+def _check_rows(d: Description, sources: Sources) -> None:
+    """Whether the names of both forces of frictions with two directions are free."""
+    taken = {x.name for x in (*d.events, *d.stops, *d.constraints, *d.velocity_constraints, *d.loops)}
+    taken |= {row for f in d.frictions if f.across is None for row in f.rows}
+    for f in d.frictions:
+        for row in f.rows if f.across is not None else ():
+            if row in taken:
+                message = f"its forces are '{f.rows[0]}' and '{f.rows[1]}', and the name '{row}' is taken"
+                raise sources.error(f"friction.{f.name}", "", message, hint="choose another name")
+            taken.add(row)
+
+
+def _check_bristle(b: Bristle, values: Mapping[Address, float | None], sources: Sources) -> None:
+    table = f"bristles.{b.name}"
+    known = {
+        key: values.get((table, key)) for key in ("stiffness", "damping", "viscous", "coulomb", "static")
+    }
+    for key, value in known.items():
+        least = "positive" if key in ("stiffness", "coulomb") else "zero or more"
+        if value is not None and (value < 0.0 or (value == 0.0 and least == "positive")):
+            raise sources.error(table, key, f"it is {value:g} at the parameters' values: it is to be {least}")
+    if None not in (known["static"], known["coulomb"]) and known["static"] < known["coulomb"]:
+        message = f"it is {known['static']:g}, less than what slides, {known['coulomb']:g}"
+        raise sources.error(
+            table, "static", message, hint="leave it out for friction without Stribeck's fall"
+        )
 
 
 def check_contact_values(d: Description, values: Mapping[Address, float | None], sources: Sources) -> None:
@@ -132,14 +167,14 @@ def check_contact_values(d: Description, values: Mapping[Address, float | None],
             if value is not None and value < 0.0:
                 message = f"the coefficient is negative at the parameters' values: {value:g}"
                 raise sources.error(f"friction.{f.name}", key, message)
-    smooth = [(f"friction.{f.name}", f.smooth) for f in d.frictions] + [
-        (f"contacts.{c.name}", c.smooth) for c in (*d.contacts, *d.pairs)
-    ]
-    for table, width in smooth:
-        value = None if width is None else values.get((table, "smooth"))
+    for b in d.bristles:
+        _check_bristle(b, values, sources)
+    smooth = [(f"friction.{f.name}", "creep" if f.creeps else "smooth") for f in d.frictions]
+    for table, key in (*smooth, *((f"contacts.{c.name}", "smooth") for c in (*d.contacts, *d.pairs))):
+        value = values.get((table, key))
         if value is not None and value <= 0.0:
             message = f"the speed is not positive at the parameters' values: {value:g}"
-            raise sources.error(table, "smooth", message, hint="leave 'smooth' out for friction that sticks")
+            raise sources.error(table, key, message, hint=f"leave '{key}' out for friction that sticks")
 
 
 ROUND_OFF = 1e-9  # of the largest moment of inertia, or value

@@ -8,8 +8,8 @@ from dataclasses import replace
 import sympy
 
 from ..errors import nearest
-from .description import Contact, Description, Stop
-from .functions import dot, maximum, smooth_minimum
+from .description import Bristle, Contact, Description, Friction, Stop
+from .functions import dot, maximum, minimum, smooth_minimum
 from .ready_made import HALF
 from .sources import Sources
 from .unevaluated import difference, inverted, negated, product, squared, total
@@ -25,11 +25,13 @@ def with_contact_laws(d: Description, sources: Sources) -> Description:
         potential.append(_elastic_energy(c))
         dissipation += _contact_losses(c)
     smooth = [f for f in d.frictions if f.smooth is not None and not f.normal]
-    dissipation += [smooth_friction(f.level, (f.speed,), f.smooth) for f in smooth]
+    dissipation += [smooth_friction(f.level, f.speeds, f.smooth) for f in smooth if not f.creeps]
+    creeping = [(s, _creep_force(f, s)) for f in smooth if f.creeps for s in f.speeds]
     return replace(
         d,
         potential=_sum(potential),
         dissipation=_sum(dissipation),
+        rubbing=(*d.rubbing, *creeping, *((b.speed, negated(sympy.Symbol(b.made[1]))) for b in d.bristles)),
         contacts=(),
         frictions=tuple(f for f in d.frictions if f not in smooth),
         stops=(*d.stops, *_limit_stops(d, sources)),
@@ -67,6 +69,44 @@ def smooth_friction(level: sympy.Expr, speeds: Sequence[sympy.Expr], width: symp
     """Rayleigh function of the friction level*s/sqrt(s^2 + width^2): no overflow, and no exponentials as with tanh."""
     squares = [squared(s) for s in (*speeds, width)]
     return product([level, sympy.sqrt(total(squares), evaluate=False)])
+
+
+def creep_share(speeds: Sequence[sympy.Expr], width: sympy.Expr) -> sympy.Expr:
+    """What makes of speeds the part of a friction that acts against each: (1 - (1 - s/w)³)/s, and 1/s from w on.
+
+    The force begins in proportion to the speed s and is whole, on Coulomb's circle, at w: Vermeulen, Johnson, Contact
+    of nonspherical elastic bodies transmitting tangential forces, J. Appl. Mech. 31 (1964), with Kalker's coefficient
+    for the slope 3/w at the beginning (Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990, ch. 2).
+    """
+    size = sympy.sqrt(sympy.Add(*(s**2 for s in speeds)) + NO_DEPTH**2)
+    part = minimum(size / width, sympy.S.One)
+    # (1 - (1 - x)³)/x, of which the limit at 0 is 3.
+    return (3 - 3 * part + part**2) / maximum(size, width)
+
+
+def _creep_force(f: Friction, speed: sympy.Expr) -> sympy.Expr:
+    return negated(product([f.level, creep_share(f.speeds, f.smooth), speed]))
+
+
+def bristle_laws(b: Bristle) -> tuple[sympy.Expr, sympy.Expr]:
+    """The rate of the deflection of bristles, and the force.
+
+    dz/dt = v - σ0 |v| z/g, F = σ0 z + σ1 dz/dt + σ2 v with g = Fc + (Fs - Fc) exp(-(v/vs)²): Canudas de Wit, Olsson,
+    Åström, Lischinsky, A new model for control of systems with friction, IEEE Trans. Automat. Contr. 40 (1995), eqs.
+    2, 3 and 5.
+    """
+    z, (rate, _) = sympy.Symbol(b.name), b.made
+    level = b.coulomb
+    if b.static is not None:
+        bump = sympy.exp(negated(squared(product([b.speed, inverted(b.stribeck)]))), evaluate=False)
+        level = total([level, product([difference(b.static, b.coulomb), bump])])
+    slipping = product([b.stiffness, sympy.Abs(b.speed), z, inverted(level)])
+    force = [
+        product([b.stiffness, z]),
+        product([b.damping, sympy.Symbol(rate)]),
+        product([b.viscous, b.speed]),
+    ]
+    return difference(b.speed, slipping), total(force)
 
 
 def _depth(c: Contact) -> sympy.Expr:

@@ -438,6 +438,9 @@ class Friction:
     `smooth` is the speed below which the force gives way; without it the contact sticks and slips. What sticks can take
     `static`, or as much as what slides. With a `normal`, `level` and `static` are coefficients of a normal force: that
     of a stop, or the magnitude of the multipliers of one or more constraints; the names of these.
+
+    With a speed `across` it acts against the vector of both: Coulomb's circle. Where it `creeps`, `smooth` is the speed
+    from which on it is whole, see `contact_laws.creep_share`.
     """
 
     name: str
@@ -446,6 +449,40 @@ class Friction:
     smooth: Expr | None = None
     static: Expr | None = None
     normal: tuple[str, ...] = ()
+    across: Expr | None = None
+    creeps: bool = False
+
+    @property
+    def speeds(self) -> tuple[Expr, ...]:
+        """The one speed, or both."""
+        return (self.speed,) if self.across is None else (self.speed, self.across)
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The names of its forces, one for each speed."""
+        return (self.name,) if self.across is None else (f"{self.name}_1", f"{self.name}_2")
+
+
+@dataclass(frozen=True)
+class Bristle:
+    """Friction against a relative `speed` by bristles: a state of its name, the deflection, and two definitions.
+
+    `coulomb` is the force while it slides, `static` where that begins, `stribeck` the speed in which it falls.
+    """
+
+    name: str
+    speed: Expr
+    stiffness: Expr
+    damping: Expr
+    viscous: Expr
+    coulomb: Expr
+    static: Expr | None = None
+    stribeck: Expr | None = None
+
+    @property
+    def made(self) -> tuple[str, str]:
+        """The names of its definitions: the rate of the deflection, the force."""
+        return f"{self.name}_rate", f"{self.name}_force"
 
 
 @dataclass(frozen=True)
@@ -642,6 +679,7 @@ class Description:
     loops: tuple[Loop, ...] = ()
     stops: tuple[Stop, ...] = ()
     frictions: tuple[Friction, ...] = ()
+    bristles: tuple[Bristle, ...] = ()
     contacts: tuple[Contact, ...] = ()
     pairs: tuple[ContactPair, ...] = ()
     drawings: tuple[Drawing, ...] = ()

@@ -52,7 +52,8 @@ def expand(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Descri
     d = with_contact_laws(replace(d, frictions=(*d.frictions, *losses)), sources)
     parts = closed | parts
     d = with_normals(replace(d, constraints=constraints), parts, sources)
-    d = replace(d, sensors=resolve(d.sensors, d, parts, sources)) if d.sensors else d
+    rubbing = {f.name: f.rows for f in d.frictions}
+    d = replace(d, sensors=resolve(d.sensors, d, parts | rubbing, sources)) if d.sensors else d
     return replace(
         d,
         axes=(*d.axes, *axes),

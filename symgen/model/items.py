@@ -25,6 +25,7 @@ from .description import (
     Spring,
 )
 from .joint_types import TYPES, JointType
+from .unevaluated import total
 from .units import (
     ACCELERATION,
     DIMENSIONLESS,
@@ -406,14 +407,26 @@ def _contact_items(d: Description) -> Iterator[Item]:
         yield Item(table, "restitution", stop.restitution, RATIO, DIMENSIONLESS)
     for f in d.frictions:
         table = f"friction.{f.name}"
-        yield Item(table, "speed", f.speed, SPEED)
+        if f.across is None:
+            yield Item(table, "speed", f.speed, SPEED)
+        else:
+            yield from (Item(table, f"speeds[{k}]", s, SPEED) for k, s in enumerate(f.speeds))
+            yield Item(table, "speeds", total(f.speeds), SPEED)  # of one dimension
         # What slides may know how fast; what sticks needs a force of its own.
         sliding = LEVEL if f.static is None else SLIDING
         yield Item(table, "coefficient" if f.normal else "force", f.level, sliding)
         if f.static is not None:
             yield Item(table, "static", f.static, STICKING)
         if f.smooth is not None:
-            yield Item(table, "smooth", f.smooth, RATIO)
+            yield Item(table, "creep" if f.creeps else "smooth", f.smooth, RATIO)
+    for b in d.bristles:
+        table = f"bristles.{b.name}"
+        yield Item(table, "speed", b.speed, SPEED)
+        for key in ("stiffness", "damping", "viscous", "coulomb", "static"):
+            if getattr(b, key) is not None:
+                yield Item(table, key, getattr(b, key), LEVEL)
+        if b.stribeck is not None:
+            yield Item(table, "stribeck", b.stribeck, RATIO)
     for c in d.contacts:
         table = f"contacts.{c.name}"
         yield Item(table, "gap", c.gap, HOLONOMIC)

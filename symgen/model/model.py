@@ -17,6 +17,7 @@ from . import assemblies, parts, run_defaults, toml_writer
 from .assemblies import check_uses
 from .check import finished
 from .closures import make_closure
+from .contact_laws import bristle_laws
 from .contact_pairs import make_pair
 from .curves import TableFunction, make_table
 from .declared import Declared
@@ -24,6 +25,7 @@ from .description import (
     Attractor,
     Axis,
     Body,
+    Bristle,
     Bushing,
     Closure,
     Constant,
@@ -138,13 +140,13 @@ class Model(Declared):
         self._springs: dict[str, Spring] = {}
         self._bushings: dict[str, Bushing] = {}
         self._rolling: dict[str, Rolling] = {}
-        self._tyres: dict[str, str] = {}  # the bodies that have them
         self._closures: dict[str, Closure] = {}
         self._rotors: dict[str, Rotor] = {}
         self._constraints: dict[str, Constraint] = {}
         self._loops: dict[str, Loop] = {}
         self._stops: dict[str, Stop] = {}
         self._frictions: dict[str, Friction] = {}
+        self._bristles: dict[str, Bristle] = {}
         self._contacts: dict[str, Contact] = {}
         self._pairs: dict[str, ContactPair] = {}
         self._events: dict[str, Event] = {}
@@ -1181,8 +1183,11 @@ class Model(Declared):
         static: Any = None,
         coefficient: Any = None,
         normal: str | Sequence[str] | None = None,
+        coordinates: Sequence[Any] | None = None,
+        speeds: Sequence[Any] | None = None,
+        creep: Any = None,
     ) -> None:
-        """Add Coulomb friction against the rate of a coordinate, or against another relative speed.
+        """Add Coulomb friction against the rate of a coordinate, or against another relative speed, or two of them.
 
         Parameters
         ----------
@@ -1205,15 +1210,23 @@ class Model(Declared):
             In the place of a force: the friction is `coefficient` times the force of the stop, or the magnitude of the
             constraint forces, that `normal` names. A ready-made constraint is named as a whole. With `smooth` it is
             coefficient*N*s/sqrt(s^2 + smooth^2).
+        coordinates, speeds : sequence of two
+            In the place of `coordinate` or `speed`: friction in a plane, against the sliding velocity with these two
+            components, at right angles and of one unit. It sticks in both directions until the force that holds them
+            would be larger than `static`, and then slides where that points. Its forces are NAME_1 and NAME_2.
+        creep : expression, optional
+            In the place of `smooth`: the sliding speed from which on the friction is whole. Below, it is
+            force*(1 - (1 - s/creep)^3), as of wheels that creep (Vermeulen and Johnson): its slope at the beginning is
+            3*force/creep, Kalker's coefficient.
         """
         table, sources = f"friction.{name!s:.60}", self._sources
         self._new_element(name, "friction", self._touching_names())
-        if (coordinate is None) == (speed is None):
+        if sum(x is not None for x in (coordinate, speed, coordinates, speeds)) != 1:
             raise sources.error(
                 table,
                 "coordinate",
-                "friction acts on one 'coordinate' or one 'speed'",
-                hint="give one of the two",
+                "friction acts on one 'coordinate' or one 'speed', or in a plane on two 'coordinates' or 'speeds'",
+                hint="give one of these",
             )
         if sum(x is not None for x in (force, torque, coefficient)) != 1:
             raise sources.error(
@@ -1221,27 +1234,110 @@ class Model(Declared):
                 hint="or a 'coefficient' of a 'normal' force",
             )  # fmt: skip
         names = self._normal(table, coefficient, normal)
-        if coordinate is not None:
-            given = sources.expression(coordinate, table, "coordinate")
-            if not isinstance(given, sympy.Symbol):
-                raise sources.error(
-                    table,
-                    "coordinate",
-                    "a coordinate's name is expected here",
-                    hint="for others give 'speed'",
-                )
-            sliding = dot(given)
-        else:
-            sliding = sources.expression(speed, table, "speed")
+        sliding, *across = self._sliding_speeds(table, coordinate, speed, coordinates, speeds)
         given_as = {"force": force, "torque": torque, "coefficient": coefficient}
         key = next(k for k, x in given_as.items() if x is not None)
         level = sources.expression(given_as[key], table, key)
-        width = None if smooth is None else sources.expression(smooth, table, "smooth")
+        if creep is not None and smooth is not None:
+            message = "friction gives way by 'smooth' or by 'creep', not by both"
+            raise sources.error(table, "creep", message, hint="leave one of them out")
+        soft = "smooth" if creep is None else "creep"
+        given_width = smooth if creep is None else creep
+        width = None if given_width is None else sources.expression(given_width, table, soft)
         most = None if static is None else sources.expression(static, table, "static")
         if most is not None and width is not None:
-            message = "friction with 'smooth' never sticks: 'static' has no effect"
+            message = f"friction with '{soft}' never sticks: 'static' has no effect"
             raise sources.error(table, "static", message, hint="leave one of them out")
-        self._frictions[name] = Friction(name, sliding, level, width, most, names)
+        self._frictions[name] = Friction(
+            name, sliding, level, width, most, names, across[0] if across else None, creep is not None
+        )
+
+    def _sliding_speeds(
+        self, table: str, coordinate: Any, speed: Any, coordinates: Any, speeds: Any
+    ) -> list[sympy.Expr]:
+        """The speeds that friction acts against, one or two; one of the arguments is given."""
+        sources = self._sources
+        for key, several in (("coordinates", coordinates), ("speeds", speeds)):
+            if several is not None and (not isinstance(several, (list, tuple)) or len(several) != 2):
+                hint = 'for example ["dot(x)", "dot(y)"]' if key == "speeds" else 'for example ["x", "y"]'
+                raise sources.error(table, key, f"friction in a plane has two '{key}'", hint=hint)
+        if speed is not None:
+            return [sources.expression(speed, table, "speed")]
+        if speeds is not None:
+            return [sources.expression(x, table, f"speeds[{k}]") for k, x in enumerate(speeds)]
+        plain = coordinate is not None
+        found = []
+        for k, x in enumerate([coordinate] if plain else coordinates):
+            key = "coordinate" if plain else f"coordinates[{k}]"
+            given = sources.expression(x, table, key)
+            if not isinstance(given, sympy.Symbol):
+                hint = "for others give 'speed'" if plain else "for others give 'speeds'"
+                raise sources.error(table, key, "a coordinate's name is expected here", hint=hint)
+            found.append(dot(given))
+        return found
+
+    def bristle(
+        self,
+        name: str,
+        coordinate: Any = None,
+        speed: Any = None,
+        stiffness: Any = None,
+        damping: Any = 0,
+        viscous: Any = 0,
+        coulomb: Any = None,
+        static: Any = None,
+        stribeck: Any = None,
+        start: Any = 0.0,
+        unit: str | None = None,
+    ) -> sympy.Symbol:
+        """Add friction by bristles, the LuGre law: a state NAME, their deflection z, is between a speed and the force.
+
+        dz/dt = v - stiffness |v| z/g, F = stiffness z + damping dz/dt + viscous v, with
+        g = coulomb + (static - coulomb) exp(-(v/stribeck)²). NAME_force and NAME_rate are F and dz/dt.
+
+        Parameters
+        ----------
+        name : str
+        coordinate : Symbol or str
+            Its rate is the sliding speed v.
+        speed : expression
+            The sliding speed itself, linear in the rates, where it is not one coordinate's.
+        stiffness, damping, viscous : expression
+            σ0 [N/m], σ1 and σ2 [N s/m], or with torques.
+        coulomb, static : expression
+            The force (torque) while it slides steadily, and the largest before; `coulomb` if that is not given.
+        stribeck : expression
+            The speed in which the force falls from the one to the other; needed with `static`.
+        start : float, str or expression of parameters
+            The deflection where the run begins.
+        unit : str, optional
+            Of the deflection.
+
+        Returns
+        -------
+        Symbol
+            The deflection.
+        """
+        table, sources = f"bristles.{name!s:.60}", self._sources
+        if (coordinate is None) == (speed is None):
+            message = "friction by bristles acts on one 'coordinate' or one 'speed'"
+            raise sources.error(table, "coordinate", message, hint="give one of these")
+        if (static is None) != (stribeck is None):
+            missing = "static" if static is None else "stribeck"
+            raise sources.error(
+                table, missing, f"'static' and 'stribeck' go together; '{missing}' is missing"
+            )
+        (sliding,) = self._sliding_speeds(table, coordinate, speed, None, None)
+        given = {"damping": damping, "viscous": viscous, "static": static, "stribeck": stribeck}
+        values = {key: sources.expression(x, table, key) for key, x in given.items() if x is not None}
+        needed = {"stiffness": stiffness, "coulomb": coulomb}
+        values |= {key: self._required(table, key, x) for key, x in needed.items()}
+        made = Bristle(name, sliding, **values)
+        z = self.state(name, sympy.Symbol(made.made[0]), start, unit)
+        for own, law in zip(made.made, bristle_laws(made), strict=True):
+            self.definition(own, law)
+        self._bristles[name] = made
+        return z
 
     def contact(
         self,
@@ -1265,9 +1361,9 @@ class Model(Declared):
         """Let the shape of a body touch a plane, a height field or another body, or add a compliant contact by its gap.
 
         What touches are points: the middle of a sphere, both ends of a capsule, the corners of a box or of a mesh's
-        convex hull. Each is a stop NAME (where there are several, NAME_1, NAME_2, ...) with a friction NAME_friction; or,
-        with a `stiffness`, a compliant contact after Hunt and Crossley. Its force is k δ^n (1 + 3/2 c dδ/dt) with the
-        depth δ = -gap, and never pulls.
+        convex hull. Each is a stop NAME (where there are several, NAME_1, NAME_2, ...) with a friction
+        NAME_friction; or, with a `stiffness`, a compliant contact after Hunt and Crossley. Its force is
+        k δ^n (1 + 3/2 c dδ/dt) with the depth δ = -gap, and never pulls.
 
         Parameters
         ----------
@@ -1570,6 +1666,7 @@ class Model(Declared):
             impacts=self.impacts,
             stops=tuple(self._stops.values()),
             frictions=tuple(self._frictions.values()),
+            bristles=tuple(self._bristles.values()),
             contacts=tuple(self._contacts.values()),
             pairs=tuple(self._pairs.values()),
             frames=tuple(self._frames.values()),

@@ -109,7 +109,8 @@ def resolve(
         The constraints that each ready-made one has made.
     sources : Sources
     """
-    held = {x.name for x in (*d.constraints, *d.velocity_constraints, *d.stops, *d.frictions)}
+    held = {x.name for x in (*d.constraints, *d.velocity_constraints, *d.stops)}
+    held |= {row for f in d.frictions for row in f.rows}
     made: list[Sensor] = []
     for s in sensors:
         rows = tuple(part for name in s.rows for part in parts.get(name, (name,)))

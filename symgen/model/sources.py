@@ -48,6 +48,7 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "events": "event",
     "stops": "stop",
     "friction": "friction",
+    "bristles": "bristle",
     "contacts": "contact",
     "draw": "draw",
     "ports": "port",

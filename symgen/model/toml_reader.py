@@ -54,9 +54,24 @@ FRAME_KEYS = ("body", "at", "rpy", "axis", "angle", "quaternion", "x", "y")
 GRAVITY_KEYS = ("x", "y", "z", "potential", "constant", "attractors")
 LOAD_KEYS = ("point", "force", "body", "torque", "frame", "reaction")
 STOP_KEYS = ("gap", "restitution")
-FRICTION_KEYS = ("coordinate", "speed", "torque", "force", "smooth", "static", "coefficient", "normal")
+FRICTION_KEYS = (
+    "coordinate", "speed", "coordinates", "speeds", "torque", "force", "smooth", "creep", "static", "coefficient",
+    "normal",
+)  # fmt: skip
 CONTACT_KEYS = tuple(
     dict.fromkeys(("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth", *PAIR_KEYS))
+)
+BRISTLE_KEYS = (
+    "coordinate",
+    "speed",
+    "stiffness",
+    "damping",
+    "viscous",
+    "coulomb",
+    "static",
+    "stribeck",
+    "start",
+    "unit",
 )
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
@@ -376,6 +391,7 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "loads": _each_table("load", "loads", LOAD_KEYS, inline=False),
     "stops": _each_table("stop", "stops", STOP_KEYS, inline=False),
     "friction": _each_table("friction", "friction", FRICTION_KEYS, inline=False),
+    "bristles": _each_table("bristle", "bristles", BRISTLE_KEYS, inline=False),
     "contacts": _each_table("contact", "contacts", CONTACT_KEYS, inline=False),
     "constraints": _constraints,
     "closures": _each_table("closure", "closures", CLOSURE_KEYS, inline=False),

@@ -43,6 +43,7 @@ from .sources import Sources
 
 SPRING_FIELDS = ("angle", "stiffness", "rest", "damping", "preload", "mass")
 PAIR_FIELDS = ("height", "restitution", "friction", "static", "stiffness", "exponent", "damping", "smooth")
+BRISTLE_KEYS = ("stiffness", "damping", "viscous", "coulomb", "static", "stribeck")
 CONTACT_KEYS = ("stiffness", "exponent", "damping", "friction", "slip", "smooth")
 
 
@@ -110,9 +111,11 @@ class _Writer:
         for table in d.tables:
             yield _table_of_numbers(table)
         rates = {r.name: r for r in d.rates}
-        yield ["[states]", *(self.state(s, rates[s.name]) for s in d.states)]
+        bristles = {b.name for b in d.bristles}
+        yield ["[states]", *(self.state(s, rates[s.name]) for s in d.states if s.name not in bristles)]
         yield ["[inputs]", *(f"{u.name} = {_input(u)}" for u in d.inputs)]
         made = {name for s in d.springs for name in (s.measured, s.exerted)}
+        made |= {name for b in d.bristles for name in b.made}
         yield ["[definitions]", *self.entries("definitions", [x for x in d.definitions if x[0] not in made])]
         for body in d.bodies:
             yield self.body(body)
@@ -539,9 +542,14 @@ def _contact_tables(d: Description) -> Iterator[tuple[str, list[tuple[str, sympy
     for stop in d.stops:
         yield f"stops.{stop.name}", [("gap", stop.gap), ("restitution", stop.restitution)]
     for f in d.frictions:
-        more = [(key, x) for key, x in (("smooth", f.smooth), ("static", f.static)) if x is not None]
+        width = ("creep" if f.creeps else "smooth", f.smooth)
+        more = [(key, x) for key, x in (width, ("static", f.static)) if x is not None]
         level = [("coefficient", f.level), ("normal", f.normal)] if f.normal else [("force", f.level)]
-        yield f"friction.{f.name}", [("speed", f.speed), *level, *more]
+        speeds = ("speed", f.speed) if f.across is None else ("speeds", f.speeds)
+        yield f"friction.{f.name}", [speeds, *level, *more]
+    for b in d.bristles:
+        values = ((key, getattr(b, key)) for key in BRISTLE_KEYS)
+        yield f"bristles.{b.name}", [("speed", b.speed), *((k, x) for k, x in values if x is not None)]
     for c in d.contacts:
         values = ((key, getattr(c, key)) for key in CONTACT_KEYS)
         yield f"contacts.{c.name}", [("gap", c.gap), *((k, x) for k, x in values if x is not None)]

@@ -59,8 +59,7 @@ def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> None:
     planar = model._bodies[body].planar
     if planar and "load" not in given:
         raise error("stiffness", f"'{body}' is planar, and seen from above", "give a 'load'")
-    model._new_element(name, "tyres", model._tyres)
-    model._tyres[name] = body
+    model._new_element(name, "tyres", model._loads)
     radius, relaxation = expression("radius"), expression("relaxation")
 
     a = model.axis(f"{name}_axle", body, given.get("axis", (0, 1, 0)))
