@@ -161,6 +161,11 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "door_stop": Entry(
             "run door_stop", "Stop and dry friction: when it sticks is part of the result.", 0.5
         ),
+        "clutch": Entry(
+            "run clutch",
+            "A clutch slips, locks, slips under a blow, and opens when the press lets go; what presses is an input.",
+            1.2,
+        ),
         "stick_slip": Entry("run stick_slip", "Steps end where it begins to stick or to slip.", 1.0),
         "turntable": Entry(
             "run turntable", "Rolling on what turns: no energy is lost, and it stays on the table.", 2.0

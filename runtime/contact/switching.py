@@ -26,6 +26,7 @@ _AT_LIMIT = 1e-10  # of the range of a friction force
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
 _AHEAD = 1e-7  # of the time that the motion takes to change
 _FINEST, _WIDEST = 1e-13, 0.02  # tolerance that an aim goes by, and angle [rad] that it lasts for at most
+_NEARLY = 100.0  # times the speed that is zero within the tolerances
 _FAR = 0.999  # of what a friction can take
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
 _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
@@ -257,7 +258,9 @@ class Holding(Instant):
         change = np.where(
             np.abs(change) > _ROUNDED * free, change, 0.0
         )  # what is balanced has no time of its own
-        speed = max(np.abs(v).max(initial=0.0), np.abs(change).max(initial=0.0))
+        # Rates that are zero within the tolerances have no time of their own either.
+        rates = np.where(np.abs(v) > float(self.arrays.control[at.ATOL]) + _ROUNDED, v, 0.0)
+        speed = max(np.abs(rates).max(initial=0.0), np.abs(change).max(initial=0.0))
         size = max(1.0, np.abs(here.state).max(initial=0.0))
         ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
         state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
@@ -532,7 +535,9 @@ class Switching(Holding):
     def _came_to_rest(self, here: LocalDynamics) -> np.ndarray:
         """Which frictions have no speed if they fired; those that follow reactions may have come to a paradox."""
         last = self.layout.together(np.abs(here.free[self.n_stops :])) * self.arrays.h_last
-        small = np.maximum(self._slow(here), _AT_REST * last)
+        # A speed in a plane comes close to zero; friction takes what is left of it before it goes anywhere.
+        slow = np.where(self._in_circles, _NEARLY, 1.0) * self._slow(here)
+        small = np.maximum(slow, _AT_REST * last)
         return ~(self._coupled | self._in_circles) | (self._sliding(here) <= small)
 
     def _decide(
@@ -551,14 +556,16 @@ class Switching(Holding):
         aims : ndarray of bool, optional
             Those that slide along `senses`, whatever their speed across is.
         """
+        before = self._here().speeds[self.n_stops :]
         impacted = self._impact(struck)
         here = self._here()
         closing = here.speeds[: self.n_stops] < -self._speed_tolerances(here)[: self.n_stops]
         touching = near & (struck | ~closing)
         speeds = here.speeds[self.n_stops :]
         still = self._sliding(here) <= self._slow(here)
-        if not impacted:  # else rates have jumped, and what stuck may slide
-            still = still | slow
+        # Where rates have jumped, what stuck may slide.
+        jumped = impacted & (self.layout.together(np.abs(speeds - before)) > self._slow(here))
+        still = still | (slow & ~jumped)
         led = here.led[self.n_stops :]
         led = led & ~(self._in_circles & ~self._all_led(led))
         onward = np.where(led & still, self._led_onward(here), np.sign(speeds))
