@@ -1,7 +1,7 @@
 """A block on a shaking plate, integrated phase by phase by SciPy: sticking, and sliding in polar coordinates.
 
-While it slides with speed r in the direction φ, r' = F·d - μ N and φ' = F·d⊥ / r, with the acceleration F that the plate
-gives it and d = (cos φ, sin φ). Near rest φ' is stiff, and φ is that of F where sliding begins.
+While it slides with speed r in the direction φ, r' = F·d - μ N and φ' = F·d⊥ / r, with the acceleration F that the
+plate gives it and d = (cos φ, sin φ). Near rest φ' is stiff, and φ is that of F where sliding begins.
 """
 
 from __future__ import annotations

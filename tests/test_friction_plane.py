@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from plate_phases import Plate, course
+from recorded import assert_same_recording, record
 from scipy.integrate import solve_ivp
 
 from symgen import Model, cos, dot, sin
 from symgen.errors import ModelError
-
-from plate_phases import Plate, course
+from symgen.link import derive_text
+from symgen.runtime import load, solve
+from symgen.runtime.recording.resume import Resumed
 
 G = 9.81
 
@@ -17,17 +20,17 @@ G = 9.81
 def block(kind="given", mu=0.3, mu_s=0.4, **options):
     """A block of 2 kg in the frame of a plate that shakes along x and y."""
     m = Model(f"block_{kind}")
-    x, y = m.coordinate("x", unit="m", start=0.0), m.coordinate("y", unit="m", start=0.0)
+    x, y = m.coordinate("x", start=0.0), m.coordinate("y", start=0.0)
     m.parameters(mu=mu, mu_s=mu_s)
-    m.force(x, "2*4*sin(5*t) * 1 N")
-    m.force(y, "2*3*cos(7*t) * 1 N")
+    m.force(x, "2*4*sin(5*t)")
+    m.force(y, "2*3*cos(7*t)")
     if kind == "given":
-        m.body("block", mass="2 kg", com=(x, y))
-        m.friction("sole", coordinates=(x, y), force=f"mu*2*{G} * 1 N", static=f"mu_s*2*{G} * 1 N", **options)
+        m.body("block", mass=2.0, com=(x, y))
+        m.friction("sole", coordinates=(x, y), force=f"mu*2*{G}", static=f"mu_s*2*{G}", **options)
         return m
-    z = m.coordinate("z", unit="m", start=0.0)
-    m.body("block", mass="2 kg", com=(x, y, z))
-    m.gravity(z=f"-{G} m/s^2")
+    z = m.coordinate("z", start=0.0)
+    m.body("block", mass=2.0, com=(x, y, z))
+    m.gravity(z=-G)
     if kind == "stop":
         m.stop("plate", z, m.parameter("e", 0.0))
     else:
@@ -78,7 +81,7 @@ def test_the_forces_lie_on_the_circle_while_it_slides_and_within_while_it_sticks
     run = systems["stop"].run(t_end=3.0)
     forces = np.hypot(run["force(sole_1)"], run["force(sole_2)"])
     speed = np.hypot(run["dot(x)"], run["dot(y)"])
-    np.testing.assert_allclose(forces[speed > 1e-3], 0.3 * 2.0 * G, rtol=1e-6)
+    np.testing.assert_allclose(forces[speed > 1e-3], 0.3 * 2.0 * G, rtol=1e-4)  # aimed where it begins
     sticks = speed < 1e-12
     needed = 2.0 * np.hypot(4.0 * np.sin(5.0 * run.t), 3.0 * np.cos(7.0 * run.t))
     assert 10 < sticks.sum() < len(sticks)
@@ -109,7 +112,11 @@ def test_across_an_incline_as_steep_as_the_friction_half_the_speed_is_left(metho
     """With μ = tan a, the speed and its part down the slope change against each other: v (1 + cos φ) stays."""
     angle = 0.3
     m = Model("incline", gravity=(0, -G * np.sin(angle), -G * np.cos(angle)))
-    x, y, z = m.coordinate("x", start=0.0, rate=2.0), m.coordinate("y", start=0.0), m.coordinate("z", start=0.0)
+    x, y, z = (
+        m.coordinate("x", start=0.0, rate=2.0),
+        m.coordinate("y", start=0.0),
+        m.coordinate("z", start=0.0),
+    )
     m.body("block", mass=1.5, com=(x, y, z))
     m.stop("slope", z)
     m.friction("sole", coordinates=(x, y), coefficient=np.tan(angle), normal="slope")
@@ -197,7 +204,7 @@ def test_legs_that_slide_and_turn_move_as_one_body():
 
 def test_legs_that_do_not_give_way_stay_and_those_that_turn_about_a_point_are_refused_by_name():
     held = legs(0.2).derive().run(t_end=4.0)
-    assert held.ok and np.abs(held.q - [0.0, 0.0, 0.1]).max() < 1e-12
+    assert held.status == "success" and np.abs(held.q - [0.0, 0.0, 0.1]).max() < 1e-12
     run = legs(1.0).derive().run(t_end=4.0)
     assert run.status == "failed" and "leg0, leg1" in run.message and "'smooth'" in run.message
 
@@ -217,15 +224,16 @@ def test_the_jacobian_of_the_residual_is_its_derivative(systems, kind, form):
 
 
 @pytest.mark.parametrize("kind", ["given", "stop"])
-def test_a_run_that_is_taken_up_again_is_the_run_that_was_not_cut(tmp_path, systems, kind):
-    system = systems[kind]
-    whole = system.run(t_end=3.0, log=tmp_path / "whole.rrd")
-    system.run(t_end=0.5, log=tmp_path / "cut.rrd")
-    for t_end in (0.72, 2.0, 3.0):
-        again = system.run(t_end=t_end, resume=tmp_path / "cut.rrd", log=tmp_path / "cut.rrd")
-    np.testing.assert_array_equal(again.q[-1], whole.q[-1])
-    np.testing.assert_array_equal(again.v[-1], whole.v[-1])
-    assert [(e.action, e.t) for e in again.events] == [(e.action, e.t) for e in whole.events]
+@pytest.mark.parametrize("part", [0.3, 0.8])
+def test_a_run_that_is_taken_up_again_is_the_run_that_was_not_cut(tmp_path, kind, part):
+    text = derive_text(block(kind)).text
+    whole, first, rest = (tmp_path / f"{name}.rrd" for name in ("whole", "first", "rest"))
+    a = record(whole, text, lambda **more: solve(load(text), 3.0, method="dop853", **more))
+    few = int(part * a.stats["steps"])
+    record(first, text, lambda **more: solve(load(text), 3.0, method="dop853", max_steps=few, **more))
+    c = record(rest, text, Resumed(first).run)
+    assert_same_recording(whole, rest)
+    assert c.stats == a.stats and len(c.events) == len(a.events)
 
 
 def test_what_is_asked_for_changes_nothing(systems):
@@ -267,7 +275,9 @@ def test_creep_begins_in_proportion_and_ends_on_the_circle(normal, method):
         size = 0.25 * G * (1.0 - (1.0 - min(s / 0.05, 1.0)) ** 3)
         return [*v, *(np.array([0.8 * t, 0.0]) - size * v / max(s, 1e-300))]
 
-    exact = solve_ivp(motion, (0.0, 4.0), [0.0, 0.0, 0.0, 0.01], "Radau", rtol=1e-9, atol=1e-12, max_step=0.01)
+    exact = solve_ivp(
+        motion, (0.0, 4.0), [0.0, 0.0, 0.0, 0.01], "Radau", rtol=1e-9, atol=1e-12, max_step=0.01
+    )
     np.testing.assert_allclose(run.q[-1, :2], exact.y[:2, -1], rtol=1e-5, atol=1e-7)
     slow = int(np.searchsorted(run.t, 0.5))
     assert run["dot(x)"][slow] == pytest.approx(0.8 * run.t[slow] * 0.05 / (3 * 0.25 * G), rel=0.15)
@@ -275,7 +285,6 @@ def test_creep_begins_in_proportion_and_ends_on_the_circle(normal, method):
 
 @pytest.mark.parametrize("method", ["dop853", "radau5"])
 def test_smooth_friction_in_a_plane(method):
-    m = block("given", mu_s=0.3)
     m = Model("smooth")
     x, y = m.coordinate("x", start=0.0, rate=1.0), m.coordinate("y", start=0.0, rate=1.0)
     m.body("b", mass=1.0, com=(x, y))
@@ -327,7 +336,6 @@ creep = "0.01 m/s"
         ({"coordinates": ("x",)}, "two 'coordinates'"),
         ({"coordinates": ("x", "y"), "coordinate": "x"}, "one 'coordinate'.*give one of these"),
         ({"speeds": ("dot(x)", "x")}, "no rate"),
-        ({"speeds": ("dot(x)", "dot(a)")}, "rad|m/s|dimension"),
         ({"coordinates": ("x", "y"), "smooth": "1 m/s", "creep": "1 m/s"}, "not by both"),
         ({"coordinates": ("x", "y"), "creep": "-1 m/s"}, "not positive"),
         ({"coordinates": ("x", "y"), "creep": "1 m/s", "static": "3 N"}, "never sticks"),

@@ -94,13 +94,9 @@ def draw(seed: int, number: int) -> Case:
 
     def wave(axis: str, t: float) -> float:
         count = 1 if axis == "z" else _WAVES
-        return sum(
-            p[f"a{axis}{k}"] * np.sin(p[f"w{axis}{k}"] * t + p[f"p{axis}{k}"]) for k in range(count)
-        )
+        return sum(p[f"a{axis}{k}"] * np.sin(p[f"w{axis}{k}"] * t + p[f"p{axis}{k}"]) for k in range(count))
 
-    plate = Plate(
-        lambda t: np.array([-wave("x", t), -wave("y", t)]), lambda t: G + wave("z", t), mu, mu_s
-    )
+    plate = Plate(lambda t: np.array([-wave("x", t), -wave("y", t)]), lambda t: G + wave("z", t), mu, mu_s)
     return Case(p, velocity, t_end, course(plate, t_end, velocity))
 
 
@@ -145,14 +141,18 @@ def try_many(kind: str, method: str, count: int, seed: int, show: int = 0) -> Co
     for number in range(count):
         verdict, why = judge(draw(seed, number), kind, method)
         counts[verdict] += 1
-        if verdict == WRONG and counts[WRONG] <= show or verdict == FLAGGED and counts[FLAGGED] <= show - 3:
+        if (verdict == WRONG and counts[WRONG] <= show) or (
+            verdict == FLAGGED and counts[FLAGGED] <= show - 3
+        ):
             print(f"{verdict} {kind} {method} number {number}: {why}", file=sys.stderr)
     return counts
 
 
 def main() -> int:
     """Run as a command."""
-    parser = argparse.ArgumentParser(prog="python -m tests.stress.plates", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.stress.plates", description=__doc__.splitlines()[0]
+    )
     parser.add_argument("--count", type=int, default=100, help="cases of each kind for each method (100)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--methods", nargs="*", default=[*ADAPTIVE, *FIXED])
