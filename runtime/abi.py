@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, settings_of
+from symgen.runtime.graph.spelling import RESET, reset_function
 
 ABI = 1
 
 _ALWAYS = ("rhs", "mass_matrix", "forces", "energy", "residual", "residual_jacobian")
 _WITH_CONSTRAINTS = ("constraint_residual", "constraint_jacobian", "gamma")
-_RESET = "reset_"
+_OF_START = ("start_conditions", "start_jacobian")
 CLOSED = "closed_"
 JUMP = "jump"  # the action of an event at which a force goes over to another branch
 ENTRIES = "_entries"  # behind the name of a function: the same, with structural zeros left out
@@ -19,7 +20,7 @@ ENTRIES = "_entries"  # behind the name of a function: the same, with structural
 SPARSE = frozenset(
     (
         "mass_matrix", "residual_jacobian", "constraint_jacobian", "kinematics", "marks", "rhs_by_state",
-        "rhs_by_parameters",
+        "rhs_by_parameters", "start_jacobian",
     )
 )  # fmt: skip
 _SPARSE_OF_ROBOTS = frozenset(
@@ -58,7 +59,8 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
     if "robot" in header:
         yield from header["robot"]["functions"]
         return
-    yield from _ALWAYS
+    late = header.get("late", ())
+    yield from (name for name in _ALWAYS if name not in late)
     if header["nh"] + header["nn"]:
         yield from _WITH_CONSTRAINTS
     if header["nh"] + header["nn"] or header.get("quaternions"):
@@ -74,9 +76,11 @@ def required_functions(header: Mapping[str, Any]) -> Iterator[str]:
         yield "shapes"
     for event in header["events"]:
         if event["action"] == "reset":
-            yield _RESET + event["name"]
+            yield reset_function(event["name"])
     if header.get("starts"):
         yield "starts"
+    if header.get("start"):
+        yield from _OF_START
     if header.get("jacobian"):
         yield "rhs_by_state"
         if header["parameters"] or header["inputs"]:
@@ -112,14 +116,15 @@ def closed_header(header: Mapping[str, Any]) -> dict[str, Any]:
         for kind, name in kinds.items()
     }
     own = {name.removeprefix(CLOSED): n for name, n in hoisted.items() if name.startswith(CLOSED)}
-    shared = {name: n for name, n in hoisted.items() if name not in SWITCHED and not name.startswith(CLOSED)}
+    without = (*SWITCHED, *_OF_START)
+    shared = {name: n for name, n in hoisted.items() if name not in without and not name.startswith(CLOSED)}
     operations = header["operations"]
     names = setting_names(header)
     rows = [nh + k for k in range(len(of["stop"]))]
     rows += [nh + len(of["stop"]) + header["nn"] + k for k in range(len(of["friction"]))]
     switching = [names.index(f"{settings_of(s)[0]}({s['name']})") for s in header["switches"]]
     return {
-        **header,
+        **{key: value for key, value in header.items() if key != "start"},
         "switched": dict(zip(rows, switching, strict=True)),
         "nh": nh + len(of["stop"]),
         "nn": header["nn"] + len(of["friction"]),
@@ -165,15 +170,39 @@ def array_sizes(header: Mapping[str, Any], function: str) -> tuple[int, int] | N
         ),
         "events": (state, len(header["events"])),
         "starts": (state, state),
+        **_sizes_of_start(header, extended),
         "time_terms": (state, header.get("time_terms", 0)),
         "marks": (state, sum(mark["numbers"] for mark in header.get("marks", ()))),
         "switches": (state, sum(N_WATCHED[switch["kind"]] for switch in header.get("switches", ()))),
     }
     if function in sizes:
         return sizes[function]
-    if function.startswith(_RESET) and any(function == _RESET + event["name"] for event in header["events"]):
+    if function.startswith(RESET) and any(
+        function == reset_function(event["name"]) for event in header["events"]
+    ):
         return state, state
     return None
+
+
+def start_sizes(header: Mapping[str, Any]) -> dict[str, int]:
+    """Return how many numbers of each kind `start_conditions` writes, in their order."""
+    start, m = header["start"], header["nh"] + header["nn"]
+    balance = start["balance"]
+    return {
+        "position": header["nh"], "velocity": m, "equation": len(start["equations"]), "gap": len(start["closed"]),
+        "closing": len(start["closed"]), "motion": header["nv"] * balance, "held": m * balance,
+        "opening": len(start["closed"]) * balance,
+    }  # fmt: skip
+
+
+def _sizes_of_start(header: Mapping[str, Any], extended: int) -> dict[str, tuple[int, int]]:
+    if not header.get("start"):
+        return {}
+    n_y, n = extended + len(header.get("switches", ())), sum(start_sizes(header).values())
+    return {
+        "start_conditions": (n_y, n),
+        "start_jacobian": (n_y, n * (n_y + len(header["start"]["find"]))),
+    }
 
 
 def _sizes_of_robot(header: Mapping[str, Any], function: str) -> tuple[int, int] | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate import plain_events
 from symgen.runtime.lazy import Late
@@ -521,7 +522,7 @@ class EventActions:
         change = 0.0
         if event["action"] == "reset":
             energy_before = self.energy()
-            after = system.kernel(f"reset_{event['name']}")(arrays.t, before, arrays.p)
+            after = system.kernel(reset_function(event["name"]))(arrays.t, before, arrays.p)
             arrays.y[: system.nq + system.nv] = after
             self._make_consistent(event["name"], before[system.nq :], after[system.nq :])
             change = self.energy() - energy_before

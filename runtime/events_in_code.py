@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.code.call_block import CallBlock, call_block
+from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.integrate import plain_events as here
 from symgen.runtime.loop_arrays import DIRECTIONS
 
@@ -21,7 +22,7 @@ _LARGEST = 200  # rates: mass matrices are factored in full
 _OF_CLOSED = (
     (here.JACOBIAN, "constraint_jacobian"), (here.RESIDUAL, "constraint_residual"), (here.GAMMA, "gamma")
 )  # fmt: skip
-_ACTIONS = {"record": here.RECORDS, "reset": here.RESETS, "terminate": here.TERMINATES}
+ACTIONS = {"record": here.RECORDS, "reset": here.RESETS, "terminate": here.TERMINATES}
 
 
 def has_plain_events(system: System) -> bool:
@@ -46,7 +47,7 @@ def make_after(
     """
     n_stops = len(system.switches)
     own = system.events[: len(system.events) - n_stops]
-    resets = [f"reset_{event['name']}" if event["action"] == "reset" else "" for event in own]
+    resets = [reset_function(event["name"]) if event["action"] == "reset" else "" for event in own]
     addresses = np.zeros(here.FIRST_RESET + len(own), dtype=np.uint64)
     addresses[here.ADVANCE] = block.address
     named = {here.EVENTS: "events", here.RHS: "rhs", here.ENERGY: "energy"}
@@ -69,7 +70,7 @@ def make_after(
     n, nv, ne = system.nq + system.nv, system.nv, len(system.events)
     after = here.After(
         addresses=addresses, block=block.block, result=np.zeros(1),
-        actions=np.array([_ACTIONS[event["action"]] for event in own], dtype=np.int64),
+        actions=np.array([ACTIONS[event["action"]] for event in own], dtype=np.int64),
         directions=np.array([DIRECTIONS[event["direction"]] for event in own], dtype=np.int64), everything=everything,
         switches_at=switches_at,
         sums=np.array([0.0, np.nan, 0.0]), intervals=np.zeros(here.MOST_INTERVALS),

@@ -52,6 +52,7 @@ def savings(solution: Solution, recorded: bool = False) -> list[Saving]:
         *_imports(),
         *_cached(),
         *_kernels(system),
+        *_late(system),
         *_hoisted(system, solution),
         *_absent(system),
         *_subsystems(solution),
@@ -100,6 +101,13 @@ def _kernels(system: System) -> Iterator[Saving]:
         more = f" and {len(left) - _SHOWN} more" if len(left) > _SHOWN else ""
         total = f"{len(left)} functions, {sum(counts.values())} operations ({listed}{more})"
         yield Saving("kernels not made", total, "neither method nor checks call them")
+
+
+def _late(system: System) -> Iterator[Saving]:
+    """Functions that nobody has asked for."""
+    if not system.source.is_whole:
+        listed = ", ".join(system.source.late)
+        yield Saving("functions not derived", listed, "neither method nor checks call them")
 
 
 def _hoisted(system: System, solution: Solution) -> Iterator[Saving]:

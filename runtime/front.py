@@ -49,13 +49,15 @@ tables = Late("symgen.runtime.tables")
 notebook = Late("symgen.runtime.report.notebook")
 
 
-def load(path_or_text: str | os.PathLike[str]) -> System:
+def load(path_or_text: str | os.PathLike[str], rest: Callable[[], str] | None = None) -> System:
     """Load a generated module from a file or its text. Nothing in it is executed; nothing is compiled yet.
 
     Parameters
     ----------
     path_or_text : path-like or str
         A text is told from a path by its line breaks.
+    rest : callable, optional
+        Gives the text of the whole module where this one leaves functions out until a run asks for them.
 
     Returns
     -------
@@ -66,7 +68,7 @@ def load(path_or_text: str | os.PathLike[str]) -> System:
     symgen.runtime.errors.ModuleError
         It is not a module of this ABI.
     """
-    source = read_module(path_or_text)
+    source = read_module(path_or_text, rest and (lambda: read_module(rest())))
     if "robot" in source.header:
         raise ModuleError(
             source.file,
@@ -224,6 +226,8 @@ class System(SystemData):
         parameters: Any = None,
         start: Any = None,
         rate: Any = None,
+        inputs: Any = None,
+        design: str = "random",
         method: str = "auto",
         rtol: float = 1e-8,
         atol: float = 1e-10,
@@ -231,8 +235,11 @@ class System(SystemData):
         keep: str | Sequence[str] | None = "end",
         frames: int | Sequence[float] | None = None,
         reduce: Mapping[str, Any] | None = None,
+        device: str = "cpu",
         threads: int | None = None,
         executor: Any = None,
+        out: str | os.PathLike[str] | None = None,
+        resume: bool = False,
         t_start: float = 0.0,
         max_steps: int | None = None,
         progress: Callable[[int, int, int], None] | None = None,
@@ -264,6 +271,8 @@ class System(SystemData):
             parameters=parameters,
             start=start,
             rate=rate,
+            inputs=inputs,
+            design=design,
             method=method,
             rtol=rtol,
             atol=atol,
@@ -271,8 +280,11 @@ class System(SystemData):
             keep=keep,
             frames=frames,
             reduce=reduce,
+            device=device,
             threads=threads,
             executor=executor,
+            out=out,
+            resume=resume,
             t_start=t_start,
             max_steps=max_steps,
             progress=progress,

@@ -33,9 +33,7 @@ class ModelFunctions:
         known = self._known_functions
         if function not in known:
             source = self.source
-            known[function] = (
-                function in source.functions and array_sizes(source.header, function) is not None
-            )
+            known[function] = function in source.names() and array_sizes(source.header, function) is not None
         return known[function]
 
     def kernel(self, function: str) -> Kernel:
@@ -135,6 +133,10 @@ class ModelFunctions:
     def inputs_read(self, function: str) -> set[int]:
         """Return the numbers of the inputs that a function reads."""
         first = len(self.parameters)
+        if (
+            function in self.source.late
+        ):  # no derivative reads more than the residual, and asking would derive it
+            function = "residual"
         return {k - first for k in self.source.facts(function).inputs if k < first + len(self.inputs)}
 
     def function_text(self, function: str) -> FunctionText:
@@ -168,7 +170,7 @@ class ModelFunctions:
     def _no_function(self, function: str) -> str:
         if function in ("project", "gamma", "constraint_residual", "constraint_jacobian") and not self.m:
             return f"model {self.name!r} has no function {function!r}: it has no constraints"
-        known = [name for name in self.source.functions if self.has(name)]
+        known = [name for name in self.source.names() if self.has(name)]
         return f"model {self.name!r} has no function {function!r}: {nearest(function, known)}"
 
     def describe_y(self, function: str) -> str:

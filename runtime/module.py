@@ -9,12 +9,13 @@ import importlib
 import math
 import os
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from symgen.runtime.abi import ABI, JUMP, MARKS, N_WATCHED, SOLIDS, required_functions
 from symgen.runtime.errors import ModuleError
-from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, ROBOT_FUNCTIONS
+from symgen.runtime.graph.layouts import BASE_PARAMETERS, FRAME_FUNCTIONS, LATE, ROBOT_FUNCTIONS
 from symgen.runtime.module_check import verified
 from symgen.runtime.module_source import SOLVERS, ModuleSource
 
@@ -23,6 +24,9 @@ _COUNTS = ("nq", "nv", "nh", "nn", "nw")
 _NAME = re.compile(
     r"[A-Za-z][A-Za-z0-9_]{0,199}", re.ASCII
 )  # the rules of model files, for names made of two as well
+_DOTTED = re.compile(
+    rf"(?=.{{1,200}}\Z){_NAME.pattern}(\.{_NAME.pattern})*", re.ASCII
+)  # those of uses of assemblies
 _NAMES_OF_ROBOTS = re.compile(
     r"[A-Za-z][A-Za-z0-9_]{0,199}(\.[A-Za-z]{1,3})?", re.ASCII
 )  # base parameters: `q1.Izz`
@@ -102,9 +106,16 @@ def check_header(header: Any) -> None:
         raise HeaderFault(f"'starts' is {header['starts']!r:.60}, expected True")
     if header.get("sensed", True) is not True:
         raise HeaderFault(f"'sensed' is {header['sensed']!r:.60}, expected True")
+    if any(name not in LATE for name in (_get(header, "late", list, "") if "late" in header else ())):
+        raise HeaderFault(f"'late' is {header['late']!r:.60}, expected some of {', '.join(LATE)}")
     if "time_terms" in header and _get(header, "time_terms", int, "") < 1:
         raise HeaderFault(f"'time_terms' is {header['time_terms']}, expected a count")
+    m, names = len(header["constraints"]), {record["name"] for record in header["coordinates"]}
+    balances = _get(header, "balances", dict, "") if "balances" in header else {}
+    if any(type(k) is not int or not 0 <= k < m or name not in names for name, k in balances.items()):
+        raise HeaderFault(f"'balances' is {balances!r:.60}, expected constraints by coordinates")
     _check_robot(header)
+    _check_start(header)
     _check_marks(header)
     _check_sizes(header)
     _check_subsystems(header)
@@ -132,6 +143,32 @@ def _check_robot(header: dict[str, Any]) -> None:
     known = {*ROBOT_FUNCTIONS, BASE_PARAMETERS, *frames}
     if unknown := [name for name in made["functions"] if name not in known]:
         raise HeaderFault(f"robot['functions'] has {unknown[0]!r:.60}, which is no function for robots")
+
+
+def _check_start(header: dict[str, Any]) -> None:
+    """What holds at the start, if anything is said of it: texts, parameters, rates and stops that are there."""
+    if "start" not in header:
+        return
+    start = _get(header, "start", dict, "")
+    for text in _get(start, "equations", list, "start"):
+        if type(text) is not str or not text.isprintable():
+            raise HeaderFault(f"start['equations'] has {text!r:.60}, expected plain text")
+    if len(_get(start, "levels", list, "start")) != len(start["equations"]) or set(start["levels"]) - {
+        0,
+        1,
+        2,
+    }:
+        raise HeaderFault(f"start['levels'] is {start['levels']!r:.60}, expected 0, 1 or 2 for each equation")
+    _get(start, "balance", bool, "start")
+    for key, size in (("find", len(header["parameters"])), ("steady", header["nv"])):
+        places = start.get(key)
+        if key == "steady" and places is True:
+            continue
+        if type(places) is not list or any(type(k) is not int or not 0 <= k < size for k in places):
+            raise HeaderFault(f"start[{key!r}] is {places!r:.60}, expected indices below {size}")
+    stops = [s["name"] for s in header.get("switches", []) if s["kind"] == "stop"]
+    if any(name not in stops for name in _get(start, "closed", list, "start")):
+        raise HeaderFault(f"start['closed'] is {start['closed']!r:.60}, expected names of stops")
 
 
 def _check_marks(header: dict[str, Any]) -> None:
@@ -185,7 +222,7 @@ def _check_records(key: str, records: list[Any], fields: dict[str, type]) -> Non
     names = [record["name"] for record in records]
     seen: set[str] = set()
     for name in names:
-        if not _NAME.fullmatch(name):
+        if not _DOTTED.fullmatch(name):
             raise HeaderFault(f"{key} has the name {name!r:.60}: names are letters, digits and underscores")
         if name in seen:
             raise HeaderFault(f"{key} has the name {name!r} twice")
@@ -340,12 +377,16 @@ _DEFINITION = re.compile(r"def ([A-Za-z_][A-Za-z0-9_]*)\(t, y, p, out\):$")
 _TABLE = re.compile(r"(I[0-9]{1,9}) = \(((?:[0-9]{1,15}, )*[0-9]{1,15},?)\)$")
 
 
-def read_module(path_or_text: str | os.PathLike[str]) -> ModuleSource:
+def read_module(
+    path_or_text: str | os.PathLike[str], rest: Callable[[], ModuleSource] | None = None
+) -> ModuleSource:
     """Read a generated module from a file, or from its text (anything with a line break).
 
     Parameters
     ----------
     path_or_text : path-like or str
+    rest : callable, optional
+        Gives the whole module where this one leaves functions out (`late` in its header).
 
     Returns
     -------
@@ -375,7 +416,7 @@ def read_module(path_or_text: str | os.PathLike[str]) -> ModuleSource:
         if name not in functions:
             raise ModuleError(file, "", f"the function {name!r} is missing")
     digest = hashlib.sha256(text.encode()).hexdigest()
-    return verified(ModuleSource(file, header, functions, lines, tables, digest))
+    return verified(ModuleSource(file, header, functions, lines, tables, digest, rest=rest))
 
 
 def _line(text: str, position: int) -> int:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.abi import array_sizes, setting_names
 from symgen.runtime.code.facts import Facts, from_text
 from symgen.runtime.code.function_text import FunctionText
+from symgen.runtime.errors import ModuleError
 from symgen.runtime.graph.layouts import Lengths
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
@@ -48,6 +49,8 @@ class ModuleSource:
         Functions that passes have made; of the others there is only a text until someone asks for more.
     facts_text : str
         What functions are like, as lines (`code/facts.py`); empty where that was not looked at.
+    rest : callable, optional
+        Gives the whole module where this one leaves functions out.
     """
 
     file: str
@@ -58,9 +61,48 @@ class ModuleSource:
     text_hash: str
     forms: Mapping[str, Form] = field(default_factory=dict, repr=False, compare=False)
     facts_text: str = field(default="", repr=False, compare=False)
+    rest: Callable[[], ModuleSource] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def late(self) -> tuple[str, ...]:
+        """Functions that the model has and this text has not: they are made when one is asked for."""
+        return tuple(self.header.get("late", ()))
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of all functions, those left out last."""
+        return (*self.functions, *self.late)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether there is no function that is still to be derived."""
+        return not self.late or "_whole" in self.__dict__
+
+    def whole(self) -> ModuleSource:
+        """Return the module with all functions: this one, or what `rest` gives, asked once.
+
+        Raises
+        ------
+        ModuleError
+            There is nobody to ask, or the model has changed since.
+        """
+        if not self.late:
+            return self
+        if "_whole" not in self.__dict__:
+            missing = ", ".join(self.late)
+            if self.rest is None:
+                raise ModuleError(
+                    self.file, "", f"it was written without {missing}", "derive the model again"
+                )
+            found = self.rest()
+            if found.late or _equations(found.header) != _equations(self.header):
+                cause = f"{missing} of the model cannot be had: its file has changed since it was loaded"
+                raise ModuleError(self.file, "", cause, "load the model again")
+            self.__dict__["_whole"] = found
+        return self.__dict__["_whole"]
 
     def made(self, header: dict[str, Any], forms: Mapping[str, Form]) -> ModuleSource:
         """Return the module of a model whose functions passes have made from this module's."""
+        header = {key: value for key, value in header.items() if key != "late"}
         functions = {name: printing.text_of(form) for name, form in forms.items()}
         digest = hashlib.sha256("".join(functions.values()).encode()).hexdigest()
         lines = {name: self.lines.get(name, 1) for name in forms}
@@ -79,8 +121,9 @@ class ModuleSource:
         return result
 
     def __getstate__(self) -> dict[str, Any]:
-        """What is pickled: not what was read on the way."""
-        return {name: value for name, value in self.__dict__.items() if name in self.__dataclass_fields__}
+        """What is pickled: all functions, and not what was read on the way."""
+        whole = self.whole().__dict__
+        return {name: whole[name] for name in self.__dataclass_fields__} | {"rest": None}
 
     def function(self, name: str) -> FunctionText | None:
         """Return a function, whose form is read when it is asked for, once; None if the ABI has no such function."""
@@ -90,6 +133,8 @@ class ModuleSource:
         return known[name]
 
     def _function(self, name: str) -> FunctionText | None:
+        if name in self.late:
+            return self.whole().function(name)
         header, sizes = self.header, array_sizes(self.header, name)
         if sizes is None or name not in self.functions:
             return None
@@ -103,7 +148,7 @@ class ModuleSource:
 
     def facts(self, name: str) -> Facts:
         """Return what a function is like, without reading it where that is known."""
-        return self._facts[name]
+        return self.whole().facts(name) if name in self.late else self._facts[name]
 
     @functools.cached_property
     def _facts(self) -> dict[str, Facts]:
@@ -122,3 +167,8 @@ class ModuleSource:
     def functions_hash(self) -> str:
         """SHA-256 of what is compiled: functions and tables, without the header and the text around them."""
         return hashlib.sha256(repr((self.functions, self.tables)).encode()).hexdigest()
+
+
+def _equations(header: Mapping[str, Any]) -> dict[str, Any]:
+    """What a header says of a model, not of the functions that happen to be in its module, nor where it came from."""
+    return {key: x for key, x in header.items() if key not in ("late", "operations", "hoisted", "source")}

@@ -166,7 +166,7 @@ class RunOptions:
         if self.t_eval is not None and not all(t_start <= t <= t_end for t in self.t_eval):
             outside = next(t for t in self.t_eval if not t_start <= t <= t_end)
             raise RuntimeModelError(f"t_eval: {outside} s is outside the run, from {t_start} s to {t_end} s")
-        return replace(self, t_end=t_end)
+        return self if type(self.t_end) is float else replace(self, t_end=t_end)
 
     def recorder_for(
         self, system: System, p: np.ndarray, method: str, treatment: str, asked: dict[str, Any]

@@ -53,6 +53,7 @@ def result(solution: Solution, seconds: Mapping[str, float] | None = None) -> di
     energy, residual = solution.energy, solution.constraint_residual
     return {
         "model": system.name,
+        **_found(solution),
         "method": solution.method,
         "constraints": solution.constraints,
         "status": solution.status,
@@ -68,6 +69,14 @@ def result(solution: Solution, seconds: Mapping[str, float] | None = None) -> di
         "notes": list(solution.notes),
         **({"message": solution.message} if solution.message else {}),
     }
+
+
+def _found(solution: Solution) -> dict[str, dict[str, float]]:
+    """The parameters that the model's start looks for, as the run had them."""
+    places = (solution.system.start or {}).get("find", ())
+    if not places:
+        return {}
+    return {"found": {solution.system.parameters[k]["name"]: float(solution.p[k]) for k in places}}
 
 
 def _state(

@@ -33,6 +33,7 @@ constrained = Late("symgen.runtime.constraints.assembly")
 drive = Late("symgen.runtime.inputs.drive")
 given = Late("symgen.runtime.inputs.given")
 schedule = Late("symgen.runtime.inputs.schedule")
+start_conditions = Late("symgen.runtime.constraints.start_conditions")
 subsystem_runs = Late("symgen.runtime.subsystems.simulate")
 
 
@@ -110,6 +111,7 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
         system = drive.drive(system, moving, p, options.t_start, options.t_end)
     form = choose_constraints(options.constraints, system, options.method) if choice is None else None
     began = time.perf_counter()
+    p, found = found_parameters(system, p, options)
     assembly = consistent_start(system, p, options)
     state = np.concatenate([assembly.q, assembly.v])
     start = options.t_start, p.tobytes(), state.tobytes()
@@ -120,7 +122,9 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
     )
     if moving:
         schedule.first_samples(system, p, options.t_start, state)
-    notes = [*_moved_notes(assembly.moved), *assembly.notes]
+    notes = [*found, *_moved_notes(assembly.moved), *assembly.notes]
+    if system.balances:
+        notes.append(f"without inertia, where the forces on it balance: {', '.join(system.balances)}")
     if moving:
         notes += system.input_notes
     if options.rtol < SMALLEST_RTOL:
@@ -149,7 +153,12 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
     if timetable is not None:
         notes += timetable.notes
         times, shown = timetable.with_frames(times, shown)
-    level = choose_energy_level(options.energy_scaling, system, method, p, options.t_start, state)
+    wanted = options.energy_scaling
+    level = remembered(
+        system,
+        ("energy level", *start, wanted, id(method)),
+        lambda: choose_energy_level(wanted, system, method, p, options.t_start, state),
+    )
     arrays, give_back = _arrays(system, method, p, state, times, options, step, level)
     asked = {
         **({"step": step} if step else {}),
@@ -219,9 +228,17 @@ def _arrays(
     return arrays, give_back
 
 
+def found_parameters(system: System, p: np.ndarray, options: RunOptions) -> tuple[np.ndarray, list[str]]:
+    """Return the parameters with those that the model's start determines, and notes of what they are."""
+    if system.start is None:
+        return p, []
+    given = {*(options.parameters or {})}
+    return start_conditions.with_found(system, p, given, options.start, options.rate, options.t_start)
+
+
 def consistent_start(system: System, p: np.ndarray, options: RunOptions) -> Assembly:
     """Return consistent initial conditions."""
-    if system.m:
+    if system.m or system.start is not None:
         return constrained.assemble(system, p, options.start, options.rate, options.t_start)
     given = start_values(system, p, options.start, options.rate)
     return Assembly(given.q, given.v, notes=given.notes)

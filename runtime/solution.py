@@ -254,6 +254,11 @@ class Solution:
     def _series(self) -> dict[str, tuple[str, int]]:
         return series_of(self.system)
 
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The parameters of the run by name, in SI; those that its start found among them."""
+        return {record["name"]: float(value) for record, value in zip(self.system.parameters, self.p)}
+
     @cached_property
     def states(self) -> np.ndarray:
         """(q, v), shape (n_frames, nq + nv)."""

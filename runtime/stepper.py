@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 failures = Late("symgen.runtime.failures")
+start_conditions = Late("symgen.runtime.constraints.start_conditions")
 
 _STEPS_PER_CALL = 4096  # of the method; between calls Python acts on Ctrl-C
 
@@ -71,6 +72,7 @@ class Stepper:
                 f"steps know no events, but model {system.name!r} has {acting[0]!r}: use run"
             )
         p = system.parameter_values(parameters)
+        p, _ = start_conditions.with_found(system, p, {*(parameters or {})}, t=t)
         start = assemble(system, p, None, None, t)
         self._system, self._method, self._n = system, chosen, system.nq + system.nv
         self._arrays = LoopArrays(

@@ -64,6 +64,10 @@ class System(ModelFunctions):
         Where in v the first-order states are, and where in q their integrals over time, which nothing depends on.
     constraints_of_states : tuple of str
         Velocity constraints that depend on states.
+    balances : dict of str to int
+        Coordinates without inertia, and the constraints that hold the forces on them in balance, without any force.
+    start : dict or None
+        What holds where runs begin besides the constraints, as the header says it.
     structure, operations, run_defaults : dict
         The header's `structure`, `operations` and `run`.
     source : ModuleSource
@@ -93,6 +97,8 @@ class System(ModelFunctions):
         set_("ny", self.nq + self.nv + self.nw)
         set_("n_row", self.ny + m + (m > 0))
         set_("switches", tuple(header.get("switches", ())))
+        set_("start", header.get("start"))
+        set_("balances", header.get("balances", {}))
         set_("sensed", header.get("sensed", False))
         set_("sequential_impacts", header.get("impacts") == "sequential")
         values = [float(record["value"]) for record in (*self.parameters, *self.inputs)]
@@ -103,6 +109,7 @@ class System(ModelFunctions):
         set_("_p", np.array(values))
         names = [record["name"] for record in (*self.parameters, *self.inputs)]
         set_("_p_index", {name: index for index, name in enumerate(names)})
+        set_("_followed", {u["name"]: u["rate_of"] for u in self.inputs if "rate_of" in u})
         set_("_p_units", {record["name"]: record["unit"] for record in (*self.parameters, *self.inputs)})
         hoisted, end = {}, len(values)
         for name, count in header.get("hoisted", {}).items():
@@ -167,6 +174,10 @@ class System(ModelFunctions):
                 value = quantities.in_si(value, self._p_units[name], name)
             if not math.isfinite(value):
                 raise RuntimeModelError(f"{name!r} is {value}: give a finite number")
+            if value and name in self._followed:
+                raise RuntimeModelError(
+                    f"{name!r} is the rate of the input {self._followed[name]!r} and follows from it: give that one"
+                )
             p[self._p_index[name]] = float(value)
         return p
 

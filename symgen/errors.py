@@ -29,9 +29,11 @@ class ModelError(SymgenError):
         Place in the expression as the author wrote it; the first character is 1.
     hint : str, optional
         What to do about it.
+    use : str, optional
+        The use of an assembly that it comes through, `engine.c1` where one is inside another.
     """
 
-    FIELDS = ("file", "line", "table", "key", "column", "hint")
+    FIELDS = ("file", "line", "table", "key", "column", "hint", "use")
 
     def __init__(
         self,
@@ -43,6 +45,7 @@ class ModelError(SymgenError):
         key: str | None = None,
         column: int | None = None,
         hint: str | None = None,
+        use: str | None = None,
     ) -> None:
         super().__init__(message)
         self.message = message
@@ -52,6 +55,7 @@ class ModelError(SymgenError):
         self.key = key
         self.column = column
         self.hint = hint
+        self.use = use
 
     def located(self, **fields: Any) -> ModelError:
         """Fill in the fields that are not known yet; returns the error itself."""
@@ -75,6 +79,8 @@ class ModelError(SymgenError):
             where.append(" ".join(inside))
         if self.column is not None:
             where.append(f"column {self.column}")
+        if self.use is not None:
+            where.append(f"used as '{self.use}'")
         return ", ".join(where)
 
     def __str__(self) -> str:

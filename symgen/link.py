@@ -17,6 +17,7 @@ from symgen.model import library
 from symgen.model.files import LARGEST_TABLE, read_plain
 from symgen.runtime.code.cache import cache_folder, fetch, prune, store
 from symgen.runtime.errors import ModuleError
+from symgen.runtime.graph.layouts import LATE
 from symgen.runtime.lazy import Late
 from symgen.runtime.module import read_module
 from symgen.runtime.record import record
@@ -29,11 +30,13 @@ if TYPE_CHECKING:
     from symgen.runtime.robot import Robot
 
     from .derive.program import Program
+    from .model.description import Description
     from .model.model import Model
 
 robots = Late("symgen.derive.robot")
 requests = Late("symgen.derive.robot_request")
 running = Late("symgen.runtime.robot")
+methods = Late("symgen.runtime.integrate.methods")
 subsystems = Late("symgen.derive.scenes.subsystems")
 module = Late("symgen.emit.module")
 toml_text = Late("symgen.model.toml_text")
@@ -61,7 +64,8 @@ class DerivedModel:
     """A freshly derived model with what was found on the way; `seconds` by stage.
 
     `operations` counts all that a call of each function does, `once` those of them that depend on parameters only,
-    `code` those that stand in its text, where loops over equal subsystems count once.
+    `code` those that stand in its text, where loops over equal subsystems count once. `is_part` tells whether functions
+    are left out.
     """
 
     text: str
@@ -72,6 +76,7 @@ class DerivedModel:
     seconds: dict[str, float]
     structure: dict[str, Any]
     findings: tuple[str, ...]
+    is_part: bool = False
 
 
 def _uncollected(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -90,6 +95,7 @@ def _uncollected(function: Callable[..., Any]) -> Callable[..., Any]:
     return paused
 
 
+@_uncollected
 def derive(model: Model, jacobian: bool = False) -> System:
     """Derive a model and load the result.
 
@@ -103,7 +109,11 @@ def derive(model: Model, jacobian: bool = False) -> System:
     -------
     symgen.runtime.System
     """
-    return runtime.load(derive_text(model, jacobian=jacobian).text)
+    description = model.describe()
+    if jacobian:
+        return runtime.load(_derived_text(description, jacobian=True).text)
+    text = _derived_text(description, on_demand=not _wants_all(description)).text
+    return runtime.load(text, _uncollected(lambda: _derived_text(description).text))
 
 
 def load(
@@ -142,10 +152,10 @@ def load(
     path = library.find(model)
     given = {name: str(value) for name, value in options.items()}
     try:
-        text = module_for(path, given).text
+        text = module_for(path, given, on_demand=True).text
     except ModelError as error:
         raise error.located(file=str(path)) from None
-    system = runtime.load(text)
+    system = runtime.load(text, lambda: module_for(path, given).text)
     if functions or frames or actuators:
         return system.with_robot(robot(path, functions, frames, actuators, **options))
     return system
@@ -218,7 +228,9 @@ def robot_text(model: Model, request: requests.RobotRequest, source: str = "") -
 
 
 @_uncollected
-def derive_text(model: Model, source: str | None = None, jacobian: bool = False) -> DerivedModel:
+def derive_text(
+    model: Model, source: str | None = None, jacobian: bool = False, on_demand: bool = False
+) -> DerivedModel:
     """Derive a model into the text of its generated module.
 
     Parameters
@@ -228,6 +240,8 @@ def derive_text(model: Model, source: str | None = None, jacobian: bool = False)
         Hash of the file that the model came from; made of the equations themselves where there is none.
     jacobian : bool
         Whether the derivatives of `rhs` are functions of the module, too.
+    on_demand : bool
+        Whether what few runs call may be left out of a large model.
 
     Returns
     -------
@@ -235,9 +249,24 @@ def derive_text(model: Model, source: str | None = None, jacobian: bool = False)
     """
     start = time.perf_counter()
     description = model.describe()
+    checked = time.perf_counter() - start
+    on_demand = on_demand and not _wants_all(description)
+    made = _derived_text(description, source, jacobian, on_demand)
+    made.seconds["check"] = checked
+    return made
+
+
+def _wants_all(description: Description) -> bool:
+    """Whether the method that a model's file names calls functions that are left out otherwise."""
+    return "method" in description.run and methods.calls(description.run["method"], LATE)
+
+
+def _derived_text(
+    description: Description, source: str | None = None, jacobian: bool = False, on_demand: bool = False
+) -> DerivedModel:
     checked = time.perf_counter()
     try:
-        program = subsystems.derive(description, source or "", jacobian)
+        program = subsystems.derive(description, source or "", jacobian, on_demand)
     except ModelError as error:
         raise error.located(file=f"model '{description.name}'") from None
     derived = time.perf_counter()
@@ -247,7 +276,7 @@ def derive_text(model: Model, source: str | None = None, jacobian: bool = False)
         text = text.replace('"source": ""', f'"source": "{source}"', 1)
     _check_readable(text, description.name)
     done = time.perf_counter()
-    seconds = {"check": checked - start, "derive": derived - checked, "emit": done - derived}
+    seconds = {"check": 0.0, "derive": derived - checked, "emit": done - derived}
     return _derived_model(program, text, seconds)
 
 
@@ -278,10 +307,14 @@ def _derived_model(program: Program, text: str, seconds: dict[str, float]) -> De
             "subsystems": [len(part.members) for part in program.parts] or [1],
         },
         findings=program.findings,
+        is_part="late" in head,
     )
 
 
-def derive_file(path: Path, options: dict[str, str] | None = None, jacobian: bool = False) -> DerivedModel:
+@_uncollected
+def derive_file(
+    path: Path, options: dict[str, str] | None = None, jacobian: bool = False, on_demand: bool = False
+) -> DerivedModel:
     """Read a model file and derive it, without looking into the cache.
 
     Parameters
@@ -290,7 +323,7 @@ def derive_file(path: Path, options: dict[str, str] | None = None, jacobian: boo
         A `.toml` or `.py` description.
     options : dict of str to str
         Build options of a `.py` description.
-    jacobian : bool
+    jacobian, on_demand : bool
         As of `derive_text`.
 
     Returns
@@ -301,13 +334,16 @@ def derive_file(path: Path, options: dict[str, str] | None = None, jacobian: boo
     content = _read(path)
     model = library.load(path, options or {})
     read = time.perf_counter() - start
-    result = derive_text(model, _source_hash(content, options or {}), jacobian)
+    result = derive_text(model, _source_hash(content, options or {}), jacobian, on_demand)
     result.seconds["read"] = read
     return result
 
 
 def module_for(
-    path: Path, options: dict[str, str] | None = None, notify: Callable[[str], None] | None = None
+    path: Path,
+    options: dict[str, str] | None = None,
+    notify: Callable[[str], None] | None = None,
+    on_demand: bool = False,
 ) -> ModuleText:
     """The generated module of a model file, from the user's cache or derived now.
 
@@ -320,6 +356,8 @@ def module_for(
     options : dict of str to str
     notify : callable, optional
         Gets a line of text when a derivation starts.
+    on_demand : bool
+        Whether what few runs call may be left out of a large model.
 
     Returns
     -------
@@ -328,13 +366,19 @@ def module_for(
     options = options or {}
     cached = _cached_module(path, options)
     content = fetch(cached)
+    if content is None and on_demand:
+        part = _cached_module(path, options, "on demand")
+        content = fetch(part)
     if content is not None:
         return ModuleText(content.decode(), False, 0.0, cached)
     if notify is not None:
         notify(f"deriving {path.stem} …")
     start = time.perf_counter()
-    text = derive_file(path, options).text
+    derived = derive_file(path, options, on_demand=on_demand)
+    text = derived.text
     seconds = time.perf_counter() - start
+    if derived.is_part:
+        cached = part
     stored = store(cached, text.encode())
     return ModuleText(text, True, seconds, cached if stored else None)
 
@@ -349,8 +393,8 @@ def _cached_module(path: Path, options: dict[str, str], request: str = "") -> Pa
         *([request.encode()] if request else []),
     ):
         key.update(part + b"\0")
-    for table in _tables_beside(path):
-        key.update(hashlib.sha256(table).digest())
+    for content in _files_beside(path):
+        key.update(hashlib.sha256(content).digest())
     stem = "".join(x if x.isascii() and x.isalnum() else "_" for x in path.stem)[:60]
     return cache_folder("modules") / f"{stem}-{key.hexdigest()[:32]}"
 
@@ -392,25 +436,50 @@ def _sources(folder: str, parts: tuple[str, ...]) -> Iterator[tuple[str, int, in
                     yield name, status.st_size, status.st_mtime_ns
 
 
-def _tables_beside(path: Path) -> Iterator[bytes]:
-    """The contents of the files that a TOML model names; what is wrong with them is found when it is read."""
-    if path.suffix != ".toml" or b"table" not in _read(path):
-        return
-    try:
-        document = toml_text.parse(_read(path).decode("utf-8-sig"), str(path))
-        named = [(document.get("inputs", {}), "table"), (document.get("tables", {}), "file")]
-        files = [
-            entry[key]
-            for table, key in named
-            for entry in table.values()
-            if type(entry) is dict and key in entry
-        ]
-    except (ModelError, ValueError, AttributeError):
-        return
-    for file in files:
-        if type(file) is str and ".." not in Path(file).parts:
+def _files_beside(path: Path) -> Iterator[bytes]:
+    """The contents of the files that a TOML model names: tables, and assemblies with what these name.
+
+    What is wrong with them is found when they are read.
+    """
+    waiting = [path] if path.suffix == ".toml" else []
+    seen: set[Path] = set()
+    while waiting:
+        file = waiting.pop()
+        if file in seen:
+            continue
+        seen.add(file)
+        try:
+            content = read_plain(file)
+            if file != path:
+                yield content
+            if b"table" not in content and b"assemblies" not in content:
+                continue
+            tables, assemblies = _named_files(toml_text.parse(content.decode("utf-8-sig"), str(file)))
+        except (ModelError, ValueError, AttributeError):
+            continue
+        for name in tables:
             with contextlib.suppress(ModelError):
-                yield read_plain(path.parent / file, LARGEST_TABLE)
+                yield read_plain(file.parent / name, LARGEST_TABLE)
+        waiting += [file.parent / name for name in assemblies]
+
+
+def _named_files(document: dict[str, Any]) -> tuple[list[str], list[str]]:
+    """The names of tables' and assemblies' files in a model, and in the assemblies inside it."""
+    tables: list[str] = []
+    assemblies: list[str] = []
+    waiting = [document]
+    while waiting:
+        here = waiting.pop()
+        inside = [x for x in here.get("assemblies", {}).values() if type(x) is dict]
+        waiting += inside
+        for found, entries, key in (
+            (tables, here.get("inputs", {}).values(), "table"),
+            (tables, here.get("tables", {}).values(), "file"),
+            (assemblies, inside, "file"),
+        ):
+            named = [x[key] for x in entries if type(x) is dict and key in x]
+            found += [x for x in named if type(x) is str and ".." not in Path(x).parts]
+    return tables, assemblies
 
 
 def _read(path: Path) -> bytes:

@@ -128,12 +128,22 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "seven_dof_arm": Entry("run seven_dof_arm", "Recursive algorithms written out as code.", 0.3),
         "humanoid_tree": Entry("run humanoid_tree --t-end 0.3", "Thirty freedoms in free fall.", 0.6),
         "stewart_platform": Entry("run stewart_platform --t-end 0.5", "Six closed loops of joints.", 0.5),
+        "stewart_on_bushings": Entry(
+            "run stewart_on_bushings --option legs=3 --t-end 0.2",
+            "It begins in equilibrium, which is found; rubber closes what loops would.",
+            0.5,
+        ),
         "outer_solar_system": Entry(
             "run outer_solar_system --method gauss8 --step 100 --t-end 10000",
             "Long and symplectic: energy stays.",
             3000.0,
         ),
         "satellite": Entry("run satellite", "The gradient of gravity holds the boom upright.", 2000.0),
+        "satellite_wheels": Entry(
+            "run satellite_wheels",
+            "Wheels turn it by a right angle, and the momentum stays where it was.",
+            30.0,
+        ),
     },
     "Robots": {
         "gripper_arm": Entry(
@@ -182,12 +192,32 @@ SECTIONS: dict[str, dict[str, Entry]] = {
             "run active_suspension", "An actuator that lags is a state, and a curve is the damper.", 0.6
         ),
         "rough_road": Entry("run rough_road", "A road of many sines, in the equations as they are.", 1.0),
+        "engine_v6": Entry(
+            "run engine_v6 --t-end 0.1",
+            "One cylinder, used six times: where a stroke ends, a step ends.",
+            0.04,
+        ),
+        "differential_car": Entry(
+            "run differential_car --t-end 1",
+            "The wheel on ice spins, and the other one has no more torque.",
+            0.7,
+        ),
         "cart_pole": Entry("run cart_pole --t-end 2", "Nobody balances it.", 0.8),
         "cart_pole_lqr": Entry(
             "run cart_pole_lqr", "A sampled regulator, made from the linearised model.", 0.3
         ),
         "crane": Entry(
             "run crane", "Ropes that grow tight and slack: forces with kinks, found on the way.", 1.0
+        ),
+        "rack_and_pinion": Entry(
+            "run rack_and_pinion",
+            "How long the tie rods must be for the wheels to run straight is found at the start.",
+            1.2,
+        ),
+        "belt_drive": Entry(
+            "run belt_drive",
+            "A current, an elastic belt and a crossed one; the tight run and the slack one.",
+            1.5,
         ),
         "engine_mounts": Entry("run engine_mounts", "Bushings between frames, with masses from shapes.", 0.5),
         "spring_chain": Entry(

@@ -40,6 +40,7 @@ DECLARED = {
     "mujoco",
     "trimesh",
     "collada",
+    "cuda",
 }  # these are extras
 # A model's author's own .py file; generated functions that passed the grammar, as Python for debugging.
 EXECUTES = {"symgen/model/library.py", "runtime/code/function_text.py"}

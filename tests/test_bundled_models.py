@@ -21,13 +21,15 @@ from symgen.runtime.errors import RuntimeModelError
 TOML_MODELS = sorted(name for name, path in bundled().items() if path.suffix == ".toml")
 # Those with springs, bushings and fields of gravity are held against others by tests/test_element_models.py.
 OF_ELEMENTS = ("crane", "engine_mounts", "satellite")
+# And those with rotors and belts by tests/test_drives_and_platforms.py.
+OF_DRIVES = ("belt_drive", "rack_and_pinion", "satellite_wheels")
 OF_JOINTS = [
     name
     for name in TOML_MODELS
-    if "[joints." in find(name).read_text(encoding="utf-8") and name not in OF_ELEMENTS
+    if "[joints." in find(name).read_text(encoding="utf-8") and name not in (*OF_ELEMENTS, *OF_DRIVES)
 ]
 OF_STATES = ("active_suspension",)  # by tests/test_states.py
-BY_HAND = [name for name in TOML_MODELS if name not in (*OF_JOINTS, *OF_ELEMENTS, *OF_STATES)]
+BY_HAND = [name for name in TOML_MODELS if name not in (*OF_JOINTS, *OF_ELEMENTS, *OF_STATES, *OF_DRIVES)]
 TOLERANCE = 1e-11  # of the largest entry
 
 

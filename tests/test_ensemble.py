@@ -16,6 +16,7 @@ from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import make_plan
 from symgen.runtime.ensemble.reduction import Digest, Moments
 from symgen.runtime.ensemble.sampling import read_variation
+from symgen.runtime.ensemble.work import _prepared
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError
 from symgen.runtime.front import load
 
@@ -36,6 +37,7 @@ MODELS = {
     "turntable": (1.0, {}),
     "chain_absolute": (0.5, {}),
     "damped_spring_pendulum": (0.02, {}),
+    "bouncing_ball": (2.0, {"start": {"y": uniform(0.6, 1.5)}}),
 }
 
 
@@ -69,11 +71,13 @@ def members_of(plan):
     return parameters, *plan.starts.of(parameters, values)
 
 
-@pytest.mark.parametrize("method", ["dop853", "taylor"])
+@pytest.mark.parametrize("method", ["dop853", "taylor", "verlet"])
 @pytest.mark.parametrize("name", MODELS)
 def test_lanes_do_not_change_members(name, method):
     """At any width, in any order, alone or among others: the same bits."""
-    plan = plan_of(name, method=method)
+    if name == "bouncing_ball" and method == "verlet":
+        pytest.skip("events are for methods with steps of their own choice")
+    plan = plan_of(name, method=method, step=MODELS[name][0] / 200 if method == "verlet" else None)
     assert plan.settings is not None, plan.notes
     parameters, starts, failures = members_of(plan)
     assert not failures
@@ -138,15 +142,17 @@ def test_frames_are_those_of_single_runs(method):
         assert np.allclose(run.energy.total, e["energy"][k], rtol=1e-7)
 
 
-@pytest.mark.parametrize("name", ["double_pendulum", "slider_crank", "spinning_top"])
-def test_fixed_steps(name):
-    """They are those of `system.run`, but for round-off."""
+@pytest.mark.parametrize("method", ["rk4", "verlet"])
+@pytest.mark.parametrize("name", ["double_pendulum", "slider_crank", "spinning_top", "outer_solar_system"])
+def test_fixed_steps(name, method):
+    """They are those of `system.run`, but for round-off; with quaternions, and with work that is carried."""
     system, t_end, kept = varied(name)
-    asked = {"n": 5, "seed": 3, "method": "rk4", **kept}
+    asked = {"n": 5, "seed": 3, "method": method, **kept}
     e = system.ensemble(t_end, step=t_end / 500, frames=11, **asked)
     for k in range(5):
-        values = {place: {x: float(e.varied[x][k]) for x in given} for place, given in kept.items()}
-        run = system.run(t_end, method="rk4", step=t_end / 500, t_eval=e.t, **values)
+        values = {place: {x: float(e.varied[x if place != "rate" else f"dot({x})"][k]) for x in given}
+                  for place, given in kept.items()}  # fmt: skip
+        run = system.run(t_end, method=method, step=t_end / 500, t_eval=e.t, **values)
         for column in e.names:
             assert np.allclose(run[column], e[column][k], rtol=1e-9, atol=1e-9), column
         assert len(e.member(k).step_log) == run.stats["steps"] == 500
@@ -225,6 +231,24 @@ def test_doubtful_members_are_found():
     assert 0 < len(e.doubtful)
 
 
+@pytest.mark.parametrize("frames", [None, 11])
+@pytest.mark.parametrize(("model", "name", "bounds"), [("bouncing_ball", "y", (0.6, 1.5))])
+def test_what_resets_do_is_judged_in_machine_code(model, name, bounds, frames):
+    """Members with events of the model's own: the bits and the verdicts of `system.run`, without Python."""
+    system = system_of(model)
+    asked = {"method": "dopri5"}
+    e = system.ensemble(3.0, n=6, seed=2, start={name: uniform(*bounds)}, frames=frames, **asked)
+    parameters, varied = e.plan.members.arrays(e.plan.p, 0, 6)
+    assert not _prepared(e.plan, parameters[0], varied).why_python
+    for k in range(6):
+        times = (3.0,) if frames is None else e.t
+        run = system.run(3.0, start={name: float(e.varied[name][k])}, t_eval=times, **asked)
+        assert len(run.events) > 1
+        kept = np.array([e[x][k] for x in e.names]).T
+        assert np.array_equal(kept, run.states[-1] if frames is None else run.states)
+        assert e.verdicts.ok[k] == all(h.ok for h in run.health if h.check in JUDGED)
+
+
 @pytest.mark.parametrize("name", MODELS)
 def test_verdicts_are_those_of_single_runs(name):
     """At a loose tolerance: what the report of a single run objects to, of energy and constraints."""
@@ -276,7 +300,7 @@ def test_two_hundred_members_are_their_single_runs(name, rtol):
 
 # Model, method, step, what varies: no lanes for these.
 ALONE = {
-    "bouncing_ball": ("auto", None, "start", "y", (0.6, 1.5), 1.0),
+    "bouncing_ball": ("dopri5", None, "start", "y", (0.6, 1.5), 1.0),
     "stick_slip": ("auto", None, "rate", "x", (0.1, 0.4), 2.0),
     "quarter_car": ("auto", None, "parameters", "bump", (0.05, 0.1), 1.5),
     "spring_pendulum": ("radau5", None, "parameters", "m", (0.5, 1.5), 1.0),
@@ -309,21 +333,20 @@ def test_two_hundred_members_without_lanes_are_single_runs(name):
 
 
 def test_models_that_lanes_cannot_run_go_one_by_one():
-    system = system_of("bouncing_ball")
-    height = system.coordinates[0]["name"]
-    e = system.ensemble(1.0, start={height: linspace(0.5, 1.5, 3)})
+    system = system_of("stick_slip")
+    e = system.ensemble(1.0, rate={"x": linspace(0.1, 0.4, 3)})
     assert any("one after another" in note for note in e.notes)
     assert e.verdicts.singly.all()
     for k in range(3):
-        run = system.run(1.0, start={height: float(e.varied[height][k])})
-        assert np.array_equal(run[height][-1], e[height][k])
-        assert np.array_equal(e.member(k)[height][-1], e[height][k])
+        run = system.run(1.0, rate={"x": float(e.varied["dot(x)"][k])})
+        assert np.array_equal(run["x"][-1], e["x"][k])
+        assert np.array_equal(e.member(k)["x"][-1], e["x"][k])
 
 
-@pytest.mark.parametrize("method", ["radau5", "verlet"])
+@pytest.mark.parametrize("method", ["radau5", "gauss8"])
 def test_other_methods_run_one_by_one_in_machine_code(method):
     system = system_of("spring_pendulum")
-    names, step = [r["name"] for r in system.coordinates], 1e-3 if method == "verlet" else None
+    names, step = [r["name"] for r in system.coordinates], 1e-3 if method == "gauss8" else None
     given = {names[0]: linspace(0.9, 1.2, 40)}
     e = system.ensemble(1.0, method=method, step=step, start=given, frames=5)
     assert e.health.ok

@@ -154,8 +154,8 @@ def test_velocity_constraint_through_a_definition():
     v = m.definition("v", dot(x) - 3)
     m.velocity_constraint("steady", v)
     m.describe()
-    m.velocity_constraint("odd", v**2)
-    with pytest.raises(ModelError, match=r"velocity_constraint\('odd'\).*linear"):
+    m.velocity_constraint("odd", x**2)
+    with pytest.raises(ModelError, match=r"velocity_constraint\('odd'\).*without a rate"):
         m.describe()
 
 

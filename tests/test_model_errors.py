@@ -217,14 +217,6 @@ WRONG = {
         None,
         "without a rate",
     ),
-    "quadratic velocity constraint": (
-        "[outputs]",
-        '[velocity_constraints]\nroll = "vx*dot(x)"\n[outputs]',
-        "velocity_constraints",
-        "roll",
-        None,
-        "linear",
-    ),
     "constraint name twice": (
         "[outputs]",
         '[velocity_constraints]\nrail = "dot(x)"\n[outputs]',

@@ -9,6 +9,7 @@ import pytest
 
 from symgen.link import derive
 from symgen.model import toml_reader
+from symgen.model.assemblies import PORT_KEYS, PORT_KINDS
 from symgen.model.closure_types import CLOSURES
 from symgen.model.closures import CLOSURE_KEYS
 from symgen.model.declared import NUMBER_KEYS
@@ -23,7 +24,9 @@ from symgen.model.rolling import ROLLING_KEYS
 from symgen.model.rotors import ROTOR_KEYS
 from symgen.model.run_defaults import FORMULATIONS, KEYS
 from symgen.model.solids import SHAPE_KEYS
+from symgen.model.starts import START_KEYS
 from symgen.model.toml_reader import READERS, TOP_KEYS, read_text
+from symgen.model.tyres import TYRE_KEYS
 from symgen.model.units import ATOMS
 
 PAGE = (Path(__file__).parents[1] / "docs" / "reference.md").read_text(encoding="utf-8")
@@ -41,6 +44,7 @@ KEYS_OF = {
     "frames": toml_reader.FRAME_KEYS,
     "rolling": ROLLING_KEYS,
     "rotors": ROTOR_KEYS,
+    "tyres": TYRE_KEYS,
     "closures": CLOSURE_KEYS,
     "springs": SPRING_KEYS,
     "bushings": BUSHING_KEYS,
@@ -52,8 +56,12 @@ KEYS_OF = {
     "friction": toml_reader.FRICTION_KEYS,
     "contacts": toml_reader.CONTACT_KEYS,
     "events": toml_reader.EVENT_KEYS,
+    "start": START_KEYS,
     "draw": DRAWINGS,
     "run": KEYS,
+    "ports": PORT_KEYS,
+    "assemblies": toml_reader.ASSEMBLY_KEYS,
+    "use": toml_reader.USE_KEYS,
 }
 EXAMPLES = [
     (table, k, text)
@@ -92,6 +100,7 @@ def test_every_key_has_a_row_and_no_row_is_of_another(table):
         ("closures", CLOSURES),
         ("inputs", KINDS),
         ("springs", ACTS),
+        ("ports", PORT_KINDS),
         ("run", FORMULATIONS),
         ("events", (*DIRECTIONS, *ACTIONS)),
     ],

@@ -42,7 +42,8 @@ MODELS = {
     "chain": lambda: bundled("chain_absolute", 8),
     "lattice": lambda: bundled("lattice", 4),
     "masses on springs": springs,
-    "pendulums in relative angles": lambda: bundled("n_pendulum", 7),
+    "pendulums in absolute angles": lambda: bundled("n_pendulum", 7),
+    "pendulums, solved by lifting": lambda: bundled("n_pendulum", 14),
 }
 
 
@@ -129,22 +130,71 @@ def test_a_recurrence_is_one_loop_in_its_order():
     assert roots == sorted(roots)
 
 
-def test_circles_are_taken_apart():
-    """Two kinds of step that read each other in turn cannot be two loops."""
+def in_order(found):
+    """Members with what they need, as the text goes through them: groups of one stage and length in one loop."""
+    for stage in found.stages:
+        loops: dict[int, list] = {}
+        for group in stage:
+            if len(group.members) < FEWEST:
+                yield from zip(group.members, group.needs, strict=True)
+            else:
+                loops.setdefault(len(group.members), []).append(group)
+        for groups in loops.values():
+            for members in zip(*([*zip(g.members, g.needs, strict=True)] for g in groups), strict=True):
+                yield from members
+
+
+def two_kinds(n, skip=()):
+    """Two kinds of step that read each other in turn; some of one kind are left out."""
     g = Graph()
     a, b, kept = g.var(Q, 0), g.var(Q, 1), []
-    for _ in range(6):
+    for k in range(n):
         a = g.call("sin", g.mul(a, b))
-        b = g.call("cos", g.mul(a, b))
+        b = b if k in skip else g.call("cos", g.mul(a, b))
         kept += [a, b]
-    found = schedule(g, list(enumerate(kept)))
+    return schedule(g, list(enumerate(kept))), set(kept)
+
+
+@pytest.mark.parametrize("skip", [(), (3,), (9, 20, 21), (1, 4, 6, 9, 11, 14, 16, 19, 21, 24, 26, 29)])
+def test_circles_are_gone_through_in_turns(skip):
+    """Two kinds of step that read each other are one loop where they take turns, in whatever rhythm."""
+    found, kept = two_kinds(30, skip)
     made: set[int] = set()
-    for stage in found.stages:
-        for group in stage:
-            for needs in group.needs:
-                assert needs - {m.root for m in group.members} <= made
-        made |= {member.root for group in stage for member in group.members}
-    assert made >= set(kept)
+    for member, needs in in_order(found):
+        assert made.issuperset(needs)
+        assert member.root not in made
+        made.add(member.root)
+    assert made >= kept
+    assert found.is_short()
+
+
+def test_short_circles_are_taken_apart():
+    found, kept = two_kinds(FEWEST - 1)
+    assert all(len(group.members) < FEWEST for stage in found.stages for group in stage)
+    assert {member.root for member, _ in in_order(found)} >= kept
+
+
+def test_a_lifted_solve_is_two_loops():
+    """Forwards and back through a chain whose mass matrix is full: its text does not grow, its numbers are the same."""
+    texts, values = {}, []
+    for n, smallest in ((24, 0), (32, 0), (32, 10**9)):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(function_text, "SMALLEST_ROLLED", smallest)
+            system = runtime.load(emit(derive(bundled("n_pendulum", n))))
+        texts[n, smallest] = system.source.functions["rhs"]
+        if n == 32:
+            y = np.random.default_rng(1).uniform(-2.0, 2.0, 64)
+            values.append(system.kernel("rhs")(0.0, y, system.parameter_values()))
+    assert abs(texts[24, 0].count("\n") - texts[32, 0].count("\n")) <= 10
+    assert 10 * len(texts[32, 0]) < 3 * len(texts[32, 10**9])
+    assert np.array_equal(*values)
+
+
+def test_an_index_that_falls_needs_no_table():
+    g = Graph()
+    written = [(40 - k, g.call("sin", g.var(Q, k))) for k in range(20)]
+    (largest,) = (group for stage in schedule(g, written).stages for group in stage)
+    assert largest.places == sorted(largest.places)
 
 
 def test_what_does_not_repeat_is_not_short():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 from pathlib import Path
 
 import mpmath
@@ -201,6 +202,23 @@ def test_sines_and_cosines():
             function(angle, empty, empty, pair)
             for value, exact in zip(pair, (mpmath.sin(angle), mpmath.cos(angle)), strict=True):
                 assert abs(value - exact) <= max(np.spacing(abs(float(exact))), 1e-32 * abs(angle))
+
+
+def test_sines_and_cosines_of_large_angles():
+    """Up to the largest number; the third angle is the one nearest to a multiple of pi/2 of all (Muller 1997)."""
+    function, rng = sine_and_cosine(), np.random.default_rng(0)
+    angles = [np.nextafter(1e9, 2e9), sys.float_info.max, 6381956970095103 * 2.0**797, 2.0**30, 2.0**53 + 2]
+    angles += [*(10.0 ** rng.uniform(9.001, 308.0, 400) * rng.choice([-1, 1], 400))]
+    angles += [float(mpmath.mpf(int(k)) * mpmath.pi / 2) for k in rng.integers(10**9, 10**15, 100)]
+    pair, empty = np.zeros(2), np.zeros(1)
+    with mpmath.workdps(400):
+        for angle in angles:
+            function(angle, empty, empty, pair)
+            for value, exact in zip(pair, (mpmath.sin(angle), mpmath.cos(angle)), strict=True):
+                assert abs(value - exact) <= np.spacing(abs(float(exact)))
+    for angle in (np.inf, -np.inf, np.nan):
+        function(angle, empty, empty, pair)
+        assert np.isnan(pair).all()
 
 
 @pytest.mark.parametrize("order", [6, 9, 16])

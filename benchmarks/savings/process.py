@@ -14,7 +14,7 @@ from savings.measure import Row, bundled, by_turns, compared
 from symgen.link import derive_text
 from symgen.model.library import find
 from symgen.model.library import load as load_model
-from symgen.runtime import System, solve
+from symgen.runtime import System, load, solve
 from symgen.runtime.code import cache, compiler, engine
 
 PACKAGES = ("numba", "scipy.sparse.linalg", "sympy", "rerun")
@@ -74,6 +74,23 @@ def derivation() -> Iterator[Row]:
         yield Row(name, "module kept in the cache", *seconds, same)
 
 
+def on_demand() -> Iterator[Row]:
+    """The Jacobian of implicit methods of large models, derived when one asks for it."""
+    for name, options in (
+        ("humanoid_tree", {}),
+        ("n_pendulum", {"N": "50"}),
+        ("chain_absolute", {"N": "50"}),
+    ):
+        model = load_model(find(name), options)
+        part, whole = (derive_text(model, "x", on_demand=left_out) for left_out in (True, False))
+        seconds = by_turns(
+            lambda m=model: derive_text(m, on_demand=True), lambda m=model: derive_text(m), repeats=3
+        )
+        solutions = [solve(load(made.text), t_end=0.02, method="dop853") for made in (part, whole)]
+        scene = " ".join((name, *options.values()))
+        yield Row(scene, "Jacobian derived on demand", *seconds, compared(*solutions))
+
+
 def process_start() -> Iterator[Row]:
     """What a warm `symgen run` does not import or start."""
     run = (
@@ -104,4 +121,4 @@ def started(code: str, settings: dict[str, str]) -> tuple[list[bytes], float]:
     return lines, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-CASES = (kernels, derivation, process_start)
+CASES = (kernels, derivation, on_demand, process_start)

@@ -22,6 +22,7 @@ from symgen.runtime.checks.sharpness import may_be_sharp
 from symgen.runtime.checks.work import operations_of_run, operations_per_step
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
+from symgen.runtime.positions import Positions
 from symgen.runtime.record import record
 from symgen.runtime.sampling import row_maxima, sample_rows
 
@@ -242,7 +243,8 @@ class _Comparison:
         self.own = method_of(solution)
         self._least = _OF_ATOL * solution.atol if self.own.adaptive else _LEAST
         extent = Extent(self._states)
-        self._size = np.maximum(extent.sizes(solution.system), self._least)
+        self._rest = _unresolved_rates(self.system, extent, self._t)
+        self._size = np.maximum(extent.sizes(solution.system), np.maximum(self._least, self._rest))
         ranges = extent.range
         self.least_range = float(ranges[ranges >= _AT_REST * ranges.max()].min(initial=1.0))
         # A jump of the rates may come before a frame in one run, and after it in the other.
@@ -342,14 +344,15 @@ class _Comparison:
         """What errors are measured by: where a companion sees more than its own tolerances, that is motion."""
         extent, system = Extent(states), self._solution.system
         least = np.full(states.shape[1], self._least)
-        if companion.method.adaptive:
+        resting = (extent.range <= np.maximum(_ROUND_OFF * extent.magnitude, self._rest)).all()
+        if companion.method.adaptive and not resting:
             for part in (slice(0, system.nq), slice(system.nq, None)):
                 largest = extent.range[part].max(initial=0.0)
                 seen = max(
                     _LEAST, _OF_ATOL * max(companion.atol, companion.rtol * largest)
                 )  # rest is no motion
                 least[part] = np.minimum(least[part], seen)
-        return np.maximum(extent.sizes(system), least)
+        return np.maximum(extent.sizes(system), np.maximum(least, self._rest))
 
     def _off(self, found: np.ndarray, states: np.ndarray, size: np.ndarray) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):
@@ -396,6 +399,19 @@ class Extent:
             largest = np.maximum(rippled.max(initial=0.0), at_rest[part])
             size[part] = np.where(size[part] > _AT_REST * largest, rippled, largest)
         return np.maximum(size, np.maximum(_ROUND_OFF * magnitude, _TINY))
+
+
+def _unresolved_rates(system: System, extent: Extent, t: np.ndarray) -> np.ndarray:
+    """Return rates that move coordinates by round-off from frame to frame, shape (nq + nv,): that is rest.
+
+    Where a model rests away from zero, round-off of forces that balance moves it so much.
+    """
+    found = np.zeros(system.nq + system.nv)
+    spacing = (t[-1] - t[0]) / (len(t) - 1)
+    moved = Positions(system).per_rate(extent.magnitude[: system.nq], 1.0)
+    moved[list(system.states)] = 0.0
+    found[system.nq :] = _ROUND_OFF * moved / spacing
+    return found
 
 
 def method_of(solution: Solution) -> Method:

@@ -49,9 +49,12 @@ class CallBlock:
     _result: np.ndarray
     _keep: Any
 
+    def __post_init__(self):
+        vars(self)["_places"] = self.block.ctypes.data, 0, self._result.ctypes.data
+
     def __call__(self) -> int:
         """Make the call; the interpreter's lock is free meanwhile."""
-        self._call(0.0, self.block.ctypes.data, 0, self._result.ctypes.data)
+        self._call(0.0, *self._places)
         return int(self._result[0])
 
 

@@ -12,17 +12,17 @@ from symgen.runtime.code.llvm_text import LIBRARY
 
 OPTIMISATION_LEVEL = 2
 _SPEED_LEVEL = 2  # of step loops
-_lock = threading.RLock()
+lock = threading.RLock()
 
 
 def compile_ir(ir: str) -> bytes:
     """Compile the text of an LLVM module to object code for this machine. No fast-math, no contraction."""
-    with _lock:
+    with lock:
         initialise()
         module = llvm.parse_assembly(ir)
         module.triple = llvm.get_process_triple()
         module.verify()
-        machine = _target_machine()
+        machine = target_machine()
         module.data_layout = str(machine.target_data)
         builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(OPTIMISATION_LEVEL))
         passes = llvm.create_new_function_pass_manager()
@@ -37,12 +37,12 @@ def compile_ir(ir: str) -> bytes:
 
 def compile_loops(ir: str) -> bytes:
     """Compile the text of a module of loops, whose variables are in memory; no vectors but its own."""
-    with _lock:
+    with lock:
         initialise()
         module = llvm.parse_assembly(ir)
         module.triple = llvm.get_process_triple()
         module.verify()
-        machine = _target_machine()
+        machine = target_machine()
         module.data_layout = str(machine.target_data)
         options = llvm.create_pipeline_tuning_options(_SPEED_LEVEL)
         options.loop_vectorization = options.slp_vectorization = False
@@ -57,7 +57,7 @@ def neutral_bitcode(module: llvm.ModuleRef) -> bytes:
     No fast-math and no vectors: those are of a machine. Names of values are dropped, so that the same
     functions give the same bytes.
     """
-    with _lock:
+    with lock:
         machine = llvm.Target.from_triple(module.triple).create_target_machine(opt=_SPEED_LEVEL)
         options = llvm.create_pipeline_tuning_options(_SPEED_LEVEL)
         options.loop_vectorization = options.slp_vectorization = False
@@ -72,15 +72,13 @@ def neutral_bitcode(module: llvm.ModuleRef) -> bytes:
 
 def drop_unused_arguments(module: llvm.ModuleRef) -> None:
     """Take off arguments, parts of records, that internal functions do not read: LLVM's pipeline looks too early."""
-    with _lock:
+    with lock:
         passes = llvm.create_new_module_pass_manager()
         passes.add_sroa_pass()
         passes.add_instruction_combine_pass()
         passes.add_simplify_cfg_pass()
         passes.add_dead_arg_elimination_pass()
-        passes.run(
-            module, llvm.create_pass_builder(_target_machine(), llvm.create_pipeline_tuning_options(2))
-        )
+        passes.run(module, llvm.create_pass_builder(target_machine(), llvm.create_pipeline_tuning_options(2)))
 
 
 def emit(bitcode: bytes, *, vectorised: bool) -> bytes:
@@ -89,9 +87,9 @@ def emit(bitcode: bytes, *, vectorised: bool) -> bytes:
     Vector code pays for large models, costs small ones a quarter of their time, and takes longer to make; all
     results are the same to the bit.
     """
-    with _lock:
+    with lock:
         initialise()
-        machine = _target_machine()
+        machine = target_machine()
         module = llvm.parse_bitcode(bitcode)
         module.triple = llvm.get_process_triple()
         module.data_layout = str(machine.target_data)
@@ -107,7 +105,7 @@ class Engine:
     """LLVM's own place for object code, freed with this object."""
 
     def __init__(self) -> None:
-        with _lock:
+        with lock:
             initialise()
             module = llvm.parse_assembly("")
             module.triple = llvm.get_process_triple()
@@ -116,7 +114,7 @@ class Engine:
 
     def add(self, object_code: bytes, symbols: dict[str, int]) -> None:
         """Load object code; `symbols` are addresses of what neither the process nor the code defines."""
-        with _lock:
+        with lock:
             for name, address in symbols.items():
                 if not llvm.address_of_symbol(name):
                     llvm.add_symbol(name, address)
@@ -125,7 +123,7 @@ class Engine:
 
     def address(self, symbol: str) -> int:
         """Return the address of a function or variable of the code added so far, 0 if there is none."""
-        with _lock:
+        with lock:
             return self._engine.get_function_address(symbol) or self._engine.get_global_value_address(symbol)
 
 
@@ -161,7 +159,7 @@ def _host() -> tuple[str, str]:
 
 
 @functools.lru_cache(maxsize=1)
-def _target_machine():
+def target_machine():
     return _new_target_machine()
 
 

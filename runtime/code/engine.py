@@ -6,12 +6,13 @@ lowering, and on x86-64 Linux not even LLVM.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import hashlib
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,6 +36,7 @@ _SOURCES = (
 )  # fmt: skip
 
 _lock = threading.RLock()
+_noted: dict[str, Path] | None = None
 _listener: Callable[[str, int, float], None] | None = None
 
 
@@ -109,6 +111,19 @@ def set_compile_listener(listener: Callable[[str, int, float], None] | None) -> 
     _listener = listener
 
 
+@contextlib.contextmanager
+def noted() -> Iterator[dict[str, Path]]:
+    """Note which object code is asked for: its keys, and the folders where it is kept."""
+    global _noted
+    with _lock:
+        before, _noted = _noted, {}
+        found = _noted
+    try:
+        yield found
+    finally:
+        _noted = before
+
+
 def announce(name: str, operations: int, seconds: float) -> None:
     """Tell the listener that `name` is about to be compiled, if that is expected to take long."""
     if _listener is not None and seconds > _LONG_COMPILE:
@@ -150,6 +165,8 @@ def object_code(
     folder = folder or cache.cache_folder("kernels")
     path = folder / f"{key}.o"
     code = cache.fetch(path)
+    if _noted is not None:
+        _noted[key] = folder
     if code is None:
         ir, operations = lower(symbol)
         announce(name, operations, operations * _SECONDS_PER_OPERATION)

@@ -63,6 +63,12 @@ def table(name: str, entries: tuple[int, ...]) -> str:
     return f"@{name} = internal constant [{len(entries)} x i64] [{listed}], align 8\n"
 
 
+def number_table(name: str, entries: list[float]) -> str:
+    """Return the IR of a constant array of numbers."""
+    listed = ", ".join(f"double {constant(entry)}" for entry in entries)
+    return f"@{name} = internal constant [{len(entries)} x double] [{listed}], align 8"
+
+
 def constant(value: float) -> str:
     """Return a float64 as LLVM writes it, exactly."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"

@@ -26,7 +26,8 @@ from symgen.runtime.constraints.nearest_point import (
     solve_with_restarts,
     worst,
 )
-from symgen.runtime.constraints.start_values import Assembly, StartValues, start_values
+from symgen.runtime.constraints.start_values import Assembly, StartValues, changes, start_values
+from symgen.runtime.lazy import Late
 from symgen.runtime.names import rate_labels
 from symgen.runtime.positions import Chart
 from symgen.runtime.remembered import remembered
@@ -34,6 +35,9 @@ from symgen.runtime.size import LARGEST_DENSE, is_large
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
+
+# Most models say nothing of their start.
+conditions = Late("symgen.runtime.constraints.start_conditions")
 
 
 # Where the rows of G depend on each other, G v = 0 leaves out what those rows ask for in the next order: G a = γ(q, v)
@@ -277,7 +281,6 @@ def _sizes(rows: np.ndarray) -> np.ndarray:
 
 _CONTRADICTION = 1e-6  # of a constraint's scale: what enforced values may be off
 _SATISFIED = 2e-14  # of its scale: nothing to do
-_MOVED = 1e-13  # of the characteristic size: below this a change is round-off
 _TAKES_PART = 1e-3  # of the largest residual: a constraint that is named
 _MAX_REPAIRS = 20
 _MOST_SCALES, _MUCH_SMALLER = 3, 0.1
@@ -291,7 +294,8 @@ def assemble(
     rate: Mapping[str, float] | None = None,
     t: float = 0.0,
 ) -> Assembly:
-    """Return initial conditions that satisfy the constraints, positions and velocities, to round-off.
+    """Return initial conditions that satisfy the constraints, positions and velocities, and what the model says of its
+    start, to round-off.
 
     Enforced values stay. Guesses move as little as possible, measured by the mass matrix at the guesses
     (coordinates without mass first; plainly where it is singular otherwise), and not at all when they
@@ -316,9 +320,11 @@ def assemble(
     UnknownNameError
         A name in `start` or `rate` is not a coordinate's.
     """
-    given = start_values(system, p, start, rate)
+    given, met = start_values(system, p, start, rate), []
+    if system.start is not None:
+        _, given, met, _ = conditions.meet(system, p, given, t)
     if not system.m:
-        return Assembly(given.q, given.v, notes=given.notes)
+        return Assembly(given.q, given.v, list(met), given.notes)
     p, t = np.ascontiguousarray(p, dtype=float), float(t)
     found = remembered(
         system,
@@ -326,7 +332,7 @@ def assemble(
         lambda: _Assembler(system, p, t, given.notes).run(*given[:4]),
     )
     # What is kept is nobody's to change.
-    lists = (list(values) for values in (found.moved, found.notes, found.redundant))
+    lists = (list(values) for values in ([*met, *found.moved], found.notes, found.redundant))
     return Assembly(found.q.copy(), found.v.copy(), *lists, found.rank)
 
 
@@ -396,8 +402,8 @@ class _Assembler:
         self, q0: np.ndarray, q: np.ndarray, v0: np.ndarray, v: np.ndarray, sizes: np.ndarray
     ) -> list[tuple[str, float, float]]:
         per_coordinate = self.constraints.positions.per_coordinate(sizes)
-        moved = _changes(self.coordinates, q0, q, per_coordinate)
-        return moved + _changes(self.rates, v0, v, np.maximum(np.abs(v0), np.abs(v)))
+        moved = changes(self.coordinates, q0, q, per_coordinate)
+        return moved + changes(self.rates, v0, v, np.maximum(np.abs(v0), np.abs(v)))
 
     def _check_finite(self, q: np.ndarray, v: np.ndarray) -> None:
         constraints, names = self.constraints, self.constraints.names
@@ -439,8 +445,8 @@ class _Assembler:
         if worst(self._residual(repaired) / scales) > SOLVED:
             raise self._contradiction(x, enforced, sizes, scales)
         per_coordinate = self.constraints.positions.per_coordinate
-        changes = _changes(self.coordinates, self.chart.q(x0), self.chart.q(repaired), per_coordinate(sizes))
-        self._note_repair(changes, np.array(self.coordinates)[per_coordinate(enforced)])
+        repairs = changes(self.coordinates, self.chart.q(x0), self.chart.q(repaired), per_coordinate(sizes))
+        self._note_repair(repairs, np.array(self.coordinates)[per_coordinate(enforced)])
         return repaired
 
     def _repair(
@@ -480,7 +486,7 @@ class _Assembler:
     def _velocities(
         self, q: np.ndarray, v0: np.ndarray, enforced: np.ndarray, sizes: np.ndarray
     ) -> np.ndarray:
-        """Solve the velocity level, which is linear in the rates, in the metric of the free ones."""
+        """Solve the velocity level in the metric of the free rates; of most models it is linear in them."""
         scales = self.constraints.velocity_scales(q, v0, sizes)
         matrix = self.constraints.jacobian(q, v0) / scales[:, None]
 
@@ -495,6 +501,8 @@ class _Assembler:
             reduced = np.linalg.solve(factor, matrix[:, free].T).T
             for _ in range(_REFINEMENTS):
                 v[free] -= np.linalg.solve(factor.T, pseudo_solve(reduced, residual(v)))
+            if not worst(residual(v)) <= SOLVED and self._is_curved(q, v0, v):
+                v = self._rates_on_curves(q, v0, free, sizes, factor, scales)
         # What is prescribed over time may have set in motion what was at rest, by which residuals are judged.
         scales = np.fmax(scales, self.constraints.velocity_scales(q, v, sizes))
         matrix = self.constraints.jacobian(q, v0) / scales[:, None]
@@ -505,9 +513,37 @@ class _Assembler:
                 repaired += least_repair(matrix * sizes, residual(repaired), enforced) * sizes
             if off > _CONTRADICTION or worst(residual(repaired)) > SOLVED:
                 raise self._contradiction_of_rates(q, (v0, v, repaired), enforced, residual, scales)
-            self._note_repair(_changes(self.rates, v0, repaired, np.abs(v0)), np.array(self.rates)[enforced])
+            self._note_repair(changes(self.rates, v0, repaired, np.abs(v0)), np.array(self.rates)[enforced])
             v = repaired
         return v
+
+    def _is_curved(self, q: np.ndarray, v0: np.ndarray, v: np.ndarray) -> bool:
+        """Whether a constraint is not linear in the rates."""
+        return not np.array_equal(self.constraints.jacobian(q, v0), self.constraints.jacobian(q, v))
+
+    def _rates_on_curves(
+        self,
+        q: np.ndarray,
+        v0: np.ndarray,
+        free: np.ndarray,
+        sizes: np.ndarray,
+        factor: np.ndarray,
+        scales: np.ndarray,
+    ) -> np.ndarray:
+        """Return the rates nearest to a guess that meet constraints which are not linear in them."""
+
+        def at(z: np.ndarray) -> np.ndarray:
+            v = v0.copy()
+            v[free] = z
+            return v
+
+        problem = Problem(
+            residual=lambda z: self.constraints.velocity(q, at(z)) / scales,
+            jacobian=lambda z: self.constraints.jacobian(q, at(z))[:, free] / scales[:, None],
+            factor=factor,
+            sizes=np.full(int(free.sum()), np.inf),
+        )
+        return at(solve_with_restarts(problem, v0[free], sizes[free]))
 
     def _along_a_branch(
         self, q: np.ndarray, v: np.ndarray, enforced: np.ndarray, sizes: np.ndarray
@@ -542,8 +578,8 @@ class _Assembler:
     def _named(self, indices: np.ndarray | list[int]) -> list[str]:
         return [self.constraints.names[i] for i in indices]
 
-    def _note_repair(self, changes: list[tuple[str, float, float]], enforced: np.ndarray) -> None:
-        repaired = [f"{name} by {after - before:.2e}" for name, before, after in changes if name in enforced]
+    def _note_repair(self, repairs: list[tuple[str, float, float]], enforced: np.ndarray) -> None:
+        repaired = [f"{name} by {after - before:.2e}" for name, before, after in repairs if name in enforced]
         if repaired:
             self.notes.append(
                 "enforced values fitted the constraints nearly, not to the last digit, and were repaired: "
@@ -565,10 +601,3 @@ class _Assembler:
                 f"and {ranks.rank} nearby; the motion may branch"
             )
         return redundant
-
-
-def _changes(
-    names: list[str], old: np.ndarray, new: np.ndarray, sizes: np.ndarray
-) -> list[tuple[str, float, float]]:
-    changed = np.flatnonzero(np.abs(new - old) > _MOVED * sizes)
-    return [(names[i], float(old[i]), float(new[i])) for i in changed]

@@ -95,7 +95,7 @@ class Problem:
     factor : ndarray, shape (n, n)
         Lower triangular L of the metric W = L Lᵀ: distance² = (z - z0)ᵀ W (z - z0).
     sizes : ndarray, shape (n,)
-        Characteristic sizes of the unknowns.
+        Characteristic sizes of the unknowns; infinite where the residual is linear in them.
     """
 
     residual: Callable[[np.ndarray], np.ndarray]
@@ -247,14 +247,18 @@ def metric(mass: np.ndarray) -> np.ndarray:
     return np.eye(len(mass))
 
 
-def solve_with_restarts(problem: Problem, z0: np.ndarray) -> np.ndarray:
-    """Return the solution nearest to `z0`, or the best least-squares point that any start led to."""
+def solve_with_restarts(problem: Problem, z0: np.ndarray, spread_by: np.ndarray | None = None) -> np.ndarray:
+    """Return the solution nearest to `z0`, or the best least-squares point that any start led to.
+
+    Other starts are spread by the characteristic sizes, or by `spread_by`.
+    """
+    sizes = problem.sizes if spread_by is None else spread_by
     best = solve(problem, z0)
     random = np.random.default_rng(20240229)
     for spread in _SPREADS:
         if worst(problem.residual(best)) <= SOLVED:
             return slide_to_nearest(problem, best, z0)
-        z = solve(problem, z0 + spread * problem.sizes * random.uniform(-1.0, 1.0, z0.size))
+        z = solve(problem, z0 + spread * sizes * random.uniform(-1.0, 1.0, z0.size))
         if np.linalg.norm(problem.residual(z)) < np.linalg.norm(problem.residual(best)):
             best = z
     return slide_to_nearest(problem, best, z0) if worst(problem.residual(best)) <= SOLVED else best

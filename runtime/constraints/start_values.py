@@ -66,6 +66,17 @@ class Assembly:
     rank: int = 0
 
 
+_MOVED = 1e-13  # of the characteristic size: below this a change is round-off
+
+
+def changes(
+    names: list[str], old: np.ndarray, new: np.ndarray, sizes: np.ndarray
+) -> list[tuple[str, float, float]]:
+    """Return what has moved by more than round-off: name, value before and after."""
+    changed = np.flatnonzero(np.abs(new - old) > _MOVED * sizes)
+    return [(names[i], float(old[i]), float(new[i])) for i in changed]
+
+
 def start_values(
     system: System,
     p: np.ndarray,
@@ -87,6 +98,7 @@ def start_values(
     for name, value in (start or {}).items():
         if name in states:
             v[states[name]] = _in_si(f"start: {name}", value, system.rates[states[name]])
+            v_enforced[states[name]] = True
             continue
         index = _index(system, "start", name, name, coordinates | states)
         q[index], q_enforced[index] = _in_si(f"start: {name}", value, system.coordinates[index]), True

@@ -49,6 +49,7 @@ class Holding(Instant):
             here, levels = self._here(), self._levels(still)
             touching, forces, most = self._landed(here, touching, still, levels)
             acting = np.concatenate([touching, still])
+            forces = _spread(here.compliance, acting, forces, most)
             accelerations = here.free + here.compliance @ forces
             sticks, onset = self._sticking(here, acting, levels, forces, most)
             slipping = still & ~sticks
@@ -306,6 +307,27 @@ class Holding(Instant):
         self._solved(lambda: check_unique(here, touching, stuck, directions, levels, forces))
 
 
+def _spread(compliance: np.ndarray, acting: np.ndarray, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """Return forces that do the same, but that frictions of one motion share in parts of what each can take.
+
+    What the complementarity problem finds are corners: of two frictions that hold a body together one may be at its
+    limit, and then seems to slide.
+    """
+    first = len(forces) - len(most)
+    rows = first + np.flatnonzero(acting[first:] & (most > 0.0))
+    if len(rows) < 2:
+        return forces
+    able = most[rows - first]
+    scale = np.sqrt(np.maximum(np.diag(compliance), 1e-300))
+    effects = compliance[:, rows] * able / scale[:, None]
+    parts = np.linalg.lstsq(effects, effects @ (forces[rows] / able), rcond=_DEPENDENT)[0]
+    if np.abs(parts).max() >= 1.0:
+        return forces
+    spread = forces.copy()
+    spread[rows] = able * parts
+    return spread
+
+
 def _independent(compliance: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:
     """Return the rows of some groups, first ones first, that do not follow from those before.
 
@@ -330,6 +352,7 @@ def _follow(compliance: np.ndarray, kept: np.ndarray) -> np.ndarray:
 _HALVINGS = 40
 _BLOWS_PER_STOP = 5000  # a mass between others ten million times as heavy strikes some thousand times
 _SETTLED = 1e-12  # of the largest closing speed: what closes as slowly is at rest
+_NO_SPEED = 1e-15  # of all that moves where it touches: what is left of gaps that were brought to rest before
 _NO_GAIN = 1e-12  # of what the impulses do
 
 
@@ -367,7 +390,9 @@ def impulses(
     """
     n_stops, total = len(touching), np.zeros(len(here.rows))
     now = copy.copy(here)
+    rates = np.abs(here.state[-here.rows.shape[1] :])
     slow = _SETTLED * np.abs(here.speeds[:n_stops]).max(initial=0.0)
+    slow += _NO_SPEED * (np.abs(here.rows) @ rates).max(initial=0.0)
     for _ in range(_BLOWS_PER_STOP * n_stops):
         closing = np.where(touching, -now.speeds[:n_stops], 0.0)
         fastest = int(np.argmax(closing))

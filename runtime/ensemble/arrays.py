@@ -31,6 +31,14 @@ class Table:
         for name, value in values.items():
             self._slots.view(np.float64)[AT[name]] = value
 
+    def integer(self, name: str) -> int:
+        """Return a size that was set, here or by machine code."""
+        return int(self._slots[AT[name]])
+
+    def number(self, name: str) -> float:
+        """Return a number that was set."""
+        return float(self._slots.view(np.float64)[AT[name]])
+
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         for name, array in arrays.items():
             self._held[name] = array

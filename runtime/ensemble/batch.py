@@ -8,9 +8,14 @@ import numpy as np
 
 from symgen.runtime.choose import SERIES
 from symgen.runtime.ensemble.arrays import Table, aligned
+from symgen.runtime.ensemble.events import N_BLOCKS, PLACES
 from symgen.runtime.ensemble.machine import lane_kernel, lane_loop, lane_series
 from symgen.runtime.ensemble.slots import COLUMNS
+from symgen.runtime.events_in_code import ACTIONS
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate import plain_events
+from symgen.runtime.integrate.methods import find_method
+from symgen.runtime.integrate.semi_implicit import SymplecticScheme
 from symgen.runtime.integrate.taylor import (
     COST_OF_STEP,
     CREEPS,
@@ -24,6 +29,7 @@ from symgen.runtime.integrate.taylor import (
     SHARE,
     SHARE_WITH_TAIL,
 )
+from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.record import record
 from symgen.runtime.system import System
 from symgen.runtime.taylor.kernel import N_ROWS
@@ -32,6 +38,7 @@ LANES = 8  # right for AVX-512, and within 13 % of the best elsewhere
 _SHORTEST_STEP = 1e-150  # [s]: squares of the steps must not underflow
 _N_DENSE = 8
 _N_STAGES = 16
+_EVENTS_LOGGED = 1 << 14  # of a member that is run again
 
 
 @record
@@ -106,6 +113,12 @@ def order_of(costs: tuple[float, float, float], rtol: float) -> int:
     return min(range(LOWEST_ORDER, N_ROWS - 1), key=time)
 
 
+def one_evaluation(system: System, method: str) -> bool:
+    """Whether a step of Verlet's method evaluates the model once."""
+    scheme = find_method(method).coefficients(system)
+    return isinstance(scheme, SymplecticScheme) and bool(scheme.reuse)
+
+
 class LaneBatch:
     """Runs batches of members of one model in lanes; each thread needs its own.
 
@@ -124,13 +137,16 @@ class LaneBatch:
         self.system, self.settings = system, settings
         lanes = settings.lanes
         self._loop = lane_loop(settings.method, lanes)
-        self._table = table = Table()
+        self.table = table = Table()
         n = system.nq + system.nv
+        n_logged = settings.log_size and _EVENTS_LOGGED * bool(system.events)
+        self.event_log = np.zeros((n_logged, plain_events.FIRST_STATE + 2 * n))
         projects = bool(system.m or system.quaternions)
         n_project = n + system.nh + system.m if projects else 0
         names = {"rhs": "rhs", "energy": "energy"}
         names |= {"project": "project"} if projects else {}
         names |= {"residual": "constraint_residual"} if system.m else {}
+        names |= {"events": "events"} if system.events else {}
         table.set_integers(**{slot: lane_kernel(system, name, lanes) for slot, name in names.items()})
         n_record, n_k = system.n_row, _N_STAGES * system.n_row
         if settings.method == SERIES:
@@ -141,7 +157,8 @@ class LaneBatch:
             n_precomputed=system.n_precomputed, nh=system.nh, m=system.m, n_project=n_project,
             n_quaternions=len(system.quaternions), n_frames=len(settings.frame_times),
             max_steps=settings.max_steps, watch_energy=1, scale_energy=int(settings.scale_energy),
-            log_size=settings.log_size, n_record=n_record,
+            log_size=settings.log_size, n_record=n_record, one_evaluation=int(one_evaluation(system, settings.method)),
+            n_events=len(system.events), event_log_size=len(self.event_log),
         )  # fmt: skip
         h_max, h_base, h_share = settings.longest
         table.set_numbers(
@@ -153,6 +170,7 @@ class LaneBatch:
             "y": system.ny, "y_new": system.ny, "y_stage": system.ny, "k": n_k, "k_other": n_k, "lost": system.ny,
             "p": system.n_precomputed, "projected": n_project, "energies": 2, "residuals": system.nh + system.m,
             "dense": _N_DENSE * system.ny, "numbers": len(COLUMNS), "carry": system.ny, "slope": system.ny,
+            "y_before": n, "watched": N_BLOCKS * len(system.events),
         }  # fmt: skip
         table.set_arrays({name: aligned(length * lanes) for name, length in rows.items()})
         self.step_log = np.zeros((settings.log_size, 2))
@@ -163,8 +181,24 @@ class LaneBatch:
                 "member_of_lane": np.zeros(lanes, dtype=np.int64),
                 "frame_of_lane": np.zeros(lanes, dtype=np.int64),
                 "step_log": self.step_log,
+                **self._events(),
             }
         )
+
+    def _events(self) -> dict[str, np.ndarray]:
+        """Return what lanes need to know of events."""
+        events, lanes = self.system.events, self.settings.lanes
+        resets = [
+            lane_kernel(self.system, f"reset_{event['name']}", lanes) if event["action"] == "reset" else 0
+            for event in events
+        ]
+        return {
+            "event_log": self.event_log,
+            "directions": np.array([DIRECTIONS[event["direction"]] for event in events], dtype=float),
+            "places": np.array(PLACES),
+            "actions": np.array([ACTIONS[event["action"]] for event in events], dtype=np.int64),
+            "resets": np.array(resets, dtype=np.uint64),
+        }
 
     def _prepare_series(self) -> int:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""
@@ -174,17 +208,22 @@ class LaneBatch:
         has_tail = system.ny - system.nq > 1
         left_out = max(settings.rtol, 1e-17) * (1.0 if settings.rtol > ROUND_OFF_RTOL else 1e-3)
         turns = SHARE * max(settings.atol + settings.rtol, ROUND_OFF_RTOL)
-        self._table.set_integers(series=address, order=order, has_tail=int(has_tail))
-        self._table.set_numbers(
+        self.table.set_integers(series=address, order=order, has_tail=int(has_tail))
+        self.table.set_numbers(
             log_left_out=math.log2(left_out * (SHARE_WITH_TAIL if has_tail else SHARE)),
             log_of_turns=math.log2(turns),
             creeps=max(CREEPS, min(CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF * math.sqrt(EPS / settings.rtol))),
         )
         return (order + 1) * system.ny
 
+    @property
+    def n_events_logged(self) -> int:
+        """Rows of `event_log` that are filled."""
+        return self.table.integer("n_events_logged")
+
     def stop(self) -> None:
         """Let `run`, in another thread, return at once; what it returns is of no use."""
-        self._table.set_integers(stop=1)
+        self.table.set_integers(stop=1)
 
     def run(self, parameters: np.ndarray, start: np.ndarray) -> BatchResult:
         """Run members from their starts to the end.
@@ -209,15 +248,22 @@ class LaneBatch:
             "derivative": np.zeros((n, self._n_record)), "results": result.columns, "end": result.end,
             "frames": result.frames,
         }  # fmt: skip
-        self._table.set_arrays(held)
-        self._table.set_integers(n_members=n, next=0, n_logged=0, stop=0)
+        self.table.set_arrays(held)
+        self.table.set_integers(n_members=n, next=0, n_logged=0, stop=0, n_events_logged=0)
         if n:
-            self._loop.begin(self._table.address)
-            self._loop.run(self._table.address)
-        times = self.settings.frame_times
-        if len(times) and times[-1] == self.settings.t_end:
-            # A frame is projected once more: with constraints that moves its last bit, and members' ends would
-            # depend on whether frames are kept.
-            reached = result.column("status") == at.REACHED_STOP
-            result.frames[reached, -1] = result.end[reached]
+            self._loop.begin(self.table.address)
+            self._loop.run(self.table.address)
+        repeat_ends(result, self.settings)
         return result
+
+
+def repeat_ends(result: BatchResult, settings: BatchSettings) -> None:
+    """Let frames at the end be the ends.
+
+    A frame is projected once more: with constraints that moves its last bit, and members' ends would depend on whether
+    frames are kept.
+    """
+    times = settings.frame_times
+    if len(times) and times[-1] == settings.t_end:
+        reached = result.column("status") == at.REACHED_STOP
+        result.frames[reached, -1] = result.end[reached]

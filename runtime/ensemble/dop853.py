@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
+from symgen.runtime.ensemble.events import act_on_events, arm, find_events
 from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, evaluate_start, reach, write_frames
 from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
 from symgen.runtime.integrate.explicit.dop853 import (
@@ -88,6 +90,7 @@ def _steepest(lanes: Lanes, t: Value, h: Value) -> Value:
 def attempt(lanes: Lanes, active: Value) -> Value:
     """Write one step of all lanes; returns in which of them the member is done."""
     code = lanes.code
+    arm(lanes, active)
     t, wanted = lanes.own("t"), lanes.own("h")
     stop = code.as_kind(lanes.t_end, "lanes")
     t1 = code.select(t + wanted * 1.01 >= stop, stop, t + wanted)
@@ -108,17 +111,23 @@ def attempt(lanes: Lanes, active: Value) -> Value:
         lanes.set_own("pivot", code.smaller(lanes.own("pivot"), least.value), end.accepted)
     infinite = end.infinite | (active & ~code.finite(error))
     _choose_step(lanes, active, end.accepted, end.lost | infinite, h, wanted, _eighth_root(lanes, error))
-    write_frames(
-        lanes,
-        end.accepted,
-        t,
-        t1,
-        lambda: _dense(lanes, t, h, rows),
-        lambda theta, out: _at(lanes, theta, out),
-    )
-    copy_rows(lanes, new, rows[0], lanes.ny, end.accepted)
     small = active & ~end.accepted & too_small
-    return commit(lanes, active, replace(end, infinite=infinite), t1, h, small)
+    dense, states_at = partial(_dense, lanes, t, h, rows), partial(_at, lanes)
+    stopped = find_events(lanes, end.accepted, t, t1, dense, states_at)
+
+    def dense_of_frames() -> None:
+        with code.when(code.equal(lanes.n_events, 0)):  # else it is there, and of the whole step
+            dense()
+
+    write_frames(
+        lanes, stopped.accepted, t, stopped.t, dense_of_frames, states_at, whole=h
+    )
+    stopped = act_on_events(
+        lanes, stopped, lambda at: code.call_kernel(lanes.rhs, at, lanes.y_new, lanes.p, new)
+    )
+    end = replace(end, accepted=stopped.accepted, infinite=infinite)
+    copy_rows(lanes, new, rows[0], lanes.ny, end.accepted)
+    return commit(lanes, active, end, stopped.t, stopped.t - t, small, stopped.leaving)
 
 
 def _sum(lanes: Lanes, weights: dict[int, float], h: Value, rows: list[Rows], out: Rows) -> None:

@@ -52,6 +52,7 @@ def evaluate_members(
         "frame_times": np.ascontiguousarray(times, dtype=float),
         "y": aligned(states.shape[2] * _LANES), "p": aligned(system.n_precomputed * _LANES),
         "k": aligned(width * _LANES), "numbers": aligned(_LANES),
+        "member_of_lane": np.zeros(_LANES, dtype=np.int64),
     }  # fmt: skip
     table.set_arrays(held)
     table.set_integers(

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from symgen.runtime.ensemble.zarr_store import ZarrStore
+
 _BINS = 64
 
 
@@ -37,6 +39,15 @@ def as_dataset(columns: dict[str, np.ndarray], t: np.ndarray, **attributes: Any)
     }
     coordinates = {"t": ("t", t, {"units": "s"})} if any(x.ndim > 1 for x in columns.values()) else {}
     return xarray.Dataset(variables, coords=coordinates, attrs=attributes)
+
+
+def open_dataset(store: ZarrStore) -> xarray.Dataset:
+    """Return an xarray Dataset of a store, of which what is used is read when it is used."""
+    need("xarray", "tables", "a Dataset")
+    import xarray
+
+    found = xarray.open_zarr(store.path, consolidated=False, chunks=None)
+    return found.assign_attrs(model=store.about["model"], method=store.about["method"])
 
 
 def write_parquet(columns: dict[str, np.ndarray], path: str | os.PathLike[str]) -> None:

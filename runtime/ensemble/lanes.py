@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from symgen.runtime.ensemble.slots import AT, COLUMN, COLUMNS, NUMBERS, TOO_MANY_STEPS
+from symgen.runtime.ensemble.slots import AT, COLUMN, COLUMNS, LEFT, NUMBERS, TOO_MANY_STEPS
 from symgen.runtime.ensemble.writer import ADDRESS, INTEGER, NUMBER, Code, Rows, Value
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.projection import (
@@ -50,7 +50,9 @@ class Lanes:
             return Rows(code, code.slot(AT[name], ADDRESS), NUMBER)
         if name in _INTEGERS:
             return Rows(code, code.slot(AT[name], ADDRESS), INTEGER)
-        return code.slot(AT[name], ADDRESS if name in _CODE else INTEGER)
+        if name == "resets":
+            return Rows(code, code.slot(AT[name], ADDRESS), ADDRESS)
+        return code.slot(AT[name], ADDRESS if name in CODE else INTEGER)
 
     def __getattr__(self, name: str) -> Value | Rows:
         try:
@@ -87,10 +89,10 @@ class Lanes:
         )
 
 
-_CODE = ("rhs", "project", "energy", "residual", "setup", "series")
+CODE = ("rhs", "project", "energy", "residual", "setup", "series", "events")
 _ROWS = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
-    "k_other", "lost",
+    "k_other", "lost", "watched", "y_before",
 )  # fmt: skip
 _PLAIN = (
     "start",
@@ -102,9 +104,12 @@ _PLAIN = (
     "frames",
     "frame_times",
     "step_log",
+    "event_log",
+    "directions",
+    "places",
 )
-_INTEGERS = ("quaternions", "member_of_lane", "frame_of_lane")
-ALL = tuple(name for name in AT if name not in ("next", "n_logged", "stop"))
+_INTEGERS = ("quaternions", "member_of_lane", "frame_of_lane", "actions")
+ALL = tuple(name for name in AT if name not in ("next", "n_logged", "stop", "n_events_logged"))
 
 
 def finite_rows(lanes: Lanes, rows: Rows, n: Value) -> Value:
@@ -269,29 +274,35 @@ def function_begin(lanes_wide: int, begin: Callable[[Lanes], Value]) -> Code:
         leave(block.value >= lanes.n_members)
         with code.each(code.lanes) as lane:
             _enter(lanes, block.value + lane, lane)
-        t = code.as_kind(lanes.t_start, "lanes")
-        for column in COLUMNS:
-            lanes.set_own(column, 0.0)
-        lanes.set_own("t", t)
-        lanes.set_own("pivot", float("inf"))
-        lanes.set_own("active", 1.0)
-        with code.when(code.compare("ne", lanes.watch_energy, 0)):
-            kinetic, potential, work = evaluate_energy(lanes, t, lanes.y)
-            lanes.set_own("level", kinetic + potential - work)
-            lanes.set_own("kinetic", code.size(kinetic))
-            lanes.set_own("least_potential", potential)
-            lanes.set_own("most_potential", potential)
-        lanes.set_own("h", begin(lanes))
+        start_members(lanes, begin)
         with code.each(code.lanes) as lane:
             _leave(lanes, block.value + lane, lane)
         block.value = block.value + code.lanes
     return code
 
 
+def start_members(lanes: Lanes, begin: Callable[[Lanes], Value]) -> None:
+    """Write what members carry from their start on, in lanes where their states and parameters are."""
+    code = lanes.code
+    t = code.as_kind(lanes.t_start, "lanes")
+    for column in COLUMNS:
+        lanes.set_own(column, 0.0)
+    lanes.set_own("t", t)
+    lanes.set_own("pivot", float("inf"))
+    lanes.set_own("active", 1.0)
+    with code.when(code.compare("ne", lanes.watch_energy, 0)):
+        kinetic, potential, work = evaluate_energy(lanes, t, lanes.y)
+        lanes.set_own("level", kinetic + potential - work)
+        lanes.set_own("kinetic", code.size(kinetic))
+        lanes.set_own("least_potential", potential)
+        lanes.set_own("most_potential", potential)
+    lanes.set_own("h", begin(lanes))
+
+
 def _enter(lanes: Lanes, number: Value, lane: Value) -> None:
     code = lanes.code
     member = code.select(number < lanes.n_members, number, lanes.n_members - 1)
-    longer = _precompute(lanes, member)
+    longer = precompute(lanes, member)
     start = lanes.start.behind(member * lanes.ny)
     y, p = lanes.y.single(), lanes.p.single()
     with code.each(lanes.ny) as i:
@@ -300,7 +311,7 @@ def _enter(lanes: Lanes, number: Value, lane: Value) -> None:
         p[i * code.lanes + lane] = longer[i]
 
 
-def _precompute(lanes: Lanes, member: Value) -> Rows:
+def precompute(lanes: Lanes, member: Value) -> Rows:
     """Work out what depends on a member's parameters alone; returns its row."""
     code = lanes.code
     given, longer = (
@@ -336,7 +347,7 @@ def refill(lanes: Lanes, done: Value) -> None:
     """Write what members in the lanes of `done` have come to, and let the next ones of the queue in."""
     code = lanes.code
     with code.when(code.any(done)):
-        _note_residuals(lanes, done)
+        note_residuals(lanes, done)
         mask = code.mask(done)
         with code.each(code.lanes) as lane:
             with code.when(code.bit(mask, lane)):
@@ -344,7 +355,8 @@ def refill(lanes: Lanes, done: Value) -> None:
                 enter(lanes, lane)
 
 
-def _note_residuals(lanes: Lanes, done: Value) -> None:
+def note_residuals(lanes: Lanes, done: Value) -> None:
+    """Take note of what is left of the constraints, in the lanes of `done`."""
     code = lanes.code
     with code.when(lanes.m > 0):
         code.call_kernel(lanes.residual, lanes.own("t"), lanes.y, lanes.p, lanes.residuals)
@@ -420,27 +432,34 @@ class Reached:
     taken: Value
 
 
-def reach(lanes: Lanes, tried: Value, t1: Value, new: Rows, passing: Value) -> Reached:
+def reach(
+    lanes: Lanes, tried: Value, t1: Value, new: Rows, passing: Value, evaluate: Value | None = None
+) -> Reached:
     """Project new states, in `y_new`, and work out their derivatives into the row `new`, as `explicit.loop.reach_end`.
 
-    What is not on the constraints, or infinite, is taken for the end of a step that was much too long.
+    What is not on the constraints, or infinite, is taken for the end of a step that was much too long. Where the flag
+    `evaluate` is not set, the row is there already.
     """
     code = lanes.code
     on_constraints, taken = code.variable(tried), code.variable(0.0)
     with code.when(lanes.n_project > 0):
         on_constraints.value = project(lanes, t1, lanes.y_new, tried, passing)
         taken.value = keep_energy(lanes, t1, lanes.y_new, on_constraints.value)
-    code.call_kernel(lanes.rhs, t1, lanes.y_new, lanes.p, new)
+    with code.when(code.flag(True) if evaluate is None else evaluate):
+        code.call_kernel(lanes.rhs, t1, lanes.y_new, lanes.p, new)
     sound = finite_rows(lanes, lanes.y_new, lanes.ny) & finite_rows(lanes, new, lanes.ny)
     accepted = on_constraints.value & sound
     note_pivots(lanes, new, accepted)
     return Reached(accepted, tried & ~on_constraints.value, on_constraints.value & ~sound, taken.value)
 
 
-def commit(lanes: Lanes, active: Value, end: Reached, t1: Value, h: Value, give_up: Value) -> Value:
+def commit(
+    lanes: Lanes, active: Value, end: Reached, t1: Value, h: Value, give_up: Value, leaving: Value | None = None
+) -> Value:
     """Make accepted states the current ones, and count; returns in which lanes the member is done.
 
-    Those are at the end of the run, out of steps, at a singular configuration, or among `give_up`, and have a status.
+    Those are at the end of the run, out of steps, at a singular configuration, among `give_up`, or `leaving` for runs
+    of their own, and have a status.
     """
     code = lanes.code
     lanes.set_own("t", t1, end.accepted)
@@ -462,12 +481,16 @@ def commit(lanes: Lanes, active: Value, end: Reached, t1: Value, h: Value, give_
         (arrived & ~singular, at.REACHED_STOP),
     ):
         lanes.set_own("status", float(status), where)
-    return arrived | give_up | spent | singular
+    done = arrived | give_up | spent | singular
+    if leaving is None:
+        return done
+    lanes.set_own("status", float(LEFT), leaving)
+    return done | leaving
 
 
 def write_frames(
     lanes: Lanes, accepted: Value, t0: Value, t1: Value, make_dense: Callable[[], None],
-    evaluate: Callable[[Value, Rows], None],
+    evaluate: Callable[[Value, Rows], None], whole: Value | None = None,
 ) -> None:  # fmt: skip
     """Write the frames that accepted steps have passed, by dense output on the constraints.
 
@@ -477,6 +500,8 @@ def write_frames(
         Writes what works out the dense output of the step, for all lanes.
     evaluate : callable
         `evaluate(theta, rows)` writes the states at places of the step to `rows`.
+    whole : Value, optional
+        The length of the step that these describe, where `t1` is before its end.
     """
     code = lanes.code
     with code.when(lanes.n_frames > 0):
@@ -488,7 +513,7 @@ def write_frames(
             with code.when(code.equal(made.value, 0)):
                 make_dense()
                 made.value = code.integer(1)
-            evaluate((times - t0) / (t1 - t0), lanes.y_stage)
+            evaluate((times - t0) / (t1 - t0 if whole is None else whole), lanes.y_stage)
             at_end = code.compare("eq", times, t1)
             copy_rows(lanes, lanes.y_new, lanes.y_stage, lanes.ny, at_end)
             with code.when(lanes.n_project > 0):
@@ -532,26 +557,29 @@ def function_map(lanes_wide: int) -> Code:
     lanes = Lanes(code)
     lanes.read(*ALL)
     block = code.variable(0, INTEGER)
+    with code.each(lanes.n_row) as i:  # structural zeros are not written
+        lanes.k[i] = 0.0
+    with code.each(code.lanes) as lane:
+        lanes.member_of_lane[lane] = code.integer(-1)
     with code.forever() as leave:
         leave(block.value >= lanes.n_members)
         with code.each(code.lanes) as lane:
             number = block.value + lane
             state = code.select(number < lanes.n_members, number, lanes.n_members - 1)
             member = code.quotient(state, lanes.n_frames)
-            with code.when(code.equal(code.remainder(state, lanes.n_frames), 0) | code.equal(lane, 0)):
-                _precompute(lanes, member)
-            source, longer = (
-                lanes.start.behind(state * lanes.ny),
-                lanes.precomputed.behind(member * lanes.n_precomputed),
-            )
+            frame = state - member * lanes.n_frames
+            with code.when(code.equal(frame, 0)):
+                precompute(lanes, member)
+            source = lanes.start.behind(state * lanes.ny)
             y, p, t = lanes.y.single(), lanes.p.single(), lanes.numbers.single()
-            t[lane] = lanes.frame_times[code.remainder(state, lanes.n_frames)]
+            t[lane] = lanes.frame_times[frame]
             with code.each(lanes.ny) as i:
                 y[i * code.lanes + lane] = source[i]
-            with code.each(lanes.n_precomputed) as i:
-                p[i * code.lanes + lane] = longer[i]
-        with code.each(lanes.n_row) as i:  # structural zeros are not written
-            lanes.k[i] = 0.0
+            with code.when(code.compare("ne", lanes.member_of_lane[lane], member)):
+                longer = lanes.precomputed.behind(member * lanes.n_precomputed)
+                with code.each(lanes.n_precomputed) as i:
+                    p[i * code.lanes + lane] = longer[i]
+                lanes.member_of_lane[lane] = member
         code.call_kernel(lanes.rhs, lanes.numbers[0], lanes.y, lanes.p, lanes.k)
         with code.each(code.lanes) as lane:
             number = block.value + lane

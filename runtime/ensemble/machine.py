@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.code import engine
-from symgen.runtime.ensemble import dop853, runge_kutta, taylor
+from symgen.runtime.ensemble import dop853, runge_kutta, taylor, verlet
 from symgen.runtime.ensemble.lanes import (
     BEGIN,
     MAP,
@@ -52,12 +52,14 @@ class LaneLoop:
 
 
 # What a method begins with, and one step.
-_METHODS = {
+METHODS = {
     "dop853": (dop853.begin, dop853.attempt),
     "taylor": (taylor.begin, taylor.attempt),
     "rk4": (runge_kutta.begin, runge_kutta.attempt_of(rk4)),
+    "verlet": (runge_kutta.begin, verlet.attempt),
 }
-IN_LANES = tuple(_METHODS)
+IN_LANES = tuple(METHODS)
+OVER_EVENTS = ("dop853", "taylor")
 
 
 @functools.lru_cache(maxsize=16)
@@ -87,7 +89,7 @@ def lane_map(lanes: int) -> tuple[Callable[[int], None], Any]:
 
 def loop_ir(method: str, lanes: int) -> str:
     """Return the LLVM IR of the loop of a method."""
-    begin, attempt = _METHODS[method]
+    begin, attempt = METHODS[method]
     functions = [
         function_load(lanes), function_store(lanes), function_begin(lanes, begin), function_run(lanes, attempt)
     ]  # fmt: skip

@@ -13,12 +13,14 @@ from symgen.runtime.batches import constraint_residuals, evaluate
 from symgen.runtime.checks.inertia import refuse_negative_inertia
 from symgen.runtime.ensemble.batch import BatchResult, LaneBatch
 from symgen.runtime.ensemble.plan import alone
-from symgen.runtime.ensemble.single import FOR_SINGLE_RUNS, run_single
+from symgen.runtime.ensemble.single import run_single, runs_alone
 from symgen.runtime.ensemble.slots import COLUMN
 from symgen.runtime.ensemble.verdict import CAUSES
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.event_actions import EventLog
 from symgen.runtime.exchange import Exchange, energy_limit
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate import plain_events
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
 from symgen.runtime.solution import ConstraintResidual, Energy, Solution
@@ -59,7 +61,7 @@ def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None)
     batch = LaneBatch(plan.system, alone(plan, times))
     result = batch.run(parameters, starts)
     status = int(result.columns[0, COLUMN["status"]])
-    if plan.system.m and status in FOR_SINGLE_RUNS:
+    if status in runs_alone(plan.system):
         return run_single(plan, p, here, times)
     seconds = {"prepare": 0.0, "compile": 0.0, "run": time.perf_counter() - began}
     return _solution(plan, p, status, times, batch, result, seconds)
@@ -87,6 +89,13 @@ def _solution(
     n = system.nq + system.nv
     work = rows[:, n] if system.nw else np.zeros(len(t))
     position, velocity = constraint_residuals(system, p, t, rows)
+    events = batch.event_log[: batch.n_events_logged].copy()
+    log = EventLog()
+    log.extend_by_rows(system, events)
+    # Frames show states before an event at their time.
+    done = np.searchsorted(events[:, plain_events.TIME], t)
+    resets = np.append(0.0, np.cumsum(events[:, plain_events.CHANGE]))[done]
+    work = work + resets
     exchange = Exchange(energies, work)
     balance = energies.sum(axis=1) - work
     with np.errstate(invalid="ignore", over="ignore"):
@@ -98,6 +107,7 @@ def _solution(
     )  # fmt: skip
     if (
         system.nw
+        and not len(log)
         and status == at.REACHED_STOP
         and error > energy_limit(find_method(plan.method), plan.single.rtol)
     ):
@@ -109,7 +119,7 @@ def _solution(
             error = float(exchange.relative(np.abs(energies.sum(axis=1) - work - energies[0].sum()).max()))
     q, v = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
     return Solution(
-        system=system, p=p, t=t, q=rows[:, q], v=rows[:, v], w=work, samples=[], events=[],
+        system=system, p=p, t=t, q=rows[:, q], v=rows[:, v], w=work, samples=[], events=log,
         energy=Energy(energies[:, 0], energies[:, 1], work, exchange, error, taken),
         constraint_residual=ConstraintResidual(
             position, velocity, float(position.max(initial=0.0)), float(velocity.max(initial=0.0))

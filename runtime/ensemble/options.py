@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from typing import Any
 
-from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.record import record
 
 Quantity = float | str
+DESIGNS = ("random", "sobol", "saltelli")
 
 
 @record
@@ -39,10 +41,21 @@ class EnsembleOptions:
     reduce : mapping of str to sequence, optional
         Statistics that are merged as members come in: "mean", "std", "min", "max", "count", `quantiles(…)`,
         `histogram(…)` of series by name, or of what a function of a member's series gives, as (function, statistics).
+    device : {"cpu", "cuda"}
+        Where members run: in lanes of this machine's processors, or a thread each on a graphics processor of NVIDIA, to
+        the same bits; see docs/gpu.md.
     threads : int, optional
         By default as many as processors are free to use.
-    executor : concurrent.futures.Executor, optional
+    executor : concurrent.futures.Executor or distributed.Client, optional
         Where to work instead of threads here.
+    out : path, optional
+        A Zarr store in which members are kept instead of in memory; workers write it, where they can reach it.
+    resume : bool
+        Whether to go on with what the store holds.
+    inputs : mapping, optional
+        Inputs over time, as in `RunOptions`, or `noise(…)`, which is another one for each member.
+    design : {"random", "sobol", "saltelli"}
+        How draws fill their space: each by itself; evenly; so that `Ensemble.sensitivity` has all indices.
     t_start : float [s]
     max_steps : int, optional
         A member fails after this many.
@@ -65,8 +78,13 @@ class EnsembleOptions:
     keep: str | Sequence[str] | None = "end"
     frames: int | Sequence[float] | None = None
     reduce: Mapping[str, Any] | None = None
+    device: str = "cpu"
     threads: int | None = None
     executor: Any = field(default=None, repr=False)
+    out: str | os.PathLike[str] | None = None
+    resume: bool = False
+    inputs: Any = None
+    design: str = "random"
     t_start: float = 0.0
     max_steps: int | None = None
     progress: Callable[[int, int, int], None] | None = field(default=None, repr=False)
@@ -77,11 +95,19 @@ class EnsembleOptions:
             raise RuntimeModelError(
                 f'keep is {self.keep!r}: give "end", a list of names such as ["theta"], or None'
             )
+        if self.device not in ("cpu", "cuda"):
+            raise RuntimeModelError(
+                f'device is {self.device!r}: give "cpu", or "cuda" for a graphics processor of NVIDIA'
+            )
         if self.threads is not None and self.threads < 1:
             raise RuntimeModelError(f"threads is {self.threads}: at least one has to work")
         if isinstance(self.frames, int) and self.frames < 2:
             raise RuntimeModelError(
                 f"frames is {self.frames}: give at least 2, or leave it out for the end alone"
             )
+        if self.design not in DESIGNS:
+            raise RuntimeModelError(f"design is {self.design!r}: {nearest(str(self.design), DESIGNS)}")
+        if self.resume and self.out is None:
+            raise RuntimeModelError("resume goes on with the store of out: name it")
         if int(self.seed) < 0:
             raise RuntimeModelError(f"seed is {self.seed}: give a whole number that is not negative")

@@ -13,10 +13,11 @@ from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_m
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
-from symgen.runtime.ensemble.machine import IN_LANES
+from symgen.runtime.ensemble.machine import IN_LANES, OVER_EVENTS
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
 from symgen.runtime.ensemble.starts import Starts
+from symgen.runtime.events_in_code import has_plain_events
 from symgen.runtime.errors import Refusal, RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
@@ -30,6 +31,7 @@ from symgen.runtime.timing.timetable import make_timetable
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
+device = Late("symgen.runtime.ensemble.gpu.device")
 quantities = Late("symgen.runtime.quantities")
 
 # Of a constraint's scale, as in `checks/health.py`.
@@ -84,7 +86,8 @@ class Plan:
     def single_parameters(self, p: np.ndarray) -> dict[str, float]:
         """Return the parameters and inputs of a member by name."""
         names = [record["name"] for record in (*self.system.parameters, *self.system.inputs)]
-        return dict(zip(names, map(float, p), strict=False))
+        values = dict(zip(names, map(float, p), strict=False))
+        return {name: value for name, value in values.items() if name not in self.starts.sought}
 
 
 def make_plan(system: System, options: EnsembleOptions) -> Plan:
@@ -106,7 +109,9 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     p = system.parameter_values(fixed["parameters"])
     rows, varied = members.arrays(p, 0, 1)
     first = {name: values[0] for name, values in varied.items()}
-    starts = Starts(system, single.t_start, rows[0], fixed["start"], fixed["rate"], first)
+    given = {*fixed["parameters"], *(c.name for c in columns if c.place == "parameters")}
+    starts = Starts(system, single.t_start, rows[0], fixed["start"], fixed["rate"], first, given)
+    rows[0] = starts.with_found(rows[0], first)
     state = starts.one(rows[0], first)
     refuse_negative_inertia(system, rows[0], single.t_start, state)
     treatment, formed, notes = choose_constraints("auto", system, options.method)
@@ -115,6 +120,9 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     if formed is None:
         method, more = choose_method(system, rows[0], state, single)
         notes = [*notes, *more]
+        if options.device != "cpu" and method.name == SERIES:
+            method = METHODS[EXPLICIT]
+            notes.append(f"{EXPLICIT} on the device: series need too much memory for each thread")
     frame_times = _frame_times(options, single)
     settings = None
     if not objection:
@@ -126,6 +134,8 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
         notes.append(f"members run one after another, not in lanes: {objection}")
     if settings is not None:
         single = replace(single, step=settings.step or None)
+    if options.device != "cpu":
+        device.check(system, settings, objection)
     drift = min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol))
     return Plan(
         system, options, members, p, starts, replace(single, method=method.name), method.name, treatment, settings,
@@ -214,8 +224,10 @@ def _objection(system: System, p: np.ndarray, state: np.ndarray, single: RunOpti
         return "inputs over time are for single runs"
     if system.switches:
         return "stops and frictions that stick are for single runs"
-    if system.events:
-        return "events are for single runs"
+    if system.events and not (
+        has_plain_events(system) and all(event["action"] in ("reset", "record") for event in system.events)
+    ):
+        return "events other than resets and records of free motion are for single runs"
     if single.step is None and system.structure["time_dependent"]:
         if make_timetable(system, p, METHODS[EXPLICIT], single) is not None:
             return "steps have to keep to what time alone does"
@@ -230,7 +242,7 @@ def _settings(
         if single.method != "auto":
             return None, method, f"{method.name} is for single runs", []
         method = METHODS[EXPLICIT]
-    if method.name not in IN_LANES:
+    if method.name not in IN_LANES or (system.events and method.name not in OVER_EVENTS):
         return None, method, f"method {method.name} is for single runs", []
     step, notes = choose_step(method, system, p, state, single)
     level = choose_energy_level(single.energy_scaling, system, method, p, single.t_start, state)

@@ -1,6 +1,7 @@
 """Statistics of an ensemble that are merged as members come in: memory does not grow with their number.
 
-Members come in the order of their numbers, so results do not depend on threads or machines.
+Members are reduced in blocks, wherever they ran; blocks are merged in the order of members. So results do not depend on
+threads or machines.
 """
 
 from __future__ import annotations
@@ -77,13 +78,30 @@ class Moments:
         known = np.where(there, values, 0.0)
         mean = known.sum(axis=0) / np.maximum(n, 1)
         squares = (np.where(there, values - mean, 0.0) ** 2).sum(axis=0)
+        least = np.where(there, values, np.inf).min(axis=0, initial=np.inf)
+        self._add(n, mean, squares, least, np.where(there, values, -np.inf).max(axis=0, initial=-np.inf))
+
+    def merge(self, other: Moments) -> None:
+        """Take what another has taken."""
+        self._add(other.count, other._mean, other._squares, other._least, other._most)
+
+    def _add(self, n: Any, mean: Any, squares: Any, least: Any, most: Any) -> None:
         total = np.maximum(self.count + n, 1)
         apart = mean - self._mean
         self._squares = self._squares + squares + apart * apart * (self.count * n / total)
         self._mean = self._mean + apart * (n / total)
         self.count = self.count + n
-        self._least = np.minimum(self._least, np.where(there, values, np.inf).min(axis=0, initial=np.inf))
-        self._most = np.maximum(self._most, np.where(there, values, -np.inf).max(axis=0, initial=-np.inf))
+        self._least = np.minimum(self._least, least)
+        self._most = np.maximum(self._most, most)
+
+    def numbers(self) -> list[np.ndarray]:
+        """Return all that it has, for a file; see `set_numbers`."""
+        return [np.asarray(x, float) for x in (self.count, self._mean, self._squares, self._least, self._most)]
+
+    def set_numbers(self, numbers: Sequence[np.ndarray]) -> None:
+        """Take the place of one whose `numbers` these are."""
+        count, self._mean, self._squares, self._least, self._most = numbers
+        self.count = count.astype(np.int64)
 
     def get(self, name: str) -> Any:
         if name == "std":
@@ -103,10 +121,16 @@ class Digest:
         values = values[np.isfinite(values)]
         if not len(values):
             return
-        self._least = min(self._least, float(values.min()))
-        self._most = max(self._most, float(values.max()))
-        means = np.concatenate([self._means, values])
-        weights = np.concatenate([self._weights, np.ones(len(values))])
+        self._add(values, np.ones(len(values)), float(values.min()), float(values.max()))
+
+    def merge(self, other: Digest) -> None:
+        """Take what another has taken."""
+        if len(other._means):
+            self._add(other._means, other._weights, other._least, other._most)
+
+    def _add(self, means: np.ndarray, weights: np.ndarray, least: float, most: float) -> None:
+        self._least, self._most = min(self._least, least), max(self._most, most)
+        means, weights = np.concatenate([self._means, means]), np.concatenate([self._weights, weights])
         order = np.argsort(means, kind="stable")
         means, weights = means[order], weights[order]
         ends = np.cumsum(weights)
@@ -116,6 +140,14 @@ class Digest:
         first = np.flatnonzero(np.append(True, cell[1:] != cell[:-1]))
         self._weights = np.add.reduceat(weights, first)
         self._means = np.add.reduceat(means * weights, first) / self._weights
+
+    def numbers(self) -> list[np.ndarray]:
+        """Return all that it has, for a file; see `set_numbers`."""
+        return [self._means, self._weights, np.array([self._least, self._most])]
+
+    def set_numbers(self, numbers: Sequence[np.ndarray]) -> None:
+        """Take the place of one whose `numbers` these are."""
+        self._means, self._weights, (self._least, self._most) = numbers
 
     def quantile(self, share: float) -> float:
         """Return a quantile by interpolation between the numbers."""
@@ -133,7 +165,9 @@ class Counts:
 
     def __init__(self, asked: Histogram) -> None:
         self._asked = asked
-        self.edges: np.ndarray | None = None
+        self.edges: np.ndarray | None = None  # none yet where no bounds are asked for
+        if asked.low is not None:
+            self.edges = np.linspace(asked.low, asked.high, asked.bins + 1)
         self.counts: Any = 0
         self.below: Any = 0
         self.above: Any = 0
@@ -156,9 +190,24 @@ class Counts:
         self.below = self.below + (there & (values < low)).sum(axis=0)
         self.above = self.above + (there & (values > self.edges[-1])).sum(axis=0)
 
+    def merge(self, other: Counts) -> None:
+        """Take what another has taken, whose bins are the same ones."""
+        self.edges = other.edges if self.edges is None else self.edges
+        self.counts = self.counts + other.counts
+        self.below, self.above = self.below + other.below, self.above + other.above
+
+    def numbers(self) -> list[np.ndarray]:
+        """Return all that it has, for a file; see `set_numbers`."""
+        edges = np.zeros(0) if self.edges is None else self.edges
+        return [edges, *(np.asarray(x, float) for x in (self.counts, self.below, self.above))]
+
+    def set_numbers(self, numbers: Sequence[np.ndarray]) -> None:
+        """Take the place of one whose `numbers` these are."""
+        edges, *counts = numbers
+        self.edges = edges if len(edges) else None
+        self.counts, self.below, self.above = (x.astype(np.int64) for x in counts)
+
     def _bounds(self, values: np.ndarray) -> tuple[float, float]:
-        if self._asked.low is not None:
-            return float(self._asked.low), float(self._asked.high)
         known = values[np.isfinite(values)]
         low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
         margin = _WIDER * (high - low) or max(abs(low), 1.0) * 1e-6
@@ -180,7 +229,7 @@ class Reduction:
                 raise RuntimeModelError(
                     f"reduce: {name}: there is no {entry!r}; there are {', '.join(_NAMES)}, quantiles(…), histogram(…)"
                 )
-        self._wanted = tuple(wanted)
+        self.name, self._wanted = name, tuple(wanted)
         self._moments = Moments()
         self._digests: list[Digest] | None = None
         self._counts = [Counts(entry) for entry in wanted if isinstance(entry, Histogram)]
@@ -199,6 +248,62 @@ class Reduction:
                 self._digests = [Digest() for _ in rows]
             for digest, row in zip(self._digests, rows, strict=True):
                 digest.take(row)
+
+    def merge(self, other: Reduction) -> None:
+        """Take what another of the same kind has taken, of the members that come next."""
+        self._is_series = self._is_series or other._is_series
+        self._moments.merge(other._moments)
+        for counts, more in zip(self._counts, other._counts, strict=True):
+            counts.merge(more)
+        if other._digests is not None:
+            if self._digests is None:
+                self._digests = [Digest() for _ in other._digests]
+            for digest, more in zip(self._digests, other._digests, strict=True):
+                digest.merge(more)
+
+    def empty(self) -> Reduction:
+        """Return one of the same kind, with the same bins, that has taken nothing."""
+        made = Reduction(self.name, self._wanted)
+        for counts, own in zip(made._counts, self._counts, strict=True):
+            counts.edges = own.edges
+        return made
+
+    @property
+    def lacks_bins(self) -> bool:
+        """Whether bins of a histogram are still to be laid around what the first members do."""
+        return any(counts.edges is None for counts in self._counts)
+
+    def numbers(self) -> list[np.ndarray]:
+        """Return all that it has, for a file; see `set_numbers`."""
+        digests = self._digests or []
+        found = [np.array([float(self._is_series), float(len(digests))]), *self._moments.numbers()]
+        for part in (*self._counts, *digests):
+            found += part.numbers()
+        return found
+
+    def set_numbers(self, numbers: Sequence[np.ndarray]) -> None:
+        """Take the place of one whose `numbers` these are.
+
+        Raises
+        ------
+        ValueError
+            They are not of one of this kind.
+        """
+        head, *left = numbers
+        self._is_series, n_digests = bool(head[0]), int(head[1])
+        if not 0 <= n_digests <= len(left):
+            raise ValueError("numbers of a reduction are missing")
+        self._moments.set_numbers(left[:5])
+        left = left[5:]
+        for counts in self._counts:
+            counts.set_numbers(left[:4])
+            left = left[4:]
+        self._digests = [Digest() for _ in range(n_digests)] or None
+        for digest in self._digests or ():
+            digest.set_numbers(left[:3])
+            left = left[3:]
+        if left:
+            raise ValueError("there are more numbers than a reduction has")
 
     def result(self) -> dict[str, Any]:
         """Return what was wanted, by name: `mean`, …, `quantiles` by share, `histogram`."""

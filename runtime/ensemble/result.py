@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symgen.runtime.ensemble.member import end_again, member_again
-from symgen.runtime.ensemble.verdict import CAUSES, Verdicts
+from symgen.runtime.ensemble.verdict import CAUSES, VERDICTS, Verdicts
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from symgen.runtime.ensemble.plan import Plan
+    from symgen.runtime.ensemble.tally import Tally
+    from symgen.runtime.ensemble.zarr_store import ZarrStore
     from symgen.runtime.solution import Solution
 
 export = Late("symgen.runtime.ensemble.export")
@@ -45,7 +47,7 @@ class EnsembleHealth:
     causes : dict of str to int
         Why members failed, and how many.
     largest_energy_error, largest_residual : float
-        Over the members that are kept.
+        Over all members that reached their end.
     """
 
     n: int
@@ -80,6 +82,18 @@ class EnsembleHealth:
         return said
 
 
+class StoredVerdicts:
+    """Verdicts of members in a store, read when they are asked for."""
+
+    def __init__(self, store: ZarrStore) -> None:
+        self._store = store
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if name not in VERDICTS:
+            raise AttributeError(name)
+        return self._store.read(name)
+
+
 @dataclass(eq=False, repr=False)
 class Ensemble:
     """The members of an ensemble after their runs.
@@ -89,36 +103,45 @@ class Ensemble:
     Attributes
     ----------
     plan : Plan
-    n_done : int
-        Members that were run: all, unless the ensemble was interrupted.
+    tally : Tally
+        How many were run, failed, are doubtful; the first ones by name.
     series : dict of str to ndarray
+        What is kept here, not in a store.
     verdicts : Verdicts
         Of members that are kept.
     reduced : dict of str to dict
         Statistics by the name of what was reduced, then by their own.
-    n_failed, n_doubtful : int
-    named : list of int
-        Members that failed or are doubtful, the first thousand.
-    messages : dict of int to str
-        Why members failed that could not begin or ran by themselves.
-    first_failed : list of int
-        Members without a result, the first thousand.
-    causes : dict of int to int
-        How many members failed, by status.
+    store : ZarrStore, optional
+        Where the members are.
     """
 
     plan: Plan
-    n_done: int
+    tally: Tally
     series: dict[str, np.ndarray]
-    verdicts: Verdicts
+    verdicts: Verdicts | StoredVerdicts
     reduced: dict[str, dict[str, Any]]
-    n_failed: int
-    n_doubtful: int
-    named: list[int]
-    messages: dict[int, str] = field(default_factory=dict)
-    first_failed: list[int] = field(default_factory=list)
-    causes: dict[int, int] = field(default_factory=dict)
+    store: ZarrStore | None = None
     present: Callable[[Solution], Any] | None = None  # what makes of a run as data one with doors
+
+    @property
+    def n_done(self) -> int:
+        """Members that were run: all, unless the ensemble was interrupted."""
+        return self.tally.n
+
+    @property
+    def n_failed(self) -> int:
+        """Members without a result."""
+        return self.tally.n_failed
+
+    @property
+    def n_doubtful(self) -> int:
+        """Members with a result that a check objects to."""
+        return self.tally.n_doubtful
+
+    @property
+    def messages(self) -> dict[int, str]:
+        """Why members failed that could not begin or ran by themselves, by their number; the first thousand."""
+        return self.tally.messages
 
     @property
     def n(self) -> int:
@@ -146,16 +169,16 @@ class Ensemble:
     @property
     def names(self) -> list[str]:
         """The names of series that are kept."""
-        return list(self.series)
+        return list(self.series) if self.store is None else list(self.store.about["series"])
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a series that is kept, or what varies between members, by name."""
-        if name in self.series:
-            return self.series[name]
+        if name in self.names:
+            return self.series[name] if self.store is None else self.store.read(name)
         if name in self.varied:
             return self.varied[name]
         raise UnknownNameError(
-            f"the ensemble has kept no {name!r}: {nearest(name, [*self.series, *self.varied])}; `keep` says what is"
+            f"the ensemble has kept no {name!r}: {nearest(name, [*self.names, *self.varied])}; `keep` says what is"
         )
 
     @cached_property
@@ -172,26 +195,27 @@ class Ensemble:
     def failed(self) -> np.ndarray:
         """The numbers of members without a result; where nothing is kept, the first ones."""
         if not len(self.verdicts.status):
-            return np.array(self.first_failed, dtype=int)
-        return np.flatnonzero(self.verdicts.status[: self.n_done] != 1)
+            return np.array(self.tally.failed, dtype=int)
+        return self._chosen(lambda status, ok: status != 1)
 
     @property
     def doubtful(self) -> np.ndarray:
         """The numbers of members with a result that a check objects to, as far as they are kept."""
-        v = self.verdicts
-        return np.flatnonzero((v.status[: self.n_done] == 1) & ~v.ok[: self.n_done])
+        return self._chosen(lambda status, ok: (status == 1) & ~ok)
+
+    def _chosen(self, choose: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+        status, ok = self.verdicts.status, self.verdicts.ok
+        return np.flatnonzero(choose(status, ok) & (status != 0))
 
     @property
     def health(self) -> EnsembleHealth:
         """Whether members can be trusted; `verdicts` has it for each."""
-        v, n = self.verdicts, self.n_done
-        causes = {CAUSES[status]: count for status, count in sorted(self.causes.items())}
-        with np.errstate(invalid="ignore"):
-            largest = float(np.nanmax(v.energy_error[:n], initial=0.0)) if len(v.status) else float("nan")
-            residual = (
-                float(np.nanmax(v.constraint_residual[:n], initial=0.0)) if len(v.status) else float("nan")
-            )
-        return EnsembleHealth(n, self.n_failed, self.n_doubtful, self.named, causes, largest, residual)
+        known = self.tally
+        causes = {CAUSES[status]: count for status, count in sorted(known.causes.items())}
+        return EnsembleHealth(
+            known.n, known.n_failed, known.n_doubtful, known.named, causes, known.largest_energy_error,
+            known.largest_residual,
+        )  # fmt: skip
 
     def accuracy(self, sample: int = _SAMPLE) -> dict[str, Any]:
         """Estimate errors at the end by running some members again at a thirtieth of the tolerance.
@@ -242,7 +266,7 @@ class Ensemble:
         """Return all that is kept of each member, shape (n,) or (n, F): what varies, series, verdicts."""
         v = self.verdicts
         known = {"status": v.status, "ok": v.ok, "steps": v.steps, "energy_error": v.energy_error}
-        return {**self.varied, **self.series, **(known if len(v.status) else {})}
+        return {**self.varied, **{name: self[name] for name in self.names}, **(known if len(v.status) else {})}
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write all that is kept as NumPy's `.npz`, with the times as `t`."""
@@ -254,7 +278,9 @@ class Ensemble:
         return export.as_dataframe(self.columns())
 
     def to_xarray(self) -> xarray.Dataset:
-        """Return what is kept as an xarray Dataset over members, and the time of series."""
+        """Return what is kept as an xarray Dataset over members, and the time of series; of a store nothing is read."""
+        if self.store is not None:
+            return export.open_dataset(self.store)
         return export.as_dataset(self.columns(), self.t, model=self.plan.system.name, method=self.method)
 
     def to_parquet(self, path: str | os.PathLike[str]) -> None:

@@ -1,36 +1,42 @@
-"""Run an ensemble: parts of the queue in threads, or wherever an executor works; results in the order of members."""
+"""Run an ensemble: chunks of its members wherever they run; results in the order of members."""
 
 from __future__ import annotations
 
-import collections
-import functools
-import os
-import pickle
+import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.ensemble.chunk import (
+    Chunk,
+    Wanted,
+    block_size,
+    part_size,
+    read_reductions,
+    reduced,
+    stored_chunk,
+)
+from symgen.runtime.ensemble.dispatch import n_places, run_chunks
+from symgen.runtime.ensemble.identity import refuse_another
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
-from symgen.runtime.ensemble.reduction import Reduction
-from symgen.runtime.ensemble.result import Ensemble
-from symgen.runtime.ensemble.store import Stored, key_of
+from symgen.runtime.ensemble.result import Ensemble, StoredVerdicts
+from symgen.runtime.ensemble.store import Stored
+from symgen.runtime.ensemble.tally import Tally
 from symgen.runtime.ensemble.verdict import VERDICTS, Verdicts
-from symgen.runtime.ensemble.work import Part, check_names, run_part, stop_all
+from symgen.runtime.ensemble.work import check_names, run_part
+from symgen.runtime.ensemble.zarr_store import ZarrStore
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.names import motion_records, rate_labels
 
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
-_PART, _SMALLEST_PART = 1024, 64  # members
-_PART_NUMBERS = 1 << 21  # of frames in a part
-_ONE_BY_ONE = 64  # members of a part that run by themselves
-_AHEAD = 2  # parts under way for each thread
-_DEFAULT_STATISTICS = ("mean", "std", "min", "max")
-_MOST_NAMED = 1000  # members that are named where nothing is kept
+_SECONDS_OF_CHUNK = 1.0
+_CHUNKS_PER_PLACE = 4
+_CHUNK_NUMBERS = 1 << 23  # of a series in a chunk: 64 MB
+_FIRST_LOOK = 8  # members
 
 
 def run_ensemble(system: System, options: EnsembleOptions) -> Ensemble:
@@ -43,173 +49,171 @@ def run_ensemble(system: System, options: EnsembleOptions) -> Ensemble:
     RuntimeModelError
         An option does not fit the model, or the first member has no start on the constraints.
     """
-    plan = make_plan(system, options)
-    collected = Collector(plan)
+    collected = Collector(make_plan(system, options))
     try:
-        for part in run_parts(plan, collected.names, 0):
-            collected.take(part)
+        for chunk in collected.run():
+            collected.take(chunk)
     except KeyboardInterrupt:
-        plan.notes.append(f"interrupted: {collected.n_done} of {plan.members.n} members are done")
+        collected.plan.notes.append(
+            f"interrupted: {collected.n_done} of {collected.plan.members.n} members are done"
+        )
     return collected.result()
 
 
 class Collector:
-    """Takes parts in the order of members, and keeps what is wanted of them."""
+    """Takes chunks in the order of members, and keeps what is wanted of them.
+
+    Parameters
+    ----------
+    plan : Plan
+        With `out`, the store of its options is made, or opened where it is to be resumed.
+    """
 
     def __init__(self, plan: Plan) -> None:
         self.plan, options = plan, plan.options
-        self.n_done, self.n_failed, self.n_doubtful = 0, 0, 0
+        self.tally = Tally()
         self._kept = _kept_names(plan.system, options.keep)
-        self._reductions, self._functions = _reductions(options.reduce or {})
-        plain = [name for name in self._reductions if name not in self._functions]
+        reductions, functions = read_reductions(options.reduce or {})
+        plain = [r.name for r in reductions if r.name not in functions]
         check_names(plan.system, [*self._kept, *plain])
-        everything = [*_all_names(plan.system)] if self._functions else []
-        self.names = list(dict.fromkeys([*self._kept, *plain, *everything]))
-        n = plan.members.n if options.keep is not None else 0
+        everything = [*_all_names(plan.system)] if functions else []
+        names = tuple(dict.fromkeys([*self._kept, *plain, *everything]))
+        self.wanted = Wanted(tuple(self._kept), names, reductions, functions)
+        if any(reduction.lacks_bins for reduction in reductions):
+            self._lay_bins()
+        self._reduced = self.wanted.empty()
+        self.store = self._store()
+        here = options.keep is not None and self.store is None
+        n = plan.members.n if here else 0
         shape = (n, len(plan.frame_times)) if len(plan.frame_times) else (n,)
-        self._arrays = {name: np.full(shape, np.nan) for name in self._kept}
+        self._arrays = {name: np.full(shape, np.nan) for name in self._kept} if here else {}
         self._verdicts = Verdicts.empty(n)
-        self._named: list[int] = []
-        self._failed: list[int] = []
-        self._causes: collections.Counter[int] = collections.Counter()
-        self._messages: dict[int, str] = {}
+        self._gather = here
+
+    @property
+    def n_done(self) -> int:
+        """Members that were taken."""
+        return self.tally.n
+
+    @property
+    def n_failed(self) -> int:
+        """Members without a result among them."""
+        return self.tally.n_failed
+
+    def _lay_bins(self) -> None:
+        """Lay bins of histograms around what the first members do, whoever runs them later."""
+        plan = self.plan
+        part = run_part(plan, self.wanted.names, 0, min(part_size(plan), plan.members.n))
+        first = reduced(plan, self.wanted, part)
+        self.wanted = Wanted(
+            self.wanted.kept, self.wanted.names, tuple(r.empty() for r in first), self.wanted.functions
+        )
+
+    def _store(self) -> ZarrStore | None:
+        path, plan = self.plan.options.out, self.plan
+        if path is None:
+            return None
+        if self.plan.options.resume and ZarrStore.is_there(path):
+            store = ZarrStore.open(path)
+            store.refuse_another(plan)
+            return store
+        return ZarrStore.create(path, plan, self._kept, chunk_size(plan, self.wanted))
 
     def go_on_from(self, stored: Stored) -> None:
-        """Take what an ensemble that was interrupted has come to.
+        """Take what an ensemble in a file of NumPy that was interrupted has come to.
 
         Raises
         ------
         RuntimeModelError
             It is another one.
         """
-        if stored.about.get("key") != key_of(self.plan):
-            raise RuntimeModelError(
-                "what the file holds is another ensemble, of another model, other settings or other members: give the "
-                "same, or begin anew without --resume"
-            )
+        refuse_another(self.plan, stored.about.get("identity"), "the file")
         done = stored.about["n_done"]
         for name, array in self._arrays.items():
             array[:done] = stored.arrays[name][:done]
         for name in VERDICTS:
             getattr(self._verdicts, name)[:done] = stored.arrays[name][:done]
-        failed = self._verdicts.status[:done] != 1
-        self.n_done, self.n_failed = done, int(failed.sum())
-        self.n_doubtful = int((~self._verdicts.ok[:done] & ~failed).sum())
-        self._causes.update(self._verdicts.status[:done][failed].tolist())
-        self._failed = np.flatnonzero(failed)[:_MOST_NAMED].tolist()
-        self._named = np.flatnonzero(~self._verdicts.ok[:done])[:_MOST_NAMED].tolist()
-        self._messages = {int(k): said for k, said in stored.about["messages"].items()}
+        verdicts = Verdicts(**{name: getattr(self._verdicts, name)[:done] for name in VERDICTS})
+        self.tally = Tally.of(0, verdicts, {int(k): said for k, said in stored.about["messages"].items()})
 
-    def take(self, part: Part) -> None:
-        """Take the next part."""
-        n, verdicts = len(part.verdicts.status), part.verdicts
-        if self.plan.options.keep is not None:
-            self._verdicts.put(part.first, verdicts)
-            for name, array in self._arrays.items():
-                array[part.first : part.first + n] = part.series[name]
-        for name, reduction in self._reductions.items():
-            function = self._functions.get(name)
-            reduction.take(part.series[name] if function is None else self._worked_out(name, function, part))
-        failed = verdicts.status != 1
-        self._causes.update(verdicts.status[failed].tolist())
-        self._failed += (
-            part.first + np.flatnonzero(failed)[: max(_MOST_NAMED - len(self._failed), 0)]
-        ).tolist()
-        self.n_failed += int(failed.sum())
-        self.n_doubtful += int((~verdicts.ok & ~failed).sum())
-        left = _MOST_NAMED - len(self._named)
-        self._named += (part.first + np.flatnonzero(~verdicts.ok)[: max(left, 0)]).tolist()
-        if len(self._messages) < _MOST_NAMED:
-            self._messages |= part.messages
-        self.n_done = part.first + n
+    def run(self) -> Iterator[Chunk]:
+        """Run what is left, and yield it, together with what a store has already, in the order of members."""
+        plan, store = self.plan, self.store
+        known = {}
+        if store is not None:
+            chunks = [store.rows(k) for k in range(store.n_chunks)]
+            known = {store.rows(k)[0]: k for k in store.done()} if plan.options.resume else {}
+        else:
+            size = block_size(plan) if plan.options.executor is None else chunk_size(plan, self.wanted)
+            starts = range(self.n_done, plan.members.n, size)
+            chunks = [(k, min(k + size, plan.members.n)) for k in starts]
+        whole = {first for first, k in known.items() if self._is_whole(k)}
+        left = run_chunks(plan, self.wanted, [c for c in chunks if c[0] not in whole], store, self._gather)
+        for first, _ in chunks:
+            if first in whole:
+                yield stored_chunk(self.wanted, store, known[first], block_size(plan))
+            else:
+                yield next(left)
+
+    def _is_whole(self, k: int) -> bool:
+        """Whether a chunk of the store can be read; if not, it is run again."""
+        try:
+            stored_chunk(self.wanted, self.store, k, block_size(self.plan))
+        except RuntimeModelError:
+            self.store.discard(k)
+            return False
+        return True
+
+    def take(self, chunk: Chunk) -> None:
+        """Take the next chunk."""
+        for name in chunk.columns if self._gather else ():
+            array = self._arrays.get(name)
+            array = getattr(self._verdicts, name) if name in VERDICTS else array
+            if array is not None:
+                array[chunk.first : chunk.last] = chunk.columns[name]
+        try:
+            for block in chunk.blocks:
+                for total, reduction in zip(self._reduced, block, strict=True):
+                    total.merge(reduction)
+        except (ValueError, IndexError, TypeError) as error:
+            raise RuntimeModelError(
+                f"statistics of members {chunk.first} to {chunk.last - 1} do not fit: {error}"
+            ) from None
+        self.tally.add(chunk.tally)
         if self.plan.options.progress is not None:
             self.plan.options.progress(self.n_done, self.plan.members.n, self.n_failed)
-
-    def _worked_out(self, name: str, function: Any, part: Part) -> np.ndarray:
-        given = {
-            **part.series,
-            **self.plan.members.values(part.first, part.first + len(part.verdicts.status)),
-        }
-        values = np.asarray(function(given), dtype=float)
-        n = len(part.verdicts.status)
-        if values.ndim < 1 or len(values) != n:
-            raise RuntimeModelError(
-                f"reduce: {name}: the function gave an array of shape {values.shape} for {n} members; the first axis "
-                "must be that of the members"
-            )
-        return np.where((part.verdicts.status == 1).reshape(n, *[1] * (values.ndim - 1)), values, np.nan)
 
     def result(self) -> Ensemble:
         """Return the ensemble."""
         return Ensemble(
-            plan=self.plan, n_done=self.n_done, series=self._arrays, verdicts=self._verdicts,
-            reduced={name: reduction.result() for name, reduction in self._reductions.items()},
-            n_failed=self.n_failed, n_doubtful=self.n_doubtful, named=self._named, messages=self._messages,
-            first_failed=self._failed, causes=dict(self._causes),
+            plan=self.plan, tally=self.tally, series=self._arrays, store=self.store,
+            verdicts=self._verdicts if self.store is None else StoredVerdicts(self.store),
+            reduced={reduction.name: reduction.result() for reduction in self._reduced},
         )  # fmt: skip
 
 
-def run_parts(plan: Plan, names: Sequence[str], first: int) -> Iterator[Part]:
-    """Run members from `first` on, and yield parts in their order."""
-    size = part_size(plan)
-    parts = ((k, min(k + size, plan.members.n)) for k in range(first, plan.members.n, size))
-    options = plan.options
-    threads = options.threads or len(os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else [0])
-    if options.executor is not None:
-        work = functools.partial(run_packed, packed(plan), tuple(names))
-        yield from _in_order(options.executor, work, parts, 2 * _AHEAD * (os.cpu_count() or 1))
-        return
-    # The main thread waits beside them, so that Ctrl-C has an answer at once.
-    with ThreadPoolExecutor(threads) as executor:
-        try:
-            yield from _in_order(executor, functools.partial(run_part, plan, names), parts, _AHEAD * threads)
-        except BaseException:
-            stop_all()
-            raise
+def chunk_size(plan: Plan, wanted: Wanted) -> int:
+    """Return members of a chunk: as many whole blocks as take a second, of which each worker still gets several."""
+    block, n = block_size(plan), plan.members.n
+    if plan.options.device != "cpu":
+        return block
+    seconds = _seconds_of_members(plan, wanted.names)
+    each = -(-n // (_CHUNKS_PER_PLACE * n_places(plan.options)))
+    most = min(_SECONDS_OF_CHUNK / max(seconds, 1e-9), each, _CHUNK_NUMBERS / max(len(plan.frame_times), 1))
+    return block * max(1, int(most / block))
 
 
-def part_size(plan: Plan) -> int:
-    """Members of a part: what they are does not depend on it."""
-    if plan.settings is None:
-        return _ONE_BY_ONE
-    numbers = max(len(plan.frame_times), 1) * plan.system.ny + plan.system.n_precomputed + plan.system.n_row
-    return max(_SMALLEST_PART, min(_PART, _PART_NUMBERS // max(numbers, 1)))
-
-
-def _in_order(executor: Executor, work: Any, parts: Iterator[tuple[int, int]], ahead: int) -> Iterator[Part]:
-    waiting: collections.deque[Future] = collections.deque()
-    try:
-        for part in parts:
-            waiting.append(executor.submit(work, *part))
-            if len(waiting) >= ahead:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
-    finally:
-        for future in waiting:
-            future.cancel()
-
-
-def packed(plan: Plan) -> bytes:
-    """Return what another process needs to run members of the ensemble."""
-    options = EnsembleOptions(
-        **{
-            name: getattr(plan.options, name)
-            for name in plan.options.__dataclass_fields__
-            if name not in ("executor", "progress", "reduce")
-        }
-    )
-    return pickle.dumps((plan.system, options))
-
-
-def run_packed(content: bytes, names: Sequence[str], first: int, last: int) -> Part:
-    """Run members in another process."""
-    return run_part(_unpacked(content), names, first, last)
-
-
-@functools.lru_cache(maxsize=2)
-def _unpacked(content: bytes) -> Plan:
-    return make_plan(*pickle.loads(content))
+def _seconds_of_members(plan: Plan, names: Sequence[str]) -> float:
+    """Return how long a member takes, by running a few of them."""
+    took = 0.0
+    for length in (1, _FIRST_LOOK, part_size(plan)):
+        length = min(length, plan.members.n)
+        began = time.thread_time()
+        run_part(plan, names, 0, length)
+        took = (time.thread_time() - began) / length
+        if took * part_size(plan) > _SECONDS_OF_CHUNK and length > 1:
+            break
+    return took
 
 
 def _all_names(system: System) -> list[str]:
@@ -217,22 +221,7 @@ def _all_names(system: System) -> list[str]:
     return [*coordinates, *rate_labels(system.coordinates, system.rates)]
 
 
-def _kept_names(system: System, keep: str | Sequence[str] | None) -> list[str]:
+def _kept_names(system: System, keep: Any) -> list[str]:
     if keep is None:
         return []
-    return _all_names(system) if keep == "end" else list(keep)
-
-
-def _reductions(given: Any) -> tuple[dict[str, Reduction], dict[str, Any]]:
-    """Return reductions by name, and functions of those that are worked out."""
-    found, functions = {}, {}
-    for name, wanted in given.items():
-        statistics = wanted
-        if callable(wanted):
-            functions[name], statistics = wanted, _DEFAULT_STATISTICS
-        elif isinstance(wanted, tuple) and len(wanted) == 2 and callable(wanted[0]):
-            functions[name], statistics = wanted
-        if isinstance(statistics, str) or not isinstance(statistics, (list, tuple)):
-            statistics = [statistics]
-        found[name] = Reduction(name, statistics)
-    return found, functions
+    return _all_names(system) if keep == "end" else list(dict.fromkeys(keep))

@@ -15,6 +15,17 @@ def begin(lanes: Lanes) -> Value:
     return lanes.code.as_kind(lanes.step, "lanes")
 
 
+def grid_step(lanes: Lanes) -> tuple[Value, Value, Value]:
+    """Return where a step of the grid begins and ends, and its length."""
+    code = lanes.code
+    t, stop, step = lanes.own("t"), code.as_kind(lanes.t_end, "lanes"), lanes.own("h")
+    # Times of the grid, which do not drift; the last step ends at the end.
+    on_grid = step * (lanes.own("steps") + 1.0) + lanes.t_start
+    at_end = on_grid >= stop - step * 1e-9
+    t1 = code.select(at_end, stop, on_grid)
+    return t, t1, code.select(at_end, t1 - t, step)
+
+
 def attempt_of(tableau: Callable[[], ErkTableau]) -> Callable[[Lanes, Value], Value]:
     """Return what writes one step of all lanes with a method; see `lanes.function_run`."""
 
@@ -26,12 +37,7 @@ def attempt_of(tableau: Callable[[], ErkTableau]) -> Callable[[Lanes, Value], Va
 
 def _attempt(lanes: Lanes, active: Value, method: ErkTableau) -> Value:
     code, n = lanes.code, method.n_stages
-    t, stop = lanes.own("t"), code.as_kind(lanes.t_end, "lanes")
-    # Times of the grid, which do not drift; the last step ends at the end.
-    on_grid = lanes.own("h") * (lanes.own("steps") + 1.0) + lanes.t_start
-    at_end = on_grid >= stop - lanes.own("h") * 1e-9
-    t1 = code.select(at_end, stop, on_grid)
-    h = code.select(at_end, t1 - t, lanes.own("h"))
+    t, t1, h = grid_step(lanes)
     rows = [lanes.k.behind(lanes.n_row * s) for s in range(n + 1)]
     for s in range(1, n):
         _sum(lanes, method.a[s, :s], h, rows, lanes.y_stage)
@@ -43,8 +49,8 @@ def _attempt(lanes: Lanes, active: Value, method: ErkTableau) -> Value:
         end.accepted,
         t,
         t1,
-        lambda: _dense(lanes, h, rows[0], rows[n]),
-        lambda at, out: _at(lanes, at, out),
+        lambda: cubic_dense(lanes, h, rows[0], rows[n]),
+        lambda at, out: cubic_at(lanes, at, out),
     )
     copy_rows(lanes, rows[n], rows[0], lanes.ny, end.accepted)
     return commit(lanes, active, end, t1, h, active & ~end.accepted)
@@ -60,7 +66,7 @@ def _sum(lanes: Lanes, weights, h: Value, rows: list[Rows], out: Rows) -> None:
         out[i] = code.fused(h, total, lanes.y[i])
 
 
-def _dense(lanes: Lanes, h: Value, before: Rows, after: Rows) -> None:
+def cubic_dense(lanes: Lanes, h: Value, before: Rows, after: Rows) -> None:
     """The cubic through both ends, as `dense.hermite_dense`."""
     dense = [lanes.dense.behind(lanes.ny * r) for r in range(4)]
     with lanes.code.each(lanes.ny) as i:
@@ -70,7 +76,8 @@ def _dense(lanes: Lanes, h: Value, before: Rows, after: Rows) -> None:
             row[i] = value
 
 
-def _at(lanes: Lanes, theta: Value, out: Rows) -> None:
+def cubic_at(lanes: Lanes, theta: Value, out: Rows) -> None:
+    """Write the states at places of the step."""
     code, dense = lanes.code, [lanes.dense.behind(lanes.ny * r) for r in range(4)]
     other = 1.0 - theta
     with code.each(lanes.ny) as i:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from symgen.runtime.ensemble.slots import LEFT
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
 
@@ -13,11 +14,17 @@ if TYPE_CHECKING:
 
     from symgen.runtime.ensemble.plan import Plan
     from symgen.runtime.solution import Solution
+    from symgen.runtime.system import System
 
 simulation = Late("symgen.runtime.simulate")
 
 # Single runs see singular configurations and change points through.
-FOR_SINGLE_RUNS = (at.PROJECTION_FAILED, at.SINGULAR_MATRIX)
+_SINGULAR = (at.PROJECTION_FAILED, at.SINGULAR_MATRIX)
+
+
+def runs_alone(system: System) -> tuple[int, ...]:
+    """Return the statuses with which members of a model leave lanes, for runs of their own."""
+    return (_SINGULAR if system.m else ()) + ((LEFT,) if system.events else ())
 
 
 def run_single(plan: Plan, p: np.ndarray, varied: dict[str, float], t_eval: Any = None) -> Solution:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-_KERNELS = ("rhs", "project", "energy", "residual", "setup", "series")
+_KERNELS = ("rhs", "project", "energy", "residual", "setup", "series", "events")
 _SIZES = (
     "n_members", "ny", "n", "nq", "n_row", "n_p", "n_precomputed", "nh", "m", "n_project", "n_quaternions", "n_frames",
     "max_steps", "next", "watch_energy", "scale_energy", "order", "has_tail", "log_size", "n_logged", "n_record",
-    "stop",
+    "stop", "one_evaluation", "n_events", "n_events_logged", "event_log_size",
 )  # fmt: skip
 _NUMBERS = (
     "t_start", "t_end", "rtol", "atol", "h_max", "h_base", "h_share", "h_min", "projection_tol", "step", "log_left_out",
@@ -17,9 +17,12 @@ _MEMBERS = ("start", "parameters", "precomputed", "derivative", "results", "end"
 # Of lanes: vectors.
 _LANES = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
-    "k_other", "lost",
+    "k_other", "lost", "watched", "y_before",
 )  # fmt: skip
-_OTHERS = ("quaternions", "frame_times", "member_of_lane", "frame_of_lane", "step_log")
+_OTHERS = (
+    "quaternions", "frame_times", "member_of_lane", "frame_of_lane", "step_log", "event_log", "directions", "places",
+    "actions", "resets",
+)  # fmt: skip
 NAMES = (*_KERNELS, *_SIZES, *_NUMBERS, *_MEMBERS, *_LANES, *_OTHERS)
 AT = {name: index for index, name in enumerate(NAMES)}
 NUMBERS = frozenset(_NUMBERS)
@@ -30,7 +33,10 @@ COLUMNS = (
     "pivot", "taken", "most_taken", "position_residual", "velocity_residual",
     # Of the steps alone.
     "h", "last_rejected", "active", "round_off", "shorter", "varied", "reach", "before",
+    # Of events: whether sides are known, the last one's number from 1 on, the one of a step, whether that is for a run
+    # of its own; resets so far, the time of the last one, and between the first two; how often a step was halved.
+    "armed", "fired", "next_event", "leaves", "resets", "last_reset", "first_flight", "halvings",
 )  # fmt: skip
 COLUMN = {name: index for index, name in enumerate(COLUMNS)}
 
-TOO_MANY_STEPS = -10
+TOO_MANY_STEPS, LEFT = -10, -11  # LEFT: for a run of its own

@@ -8,7 +8,7 @@ one by one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 assembly = Late("symgen.runtime.constraints.assembly")
+conditions = Late("symgen.runtime.constraints.start_conditions")
 inertia = Late("symgen.runtime.checks.inertia")
 levels = Late("symgen.runtime.constraints.levels")
 
@@ -48,6 +49,8 @@ class Starts:
         Starts that all members have.
     varied : mapping of str to float
         Starts that vary, as one member has them; `dot(x)` for rates.
+    given : collection of str
+        Parameters that are given, so that no start looks for them.
     """
 
     def __init__(
@@ -58,11 +61,14 @@ class Starts:
         start: Mapping[str, Any],
         rate: Mapping[str, Any],
         varied: Mapping[str, float],
+        given: Collection[str] = (),
     ) -> None:
         self.system, self.t, self._start, self._rate = system, t, dict(start), dict(rate)
         own = self.given(varied)
+        self.sought = _sought(system, given)
+        p = self.with_found(p, varied)
         self._plain = start_values(system, p, *own)
-        self._follow_p = bool(system.source.header.get("starts"))
+        self._follow_p = bool(system.source.header.get("starts")) or system.start is not None
         self._places = self._places_of(varied)
         self.smallest_scale = 1.0  # of the constraints' positions
         if system.m:
@@ -77,6 +83,13 @@ class Starts:
         rates = {inside_dot(name): float(x) for name, x in varied.items() if name.startswith("dot(")}
         starts = {name: float(x) for name, x in varied.items() if not name.startswith("dot(")}
         return self._start | starts, self._rate | rates
+
+    def with_found(self, p: np.ndarray, varied: Mapping[str, float]) -> np.ndarray:
+        """Return the parameters of a member with those that its start determines."""
+        if not self.sought:
+            return p
+        others = {record["name"] for record in self.system.parameters} - self.sought
+        return conditions.with_found(self.system, p, others, *self.given(varied), self.t)[0]
 
     def _places_of(self, varied: Mapping[str, float]) -> dict[str, int]:
         """Where in (q, v) what varies stands: where a value that is set shows up."""
@@ -110,6 +123,7 @@ class Starts:
         Parameters
         ----------
         parameters : ndarray, shape (n, n_p)
+            Those that starts look for are written into it.
         varied : mapping of str to ndarray, shape (n,)
         """
         system, n = self.system, len(parameters)
@@ -124,8 +138,10 @@ class Starts:
                 states, singly = self._on_constraints(parameters, states)
         failures = {}
         for k in np.flatnonzero(singly):
+            here = {name: values[k] for name, values in varied.items()}
             try:
-                states[k] = self.one(parameters[k], {name: values[k] for name, values in varied.items()})
+                parameters[k] = self.with_found(parameters[k], here)
+                states[k] = self.one(parameters[k], here)
             except RuntimeModelError as error:
                 states[k], failures[int(k)] = np.nan, str(error)
         return states, failures
@@ -139,7 +155,7 @@ class Starts:
             There is none.
         """
         start, rate = self.given(varied)
-        if self.system.m:
+        if self.system.m or self.system.start is not None:
             found = assembly.assemble(self.system, p, start, rate, self.t)
         else:
             found = start_values(self.system, p, start, rate)
@@ -219,6 +235,11 @@ class Starts:
     def _values(self, function: str, parameters: np.ndarray, states: np.ndarray) -> np.ndarray:
         found = evaluate_members(self.system, function, parameters, np.array([self.t]), states[:, None])
         return found[:, 0]
+
+
+def _sought(system: System, given: Collection[str]) -> frozenset[str]:
+    places = (system.start or {}).get("find", ())
+    return frozenset(system.parameters[k]["name"] for k in places) - frozenset(given)
 
 
 def without_inertia(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import tempfile
@@ -13,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.ensemble.identity import identity
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.record import record
 
 if TYPE_CHECKING:
-    from symgen.runtime.ensemble.plan import Plan
     from symgen.runtime.ensemble.result import Ensemble
 
 _ABOUT = "about"  # the name of what is not numbers
@@ -33,7 +32,7 @@ class Stored:
     Attributes
     ----------
     about : dict
-        Model, method, what was asked for, `n`, `n_done`, `key`, which tells whether another ensemble is the same.
+        Model, method, what was asked for, `n`, `n_done`, `identity`, which tells whether another ensemble is the same.
     arrays : dict of str to ndarray
         By name, a row for each member; `t`, the times of series.
     """
@@ -42,30 +41,13 @@ class Stored:
     arrays: Mapping[str, np.ndarray]
 
 
-def key_of(plan: Plan) -> str:
-    """Return what tells whether two ensembles are the same: model, settings, members, what is kept."""
-    settings, single = plan.settings, plan.single
-    said = (
-        plan.system.source.text_hash, plan.method, plan.treatment, plan.members.n, plan.members.seed,
-        [(c.name, c.place, _plain(c.values)) for c in plan.members.columns], plan.p.tolist(),
-        sorted((single.start or {}).items()), sorted((single.rate or {}).items()), single.t_start, single.t_end,
-        single.rtol, single.atol, single.step, plan.frame_times.tolist(), repr(plan.options.keep),
-        single.max_steps, settings is None or settings.scale_energy,
-    )  # fmt: skip
-    return hashlib.sha256(repr(said).encode()).hexdigest()
-
-
-def _plain(values: Any) -> str:
-    return hashlib.sha256(values.tobytes()).hexdigest() if isinstance(values, np.ndarray) else repr(values)
-
-
 def write_ensemble(e: Ensemble, path: str | os.PathLike[str]) -> None:
     """Write an ensemble, in one step: a file that is there before is whole until then."""
     path, v = Path(path), e.verdicts
     about = {
         "symgen": _FORMAT, "model": e.plan.system.name, "method": e.method, "n": e.n, "n_done": e.n_done,
         "shape": e.shape, "series": e.names, "varied": list(e.varied), "t_end": e.plan.single.t_end,
-        "rtol": e.plan.single.rtol, "atol": e.plan.single.atol, "notes": e.notes, "key": key_of(e.plan),
+        "rtol": e.plan.single.rtol, "atol": e.plan.single.atol, "notes": e.notes, "identity": identity(e.plan),
         "messages": {str(k): said for k, said in e.messages.items()},
     }  # fmt: skip
     taken = {name for name in (*e.series, *e.varied) if name in _OWN}

@@ -7,6 +7,9 @@ that reject a step copy theirs, and the two change places.
 
 from __future__ import annotations
 
+from functools import partial
+
+from symgen.runtime.ensemble.events import act_on_events, arm, find_events
 from symgen.runtime.ensemble.lanes import (
     Lanes,
     Reached,
@@ -224,6 +227,7 @@ def _defect(lanes: Lanes, s: Rows, h: Value, following: Rows) -> Value:
 def attempt(lanes: Lanes, active: Value) -> Value:
     """Write one step of all lanes; returns in which of them the member is done."""
     code = lanes.code
+    arm(lanes, active)
     s, following = (Rows(code, code.slot(AT[name], ADDRESS)) for name in ("k", "k_other"))
     t, stop = lanes.own("t"), code.as_kind(lanes.t_end, "lanes")
     again = lanes.own("last_rejected") > 0.5
@@ -236,21 +240,26 @@ def attempt(lanes: Lanes, active: Value) -> Value:
         _add_tail(lanes, s, h)
     end = _reach_end(lanes, active, t1, following)
     error = _defect(lanes, s, h, following)
-    accepted, worse = _judge(lanes, end, error, wanted, h)
-    end = Reached(accepted, end.lost, end.infinite, end.taken)
-    write_frames(lanes, accepted, t, t1, lambda: None, lambda theta, out: _at(lanes, s, h, theta, out))
+    accepted = _judge(lanes, end, error, wanted, h)
+    dense = (lambda: None), partial(_at, lanes, s, h)
+    stopped = find_events(lanes, accepted, t, t1, *dense)
+    write_frames(lanes, stopped.accepted, t, stopped.t, *dense, whole=h)
+    stopped = act_on_events(lanes, stopped, lambda at: _compute(lanes, at, lanes.y_new, following))
+    with code.when(code.any(stopped.happened)):
+        with code.each(lanes.ny) as i:
+            lanes.lost[i] = code.select(stopped.happened, code.all_lanes(0.0), lanes.lost[i])
+    gone = active & ~accepted & (too_small | creeping)
+    accepted = stopped.accepted
     lanes.set_own("pivot", code.smaller(lanes.own("pivot"), _ratio(lanes, following)), accepted)
     copy_rows(lanes, lanes.lost, lanes.carry, lanes.ny, accepted)
     with code.when(code.any(~accepted)):
         copy_rows(lanes, s, following, (lanes.order + 1) * lanes.ny, ~accepted)
     code.set_slot(AT["k"], following.address)
     code.set_slot(AT["k_other"], s.address)
-    gone = active & ~accepted & (too_small | creeping)
     # Single runs see singular configurations and change points through.
     has_constraints = code.all_flags(lanes.m > 0)
     end = Reached(accepted, end.lost | (gone & has_constraints), end.infinite & ~has_constraints, end.taken)
-    del worse
-    return commit(lanes, active, end, t1, h, gone)
+    return commit(lanes, active, end, stopped.t, stopped.t - t, gone, stopped.leaving)
 
 
 def _choose_step(
@@ -295,8 +304,8 @@ def _reach_end(lanes: Lanes, active: Value, t1: Value, following: Rows) -> Reach
     return Reached(accepted, lost, on_constraints.value & ~finite, taken.value)
 
 
-def _judge(lanes: Lanes, end: Reached, error: Value, wanted: Value, h: Value) -> tuple[Value, Value]:
-    """Return where steps are accepted, and where they went too far; set what the next step needs."""
+def _judge(lanes: Lanes, end: Reached, error: Value, wanted: Value, h: Value) -> Value:
+    """Return where steps are accepted; set what the next step needs."""
     code, active = lanes.code, lanes.own("active") > 0.5
     round_off = (error > code.larger(lanes.own("before") / ROUND_OFF_GAIN, DEFECT_LIMIT)) & (
         error * lanes.rtol <= LARGEST_ROUND_OFF
@@ -317,7 +326,7 @@ def _judge(lanes: Lanes, end: Reached, error: Value, wanted: Value, h: Value) ->
     )
     lanes.set_own("h", code.select(accepted, wanted, part * h), active)
     lanes.set_own("last_rejected", code.select(accepted, code.all_lanes(0.0), code.all_lanes(1.0)), active)
-    return accepted, too_far
+    return accepted
 
 
 def _at(lanes: Lanes, s: Rows, h: Value, theta: Value, out: Rows) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from symgen.runtime.ensemble.plan import Plan
 
 VERDICTS = ("status", "energy_error", "constraint_residual", "steps", "ok", "singly")
-NO_START = -20
+NO_START, RUN_FAILED, WORKER_LOST = -20, -21, -22
 CAUSES = {
     at.STEP_TOO_SMALL: "the step became too small",
     at.NOT_FINITE: "the motion became infinite",
@@ -30,9 +30,9 @@ CAUSES = {
     at.SINGULAR_MATRIX: "the constraints came to depend on each other",
     TOO_MANY_STEPS: "it took more steps than allowed",
     NO_START: "there is no start on the constraints",
-    -21: "its run failed",
+    RUN_FAILED: "its run failed",
+    WORKER_LOST: "what ran it was lost, several times",
 }
-RUN_FAILED = -21
 
 
 @record(eq=False)

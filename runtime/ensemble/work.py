@@ -13,21 +13,24 @@ import numpy as np
 from symgen.runtime.ensemble import member
 from symgen.runtime.ensemble.batch import LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
-from symgen.runtime.ensemble.single import FOR_SINGLE_RUNS, run_single
+from symgen.runtime.ensemble.single import run_single, runs_alone
 from symgen.runtime.ensemble.starts import without_inertia
 from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verdicts_of
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
+from symgen.runtime.prepared import layout as prepared_runs
 from symgen.runtime.record import record
 from symgen.runtime.solution import series_of
 
 if TYPE_CHECKING:
+    from symgen.runtime.ensemble.gpu.batch import DeviceBatch
     from symgen.runtime.ensemble.plan import Plan
     from symgen.runtime.prepared.prepared import PreparedRun
     from symgen.runtime.solution import Solution
     from symgen.runtime.system import System
 
+device = Late("symgen.runtime.ensemble.gpu.device")
 health = Late("symgen.runtime.checks.health")
 preparing = Late("symgen.runtime.prepared.prepared")
 
@@ -36,7 +39,7 @@ _FUNCTIONS = {"outputs": "outputs", "accelerations": "rhs", "multipliers": "rhs"
 _LOOKED_AT_AGAIN = 8
 _JUDGED = ("energy", "finite", "constraint position", "stops")
 _own = threading.local()
-_running: weakref.WeakSet[LaneBatch] = weakref.WeakSet()
+_running: weakref.WeakSet[LaneBatch | DeviceBatch] = weakref.WeakSet()
 
 
 @record(eq=False)
@@ -88,8 +91,9 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
     for k in failures:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
     _look_again(plan, first, verdicts)
-    if plan.system.m:
-        for k in np.flatnonzero(np.isin(verdicts.status, FOR_SINGLE_RUNS)):
+    for_single_runs = runs_alone(plan.system)
+    if for_single_runs:
+        for k in np.flatnonzero(np.isin(verdicts.status, for_single_runs)):
             here = {name: float(values[k]) for name, values in varied.items()}
             messages |= _take_single(plan, first + int(k), parameters[k], here, states[k], verdicts, int(k))
     return states, parameters, verdicts, messages
@@ -118,10 +122,12 @@ def _objects(solution: Solution) -> bool:
     return any(entry.check in _JUDGED for entry in health.objections_to(solution))
 
 
-def _batch(plan: Plan) -> LaneBatch:
-    """The thread's own lanes."""
+def _batch(plan: Plan) -> LaneBatch | DeviceBatch:
+    """The thread's own lanes, or its own stream of a device."""
     if getattr(_own, "plan", None) is not plan:
-        _own.plan, _own.batch = plan, LaneBatch(plan.system, plan.settings)
+        on_device = plan.options.device != "cpu"
+        make = device.make_batch if on_device else LaneBatch
+        _own.plan, _own.batch = plan, make(plan.system, plan.settings)
         _running.add(_own.batch)
     return _own.batch
 
@@ -140,7 +146,9 @@ def _one_by_one(
     verdicts, messages = Verdicts.empty(n), {}
     verdicts.singly[:] = True
     prepared = _prepared(plan, parameters[0], varied)
-    if not prepared.why_python:
+    # What ends before its time stays where it is: frames behind that are for single runs.
+    ends = any(event["action"] == "terminate" for event in plan.system.events)
+    if not prepared.why_python and not (ends and len(plan.frame_times)):
         messages = _take_prepared(prepared, first, parameters, varied, states, verdicts)
         return states, parameters, verdicts, messages
     for k in range(n):
@@ -179,9 +187,9 @@ def _take_prepared(
     states[:, :, :n] = runs.y.reshape(len(rows), -1, n)
     verdicts.steps[:] = runs.steps
     verdicts.energy_error[:] = np.nan
-    verdicts.ok[:] = runs.ok
-    verdicts.status[:] = np.where(runs.status >= 0, at.REACHED_STOP, RUN_FAILED)
-    failed = runs.status < 0
+    failed = ~np.isin(runs.status, (prepared_runs.SUCCESS, prepared_runs.TERMINATED, prepared_runs.DOUBTFUL))
+    verdicts.ok[:] = runs.ok & ~failed
+    verdicts.status[:] = np.where(failed, RUN_FAILED, at.REACHED_STOP)
     states[failed] = np.nan
     return {first + int(k): runs.message(int(k)) for k in np.flatnonzero(failed)}
 
@@ -196,6 +204,7 @@ def _take_single(
     except RuntimeModelError as error:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
         return {number: str(error)}
+    p[:] = solution.p  # with what its start looks for
     verdicts.steps[k] = solution.stats["steps"]
     verdicts.energy_error[k] = solution.energy.unscaled_error
     verdicts.constraint_residual[k] = solution.constraint_residual.max_position

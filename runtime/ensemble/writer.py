@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from symgen.runtime.code.llvm_text import constant, lanes_constant, lanes_suffix, lanes_type
+from symgen.runtime.code.sincos import lanes_sincos
 
 # Kinds of values: numbers and flags of all lanes; a number, an integer, a flag, an address.
 LANES, FLAGS, NUMBER, INTEGER, FLAG, ADDRESS = "lanes", "flags", "number", "integer", "flag", "address"
@@ -201,6 +202,9 @@ class Code:
     def flags(self, value: bool) -> Value:
         return Value(self, f"splat (i1 {str(value).lower()})", FLAGS)
 
+    def flag(self, value: bool) -> Value:
+        return Value(self, str(value).lower(), FLAG)
+
     def as_kind(self, value: Any, kind: str) -> Value:
         """Return a value as one of this kind: a number beside lanes stands for all of them."""
         if not isinstance(value, Value):
@@ -282,16 +286,14 @@ class Code:
         passed = ", ".join(f"{kind} {value}" for value in values)
         return self.new(f"call {kind} @{symbol}({passed})", LANES)
 
-    def each_lane(self, function: str, *values: Value) -> Value:
-        """Call a function of plain numbers, such as `llvm.log.f64`, for one lane after another."""
-        kind, result = self.type_of(LANES), "poison"
-        self.declared.add(f"declare double @{function}({', '.join(['double'] * len(values))})")
-        for lane in range(self.lanes):
-            parts = [self.new(f"extractelement {kind} {v.text}, i32 {lane}", NUMBER).text for v in values]
-            passed = ", ".join(f"double {part}" for part in parts)
-            one = self.new(f"call double @{function}({passed})", NUMBER)
-            result = self.new(f"insertelement {kind} {result}, double {one.text}, i32 {lane}", LANES).text
-        return Value(self, result, LANES)
+    def sincos(self, a: Value) -> tuple[Value, Value]:
+        """Sine and cosine, as the model's functions have them."""
+        text, declared = lanes_sincos("symgen.sincos", self.lanes)
+        self.declared |= {text, *declared}
+        kind = self.type_of(LANES)
+        pair = self.new(f"call {{{kind}, {kind}}} @symgen.sincos({kind} {a.text})", LANES)
+        first, second = (self.new(f"extractvalue {{{kind}, {kind}}} {pair.text}, {k}", LANES) for k in (0, 1))
+        return first, second
 
     def of_lane(self, a: Value, lane: int) -> Value:
         """The number of one lane."""

@@ -50,6 +50,8 @@ def settings_of(switch: Mapping[str, Any]) -> tuple[str, ...]:
     return _SETTINGS[switch["kind"]] + _SETTINGS_IN_A_PLANE.get(switch.get("axis"), ())
 
 
+LATE = ("residual_jacobian",)  # what a module may leave out until a run asks for it
+
 # What robot programs call, in modules of their own (docs/abi.md), and the same for each frame: `pose_tool`.
 ROBOT_FUNCTIONS = (
     "inverse_dynamics", "inverse_dynamics_derivatives", "forward_dynamics", "forward_dynamics_derivatives",

@@ -74,15 +74,22 @@ class Nodes:
         """The nodes that a node is computed from."""
         return self._operands[node]
 
-    def reachable(self, outputs: Iterable[int], mask: int = -1) -> list[int]:
-        """All nodes below `outputs` that depend on a kind in `mask` (-1: all), in topological order."""
+    def reachable(self, outputs: Iterable[int], mask: int = -1, met: set[int] | None = None) -> list[int]:
+        """All nodes below `outputs` that depend on a kind in `mask` (-1: all), in topological order.
+
+        Nodes in `met` are left out, with what is below them; it grows by those returned.
+        """
         operands, masks = self._operands, self.mask
         every = mask == -1
-        seen = {node for node in outputs if every or masks[node] & mask}
-        stack = list(seen)
+        met = set() if met is None else met
+        found = [node for node in {*outputs} - met if every or masks[node] & mask]
+        met.update(found)
+        stack = list(found)
         while stack:
             for x in operands[stack.pop()]:
-                if x not in seen and (every or masks[x] & mask):
-                    seen.add(x)
+                if x not in met and (every or masks[x] & mask):
+                    met.add(x)
+                    found.append(x)
                     stack.append(x)
-        return sorted(seen)
+        found.sort()
+        return found

@@ -25,6 +25,11 @@ _ROUGH = 1e-6  # error of a function's pieces, in parts of its largest value
 _MOST_SAMPLES = 1e8  # all of them are kept
 # What inputs may not stand in: their rates of change are not known there.
 _FIXED = ("energy", "mass_matrix", "constraint_residual", "gamma")
+_WITH_RATES = (
+    "constraint_residual",
+    "gamma",
+)  # but for those in velocity constraints, whose rates are inputs, too
+_JUMP = 1e-6  # of an input's largest value: what is more than the round-off of pieces
 
 
 def drive(
@@ -56,6 +61,9 @@ def drive(
         for name in names:
             if name not in numbers:
                 raise RuntimeModelError(_no_input(system, name, numbers))
+            if "rate_of" in system.inputs[numbers[name]]:
+                followed = system.inputs[numbers[name]]["rate_of"]
+                raise RuntimeModelError(f"input {name!r} is the rate of {followed!r} and follows from it")
             if name in taken:
                 raise RuntimeModelError(f"input {name!r} is given twice")
             taken.add(name)
@@ -83,7 +91,14 @@ def drive(
                 ).pieces()
         except InputFault as fault:
             raise RuntimeModelError(f"input {', '.join(map(repr, names))}: {fault}") from None
-    _refuse_rates(system, sorted(numbers[name] for name in taken))
+    rates = {record["rate_of"]: k for k, record in enumerate(system.inputs) if "rate_of" in record}
+    for name in taken & rates.keys():
+        try:
+            pieces[rates[name]] = _rate(pieces.get(numbers[name]))
+        except InputFault as fault:
+            raise RuntimeModelError(f"input {name!r}: {fault}") from None
+    followed = {numbers[name] for name in rates} | set(rates.values())
+    _refuse_rates(system, sorted(numbers[name] for name in taken), followed)
     return DrivenSystem(system, pieces, samplers, feedback, notes)
 
 
@@ -134,10 +149,29 @@ def _refuse_short_period(period: float, t_start: float, t_end: float) -> None:
         )
 
 
-def _refuse_rates(system: System, places: list[int]) -> None:
+def _rate(pieces: Pieces | None) -> Pieces:
+    """Return the time derivative of an input that a velocity constraint has."""
+    if pieces is None:
+        raise InputFault(
+            "it stands in a velocity constraint, and how fast a controller's input changes is not known: give it as "
+            "a table, a polynomial or a function of time, or let the controller act by a force"
+        )
+    steps = np.abs(pieces.coefficients[1:, 0] - pieces.coefficients[:-1, 0])
+    largest = np.abs(pieces.coefficients[:, 0]).max(initial=0.0)
+    if (pieces.jumps() & (steps > _JUMP * largest)).any():
+        raise InputFault(
+            "it stands in a velocity constraint, and jumps: velocities cannot; let it be continuous"
+        )
+    powers = np.arange(1, pieces.degree + 1)
+    slopes = pieces.coefficients[:, 1:] * powers if pieces.degree else np.zeros((len(pieces.knots), 1))
+    return Pieces(pieces.knots, slopes)
+
+
+def _refuse_rates(system: System, places: list[int], followed: set[int]) -> None:
     for form in (system, system.closed) if system.switches else (system,):
         for function in _FIXED:
-            if form.has(function) and form.inputs_read(function) & set(places):
+            known = followed if function in _WITH_RATES else set()
+            if form.has(function) and form.inputs_read(function) & (set(places) - known):
                 raise RuntimeModelError(_in_the_wrong_place(system, function, form is not system))
 
 

@@ -146,7 +146,7 @@ class DrivenSystem(System):
         }
         own["n_precomputed"] = len(self.precomputed(base.parameter_values()))
         own["_wrapped"] = [
-            name for name in base.source.functions
+            name for name in base.source.names()
             if base.has(name) and (base.inputs_read(name) or (feedback and name == "residual_jacobian"))
         ]  # fmt: skip
         if "residual_jacobian" in own["_wrapped"] and not feedback:

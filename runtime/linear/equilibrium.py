@@ -303,6 +303,7 @@ class _Statics:
         self.sizes = self.constraints.characteristic_sizes(q)
         self.position_scales = self.constraints.position_scales(q, self.sizes) if system.nh else np.zeros(0)
         self._states = list(system.states)
+        self._balances = [k for k in system.balances.values() if k >= system.nh]
         self._weights = np.ones(system.nv)
         if self._states:
             self._balance(q)
@@ -344,6 +345,7 @@ class _Statics:
         rest, weights = self.rest(q), self._weights * self.sizes
         _, _, unknowns = self.equations.jacobian(q, rest, self._still, np.zeros(m))
         jacobian = -unknowns[:nv, nv:].T * self.sizes
+        jacobian[self._balances] = 0.0
         applied = -self.equations.residual(q, rest, self._still, np.zeros(m))[:nv] * weights
         if multipliers is None:
             multipliers = -RowSpace(jacobian).combination(applied)
@@ -451,6 +453,7 @@ class _Statics:
         if not self.system.m:
             return
         moving = self.constraints.velocity(q, self.rest(q))
+        moving[self._balances] = 0.0
         if np.abs(moving).max() > 0.0:
             name = self.constraints.names[int(np.argmax(np.abs(moving)))]
             raise RuntimeModelError(

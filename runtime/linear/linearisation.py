@@ -19,6 +19,7 @@ import numpy as np
 from symgen.runtime.code import dense_ldl, front_ldl
 from symgen.runtime.constraints.assembly import assemble
 from symgen.runtime.constraints.levels import Constraints
+from symgen.runtime.constraints.start_conditions import with_found
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.graph.carry_out import carry_out
 from symgen.runtime.graph.functions import IN_CODE, sign, slopes
@@ -594,7 +595,9 @@ def linearise(
         There is no equilibrium, derivatives are not finite there, or a name is unknown.
     """
     p = system.parameter_values({**_inputs_at(system, t, parameters or {}), **(parameters or {})})
+    p, found = with_found(system, p, {*(parameters or {})}, start, rate, t)
     q, v, notes = _state(system, p, at, start, rate, t, stable)
+    notes = [*found, *notes]
     given = _given(system, start or {}, rate or {})
     tangent = tangent_at(system, p, t, q, v, given)
     at_rest = isinstance(at, str) and at == "equilibrium"

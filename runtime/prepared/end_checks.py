@@ -1,4 +1,4 @@
-"""What is checked of a run in machine code: the energy balance at its frames, and the constraints at its end."""
+"""What is checked of a run in machine code: the energy balance at its frames, constraints at its end, events passed by."""
 
 import math
 
@@ -10,19 +10,19 @@ from symgen.runtime.prepared import layout as here
 
 
 @jitted
-def balance_is_kept(loop, plan, look):
-    """Whether the energy balance at the frames is as the health report wants it, and the end meets the constraints.
+def balance_is_kept(n_frames, loop, plan, look):
+    """Whether the energy balance at the first frames is as the health report wants it; the end meets the constraints.
 
     Frames tell what the motion exchanges, in parts of which the balance counts (`exchange.py`): the largest |T| or the
-    range of V. Where this says no the whole report has the last word.
+    range of V. What resets did before them is no error. Where this says no the whole report has the last word.
     """
     n = loop.sizes[at.NQ] + loop.sizes[at.NV]
     first = kinetic = off = 0.0
     least, most = math.inf, -math.inf
-    for k in range(loop.frame_times.shape[0]):
+    for k in range(n_frames):
         copy(loop.frames[k][:n], look.y)
         call_kernel(plan.addresses[here.ENERGY], loop.frame_times[k], look.y, loop.p, look.energy)
-        balance = look.energy[0] + look.energy[1]
+        balance = look.energy[0] + look.energy[1] - look.resets[k]
         for j in range(n, loop.frames.shape[1]):
             balance -= loop.frames[k, j]
         if k == 0:
@@ -40,6 +40,16 @@ def balance_is_kept(loop, plan, look):
     copy(loop.y[:n], look.y)
     call_kernel(plan.addresses[here.RESIDUAL], loop.control[at.T], look.y, loop.p, look.residual)
     return constraints_are_met(loop, plan, look.residual)
+
+
+@jitted
+def events_are_seen(loop):
+    """Whether no step has come across a crossing that did not fire (`checks/missed_events.py`)."""
+    ne = loop.sizes[at.NE]
+    for e in range(ne):
+        if loop.control[at.N_CONTROL + at.PASSED * ne + e] > 0.0:
+            return False
+    return True
 
 
 @jitted

@@ -84,6 +84,8 @@ def objection_to_machine(system: System, options: RunOptions, has_timetable: boo
         return "it has independent subsystems"
     if system.dependent:
         return "it has constraints that follow from others"
+    if system.start is not None:
+        return "its start is solved for"
     if is_large(system):
         return "it is large"
     if options.progress is not None or options.recorder is not None:
@@ -108,7 +110,7 @@ class Machine:
         self._loop = arrays.loop()
         self._plan_block = arrays.block()
         self._plan = self._make_plan(keeps)
-        self._look = _make_look(system)
+        self._look = _make_look(system, len(task.frames))
         self.rows = self._make_rows()
         self.p, self.y, self.out = self.rows.p[0], self.rows.y[0], self.rows.out[0]
         after, self._kernels_of_events = make_after(system, choice.method, arrays, self._plan_block)
@@ -249,7 +251,7 @@ def _units(system: System) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     return of_rate, of_value, is_bare, len(numbers)
 
 
-def _make_look(system: System) -> Look:
+def _make_look(system: System, n_frames: int) -> Look:
     nq, nv, m = system.nq, system.nv, system.m
     of_rate, of_value, is_bare, n_units = _units(system)
     return Look(
@@ -259,5 +261,5 @@ def _make_look(system: System) -> Look:
         places=np.array([0.1 * np.sin(k * np.arange(1, nq + 1)) for k in (1, 2, 3)]),
         y=np.zeros(system.ny), row=np.zeros(system.n_row), rows=np.zeros(m * nv), squares=np.zeros(m),
         gamma=np.zeros(m), residual=np.zeros(system.nh + m), gram=np.zeros(m * m), mass=np.zeros(nv * nv),
-        energy=np.zeros(2),
+        energy=np.zeros(2), resets=np.zeros(n_frames),
     )  # fmt: skip

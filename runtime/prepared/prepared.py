@@ -20,7 +20,14 @@ from symgen.runtime.positions import Positions
 from symgen.runtime.prepared import layout as here
 from symgen.runtime.prepared.machine import ROWS, Machine, Task, objection_to_machine, sizes_need_python
 from symgen.runtime.prepared.runs import Runs
-from symgen.runtime.simulate import Choice, choose, consistent_start, simulate, split_inputs
+from symgen.runtime.simulate import (
+    Choice,
+    choose,
+    consistent_start,
+    found_parameters,
+    simulate,
+    split_inputs,
+)
 from symgen.runtime.timing.timetable import make_timetable
 
 if TYPE_CHECKING:
@@ -115,6 +122,7 @@ class PreparedRun:
         self._options = replace(options, inputs=self._moving or None, **frames)
         self._fixed_inputs = constant
         self._nominal_p = self._base_p[self._p_at]
+        self._given = values | dict(zip(self.parameters, map(float, self._nominal_p)))
         self.t_start, self.t_end = options.t_start, options.t_end
         self._choose(dict(start) if isinstance(start, Mapping) else {})
         self._base_y = self._start_of_model(self._base_p)
@@ -131,8 +139,9 @@ class PreparedRun:
         if self._moving:
             system = drive.drive(system, self._moving, p, options.t_start, options.t_end)
         form = choose_constraints(options.constraints, system, options.method)
-        given = {name: values for name, values in start.items()}
-        assembly = consistent_start(system, p, replace(options, **self._as_options(given)))
+        asked = replace(options, **self._as_options(start), parameters=self._given)
+        p, _ = found_parameters(system, p, asked)
+        assembly = consistent_start(system, p, asked)
         state = np.concatenate([assembly.q, assembly.v])
         self._nominal_y = state[self._y_at]
         splits = options.split is not False and bool(system.subsystems)
@@ -145,8 +154,8 @@ class PreparedRun:
         self.step = (self._choice.step or None) if self._choice else options.step
         self.notes = list(self._choice.notes) if self._choice else []
         self.why_python = objection_to_machine(system, options, has_timetable, bool(self._moving))
-        if self.checks == "end" and system.events:
-            self.why_python = "what events do to the energy is checked by the health report"
+        if self.checks == "end" and system.switches:
+            self.why_python = "what stops and frictions do is checked by the health report"
         if self.output == "solution":
             self.why_python = "whole solutions are asked for"
         elif self.checks == "full":
@@ -369,7 +378,9 @@ class PreparedRun:
         return states
 
     def _assembled(self, p: np.ndarray, y0: np.ndarray) -> np.ndarray:
-        assembly = consistent_start(self.system, self._parameters(p), self._asked(p, y0))
+        asked = self._asked(p, y0)
+        p, _ = found_parameters(self.system, self._parameters(p), asked)
+        assembly = consistent_start(self.system, p, asked)
         return np.concatenate([assembly.q, assembly.v])
 
     def _asked(self, p: np.ndarray, y0: np.ndarray) -> RunOptions:
@@ -562,7 +573,7 @@ def _parameter_names(
         return tuple(
             record["name"]
             for record in (*system.parameters, *system.inputs)
-            if record["name"] not in over_time
+            if record["name"] not in over_time | _sought(system)
         )
     if isinstance(asked, str):
         asked = (asked,)
@@ -576,6 +587,11 @@ def _parameter_names(
     return names
 
 
+def _sought(system: System) -> set[str]:
+    """The parameters that the model's start looks for."""
+    return {system.parameters[k]["name"] for k in (system.start or {}).get("find", ())}
+
+
 def _start_names(
     system: System, asked: Sequence[str] | Mapping[str, Quantity] | None
 ) -> tuple[tuple[str, ...], np.ndarray]:
@@ -585,7 +601,12 @@ def _start_names(
     if asked is None:
         shown = [name for name, k in coordinates.items() if k not in system.integrals]
         places = [*(coordinates[name] for name in shown), *range(system.nq, system.nq + system.nv)]
-        return (*shown, *labels), np.array(places, dtype=np.int64)
+        if system.start is None:
+            return (*shown, *labels), np.array(places, dtype=np.int64)
+        # Guesses follow from what the model says of its start.
+        given = np.concatenate(system.initial_state()[2:])
+        held = [(name, k) for name, k in zip((*shown, *labels), places) if given[k]]
+        return tuple(name for name, _ in held), np.array([k for _, k in held], dtype=np.int64)
     names = (asked,) if isinstance(asked, str) else tuple(asked)
     _refuse_repeated("start", names)
     rates, places = rate_indices(system.coordinates, system.rates, system.quaternions), []

@@ -66,6 +66,8 @@ class Look(NamedTuple):
     rows, squares, gamma, residual : ndarray, shapes (m * nv,), (m,), (m,), (nh + m,)
     gram, mass : ndarray, shapes (m * m,), (nv * nv,)
     energy : ndarray, shape (2,)
+    resets : ndarray
+        What resets have done to the energy before each frame [J].
     """
 
     unit_of_rate: np.ndarray
@@ -86,6 +88,7 @@ class Look(NamedTuple):
     gram: np.ndarray
     mass: np.ndarray
     energy: np.ndarray
+    resets: np.ndarray
 
 
 class Rows(NamedTuple):

@@ -11,7 +11,7 @@ from symgen.runtime.integrate.loop import all_finite, copy
 from symgen.runtime.integrate.plain_events import act, begin_events
 from symgen.runtime.integrate.projection import project_state
 from symgen.runtime.prepared import layout as here
-from symgen.runtime.prepared.end_checks import balance_is_kept
+from symgen.runtime.prepared.end_checks import balance_is_kept, events_are_seen
 from symgen.runtime.prepared.start_look import energy_can_be_kept, look_at_start
 
 STEPS_ASIDE = 256  # `loop_arrays._STEPS_ASIDE`
@@ -34,7 +34,7 @@ def run_rows(loop, plan, look, after, rows):
             places[here.UNDER_WAY] = 1
         if rows.status[i] == here.GOES_ON:
             before = loop.counters[at.STEPS]
-            rows.status[i] = go_on(loop, plan, after, places[here.STEPS_TO_GO])
+            rows.status[i] = go_on(loop, plan, look, after, places[here.STEPS_TO_GO])
             places[here.STEPS_TO_GO] -= loop.counters[at.STEPS] - before
             if rows.status[i] == here.GOES_ON:
                 return here.GOES_ON
@@ -84,6 +84,7 @@ def begin(i, loop, plan, look, after, rows):
     if loop.frame_times.shape[0] > 0:
         copy(loop.y, loop.frames[0])
     loop.counters[at.NEXT_FRAME] = 1
+    fill_zero(look.resets)
     if loop.sizes[at.NE] > 0 and not begin_events(loop, after):
         return here.NEEDS_PYTHON
     return here.GOES_ON
@@ -118,7 +119,7 @@ def advance(loop, plan, stop, watch, max_steps):
 
 
 @jitted
-def go_on(loop, plan, after, steps):
+def go_on(loop, plan, look, after, steps):
     """Go on by some steps: to the end, a failure, or GOES_ON."""
     t_end, wanted = plan.asked[here.T_END], loop.counters[at.STEPS] + steps
     while True:
@@ -149,6 +150,8 @@ def go_on(loop, plan, after, steps):
                 return here.ZENO
             if done == plain_events.ENDS:
                 return here.TERMINATED
+            for k in range(loop.counters[at.NEXT_FRAME], look.resets.shape[0]):
+                look.resets[k] = after.sums[plain_events.RESET_ENERGY]
 
 
 @jitted
@@ -252,5 +255,7 @@ def end(i, loop, plan, look, rows):
     for k in range(rows.wanted.shape[0]):
         if rows.wanted[k] < reached:
             copy(loop.frames[rows.wanted[k]][:n], rows.out[i, k * n : (k + 1) * n])
-    if plan.asked[here.CHECKS] > 0.0 and not balance_is_kept(loop, plan, look):
+    if plan.asked[here.CHECKS] > 0.0 and not (
+        balance_is_kept(reached, loop, plan, look) and events_are_seen(loop)
+    ):
         rows.status[i] = here.DOUBTFUL

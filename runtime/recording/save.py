@@ -98,11 +98,12 @@ def module_text(system: System) -> str:
         text = ""
     if hashlib.sha256(text.encode()).hexdigest() == system.source.text_hash:
         return text
-    header = pprint.pformat(system.source.header, sort_dicts=False, width=110)
+    source = system.source.whole()
+    header = pprint.pformat(source.header, sort_dicts=False, width=110)
     of_math = [name for name in sorted(IN_CODE) if IN_CODE[name].value is getattr(math, name, None)]
     of_numpy = sorted(set(IN_CODE) - set(of_math))
     imports = [f"from math import {', '.join(of_math)}", f"from numpy import {', '.join(of_numpy)}"]
-    functions = [f"{DECORATOR}\n{function}" for function in system.source.functions.values()]
+    functions = [f"{DECORATOR}\n{function}" for function in source.functions.values()]
     start = "\n\n".join([f'"""{system.name}"""', *imports, "from numba import njit", f"MODEL = {header}\n"])
     return "\n\n".join([start, *functions])
 

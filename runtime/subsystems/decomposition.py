@@ -29,6 +29,7 @@ from symgen.runtime.graph.form import (
     needed,
 )
 from symgen.runtime.graph.layouts import ENERGY, LAYOUTS, POWER, RATIO, Lengths
+from symgen.runtime.graph.spelling import reset_function
 from symgen.runtime.module_check import verified
 from symgen.runtime.system import System
 
@@ -379,7 +380,7 @@ def _looked_at(whole: System, number: int, owner: np.ndarray) -> tuple[int, int]
     event = whole.events[number]
     places = _read(whole, "events", _slice(whole, "events", {number}))
     if event["action"] == "reset":
-        name = f"reset_{event['name']}"
+        name = reset_function(event["name"])
         changed = _changed(whole, name)
         places |= changed | _read(whole, name, _slice(whole, name, changed))
     found = {tuple(owner[place].tolist()) for place in places}
@@ -438,7 +439,7 @@ def _watched(whole: System, kind: Kind, numbers: Sequence[int]) -> Kind:
         "events": _moved(whole, "events", set(numbers), at_state, p, {n: k for k, n in enumerate(numbers)})
     }
     for n in numbers:
-        name = f"reset_{whole.events[n]['name']}"
+        name = reset_function(whole.events[n]["name"])
         if whole.events[n]["action"] == "reset":
             changed = _changed(whole, name)
             form = made[name] = _moved(whole, name, changed, at_state, p, at_state)

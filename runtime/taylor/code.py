@@ -205,12 +205,23 @@ class Code:
         self.line(f"{address} = getelementptr inbounds {self.number}, ptr %{array}, i64 {index}")
         return self.value(f"load {self.number}, ptr {address}, align {self.align}")
 
+    def in_all_lanes(self, table: str, index: int | str) -> str:
+        """Load a number of a constant table, for all lanes."""
+        address, one, first = self.name(), self.name(), self.name()
+        self.line(f"{address} = getelementptr inbounds double, ptr @{table}, i64 {index}")
+        self.line(f"{one} = load double, ptr {address}, align 8")
+        self.line(f"{first} = insertelement {self.number} poison, double {one}, i32 0")
+        zeros = f"<{self.lanes} x i32> zeroinitializer"
+        return self.value(f"shufflevector {self.number} {first}, {self.number} poison, {zeros}")
+
     def store(self, array: str, index: int | str, value: Value) -> None:
         address = self.name()
         known = self.use(constant(0.0) if value is None else value)
         self.line(f"{address} = getelementptr inbounds {self.number}, ptr %{array}, i64 {index}")
         self.line(f"store {self.number} {known}, ptr {address}, align {self.align}")
         self.piece.operations += 1
+        if self.lanes and array == "scratch" and type(index) is int:
+            self._slots.setdefault(known, index)  # later pieces find it there
 
     def integer(self, right_side: str) -> str:
         """An integer, for addresses; it is known in this piece only."""

@@ -7,11 +7,12 @@ of series stand side by side in SIMD lanes.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symgen.runtime.code.llvm_text import constant, lanes_constant, lanes_suffix
-from symgen.runtime.taylor.code import ONE, PASSED, Code, Value
+from symgen.runtime.code.llvm_text import constant, lanes_constant, lanes_suffix, number_table
+from symgen.runtime.taylor.code import ONE, PASSED, Code, Piece, Value
+from symgen.runtime.taylor.pairs import PairedSums
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.steps import FIRST_STEP, Steps
 
@@ -160,13 +161,16 @@ def _rounds(products: list[int], factors: dict[int, tuple[int, int]]) -> Iterato
     yield from _chunks(rest)
 
 
-def sum_function(code: Code, lanes: list[Lanes], ends: int, name: str) -> str:
-    """The function that sums the products x_j y_{n-j}, j from `ends` to n - `ends`, of all lanes."""
+def sum_function(code: Code, lanes: list[Lanes], ends: int, name: str, before: Sequence[str] = ()) -> str:
+    """The function that sums the products x_j y_{n-j}, j from `ends` to n - `ends`, of all lanes, after `before`."""
     lines = [
         f"define internal void @{name}(ptr noalias %scratch, i64 %k) noinline nounwind {{",
         "entry:",
+        *before,
+        "br label %rest",
+        "rest:",
     ]
-    label = "entry"
+    label = "rest"
     for lead in range(LONGEST_LEAD + 1):
         for symmetric in (False, True):
             group = [item for item in lanes if item.lead == lead and (item.kind == "square") == symmetric]
@@ -424,7 +428,7 @@ class _Rolled(Steps):
         super().__init__(code, plan, n_y, n_rows)
         self._length = max_order + LONGEST_LEAD + 1
         self.ends = 2 if len(plan.convolutions) < _FEW_PRODUCTS else 1
-        self.reciprocals = code.reserve(self._length)
+        self.reciprocals = 0 if code.lanes else code.reserve(self._length)
         self.history = {node: code.reserve(self._length) for node in sorted(plan.kept)}
         fewest, known = (1, self.history) if code.lanes else (_FEWEST_SQUARES, None)
         self.table = LaneTable(code, plan, self._length, fewest, known)
@@ -472,7 +476,12 @@ class _Rolled(Steps):
 
     def _reciprocal(self, n: int) -> str:
         if (-1, n) not in self.values:
-            self.values[-1, n] = self.code.load("scratch", self._row(self.reciprocals, 1, n))
+            row = self._row(self.reciprocals, 1, n)
+            self.values[-1, n] = (
+                self.code.in_all_lanes(f"{self.code.symbol}.reciprocals", row)
+                if self.code.lanes
+                else self.code.load("scratch", row)
+            )
         return self.values[-1, n]
 
     def whole(self, n: int) -> str:
@@ -560,8 +569,12 @@ def rolled_kernel(
     code = Code(symbol, lanes)
     code.begin_piece()
     steps = _Rolled(code, plan, n_y, max_order, n_rows)
-    for i in range(1, max_order + 1):
-        code.store("scratch", steps.reciprocals + i, constant(1.0 / i))
+    reciprocals = [1.0 / max(i, 1) for i in range(max_order + LONGEST_LEAD + 1)]
+    if lanes:
+        code.declare(number_table(f"{symbol}.reciprocals", reciprocals))
+    else:
+        for i in range(1, max_order + 1):
+            code.store("scratch", steps.reciprocals + i, constant(reciprocals[i]))
     for k in range(FIRST_STEP, FIRST_IN_LOOP):
         steps.step(k)
     n_before, start = len(code.pieces), code.written
@@ -569,6 +582,14 @@ def rolled_kernel(
     steps.step(_ANY)
     each = code.written - start
     calls = [f"call void @{piece.name}({code.passed}, i64 0)" for piece in code.pieces[:n_before]]
+    if lanes:
+        sums, main = _paired(code, steps, calls, code.pieces[n_before:])
+        costs = (
+            max(start - (FIRST_IN_LOOP + 1) * each, 0.0),
+            each,
+            0.5 * _LANES_TERM * len(steps.table.lanes),
+        )
+        return code.text(main, costs, sums), code.operations
     body = [f"call void @{piece.name}({code.passed}, i64 %k)" for piece in code.pieces[n_before:]]
     main = [
         READ_LAST,
@@ -589,3 +610,36 @@ def rolled_kernel(
     sums = sum_function(code, steps.table.lanes, steps.ends, f"{symbol}.sums")
     costs = (max(start - (FIRST_IN_LOOP + 1) * each, 0.0), each, 0.5 * _LANES_TERM * len(steps.table.lanes))
     return code.text("\n".join(main), costs, sums), code.operations
+
+
+def _paired(code: Code, steps: _Rolled, calls: list[str], pieces: list[Piece]) -> tuple[str, str]:
+    """The functions that sum products, and the kernel's own body, two orders in each pass of its loop."""
+    products = [item for item in steps.table.lanes if item.kind == "product"]
+    others = [item for item in steps.table.lanes if item.kind != "product"]
+    paired, symbol = PairedSums(code, products, steps.ends), code.symbol
+    functions = []
+    for word, own in (("first", paired.first()), ("second", paired.second())):
+        functions.append(sum_function(code, others, steps.ends, f"{symbol}.{word}", own))
+
+    def order(k: str, word: str) -> list[str]:
+        return [
+            f"call void @{symbol}.{word}(ptr %scratch, i64 {k})",
+            *(f"call void @{piece.name}({code.passed}, i64 {k})" for piece in pieces),
+        ]
+
+    first = FIRST_IN_LOOP
+    main = [
+        READ_LAST, *calls,
+        f"%none = icmp sgt i64 {first}, %last", "br i1 %none, label %done, label %single", "single:",
+        *order(str(first), "first"),
+        "br label %loop", "loop:",
+        f"%k = phi i64 [{first + 1}, %single], [%next, %two]",
+        "%over = icmp sgt i64 %k, %last", "br i1 %over, label %done, label %one", "one:",
+        *order("%k", "first"),
+        "%k1 = add i64 %k, 1",
+        "%end = icmp sgt i64 %k1, %last", "br i1 %end, label %done, label %two", "two:",
+        *order("%k1", "second"),
+        "%next = add i64 %k, 2",
+        "br label %loop", "done:", "ret void",
+    ]  # fmt: skip
+    return "".join(functions), "\n".join(main)

@@ -25,6 +25,7 @@ _COMMANDS = {
     "derive": "write a model's equations of motion as a Python module",
     "run": "integrate a model, check the result, record it",
     "sweep": "a model many times, with values that vary",
+    "gpu-report": "what a model's programs need of a graphics processor, without one",
     "advise": "which step and method suit a model, and why",
     "modes": "equilibrium, eigenfrequencies, mode shapes and frequency response of a model",
     "bench": "run time against error of every method, on scenes with known end states",
@@ -50,7 +51,7 @@ class LazyCommands(FailuresAsSentences, click.Group):
         if name not in _COMMANDS:
             return None
         _prepare()
-        return importlib.import_module(f"symgen.cli.{name}{'_' * iskeyword(name)}").command
+        return importlib.import_module(f"symgen.cli.{name.replace('-', '_')}{'_' * iskeyword(name)}").command
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):

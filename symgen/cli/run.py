@@ -28,6 +28,8 @@ from symgen.cli.recorded import Progress, Recorded, run_recorded
 from symgen.cli.settings import load_system, options_of, run_options
 from symgen.cli.terminal import say
 from symgen.runtime.front import Solution
+from symgen.runtime.graph.layouts import LATE
+from symgen.runtime.integrate.methods import calls
 from symgen.runtime.lazy import Late
 from symgen.runtime.simulate import simulate
 
@@ -114,7 +116,8 @@ def command(
         )
     else:
         path = find_model(model)
-        system, module = load_system(path, build_options, quiet)
+        on_demand = no_log and not calls(given["method"], LATE)
+        system, module = load_system(path, build_options, quiet, on_demand)
         _refuse_other_tables(system, csv_file, parquet_file)
         asked, derived = with_control(path, system, options_of(system, given)), module.seconds
         if no_energy_scaling:

@@ -133,12 +133,18 @@ def run_options(command: Callable) -> Callable:
     return command
 
 
-def load_system(path: Path, build_options: dict[str, str], quiet: bool = False) -> tuple[System, ModuleText]:
-    """Return the system of a model file, derived now or found in the cache."""
+def load_system(
+    path: Path, build_options: dict[str, str], quiet: bool = False, on_demand: bool = False
+) -> tuple[System, ModuleText]:
+    """Return the system of a model file, derived now or found in the cache.
+
+    With `on_demand`, what few runs call may be left out of a large model until one does; a recording wants all.
+    """
     if not quiet:
         set_compile_listener(_announce_compilation)
-    module = module_for(path, build_options, None if quiet else _announce)
-    return runtime.load(module.text), module
+    notify = None if quiet else _announce
+    module = module_for(path, build_options, notify, on_demand)
+    return runtime.load(module.text, lambda: module_for(path, build_options, notify).text), module
 
 
 def _announce(text: str) -> None:

@@ -27,7 +27,7 @@ from symgen.cli.terminal import say
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.ensemble.result import Ensemble
-from symgen.runtime.ensemble.run import Collector, run_parts
+from symgen.runtime.ensemble.run import Collector
 from symgen.runtime.ensemble.sampling import read_variation
 from symgen.runtime.ensemble.store import Stored, read_ensemble, write_ensemble
 from symgen.runtime.errors import RuntimeModelError, nearest
@@ -67,6 +67,11 @@ _MOST_NAMES = 12
     "--out", "out_file", type=OutputFile(".npz"), help="Write the members to a file of NumPy (.npz)."
 )
 @click.option("--resume", is_flag=True, help="Go on with what --out holds already.")
+@click.option(
+    "--device",
+    type=click.Choice(["cpu", "cuda"]),
+    help="Where members run: this machine's processors (default), or a graphics processor of NVIDIA.",
+)
 @click.option("--threads", type=click.IntRange(min=1), help="Threads to work in (default: all processors).")
 @click.option("--max-steps", type=click.IntRange(min=1), help="A member fails after so many steps.")
 @click.option("--show", is_flag=True, help="Say what the file of members holds that MODEL names.")
@@ -97,7 +102,7 @@ def command(
         raise click.UsageError("--resume goes on with the file of --out: name it")
     if not vary:
         raise click.UsageError("--vary says what differs between members: give it at least once")
-    system, _ = load_system(find_model(model), as_dict(options, "--option"), quiet)
+    system, _ = load_system(find_model(model), as_dict(options, "--option"), quiet, on_demand=True)
     plan = make_plan(system, _options(system, vary, keep, given))
     collected = Collector(plan)
     if resume and out_file.exists():
@@ -159,8 +164,8 @@ def _collect(
     if progress is not None:
         progress.begin(collected.n_done)
     try:
-        for part in run_parts(plan, collected.names, collected.n_done):
-            collected.take(part)
+        for chunk in collected.run():
+            collected.take(chunk)
             if progress is not None:
                 progress.show(collected.n_done, plan.members.n, collected.n_failed)
             if out_file is not None and time.monotonic() - stored > _STORE_EVERY:

@@ -19,7 +19,7 @@ from ..model.description import Coordinate, Description
 from .graph.differentiate import forward, reverse, sparse_jacobian
 from .graph.evaluate import evaluate
 from .graph.graph import Graph
-from .graph.nodes import INPUT, PARAM, SparseRows, T
+from .graph.nodes import INPUT, PARAM, SparseRows, T, V
 from .kinematics import time_derivative
 from .load import Loader
 from .variables import Variables
@@ -69,10 +69,17 @@ def constraint_forces(loader: Loader, c: Constraints, x: Variables) -> list[int]
 
 
 def rheonomic_power(loader: Loader, c: Constraints, x: Variables, multipliers: list[int]) -> int:
-    """Power of the constraint forces, λᵀ G v = -λᵀ (what is left of the velocity level at v = 0)."""
+    """Power of the constraint forces, λᵀ G v = -λᵀ (what is left of the velocity level at v = 0) where that is linear.
+
+    Forces of a constraint that is not linear in the rates act along its derivatives by them (Chetaev), and do work.
+    """
     g = loader.g
     drift = g.substitute(c.velocity, x.of_motion([g.zero] * len(x.v)))
-    return g.neg(g.dot(multipliers, drift))
+    speeds = [g.neg(node) for node in drift]
+    for k, row in enumerate(c.jacobian):
+        if any(g.mask[entry] & V for entry in row.values()):
+            speeds[k] = g.dot(row.values(), [x.v[i] for i in row])
+    return g.dot(multipliers, speeds)
 
 
 LARGEST = 80  # constraints; the search takes time as their third power

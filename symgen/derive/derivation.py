@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..model.description import Description, Friction
 from ..model.sensors import without_sensed
+from .balances import balance_symbol
 from .constraints import Constraints, constraints, dependent_constraints, rheonomic_power
 from .contacts import NONE, Switches
 from .dynamics import (
@@ -57,6 +58,7 @@ class Derivation:
         self.mass_rows: SparseRows = _gathered(g, mass_matrix(self.loader, self.mech, x))
         self.form: Mechanics = cheapest_form(self.loader, self.mech, x, self.mass_rows)
         self.forces = [g.neg(h) for h in inverse_dynamics(self.loader, self.form, x, [g.zero] * n)]
+        self._define_balances()
         self.constraints: Constraints = constraints(self.loader, d, x)
         self.jacobian_rows = self.constraints.jacobian
         names = [r.name for r in d.rates] + [c.name for c in (*d.constraints, *d.velocity_constraints)]
@@ -87,6 +89,12 @@ class Derivation:
             rheonomic_power(self.loader, self.constraints, x, self.multipliers),
         )
         self.power = self.levels.at([power], self.multipliers)[0]
+
+    def _define_balances(self) -> None:
+        """Let the constraints of coordinates without inertia be what acts on them."""
+        places = {r.coordinate: k for k, r in enumerate(self.description.rates)}
+        for name in self.description.balanced:
+            self.loader.symbols[balance_symbol(name).name] = self.forces[places[name]]
 
     @property
     def kept(self) -> list[int]:

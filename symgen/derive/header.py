@@ -46,6 +46,7 @@ def header(d: Description, derivation: Derivation, source: str, operations: dict
         "operations": operations,
         "run": dict(d.run),
         **dependence(derivation.dependent),
+        **_balances(d),
         **({"sensed": True} if has_sensed_outputs(d) else {}),
         **({"starts": True} if has_formulas(d) else {}),
         **_states(d, rates),
@@ -85,6 +86,13 @@ def dependence(rows: Iterable[int]) -> dict[str, list[int]]:
     return {"dependent": found} if found else {}
 
 
+def _balances(d: Description) -> dict[str, dict[str, int]]:
+    """The constraints that are balances of coordinates without inertia, by these; they have no force."""
+    places = {c.name: k for k, c in enumerate((*d.constraints, *d.velocity_constraints))}
+    found = {name: places[f"{name}_balance"] for name in d.balanced if f"{name}_balance" in places}
+    return {"balances": found} if found else {}
+
+
 def _states(d: Description, rates: tuple[Rate, ...]) -> dict[str, list]:
     """Which rates are first-order states, and which velocity constraints change with them."""
     found = [k for k, r in enumerate(rates) if r.state]
@@ -93,7 +101,8 @@ def _states(d: Description, rates: tuple[Rate, ...]) -> dict[str, list]:
     others = {r.name for r in rates if not r.state} | {c.name for c in d.coordinates} | {"t"}
     others |= {f"{x.name}_{component}" for x in (*d.points, *d.axes) for component in "xyz"}
     movement = Movement(d, others)
-    moved = [c.name for c in d.velocity_constraints if movement.of([c.expression])]
+    made = {f"{name}_balance" for name in d.balanced}  # what is in these is not looked for
+    moved = [c.name for c in d.velocity_constraints if c.name in made or movement.of([c.expression])]
     return {"states": found, **({"constraints_of_states": moved} if moved else {})}
 
 
@@ -130,6 +139,8 @@ def _input(u: Input) -> dict[str, Any]:
         record["table"] = {"kind": u.kind, "t": list(u.times), "values": list(u.values)}
     if u.polynomial:
         record["polynomial"] = list(u.polynomial)
+    if u.rate_of:
+        record["rate_of"] = u.rate_of
     return record
 
 

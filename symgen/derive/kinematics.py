@@ -9,7 +9,6 @@ import sympy
 
 from ..errors import ModelError
 from ..model.description import Axis, Body, Description, Point
-from .graph.differentiate import forward
 from .graph.nodes import Q, V
 from .graph.vectors import Matrix, Vector, cross, plus, product, times, transposed_times, zeros
 from .load import Loader
@@ -229,7 +228,7 @@ def _names(expressions: Iterable[sympy.Expr]) -> set[str]:
 
 def time_derivative(loader: Loader, nodes: list[int]) -> list[int]:
     """Total time derivatives of functions of q and t; they are remembered as exact derivatives."""
-    result = forward(loader.g, nodes, loader.rates)
+    result = loader.derivatives(nodes)
     loader.exact.update(result)
     return result
 

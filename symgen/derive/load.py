@@ -11,7 +11,7 @@ from sympy.core.function import AppliedUndef
 from ..errors import ModelError
 from ..model.description import Description, Table
 from ..model.functions import OF_CLASS, Tabulated, branch, dot
-from .graph.differentiate import forward
+from .graph.differentiate import Tangents, forward
 from .graph.graph import Graph
 from .graph.nodes import INPUT, PARAM, FoldingError
 from .tables import tabulated_node
@@ -40,6 +40,7 @@ class Loader:
         self.rates = rates
         self.exact: set[int] = set(rates.values())  # nodes that are time derivatives of functions of q and t
         self._memo: dict[sympy.Basic, int] = {}
+        self._moving, self._n_rates = Tangents(g, rates), len(rates)
         self._frequency: Counter[sympy.Basic] = Counter()
         self._counted: set[sympy.Basic] = set()
 
@@ -125,8 +126,16 @@ class Loader:
             hint="write it with the functions of the reference page",
         )
 
+    def derivatives(self, nodes: list[int]) -> list[int]:
+        """Total time derivatives of nodes."""
+        if self.g.undivided:  # roots are differentiated in another way for now
+            return forward(self.g, nodes, self.rates)
+        if len(self.rates) != self._n_rates:  # marks have come; none ever goes
+            self._moving, self._n_rates = Tangents(self.g, self.rates), len(self.rates)
+        return self._moving.of(nodes)
+
     def _total_derivative(self, node: int) -> int:
-        result = forward(self.g, [node], self.rates)[0]
+        result = self.derivatives([node])[0]
         self.exact.add(result)
         return result
 
@@ -164,6 +173,9 @@ def make_loader(g: Graph, d: Description, x: Variables) -> Loader:
     symbols |= {p.name: g.var(PARAM, k) for k, p in enumerate(d.parameters)}
     symbols |= {u.name: g.var(INPUT, k) for k, u in enumerate(d.inputs)}
     symbols |= {c.name: g.const(c.value) for c in d.constants}
+    symbols |= {
+        f"{name} balance": g.zero for name in d.balanced
+    }  # where nothing else is known: forces in balance
     loader = Loader(g, symbols, dict(zip([*x.q, x.t], [*x.qdot, g.one], strict=True)), d.tables)
     loader.count_terms(_expressions(d))
     return loader

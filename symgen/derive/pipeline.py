@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
+
+from symgen.runtime.graph.spelling import reset_function
 
 from ..model.description import Description
 from . import sensitivity
+from .balances import with_balances
 from .constraints import acceleration, constraint_forces
 from .contacts import SWITCHED, Switches, has_switches
 from .derivation import Derivation
@@ -16,15 +19,17 @@ from .graph.hoist import gather
 from .graph.nodes import SparseRows
 from .graph.vectors import normalised
 from .header import header
+from .input_rates import with_input_rates
 from .jumps import with_branches
 from .marks import mark_function, mark_records, marks
 from .program import Function, Program
 from .sensed import Sensed
 from .solve import factorise as ldl
-from .starts import start_function
+from .starts import levels, start_conditions, start_function, start_record
 from .structure import structure
 from .time_terms import own_terms, term_count, time_function
 from .trees.derivatives import add_tree_derivatives
+from .variables import with_rates
 
 LARGEST_TREE_TRIED_ALL_WAYS = 8
 # Numbers in a state; beyond, the derivatives of the virtual power are always cheapest.
@@ -38,6 +43,7 @@ def derive(
     gathered: bool = True,
     articulated: bool = True,
     jacobian: bool = False,
+    late: Collection[str] = (),
 ) -> Program:
     """Derive the equations of motion, all of them together, and every function that the model needs.
 
@@ -52,21 +58,26 @@ def derive(
         not, to see what that gains. Models with stops or dry friction take no notice.
     jacobian : bool
         Whether there are functions for the derivatives of `rhs`; not of models with stops or dry friction.
+    late : collection of str
+        Functions that are left out, and named in the header; none of models with stops or dry friction.
 
     Returns
     -------
     Program
     """
+    drawn = description
+    description = with_balances(with_input_rates(description))
     if has_switches(description):
         return derive_switched(description, source)
     d = Derivation(with_branches(description, description), articulated=articulated, own=description)
-    found = marks(d.description)
-    own = tuple(functions(d, gathered))
+    found = marks(d.description if description is drawn else with_rates(drawn))
+    own = tuple(functions(d, gathered, late))
     if jacobian:
         own += tuple(sensitivity.derivatives(d, lambda: _residual(d, d.form), len(description.inputs)))
     own += (
         *mark_function(d.loader, found),
         *start_function(d.loader, d.description),
+        *_start_conditions(d),
         *time_function(own_terms(d.g, own)),
     )
     program = Program(d.g, own, {})
@@ -74,7 +85,9 @@ def derive(
     head |= term_count(own)
     if jacobian:
         head["jacobian"] = True
-    head |= solves(program)
+    if late:
+        head["late"] = list(late)
+    head |= solves(program) | _start_record(d)
     head["inputs"] = head["inputs"][: len(description.inputs)]
     return replace(program, header=head, findings=tuple(structure(d).findings))
 
@@ -94,6 +107,7 @@ def derive_switched(description: Description, source: str) -> Program:
     own += (
         *mark_function(d.loader, found),
         *start_function(d.loader, description),
+        *_start_conditions(d),
         watched,
         *time_function(own_terms(d.g, own)),
     )
@@ -104,6 +118,7 @@ def derive_switched(description: Description, source: str) -> Program:
         "switches": switches.records(),
         **({} if description.impacts == "simultaneous" else {"impacts": description.impacts}),
         "subsystems": [],
+        **_start_record(d),
         **mark_records(found),
         **term_count(own),
     }
@@ -116,13 +131,13 @@ def solves(program: Program) -> dict[str, bool]:
     return {"solve": True} if "solve" in program.names() else {}
 
 
-def functions(d: Derivation, gathered: bool = True) -> Iterator[Function]:
+def functions(d: Derivation, gathered: bool = True, late: Collection[str] = ()) -> Iterator[Function]:
     """The functions of the ABI that this model has, parameters gathered, in the order of the generated file."""
-    for function in _functions(d):
+    for function in _functions(d, late):
         yield replace(function, outputs=gather(d.g, function.outputs)) if gathered else function
 
 
-def _functions(d: Derivation) -> Iterator[Function]:
+def _functions(d: Derivation, late: Collection[str]) -> Iterator[Function]:
     x, c = d.x, d.constraints
     m = len(x.lam)
     work = [] if d.conservative else [d.power]
@@ -137,7 +152,7 @@ def _functions(d: Derivation) -> Iterator[Function]:
     yield Function.matrix("mass_matrix", "Mass matrix M, row by row.", d.mass_rows, len(x.v))
     yield Function("forces", "Forces f of M a = f + G^T lambda.", tuple(d.forces))
     yield Function("energy", "Kinetic and potential energy.", d.mech.energy)
-    yield from _residual_functions(d)
+    yield from _residual_functions(d, late)
     if m:
         yield Function(
             "constraint_residual", "Position residuals, velocity residuals.", (*c.position, *c.velocity)
@@ -154,12 +169,14 @@ def _functions(d: Derivation) -> Iterator[Function]:
     yield from _observers(d)
 
 
-def _residual_functions(d: Derivation) -> Iterator[Function]:
+def _residual_functions(d: Derivation, late: Collection[str]) -> Iterator[Function]:
     """M a - f - Gᵀλ and G a - γ, with their derivatives; `a` is an input, so no inverse is differentiated."""
     g, x = d.g, d.x
     residual = _residual(d, d.form)
     in_full = tuple(d.levels.at(residual, x.lam))
     yield Function("residual", "M a - f - G^T lambda, then G a - gamma.", in_full)
+    if "residual_jacobian" in late:
+        return
     rows = _residual_by_state(d, residual)
     first, G = len(x.q) + len(x.v), d.jacobian_rows
     for row, entries in zip(rows, [*d.mass_rows, *G], strict=True):
@@ -184,6 +201,15 @@ def _residual(d: Derivation, form: Mechanics) -> list[int]:
     for k, node in d.corner.items():
         held[k] = g.add(held[k], g.mul(node, x.lam[k]))
     return [*momentum, *held]
+
+
+def _start_conditions(d: Derivation) -> Iterator[Function]:
+    return start_conditions(d, lambda: d.levels.at(_residual(d, d.form), d.x.lam))
+
+
+def _start_record(d: Derivation) -> dict[str, dict]:
+    """What the header says of the conditions of a start, if there are any."""
+    return {} if d.own.start is None else {"start": start_record(d.own) | {"levels": levels(d)}}
 
 
 def _residual_by_state(d: Derivation, residual: list[int]) -> SparseRows:
@@ -286,4 +312,4 @@ def _observers(d: Derivation) -> Iterator[Function]:
             state = [*d.x.q, *d.x.v]
             for reset in event.resets:
                 state[(rate if reset.is_rate else coordinate)[reset.target]] = load(reset.value)
-            yield Function(f"reset_{event.name}", f"State after event '{event.name}'.", tuple(state))
+            yield Function(reset_function(event.name), f"State after event '{event.name}'.", tuple(state))

@@ -10,9 +10,10 @@ The order of a function's clusters: those of one shape together, where what they
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from symgen.derive.graph import hoist
 from symgen.derive.graph.graph import Graph
@@ -22,6 +23,7 @@ FEWEST_TERMS = 16  # of a sum that is made in a loop
 _CHEAP = frozenset(
     ("add", "sub", "mul", "neg")
 )  # repeated rather than kept, when they cost no more than reading
+_SUMS = ("add", "sub", "neg")
 SOLVES = ON_ARRAYS - {"element"}
 
 OUT = "out"
@@ -89,25 +91,32 @@ def array_entries(g: Graph, solve: int) -> list[tuple[int, int]]:
 
 def _find_sums(g: Graph, c: Clusters, nodes: list[int]) -> set[int]:
     """Find long sums; returns the nodes within them, which nothing else uses."""
-    uses: Counter[int] = Counter()
+    ops, args, level, sinks = g.op, g.args, c.level, c.sinks
+    uses = [0] * len(ops)
     for node in nodes:
-        uses.update(g.operands(node))
+        for x in g.operands(node):
+            uses[x] += 1
     inner: set[int] = set()
+    seen: set[int] = set()  # within a sum that was followed: a part of a short one is no longer
     for node in reversed(nodes):
-        if node in inner or g.op[node] not in ("add", "sub") or c.level[node] < hoist.MOTION:
+        if ops[node] not in ("add", "sub") or node in seen or level[node] < hoist.MOTION:
             continue
         terms: list[tuple[int, int]] = []
         within: list[int] = []
         stack = [(1, node)]
         while stack:
             sign, x = stack.pop()
-            alone = x == node or (uses[x] == 1 and x not in c.sinks)
-            if g.op[x] in ("add", "sub", "neg") and alone and c.level[x] == hoist.MOTION:
-                within.append(x)
-                signs = {"add": (sign, sign), "sub": (sign, -sign), "neg": (-sign,)}[g.op[x]]
-                stack += reversed(list(zip(signs, g.args[x], strict=True)))
-            else:
+            op = ops[x]
+            if op not in _SUMS or level[x] != hoist.MOTION or (x != node and (uses[x] != 1 or x in sinks)):
                 terms.append((sign, x))
+                continue
+            within.append(x)
+            if op == "neg":
+                stack.append((-sign, args[x][0]))
+            else:
+                first, second = args[x]
+                stack += ((sign if op == "add" else -sign, second), (sign, first))
+        seen.update(within)
         if len(terms) >= FEWEST_TERMS:
             c.sums[node] = terms
             inner.update(within[1:])
@@ -117,25 +126,23 @@ def _find_sums(g: Graph, c: Clusters, nodes: list[int]) -> set[int]:
 def _assign(g: Graph, c: Clusters, nodes: list[int], inner: set[int]) -> None:
     """Give each node to the only cluster that uses it, or make it the root of one."""
     terms = {x for entries in c.sums.values() for _, x in entries}
+    written = terms.union(c.sinks, c.sums)
     owners: dict[int, int | None] = {}  # None: several
     for node in reversed(nodes):
         if node in inner or g.op[node] in SOLVES:
             continue
         is_leaf = c.is_leaf(g, node)
-        written = node in c.sinks or node in terms or node in c.sums
-        cheap = _is_cheap(g, c, node)
-        several = node in owners and owners[node] is None
-        if written or (several and not is_leaf and not cheap):
+        owner = owners.get(node, node)
+        if node in written or (owner is None and not is_leaf and not _is_cheap(g, c, node)):
             c.roots.append(node)
-            if node in owners and not is_leaf:
+            if not is_leaf and node in owners:
                 c.shared.add(node)
-            owner: int | None = node
-        else:
-            owner = owners.get(node)
+            owner = node
         if is_leaf or node in c.sums:
             continue
         for x in g.operands(node):
-            owners[x] = owner if owners.get(x, owner) == owner else None
+            if owners.setdefault(x, owner) != owner:
+                owners[x] = None
     c.roots.reverse()
 
 
@@ -154,8 +161,7 @@ _VECTORS = {Q: "q", V: "v", A: "a", LAM: "lam", PARAM: "p", INPUT: "u", VIRTUAL:
 _COMMUTES = frozenset(("add", "mul"))
 
 
-@dataclass(frozen=True)
-class Instance:
+class Instance(NamedTuple):
     """One cluster: its root, and the nodes that it reads, in the order in which its shape names them."""
 
     root: int
@@ -170,6 +176,10 @@ class Shapes:
         self._kept = set(clusters.shared)
         self._colours: dict[tuple, int] = {}
         self._colour: dict[int, int] = {}  # as a reader sees a node: where it comes from, or its operations
+        self._time = g.var(T)
+        self._seen: dict[int, tuple] = {}  # what `_look` says of nodes below the roots
+        self._ordered: dict[int, tuple[int, ...]] = {}
+        self._shapes: dict[tuple, int] = {}
 
     def is_kept(self, node: int) -> bool:
         """Whether a cluster makes this number for others."""
@@ -193,29 +203,33 @@ class Shapes:
         if node in self._kept and node != root:
             return True
         g = self.g
-        return g.op[node] != "const" and self.clusters.is_leaf(g, node) and node != g.var(T)
+        return g.op[node] != "const" and self.clusters.is_leaf(g, node) and node != self._time
 
     def ordered(self, node: int) -> tuple[int, ...]:
         """A node's operands; those of a sum or product by their colours, as their own order is an accident."""
-        args = self.g.operands(node)
-        if self.g.op[node] in _COMMUTES and self.colour(args[0]) > self.colour(args[1]):
-            return args[::-1]
-        return args
+        found = self._ordered.get(node)
+        if found is None:
+            found = self.g.operands(node)
+            if self.g.op[node] in _COMMUTES and self.colour(found[0]) > self.colour(found[1]):
+                found = found[::-1]
+            self._ordered[node] = found
+        return found
 
     def colour(self, node: int) -> int:
         """A number for what a node looks like from outside."""
-        if node not in self._colour:
+        known = self._colour
+        if node not in known:
             stack = [node]
             while stack:
                 x = stack[-1]
-                waiting = [] if x in self._colour else [o for o in self._below(x) if o not in self._colour]
+                waiting = [] if x in known else [o for o in self._below(x) if o not in known]
                 if waiting:
                     stack += waiting
                     continue
                 stack.pop()
-                if x not in self._colour:
-                    self._colour[x] = self._number(x)
-        return self._colour[node]
+                if x not in known:
+                    known[x] = self._number(x)
+        return known[node]
 
     def _below(self, node: int) -> tuple[int, ...]:
         hidden = node in self._kept or self.g.op[node] in ON_ARRAYS
@@ -224,7 +238,7 @@ class Shapes:
     def _number(self, node: int) -> int:
         g = self.g
         op = g.op[node]
-        if op == "const" or node == g.var(T):
+        if op == "const" or node == self._time:
             key: tuple = (op, g.args[node])
         elif node in self._kept or op in ("var", "element"):
             key = ("read", self.source(node))
@@ -233,36 +247,49 @@ class Shapes:
             key = (op, *(sorted(below) if op in _COMMUTES else below))
         return self._colours.setdefault(key, len(self._colours))
 
-    def shape(self, root: int) -> tuple[tuple, Instance]:
-        """The shape of the cluster of a root, and what this one reads.
+    def shape(self, root: int) -> tuple[int, Instance]:
+        """The number of the shape of the cluster of a root, and what this one reads.
 
-        The shape lists the cluster's nodes from the root down, each with its operation or, where it was met before,
-        that place in the list.
+        A shape lists the cluster's nodes from the root down, each with its operation or, where it was met before, that
+        place in the list.
         """
-        g = self.g
         shape: list = []
         met: dict[int, int] = {}
         reads: list[int] = []
         stack = [root]
+        known = self._seen
+        look = self._look(root, self.is_read(root, root))
         while stack:
             node = stack.pop()
             if node in met:
                 shape.append(met[node])
                 continue
+            if met:
+                look = known.get(node)
+                if look is None:
+                    look = known[node] = self._look(node, self.is_read(node, root))
             met[node] = len(met)
-            if self.is_read(node, root):
-                source = self.source(node)
-                shape.append((source, self.colour(node) if source == HOISTED else 0))
+            entry, below = look
+            shape.append(entry)
+            if below is None:
                 reads.append(node)
-            elif g.op[node] == "const" or node == g.var(T):
-                shape.append((g.op[node], g.args[node]))
             else:
-                shape.append(g.op[node])
-                stack += reversed(self.ordered(node))
-        return tuple(shape), Instance(root, tuple(reads))
+                stack += below
+        return self._shapes.setdefault(tuple(shape), len(self._shapes)), Instance(root, tuple(reads))
+
+    def _look(self, node: int, is_read: bool) -> tuple[tuple | str, tuple[int, ...] | None]:
+        """What stands in a shape for a node, and its operands, the last first; None where the cluster reads it."""
+        g = self.g
+        if is_read:
+            source = self.source(node)
+            return (source, self.colour(node) if source == HOISTED else 0), None
+        if g.op[node] == "const" or node == self._time:
+            return (g.op[node], g.args[node]), ()
+        return g.op[node], self.ordered(node)[::-1]
 
 
 FEWEST = 4  # clusters of one shape that make a loop
+LONGEST_PERIOD = 40  # heights in a pass of a loop that works through what depends on the pass before
 CLUSTERS, SUM, SOLVE = "clusters", "sum", "solve"
 INTO = "into"
 # What must be there before: a root, the result of a solver, or (`INTO`, a solver or sum) all that enters it.
@@ -282,7 +309,7 @@ class Group:
     members : list of Instance
     places : list of tuple of int
         For each member, its places in the arrays among `targets`.
-    needs : list of set of Need
+    needs : list of tuple of Need
         Of each member.
     """
 
@@ -290,13 +317,23 @@ class Group:
     targets: tuple
     members: list[Instance] = field(default_factory=list)
     places: list[tuple[int, ...]] = field(default_factory=list)
-    needs: list[set[Need]] = field(default_factory=list)
+    needs: list[tuple[Need, ...]] = field(default_factory=list)
 
-    def add(self, member: Instance, sinks: Sequence[Sink], needs: set[Need]) -> None:
+    def add(self, member: Instance, sinks: Sequence[Sink], needs: tuple[Need, ...]) -> None:
         """Add a member."""
         self.members.append(member)
         self.places.append(tuple(place for _, place in sinks))
         self.needs.append(needs)
+
+    def upwards(self) -> Group:
+        """The same with places that rise, where members do not need each other: an index that falls needs a table."""
+        falls = len(self.members) > 1 and self.places[0] > self.places[-1]
+        if not falls or any(isinstance(target, tuple) for target in self.targets):
+            return self
+        own = {member.root for member in self.members}
+        if any(not own.isdisjoint(needs) for needs in self.needs):
+            return self
+        return self.part(list(range(len(self.members) - 1, -1, -1)))
 
     def part(self, indices: list[int]) -> Group:
         """Some of the members."""
@@ -337,10 +374,10 @@ def _groups(g: Graph, c: Clusters, shapes: Shapes) -> list[Group]:
             summed[node].append((SUM, total, sign))
     found: dict[tuple, Group] = {}
     for root in c.roots:
-        sinks, sums = c.sinks.get(root, []), summed[root]
+        sinks, sums = c.sinks.get(root, []), summed.get(root, [])
         if root in c.sums:
             group = found[SUM, root] = Group(SUM, (*(array for array, _ in sinks), *sums))
-            group.add(Instance(root, ()), sinks, {(INTO, root)})
+            group.add(Instance(root, ()), sinks, ((INTO, root),))
             continue
         shape, instance = shapes.shape(root)
         needs = _needed(g, shapes, instance)
@@ -354,15 +391,16 @@ def _groups(g: Graph, c: Clusters, shapes: Shapes) -> list[Group]:
                 group.add(instance, some, needs)
     for node in c.solves:
         first = g.args[node][0]
-        factors = {first} if g.op[first] in FACTORS else set()
+        factors = (first,) if g.op[first] in FACTORS else ()
         group = found[SOLVE, node] = Group(SOLVE, ())
-        group.add(Instance(node, ()), (), {(INTO, node)} | factors)
+        group.add(Instance(node, ()), (), ((INTO, node), *factors))
     return [*found.values()]
 
 
-def _needed(g: Graph, shapes: Shapes, instance: Instance) -> set[Need]:
+def _needed(g: Graph, shapes: Shapes, instance: Instance) -> tuple[Need, ...]:
+    kept = [x for x in instance.reads if shapes.is_kept(x) and x != instance.root]
     made = {g.args[x][0] for x in instance.reads if g.op[x] == "element"}
-    return made.union(x for x in instance.reads if shapes.is_kept(x) and x != instance.root)
+    return (*kept, *made)
 
 
 def _made(group: Group, member: Instance) -> list[Need]:
@@ -377,12 +415,17 @@ def _staged(groups: list[Group]) -> list[list[Group]]:
     A group may need itself: its members stand in the order in which one makes what the next reads. Groups that need
     each other in a circle are taken apart.
     """
-    makers: dict[Need, set[int]] = defaultdict(set)
+    makers: dict[Need, tuple[int, ...]] = {}
     for k, group in enumerate(groups):
-        for need in {need for member in group.members for need in _made(group, member)}:
-            makers[need].add(k)
+        alone = (k,)
+        for member in group.members:
+            for need in _made(group, member):
+                known = makers.setdefault(need, alone)
+                if known[-1] != k:
+                    makers[need] = known + alone
     waiting = [
-        set().union(*(makers[x] for x in set().union(*group.needs))) - {k} for k, group in enumerate(groups)
+        set().union(*(makers.get(x, ()) for x in set().union(*group.needs))) - {k}
+        for k, group in enumerate(groups)
     ]
     users: dict[int, list[int]] = defaultdict(list)
     for k, needed in enumerate(waiting):
@@ -392,7 +435,7 @@ def _staged(groups: list[Group]) -> list[list[Group]]:
     done: set[int] = set()
     ready = [k for k, needed in enumerate(waiting) if not needed]
     while ready:
-        stages.append([groups[k] for k in ready])
+        stages.append([groups[k].upwards() for k in ready])
         done.update(ready)
         freed: set[int] = set()
         for k in ready:
@@ -405,7 +448,11 @@ def _staged(groups: list[Group]) -> list[list[Group]]:
 
 
 def _by_height(groups: list[Group]) -> list[list[Group]]:
-    """Stages of groups that need each other in a circle: of each group, the members of one height together."""
+    """Stages of groups that need each other in a circle: of each group, the members of one height together.
+
+    Where heights repeat, as along a chain whose links are worked through one after another, a stretch of them is one
+    stage: a loop that goes through all heights of a period in each pass.
+    """
     members = sorted((m.root, k, i) for k, group in enumerate(groups) for i, m in enumerate(group.members))
     height: dict[Need, int] = {}
     parts: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
@@ -414,4 +461,52 @@ def _by_height(groups: list[Group]) -> list[list[Group]]:
         for need in _made(groups[k], groups[k].members[i]):
             height[need] = max(own, height.get(need, -1))
         parts[own][k].append(i)
-    return [[groups[k].part(own) for k, own in parts[level].items()] for level in sorted(parts)]
+    levels = [parts[level] for level in sorted(parts)]
+    stages: list[list[Group]] = []
+    first = 0
+    for begin, period, n_passes in _stretches([_pattern(groups, level) for level in levels]):
+        stages += ([groups[k].part(own) for k, own in level.items()] for level in levels[first:begin])
+        first = begin + period * n_passes
+        stages.append(_interleaved(groups, levels[begin:first], period))
+    return stages + [[groups[k].part(own) for k, own in level.items()] for level in levels[first:]]
+
+
+def _pattern(groups: list[Group], level: dict[int, list[int]]) -> tuple | None:
+    """Which groups have how many members at a height; None where one is no cluster, which a loop cannot have."""
+    if any(groups[k].kind != CLUSTERS for k in level):
+        return None
+    return tuple((k, len(level[k])) for k in sorted(level))
+
+
+def _interleaved(groups: list[Group], levels: list[dict[int, list[int]]], period: int) -> list[Group]:
+    """The groups of a loop that goes through `period` heights in each pass, in the order of its body."""
+    return [
+        groups[k].part([level[k][place] for level in levels[offset::period]])
+        for offset in range(period)
+        for k in levels[offset]
+        for place in range(len(levels[offset][k]))
+    ]
+
+
+def _stretches(patterns: list[tuple | None]) -> Iterator[tuple[int, int, int]]:
+    """Where patterns repeat: the first of a stretch, its period, and how often it is gone through, `FEWEST` or more."""
+    begin = 0
+    while begin < len(patterns):
+        best = (0, 0, 0)  # what a loop spares, then the shorter period
+        for period in range(1, LONGEST_PERIOD + 1):
+            end = begin
+            while (
+                end + period < len(patterns)
+                and patterns[end] is not None
+                and patterns[end] == patterns[end + period]
+            ):
+                end += 1
+            n_passes = (end - begin) // period + 1
+            if n_passes >= FEWEST:
+                best = max(best, ((n_passes - 1) * period, -period, n_passes))
+        spared, period, n_passes = best
+        if not spared:
+            begin += 1
+            continue
+        yield begin, -period, n_passes
+        begin -= period * n_passes

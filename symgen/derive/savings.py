@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from symgen.runtime.graph.spelling import RESET
+
 from .graph.graph import Graph
 from .graph.nodes import MOTION, Q, V
 from .program import POWER, Function, Part, Program
@@ -85,7 +87,7 @@ def _idle_coordinates(
         return
     if n == 1:  # there is nothing else
         return
-    if any(name.startswith("reset_") for name in by_name):
+    if any(name.startswith(RESET) for name in by_name):
         return
     rhs, nw = by_name["rhs"].outputs, part.sizes[POWER] if part else head["nw"]
     watched = list(rhs[2 * n + nw :])

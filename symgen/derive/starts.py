@@ -1,15 +1,26 @@
-"""Starts that parameters make: a function that is evaluated again where a run sets them."""
+"""Where a run begins: starts that parameters make, and conditions that are solved for with the constraints.
+
+Both are evaluated again where a run sets parameters.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ..model.description import Description
+from ..model.description import Description, StartConditions
+from ..model.expression_tree import names_in
+from ..model.sensors import late_definitions
+from .graph.differentiate import forward, reverse, sparse_jacobian
+from .graph.nodes import LAM, PARAM, A, V
 from .load import Loader
 from .program import Function
 from .variables import with_rates
+
+if TYPE_CHECKING:
+    from .derivation import Derivation
 
 
 def has_formulas(d: Description) -> bool:
@@ -31,3 +42,76 @@ def start_function(loader: Loader, d: Description) -> Iterator[Function]:
         number = x.guess if x.start is None else x.start
         nodes.append(loader.g.const(number) if x.formula is None else loader.load(x.formula.expression))
     yield Function("starts", "Start values of (q, v), before assembly.", tuple(nodes))
+
+
+# What an equation is about: positions, rates as well, or what the equations of motion tell.
+_POSITIONS, _RATES, _BALANCE = range(3)
+
+
+def start_record(d: Description) -> dict[str, Any]:
+    """What the header says of the conditions of a start."""
+    start = d.start
+    names = {r.name: k for k, r in enumerate(d.rates)}
+    names |= {r.coordinate: k for k, r in enumerate(d.rates) if r.coordinate is not None}
+    parameters = {p.name: k for k, p in enumerate(d.parameters)}
+    return {
+        "equations": [equation.text for equation in start.equations],
+        "find": [parameters[name] for name in start.find],
+        "steady": start.everything or [names[name] for name in start.steady],
+        "closed": list(start.closed),
+        "balance": _needs_balance(d, start),
+    }
+
+
+def _needs_balance(d: Description, start: StartConditions) -> bool:
+    """Whether the conditions have to do with forces."""
+    sensed = {s.name for s in d.sensors} | late_definitions(d).keys()
+    return start.is_steady or any(not sensed.isdisjoint(names_in(x.expression)) for x in start.equations)
+
+
+def start_conditions(d: Derivation, residual: Callable[[], list[int]]) -> Iterator[Function]:
+    """The conditions of a start that has such, and their derivatives by all that may move.
+
+    Parameters
+    ----------
+    d : Derivation
+        With all stops open and frictions sliding.
+    residual : callable
+        Returns M a - f - Gᵀλ, then G a - γ. Runs add it to what closed stops make of it, with `residual_jacobian`: here
+        are its derivatives by parameters that are sought.
+    """
+    own = d.own
+    if own.start is None:
+        return
+    g, x, load = d.g, d.x, d.loader.load
+    m, n_contacts = len(x.lam), len(own.stops) + len(own.frictions)
+    forces = [g.var(LAM, m + k) for k in range(n_contacts)]
+    equations = [load(e.expression) for e in own.start.equations]
+    closed = [k for k, stop in enumerate(own.stops) if stop.name in own.start.closed]
+    gaps = [load(own.stops[k].gap) for k in closed]
+    closing = forward(g, gaps, d.loader.rates)
+    conditions = [*d.constraints.position, *d.constraints.velocity, *equations, *gaps, *closing]
+    sought = [g.var(PARAM, k) for k in start_record(own)["find"]]
+    first, by_parameters = len(conditions), list[dict[int, int]]()
+    if _needs_balance(own, own.start):
+        pushed = reverse(g, [(u, forces[k]) for u, k in zip(closing, closed, strict=True)], V)
+        conditions += [g.neg(push) for push in x.along_rates(pushed)]
+        conditions += [*[g.zero] * m, *forward(g, closing, x.motion(x.a))]
+        by_parameters = sparse_jacobian(g, residual(), sought) if sought else by_parameters
+    doc = "What is zero at the start: constraints, equations, gaps; forces of closed stops, to be added to residual."
+    yield Function("start_conditions", doc, tuple(conditions))
+    unknowns = [*x.q, *x.v, *x.a, *x.lam, *forces, *sought]
+    rows = sparse_jacobian(g, conditions, unknowns)
+    for row, more in zip(rows[first:], by_parameters, strict=False):
+        row.update({len(unknowns) - len(sought) + k: node for k, node in more.items()})
+    doc = "Derivatives of start_conditions by q, v, a, lambda, forces of stops and frictions, parameters."
+    yield Function.matrix("start_jacobian", doc, rows, len(unknowns))
+
+
+def levels(d: Derivation) -> list[int]:
+    """What each equation of a start is about."""
+    found = []
+    for equation in d.own.start.equations:
+        mask = d.g.mask[d.loader.load(equation.expression)]
+        found.append(_BALANCE if mask & (A | LAM) else _RATES if mask & V else _POSITIONS)
+    return found

@@ -18,8 +18,10 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from ..model.description import Table
-from ..model.functions import PIECE, PLACE, VALUE, Tabulated
+from ..model.functions import PIECE, PLACE, SLOPE, VALUE, Tabulated, tabulated
+from .graph.differentiate import forward
 from .graph.graph import Graph
+from .graph.nodes import VIRTUAL
 
 Choice = Callable[[Sequence[float]], int]  # the one of some numbers that belongs to the piece: a node
 
@@ -41,6 +43,8 @@ def tabulated_node(
     table = tables[function.table]
     if function.role == PLACE:
         return _place(g, table, function.axis, args[0])
+    if function.role.startswith(SLOPE):
+        return _slope(g, tables, function, args)
     n = len(table.axes)
     held = args[n:] if function.role.startswith(PIECE) else [None] * n
     axes = [_Axis(g, table, k, args[k], held[k]) for k in range(n)]
@@ -51,6 +55,17 @@ def tabulated_node(
     for axis in axes if table.outside == "refuse" else ():
         value = axis.refused(value)
     return value
+
+
+def _slope(g: Graph, tables: Mapping[str, Table], function: type[Tabulated], args: Sequence[int]) -> int:
+    """A partial derivative of the value: that of the piece which holds."""
+    n = len(args)
+    own = [g.var(VIRTUAL, k) for k in range(n)]  # arguments that stand for themselves
+    found = tabulated_node(g, tables, tabulated(function.table, VALUE, n), own)
+    for axis in map(int, function.role.removeprefix(SLOPE)):
+        (found,) = forward(g, [found], {own[axis]: g.one})
+    (found,) = g.substitute([found], dict(zip(own, args, strict=True)))
+    return found
 
 
 def _place(g: Graph, table: Table, k: int, x: int) -> int:

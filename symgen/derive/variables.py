@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from ..model.description import Description, plain_rate
 from .graph.graph import Graph
-from .graph.nodes import LAM, A, Q, T, V
+from .graph.nodes import INPUT, LAM, A, Q, T, V
 from .graph.vectors import Matrix, Vector, doubled_rates, rate
 
 
@@ -28,7 +28,8 @@ class Variables:
     """Nodes of the variables.
 
     `plain` are pairs (k, i) with dq_k/dt = v_i; `quaternions` are pairs of first indices in q and in v. `marks` are
-    added as they become known, as are `changes`: the derivatives of first-order states, by their indices in v.
+    added as they become known, as are `changes`: the derivatives of first-order states, by their indices in v. `driven`
+    has the rates of inputs whose rates are inputs.
     """
 
     g: Graph
@@ -43,6 +44,7 @@ class Variables:
     states: frozenset[int] = frozenset()
     marks: list[Mark] = field(default_factory=list)
     changes: dict[int, int] = field(default_factory=dict)
+    driven: dict[int, int] = field(default_factory=dict)
 
     def without_states(self, row: dict[int, int]) -> dict[int, int]:
         """A row by rates without states: these are no speeds of anything, so that no force acts along them."""
@@ -65,7 +67,7 @@ class Variables:
 
     def variable_motion(self, dv: list[int]) -> dict[int, int]:
         """Time derivatives of all variables for given dv/dt."""
-        return dict(zip([*self.q, *self.v, self.t], [*self.qdot, *dv, self.g.one], strict=True))
+        return self.driven | dict(zip([*self.q, *self.v, self.t], [*self.qdot, *dv, self.g.one], strict=True))
 
     def motion(self, dv: list[int]) -> dict[int, int]:
         """Time derivatives of all variables and marks for given dv/dt."""
@@ -156,4 +158,13 @@ def variables(g: Graph, description: Description) -> Variables:
         plain=plain,
         quaternions=quaternions,
         states=frozenset(i for i, r in enumerate(d.rates) if r.state),
+        driven=_driven(g, d),
     )
+
+
+def _driven(g: Graph, d: Description) -> dict[int, int]:
+    """The rates of inputs whose rates are inputs."""
+    places = (
+        {u.name: g.var(INPUT, k) for k, u in enumerate(d.inputs)} if any(u.rate_of for u in d.inputs) else {}
+    )
+    return {places[u.rate_of]: places[u.name] for u in d.inputs if u.rate_of}

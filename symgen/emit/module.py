@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from symgen.derive.rolling import OUT, schedule
 from symgen.runtime.graph.functions import IN_CODE
 from symgen.runtime.graph.layouts import settings_of
+from symgen.runtime.graph.spelling import spelled
 
 from ..derive.graph.graph import Graph
 from ..derive.graph.nodes import INPUT, LAM, PARAM, VIRTUAL, A, Q, T, V
@@ -23,6 +24,9 @@ from .section import Section, Shared, Tables
 # compile. Where a large solve is by loops anyway, the rest need not be so long.
 SMALLEST_ROLLED = 12_000
 SMALLEST_WITH_FRONTS = 1000
+# What only looks is called once a frame, if at all: loops that take twice as long are worth text that is read at once.
+SMALLEST_OBSERVER = 1000
+OBSERVERS = ("poses", "shapes")
 TEXT = dense_solve.TEXT | fronts.TEXT
 DECORATOR = '@njit(error_model="numpy")\n'
 
@@ -64,17 +68,23 @@ class FunctionText(Shared):
     def _whole_section(self, g: Graph, function: Function) -> Section:
         """A function of its own: in loops over what repeats in it, where it is large and they make it short."""
         n_nodes = len(g.reachable(node for _, node in function.written()))
-        if n_nodes + len(function.outputs) >= (SMALLEST_WITH_FRONTS if g.front_plans else SMALLEST_ROLLED):
+        smallest = SMALLEST_WITH_FRONTS if g.front_plans else SMALLEST_ROLLED
+        if function.name in OBSERVERS:
+            smallest = SMALLEST_OBSERVER
+        elif function.name == "solve" and not g.front_plans:  # only series call it, and they take no arrays
+            smallest = math.inf
+        if n_nodes + len(function.outputs) >= smallest:
             found = schedule(g, function.written())
             if found.is_short() or any(g.op[node] in fronts.TEXT for node in found.clusters.solves):
                 return RolledSection(self, g, function, found)
         return Section(self, g, function)
 
     def _body(self) -> Iterator[str]:
+        self._note_shared_parameters()
         for section in self.sections:
             section.print()
-        parameters = {args: None for s in self.sections for args in s.shared_parameters()}
-        yield from (f"{self.names[args]} = p[{args[1]}]" for args in sorted(parameters))
+        self._note_shared_parameters()  # rolled sections know theirs once they are printed
+        yield from (f"{self.names[args]} = p[{args[1]}]" for args in sorted(self.read_once))
         for section in self.sections:
             yield from section.hoisted
         yield from (f"{name} = {START_VALUES[self.kinds[k]]}" for k, name in self.totals.items())
@@ -85,6 +95,9 @@ class FunctionText(Shared):
         if self.columns:
             yield from self.columns.end(self.target, OUT)
         yield from (f"out[{place}] = {name}" for place, name in self.totals.items())
+
+    def _note_shared_parameters(self) -> None:
+        self.read_once.update(args for s in self.sections for args in s.shared_parameters())
 
 
 def emit(program: Program) -> str:
@@ -189,19 +202,20 @@ def _quoted(value: str) -> str:
 def _variable_names(program: Program) -> dict[tuple[int, int], str]:
     """Prefixed names, so that a model's own names can clash neither with each other nor with temporaries."""
     head = program.header
+    behind = head.get("sensed") or head.get("start")
     groups = {
         Q: ("q", head["coordinates"]),
         V: ("v", head["rates"]),
         A: ("a", head["rates"]),
-        LAM: ("lam", [*head["constraints"], *(head.get("switches", ()) if head.get("sensed") else ())]),
+        LAM: ("lam", [*head["constraints"], *(head.get("switches", ()) if behind else ())]),
         VIRTUAL: ("tau", head["rates"] if "robot" in head else ()),
         PARAM: ("p", head["parameters"]),
         INPUT: ("u", head["inputs"]),
     }
     names = {(T, 0): "t"}
     for kind, (prefix, entries) in groups.items():
-        names |= {(kind, k): f"{prefix}_{entry['name']}" for k, entry in enumerate(entries)}
-    settings = [f"s_{s['name']}_{key}" for s in head.get("switches", ()) for key in settings_of(s)]
+        names |= {(kind, k): f"{prefix}_{spelled(entry['name'])}" for k, entry in enumerate(entries)}
+    settings = [f"s_{spelled(s['name'])}_{key}" for s in head.get("switches", ()) for key in settings_of(s)]
     settings += [f"b_{k}" for k in range(sum(event["action"] == JUMP for event in head.get("events", ())))]
     names |= {(INPUT, len(head["inputs"]) + k): name for k, name in enumerate(settings)}
     return names

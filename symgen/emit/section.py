@@ -78,6 +78,7 @@ class Shared:
         self.totals: dict[int, str] = {}
         self.kinds: dict[int, str] = {}
         self.target = OUT
+        self.read_once: set[tuple[int, int]] = set()  # parameters that stand before all sections
         self._n_names: Counter[str] = Counter()
 
     def new_name(self, letter: str) -> str:
@@ -188,7 +189,11 @@ class Section:
         return self.part.indices[VECTORS[kind]][:, index].tolist()
 
     def _name(self, kind: int, index: int) -> str:
-        return self.whole.names[kind, self._indices(kind, index)[0]]
+        args = kind, self._indices(kind, index)[0]
+        name = self.whole.names[args]
+        # What is read once for all, and in a loop as one of its members', has two names.
+        of_members = args in self.whole.read_once and self.part and index in self.part.own_parameters
+        return f"pk{name[1:]}" if of_members else name
 
     def _place(self, kind: int, index: int) -> str:
         head = self.whole.head

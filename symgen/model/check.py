@@ -19,6 +19,7 @@ from . import check_values
 from .check_tree import LoopChecker, check_tree
 from .check_values import check_contacts, check_velocity_constraints, is_massless
 from .closures import check_closures
+from .contact_pairs import check_pairs
 from .description import Body, Coordinate, Description, Joint, Rate
 from .elements import check_force_elements
 from .evaluate import NotFinite, evaluate
@@ -27,6 +28,7 @@ from .expression_tree import Uses, names_in, uses
 from .gravity import HERE, check_attractors
 from .items import (
     COORDINATES,
+    HEIGHT,
     INPUTS,
     KINKS,
     PLACES,
@@ -49,6 +51,7 @@ from .rolling import check_rolling
 from .rotors import check_rotors
 from .sensors import with_sensors
 from .sources import Sources
+from .starts import check_start
 
 
 def check_elements(d: Description, sources: Sources) -> None:
@@ -65,9 +68,13 @@ def check_elements(d: Description, sources: Sources) -> None:
     _check_resets(d, sources)
     _check_torques(d, sources)
     moving = [b for b in d.bodies if b.mass is not None or b.inertia]
-    if not moving and not d.rotors and d.kinetic is None and not only_states:
+    held = d.constraints or d.velocity_constraints or d.loops or d.closures or d.rolling
+    if not moving and not d.rotors and d.kinetic is None and not only_states and not held:
         raise sources.error(
-            "", "bodies", "nothing has kinetic energy", hint="give bodies, or [energy] kinetic"
+            "",
+            "bodies",
+            "nothing has kinetic energy, and no constraint holds anything",
+            hint="give bodies, or [energy] kinetic",
         )
 
 
@@ -140,8 +147,8 @@ Found = list[tuple[Item, frozenset[str]]]
 
 def check_mentions(
     d: Description, sources: Sources, found: Found, placed: Mapping[str, frozenset[str]]
-) -> None:
-    """Every coordinate must move something, or be held by something.
+) -> tuple[str, ...]:
+    """Every coordinate must move something, or be held by something; returns those that forces alone hold in balance.
 
     Parameters
     ----------
@@ -155,26 +162,25 @@ def check_mentions(
     """
     massless = {b.name for b in d.bodies if is_massless(b)}
     drawn_only = {f"bodies.{name}" for name in massless}
-    mentioned = _moved_by_joints(d, massless)
+    held, pulled = _moved_by_joints(d, massless), set()
     forced = {name for name, _ in d.forces}
-    mentioned |= {r.coordinate for r in d.rates if r.name in forced}
+    pulled |= {r.coordinate for r in d.rates if r.name in forced}
     for j in d.joints:
         if TYPES[j.type].quaternion and forced.intersection(j.rates[-3:]):
-            mentioned |= set(j.coordinates[-4:])
+            pulled |= set(j.coordinates[-4:])
     for item, coordinates in found:
         moves = (
             item.table.startswith("bodies.")
             and item.table not in drawn_only
             and not item.key.startswith("shape")
         )
-        acts = item.table.startswith("loads.") or item.table in (
-            "forces",
-            "constraints",
-            "velocity_constraints",
-        )
-        if moves or acts or (item.table, item.key) == ("energy", "kinetic"):
-            mentioned |= coordinates
-    mentioned = coordinates_in(mentioned, d, placed)
+        place = item.table, item.key
+        if moves or item.table in ("constraints", "velocity_constraints") or place == ("energy", "kinetic"):
+            held |= coordinates
+        elif item.table.startswith("loads.") or item.table in ("forces", "energy"):
+            pulled |= coordinates
+    held = coordinates_in(held, d, placed)
+    mentioned = held | coordinates_in(pulled, d, placed)
     joints = {name: j for j in d.joints for name in j.coordinates}
     for c in d.coordinates:
         if c.name in mentioned:
@@ -183,6 +189,11 @@ def check_mentions(
             _refuse_idle_joint(joints[c.name], c.name, sources)
         message = f"no kinetic energy, force or constraint mentions the coordinate '{c.name}'"
         raise sources.error("coordinates", c.name, message, hint="use it, or leave it out")
+    of_states = {r.coordinate for r in d.rates if r.state}
+    return tuple(
+        c.name for c in d.coordinates
+        if c.name not in held and c.name not in of_states and c.quaternion is None
+    )  # fmt: skip
 
 
 def _refuse_idle_joint(joint: Joint, coordinate: str, sources: Sources) -> None:
@@ -260,8 +271,10 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     check_force_elements(d, sources)
     check_attractors(d, sources)
     check_rolling(d, sources)
+    check_pairs(d, sources)
     check_closures(d, sources)
     check_rotors(d, sources)
+    check_start(d, sources)
     sensing, kinds = with_sensors(d, sources, kinds)
     d = d if sensing is d else with_definitions_in_order(sensing, sources)
     loops = LoopChecker(d, sources)
@@ -281,7 +294,7 @@ def finished(d: Description, sources: Sources, kinds: Mapping[str, str]) -> Desc
     full = expand(d, sources, kinds)
     checker.add_axes(full)
     found = [(item, checker.written_out(item).coordinates) for item in items(full)]
-    check_mentions(full, sources, found, checker.moved)
+    full = replace(full, balanced=check_mentions(full, sources, found, checker.moved))
     return dimensions.with_units_of_results(full, dimensions.check_units(d, sources))
 
 
@@ -355,6 +368,7 @@ def _need_places(d: Description) -> bool:
     return bool(
         d.bushings
         or d.rolling
+        or d.pairs
         or d.closures
         or d.rotors
         or fields
@@ -445,7 +459,7 @@ class _Checker:
 
     def _check_name(self, item: Item, name: str) -> None:
         kind = self.kinds.get(name)
-        if name in HERE and (item.table, item.key) == ("gravity", "potential"):
+        if name in HERE and ((item.table, item.key) == ("gravity", "potential") or item.role is HEIGHT):
             return
         if name == "t" or kind not in (None, "output", "integral", "table"):
             return
@@ -520,7 +534,7 @@ class _Checker:
         if SENSED in dependence.via and not _may_sense(item):
             name = dependence.via[SENSED]
             message = f"{item.role.title} cannot depend on {SENSED}, {name}: it would determine itself"
-            hint = "they may stand in outputs and in what events look at; friction takes a reaction as its 'normal'"
+            hint = "they may stand in outputs, events and start equations; friction takes a reaction as its 'normal'"
             raise self.sources.name_error(item.table, item.key, name, message, hint)
         for kind in item.role.forbidden:
             if kind in dependence.via:

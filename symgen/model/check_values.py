@@ -2,7 +2,7 @@
 
 The checks of stops, friction and contacts: names, speeds linear in the rates, values that make sense.
 
-Whether velocity constraints are linear in the rates, found on the expression tree without expanding it.
+Degrees of expressions in the rates, found on the expression tree without expanding it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NONLINEAR = 2
 
 
 def check_velocity_constraints(d: Description, sources: Sources) -> None:
-    """Every velocity constraint must contain rates, and be linear in them."""
+    """Every velocity constraint must contain rates."""
     if not d.velocity_constraints:
         return
     degrees = own_degrees(d)
@@ -36,13 +36,6 @@ def check_velocity_constraints(d: Description, sources: Sources) -> None:
                 c.name,
                 "a velocity constraint without a rate",
                 hint="put it into [constraints]",
-            )
-        if degree >= NONLINEAR:
-            raise sources.error(
-                "velocity_constraints",
-                c.name,
-                "a velocity constraint must be linear in the rates",
-                hint="write it as a sum of rates, each times an expression of coordinates and t",
             )
 
 
@@ -143,12 +136,13 @@ def check_contact_values(d: Description, values: Mapping[Address, float | None],
     """Check what parameters and constants determine."""
     restituting = [(f"stops.{s.name}", "restitution") for s in d.stops]
     restituting += [(f"joints.{j.name}", "restitution") for j in d.joints if j.restitution is not None]
+    restituting += [(f"contacts.{c.name}", "restitution") for c in d.pairs]
     for table, key in restituting:
         value = values.get((table, key))
         if value is not None and not 0.0 <= value <= 1.0:
             message = f"the restitution is {value:g} at the parameters' values, not from 0 to 1"
             raise sources.error(table, key, message)
-    for c in d.contacts:
+    for c in (*d.contacts, *d.pairs):
         table = f"contacts.{c.name}"
         exponent = values.get((table, "exponent"))
         if exponent is not None and exponent < 1.0:
@@ -158,7 +152,7 @@ def check_contact_values(d: Description, values: Mapping[Address, float | None],
                 f"the exponent is {exponent:g}: it is at least 1",
                 hint="choose 1 or more; 1.5 is Hertz's",
             )
-        for key in ("stiffness", "damping", "friction"):
+        for key in ("stiffness", "damping", "friction", "static"):
             value = values.get((table, key))
             if value is not None and value < 0.0:
                 raise sources.error(
@@ -176,7 +170,7 @@ def check_contact_values(d: Description, values: Mapping[Address, float | None],
     for b in d.bristles:
         _check_bristle(b, values, sources)
     smooth = [(f"friction.{f.name}", "creep" if f.creeps else "smooth") for f in d.frictions]
-    for table, key in (*smooth, *((f"contacts.{c.name}", "smooth") for c in d.contacts)):
+    for table, key in (*smooth, *((f"contacts.{c.name}", "smooth") for c in (*d.contacts, *d.pairs))):
         value = values.get((table, key))
         if value is not None and value <= 0.0:
             message = f"the speed is not positive at the parameters' values: {value:g}"

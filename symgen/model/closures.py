@@ -21,7 +21,7 @@ from .elements import Vector, Writer, scalar_product
 from .evaluate import Direction, dot_product, perpendiculars
 from .functions import dot
 from .joints import PARALLEL, direction
-from .names import name_fault
+from .names import name_fault, reference_fault
 from .ready_made import HALF, WORLD
 from .sources import Sources
 from .unevaluated import difference, inverted, product, squared, total
@@ -51,7 +51,7 @@ def make_closure(model: Declared, name: str, given: Mapping[str, Any]) -> Closur
         raise error("frames", "the key 'frames' is missing", 'name two frames, bodies or "world"')
     frames = tuple(model._vector(given["frames"], table, "frames", (2,)))
     for k, x in enumerate(frames):
-        fault = name_fault(x, element=True)
+        fault = reference_fault(x)
         if fault is not None:
             raise error(f"frames[{k}]", fault, 'name a frame, a body or "world"')
     _check_keys(given, kind, error)

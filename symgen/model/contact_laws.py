@@ -136,7 +136,7 @@ def _contact_losses(c: Contact) -> Iterator[sympy.Expr]:
         y = smooth_minimum(rate, inverted(beta))
         yield product([elastic, beta, y, difference(rate, product([HALF, y]))])
     if c.friction is not None:
-        yield smooth_friction(product([c.friction, elastic]), (c.slip,), c.smooth)
+        yield smooth_friction(product([c.friction, elastic]), c.slips, c.smooth)
 
 
 def _limit_stops(d: Description, sources: Sources) -> Iterator[Stop]:

@@ -8,6 +8,8 @@ from typing import Any
 
 import sympy
 
+from symgen.runtime.graph.spelling import spelled
+
 from ..errors import nearest
 from .description import (
     Axis,
@@ -22,8 +24,9 @@ from .description import (
     Rate,
     State,
     Table,
+    Use,
 )
-from .names import name_fault
+from .names import name_fault, reference_fault
 from .sources import Sources
 from .units import TIME, Unit, over
 
@@ -38,6 +41,10 @@ class Declared:
     def __init__(self, sources: Sources) -> None:
         self._sources = sources
         self._kinds: dict[str, str] = {}  # name: what it is
+        self._spelled: dict[tuple[str, str], str] = {}  # table, or nothing, and name in generated code: name
+        self._uses: dict[str, Use] = {}
+        self._free: tuple[str, ...] = ()  # of a model that is used: names that it does not declare
+        self._closed = ""  # the first use of this model as an assembly: nothing is added behind it
         self._parameters: list[Parameter] = []
         self._constants: list[Constant] = []
         self._coordinates: list[Coordinate] = []
@@ -60,9 +67,24 @@ class Declared:
         fault = name_fault(name)
         if fault is None and name in self._kinds:
             fault = f"the name '{name}' is taken: it is {_article(self._kinds[name])} already"
-        if fault is not None:
+        if fault is None and name in self._uses:
+            fault = f"the name '{name}' is taken: it is the use of an assembly already"
+        fault = fault or self._spelling_fault("", name) or self._closed_fault()
+        if fault:
             raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
         self._kinds[name] = kind
+
+    def _spelling_fault(self, table: str, name: str) -> str | None:
+        """Why a name cannot be told from another one in generated code, or None: it is noted then."""
+        other = self._spelled.setdefault((table, spelled(name)), name)
+        return (
+            None
+            if other == name
+            else f"'{name}' and '{other}' are one name, '{spelled(name)}', in generated code"
+        )
+
+    def _closed_fault(self) -> str:
+        return self._closed and f"the assembly is used already, as '{self._closed}': say all of it before"
 
     def _declare_made(self, name: str, kind: str, table: str, maker: str) -> None:
         """Take a name that the user did not choose by itself."""
@@ -120,7 +142,8 @@ class Declared:
         fault = name_fault(name, element=True)
         if fault is None and name in elements:
             fault = f"the name '{name}' is taken"
-        if fault is not None:
+        fault = fault or self._spelling_fault(table, name) or self._closed_fault()
+        if fault:
             raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
 
     def _vector(self, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> list[Any]:
@@ -149,7 +172,7 @@ class Declared:
     def _place(self, value: Any, table: str, key: str) -> tuple[sympy.Expr, ...]:
         """Three components: those of a point by its name, or two or three expressions in world axes."""
         if isinstance(value, str):
-            fault = name_fault(value, element=True)
+            fault = reference_fault(value)
             if fault is not None:
                 message = f"a place is a point's name, or a list of two or three components; {fault}"
                 raise self._sources.error(table, key, message, hint="name a point of [points]")

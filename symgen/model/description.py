@@ -83,17 +83,19 @@ class Rate:
 
 @dataclass(frozen=True)
 class State:
-    """A first-order state: its `derivative` by time may depend on all that moves."""
+    """A first-order state: its `derivative` may depend on all that moves; `begins` tells that a start is given."""
 
     name: str
     derivative: Expr
+    begins: bool = default(default=True, compare=False)
 
 
 @dataclass(frozen=True)
 class Input:
     """A control input with its default value, or with what it does over time where nothing else is said.
 
-    `times` and `values` are those of a table of this `kind`; `polynomial` has coefficients of powers of t.
+    `times` and `values` are those of a table of this `kind`; `polynomial` has coefficients of powers of t. One that is
+    `rate_of` another is its time derivative, which runs make.
     """
 
     name: str
@@ -103,6 +105,7 @@ class Input:
     values: tuple[float, ...] = ()
     kind: str = ""
     polynomial: tuple[float, ...] = ()
+    rate_of: str = ""
 
 
 @dataclass(frozen=True)
@@ -486,7 +489,8 @@ class Bristle:
 class Contact:
     """A compliant contact after Hunt and Crossley where `gap` is negative: depth δ, force k δ^n (1 + 3/2 c dδ/dt) ≥ 0.
 
-    `friction` is the coefficient of regularised Coulomb friction against `slip`, which gives way below `smooth`.
+    `friction` is the coefficient of regularised Coulomb friction against `slip`, which gives way below `smooth`; in a
+    plane against the vector of `slip` and `across`.
     """
 
     name: str
@@ -496,6 +500,37 @@ class Contact:
     damping: Expr | None = None
     friction: Expr | None = None
     slip: Expr | None = None
+    smooth: Expr | None = None
+    across: Expr | None = None
+
+    @property
+    def slips(self) -> tuple[Expr, ...]:
+        """The sliding speeds, one or two."""
+        return tuple(x for x in (self.slip, self.across) if x is not None)
+
+
+@dataclass(frozen=True)
+class ContactPair:
+    """A `body` whose shape touches the x-y plane of a frame (planar: its x axis), or the shape of another body.
+
+    `shapes` are given where they are not the body's own, in its frame; so are `other_shapes`. With a `height` of
+    `here_x` and `here_y` [m] it is no plane but a surface over it. With a `stiffness` it is a compliant contact, see
+    `Contact`; else each point that touches makes a stop with the `restitution`, and a friction on it.
+    """
+
+    name: str
+    body: str
+    shapes: tuple[Solid, ...] = ()
+    plane: str = "world"
+    other: str | None = None
+    other_shapes: tuple[Solid, ...] = ()
+    height: Expr | None = None
+    restitution: Expr | None = None
+    friction: Expr | None = None
+    static: Expr | None = None
+    stiffness: Expr | None = None
+    exponent: Expr | None = None
+    damping: Expr | None = None
     smooth: Expr | None = None
 
 
@@ -524,6 +559,35 @@ class Event:
 
 
 @dataclass(frozen=True)
+class StartEquation:
+    """An expression that is zero where a run begins, of a `unit` if it was compared with a quantity; `text` says it."""
+
+    expression: Expr
+    text: str
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class StartConditions:
+    """What holds where a run begins, besides the constraints; guesses move, and so do the parameters that are sought.
+
+    `equations` hold there; `find` names parameters. The coordinates (or rates, or states) of `steady` are at rest and
+    stay so, `everything` is all whose rates are not given. Gaps of the stops `closed` are zero, with their rates.
+    """
+
+    equations: tuple[StartEquation, ...] = ()
+    find: tuple[str, ...] = ()
+    steady: tuple[str, ...] = ()
+    everything: bool = False
+    closed: tuple[str, ...] = ()
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether anything is at rest."""
+        return self.everything or bool(self.steady)
+
+
+@dataclass(frozen=True)
 class Drawing:
     """What is drawn besides bodies and joints: `kind` as in `symgen.model.parts.KINDS`, vectors in world axes.
 
@@ -533,6 +597,39 @@ class Drawing:
     name: str
     kind: str
     vectors: tuple[tuple[Expr, ...], ...]
+
+
+@dataclass(frozen=True)
+class Port:
+    """What an assembly is given by the model that uses it: `kind` is one of `assemblies.PORT_KINDS`."""
+
+    name: str
+    kind: str
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a use of an assembly gives: under a `key`, an expression, a number or (of elements) a name.
+
+    `kind` is that of a port, "parameter", "free" for a parameter that only the model has, or "place" for where the
+    assembly stands; `unit` is what the assembly has it in. What is not `said` is the model's own of that name.
+    """
+
+    key: str
+    kind: str
+    value: Expr | str | float
+    unit: str | None = None
+    said: bool = True
+
+
+@dataclass(frozen=True)
+class Use:
+    """A use of an assembly: all that it has is called `NAME.…` in the model."""
+
+    name: str
+    assembly: str
+    given: tuple[Given, ...]
 
 
 @dataclass(frozen=True)
@@ -584,6 +681,7 @@ class Description:
     frictions: tuple[Friction, ...] = ()
     bristles: tuple[Bristle, ...] = ()
     contacts: tuple[Contact, ...] = ()
+    pairs: tuple[ContactPair, ...] = ()
     drawings: tuple[Drawing, ...] = ()
     impacts: str = "simultaneous"
     frames: tuple[Frame, ...] = ()
@@ -600,6 +698,9 @@ class Description:
     sensors: tuple[Sensor, ...] = ()
     closures: tuple[Closure, ...] = ()
     rotors: tuple[Rotor, ...] = ()
+    uses: tuple[Use, ...] = ()
+    start: StartConditions | None = None
+    balanced: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rates:

@@ -206,7 +206,7 @@ def check_units(d: Description, sources: Sources) -> Sizes:
     names |= {
         f"{x.name}(": tuple(map(unit_dimension, x.units)) for x in d.tables
     }  # of arguments, then of the value
-    names |= dict.fromkeys(HERE, LENGTH) if d.field is not None else {}
+    names |= dict.fromkeys(HERE, LENGTH) if d.field is not None or any(x.height for x in d.pairs) else {}
     for s in d.springs:
         names |= {s.measured: DIMENSIONLESS, s.exerted: ENERGY} if s.angle is not None else {}
         names |= {s.measured: LENGTH, s.exerted: FORCE} if s.places else {}
@@ -256,13 +256,12 @@ def _check_item(item: Item, names: dict[str, Size], sources: Sources) -> Size:
         try:
             size = source.unit.dimension if source.unit else infer(source.expression, names, source.decimals)
         except ModelError as error:
-            raise sources.locate(error, item.table, item.key) from None
+            raise sources.locate(error, item.table, item.key, source) from None
         if item.dimension is not None and isinstance(size, tuple) and size != item.dimension:
-            raise sources.error(
-                item.table,
-                item.key,
+            error = ModelError(
                 f"units do not match: this is in {dimension_text(size)}, "
                 f"and {dimension_text(item.dimension)} is expected",
                 hint="look at the units of the parameters in it",
             )
+            raise sources.locate(error, item.table, item.key, source)
     return size

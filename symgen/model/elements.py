@@ -12,7 +12,7 @@ from ..errors import nearest
 from .declared import Declared
 from .description import Axis, Bushing, Description, Drawing, Load, Point, Spring
 from .functions import dot, less, maximum, minimum, where
-from .names import name_fault
+from .names import reference_fault
 from .orientation import rotation
 from .ready_made import HALF, WORLD
 from .sources import Sources
@@ -134,7 +134,7 @@ def make_bushing(model: Declared, name: str, given: Mapping[str, Any]) -> Bushin
         )
     frames = model._vector(given["frames"], table, "frames", (2,))
     for k, x in enumerate(frames):
-        fault = name_fault(x, element=True)
+        fault = reference_fault(x)
         if fault is not None:
             raise sources.error(table, f"frames[{k}]", fault, hint='name a frame, a body or "world"')
     values = {}

@@ -9,6 +9,7 @@ import sympy
 
 from . import elements
 from .closures import write_closures
+from .contact_geometry import write_pairs
 from .contact_laws import with_contact_laws, with_normals
 from .description import Axis, Body, Constraint, Description, Drawing, Event, Friction, Joint, Reset, Shape
 from .expression_tree import names_in, postorder
@@ -146,6 +147,7 @@ def _with_elements(
     rolling = [(r, c) for r in d.rolling for c in write_rolling(writer, r)]
     writer.terms["kinetic"] += [write_rotor(writer, r) for r in d.rotors]
     closed = write_closures(writer, d, sources)
+    touching = write_pairs(writer, d, sources)
     taken = {c.name for c in (*d.constraints, *d.velocity_constraints, *closed.constraints)}
     for r, c in rolling:
         if c.name in taken:
@@ -157,7 +159,10 @@ def _with_elements(
         d,
         bodies=drawn(d),
         constraints=(*d.constraints, *held),
-        frictions=(*d.frictions, *closed.frictions),
+        definitions=(*d.definitions, *touching.definitions),
+        stops=(*d.stops, *touching.stops),
+        frictions=(*d.frictions, *closed.frictions, *touching.frictions),
+        contacts=(*d.contacts, *touching.contacts),
         velocity_constraints=(*d.velocity_constraints, *(c for _, c in rolling if c.kind == "velocity")),
         loads=tuple(plain for load in d.loads for plain in writer.load(load)),
         points=(*d.points, *writer.points),

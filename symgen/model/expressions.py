@@ -167,7 +167,11 @@ class _Builder:
             return sympy.Symbol(_dotted(node))
         if isinstance(node, ast.Constant):
             return self._number(self._token(node))
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+        if (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, (ast.Name, ast.Attribute))
+            and not node.keywords
+        ):
             return self._call(node, depth)
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
             return self._power(node, depth)
@@ -222,7 +226,7 @@ class _Builder:
         return CLASSES["where"](condition, then, otherwise, evaluate=False)
 
     def _call(self, node: ast.Call, depth: int) -> sympy.Expr:
-        name = node.func.id
+        name = _dotted(node.func)
         if name == "where":
             return self._where(node, depth)
         if name in SENSOR_ARITY and name not in self.tables:

@@ -14,8 +14,9 @@ from .description import Frame
 from .evaluate import NotFinite, X, Y, Z, dot_product, evaluate, exact_angle, normalised
 from .evaluate import cross_product as cross
 from .joints import direction
-from .names import name_fault
+from .names import reference_fault
 from .orientation import Expressions, roll_pitch_yaw
+from .placing import angles_of
 
 WAYS = ("rpy", "axis", "quaternion", "x")  # each by itself; `angle` goes with `axis`, `y` with `x`
 PARALLEL = 1e-6  # sine of the angle between two directions that are meant to differ
@@ -98,7 +99,7 @@ def _towards(
     if not isinstance(value, str):
         return direction(model, table, key, value)
     sources = model._sources
-    fault = name_fault(value, element=True)
+    fault = reference_fault(value)
     if fault is not None:
         message = f"a direction is the name of a point, or a list of components; {fault}"
         raise sources.error(table, key, message, hint='for example x = "tip", or x = [1, 0, 0]')
@@ -119,15 +120,7 @@ def _towards(
 
 def _angles(model: Declared, matrix: np.ndarray) -> Expressions:
     """Roll, pitch and yaw of a rotation matrix."""
-    level = math.hypot(matrix[0, 0], matrix[1, 0])
-    pitch = math.atan2(-matrix[2, 0], level)
-    if level < 1e-9:  # roll and yaw turn about one axis
-        up = math.copysign(1.0, pitch)
-        numbers = (math.atan2(up * matrix[0, 1], matrix[1, 1]), up * math.pi / 2, 0.0)
-    else:
-        roll, yaw = math.atan2(matrix[2, 1], matrix[2, 2]), math.atan2(matrix[1, 0], matrix[0, 0])
-        numbers = (roll, pitch, yaw)
-    return tuple(exact_angle(sympy.Float(x), _constants(model)) for x in numbers)
+    return tuple(exact_angle(sympy.Float(x), _constants(model)) for x in angles_of(matrix))
 
 
 def _number(model: Declared, table: str, key: str, expression: sympy.Expr, where: str) -> float:

@@ -97,7 +97,8 @@ class Tabulated(sympy.Function):
     """A table of a model, of one or two arguments; `tabulated` makes a class for each.
 
     `role` says what of it: VALUE, INTEGRAL; PIECE or PIECE + INTEGRAL with numbers of the held piece behind the
-    arguments; PLACE, which is whole at the knots of argument `axis`.
+    arguments; PLACE, which is whole at the knots of argument `axis`; SLOPE and the numbers of the arguments that the
+    value is differentiated by.
     """
 
     table = ""
@@ -105,7 +106,7 @@ class Tabulated(sympy.Function):
     axis = 0
 
 
-VALUE, INTEGRAL, PIECE, PLACE = "value", "integral", "piece ", "place"
+VALUE, INTEGRAL, PIECE, PLACE, SLOPE = "value", "integral", "piece ", "place", "slope "
 
 
 @functools.cache

@@ -5,12 +5,25 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import NamedTuple
 
 import sympy
 
 from .closure_types import CLOSURES
-from .description import Body, Bushing, Closure, Description, Drawing, Joint, Load, Loop, Solid, Spring
+from .description import (
+    Body,
+    Bushing,
+    Closure,
+    ContactPair,
+    Description,
+    Drawing,
+    Joint,
+    Load,
+    Loop,
+    Solid,
+    Spring,
+)
 from .joint_types import TYPES, JointType
 from .unevaluated import total
 from .units import (
@@ -27,6 +40,7 @@ from .units import (
     over,
     parse_unit,
     times,
+    to_power,
 )
 
 # How many vectors each kind of drawing takes: places [m], but the second one of a force is the force [N].
@@ -70,6 +84,11 @@ CONSTANT = Role(
     UNVARYING,
     "masses and inertias are made of parameters and constants; write others as energy, in [energy] kinetic",
 )
+GIVEN = Role(
+    "the value of a parameter",
+    UNVARYING,
+    'it is made of parameters and constants; what moves comes in by a port of the kind "value"',
+)
 SHAPED = Role("the size, place or density of a solid", UNVARYING, "it is made of parameters and constants")
 DENSITY = over(MASS, times(LENGTH, times(LENGTH, LENGTH)))
 GRAVITY = Role(
@@ -79,6 +98,11 @@ GRAVITY = Role(
 )
 FIELD = Role(
     "a field of gravity", (RATES, INPUTS, STATES), "it is made of here_x, here_y, here_z, coordinates and t"
+)
+HEIGHT = Role(
+    "the height of a surface",
+    (RATES, INPUTS, COORDINATES, PLACES, TIME_ITSELF, STATES, KINKS),
+    "it is made of here_x, here_y, parameters and constants",
 )
 KINETIC = Role("the kinetic energy", (INPUTS, STATES), "inputs and states act through forces and loads")
 DERIVATIVE = Role("the derivative of a state")
@@ -94,7 +118,7 @@ COURSE = Role(
     (RATES, INPUTS, COORDINATES, PLACES, STATES, KINKS),
     "it is made of t, parameters and constants; hold expressions of coordinates at zero by 'couple'",
 )
-VELOCITY = Role("a velocity constraint", (INPUTS, KINKS), "prescribed motion is written with t")
+VELOCITY = Role("a velocity constraint", (KINKS,), "prescribed motion is written with t")
 SPEED = Role("a sliding speed", (INPUTS, STATES), "prescribed motion is written with t")
 LEVEL = Role(
     "a friction force",
@@ -107,7 +131,7 @@ STICKING = Role(
 SLIDING = Role("a friction force")
 OBSERVED = Role("an output, event or size")
 # Where reactions and accelerations may stand, besides in what events look at.
-SOLVED_TABLES = ("outputs", "definitions")
+SOLVED_TABLES = ("outputs", "definitions", "start")
 
 
 class Item(NamedTuple):
@@ -127,6 +151,11 @@ def unit_dimension(unit: str | None) -> Dimension | None:
 
 def items(d: Description) -> Iterator[Item]:
     """All expressions of a description but its definitions, which come first of all (`definition_items`)."""
+    for use in d.uses:
+        for g in use.given:
+            if not isinstance(g.value, (str, float)) and g.kind != "free":
+                role = GIVEN if g.kind == "parameter" else DEFINITION
+                yield Item(f"use.{use.name}", g.key, g.value, role, unit_dimension(g.unit))
     children = {j.child for j in d.joints}
     for body in d.bodies:
         yield from body_items(body, body.name in children)
@@ -202,6 +231,8 @@ def items(d: Description) -> Iterator[Item]:
     for name, value in d.outputs:
         yield Item("outputs", name, value, OBSERVED)
     yield from _event_items(d, sizes, speeds)
+    for k, equation in enumerate(d.start.equations if d.start is not None else ()):
+        yield Item("start", f"equations[{k}]", equation.expression, OBSERVED, unit_dimension(equation.unit))
     for drawing in d.drawings:
         yield from _drawing_items(drawing)
 
@@ -406,6 +437,31 @@ def _contact_items(d: Description) -> Iterator[Item]:
                 yield Item(table, key, value, RATIO, size)
         if c.slip is not None:
             yield Item(table, "slip", c.slip, SPEED)
+    for pair in d.pairs:
+        yield from _pair_items(pair)
+
+
+def _pair_items(pair: ContactPair) -> Iterator[Item]:
+    table, exponent = f"contacts.{pair.name}", pair.exponent
+    for solid in (*pair.shapes, *pair.other_shapes):
+        yield from _solid_items(table, solid)
+    if pair.height is not None:
+        yield Item(table, "height", pair.height, HEIGHT, LENGTH)
+    stiffness = None
+    if exponent is not None and exponent.is_Number:
+        stiffness = over(FORCE, to_power(LENGTH, Fraction(str(exponent)).limit_denominator(1000)))
+    for key, size in (
+        ("restitution", DIMENSIONLESS),
+        ("friction", DIMENSIONLESS),
+        ("static", DIMENSIONLESS),
+        ("stiffness", stiffness),
+        ("exponent", DIMENSIONLESS),
+        ("damping", over(TIME, LENGTH)),
+        ("smooth", over(LENGTH, TIME)),
+    ):
+        value = getattr(pair, key)
+        if value is not None:
+            yield Item(table, key, value, RATIO, size)
 
 
 def _event_items(

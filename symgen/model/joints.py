@@ -13,7 +13,7 @@ from .declared import Declared
 from .description import Coordinate, Joint, Rate
 from .evaluate import Direction, NotFinite, dot_product, evaluate, normalised, perpendicular
 from .joint_types import ANGULAR_VELOCITY, TYPES, JointType
-from .names import name_fault
+from .names import name_fault, reference_fault
 from .orientation import roll_pitch_yaw
 from .units import Unit, parse_unit
 
@@ -37,7 +37,7 @@ def make_joint(
         raise sources.error(table, "type", message, hint=nearest(str(type)[:60], TYPES, "types"))
     given = {key: value for key, value in options.items() if value is not None}
     for key, body in (("parent", parent), ("child", child)):
-        if name_fault(body, element=True) is not None:
+        if reference_fault(body) is not None:
             raise sources.error(
                 table,
                 key,
@@ -235,7 +235,8 @@ def _coordinate_names(
         raise model._sources.error(table, "coordinate", message, hint=hint)
     names = tuple(x.name if isinstance(x, sympy.Symbol) else x for x in given)
     for k, name in enumerate(names):
-        fault = name_fault(name)
+        of_a_use = isinstance(name, str) and "." in name and name in model._kinds
+        fault = None if of_a_use else name_fault(name)
         if fault is not None:
             raise model._sources.error(
                 table, "coordinate" + f"[{k}]" * (kind.nq > 1), fault, hint="choose another name"

@@ -54,6 +54,24 @@ def volume_of(file: Path) -> Volume:
     return Volume(float(volume), tuple(map(float, centre)), tuple(float(tensor[place]) for place in places))
 
 
+def hull_of(file: Path) -> np.ndarray:
+    """The corners of the least convex solid around a mesh, shape (n, 3) [m].
+
+    Raises
+    ------
+    ModelError
+        The file is no STL, or its corners lie in a plane.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    corners = np.unique(_corners(file).reshape(-1, 3), axis=0)
+    try:
+        return corners[np.sort(ConvexHull(corners).vertices)]
+    except QhullError:
+        message = f"the mesh {file.name!r:.100} is flat: its corners lie in a plane"
+        raise ModelError(message, hint="take a solid, or spheres at its corners") from None
+
+
 def _corners(file: Path) -> np.ndarray:
     """Corners of the triangles, shape (n, 3, 3)."""
     wrong = ModelError(f"the mesh {file.name!r:.100} is no STL file", hint="save it as STL, in metres")

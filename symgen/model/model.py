@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from collections import ChainMap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -11,10 +13,12 @@ from typing import Any
 import sympy
 
 from ..errors import nearest
-from . import parts, run_defaults, toml_writer
+from . import assemblies, parts, run_defaults, toml_writer
+from .assemblies import check_uses
 from .check import finished
 from .closures import make_closure
 from .contact_laws import bristle_laws
+from .contact_pairs import make_pair
 from .curves import TableFunction, make_table
 from .declared import Declared
 from .description import (
@@ -27,6 +31,7 @@ from .description import (
     Constant,
     Constraint,
     Contact,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
@@ -37,25 +42,32 @@ from .description import (
     Loop,
     Parameter,
     Point,
+    Port,
     Rate,
     Rolling,
     Rotor,
     Spring,
+    StartConditions,
     State,
     Stop,
+    Use,
     plain_rate,
 )
 from .elements import make_bushing, make_spring, measures
+from .expression_tree import names_in
 from .frames import make_frame
 from .functions import dot
 from .gravity import make_attractor
 from .joints import direction as unit_vector
 from .joints import make_joint
-from .names import integral_name, model_name_fault, name_fault
+from .names import integral_name, model_name_fault, reference_fault
 from .over_time import read_over_time
 from .rolling import make_rolling
 from .rotors import make_rotor
+from .shelf import Shelf
 from .sources import Sources
+from .starts import make_start
+from .tyres import add_tyre
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -96,8 +108,9 @@ class Model(Declared):
         folder: str | Path | None = None,
         impacts: str = "simultaneous",
         _file: str | None = None,
+        _assembly: str = "",
     ) -> None:
-        super().__init__(Sources(_file or str(name)[:60], _file is not None))
+        super().__init__(Sources(_file or str(name)[:60], _file is not None, _assembly))
         fault = model_name_fault(name)
         if fault is not None:
             raise self._sources.error("", "name", fault, hint="choose another name")
@@ -127,6 +140,7 @@ class Model(Declared):
         self._springs: dict[str, Spring] = {}
         self._bushings: dict[str, Bushing] = {}
         self._rolling: dict[str, Rolling] = {}
+        self._tyres: dict[str, str] = {}  # the bodies that have them
         self._closures: dict[str, Closure] = {}
         self._rotors: dict[str, Rotor] = {}
         self._constraints: dict[str, Constraint] = {}
@@ -135,9 +149,18 @@ class Model(Declared):
         self._frictions: dict[str, Friction] = {}
         self._bristles: dict[str, Bristle] = {}
         self._contacts: dict[str, Contact] = {}
+        self._pairs: dict[str, ContactPair] = {}
         self._events: dict[str, Event] = {}
         self._drawings: dict[str, Drawing] = {}
         self._run: dict[str, Any] = {}
+        self._ports: dict[str, Port] = {}
+        self._shelf = Shelf()
+        self._aliases: dict[str, sympy.Symbol] = {}  # what uses of assemblies call the model's own names
+        self._inner_uses: list[Use] = []  # those inside of assemblies
+        self._used_energies: dict[str, list[sympy.Expr]] = {}
+        self._used_forces: dict[str, list[sympy.Expr]] = {}
+        self._placed: dict[str, str] = {}  # bodies by hand that a use places
+        self._start: StartConditions | None = None
         if gravity is not None:
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
 
@@ -170,7 +193,12 @@ class Model(Declared):
         return sympy.Symbol(name)
 
     def state(
-        self, name: str, derivative: Any = None, start: Any = 0.0, unit: str | None = None
+        self,
+        name: str,
+        derivative: Any = None,
+        start: Any = None,
+        unit: str | None = None,
+        guess: Any = None,
     ) -> sympy.Symbol:
         """Declare a first-order state: of an actuator, a filter, a controller, a current, a bristle of friction.
 
@@ -180,21 +208,25 @@ class Model(Declared):
         derivative : expression
             By time [unit/s], of coordinates, rates, inputs, parameters, `t`, other states and itself.
         start : float, str or expression of parameters
-            Its value where the run begins.
+            Its value where the run begins; 0 by default.
         unit : str, optional
-            Numbers for `start` are in it.
+            Numbers for `start` and `guess` are in it.
+        guess : float, str or expression of parameters, optional
+            Instead of `start`: a value that what `start` of the model says may move.
         """
         self._declare(name, "state", "states")
         self._declare_made(integral_name(name), "integral", f"states.{name}", "state")
         size = self._sources.unit(unit, "states", f"{name}.unit")
-        values, size = self._initial("states", f"{name}.{{}}", size, {"start": start})
+        values, size = self._initial("states", f"{name}.{{}}", size, {"start": start, "guess": guess})
         expression = self._required("states", f"{name}.derivative", derivative)
-        self._states.append(State(name, expression))
+        self._states.append(State(name, expression, start is not None))
         coherent = None if size is None else size.coherent
         integrated = None if coherent is None else f"({coherent})*s"
         self._integrals.append(Coordinate(integral_name(name), integrated, integral=True))
+        enforced = values.get("start") if start is not None or guess is not None else 0.0
+        moved, formula = values.get("guess", 0.0), values.get("formula")
         self._state_rates.append(
-            Rate(name, coherent, values["start"], 0.0, integral_name(name), values.get("formula"), state=True)
+            Rate(name, coherent, enforced, moved, integral_name(name), formula, state=True)
         )
         return sympy.Symbol(name)
 
@@ -473,6 +505,10 @@ class Model(Declared):
             Its coordinates; one symbol where it has one.
         """
         self._new_element(name, "joints", self._joints)
+        if isinstance(child, str) and child in self._placed:
+            message = f"the body '{child}' stands where '{self._placed[child]}' is placed"
+            hint = "give that use no place, or join the body in its assembly"
+            raise self._sources.error(f"joints.{name}", "child", message, hint=hint)
         options = dict(
             origin=origin, axis=axis, axis2=axis2, coordinate=coordinate, start=start, rate=rate, guess=guess,
             rate_guess=rate_guess, unit=unit, stiffness=stiffness, damping=damping, rest=rest, armature=armature,
@@ -758,7 +794,7 @@ class Model(Declared):
         self._constrain("constraints", name, expression, "holonomic")
 
     def velocity_constraint(self, name: str, expression: Any) -> None:
-        """Hold an expression that is linear in the rates at zero."""
+        """Hold an expression of rates at zero; what it bears acts along its derivatives by the rates."""
         self._constrain("velocity_constraints", name, expression, "velocity")
 
     def coincident(self, name: str, a: Any, b: Any) -> None:
@@ -1042,6 +1078,58 @@ class Model(Declared):
         self._new_element(name, "rolling", self._rolling)
         self._rolling[name] = make_rolling(self, name, given)
 
+    def tyre(
+        self,
+        name: str,
+        body: str | None = None,
+        radius: Any = None,
+        axis: Sequence[Any] | None = None,
+        at: Sequence[Any] | None = None,
+        spin: sympy.Symbol | str | None = None,
+        stiffness: Any = None,
+        damping: Any = None,
+        load: Any = None,
+        ground: Any = None,
+        slip_stiffness: Any = None,
+        friction: Any = None,
+        magic: Sequence[float] | None = None,
+        table: Any = None,
+        relaxation: Any = None,
+    ) -> None:
+        """Add a tyre: forces of a wheel that slips on the ground, along its way and across it; its slips are states.
+
+        Parameters
+        ----------
+        name : str
+            Makes the states NAME_kappa and NAME_alpha, and the definitions NAME_load, NAME_along and NAME_across [N].
+        body : str
+            The wheel, or with `spin` what carries it. Planar ones are seen from above.
+        radius : expression
+            [m].
+        axis : sequence of 3, optional
+            Of the axle in the body's axes; y by default.
+        at : sequence of 2 or 3, optional
+            The wheel's centre in the body's frame [m]; its centre of mass by default.
+        spin : Symbol or str, optional
+            The coordinate by which a wheel turns in the body that carries it, about the axle: a rotor's.
+        stiffness, damping : expression, optional
+            Of the tyre towards the ground [N/m, N s/m]; it never pulls.
+        load : expression, optional
+            In their place: the force on the ground [N], where something else holds the wheel up.
+        ground : expression, optional
+            Height of the ground below NAME_centre_x and NAME_centre_y [m].
+        slip_stiffness, friction : expression
+            Force per load and slip, and per load at most, as of a brush; without friction it is linear.
+        magic : sequence of 3
+            B, C, E of Pacejka's formula instead, with `friction` for D.
+        table : expression
+            Force per load instead, of NAME_slip, as "grip(front_slip)", and NAME_load.
+        relaxation : expression
+            The way after which slips follow [m].
+        """
+        given = {key: value for key, value in locals().items() if key not in ("self", "name")}
+        add_tyre(self, name, given)
+
     def stop(self, name: str, gap: Any = None, restitution: Any = 0) -> None:
         """Keep an expression of the coordinates (and `t`) from falling below zero.
 
@@ -1257,23 +1345,34 @@ class Model(Declared):
         name: str,
         gap: Any = None,
         stiffness: Any = None,
-        exponent: Any = 1.5,
+        exponent: Any = None,
         damping: Any = None,
         friction: Any = None,
         slip: Any = None,
         smooth: Any = None,
+        body: str | None = None,
+        shape: Any = None,
+        plane: str | None = None,
+        height: Any = None,
+        other: str | None = None,
+        other_shape: Any = None,
+        restitution: Any = None,
+        static: Any = None,
     ) -> None:
-        """Add a compliant contact after Hunt and Crossley.
+        """Let the shape of a body touch a plane, a height field or another body, or add a compliant contact by its gap.
 
-        The force is k δ^n (1 + 3/2 c dδ/dt) with the depth δ = -gap, and never pulls.
+        What touches are points: the middle of a sphere, both ends of a capsule, the corners of a box or of a mesh's
+        convex hull. Each is a stop NAME (where there are several, NAME_1, NAME_2, ...) with a friction NAME_friction; or,
+        with a `stiffness`, a compliant contact after Hunt and Crossley. Its force is k δ^n (1 + 3/2 c dδ/dt) with the
+        depth δ = -gap, and never pulls.
 
         Parameters
         ----------
         name : str
         gap : expression
-            Of coordinates (and `t`), negative in contact [m].
+            Of coordinates (and `t`), negative in contact [m]; in the place of a `body`.
         stiffness : expression
-            k [N/m^n].
+            k [N/m^n]; left out, what touches by its shape is rigid.
         exponent : expression
             n, 1.5 for spheres (Hertz); of parameters and constants, at least 1.
         damping : expression, optional
@@ -1283,10 +1382,46 @@ class Model(Declared):
         slip : expression
             Sliding speed, linear in the rates.
         smooth : expression
-            Speed below which the friction gives way, see `friction`.
+            Speed below which the friction gives way, see `friction`. Friction of a rigid contact sticks without it.
+        body : str, optional
+            The body whose shape touches.
+        shape, other_shape : dict or sequence of dict, optional
+            Shapes in the body's frame that touch in the place of its own.
+        plane : str, optional
+            A frame, body or "world" (the default): its x-y plane, with z up; of planar bodies its x axis, with y up.
+        height : expression, optional
+            z over that plane [m], of `here_x` and `here_y` (planar: y, of `here_x`); of parameters and tables, smooth.
+        other : str, optional
+            In the place of a plane: another body, whose shape is touched. Spheres and capsules touch spheres and
+            capsules, spheres touch boxes.
+        restitution : expression, optional
+            Of a rigid contact, see `stop`.
+        static : expression, optional
+            The coefficient of friction of a rigid contact while it sticks, where it is larger than `friction`.
         """
         table = f"contacts.{name!s:.60}"
         self._new_element(name, "contacts", self._touching_names())
+        by_shape = {
+            "body": body, "shape": shape, "plane": plane, "height": height, "other": other,
+            "other_shape": other_shape, "restitution": restitution, "static": static,
+        }  # fmt: skip
+        if body is not None:
+            laws = {
+                "gap": gap,
+                "slip": slip,
+                "stiffness": stiffness,
+                "exponent": exponent,
+                "damping": damping,
+            }
+            self._pairs[name] = make_pair(
+                self, name, by_shape | laws | {"friction": friction, "smooth": smooth}
+            )
+            return
+        for key, value in by_shape.items():
+            if value is not None:
+                hint = "give 'body', or leave it out"
+                raise self._sources.error(table, key, f"'{key}' goes with the 'body' that touches", hint=hint)
+        exponent = 1.5 if exponent is None else exponent
         together = {"friction": friction, "slip": slip, "smooth": smooth}
         missing = [key for key, value in together.items() if value is None]
         if missing and len(missing) < 3:
@@ -1337,6 +1472,127 @@ class Model(Declared):
         self._new_element(name, "events", self._events)
         self._events[name] = parts.make_event(self._sources, name, when, direction, then)
 
+    def port(self, name: str, kind: str = "value", unit: str | None = None) -> Any:
+        """Make this model an assembly, which is given something by the models that use it.
+
+        Parameters
+        ----------
+        name : str
+        kind : {"value", "coordinate", "input", "body", "frame", "point"}
+            A value is any expression of the model's; the others are what the model calls by a name (of frames, that of
+            a body or "world" as well).
+        unit : str, optional
+            Of a value, coordinate or input.
+
+        Returns
+        -------
+        sympy.Symbol, str or tuple of sympy.Symbol
+            What stands for it: a symbol, a body's name, NAME_x, NAME_y, NAME_z of frames and points.
+        """
+        made = self._ports[name] = assemblies.make_port(self, name, kind, unit)
+        if kind in assemblies.NAMES_OF_VALUES:
+            return sympy.Symbol(made.name)
+        return name if kind == "body" else self._world_components(name)
+
+    def assembly(self, name: str, description: str = "") -> Model:
+        """Begin an assembly: a model that this one uses, as often as it likes.
+
+        Parameters
+        ----------
+        name : str
+        description : str
+
+        Returns
+        -------
+        Model
+            To be described before it is used; `port` makes what it is given. `Model.from_toml` reads one from a file.
+        """
+        self._new_element(name, "assemblies", self._shelf.names())
+        return self._shelf.put(name, self._part_of(name, description))
+
+    def _part_of(self, name: str, description: str = "") -> Model:
+        sources = self._sources
+        within = f"assemblies.{name}" if sources.is_file else f"assembly({name!r})"
+        made = type(self)(
+            name, description, folder=self.folder, _file=sources.name if sources.is_file else None,
+            _assembly=f"{sources.assembly}.{within}" if sources.assembly else within,
+        )  # fmt: skip
+        made._sources.name = sources.name
+        made._sources.tables |= sources.tables  # curves that it may call
+        made._shelf = Shelf(self._shelf)
+        return made
+
+    def use(self, name: str, assembly: str | Model, /, **given: Any) -> assemblies.Used:
+        """Use an assembly: take over all that it says, its names with NAME and a dot before them.
+
+        Parameters
+        ----------
+        name : str
+        assembly : str or Model
+            The name of an assembly, or a model that becomes one.
+        **given
+            By their names what ports are connected to, and values of parameters: numbers and quantities, which runs may
+            set (NAME.PARAMETER), or expressions of parameters. One that is not given is the model's own parameter or
+            constant of its name; or else it keeps its value. `offset` (2 or 3 components [m]) and `angle` about z
+            [rad], or in space `xyz` and `rpy`, place what the assembly says in world axes.
+
+        Returns
+        -------
+        Used
+            `c1.piston` or `c1["piston"]` is a symbol, or the name of a body, a joint and so on.
+
+        Examples
+        --------
+        >>> c1 = model.use("c1", "cylinder", crank=theta, angle="30 deg", phase=0)
+        >>> model.output("first", c1.x)
+        """
+        table, key, found = f"use.{name!s:.60}", assembly, assembly
+        fail = functools.partial(self._sources.error, table, "assembly")
+        if not isinstance(assembly, Model):
+            found = self._shelf.get(assembly, fail)
+        elif assembly is self:
+            raise fail("a model cannot use itself")
+        else:
+            key = assembly.name
+            if self._shelf.find(key, fail) is not assembly:
+                self._new_element(key, "assemblies", self._shelf.names())
+                self._shelf.put(key, assembly)
+        assemblies.use(self, name, key, found, given)
+        return assemblies.Used(self, name)
+
+    def start(
+        self,
+        *equations: Any,
+        find: sympy.Symbol | str | Sequence[sympy.Symbol | str] = (),
+        steady: bool | sympy.Symbol | str | Sequence[sympy.Symbol | str] = False,
+        closed: str | Sequence[str] = (),
+    ) -> None:
+        """Say what holds where runs begin, besides the constraints: guesses move until it does.
+
+        Parameters
+        ----------
+        *equations : expression or str
+            Zero at the start: of coordinates, rates, states, parameters, inputs, `t`, accelerations and reactions. Text
+            may be an equation, and its last term a quantity: "tip_x = 0.3 m".
+        find : str or sequence of str, optional
+            Parameters that are found with them; their values are guesses. One that a run sets is not sought there.
+        steady : bool, or str or sequence of str
+            True: in equilibrium. Rates that are guesses are zero, and so are their accelerations and the derivatives of
+            states. Or the coordinates, rates and states of which that holds.
+        closed : str or sequence of str, optional
+            Stops whose gap, and its rate, are zero.
+
+        Examples
+        --------
+        >>> model.start("tip_x = 0.3 m", "dot(tip_x) = 0.1 m/s")
+        >>> model.start(find=k, steady=True)
+        """
+        self._begin(list(equations), find, steady, closed)
+
+    def _begin(self, equations: Any = (), find: Any = (), steady: Any = False, closed: Any = ()) -> None:
+        given = {"equations": equations, "find": find, "steady": steady, "closed": closed}
+        self._start = make_start(self, self._start, given)
+
     def run(self, **defaults: Any) -> None:
         """Set defaults for runs: t_end, method, constraints, rtol, atol, step, max_step, fps, at, breaks."""
         for key, value in defaults.items():
@@ -1350,14 +1606,34 @@ class Model(Declared):
         ModelError
             For the first thing that is wrong with the model.
         """
-        return finished(self._description(), self._sources, self._kinds)
+        if self._ports:
+            message = f"'{next(iter(self._ports))}' is a port: this is an assembly, which other models use"
+            raise self._sources.error("ports", "", message, hint="use it in a model, by [use.NAME]")
+        d, kinds = self._description(), self._kinds | dict.fromkeys(self._aliases, "definition")
+        check_uses(d, self._sources, kinds)
+        return finished(d, self._sources, kinds)
 
     def to_toml(self) -> str:
         """The model as the text of a TOML file."""
         self.describe()
-        return toml_writer.write(self._description(), self._sources)
+        return "\n\n".join(self._toml_blocks()) + "\n"
 
-    def _description(self) -> Description:
+    def _toml_blocks(self, within: str = "") -> Iterator[str]:
+        """The parts of the TOML text, those of an assembly `within` a table."""
+        own = assemblies.without_uses(self._description(self._energies, self._forces))
+        yield from toml_writer.blocks(own, self._sources, self._ports.values(), within)
+        for name, assembly in self._shelf.own():
+            yield from assembly._toml_blocks(f"{within}assemblies.{name}.")
+        yield from toml_writer.uses(self._uses.values(), self._sources, within)
+
+    def _description(
+        self,
+        energies: dict[str, list[sympy.Expr]] | None = None,
+        forces: dict[str, list[sympy.Expr]] | None = None,
+    ) -> Description:
+        """What was said; all energies and forces, or only some of them."""
+        energies = _joined(self._energies, self._used_energies) if energies is None else energies
+        forces = _joined(self._forces, self._used_forces) if forces is None else forces
         held = list(self._constraints.values())
         return Description(
             name=self.name,
@@ -1366,11 +1642,15 @@ class Model(Declared):
             parameters=tuple(self._parameters),
             constants=tuple(self._constants),
             inputs=tuple(self._inputs),
-            definitions=(*self._definitions, *(x for s in self._springs.values() for x in measures(s))),
+            definitions=(
+                *self._definitions,
+                *self._mentioned_aliases(),
+                *(x for s in self._springs.values() for x in measures(s)),
+            ),
             bodies=tuple(self._bodies.values()),
             gravity=self._gravity,
-            **{key: sympy.Add(*terms) for key, terms in self._energies.items()},
-            forces=tuple((name, sympy.Add(*terms)) for name, terms in self._forces.items()),
+            **{key: sympy.Add(*terms) for key, terms in energies.items()},
+            forces=tuple((name, sympy.Add(*terms)) for name, terms in forces.items()),
             loads=tuple(self._loads.values()),
             constraints=tuple(c for c in held if c.kind == "holonomic"),
             velocity_constraints=tuple(c for c in held if c.kind == "velocity"),
@@ -1389,6 +1669,7 @@ class Model(Declared):
             frictions=tuple(self._frictions.values()),
             bristles=tuple(self._bristles.values()),
             contacts=tuple(self._contacts.values()),
+            pairs=tuple(self._pairs.values()),
             frames=tuple(self._frames.values()),
             springs=tuple(self._springs.values()),
             bushings=tuple(self._bushings.values()),
@@ -1400,30 +1681,51 @@ class Model(Declared):
             tables=tuple(self._tables),
             closures=tuple(self._closures.values()),
             rotors=tuple(self._rotors.values()),
+            uses=(*self._uses.values(), *self._inner_uses),
+            start=self._start,
         )
 
+    def _mentioned_aliases(self) -> Iterator[tuple[str, sympy.Symbol]]:
+        """What the model's own expressions call by the name that it has in a use, `c1.m` for a mass that all share."""
+        if self._aliases:
+            given = [source.expression for _, source in self._sources.everything() if not source.use]
+            mentioned = frozenset().union(*map(names_in, given))
+            yield from ((name, x) for name, x in self._aliases.items() if name in mentioned)
+
+    def _positions(self) -> list[Coordinate]:
+        """The coordinates as they are declared, then those that joints made; behind both what uses brought."""
+        made = (*self._coordinates, *self._made)
+        return sorted(made, key=lambda c: "." in c.name) if self._uses else list(made)
+
     def _all_coordinates(self) -> tuple[Coordinate, ...]:
-        """The order of q: coordinates as they are declared, those that joints made, the integrals of states."""
-        return (*self._coordinates, *self._made, *self._integrals)
+        """The order of q: positions, then the integrals of states."""
+        return (*self._positions(), *self._integrals)
 
     def _all_rates(self) -> tuple[Rate, ...]:
         """The order of v: that of q, with a joint's angular velocities where its quaternion stands, states at last."""
         rates: list[Rate] = []
-        for c in (*self._coordinates, *self._made):
+        for c in self._positions():
             own = self._made_rates.get(c.joint, ())
             if c.quaternion is None:
                 named = [r for r in own if r.coordinate == c.name]
                 rates += named or [plain_rate(c)]
             elif c.name == self._joints[c.joint].coordinates[-4]:
                 rates += [r for r in own if r.coordinate is None]
-        return (*rates, *self._state_rates)
+        return (*rates, *map(self._state_rate, self._state_rates))
+
+    def _state_rate(self, rate: Rate) -> Rate:
+        """The rate of a state; without a start of its own it is a guess where there is something that could move it."""
+        if self._start is None or rate.start is None:
+            return rate
+        begins = any(state.name == rate.name and state.begins for state in self._states)
+        return rate if begins else replace(rate, start=None, guess=rate.start)
 
     def _fixed_vector(
         self, table: str, what: str, name: Any, body: Any, taken: Mapping[str, Any], values: Any, key: str
     ) -> tuple[sympy.Expr, ...]:
         self._new_element(name, table, taken)
         place = f"{table}.{name}"
-        if name_fault(body, element=True) is not None:
+        if reference_fault(body) is not None:
             raise self._sources.error(
                 place,
                 "body",
@@ -1451,13 +1753,16 @@ class Model(Declared):
 
     def _named(self, name: Any, key: str, value: Any) -> str:
         """The name of a point, body or coordinate; a point also as the symbols that `point` returned."""
+        return self._named_in(value, f"constraints.{name!s:.60}", key)
+
+    def _named_in(self, value: Any, table: str, key: str) -> str:
         if isinstance(value, tuple) and len(value) == 3 and all(isinstance(x, sympy.Symbol) for x in value):
             value = value[0].name.removesuffix("_x")
         if isinstance(value, sympy.Symbol):
             value = value.name
-        fault = name_fault(value, element=True)
+        fault = reference_fault(value)
         if fault is not None:
-            raise self._sources.error(f"constraints.{name!s:.60}", key, fault, hint="name what the model has")
+            raise self._sources.error(table, key, fault, hint="name what the model has")
         return value
 
     def _guide(
@@ -1498,10 +1803,16 @@ class Model(Declared):
         return self._sources.expression(value, table, key)
 
     def _touching_names(self) -> ChainMap:
-        return ChainMap(self._stops, self._frictions, self._contacts)
+        return ChainMap(self._stops, self._frictions, self._contacts, self._pairs)
 
     def _add(self, table: str, key: str, expression: Any, into: dict[str, list[sympy.Expr]]) -> None:
         into.setdefault(key, []).append(self._sources.expression(expression, table, key))
+
+
+def _joined(
+    own: dict[str, list[sympy.Expr]], used: dict[str, list[sympy.Expr]]
+) -> dict[str, list[sympy.Expr]]:
+    return {key: [*own.get(key, ()), *used.get(key, ())] for key in dict.fromkeys((*own, *used))}
 
 
 def _one_or_all(symbols: list[sympy.Symbol]) -> Any:

@@ -55,6 +55,13 @@ def name_fault(name: object, element: bool = False) -> str | None:
     return None
 
 
+def reference_fault(name: object) -> str | None:
+    """Why `name` cannot be what an element is called, or None: what a use of an assembly has is called `c1.rod`."""
+    if not isinstance(name, str) or "." not in name:
+        return name_fault(name, element=True)
+    return next((fault for part in name.split(".") if (fault := name_fault(part, element=True))), None)
+
+
 def integral_name(state: str) -> str:
     """The name of the coordinate whose rate a state is."""
     return f"{state}_integral"

@@ -111,7 +111,7 @@ def _from_file(model: Declared, name: str, file: str) -> tuple[tuple[float, ...]
     return content.times, content.columns[content.names[1:].index(name)]
 
 
-def table_path(model: Declared, key: str, file: str, table: str = "inputs") -> Path:
+def table_path(model: Declared, key: str, file: str, table: str = "inputs", what: str = "table") -> Path:
     """Return where a table lies, held below the model's own folder: model files come from strangers."""
     error = model._sources.error
     foreign = PurePosixPath(file).is_absolute() or PureWindowsPath(file).anchor or "\\" in file
@@ -119,17 +119,17 @@ def table_path(model: Declared, key: str, file: str, table: str = "inputs") -> P
         raise error(
             table,
             key,
-            f"the table {file!r:.100} is not below the model's own folder",
+            f"the {what} {file!r:.100} is not below the model's own folder",
             hint="put it beside the model",
         )
     if model.folder is None:
         raise error(
-            table, key, "the model has no folder to find the table in", hint="give Model(…, folder=…)"
+            table, key, f"the model has no folder to find the {what} in", hint="give Model(…, folder=…)"
         )
     folder = model.folder.resolve()
     found = (folder / file).resolve()
     if not found.is_relative_to(folder):
-        raise error(table, key, f"the table {file!r:.100} leads out of the model's own folder")
+        raise error(table, key, f"the {what} {file!r:.100} leads out of the model's own folder")
     if not found.is_file():
-        raise error(table, key, f"the table {file!r:.100} is not there", hint=f"looked in {folder}")
+        raise error(table, key, f"the {what} {file!r:.100} is not there", hint=f"looked in {folder}")
     return found

@@ -16,7 +16,7 @@ from .description import NOTHING, Body, Drawing, Event, Load, Reset, Shape, Soli
 from .functions import dot
 from .items import DRAWINGS, drawing_key
 from .mesh import volume_of
-from .names import name_fault
+from .names import reference_fault
 from .solids import FORMS, given_sizes, make_solids, together
 from .sources import Sources
 
@@ -231,6 +231,19 @@ def _mesh(model: Declared, table: str, key: str, file: Any) -> str:
     return str(path)
 
 
+def make_shapes(model: Declared, table: str, key: str, given: Any) -> tuple[Solid, ...]:
+    """Shapes without a density, or a mesh alone, from a key of another table than a body's."""
+    if not (isinstance(given, Mapping) and "mesh" in given and {*given} <= {"mesh", "offset"}):
+        solids = make_solids(model, table, given, None, False, key)
+        for solid in solids:
+            if solid.density is not None:
+                message = "shapes that touch have no density of their own"
+                raise model._sources.error(table, f"{solid.place}.density", message, hint="leave it out")
+        return solids
+    offset = model._components(given["offset"], table, f"{key}.offset") if "offset" in given else ()
+    return (Solid("mesh", (), False, key, offset, mesh=_mesh(model, table, f"{key}.mesh", given["mesh"])),)
+
+
 def _heavy_mesh(model: Declared, table: str, file: Any, density: Any) -> Solid:
     """A closed mesh with a density."""
     name = _mesh(model, table, "shape.mesh", file)
@@ -249,7 +262,7 @@ def make_load(
     """A load from the arguments of `Model.load`."""
     table, sources = f"loads.{name}", model._sources
     for key, value in (("frame", frame), ("reaction", reaction)):
-        fault = None if value is None else name_fault(value, element=True)
+        fault = None if value is None else reference_fault(value)
         if fault is not None:
             raise sources.error(table, key, fault, hint="name a body" + " or a frame" * (key == "frame"))
     has_force, has_torque = _given(force), _given(torque)
@@ -278,7 +291,7 @@ def make_load(
             place = _expressions(model, point, table, "point", (2, 3))
             vector = _expressions(model, force, table, "force", (len(place),))
         return Load(name, place, vector, frame=frame, reaction=reaction)
-    if name_fault(body, element=True) is not None:
+    if reference_fault(body) is not None:
         raise sources.error(
             table, "body", "the body that the torque acts on is missing", hint='body = "NAME"'
         )

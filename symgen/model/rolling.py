@@ -15,10 +15,10 @@ import sympy
 from ..errors import nearest
 from .declared import Declared
 from .description import Body, Constraint, Description, Rolling, Shape, Solid
-from .elements import Vector, Writer
+from .elements import Vector, Writer, scalar_product
 from .functions import dot
 from .joints import direction
-from .names import name_fault
+from .names import reference_fault
 from .ready_made import HALF, WORLD
 from .solids import picture
 from .sources import Sources
@@ -45,7 +45,7 @@ def make_rolling(model: Declared, name: str, given: Mapping[str, Any]) -> Rollin
         )
     (kind,) = kinds
     for key in ("body", "plane"):
-        fault = name_fault(given.get(key, "world" if key == "plane" else None), element=True)
+        fault = reference_fault(given.get(key, "world" if key == "plane" else None))
         if fault is not None:
             what = "a body" if key == "body" else "a frame, whose x-y plane it is"
             raise error(key, f"the name of {what} is expected here; {fault}", 'for example body = "rim"')
@@ -144,12 +144,14 @@ def write_rolling(writer: Writer, r: Rolling) -> list[Constraint]:
     def hold(which: str, expression: sympy.Expr, kind: str = "velocity") -> None:
         made[which] = Constraint(f"{r.name}_{which}", expression, kind)
 
-    height = None if origin is None else _scalar([difference(x, y) for x, y in zip(centre, origin)], normal)
+    height = (
+        None if origin is None else scalar_product([difference(x, y) for x, y in zip(centre, origin)], normal)
+    )
     if r.kind == "knife":
         blade = writer.direction(r.body, r.axis)
-        side = _cross(normal, blade)
+        side = cross(normal, blade)
         speed = [difference(dot(x), v) for x, v in zip(centre, _of_plane(writer, r.plane, centre, origin))]
-        hold("across", product([_scalar(speed, side), inverted(_length(side))]))
+        hold("across", product([scalar_product(speed, side), inverted(_length(side))]))
         if height is not None:
             hold("gap", height, "holonomic")
     else:
@@ -160,12 +162,12 @@ def write_rolling(writer: Writer, r: Rolling) -> list[Constraint]:
         speed = [
             total([dot(x), *turning, negated(v)])
             for x, turning, v in zip(
-                centre, _of_turning(writer, r.body, arm), _of_plane(writer, r.plane, touch, origin)
+                centre, velocity_by_turning(writer, r.body, arm), _of_plane(writer, r.plane, touch, origin)
             )
         ]
-        hold("along", _scalar(speed, along))
+        hold("along", scalar_product(speed, along))
         if not body.planar:
-            hold("across", _scalar(speed, across))
+            hold("across", scalar_product(speed, across))
     return [made[which] for which in HELD if which in r.holds and which in made]
 
 
@@ -174,23 +176,23 @@ def _tread(
 ) -> tuple[Vector, Vector, Vector, sympy.Expr]:
     """The directions along the way and across it, that from the centre to what touches, and how far down it reaches."""
     if r.kind == "ball" or body.planar:
-        return first, _cross(normal, first), [negated(x) for x in normal], sympy.S.One
+        return first, cross(normal, first), [negated(x) for x in normal], sympy.S.One
     axle = writer.direction(r.body, r.axis or (0.0, 0.0, 1.0))
-    upright = _scalar(normal, axle)  # sine of the lean; 1 for a wheel that lies flat
+    upright = scalar_product(normal, axle)  # sine of the lean; 1 for a wheel that lies flat
     reach = sympy.Pow(difference(sympy.S.One, squared(upright)), HALF, evaluate=False)
-    along = [product([x, inverted(reach)]) for x in _cross(axle, normal)]
+    along = [product([x, inverted(reach)]) for x in cross(axle, normal)]
     down = [
         product([difference(product([upright, a]), n), inverted(reach)])
         for a, n in zip(axle, normal, strict=True)
     ]
-    return along, _cross(normal, along), down, reach
+    return along, cross(normal, along), down, reach
 
 
-def _of_turning(writer: Writer, body: str, arm: Vector) -> list[list[sympy.Expr]]:
+def velocity_by_turning(writer: Writer, body: str, arm: Vector) -> list[list[sympy.Expr]]:
     """What the turning of a body adds to the velocity at the end of an arm, by components, as terms."""
     terms: list[list[sympy.Expr]] = [[], [], []]
     for axis in writer.directions(body):
-        reach = _scalar(axis, arm)
+        reach = scalar_product(axis, arm)
         for k, x in enumerate(axis):
             if not x.is_Number:
                 terms[k].append(product([reach, dot(x)]))
@@ -202,18 +204,15 @@ def _of_plane(writer: Writer, plane: str, place: Vector, origin: Vector | None) 
     if origin is None or writer.body_of(plane) == WORLD:
         return [sympy.S.Zero] * 3
     apart = [difference(x, y) for x, y in zip(place, origin, strict=True)]
-    turning = _of_turning(writer, plane, apart)
+    turning = velocity_by_turning(writer, plane, apart)
     return [
         total([sympy.S.Zero if x.is_Number else dot(x), *more])
         for x, more in zip(origin, turning, strict=True)
     ]
 
 
-def _scalar(a: Vector, b: Vector) -> sympy.Expr:
-    return total([product(pair) for pair in zip(a, b, strict=True)])
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
+def cross(a: Vector, b: Vector) -> Vector:
+    """The vector product."""
     return [
         difference(product([a[1], b[2]]), product([a[2], b[1]])),
         difference(product([a[2], b[0]]), product([a[0], b[2]])),

@@ -19,7 +19,7 @@ from .elements import Writer, scalar_product
 from .evaluate import perpendiculars
 from .functions import dot
 from .joints import STATE_KEYS, direction
-from .names import name_fault
+from .names import reference_fault
 from .ready_made import HALF, WORLD
 from .sources import Sources
 from .unevaluated import product, squared, total
@@ -38,7 +38,7 @@ def make_rotor(model: Declared, name: str, given: Mapping[str, Any]) -> Rotor:
 
     if "inertia" not in given:
         raise error("inertia", "the key 'inertia' is missing", "about the rotor's axis [kg m^2]")
-    fault = name_fault(given.get("body", WORLD), element=True)
+    fault = reference_fault(given.get("body", WORLD))
     if fault is not None:
         raise error("body", fault, "name the body in which it spins")
     gyroscopic = given.get("gyroscopic", True)

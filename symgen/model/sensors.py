@@ -58,9 +58,10 @@ def with_sensors(
     """
     mentioned: dict[str, Item] = {}
     for item in (*definition_items(d), *items(d)):
-        for name in names_in(item.expression) - kinds.keys():
-            mentioned.setdefault(name, item)
-    calls = {name: _call_of(name) for name in sorted(mentioned)}
+        for name in names_in(item.expression):
+            if name not in kinds:
+                mentioned.setdefault(name, item)
+    calls = {name: sensor_call(name) for name in sorted(mentioned)}
     found = {name: call for name, call in calls.items() if call is not None}
     if not found:
         return d, dict(kinds)
@@ -85,7 +86,7 @@ def with_sensors(
     }
 
 
-def _call_of(name: str) -> tuple[str, tuple[str, ...]] | None:
+def sensor_call(name: str) -> tuple[str, tuple[str, ...]] | None:
     """The sensor that a name is: its kind and the names that it takes."""
     call = _CALL.fullmatch(name)
     if call is not None and call[1] in SENSOR_ARITY:
@@ -163,7 +164,7 @@ def sensor_dimensions(d: Description, names: Mapping[str, Any]) -> dict[str, Dim
     }  # fmt: skip
     found = {}
     for name in (*(name for name, _ in d.definitions), *(s.name for s in d.sensors)):
-        call = _call_of(name)
+        call = sensor_call(name)
         if call is not None and call[0] in by_kind:
             found[name] = by_kind[call[0]]
         elif call is not None and call[0] == "acceleration":

@@ -111,8 +111,10 @@ class Inertia:
     tensor: Expressions  # xx, yy, zz, xy, xz, yz
 
 
-def make_solids(model: Declared, table: str, shapes: Any, density: Any, planar: bool) -> tuple[Solid, ...]:
-    """Solids from what the key `shape` says.
+def make_solids(
+    model: Declared, table: str, shapes: Any, density: Any, planar: bool, key: str = "shape"
+) -> tuple[Solid, ...]:
+    """Solids from what the key `shape` says, or another `key`.
 
     Parameters
     ----------
@@ -130,13 +132,13 @@ def make_solids(model: Declared, table: str, shapes: Any, density: Any, planar: 
     several = not isinstance(shapes, Mapping)
     if isinstance(given, str) or not isinstance(given, Sequence) or not given:
         raise model._sources.error(
-            table, "shape", "shapes are a table, or a list of tables",
-            hint='for example shape = [{ box = [1, 1, 1] }, { sphere = [0.5], offset = [0, 0, 1] }]',
+            table, key, "shapes are a table, or a list of tables",
+            hint=f"for example {key} = [{{ box = [1, 1, 1] }}, {{ sphere = [0.5], offset = [0, 0, 1] }}]",
         )  # fmt: skip
     common = None if density is None else model._sources.expression(density, table, "density")
     flat = planar or all(isinstance(s, Mapping) and len(s.get("offset", ())) == 2 for s in given)
     return tuple(
-        _solid(model, table, f"shape[{k}]" if several else "shape", shape, common, flat)
+        _solid(model, table, f"{key}[{k}]" if several else key, shape, common, flat)
         for k, shape in enumerate(given)
     )
 

@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 import numbers
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import sympy
 
 from ..errors import ModelError
+from .description import StartEquation
 from .evaluate import NotFinite, evaluate
 from .expressions import parse, quantity_value
 from .from_sympy import taken_over
 from .printing import shortened
+from .unevaluated import difference
 from .units import Unit, parse_unit
 
 Address = tuple[str, str]  # TOML table and key, in Python models too
@@ -35,6 +38,7 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "springs": "spring",
     "bushings": "bushing",
     "rolling": "rolling",
+    "tyres": "tyre",
     "closures": "closure",
     "rotors": "rotor",
     "loads": "load",
@@ -47,7 +51,17 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "bristles": "bristle",
     "contacts": "contact",
     "draw": "draw",
+    "ports": "port",
+    "assemblies": "assembly",
+    "use": "use",
 }
+# Tables whose keys are names: of what is declared in them, or acted on.
+BY_KEY = (
+    "parameters", "constants", "coordinates", "states", "inputs", "definitions", "outputs", "forces", "constraints",
+    "velocity_constraints",
+)  # fmt: skip
+# An equation that ends in a quantity: "tip_x - 0.3 m", "dot(x) = 2 m/s".
+_WITH_QUANTITY = re.compile(r"(.+?)(=\s*[-+]?|[-+])\s*(\d[\d.]*(?:[eE][-+]?\d+)?\s+[A-Za-z%].*)", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -58,6 +72,7 @@ class Source:
     text: str | None = None
     unit: Unit | None = None
     decimals: frozenset[sympy.Rational] = frozenset()
+    use: str = ""  # the use of an assembly that it comes through
 
 
 class Sources:
@@ -69,28 +84,45 @@ class Sources:
         Of the model file, or of the model where there is no file.
     is_file : bool
         Whether the places are tables and keys of a TOML file; calls of the Python interface otherwise.
+    assembly : str
+        The table of the file, or the call, that all of them are in.
     """
 
-    def __init__(self, name: str, is_file: bool) -> None:
+    def __init__(self, name: str, is_file: bool, assembly: str = "") -> None:
         self.name = name
         self.is_file = is_file
+        self.assembly = assembly
+        self.uses: dict[str, Sources] = {}  # of assemblies, by the names of their uses
         self._sources: dict[Address, list[Source]] = {}
         self.tables: dict[
             str, int
         ] = {}  # functions that the model has tables for, and how many arguments they take
-        self._in_plane: set[Address] = set()
+        self._said_at: dict[Address, Address] = {}
+        self.in_plane: set[Address] = set()
 
     def of(self, table: str, key: str) -> list[Source]:
         """What was given at an address: one source, or several that add up."""
         return self._sources.get((table, key), [])
 
+    def everything(self) -> Iterator[tuple[Address, Source]]:
+        """All that was given, with the addresses."""
+        for address, sources in self._sources.items():
+            for source in sources:
+                yield address, source
+
+    def take_over(self, table: str, key: str, source: Source, said_at: Address | None = None) -> None:
+        """Take what a use of an assembly brings to an address; errors name the one where it was said."""
+        self._sources.setdefault((table, key), []).append(source)
+        if said_at is not None:
+            self._said_at[table, key] = said_at
+
     def note_two_components(self, table: str, key: str) -> None:
         """Note that a direction was given with two components, as in the plane."""
-        self._in_plane.add((table, key))
+        self.in_plane.add((table, key))
 
     def refuse_two_components(self, table: str, key: str, body: str) -> None:
         """Raise the error of a direction with two components on a body in space, if there is one at the address."""
-        if (table, key) in self._in_plane:
+        if (table, key) in self.in_plane:
             message = f"a direction has three components here, as the body '{body}' is 3-D"
             raise self.error(table, key, message, hint="for example [0, 1, 0]")
 
@@ -98,27 +130,48 @@ class Sources:
         """An error at an address."""
         return self.locate(ModelError(message, **fields), table, key)
 
-    def locate(self, error: ModelError, table: str, key: str) -> ModelError:
-        """Tell an error where it happened."""
+    def locate(self, error: ModelError, table: str, key: str, source: Source | None = None) -> ModelError:
+        """Tell an error where it happened: in an assembly, where a use of it (that of `source`) brought it."""
+        inside = self._inside(table, key, source)
+        if inside is not None:
+            use, *address = inside
+            if error.file is None:
+                error.use = use if error.use is None else f"{error.use}.{use}"
+            return self.uses[use].locate(error, *address)
+        table, key = self._said_at.get((table, key), (table, key))
         if not self.is_file:
             table, key = _call(table, key)
+        if self.assembly:
+            table = f"{self.assembly}.{table}" if table else self.assembly
         shown = re.sub(r"\[(\d+)\]\Z", lambda m: f", element {int(m[1]) + 1}", key).removeprefix(", ")
         return error.located(
             file=self.name if self.is_file else f"model '{self.name}'", table=table or None, key=shown or None
         )
 
+    def _inside(self, table: str, key: str, source: Source | None) -> tuple[str, str, str] | None:
+        """The use that an address is of, and the address in its assembly."""
+        if not self.uses:
+            return None
+        given = [source] if source is not None else self.of(table, key)
+        if given and not given[0].use:
+            return None
+        head, dotted, name = table.partition(".")
+        use, inner, rest = (name if dotted else key).partition(".")
+        if inner and use in self.uses and (dotted or head in BY_KEY):
+            return (use, f"{head}.{rest}", _without(key, use)) if dotted else (use, table, rest)
+        return (given[0].use, table, _without(key, given[0].use)) if given else None
+
     def name_error(
         self, table: str, key: str, name: str, message: str, hint: str | None = None
     ) -> ModelError:
         """An error about a name in the expression at an address; finds its column."""
-        column = None
         for source in self.of(table, key):
-            if source.text is not None and (
-                match := re.search(rf"(?<![A-Za-z0-9_.]){re.escape(name)}(?!\w)", source.text)
-            ):
-                column = match.start() + 1
-                break
-        return self.error(table, key, message, column=column, hint=hint)
+            own = name.removeprefix(f"{source.use}.") if source.use else name
+            pattern = rf"(?<![A-Za-z0-9_.]){re.escape(own)}(?!\w)"
+            if source.text is not None and (match := re.search(pattern, source.text)):
+                error = ModelError(message, column=match.start() + 1, hint=hint)
+                return self.locate(error, table, key, source)
+        return self.error(table, key, message, hint=hint)
 
     def expression(self, value: Any, table: str, key: str) -> sympy.Expr:
         """Take an expression (SymPy object, number, text) for an address; adds to what is there already."""
@@ -128,6 +181,35 @@ class Sources:
             raise self.locate(error, table, key) from None
         self._sources.setdefault((table, key), []).append(source)
         return source.expression
+
+    def equation(self, value: Any, table: str, key: str) -> StartEquation:
+        """Take an equation for an address: an expression that is zero, or text with an equals sign between two.
+
+        Its last term may be a quantity: what it is compared with must have its unit.
+        """
+        if not isinstance(value, str):
+            expression = self.expression(value, table, key)
+            return StartEquation(expression, shortened(expression))
+        tables, text = tuple(self.tables.items()), value.strip()
+        ends = _WITH_QUANTITY.fullmatch(text)
+        unit = None
+        try:
+            if ends is not None:
+                number, unit = quantity_value(ends[3].strip())
+                left = read(ends[1], tables)
+                value = sympy.Float(-number if "".join(ends[2].split()) in ("+", "=-") else number)
+                expression = difference(left.expression, value)
+            elif text.count("=") == 1 and not re.search(r"[<>!]=", text):
+                left, right = (read(side, tables) for side in text.split("="))
+                unit = right.unit if right.unit is not None else left.unit
+                expression = difference(left.expression, right.expression)
+            else:
+                left = read(text, tables)
+                expression = left.expression
+        except ModelError as error:
+            raise self.locate(error, table, key) from None
+        self._sources.setdefault((table, key), []).append(Source(expression, text, None, left.decimals))
+        return StartEquation(expression, " ".join(text.split()), None if unit is None else unit.coherent)
 
     def is_formula(self, value: Any) -> bool:
         """Whether a value names something: text or an expression that is no number and no quantity."""
@@ -173,11 +255,16 @@ def _to_si(unit: Unit, value: float) -> float:
     return value if unit.factor == 1 and not unit.pi_power else unit.to_si(value)
 
 
+def _without(key: str, use: str) -> str:
+    """A key with the names in it as in the assembly: `then.reset.dot(c1.x)` is `then.reset.dot(x)`."""
+    return key.replace(f"{use}.", "", 1) if key.startswith("then.reset.") else key
+
+
 def _call(table: str, key: str) -> Address:
     """A TOML address as a call of the Python interface and its argument."""
     head, _, name = table.partition(".")
-    if head == "gravity":
-        return "gravity(…)", key
+    if head in ("gravity", "start"):
+        return f"{head}(…)", key
     if head in ("energy", "run"):
         return f"{key or head}(…)", ""
     if head not in CALLS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import keyword
 import re
 from collections.abc import Callable
@@ -9,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError, nearest
+from .assemblies import PLACE_KEYS, PORT_KEYS
 from .closures import CLOSURE_KEYS
+from .contact_pairs import PAIR_KEYS
 from .curves import TABLE_KEYS
 from .elements import BUSHING_KEYS, SPRING_KEYS
 from .files import LARGEST_FILE, read_plain
@@ -17,12 +20,16 @@ from .gravity import ATTRACTOR_KEYS
 from .items import DRAWINGS
 from .model import Model
 from .names import LONGEST_NAME
+from .over_time import table_path
 from .rolling import ROLLING_KEYS
 from .rotors import ROTOR_KEYS
+from .shelf import Shelf
+from .starts import START_KEYS
 from .toml_text import parse
+from .tyres import TYRE_KEYS
 
 COORDINATE_KEYS = ("unit", "start", "rate", "guess", "rate_guess")
-STATE_KEYS = ("derivative", "start", "unit")
+STATE_KEYS = ("derivative", "start", "guess", "unit")
 INPUT_KEYS = ("unit", "default", "table", "kind", "polynomial")
 BODY_KEYS = ("mass", "com", "inertia", "angle", "rotation", "shape", "density")
 JOINT_KEYS = (
@@ -52,34 +59,32 @@ FRICTION_KEYS = (
     "normal",
 )  # fmt: skip
 BRISTLE_KEYS = (
-    "coordinate",
-    "speed",
-    "stiffness",
-    "damping",
-    "viscous",
-    "coulomb",
-    "static",
-    "stribeck",
-    "start",
-    "unit",
+    "coordinate", "speed", "stiffness", "damping", "viscous", "coulomb", "static", "stribeck", "start", "unit"
+)  # fmt: skip
+CONTACT_KEYS = tuple(
+    dict.fromkeys(("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth", *PAIR_KEYS))
 )
-CONTACT_KEYS = ("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth")
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")
 TOP_KEYS = ("name", "description", "impacts")
+USE_KEYS = ("assembly", *PLACE_KEYS)
+ASSEMBLY_KEYS = ("file",)  # or what a model file has
 
 
 def read_file(path: Path, make: type[Model] = Model) -> Model:
-    """Read a model file; meshes are looked for below its folder."""
+    """Read a model file; meshes, tables and assemblies are looked for below its folder."""
+    return read_text(_content(path), file=str(path), folder=path.parent, name=_name_of(path.stem), make=make)
+
+
+def _content(path: Path) -> str:
     try:
-        text = read_plain(path).decode("utf-8-sig").replace("\r\n", "\n")
+        return read_plain(path).decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         raise ModelError(
             f"the file is not UTF-8 text: byte {error.start} does not fit",
             file=str(path),
             hint="save it as UTF-8",
         ) from None
-    return read_text(text, file=str(path), folder=path.parent, name=_name_of(path.stem), make=make)
 
 
 def read_text(
@@ -108,6 +113,19 @@ def read_text(
     Model
         Every value is read; what holds between the parts is checked by `Model.describe`.
     """
+    return _read(text, file, folder, name, make, Shelf())
+
+
+def _read(
+    text: str,
+    file: str,
+    folder: Path | None,
+    name: str,
+    make: type[Model],
+    shelf: Shelf,
+    assembly: bool = False,
+) -> Model:
+    """Read a model, or an assembly of a file of its own, that finds assemblies on a shelf."""
     if len(text) > LARGEST_FILE:
         raise ModelError(
             f"the text is longer than {LARGEST_FILE >> 20} MiB",
@@ -115,30 +133,35 @@ def read_text(
             hint="leave out what the model does not need",
         )
     document = parse(text, file)
-    for key in document:
-        if key not in READERS and key not in TOP_KEYS:
-            raise ModelError(
-                f"unknown key '{key:.60}'",
-                file=file,
-                key=key[:60],
-                hint=nearest(key[:60], [*READERS, *TOP_KEYS], "tables"),
-            )
     impacts = document.get("impacts", "simultaneous")
     model = make(
         document.get("name", name), document.get("description", ""), folder=folder, impacts=impacts, _file=file
     )  # fmt: skip
+    model._shelf = shelf
+    place = folder / Path(file).name if folder is not None else None
+    if place is None or assembly:
+        _fill(model, document, TOP_KEYS)
+    else:  # a file that names itself is one too many
+        shelf.opened(
+            place.resolve(), f"the file '{place.name}'", lambda: _fill(model, document, TOP_KEYS), ModelError
+        )
+    return model
+
+
+def _fill(model: Model, document: dict[str, Any], more: tuple[str, ...]) -> None:
+    """Read the tables of a document into a model; `more` are keys that are read already."""
+    error = model._sources.error
+    for key in document:
+        if key not in READERS and key not in more:
+            hint = nearest(key[:60], [*READERS, *more], "tables")
+            raise error("", key[:60], f"unknown key '{key:.60}'", hint=hint)
     for table, reader in READERS.items():
         content = document.get(table, {})
         if not isinstance(content, dict):
-            raise ModelError(
-                f"'{table}' is a table, [{table}]",
-                file=file,
-                key=table,
-                hint="write it as a heading with keys below it",
-            )
+            hint = "write it as a heading with keys below it"
+            raise error("", table, f"'{table}' is a table, [{table}]", hint=hint)
         if table in document:
             reader(model, content)
-    return model
 
 
 def _name_of(stem: str) -> str:
@@ -265,15 +288,82 @@ def _energy(model: Model, content: dict[str, Any]) -> None:
         getattr(model, key)(value)
 
 
+def _start(model: Model, content: dict[str, Any]) -> None:
+    given = _keys(model, "start", "", content, START_KEYS)
+    model._begin(**given)
+
+
 def _run(model: Model, content: dict[str, Any]) -> None:
     for key, value in content.items():
         model.run(**{key: value})
 
 
+def _ports(model: Model, content: dict[str, Any]) -> None:
+    for name, value in content.items():
+        given = value if isinstance(value, str) else _keys(model, "ports", name, value, PORT_KEYS)
+        model.port(name, **({"kind": given} if isinstance(given, str) else given))
+
+
+def _assemblies(model: Model, content: dict[str, Any]) -> None:
+    """Announce all of them, as they may use each other; then read them."""
+    shelf = model._shelf
+    for name, value in content.items():
+        table = f"assemblies.{name}"[:120]
+        model._new_element(name, "assemblies", shelf.names())
+        if not isinstance(value, dict):
+            message = f"an assembly is a table, [{table}], not {value!r:.60}"
+            raise model._sources.error(
+                "assemblies", name, message, hint="write it as a heading with keys below it"
+            )
+        shelf.announce(name, functools.partial(_assembly, model, name, table, value))
+    for name in content:
+        shelf.find(name, functools.partial(model._sources.error, f"assemblies.{name}"[:120], ""))
+
+
+def _assembly(model: Model, name: str, table: str, content: dict[str, Any]) -> Model:
+    """An assembly that stands in a model file, or in a file of its own."""
+    if "file" not in content:
+        made = model._part_of(name, content.get("description", ""))
+        _fill(made, content, ("description", *ASSEMBLY_KEYS))
+        return made
+    _keys(model, table, "", content, ASSEMBLY_KEYS)
+    file = content["file"]
+    fail = functools.partial(model._sources.error, table, "file")
+    if not isinstance(file, str):
+        raise fail(f"a file is named by text, not {file!r:.60}", hint='for example file = "cylinder.toml"')
+    path = table_path(model, "file", file, table, "assembly")
+    shelf = model._shelf
+
+    def read() -> Model:
+        own = Shelf(root=shelf)
+        named = _name_of(path.stem)
+        return _read(_content(path), _shown(model, path), path.parent, named, type(model), own, assembly=True)
+
+    return shelf.of_file(path, read, fail)
+
+
+def _shown(model: Model, path: Path) -> str:
+    """A file as errors call it: as the model's own file is called, beside it."""
+    own = Path(model._sources.name).parent
+    return str(own / path.relative_to(model.folder.resolve()))
+
+
+def _use(model: Model, content: dict[str, Any]) -> None:
+    for name, value in content.items():
+        if not isinstance(value, dict):
+            message = f"a use is a table, [use.{name:.60}], not {value!r:.60}"
+            raise model._sources.error("use", name, message, hint='with the key assembly = "NAME"')
+        given = dict(value)
+        model.use(name, given.pop("assembly", None), **given)
+
+
 READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
+    "ports": _ports,
     "tables": _each_table("table", "tables", TABLE_KEYS, inline=False),
+    "assemblies": _assemblies,  # which may call the tables
     "parameters": _each("parameter"),
     "constants": _each("constant"),
+    "use": _use,
     "coordinates": _each_table("coordinate", "coordinates", COORDINATE_KEYS, inline=True),
     "states": _each_table("state", "states", STATE_KEYS, inline=True),
     "inputs": _each_table("input", "inputs", INPUT_KEYS, inline=True),
@@ -297,9 +387,11 @@ READERS: dict[str, Callable[[Model, dict[str, Any]], None]] = {
     "constraints": _constraints,
     "closures": _each_table("closure", "closures", CLOSURE_KEYS, inline=False),
     "rolling": _each_table("rolling", "rolling", ROLLING_KEYS, inline=False),
+    "tyres": _each_table("tyre", "tyres", TYRE_KEYS, inline=False),
     "velocity_constraints": _each("velocity_constraint"),
     "outputs": _each("output"),
     "events": _event,
+    "start": _start,
     "draw": _each_table("draw", "draw", tuple(DRAWINGS), inline=False),
     "run": _run,
 }

@@ -14,6 +14,7 @@ from .description import (
     NOTHING,
     Body,
     Closure,
+    ContactPair,
     Coordinate,
     Description,
     Drawing,
@@ -23,13 +24,16 @@ from .description import (
     Joint,
     Load,
     Loop,
+    Port,
     Rate,
     Rolling,
     Rotor,
     Solid,
     Spring,
+    StartConditions,
     State,
     Table,
+    Use,
 )
 from .items import drawing_key
 from .joint_types import TYPES
@@ -39,19 +43,58 @@ from .sources import Sources
 
 SPRING_FIELDS = ("angle", "stiffness", "rest", "damping", "preload", "mass")
 BRISTLE_KEYS = ("stiffness", "damping", "viscous", "coulomb", "static", "stribeck")
+PAIR_FIELDS = ("height", "restitution", "friction", "static", "stiffness", "exponent", "damping", "smooth")
 CONTACT_KEYS = ("stiffness", "exponent", "damping", "friction", "slip", "smooth")
 
 
-def write(d: Description, sources: Sources) -> str:
-    """The TOML text of a description; expressions that were given as text are kept as they were written."""
+def blocks(d: Description, sources: Sources, ports: Iterable[Port], within: str = "") -> Iterator[str]:
+    """The parts of the TOML text of a description; expressions that were given as text are kept as they were written.
+
+    An assembly's are `within` a table, whose name ends in a dot.
+    """
     writer = _Writer(sources)
-    blocks = ["\n".join(writer.head(d)), *("\n".join(block) for block in writer.blocks(d) if len(block) > 1)]
-    return "\n\n".join(blocks) + "\n"
+    head = [*([f"[{within[:-1]}]"] if within else []), *list(writer.head(d))[1 if within else 0 :]]
+    yield "\n".join(head)
+    for block in (writer.ports(ports), *writer.blocks(d)):
+        if len(block) > 1:
+            yield _block(block, within)
+
+
+def uses(given: Iterable[Use], sources: Sources, within: str = "") -> Iterator[str]:
+    """The parts of the TOML text that use assemblies."""
+    yield from (_block(_Writer(sources).use(x), within) for x in given)
+
+
+def _block(lines: list[str], within: str) -> str:
+    return "\n".join([f"[{within}{lines[0][1:]}", *lines[1:]])
 
 
 class _Writer:
     def __init__(self, sources: Sources) -> None:
         self.sources = sources
+
+    def ports(self, ports: Iterable[Port]) -> list[str]:
+        """What an assembly is given."""
+        entries = [
+            f"{p.name} = {_quoted(p.kind) if p.unit is None else _table(kind=p.kind, unit=p.unit)}"
+            for p in ports
+        ]
+        return ["[ports]", *entries]
+
+    def use(self, use: Use) -> list[str]:
+        """A use of an assembly, with what it gives."""
+        table = f"use.{use.name}"
+        lines, vectors = [f"[{table}]", f"assembly = {_quoted(use.assembly)}"], {}
+        for g in (x for x in use.given if x.said):
+            if isinstance(g.value, str):
+                lines.append(f"{g.key} = {_quoted(g.value)}")
+            elif isinstance(g.value, float):
+                lines.append(f"{g.key} = {_number(g.value, g.unit)}")
+            elif "[" in g.key:
+                vectors.setdefault(g.key.partition("[")[0], []).append(self.value(table, g.key, g.value))
+            else:
+                lines.append(f"{g.key} = {self.value(table, g.key, g.value)}")
+        return [*lines, *(f"{key} = [{', '.join(values)}]" for key, values in vectors.items())]
 
     def head(self, d: Description) -> Iterator[str]:
         yield f"name = {_quoted(d.name)}"
@@ -119,6 +162,8 @@ class _Writer:
             yield self.load(load)
         for table, entry in _contact_tables(d):
             yield self.table(table, entry)
+        for pair in d.pairs:
+            yield self.pair(pair)
         yield ["[constraints]", *self.entries("constraints", [(c.name, c.expression) for c in d.constraints])]
         for loop in d.loops:
             yield self.loop(loop)
@@ -134,6 +179,8 @@ class _Writer:
         yield ["[outputs]", *self.entries("outputs", d.outputs)]
         for event in d.events:
             yield self.event(event)
+        if d.start is not None:
+            yield ["[start]", *self.start(d.start)]
         for drawing in d.drawings:
             yield self.drawing(drawing)
         yield ["[run]", *(f"{key} = {_literal(value)}" for key, value in d.run.items())]
@@ -142,7 +189,7 @@ class _Writer:
         return [f"{key} = {self.value(table, key, x)}" for key, x in pairs]
 
     def value(self, table: str, key: str, expression: sympy.Expr) -> str:
-        given = self.sources.of(table, key)
+        given = [x for x in self.sources.of(table, key) if not x.use]
         if len(given) == 1 and given[0].text is not None:
             return _quoted(given[0].text)
         if isinstance(expression, sympy.Integer):
@@ -325,6 +372,18 @@ class _Writer:
         lines += [f"plane = {_quoted(r.plane)}"] if r.plane != "world" else []
         return [*lines, *([f"holds = {_literal(r.holds)}"] if r.holds != held_by(r.kind) else [])]
 
+    def pair(self, pair: ContactPair) -> list[str]:
+        table = f"contacts.{pair.name}"
+        lines = [f"[{table}]", f"body = {_quoted(pair.body)}"]
+        lines += [f"plane = {_quoted(pair.plane)}"] if pair.plane != "world" else []
+        lines += [f"other = {_quoted(pair.other)}"] if pair.other is not None else []
+        for key, solids in (("shape", pair.shapes), ("other_shape", pair.other_shapes)):
+            if solids:
+                shapes = [self.solid(table, solid) for solid in solids]
+                lines.append(f"{key} = [{', '.join(shapes)}]" if len(shapes) > 1 else f"{key} = {shapes[0]}")
+        values = ((key, getattr(pair, key)) for key in PAIR_FIELDS)
+        return [*lines, *(f"{key} = {self.value(table, key, x)}" for key, x in values if x is not None)]
+
     def spring(self, spring: Spring) -> list[str]:
         table = f"springs.{spring.name}"
         lines = [f"[{table}]"]
@@ -339,8 +398,17 @@ class _Writer:
 
     def state(self, state: State, rate: Rate) -> str:
         derivative = _Written(self.value("states", f"{state.name}.derivative", state.derivative))
-        start, _ = _state(self, rate.start, rate.guess, rate.formula)
-        return f"{state.name} = {_table(derivative=derivative, start=start, unit=rate.unit)}"
+        start, guess = _state(self, rate.start, rate.guess, rate.formula)
+        guess = guess if start is None else None
+        return f"{state.name} = {_table(derivative=derivative, start=start, guess=guess, unit=rate.unit)}"
+
+    def start(self, start: StartConditions) -> Iterator[str]:
+        if start.equations:
+            yield f"equations = {self.array('start', 'equations', tuple(x.expression for x in start.equations))}"
+        yield from ([f"find = {_literal(start.find)}"] if start.find else [])
+        if start.is_steady:
+            yield f"steady = {_literal(start.everything or start.steady)}"
+        yield from ([f"closed = {_literal(start.closed)}"] if start.closed else [])
 
     def drawing(self, drawing: Drawing) -> list[str]:
         table, kind = f"draw.{drawing.name}", drawing.kind

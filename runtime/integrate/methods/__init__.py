@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import os
+from collections.abc import Collection
 
 from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.integrate.method import Method
@@ -35,6 +36,12 @@ for _record in RECORDS:
     if _record.form == "projection" or _record.name not in METHODS:
         METHODS[_record.name] = _record
 OTHER_NAMES = {other: name for name, method in METHODS.items() for other in method.other_names}
+
+
+def calls(name: str, functions: Collection[str]) -> bool:
+    """Whether the method of a name, its own or another, calls one of some functions of a model; no of `auto`."""
+    method = METHODS.get(OTHER_NAMES.get(name, name))
+    return method is not None and not set(functions).isdisjoint(method.kernels)
 
 
 def find_method(name: str) -> Method:

@@ -152,15 +152,30 @@ def partials(g: Graph, node: int) -> list[tuple[int, int]]:
 
 def forward(g: Graph, outputs: list[int], seeds: dict[int, int]) -> list[int]:
     """Tangents of `outputs` when each variable in `seeds` moves with its tangent (one sweep)."""
-    mask = 0
-    for variable in seeds:
-        mask |= g.mask[variable]
-    tangent = dict(seeds)
-    for node in g.reachable(outputs, mask):
-        if node in tangent or g.op[node] == "var":
-            continue
-        tangent[node] = _tangent(g, node, tangent)
-    return [tangent.get(node, g.zero) for node in outputs]
+    return Tangents(g, seeds).of(outputs)
+
+
+class Tangents:
+    """Tangents when each variable in `seeds` moves with its tangent; that of a node is worked out once.
+
+    What is asked for part by part, as along a chain of bodies, then costs no more than all at once.
+    """
+
+    def __init__(self, g: Graph, seeds: dict[int, int]) -> None:
+        self.g = g
+        self._tangent = dict(seeds)
+        self._met: set[int] = set()
+        self._mask = 0
+        for variable in seeds:
+            self._mask |= g.mask[variable]
+
+    def of(self, outputs: list[int]) -> list[int]:
+        """The tangents of nodes."""
+        g, tangent = self.g, self._tangent
+        for node in g.reachable(outputs, self._mask, self._met):
+            if node not in tangent and g.op[node] != "var":
+                tangent[node] = _tangent(g, node, tangent)
+        return [tangent.get(node, g.zero) for node in outputs]
 
 
 def _tangent(g: Graph, node: int, tangent: dict[int, int]) -> int:

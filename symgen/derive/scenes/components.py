@@ -187,8 +187,8 @@ def split(d: Description) -> list[list[Component]]:
 
 
 def _body(name: str) -> str:
-    """A body's key beside those of coordinates, whose names have no dots."""
-    return f"body.{name}"
+    """A body's key beside those of coordinates, whose names have no blanks."""
+    return f"body {name}"
 
 
 def _elements(d: Description) -> Iterator[_Element]:

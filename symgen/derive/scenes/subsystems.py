@@ -11,6 +11,8 @@ from dataclasses import replace
 import sympy
 
 from symgen.model.expression_tree import postorder
+from symgen.runtime.graph.layouts import LATE
+from symgen.runtime.graph.spelling import reset_function
 
 from ...model.description import Description
 from .. import pipeline, sensitivity
@@ -20,6 +22,7 @@ from ..graph.copying import copied
 from ..graph.graph import Graph
 from ..graph.nodes import INPUT, LAM, PARAM, A, Q, T, V
 from ..header import dependence, header
+from ..input_rates import inputs_held
 from ..jumps import has_jumps
 from ..load import Loader
 from ..marks import Mark, mark_function, mark_records, marks
@@ -77,7 +80,7 @@ def _functions(d: Description, loader: Loader) -> Iterator[Function]:
             places = sorted(new)
             doc = f"State after event '{event.name}'."
             outputs = tuple(new[k] for k in places)
-            yield Function(f"reset_{event.name}", doc, outputs, tuple(places), copies=len(q) + len(v))
+            yield Function(reset_function(event.name), doc, outputs, tuple(places), copies=len(q) + len(v))
 
 
 def _needed(d: Description, marks: list[Mark]) -> set[str]:
@@ -120,9 +123,14 @@ def copied_nodes(g: Graph, own: Graph, member: Component, wanted: list[int]) -> 
 
 LONGEST_LIST = 4  # names in a comment
 MOST_KINDS = 10  # in the findings
+# Rates of a model from which on functions are left out until a run asks for them: then they are half of the work and
+# more (docs/benchmarks.md), and of smaller models a matter of milliseconds.
+FEWEST_RATES = 20
 
 
-def derive(description: Description, source: str = "", jacobian: bool = False) -> Program:
+def derive(
+    description: Description, source: str = "", jacobian: bool = False, on_demand: bool = False
+) -> Program:
     """Derive a model by its independent subsystems, equal ones once.
 
     Parameters
@@ -133,6 +141,8 @@ def derive(description: Description, source: str = "", jacobian: bool = False) -
         Hash of the model's text, kept in the module's header.
     jacobian : bool
         Whether there are functions for the derivatives of `rhs`; the model is then derived as one.
+    on_demand : bool
+        Whether what few runs call may be left out of a large model.
 
     Returns
     -------
@@ -142,9 +152,11 @@ def derive(description: Description, source: str = "", jacobian: bool = False) -
         sensitivity.refuse_switches(description)
         return _with_savings(pipeline.derive(description, source, jacobian=True))
     whole = has_switches(description) or has_jumps(description) or description.sensors
+    whole = whole or description.start or description.balanced or inputs_held(description)
     kinds = [] if whole else split(description)
     if not kinds or (len(kinds) == 1 and len(kinds[0]) == 1):
-        return _with_savings(pipeline.derive(description, source))
+        large = len(description.rates) >= FEWEST_RATES and not has_switches(description)
+        return _with_savings(pipeline.derive(description, source, late=LATE if on_demand and large else ()))
     derivations = [Derivation(kind[0].description) for kind in kinds]
     parts = _parts(kinds, derivations)
     sizes = {letter: sum(len(p.members) * p.sizes[letter] for p in parts) for letter in parts[0].sizes}

@@ -1,0 +1,388 @@
+"""Events of free motion in lanes: what `integrate/after_step.py` and `integrate/plain_events.py` do of resets and records.
+
+A step is looked at in the places of a single run's. Where an event function changes its side, its lane's step ends there
+and the state is reset; where one may have touched zero in between, the step is taken again at half its length. What
+needs more thought (two events at one instant, a function that goes on touching zero, resets that pile up) makes the
+member leave its lane, for a run of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from symgen.runtime.ensemble.lanes import Lanes, copy_rows, evaluate_energy, finite_rows
+from symgen.runtime.ensemble.slots import AT
+from symgen.runtime.ensemble.writer import INTEGER, Code, Rows, Value, Variable
+from symgen.runtime.integrate import plain_events
+from symgen.runtime.integrate.after_step import CHEBYSHEV, EPS, INWARDS, N_EARLY
+from symgen.runtime.integrate.layout import LEANING
+from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, RECORDS, ROUND_OFF
+
+# Where a step is looked at: near its start while a function has no side yet, and near both ends for what dips there.
+PLACES = (
+    *(2.0 ** (-5.0 - 2.0 * (N_EARLY - 1 - k)) for k in range(N_EARLY)),
+    INWARDS * CHEBYSHEV[1], *CHEBYSHEV[1:-1], 1.0 - INWARDS * (1.0 - CHEBYSHEV[-2]), 1.0,
+)  # fmt: skip
+_NOT_EARLY = 2  # places behind the early ones that take their part where all functions have a side
+_SHORTEST_FLIGHT = 1e-3  # of the first one: what is left to single runs, which know how flights pile up
+_MOST_TRIALS = 60
+_MOST_HALVINGS = 5.0
+_FARTHEST = 2.0  # behind the end of a step
+
+
+_BLOCKS = (
+    "side", "band", "previous", "one_before", "two_before", "found", "low", "high", "g_low", "g_high", "was", "level", "root", "g",
+    "at_event", "floor", "other",
+)  # fmt: skip
+N_BLOCKS = len(_BLOCKS)
+
+
+class Watched:
+    """Numbers of each event function in each lane: `watched.side[e]`."""
+
+    def __init__(self, lanes: Lanes) -> None:
+        self._lanes = lanes
+
+    def __getattr__(self, name: str) -> Rows:
+        return self._lanes.watched.behind(self._lanes.n_events * _BLOCKS.index(name))
+
+
+@dataclass(eq=False)
+class Stopped:
+    """Where accepted steps end.
+
+    Attributes
+    ----------
+    t : Value
+        The time.
+    accepted : Value
+        Lanes whose step stands.
+    happened : Value
+        Lanes in which it ends at an event.
+    leaving : Value
+        Lanes whose members are for single runs.
+    """
+
+    t: Value
+    accepted: Value
+    happened: Value
+    leaving: Value
+
+
+def _evaluate(lanes: Lanes, t: Value, y: Rows, out: Rows) -> None:
+    lanes.code.call_kernel(lanes.events, t, y, lanes.p, out)
+
+
+def _sign(a: Value) -> Value:
+    code = a.code
+    zero = code.all_lanes(0.0)
+    return code.select(a > 0.0, code.all_lanes(1.0), code.select(a < 0.0, code.all_lanes(-1.0), zero))
+
+
+def _is(code: Code, a: Value, number: Value) -> Value:
+    """Where numbers of lanes are an integer."""
+    return code.compare("eq", a, code.as_kind(code.to_number(number), "lanes"))
+
+
+def arm(lanes: Lanes, active: Value) -> None:
+    """Set on which side of zero event functions are, where members begin or an event was, as `plain_events.arm`."""
+    code = lanes.code
+    with code.when(lanes.n_events > 0):
+        where = active & (lanes.own("armed") < 0.5)
+        with code.when(code.any(where)):
+            _arm(lanes, where)
+
+
+def _arm(lanes: Lanes, where: Value) -> None:
+    code, w, t, moved = lanes.code, Watched(lanes), lanes.own("t"), lanes.y_stage
+    _evaluate(lanes, t, lanes.y, w.g)
+    _find_floor(lanes, t)
+    size, speed = code.variable(1.0), code.variable(0.0)
+    with code.each(lanes.nq) as i:
+        size.value = code.larger(size.value, code.size(lanes.y[i]))
+        speed.value = code.larger(speed.value, code.size(lanes.y[lanes.nq + i]))
+    moves = (speed.value > 0.0) & code.finite(speed.value)
+    dt = code.select(moves, size.value * AHEAD / speed.value, code.all_lanes(0.0))
+    _move(lanes, dt, moved)
+    _evaluate(lanes, t + dt, moved, w.other)
+    begins = lanes.own("fired") < 0.5
+    lost = code.variable(code.flags(False))
+    with code.each(lanes.n_events) as e:
+        g, floor = w.g[e], w.floor[e]
+        size_g, rise = code.size(g), w.other[e] - g
+        heading = code.select(code.size(rise) > floor * CLEAR, _sign(rise), code.all_lanes(0.0))
+        fired = _is(code, lanes.own("fired"), e + 1)
+        records = code.all_flags(code.equal(lanes.actions[e], RECORDS))
+        # A reset may carry its own function away, from where it comes again.
+        near = code.select(records, size_g, code.smaller(size_g, code.size(w.at_event[e])))
+        band = code.select(fired, floor + near, floor)
+        lean = code.select(fired & ~records, heading * LEANING, code.all_lanes(0.0))
+        clear = (size_g > band) & ~(fired & records)
+        lost.value = lost.value | (where & ~begins & ~fired & ~clear)
+        w.side[e] = code.select(where, code.select(clear, _sign(g), lean), w.side[e])
+        w.band[e] = code.select(where, band, w.band[e])
+    lanes.set_own("leaves", 1.0, lost.value)
+    lanes.set_own("armed", 1.0, where)
+
+
+def _move(lanes: Lanes, dt: Value, out: Rows) -> None:
+    code = lanes.code
+    with code.each(lanes.nq) as i:
+        out[i] = lanes.y[i] + dt * lanes.y[lanes.nq + i]
+        out[lanes.nq + i] = lanes.y[lanes.nq + i]
+
+
+def _find_floor(lanes: Lanes, t: Value) -> None:
+    """What of event functions is round-off, as `plain_events.find_values_and_floor`."""
+    code, w, moved = lanes.code, Watched(lanes), lanes.y_stage
+    with code.each(lanes.n_events) as e:
+        w.floor[e] = 0.0
+
+    def add_change(at: Value) -> None:
+        _evaluate(lanes, at, moved, w.other)
+        with code.each(lanes.n_events) as e:
+            change = w.floor[e] + code.size(w.other[e] - w.g[e])
+            w.floor[e] = code.select(code.finite(change), change, code.all_lanes(0.0))
+
+    dt = code.size(t) * ROUND_OFF
+    copy_rows(lanes, lanes.y, moved, lanes.n)
+    add_change(t + dt)
+    with code.each(lanes.n) as k:
+        moved[k] = lanes.y[k] + code.size(lanes.y[k]) * ROUND_OFF
+        add_change(t)
+        moved[k] = lanes.y[k]
+    _move(lanes, dt, moved)
+    add_change(t + dt)
+
+
+def find_events(
+    lanes: Lanes, accepted: Value, t: Value, t1: Value, make_dense: Callable[[], None],
+    evaluate: Callable[[Value, Rows], None],
+) -> Stopped:  # fmt: skip
+    """Let accepted steps end at their first event, with the state there in `y_new`; arguments as of `write_frames`.
+
+    Steps to be taken again have their new length, and count as rejected.
+    """
+    code = lanes.code
+    nowhere = code.flags(False)
+    stop, happened, leaving = code.variable(t1), code.variable(nowhere), code.variable(nowhere)
+    stands = code.variable(accepted)
+    with code.when(lanes.n_events > 0):
+        make_dense()
+        touched = _look(lanes, accepted, t, t1 - t, evaluate)
+        first, several = _locate(lanes, t, t1 - t, evaluate)
+        # What dips behind an event belongs to the steps from there on.
+        touched = accepted & touched & ~(first <= 1.0)
+        often = lanes.own("halvings") >= _MOST_HALVINGS
+        leaving.value = (touched & often) | (accepted & (several | (lanes.own("leaves") > 0.5)))
+        again = touched & ~leaving.value
+        lanes.set_own("h", (t1 - t) * 0.5, again)
+        lanes.set_own("last_rejected", 1.0, again)
+        lanes.set_own("halvings", 0.0, accepted)
+        lanes.count("halvings", again)
+        stands.value = accepted & ~again & ~leaving.value
+        happened.value = stands.value & (first <= 1.0)
+        inside = happened.value & (first < 1.0)
+        with code.when(code.any(inside)):
+            evaluate(code.select(inside, first, code.all_lanes(1.0)), lanes.y_stage)
+            copy_rows(lanes, lanes.y_stage, lanes.y_new, lanes.ny, inside)
+        stop.value = code.select(inside, t + (t1 - t) * first, t1)
+    return Stopped(stop.value, stands.value, happened.value, leaving.value)
+
+
+def _look(lanes: Lanes, accepted: Value, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]) -> Value:
+    """Find where functions change their sides; returns lanes in which one may only touch zero."""
+    code, w, ne = lanes.code, Watched(lanes), lanes.n_events
+    early, touched = code.variable(code.flags(False)), code.variable(code.flags(False))
+    _evaluate(lanes, t, lanes.y, w.previous)
+    with code.each(ne) as e:
+        early.value = early.value | (code.size(w.side[e]) < 1.0)
+        w.one_before[e] = w.two_before[e] = float("nan")  # what is compared with them is not so
+        w.found[e] = 0.0
+        w.root[e] = _FARTHEST
+        w.low[e] = 0.0
+    first = code.select(code.any(early.value & accepted), code.integer(0), code.integer(N_EARLY))
+    with code.each(len(PLACES), first) as k:
+        theta = code.as_kind(lanes.places[k], "lanes")
+        is_early, is_not = k < N_EARLY, (k >= N_EARLY) & (k < N_EARLY + _NOT_EARLY)
+        used = (code.all_flags(is_early) & early.value) | (code.all_flags(is_not) & ~early.value)
+        used = accepted & (used | code.all_flags(k >= N_EARLY + _NOT_EARLY))
+        evaluate(theta, lanes.y_stage)
+        # The end is the state that the run goes on from, not its interpolant.
+        with code.when(code.equal(k, len(PLACES) - 1)):
+            copy_rows(lanes, lanes.y_new, lanes.y_stage, lanes.ny)
+        _evaluate(lanes, t + h * theta, lanes.y_stage, w.g)
+        with code.each(ne) as e:
+            touched.value = touched.value | _take_sample(lanes, e, theta, used)
+    return touched.value
+
+
+def _take_sample(lanes: Lanes, e: Value, theta: Value, used: Value) -> Value:
+    """Follow the side of a function to the next place, as `first_root`; returns where it may only touch zero."""
+    code, w = lanes.code, Watched(lanes)
+    side, band, here, before = w.side[e], w.band[e], w.g[e], w.previous[e]
+    goes_on = used & (w.found[e] < 0.5)
+    known, far = code.size(side) >= 1.0, code.size(here) > band
+    direction = code.as_kind(lanes.directions[e], "lanes")
+    wanted = code.compare("eq", direction, 0.0) | (direction * side < 0.0)
+    crossed = code.variable(known & (side * here <= 0.0))
+    crossed.value = goes_on & wanted & (crossed.value | (~known & far & (side * here < 0.0)))
+    one, minus = code.all_lanes(1.0), code.all_lanes(-1.0)
+    was = code.select(side > 0.0, one, minus)
+    # At zero it may come and go within round-off: what counts is where it leaves that for good.
+    level = code.select(known | (was * before > 0.0), code.all_lanes(0.0), -band)
+    for rows, value in (
+        (w.high, theta), (w.g_low, before), (w.g_high, here), (w.was, was), (w.level, level), (w.found, one),
+    ):  # fmt: skip
+        rows[e] = code.select(crossed.value, value, rows[e])
+    seen = [side * value for value in (w.two_before[e], w.one_before[e], before, here)]
+    dips = goes_on & known & (_dips(*seen[1:], seen[0]) | _dips(*seen[:3], seen[3]))
+    turned = code.select(side * here < 0.0, -side, side)
+    follows = code.select(known, turned, code.select(far, _sign(here), side))
+    w.side[e] = code.select(goes_on & ~crossed.value, follows, side)
+    w.two_before[e] = code.select(used, w.one_before[e], w.two_before[e])
+    w.one_before[e] = code.select(used, before, w.one_before[e])
+    w.previous[e] = code.select(used, here, before)
+    w.low[e] = code.select(goes_on & ~crossed.value, theta, w.low[e])
+    return dips
+
+
+def _dips(before: Value, here: Value, after: Value, beyond: Value) -> Value:
+    """Whether there is a minimum at the middle one of three places, near enough to zero to hide two crossings.
+
+    `beyond` is behind one of them: as `after_step.dips`, `first_dip` and `last_dip` have it.
+    """
+    code = here.code
+    largest = code.larger(code.larger(before, after), beyond)
+    return (here > 0.0) & (here <= before) & (here <= after) & (here <= largest * 0.5)
+
+
+def _locate(
+    lanes: Lanes, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]
+) -> tuple[Value, Value]:
+    """Find the places of crossings; returns the first one, and where several events share it."""
+    code, w = lanes.code, Watched(lanes)
+    with code.each(lanes.n_events) as e:
+        found = w.found[e] > 0.5
+        with code.when(code.any(found)):
+            _find_root(lanes, e, found, t, h, evaluate)
+    first, number = code.variable(_FARTHEST), code.variable(0.0)
+    with code.each(lanes.n_events) as e:
+        sooner = w.root[e] < first.value
+        first.value = code.select(sooner, w.root[e], first.value)
+        number.value = code.select(sooner, code.as_kind(code.to_number(e + 1), "lanes"), number.value)
+    lanes.set_own("next_event", number.value)
+    same = code.larger(code.size(t + h), h) * (8.0 * EPS)
+    count = code.variable(0.0)
+    with code.each(lanes.n_events) as e:
+        at_once = (w.root[e] - first.value) * h <= same
+        count.value = code.select(at_once, count.value + 1.0, count.value)
+    return first.value, (first.value <= 1.0) & (count.value > 1.5)
+
+
+def _find_root(
+    lanes: Lanes, e: Value, found: Value, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]
+) -> None:
+    """Narrow a crossing down to the resolution of time, by the ITP method; its end is just past it.
+
+    Oliveira, Takahashi, ACM Trans. Math. Software 47 (2020) 5: as fast as secants, never slower than bisection.
+    """
+    code, w = lanes.code, Watched(lanes)
+    was, level = w.was[e], w.level[e]
+    a, b = code.variable(w.low[e]), code.variable(w.high[e])
+    fa, fb = code.variable(was * w.g_low[e] - level), code.variable(was * w.g_high[e] - level)
+    width = b.value - a.value
+    steepness, room = 0.2 / width, code.variable(width)
+    going, trial = code.variable(found), code.variable(0, INTEGER)
+    with code.forever() as leave:
+        width = b.value - a.value
+        finest = code.larger(code.size(t) * (2.0 * EPS), h * (2.0 * EPS))
+        going.value = going.value & (width * h > finest)
+        leave(~code.any(going.value))
+        leave(trial.value >= _MOST_TRIALS)
+        trial.value = trial.value + 1
+        middle = (a.value + b.value) * 0.5
+        secant = (fb.value * a.value - fa.value * b.value) / (fb.value - fa.value)
+        secant = code.select(code.finite(secant), secant, middle)
+        off = middle - secant
+        towards = code.select(off < 0.0, code.all_lanes(-1.0), code.all_lanes(1.0))
+        step = steepness * width * width
+        cut = code.select(step <= code.size(off), secant + towards * step, middle)
+        reach = code.larger(room.value - width * 0.5, code.all_lanes(0.0))
+        x = code.select(code.size(cut - middle) <= reach, cut, middle - towards * reach)
+        x = code.select(found, x, code.all_lanes(1.0))
+        room.value = room.value * 0.5
+        evaluate(x, lanes.y_stage)
+        _evaluate(lanes, t + h * x, lanes.y_stage, w.g)
+        f = was * w.g[e] - level
+        before = going.value & (f > 0.0)
+        past = going.value & ~(f > 0.0)
+        a.value, fa.value = code.select(before, x, a.value), code.select(before, f, fa.value)
+        b.value, fb.value = code.select(past, x, b.value), code.select(past, f, fb.value)
+    w.root[e] = code.select(found, b.value, w.root[e])
+
+
+def act_on_events(lanes: Lanes, stopped: Stopped, derive: Callable[[Value], None]) -> Stopped:
+    """Change the states in `y_new` that are at events, and what follows from them.
+
+    Parameters
+    ----------
+    derive : callable
+        Writes what works out the derivatives of `y_new` at a time, for all lanes.
+    """
+    code = lanes.code
+    leaving = code.variable(stopped.leaving)
+    with code.when(code.any(stopped.happened)):
+        _act(lanes, stopped, leaving)
+        derive(stopped.t)
+    return replace(stopped, accepted=stopped.accepted & ~leaving.value, leaving=leaving.value)
+
+
+def _act(lanes: Lanes, stopped: Stopped, leaving: Variable) -> None:
+    code, w, y, t, where = lanes.code, Watched(lanes), lanes.y_new, stopped.t, stopped.happened
+    _evaluate(lanes, t, y, w.g)
+    copy_rows(lanes, w.g, w.at_event, lanes.n_events, where)
+    before = sum(evaluate_energy(lanes, t, y)[:2])
+    copy_rows(lanes, y, lanes.y_before, lanes.n)
+    is_reset = code.variable(code.flags(False))
+    with code.each(lanes.n_events) as e:
+        here = where & _is(code, lanes.own("next_event"), e + 1)
+        with code.when(code.any(here) & ~code.equal(lanes.actions[e], RECORDS)):
+            is_reset.value = is_reset.value | here
+            with code.each(lanes.n) as i:  # structural zeros are not written
+                lanes.y_stage[i] = 0.0
+            code.call_kernel(lanes.resets[e], t, lanes.y_before, lanes.p, lanes.y_stage)
+            copy_rows(lanes, lanes.y_stage, y, lanes.n, here)
+    change = sum(evaluate_energy(lanes, t, y)[:2]) - before
+    lanes.set_own("level", lanes.own("level") + change, is_reset.value)
+    _log_event(lanes, where, t, change)
+    flight = t - lanes.own("last_reset")
+    known, counted = lanes.own("resets") > 0.5, lanes.own("resets") > 1.5
+    resets = is_reset.value
+    piles_up = known & (
+        (counted & (flight < lanes.own("first_flight") * _SHORTEST_FLIGHT)) | (flight <= code.size(t) * 1e-13)
+    )
+    leaving.value = leaving.value | (where & ((resets & piles_up) | ~finite_rows(lanes, y, lanes.n)))
+    lanes.set_own("first_flight", flight, resets & known & ~counted)
+    lanes.set_own("last_reset", t, resets)
+    lanes.count("resets", resets)
+    lanes.set_own("fired", lanes.own("next_event"), where)
+    lanes.set_own("armed", 0.0, where)
+
+
+def _log_event(lanes: Lanes, where: Value, t: Value, change: Value) -> None:
+    """Log the event of a lane that runs alone, in the order of `plain_events`."""
+    code = lanes.code
+    number = code.slot(AT["n_events_logged"], INTEGER)
+    with code.when((number < lanes.event_log_size) & code.any(where)):
+        row = lanes.event_log.behind(number * (lanes.n * 2 + plain_events.FIRST_STATE))
+        for place, value in (
+            (plain_events.EVENT, lanes.own("next_event") - 1.0), (plain_events.TIME, t), (plain_events.CHANGE, change),
+        ):  # fmt: skip
+            row[place] = code.of_lane(value, 0)
+        for first, states in ((0, lanes.y_before), (lanes.n, lanes.y_new)):
+            with code.each(lanes.n) as i:
+                row[i + (first + plain_events.FIRST_STATE)] = code.of_lane(states[i], 0)
+        code.set_slot(AT["n_events_logged"], number + 1)
+

@@ -1,0 +1,463 @@
+"""Shapes that touch, written out as gaps: each is that of one point, and stops, frictions and contact laws do the rest.
+
+A sphere has one such point, its middle, with its radius; a capsule its ends; a box and a mesh their corners. Against a
+plane their heights are the gaps. Spheres and capsules touch each other, and spheres touch boxes, where they are nearest
+to each other (Ericson, Real-Time Collision Detection, 2005, ch. 5).
+
+A surface z = h(x, y) is touched by a point where the point's height over it is zero, and by a sphere at the foot of the
+perpendicular from its middle. That is found by a fixed number of Newton's steps, from below the middle: the distance is
+least there, so that its error is the square of the foot's. Wherever the foot is, the distance to it is not less than
+that to the surface, so that what has not converged, far away, makes no contact.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import sympy
+
+from ..errors import ModelError
+from .contact_pairs import solids_of
+from .description import Body, Contact, ContactPair, Description, Friction, Solid, Stop
+from .elements import Vector, Writer, scalar_product
+from .functions import dot, maximum, minimum
+from .gravity import HERE
+from .mesh import hull_of
+from .orientation import Expressions
+from .ready_made import HALF, WORLD
+from .rolling import cross, velocity_by_turning
+from .slopes import slope
+from .solids import together, turned
+from .sources import Sources
+from .unevaluated import difference, inverted, negated, product, squared, total
+
+MOST_POINTS = 64  # of one contact
+NEWTON_STEPS = 4
+NEAR = sympy.Integer(2)  # radii over a surface, within which Newton's steps know how it bends
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A point of a body with a radius, which may be zero: its world coordinates."""
+
+    place: Vector
+    radius: sympy.Expr
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A capsule: the world coordinates of its middle and of its direction, half its length, its radius."""
+
+    place: Vector
+    along: Vector
+    half: sympy.Expr
+    radius: sympy.Expr
+
+    @property
+    def ends(self) -> list[Ball]:
+        """Its ends."""
+        return [
+            Ball(
+                [total([p, product([side, self.half, a])]) for p, a in zip(self.place, self.along)],
+                self.radius,
+            )
+            for side in (sympy.S.NegativeOne, sympy.S.One)
+        ]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A box: the world coordinates of its middle and of its axes, half its edges."""
+
+    place: Vector
+    axes: list[Vector]
+    halves: list[sympy.Expr]
+
+
+@dataclass(frozen=True)
+class Touch:
+    """What may touch: the gap, where on the first body, and the directions along the surface (planar: one)."""
+
+    gap: sympy.Expr
+    place: Vector
+    tangents: list[Vector]
+
+
+@dataclass
+class Written:
+    """What contacts of shapes become."""
+
+    stops: list[Stop] = field(default_factory=list)
+    frictions: list[Friction] = field(default_factory=list)
+    contacts: list[Contact] = field(default_factory=list)
+    definitions: list[tuple[str, sympy.Expr]] = field(default_factory=list)
+
+
+def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
+    """The stops, frictions and compliant contacts of shapes that touch."""
+    made = Written()
+    taken = {x.name for x in (*d.stops, *d.frictions, *d.contacts, *d.events, *d.constraints)}
+    taken |= {x.name for x in (*d.velocity_constraints, *d.loops)}
+    for pair in d.pairs:
+        touches = _Geometry(writer, d, pair, sources, made.definitions).touches()
+        for k, touch in enumerate(touches, 1):
+            name = pair.name if len(touches) == 1 else f"{pair.name}_{k}"
+            if name in taken:
+                message = f"the contact makes '{name}', which is taken"
+                raise sources.error(f"contacts.{pair.name}", "", message, hint="choose another name")
+            taken.add(name)
+            _write(writer, pair, name, touch, made)
+    return made
+
+
+def _write(writer: Writer, pair: ContactPair, name: str, touch: Touch, made: Written) -> None:
+    """One point that touches, as a stop with friction, or as a compliant contact."""
+    speeds: list[sympy.Expr | None] = [None, None]
+    if pair.friction is not None:
+        against = pair.other or writer.body_of(pair.plane)
+        pairs = zip(*(_velocity(writer, body, touch.place) for body in (pair.body, against)), strict=True)
+        apart = [difference(x, y) for x, y in pairs]
+        speeds = ([scalar_product(apart, along) for along in touch.tangents] + speeds)[:2]
+    if pair.stiffness is not None:
+        law = (pair.stiffness, pair.exponent, pair.damping, pair.friction)
+        made.contacts.append(Contact(name, touch.gap, *law, speeds[0], pair.smooth, speeds[1]))
+        return
+    made.stops.append(Stop(name, touch.gap, pair.restitution))
+    if pair.friction is not None:
+        speed, across = speeds
+        rubbing = Friction(f"{name}_friction", speed, pair.friction, pair.smooth, pair.static, (name,))
+        made.frictions.append(rubbing if across is None else replace(rubbing, across=across))
+
+
+def _velocity(writer: Writer, body: str, place: Vector) -> Vector:
+    """The velocity of the point of a body that is at a place."""
+    if body == WORLD:
+        return [sympy.S.Zero] * 3
+    b, centre = writer.body[body], writer.centre(body)
+    moving = [sympy.S.Zero if x.is_Number else dot(x) for x in centre]
+    if not (body in writer.children or b.angle is not None or b.rotation):
+        return moving
+    arm = [difference(x, y) for x, y in zip(place, centre, strict=True)]
+    turning = velocity_by_turning(writer, body, arm)
+    return [total([x, *more]) for x, more in zip(moving, turning, strict=True)]
+
+
+class _Geometry:
+    """The points of one contact that may touch."""
+
+    def __init__(
+        self,
+        writer: Writer,
+        d: Description,
+        pair: ContactPair,
+        sources: Sources,
+        definitions: list[tuple[str, sympy.Expr]],
+    ) -> None:
+        self.writer, self.d, self.pair, self.sources = writer, d, pair, sources
+        self.definitions = definitions
+        self.planar = writer.body[pair.body].planar
+
+    def touches(self) -> list[Touch]:
+        """All of them."""
+        pair = self.pair
+        own = self._parts(pair.body, pair.shapes, "shape")
+        if pair.other is None:
+            balls = [ball for part in own for ball in _balls(part)]
+            self._bound(len(balls))
+            on = self._on_plane if pair.height is None else self._on_surface
+            return [on(ball) for ball in balls]
+        others = self._parts(pair.other, pair.other_shapes, "other_shape")
+        found = [touch for a, b in itertools.product(own, others) for touch in self._between(a, b)]
+        self._bound(len(found))
+        return found
+
+    def _bound(self, count: int) -> None:
+        if count > MOST_POINTS:
+            message = (
+                f"{count} points would touch, each with an equation of its own; the most are {MOST_POINTS}"
+            )
+            raise self._error(
+                "shape", message, "give the contact a coarser 'shape': fewer corners, or spheres"
+            )
+
+    def _error(self, key: str, message: str, hint: str) -> ModelError:
+        return self.sources.error(f"contacts.{self.pair.name}", key, message, hint=hint)
+
+    def _parts(self, body: str, own: tuple[Solid, ...], key: str) -> list[Any]:
+        b = self.writer.body[body]
+        solids = own or solids_of(b)
+        shift = (sympy.S.Zero,) * 3 if own else _origin_of_shapes(b, body in self.writer.children)
+        return [part for solid in solids for part in self._part(body, solid, shift, key)]
+
+    def _part(self, body: str, solid: Solid, shift: Expressions, key: str) -> list[Any]:
+        """A solid as a ball, a rod, a block, or corners."""
+        writer, planar = self.writer, self.planar
+        offset = (*solid.offset, *(sympy.S.Zero,) * 3)[:3]
+        middle = [total([x, y]) for x, y in zip(offset, shift, strict=True)]
+
+        def point(at: Sequence[sympy.Expr]) -> Vector:
+            place = writer.point(body, tuple(at))
+            return [*place[:2], sympy.S.Zero] if planar else place
+
+        if solid.kind == "sphere":
+            return [Ball(point(middle), solid.sizes[0])]
+        if solid.kind == "mesh":
+            corners = self._hull(solid, key)
+            return [
+                Ball(point([total([x, c]) for x, c in zip(middle, corner)]), sympy.S.Zero)
+                for corner in corners
+            ]
+        turn = turned(replace(solid, planar=planar))
+        axes = [[row[k] for row in turn] for k in range(3)]  # in the body's frame
+        if solid.kind == "capsule":
+            radius, length = solid.sizes
+            return [Rod(point(middle), self._direction(body, axes[2]), product([HALF, length]), radius)]
+        halves = [product([HALF, x]) for x in solid.sizes][: 2 if planar else 3]
+        return [Block(point(middle), [self._direction(body, axis) for axis in axes[: len(halves)]], halves)]
+
+    def _direction(self, body: str, numbers: Sequence[sympy.Expr]) -> Vector:
+        """World components of a direction in a body's axes."""
+        axes = self.writer.directions(body)
+        return [total([product([x, e[k]]) for x, e in zip(numbers, axes, strict=True)]) for k in range(3)]
+
+    def _hull(self, solid: Solid, key: str) -> list[Expressions]:
+        try:
+            corners = hull_of(Path(self.d.folder) / solid.mesh)
+        except ModelError as error:
+            raise self.sources.locate(error, f"contacts.{self.pair.name}", key) from None
+        self._bound(len(corners))
+        return [tuple(map(sympy.Float, corner)) for corner in corners]
+
+    def _plane(self) -> tuple[Vector, list[Vector], Vector]:
+        """Origin, the directions along the plane, and the normal."""
+        x, y, z = self.writer.directions(self.pair.plane)
+        origin = self.writer.origin(self.pair.plane)
+        return (origin, [x], y) if self.planar else (origin, [x, y], z)
+
+    def _on_plane(self, ball: Ball) -> Touch:
+        origin, tangents, normal = self._plane()
+        apart = [difference(p, o) for p, o in zip(ball.place, origin, strict=True)]
+        gap = difference(scalar_product(apart, normal), ball.radius)
+        return Touch(gap, _moved(ball.place, normal, negated(ball.radius)), tangents)
+
+    def _on_surface(self, ball: Ball) -> Touch:
+        """Over a height field: a point by its height, a sphere by the foot of the perpendicular."""
+        origin, axes, up = self._plane()
+        apart = [difference(p, o) for p, o in zip(ball.place, origin, strict=True)]
+        here = [self._define(scalar_product(apart, axis)) for axis in axes]
+        height = self._define(scalar_product(apart, up))
+        foot = here if ball.radius.is_zero else self._foot(here, height, ball.radius)
+        surface, slopes, _ = self._surface(foot)
+        steep = total([sympy.S.One, *map(squared, slopes)])
+        unit = self._define(sympy.Pow(steep, -HALF, evaluate=False))
+        normal = [
+            product([unit, total([u, *(negated(product([s, axis[k]])) for s, axis in zip(slopes, axes))])])
+            for k, u in enumerate(up)
+        ]
+        tangents = [_normalised([total([a, product([slopes[0], u])]) for a, u in zip(axes[0], up)])]
+        if len(axes) == 2:
+            tangents.append(cross(normal, tangents[0]))
+        above = difference(height, surface)
+        if ball.radius.is_zero:
+            return Touch(product([unit, above]), ball.place, tangents)
+        away = total([*(squared(difference(x, f)) for x, f in zip(here, foot)), squared(above)])
+        gap = difference(sympy.Pow(away, HALF, evaluate=False), ball.radius)
+        return Touch(gap, _moved(ball.place, normal, negated(ball.radius)), tangents)
+
+    def _foot(self, here: Vector, height: sympy.Expr, radius: sympy.Expr) -> Vector:
+        """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
+        foot = here
+        for _ in range(NEWTON_STEPS):
+            surface, slopes, bends = self._surface(foot)
+            below = self._define(difference(surface, height))
+            near = self._define(maximum(below, negated(product([NEAR, radius])), evaluate=False))
+            left = [
+                self._define(total([difference(f, x), product([below, s])]))
+                for f, x, s in zip(foot, here, slopes)
+            ]
+            matrix = [
+                [
+                    self._define(
+                        total([sympy.S.One if i == j else sympy.S.Zero, product([slopes[i], slopes[j]]),
+                               product([near, bends[i][j]])])
+                    )
+                    for j in range(len(here))
+                ]
+                for i in range(len(here))
+            ]  # fmt: skip
+            foot = [self._define(difference(f, step)) for f, step in zip(foot, _solved(matrix, left))]
+        return foot
+
+    def _surface(self, place: Vector) -> tuple[sympy.Expr, Vector, list[Vector]]:
+        """The height, its slopes and how they change at a place."""
+        names = [sympy.Symbol(x) for x in HERE[: len(place)]]
+        there = dict(zip(names, place, strict=True))
+
+        def at(expression: sympy.Expr) -> sympy.Expr:
+            return self._define(expression.xreplace(there))
+
+        try:
+            slopes = [slope(self.pair.height, x) for x in names]
+            bends = [[slope(s, x) for x in names] for s in slopes]
+        except ModelError as error:
+            raise self.sources.locate(error, f"contacts.{self.pair.name}", "height") from None
+        return at(self.pair.height), [at(s) for s in slopes], [[at(b) for b in row] for row in bends]
+
+    def _define(self, expression: sympy.Expr) -> sympy.Expr:
+        """An expression by a name, that it may stand in many places."""
+        if expression.is_Number or isinstance(expression, sympy.Symbol):
+            return expression
+        known = next((name for name, x in self.definitions if x == expression), None)
+        if known is None:
+            number = itertools.count(len(self.definitions) + 1)
+            known = next(x for k in number if (x := f"{self.pair.name}_surface{k}") not in self.writer.taken)
+            self.writer.taken.add(known)
+            self.definitions.append((known, expression))
+        return sympy.Symbol(known)
+
+    def _between(self, a: Any, b: Any) -> Iterator[Touch]:
+        """The shapes of two bodies."""
+        swapped = (type(b), type(a)) in _NEAREST
+        nearest = _NEAREST.get((type(b), type(a)) if swapped else (type(a), type(b)))
+        if nearest is None or (Ball in (type(a), type(b)) and self._has_corners(a, b)):
+            what = f"{_named(a)} and {_named(b)}"
+            message = f"how {what} of two bodies touch is not known in closed form"
+            hint = (
+                "touch by spheres at its corners, by a 'shape' of the contact, or a 'plane' of the other body"
+            )
+            raise self._error("other", message, hint)
+        for place, other, radius in nearest(b, a) if swapped else nearest(a, b):
+            yield self._apart(*((other, place) if swapped else (place, other)), a, radius)
+
+    def _has_corners(self, a: Any, b: Any) -> bool:
+        return any(isinstance(x, Ball) and x.radius.is_zero for x in (a, b))
+
+    def _apart(self, place: Vector, other: Vector, a: Any, radius: sympy.Expr) -> Touch:
+        """The gap between the nearest places of the cores of two shapes, less both radii."""
+        apart = [difference(x, y) for x, y in zip(place, other, strict=True)]
+        distance = sympy.Pow(total(map(squared, apart)), HALF, evaluate=False)
+        normal = [product([x, inverted(distance)]) for x in apart]
+        own = sympy.S.Zero if isinstance(a, Block) else a.radius
+        touch = _moved(place, normal, negated(own))
+        return Touch(difference(distance, radius), touch, self._tangents(normal))
+
+    def _tangents(self, normal: Vector) -> list[Vector]:
+        """Directions at right angles to a normal that turns.
+
+        Duff et al., Building an orthonormal basis, revisited, J. Comput. Graph. Tech. 6 (2017): the pair jumps where the
+        normal is level, and friction that acts against the vector of both speeds does not feel it.
+        """
+        x, y, z = normal
+        if self.planar:
+            return [[y, negated(x), sympy.S.Zero]]
+        up = sympy.Add(sympy.sign(z), sympy.Float(1e-300), evaluate=False)  # not zero
+        a = negated(inverted(total([up, z])))
+        b = product([x, y, a])
+        return [
+            [total([sympy.S.One, product([up, squared(x), a])]), product([up, b]), negated(product([up, x]))],
+            [b, total([up, product([squared(y), a])]), negated(y)],
+        ]
+
+
+def _origin_of_shapes(body: Body, is_child: bool) -> Expressions:
+    """Where the origin that the offsets of a body's own shapes count from lies in its frame; see `expand`."""
+    none = (sympy.S.Zero,) * 3
+    made = together(body.solids) if body.solids else None
+    com = (*body.com, *none)[:3] if is_child else none
+    if made is not None:
+        return (
+            none if is_child and body.centred else tuple(difference(x, c) for x, c in zip(com, made.centre))
+        )
+    return none if any(solid.offset for solid in body.solids) else com
+
+
+def _balls(part: Any) -> list[Ball]:
+    """The points of a shape that touch a plane."""
+    if isinstance(part, Ball):
+        return [part]
+    if isinstance(part, Rod):
+        return part.ends
+    corners = []
+    for sides in itertools.product((sympy.S.NegativeOne, sympy.S.One), repeat=len(part.halves)):
+        place = part.place
+        for side, axis, half in zip(sides, part.axes, part.halves, strict=True):
+            place = _moved(place, axis, product([side, half]))
+        corners.append(Ball(place, sympy.S.Zero))
+    return corners
+
+
+def _named(part: Any) -> str:
+    if isinstance(part, Ball):
+        return "a corner" if part.radius.is_zero else "a sphere"
+    return "a capsule" if isinstance(part, Rod) else "a box"
+
+
+def _moved(place: Vector, along: Vector, by: sympy.Expr) -> Vector:
+    return [total([p, product([by, a])]) for p, a in zip(place, along, strict=True)]
+
+
+def _normalised(vector: Vector) -> Vector:
+    length = sympy.Pow(total(map(squared, vector)), -HALF, evaluate=False)
+    return [product([length, x]) for x in vector]
+
+
+def _within(x: sympy.Expr, half: sympy.Expr) -> sympy.Expr:
+    """A number, or the nearest one from -half to half."""
+    return maximum(negated(half), minimum(x, half, evaluate=False), evaluate=False)
+
+
+def _solved(matrix: list[Vector], right: Vector) -> Vector:
+    """The solution of one or two equations."""
+    if len(right) == 1:
+        return [product([right[0], inverted(matrix[0][0])])]
+    (a, b), (c, e) = matrix
+    determinant = inverted(difference(product([a, e]), product([b, c])))
+    x, y = right
+    return [
+        product([determinant, difference(product([e, x]), product([b, y]))]),
+        product([determinant, difference(product([a, y]), product([c, x]))]),
+    ]
+
+
+Nearest = Iterator[
+    tuple[Vector, Vector, sympy.Expr]
+]  # places on the cores of both shapes, and what is around them
+
+
+def _ball_to_ball(a: Ball, b: Ball) -> Nearest:
+    yield a.place, b.place, total([a.radius, b.radius])
+
+
+def _ball_to_rod(a: Ball, b: Rod) -> Nearest:
+    apart = [difference(x, y) for x, y in zip(a.place, b.place, strict=True)]
+    along = _within(scalar_product(apart, b.along), b.half)
+    yield a.place, _moved(b.place, b.along, along), total([a.radius, b.radius])
+
+
+def _ball_to_block(a: Ball, b: Block) -> Nearest:
+    apart = [difference(x, y) for x, y in zip(a.place, b.place, strict=True)]
+    nearest = b.place
+    for axis, half in zip(b.axes, b.halves, strict=True):
+        nearest = _moved(nearest, axis, _within(scalar_product(apart, axis), half))
+    yield a.place, nearest, a.radius
+
+
+def _rod_to_rod(a: Rod, b: Rod) -> Nearest:
+    """In a plane, two rods that do not cross are nearest to each other at one of four ends."""
+    for end in a.ends:
+        yield from _ball_to_rod(end, b)
+    for end in b.ends:
+        for place, other, radius in _ball_to_rod(end, a):
+            yield other, place, radius
+
+
+_NEAREST: Mapping[tuple[type, type], Callable[[Any, Any], Nearest]] = {
+    (Ball, Ball): _ball_to_ball,
+    (Ball, Rod): _ball_to_rod,
+    (Ball, Block): _ball_to_block,
+    (Rod, Rod): _rod_to_rod,
+}

@@ -1,0 +1,43 @@
+"""Derivatives of model expressions by one name, tables included: what a surface that is given by its height needs."""
+
+from __future__ import annotations
+
+import sympy
+
+from ..errors import ModelError
+from .functions import SLOPE, VALUE, Tabulated, tabulated
+from .printing import shortened
+from .unevaluated import product, total
+
+
+def slope(expression: sympy.Expr, name: sympy.Symbol) -> sympy.Expr:
+    """The partial derivative of an expression by a name.
+
+    Raises
+    ------
+    ModelError
+        A function in it has a kink, or no derivative that is known here.
+    """
+    tables = {x for x in expression.atoms(Tabulated) if name in x.free_symbols}
+    stand_ins = {x: sympy.Dummy() for x in tables}
+    plain = expression.xreplace(stand_ins)
+    terms = [sympy.diff(plain, name)]
+    for table, stand_in in stand_ins.items():
+        outer = sympy.diff(plain, stand_in)
+        for axis, argument in enumerate(table.args):
+            terms.append(product([outer, _of_table(table, axis), slope(argument, name)]))
+    found = total(terms).xreplace({stand_in: x for x, stand_in in stand_ins.items()})
+    if found.has(sympy.Derivative, sympy.Subs, sympy.DiracDelta):
+        message = f"how '{shortened(expression)}' changes with '{name}' is not known"
+        raise ModelError(message, hint="a surface is smooth: write it without min, max, abs, where and steps")
+    return found
+
+
+def _of_table(table: Tabulated, axis: int) -> sympy.Expr:
+    """The derivative of a table, or of a derivative of one, by an argument."""
+    function = table.func
+    before = function.role.removeprefix(SLOPE) if function.role.startswith(SLOPE) else ""
+    if function.role != VALUE and not before:
+        raise ModelError(f"the slope of '{shortened(table)}' is not known")
+    axes = "".join(sorted(f"{before}{axis}"))
+    return tabulated(function.table, SLOPE + axes, len(table.args))(*table.args)

@@ -1,0 +1,81 @@
+"""What holds where a run begins: equations for guesses, parameters that are sought, rest, stops that are closed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ..errors import nearest
+from .description import Description, StartConditions
+from .sources import Sources
+
+if TYPE_CHECKING:
+    from .declared import Declared
+
+START_KEYS = ("equations", "find", "steady", "closed")
+
+
+def make_start(model: Declared, before: StartConditions | None, given: dict[str, Any]) -> StartConditions:
+    """Add what is said of the start to what has been said `before`."""
+    start, sources = before or StartConditions(), model._sources
+    first = len(start.equations)
+    texts = given["equations"]
+    if isinstance(texts, str) or not isinstance(texts, (Sequence, sympy.MatrixBase)):
+        message = "a list of expressions that are zero at the start is expected here"
+        raise sources.error("start", "equations", message, hint='for example ["tip_x - 0.3"]')
+    equations = [sources.equation(x, "start", f"equations[{first + k}]") for k, x in enumerate(texts)]
+    steady, everything = given["steady"], start.everything
+    if isinstance(steady, bool):
+        everything, steady = everything or steady, ()
+    return replace(
+        start,
+        equations=(*start.equations, *equations),
+        find=(*start.find, *_names(sources, "find", given["find"], "parameters")),
+        steady=(*start.steady, *_names(sources, "steady", steady, "coordinates, or true")),
+        everything=everything,
+        closed=(*start.closed, *_names(sources, "closed", given["closed"], "stops")),
+    )
+
+
+def _names(sources: Sources, key: str, given: Any, of: str) -> tuple[str, ...]:
+    values = (given,) if isinstance(given, (str, sympy.Symbol)) else given
+    if not isinstance(values, (list, tuple)):
+        raise sources.error("start", key, f"the names of {of} are expected here, not {given!r:.60}")
+    names = tuple(x.name if isinstance(x, sympy.Symbol) else x for x in values)
+    for k, name in enumerate(names):
+        if not isinstance(name, str):
+            raise sources.error("start", f"{key}[{k}]", f"a name is text, not {name!r:.60}")
+        if name in names[:k]:
+            raise sources.error("start", f"{key}[{k}]", f"'{name:.60}' is named twice")
+    return names
+
+
+def check_start(d: Description, sources: Sources) -> None:
+    """Whether the parameters, coordinates and stops that the start names are there, and there is something to do."""
+    start = d.start
+    if start is None:
+        return
+    if start.find and not start.equations and not start.is_steady:
+        message = f"nothing says what '{start.find[0]}' must be"
+        raise sources.error("start", "find", message, hint="add equations, or steady = true")
+    moving = {c.name for c in d.coordinates if not c.integral and c.quaternion is None}
+    moving |= {r.name for r in d.rates}
+    stopping = [j.name for j in d.joints if j.restitution is not None]
+    stops = {s.name for s in d.stops} | {f"{name}_{side}" for name in stopping for side in ("lower", "upper")}
+    _check_names(sources, "find", start.find, {p.name for p in d.parameters}, "parameter")
+    _check_names(sources, "steady", start.steady, moving, "coordinate or state")
+    if start.steady and start.everything:
+        raise sources.error("start", "steady", "steady is both true and a list", hint="give one of them")
+    _check_names(sources, "closed", start.closed, stops, "stop")
+
+
+def _check_names(
+    sources: Sources, key: str, names: tuple[str, ...], known: Collection[str], what: str
+) -> None:
+    for k, name in enumerate(names):
+        if name not in known:
+            hint = nearest(name[:60], sorted(known), f"{what}s")
+            raise sources.error("start", f"{key}[{k}]", f"there is no {what} '{name:.60}'", hint=hint)

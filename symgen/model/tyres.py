@@ -1,0 +1,169 @@
+"""Tyres: what a wheel exerts that slips on the ground, with the slip that follows it by a relaxation length as states.
+
+A tyre is put together from what models have: states, definitions, loads. Slips kappa along the way and alpha across it
+obey sigma ds/dt = -v - |V| s, with the velocity v at which what touches slips and the speed V of the wheel's centre
+along its way, so that s = -v / |V| where it lasts, and nothing is divided by a speed (Pacejka, Tyre and Vehicle
+Dynamics, 3rd ed., 2012, chapter 7). Forces are those of the resultant slip, along it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import sympy
+
+from .functions import dot, maximum, sensor, where
+from .names import name_fault
+
+TYRE_KEYS = (
+    "body", "radius", "axis", "at", "spin", "stiffness", "damping", "load", "ground", "slip_stiffness", "friction",
+    "magic", "table", "relaxation",
+)  # fmt: skip
+_AXES = ("x", "y", "z")
+_LEAST = sympy.Float(1e-12)  # square of a slip: what it is divided by
+
+
+def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> None:
+    """Add the states NAME_kappa and NAME_alpha, the definitions NAME_load, NAME_along, NAME_across, and the loads.
+
+    Parameters
+    ----------
+    model : Model
+        Whose methods put the parts together.
+    name : str
+    given : mapping
+        By the keys of `TYRE_KEYS`.
+    """
+    table, sources = f"tyres.{name}", model._sources
+    given = {key: value for key, value in given.items() if value is not None}
+
+    def error(key: str, message: str, hint: str):
+        return sources.error(table, key, message, hint=hint)
+
+    def expression(key: str) -> sympy.Expr | None:
+        return sources.expression(given[key], table, key) if key in given else None
+
+    body = given.get("body")
+    if name_fault(body, element=True) is not None or body not in model._bodies:
+        raise error(
+            "body", f"there is no body {body!r:.60} above", "name a body that is declared before the tyre"
+        )
+    for key in ("radius", "relaxation"):
+        if key not in given:
+            raise error(key, f"the key '{key}' is missing", "add it, in metres")
+    if ("stiffness" in given) == ("load" in given):
+        raise error(
+            "load", "the force on the ground is that of a 'stiffness', or a 'load'", "give one of the two"
+        )
+    planar = model._bodies[body].planar
+    if planar and "load" not in given:
+        raise error("stiffness", f"'{body}' is planar, and seen from above", "give a 'load'")
+    model._new_element(name, "tyres", model._tyres)
+    model._tyres[name] = body
+    radius, relaxation = expression("radius"), expression("relaxation")
+
+    a = model.axis(f"{name}_axle", body, given.get("axis", (0, 1, 0)))
+    if "at" in given:
+        model.point(f"{name}_centre", body, given["at"])
+        place = f"{name}_centre"
+        centre = [sympy.Symbol(f"{name}_centre_{c}") for c in _AXES]
+    else:
+        place = body
+        centre = [model.definition(f"{name}_centre_{c}", sensor("position", body, c)) for c in _AXES]
+    velocity = [sensor("velocity", place, c) for c in _AXES]
+
+    reach = sympy.sqrt(1 - a[2] ** 2)
+    along = (a[1] / reach, -a[0] / reach)
+    across = (a[0] / reach, a[1] / reach)
+    down = [(a[2] * a[0]) / reach, (a[2] * a[1]) / reach, -reach]
+    arm = [radius * x for x in down]
+    spinning = None
+    if "spin" in given:
+        spinning = sources.expression(given["spin"], table, "spin")
+        if not isinstance(spinning, sympy.Symbol):
+            raise error("spin", "the name of a coordinate is expected here", "that of a rotor or a joint")
+    if planar and spinning is None:
+        turning = None
+    else:
+        turning = [sensor("angular_velocity", body, c) for c in _AXES]
+        if spinning is not None:
+            turning = [w + dot(spinning) * x for w, x in zip(turning, a)]
+    slipping = list(velocity)
+    if turning is not None:
+        slipping = [v + w for v, w in zip(velocity, _cross(turning, arm))]
+
+    if "load" in given:
+        load = model.definition(f"{name}_load", expression("load"))
+    else:
+        ground = expression("ground") if "ground" in given else sympy.S.Zero
+        depth = model.definition(f"{name}_depth", radius * reach - centre[2] + ground)
+        pressed = expression("stiffness") * depth
+        if "damping" in given:
+            pressed += expression("damping") * dot(depth)
+        load = model.definition(
+            f"{name}_load", where(depth > 0, maximum(pressed, sympy.S.Zero), sympy.S.Zero)
+        )
+    speed = model.definition(f"{name}_speed", velocity[0] * along[0] + velocity[1] * along[1])
+
+    slips = []
+    ways = [("alpha", across)] if turning is None else [("kappa", along), ("alpha", across)]
+    for key, way in ways:
+        slip = model.definition(f"{name}_{key}_speed", slipping[0] * way[0] + slipping[1] * way[1])
+        state = sympy.Symbol(f"{name}_{key}")
+        derivative = -(slip + sympy.Abs(speed) * state) / relaxation
+        slips.append((model.state(f"{name}_{key}", derivative=derivative), way))
+    size = sympy.sqrt(sum(s**2 for s, _ in slips) + _LEAST)
+    slip = model.definition(f"{name}_slip", size)
+
+    def factor(value: Any, k: int) -> sympy.Expr:
+        return sources.expression(value, table, f"magic[{k}]")
+
+    per_slip = load * _law(error, expression, factor, given, slip)
+    names = [f"{name}_across"] if turning is None else [f"{name}_along", f"{name}_across"]
+    forces = [(model.definition(n, per_slip * s), way) for n, (s, way) in zip(names, slips)]
+    push = [sum(f * way[k] for f, way in forces) for k in range(2)]
+    if planar:
+        model.load(name, point=centre[:2], force=push)
+    else:
+        push.append(load if "load" not in given else sympy.S.Zero)
+        torque = _cross(arm, push)
+        model.load(name, point=centre, force=push)
+        model.load(f"{name}_turning", body=body, torque=torque)
+    if spinning is not None:
+        torque = _cross(arm, [*push, sympy.S.Zero][:3])
+        model.force(spinning, sum(x * y for x, y in zip(torque, a)))
+
+
+def _law(error, expression, number, given: Mapping[str, Any], slip: sympy.Symbol) -> sympy.Expr:
+    """Force per load and slip."""
+    laws = [key for key in ("magic", "table", "slip_stiffness") if key in given]
+    if len(laws) != 1:
+        hint = "a brush has slip_stiffness and friction"
+        raise error("slip_stiffness", "a tyre has one law: 'slip_stiffness', 'magic' or a 'table'", hint)
+    friction = expression("friction")
+    if laws == ["table"]:
+        if friction is not None:
+            raise error("friction", "a table has the friction in it", "leave 'friction' out")
+        of_load = expression("table")
+        return of_load / slip
+    if laws == ["magic"]:
+        factors = given["magic"]
+        if not isinstance(factors, (list, tuple)) or len(factors) != 3 or friction is None:
+            raise error(
+                "magic",
+                "the formula has three factors, B, C and E, and 'friction' for D",
+                "such as [10, 1.6, 0.9]",
+            )
+        B, C, E = (number(x, k) for k, x in enumerate(factors))
+        x = B * slip
+        return friction * sympy.sin(C * sympy.atan(x - E * (x - sympy.atan(x)))) / slip
+    c = expression("slip_stiffness")
+    if friction is None:
+        return c
+    z = c * slip / (3 * friction)
+    return where(z < 1, c * (1 - z + z**2 / 3), friction / slip)
+
+
+def _cross(a, b) -> list[sympy.Expr]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]

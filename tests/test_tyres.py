@@ -1,0 +1,206 @@
+"""Tyres: slips with relaxation, their laws, and vehicles on them, against equations written again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from symgen import Model
+from symgen.errors import ModelError
+from symgen.link import derive
+from symgen.model.toml_reader import read_text
+from symgen.runtime.checks.health import health_of
+
+
+def brush(s: float, c: float = 12.0, friction: float = 0.8) -> float:
+    z = c * s / (3 * friction)
+    return c * (1 - z + z * z / 3) if z < 1 else friction / s
+
+
+def passed(run) -> bool:
+    return run.status == "success" and all(entry.ok for entry in health_of(run))
+
+
+def wheel(before=lambda m: None, **more) -> Model:
+    m = Model("wheel", gravity=(0, 0, "-9.81 m/s^2"))
+    before(m)
+    m.body("wheel", mass="10 kg", inertia=("0.3 kg*m^2", "0.5 kg*m^2", "0.3 kg*m^2"), com=(0, 0, 0))
+    m.joint("free", type="free", child="wheel", start=[0, 0, 0.295, 1, 0, 0, 0], rate=[2.0, 0, 0, 0, 20.0, 0])
+    law = more or {"slip_stiffness": 12.0, "friction": 0.8}
+    m.tyre(
+        "rim",
+        body="wheel",
+        radius="0.3 m",
+        stiffness="50 kN/m",
+        damping="100 N*s/m",
+        relaxation="0.2 m",
+        **law,
+    )
+    m.run(t_end=1.0)
+    return m
+
+
+def rolled(law) -> np.ndarray:
+    """x, z, spin and slip of a wheel that is set down spinning, after a second."""
+
+    def motion(t, y):
+        _, z, vx, vz, spin, slip = y
+        depth = 0.3 - z
+        load = max(0.0, 5e4 * depth - 100 * vz) if depth > 0 else 0.0
+        pull = load * law(np.sqrt(slip**2 + 1e-12)) * slip
+        return [
+            vx,
+            vz,
+            pull / 10,
+            load / 10 - 9.81,
+            -0.3 * pull / 0.5,
+            -(vx - 0.3 * spin + abs(vx) * slip) / 0.2,
+        ]
+
+    y = solve_ivp(motion, (0, 1), [0, 0.295, 2, 0, 20, 0], rtol=1e-10, atol=1e-12).y[:, -1]
+    return y[[0, 1, 4, 5]]
+
+
+def ends(run) -> list[float]:
+    return [run[name][-1] for name in ("free_x", "free_z", "free_wy", "rim_kappa")]
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5", "bdf"])
+def test_a_spinning_wheel_is_set_down(method):
+    run = derive(wheel()).run(rtol=1e-9, method=method)
+    assert ends(run) == pytest.approx(rolled(brush), abs=2e-6)
+    assert passed(run)
+
+
+def test_the_formula_and_a_table_are_laws():
+    def magic(s):
+        x = 9.0 * s
+        return 0.9 * np.sin(1.5 * np.arctan(x - 0.4 * (x - np.arctan(x)))) / s
+
+    run = derive(wheel(magic=[9.0, 1.5, 0.4], friction=0.9)).run(rtol=1e-9)
+    assert ends(run) == pytest.approx(rolled(magic), abs=2e-6)
+    columns = [[0, 0.1, 0.3, 20], [0, 0.7, 0.9, 0.8]]
+    m = wheel(lambda m: m.table("grip", columns=columns, outside="hold"), table="grip(rim_slip)")
+    grip = rolled(lambda s: np.interp(s, [0, 0.1, 0.3, 20], [0, 0.7, 0.9, 0.8]) / s)
+    assert ends(derive(m).run(rtol=1e-9)) == pytest.approx(grip, abs=5e-6)
+
+
+def test_a_bicycle_corners_as_its_understeer_says():
+    """Yaw rate V delta / (L + K V^2) of the linear one, and the transient by SciPy."""
+    m = Model("bicycle")
+    x, y, psi = m.coordinate("x", rate=20.0), m.coordinate("y"), m.coordinate("psi")
+    m.body("car", mass=1200, inertia=1800, com=(x, y), angle=psi)
+    delta = 0.01
+    steered, common = (-np.sin(delta), np.cos(delta)), {"body": "car", "radius": 0.3, "relaxation": 0.4}
+    m.tyre("front", at=(1.2, 0), axis=steered, load=6800, slip_stiffness=9, **common)
+    m.tyre("rear", at=(-1.5, 0), axis=(0, 1), load=5000, slip_stiffness=14, **common)
+    m.run(t_end=4.0)
+    run = derive(m).run(rtol=1e-9)
+
+    def motion(t, s):
+        angle, u, w, r, front, rear = s[2:]
+        c, n = np.cos(angle), np.sin(angle)
+        force, torque = np.zeros(2), 0.0
+        changes = []
+        for place, turned, stiff, slip in ((1.2, delta, 6800 * 9, front), (-1.5, 0.0, 5000 * 14, rear)):
+            way = np.array([np.cos(angle + turned), np.sin(angle + turned)])
+            side = np.array([-way[1], way[0]])
+            speed = np.array([u - r * place * n, w + r * place * c])
+            push = stiff * slip * side
+            force += push
+            torque += place * (c * push[1] - n * push[0])
+            changes.append(-(speed @ side + abs(speed @ way) * slip) / 0.4)
+        return [u, w, r, *(force / 1200), torque / 1800, *changes]
+
+    s = solve_ivp(motion, (0, 4), [0, 0, 0, 20, 0, 0, 0, 0], rtol=1e-10, atol=1e-12).y[:, -1]
+    assert [run["x"][-1], run["y"][-1], run["psi"][-1]] == pytest.approx(s[:3], rel=1e-7)
+    speed = np.hypot(run["dot(x)"][-1], run["dot(y)"][-1])
+    understeer = 1200 / 2.7 * (1.5 / (6800 * 9) - 1.2 / (5000 * 14))
+    assert run["dot(psi)"][-1] == pytest.approx(speed * delta / (2.7 + understeer * speed**2), rel=2e-3)
+    assert passed(run)
+
+
+def test_a_rotor_on_a_hub_drives_it():
+    """A quarter car without a body of the wheel: torque on the rotor, slip, and the hub that it pulls."""
+    m = Model("driven", gravity=(0, 0, "-9.81 m/s^2"))
+    m.body("hub", mass=300)
+    m.joint("way", type="prismatic", child="hub", axis=(1, 0, 0))
+    m.rotor("wheel", inertia=1.2, body="hub", axis=(0, 1, 0))
+    torque = m.input("torque", unit="N*m", default=500)
+    m.force("wheel", torque)
+    m.tyre(
+        "drive",
+        body="hub",
+        radius=0.3,
+        spin="wheel",
+        load="300*9.81",
+        slip_stiffness=12,
+        friction=0.8,
+        relaxation=0.3,
+    )
+    m.run(t_end=2.0)
+    run = derive(m).run(rtol=1e-9)
+
+    def motion(t, y):
+        v, spin, slip = y
+        pull = 300 * 9.81 * brush(np.sqrt(slip**2 + 1e-12)) * slip
+        return [pull / 300, (500 - 0.3 * pull) / 1.2, -(v - 0.3 * spin + abs(v) * slip) / 0.3]
+
+    y = solve_ivp(motion, (0, 2), [0, 0, 0], rtol=1e-10, atol=1e-12).y[:, -1]
+    assert [run["dot(way)"][-1], run["dot(wheel)"][-1], run["drive_kappa"][-1]] == pytest.approx(y, rel=1e-6)
+    assert passed(run)
+
+
+def test_the_ground_may_be_uneven():
+    m = Model("road", gravity=(0, 0, -10))
+    m.body("wheel", mass=10, inertia=(0.3, 0.5, 0.3))
+    m.joint("free", type="free", child="wheel", guess=[0.5, 0, 0.35, 1, 0, 0, 0])
+    m.tyre(
+        "rim",
+        body="wheel",
+        radius=0.3,
+        stiffness=5e4,
+        slip_stiffness=10,
+        relaxation=0.2,
+        ground="0.1*cos(rim_centre_x)",
+    )
+    system = derive(m)
+    y = np.zeros(system.nq + system.nv)
+    y[:4] = [0.2, 0.0, 0.39, 1.0]
+    rhs = system.kernel("rhs")(0.0, y, system.parameter_values())
+    load = 5e4 * (0.3 - 0.39 + 0.1 * np.cos(0.2))
+    assert rhs[system.nq + 2] == pytest.approx(load / 10 - 10, rel=1e-12)
+
+
+def test_what_is_written_is_read_again():
+    m = wheel()
+    again = read_text(m.to_toml(), name="wheel")
+    assert derive(again).run(rtol=1e-9).states[-1] == pytest.approx(
+        derive(m).run(rtol=1e-9).states[-1], abs=1e-6
+    )
+
+
+BASE = {"body": "wheel", "radius": 0.3, "relaxation": 0.2, "load": 100, "slip_stiffness": 10}
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"body": "hub"}, "there is no body 'hub' above"),
+        ({"radius": None}, "the key 'radius' is missing"),
+        ({"load": None}, "a 'stiffness', or a 'load'"),
+        ({"slip_stiffness": None}, "a tyre has one law"),
+        ({"magic": [1, 2, 3]}, "a tyre has one law"),
+        ({"magic": [1, 2], "slip_stiffness": None, "friction": 1}, "three factors"),
+        ({"table": "1.0", "slip_stiffness": None, "friction": 1}, "leave 'friction' out"),
+        ({"spin": "2*q"}, "the name of a coordinate"),
+    ],
+)
+def test_what_makes_no_tyre_is_refused(change, says):
+    m = Model("bad")
+    m.body("wheel", mass=1, inertia=(1, 1, 1))
+    m.joint("free", type="free", child="wheel")
+    with pytest.raises(ModelError, match=says) as caught:
+        m.tyre("rim", **{**BASE, **change})
+    assert "tyre('rim')" in str(caught.value)
