@@ -49,7 +49,7 @@ def derive(scene: str, bodies: int) -> tuple[str, dict]:
     start = time.process_time()
     model = load(HERE / "bushing_lattice.py" if scene == "bushings" else find(scene), {"N": str(n)})
     described = time.process_time()
-    derived = derive_text(model)
+    derived = derive_text(model, on_demand=SCENES[scene] == EXPLICIT)  # as `symgen.load` does
     done = time.process_time()
     return derived.text, {
         "model s": described - start, "derive s": done - described, "kB": len(derived.text) / 1e3

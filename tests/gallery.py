@@ -176,6 +176,10 @@ SECTIONS: dict[str, dict[str, Entry]] = {
             "A clutch slips, locks, slips under a blow, and opens when the press lets go; what presses is an input.",
             1.2,
         ),
+        "die": Entry("run die", "Contact by its shape: corners that bounce and rub, until it lies on a face.", 0.45),
+        "newtons_cradle": Entry(
+            "run newtons_cradle", "One blow after another: as many balls fly off as come.", 0.36
+        ),
         "stick_slip": Entry("run stick_slip", "Steps end where it begins to stick or to slip.", 1.0),
         "turntable": Entry(
             "run turntable", "Rolling on what turns: no energy is lost, and it stays on the table.", 2.0

@@ -35,6 +35,10 @@ DECLARED = {
     "matplotlib",
     "pandas",
     "xarray",
+    "zarr",
+    "distributed",
+    "cloudpickle",  # comes with distributed
+    "SALib",
     "control",
     "pinocchio",
     "mujoco",

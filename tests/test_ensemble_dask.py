@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_ensemble_store import N, REDUCE, assert_same, ensemble
+from test_ensemble_store import REDUCE, N, assert_same, ensemble
 
-from symgen.runtime.ensemble import dispatch
+from symgen.runtime.ensemble import shipping
 from symgen.runtime.ensemble.verdict import WORKER_LOST
 from symgen.runtime.ensemble.zarr_store import ZarrStore
 from symgen.runtime.errors import RuntimeModelError
@@ -28,7 +28,9 @@ on_dask = pytest.importorskip("symgen.runtime.ensemble.on_dask")
 def cluster():
     settings = {"distributed.scheduler.allowed-failures": 1, "distributed.worker.daemon": False}
     with dask.config.set(settings):
-        with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as found:
+        with distributed.LocalCluster(
+            2, threads_per_worker=1, dashboard_address=None, silence_logs=50
+        ) as found:
             yield found
 
 
@@ -57,7 +59,7 @@ def test_members_do_not_depend_on_where_they_run(tmp_path, client, whole):
 def test_machine_code_goes_with_the_text(client, monkeypatch):
     """What a processor like this one needs is there, and is what the worker would have compiled."""
     sent = []
-    monkeypatch.setattr(dispatch, "_machine_code", _kept(dispatch._machine_code, sent))
+    monkeypatch.setattr(shipping, "_machine_code", _kept(shipping._machine_code, sent))
     ensemble(executor=client, n=100, reduce={})
     assert len(sent[0]) >= 4  # the loop, the map, rhs, energy
     assert all(code.startswith(b"\x7fELF") for code in sent[0].values()) or sys.platform != "linux"
@@ -73,7 +75,7 @@ def _kept(function, found):
 
 def test_stores_that_workers_cannot_reach_are_written_by_the_client(tmp_path, client, whole, monkeypatch):
     """As on machines that share no folder: what has the name there is another one."""
-    packed = dispatch.packed
+    packed = shipping.packed
 
     def elsewhere(plan, wanted, store, gather, **options):
         monkeypatch.setitem(store.about, "token", "of another one")
@@ -173,6 +175,6 @@ def test_a_cluster_without_workers_is_not_waited_for(monkeypatch):
 
 
 def test_two_versions_refuse_each_other(client, monkeypatch):
-    monkeypatch.setattr(dispatch, "fingerprint", lambda: "9.9 (other)")
+    monkeypatch.setattr(shipping, "fingerprint", lambda: "9.9 (other)")
     with pytest.raises(RuntimeModelError, match=r"has symgen .* comes from symgen 9.9 \(other\)"):
         ensemble(executor=client)

@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symgen.runtime.ensemble import histogram, linspace, normal, quantiles
-from symgen.runtime.ensemble import dispatch, identity
+from symgen.runtime.ensemble import histogram, identity, linspace, normal, quantiles, shipping
 from symgen.runtime.ensemble.zarr_store import StoreError, ZarrStore
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.front import load
@@ -79,6 +78,7 @@ def test_statistics_alone_are_kept_of_all_members(tmp_path, whole):
 
 def interrupted(tmp_path):
     """A store of which some chunks are done."""
+
     def stop(done, of, failed):
         if done > N // 3:
             raise KeyboardInterrupt
@@ -131,7 +131,10 @@ class Deadly:
 def test_a_process_that_is_killed(tmp_path, whole):
     reduce = {**REDUCE, "reach": (Deadly(str(tmp_path / "mark")), ["max"])}
     out = tmp_path / "runs.zarr"
-    with concurrent.futures.ProcessPoolExecutor(2) as executor, pytest.raises(RuntimeModelError, match="was lost"):
+    with (
+        concurrent.futures.ProcessPoolExecutor(2) as executor,
+        pytest.raises(RuntimeModelError, match="was lost"),
+    ):
         ensemble(out=out, executor=executor, reduce=reduce)
     with concurrent.futures.ProcessPoolExecutor(2) as executor:
         e = ensemble(out=out, executor=executor, reduce=reduce, resume=True)
@@ -170,7 +173,7 @@ def test_torn_chunks_are_run_again(tmp_path, whole):
     (out / "theta2" / "c" / "1").write_bytes(flipped)
     (out / "ok" / "c" / "2").unlink()
     (out / "more" / "3" / "c" / "0").write_bytes(b"nothing")
-    with pytest.raises(StoreError, match="theta2 of members .* cannot be read"):
+    with pytest.raises(StoreError, match=r"theta2 of members .* cannot be read"):
         ZarrStore.open(out).read("theta2")
     assert ZarrStore.open(out).n_done() < N
     assert_same(ensemble(out=out, resume=True), whole)
@@ -216,9 +219,11 @@ def test_what_is_there_is_not_written_over(tmp_path):
 
 def test_another_version_elsewhere_is_refused(tmp_path, monkeypatch):
     """What goes out names its version; whoever runs it looks first."""
-    monkeypatch.setattr(dispatch, "fingerprint", lambda: "9.9 (other)")
+    monkeypatch.setattr(shipping, "fingerprint", lambda: "9.9 (other)")
     with concurrent.futures.ProcessPoolExecutor(1, mp_context=_spawn()) as executor:
-        with pytest.raises(RuntimeModelError, match=r"symgen .* but the ensemble comes from symgen 9.9 \(other\)"):
+        with pytest.raises(
+            RuntimeModelError, match=r"symgen .* but the ensemble comes from symgen 9.9 \(other\)"
+        ):
             ensemble(executor=executor)
 
 
@@ -266,7 +271,7 @@ HOSTILE = {
 def test_stores_from_strangers(tmp_path, name):
     interrupted(tmp_path)
     HOSTILE[name](tmp_path / "runs.zarr")
-    with pytest.raises(StoreError, match="runs.zarr is no ensemble"):
+    with pytest.raises(StoreError, match=r"runs.zarr is no ensemble"):
         ZarrStore.open(tmp_path / "runs.zarr")
 
 
@@ -286,7 +291,12 @@ def test_chunks_from_strangers(tmp_path):
 def test_every_member_is_accounted_for(tmp_path):
     """Whatever strangers give: infinite, not a number, negative, tiny, huge."""
     values = np.array([1.0, np.inf, np.nan, -1.0, 0.0, 1e-300, 1e300, 1.1, -np.inf, 1e-16, 2.0, 5e-324])
-    asked = {"n": None, "parameters": {"m2": values, "L2": linspace(0.9, 1.1, 2)}, "reduce": {}, "max_steps": 2000}
+    asked = {
+        "n": None,
+        "parameters": {"m2": values, "L2": linspace(0.9, 1.1, 2)},
+        "reduce": {},
+        "max_steps": 2000,
+    }
     with np.errstate(all="ignore"):
         e, stored = ensemble(**asked), ensemble(out=tmp_path / "runs.zarr", **asked)
     for one in (e, stored):

@@ -54,6 +54,7 @@ def pair(request):
     plain = runtime.load(emit(derive(description)))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(function_text, "SMALLEST_ROLLED", 0)
+        patch.setattr(function_text, "SMALLEST_IN_TURNS", 0)
         patch.setattr(function_text, "SMALLEST_WITH_FRONTS", 0)
         patch.setattr(factorise, "FEWEST_IN_FRONTS", 2)
         patch.setattr(factorise, "LEAST_IN_FRONTS", 0)
@@ -180,6 +181,7 @@ def test_a_lifted_solve_is_two_loops():
     for n, smallest in ((24, 0), (32, 0), (32, 10**9)):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(function_text, "SMALLEST_ROLLED", smallest)
+            patch.setattr(function_text, "SMALLEST_IN_TURNS", smallest)
             system = runtime.load(emit(derive(bundled("n_pendulum", n))))
         texts[n, smallest] = system.source.functions["rhs"]
         if n == 32:

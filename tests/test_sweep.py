@@ -14,6 +14,8 @@ from click.testing import CliRunner
 
 from symgen.cli import main
 from symgen.runtime.ensemble import run as runs
+from symgen.runtime.recording.reader import read_recording, read_times
+from symgen.runtime.recording.schema import RecordingError
 
 
 def call(*arguments, status=0):
@@ -136,3 +138,70 @@ def test_a_file_of_something_else_is_refused(tmp_path):
     assert "no ensemble" in call(path, "--show", status=1)
     np.savez(path, about=np.array([{"a": 1}], dtype=object))
     assert "no ensemble" in call(path, "--show", status=1)
+    np.savez_compressed(path, about=np.array("{}"), a=np.zeros(1 << 20))
+    assert "compressed" in call(path, "--show", status=1)
+
+
+def test_a_store_grows_and_is_gone_on_with(tmp_path):
+    pytest.importorskip("zarr")
+    out, html, film = tmp_path / "runs.zarr", tmp_path / "runs.html", tmp_path / "some.rrd"
+    asked = (
+        *PENDULUM,
+        "--vary",
+        "L2=0.9:1.1:3",
+        "--vary",
+        "theta1=normal(1.5, 0.01)",
+        "-n",
+        50,
+        "--frames",
+        5,
+    )
+    asked = (*asked, "--keep", "theta1,energy", "--out", out)
+    assert "150 of 150 members are ok" in call(*asked, "--html", html, "--record", film)
+    shown = call("--show", out)
+    assert shown == call(out, "--show")
+    assert "150 ok, 0 failed" in shown
+    assert "energy  mean" in shown
+    page = html.read_text()
+    for said in ("Every member reached its end", "Distributions", "Members across their values", "Over time"):
+        assert said in page
+    assert read_times(film)[-1] == 1.0
+    with pytest.raises(RecordingError, match="members of an ensemble"):
+        read_recording(film)
+    assert "150 of 150 members are ok" in call(*asked, "--resume")
+    assert "already" in call(*asked, status=1)
+    assert "seed: 0 there, 1 here" in call(*asked, "--resume", "--seed", 1, status=1)
+    report = CliRunner().invoke(main, ["report", str(out), "--html", str(tmp_path / "other.html")])
+    assert report.exit_code == 0, report.output
+    assert (tmp_path / "other.html").read_text() == page
+
+
+def test_the_page_names_failures(tmp_path):
+    out, html = tmp_path / "runs.npz", tmp_path / "page.html"
+    call(*PENDULUM, "--vary", "m2=grid(1, -1, 2)", "--out", out, "--html", html, status=3)
+    page = html.read_text()
+    assert "1 failed (33.33%)" in page
+    assert "there is no start on the constraints" in page
+    assert "member 1" in page
+    assert call("--show", out, "--html", tmp_path / "again.html")
+    assert (tmp_path / "again.html").read_text() == page
+
+
+def test_noise_and_inputs_from_the_command_line(tmp_path):
+    table = tmp_path / "push.csv"
+    table.write_text("t,F\n0,0\n1,3\n")
+    base = ("cart_pole", "--t-end", "1", "--vary", "theta=uniform(0.1, 0.2)", "-n", 3, "--keep", "x")
+    ends = []
+    for k, given in enumerate(((), ("--input", table), ("--vary", "F=noise(2 N, 20 ms)"))):
+        call(*base, *given, "--out", tmp_path / f"{k}.npz")
+        with np.load(tmp_path / f"{k}.npz") as file:
+            ends.append(file["x"])
+    for k, other in ((0, 1), (0, 2), (1, 2)):
+        assert np.abs(ends[k] - ends[other]).min() > 1e-4
+    assert "given as well" in call(*base, "--input", table, "--vary", "F=noise(2, 0.02)", status=2)
+
+
+def test_a_cluster_that_is_not_there():
+    pytest.importorskip("distributed")
+    said = call(*PENDULUM, "--vary", "L2=1:2:3", "--dask", "nonsense://x", status=1)
+    assert "no scheduler answers there" in said

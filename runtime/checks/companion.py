@@ -144,6 +144,7 @@ def follow(
     most_steps: int,
     is_lost: Callable[[np.ndarray], bool],
     sharp: SharpPlaces | None = None,
+    events: float = 1.0,
 ) -> Followed:
     """Integrate the motion again from a state of a run, with its events and inputs.
 
@@ -157,11 +158,13 @@ def follow(
         Called with the states so far now and then; the companion is given up where it returns True.
     sharp : SharpPlaces, optional
         Where to look closely.
+    events : float
+        How many times the usual number of events it may meet.
     """
     t, end = float(times[0]), float(times[-1])
     kept = _timetable(solution, companion, t, end, most_steps, sharp)
     try:
-        run = _CompanionRun(solution, companion, times, state, most_steps, is_lost, kept)
+        run = _CompanionRun(solution, companion, times, state, most_steps, is_lost, kept, events)
         run.go()
     except (ContactError, RuntimeModelError):
         return Followed(state[None], 0, float(times[0]), ended=False)
@@ -207,6 +210,7 @@ class _CompanionRun(Run):
         most_steps: int,
         is_lost: Callable[[np.ndarray], bool],
         kept: Timetable | None,
+        events: float,
     ):
         system, method, p = solution.system, companion.method, solution.p.copy()
         p[system.n_settable :] = 0.0  # stops and frictions are found to be held, or not, at the start
@@ -229,7 +233,7 @@ class _CompanionRun(Run):
         least = _MOST_SWITCHINGS if solution.system.switches else _MOST_EVENTS
         if operations_of_run(solution) > SHORT:
             least *= _OF_LONG_RUNS
-        self._most_events = max(_SHARE_OF_EVENTS * len(solution.events), least)
+        self._most_events = events * max(_SHARE_OF_EVENTS * len(solution.events), least)
 
     def pauses(self) -> bool:
         """Whether to go no further."""

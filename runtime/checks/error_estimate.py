@@ -55,6 +55,7 @@ _MIDDLE = 0.5  # of a long run, where other companions begin
 _OF_COMPANION = 5e5  # operations that take as long as what there is to do before its first step
 _TINY = np.finfo(float).tiny
 _FASTEST_POWER = 2.0  # of time: errors of the energy, which add up, move the phase
+_MORE_EVENTS = 20.0  # times as many as a companion meets otherwise
 _LATE = 0.25  # of the time that a companion took: from there on a power of time is looked for
 _TIMES_BEYOND = 20  # between where companions got and the end, for when errors become large
 _NO_GROWTH, _WINDOWS = 0.5, 8  # power of time; parts of a run, over which a loss of energy goes on
@@ -161,9 +162,11 @@ def estimate(solution: Solution, operations: float) -> ErrorEstimate | None:
         found = comparison.begun()
     parts, half = [found], 0.5 * operations
     if comparison.jumps:  # events take longest
-        if comparison.frame(found.t[-1]) < comparison.middle:
-            # A burst of them at the start may be all that a companion has met.
-            parts.append(comparison.follow(companion, half, comparison.middle))
+        # A burst of them before may be all that a companion has met.
+        begin = max(comparison.middle, comparison.frame(found.t[-1]))
+        if comparison.frame(comparison.end) - begin >= LEAST_FRAMES:
+            seen = 1.0 if not found.rate else _MORE_EVENTS  # what says that errors explode has to be sure
+            parts.append(comparison.follow(companion, half, begin, seen))
         # What comes to rest by ever shorter bounces tells its companion apart once, and is not chaotic.
         told = [part.rate or 0.0 for part in parts if len(part.t) >= LEAST_FRAMES]
         return _extrapolated(solution, parts, Amplification(elsewhere=min(told, default=0.0)))
@@ -272,8 +275,10 @@ class _Comparison:
         """Return the first frame at or after a time [s]."""
         return int(np.searchsorted(self._t, t))
 
-    def follow(self, companion: Companion, operations: float, first: int = 0) -> ErrorEstimate:
-        """Return what a companion says that begins at some frame of the run."""
+    def follow(
+        self, companion: Companion, operations: float, first: int = 0, events: float = 1.0
+    ) -> ErrorEstimate:
+        """Return what a companion says that begins at some frame of the run; it may meet `events` times as many."""
         t, states = self._t[first:], self._states[first:]
         least = _LEAST_FOLLOWED * _FINER_STEPS * self._solution.stats["steps"] / len(self._t)
         most = int(max(operations / operations_per_step(self._solution, companion.method), least))
@@ -285,6 +290,7 @@ class _Comparison:
             most,
             lambda seen: self._is_lost(seen, states),
             self._sharp,
+            events,
         )
         n = len(found.states)
         known = n == len(t) or self._is_lost(found.states, states)

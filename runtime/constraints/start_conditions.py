@@ -227,7 +227,7 @@ class _Start:
         followers = slice(self.parts[2], self.parts[4])
         rows = by_z[self.rows["motion"]]
         terms = rows @ reach
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             balancing = np.where(rows[:, followers] > 0.0, terms[:, None] / rows[:, followers], np.inf)
         least = balancing.min(axis=0, initial=np.inf)
         reach[followers] = np.maximum(reach[followers], np.where(np.isfinite(least), least, 0.0))

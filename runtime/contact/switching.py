@@ -49,7 +49,7 @@ class Holding(Instant):
             here, levels = self._here(), self._levels(still)
             touching, forces, most = self._landed(here, touching, still, levels)
             acting = np.concatenate([touching, still])
-            forces = _spread(here.compliance, acting, forces, most)
+            forces = _spread(here.compliance, acting[self.n_stops :] & ~self._in_circles, forces, most)
             accelerations = here.free + here.compliance @ forces
             sticks, onset = self._sticking(here, acting, levels, forces, most)
             slipping = still & ~sticks
@@ -65,6 +65,7 @@ class Holding(Instant):
         kept = _independent(here.compliance, [held & ~weak & far, held & ~weak & ~far, pressing])
         self.resting = waiting & ~kept[self.n_stops :] & _follow(here.compliance, kept)[self.n_stops :]
         self._share(here, sticks & ~kept[self.n_stops :], forces)
+        self.aimed = self.aimed & self._pressed(kept[: self.n_stops])  # a stop that takes off bears nothing
         in_touch = touching & (here.speeds[: self.n_stops] <= self._speed_tolerances(here)[: self.n_stops])
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
         return self._with_aims(here, kept, levels, forces)
@@ -307,14 +308,14 @@ class Holding(Instant):
         self._solved(lambda: check_unique(here, touching, stuck, directions, levels, forces))
 
 
-def _spread(compliance: np.ndarray, acting: np.ndarray, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Return forces that do the same, but that frictions of one motion share in parts of what each can take.
+def _spread(compliance: np.ndarray, sharing: np.ndarray, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """Return forces that do the same, but that `sharing` frictions share in parts of what each can take.
 
     What the complementarity problem finds are corners: of two frictions that hold a body together one may be at its
     limit, and then seems to slide.
     """
     first = len(forces) - len(most)
-    rows = first + np.flatnonzero(acting[first:] & (most > 0.0))
+    rows = first + np.flatnonzero(sharing & (most > 0.0))
     if len(rows) < 2:
         return forces
     able = most[rows - first]

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from symgen.runtime.lazy import lazy_exports
 
 if TYPE_CHECKING:
+    from symgen.runtime.ensemble.noises import noise as noise
     from symgen.runtime.ensemble.reduction import histogram as histogram
     from symgen.runtime.ensemble.reduction import quantiles as quantiles
     from symgen.runtime.ensemble.result import Ensemble as Ensemble
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 _EXPORTS = {
     "Ensemble": "symgen.runtime.ensemble.result",
+    "noise": "symgen.runtime.ensemble.noises",
     **dict.fromkeys(("histogram", "quantiles"), "symgen.runtime.ensemble.reduction"),
     **dict.fromkeys(
         ("choice", "grid", "linspace", "lognormal", "normal", "triangular", "uniform"),

@@ -50,7 +50,9 @@ def refuse_another(plan: Plan, stored: Mapping[str, Any], where: str) -> None:
     differs = [name for name, value in own.items() if known.get(name) != value]
     if not differs:
         return
-    said = "; ".join(f"{name}: {_brief(known.get(name))} there, {_brief(own[name])} here" for name in differs[:4])
+    said = "; ".join(
+        f"{name}: {_brief(known.get(name))} there, {_brief(own[name])} here" for name in differs[:4]
+    )
     raise RuntimeModelError(
         f"{where} holds another ensemble ({said}): give the same, or begin anew with another file"
     )

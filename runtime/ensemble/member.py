@@ -53,7 +53,7 @@ def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None)
     p, here = parameters[0], {name: float(values[0]) for name, values in varied.items()}
     times = _frames(plan, t_eval)
     if plan.settings is None:
-        return run_single(plan, p, here, times)
+        return run_single(plan, number, p, here, times)
     starts, failures = plan.starts.of(parameters, varied)
     if failures:
         raise RuntimeModelError(failures[0])
@@ -62,7 +62,7 @@ def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None)
     result = batch.run(parameters, starts)
     status = int(result.columns[0, COLUMN["status"]])
     if status in runs_alone(plan.system):
-        return run_single(plan, p, here, times)
+        return run_single(plan, number, p, here, times)
     seconds = {"prepare": 0.0, "compile": 0.0, "run": time.perf_counter() - began}
     return _solution(plan, p, status, times, batch, result, seconds)
 

@@ -16,9 +16,9 @@ import numpy as np
 from distributed import KilledWorker, WorkerPlugin
 
 from symgen.runtime.ensemble.chunk import Chunk, Wanted, block_size
-from symgen.runtime.ensemble.dispatch import AHEAD, in_order, n_places, packed, run_packed
+from symgen.runtime.ensemble.shipping import AHEAD, in_order, n_places, packed, run_packed
 from symgen.runtime.ensemble.tally import Tally
-from symgen.runtime.ensemble.verdict import VERDICTS, WORKER_LOST, Verdicts
+from symgen.runtime.ensemble.verdict import CAUSES, VERDICTS, WORKER_LOST, Verdicts
 from symgen.runtime.errors import RuntimeModelError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class Content(WorkerPlugin):
     Parameters
     ----------
     content : bytes
-        From `dispatch.packed`.
+        From `shipping.packed`.
     """
 
     def __init__(self, content: bytes) -> None:
@@ -53,7 +53,12 @@ class Content(WorkerPlugin):
 
 
 def run(
-    client: Any, plan: Plan, wanted: Wanted, chunks: Sequence[tuple[int, int]], store: ZarrStore | None, gather: bool
+    client: Any,
+    plan: Plan,
+    wanted: Wanted,
+    chunks: Sequence[tuple[int, int]],
+    store: ZarrStore | None,
+    gather: bool,
 ) -> Iterator[Chunk]:
     """Run chunks of members on a cluster, and yield them in their order; see `dispatch.run_chunks`."""
     content = Content(packed(plan, wanted, store, gather, with_code=True))
@@ -69,14 +74,18 @@ def run(
             except KilledWorker:
                 yield _rescued(client, content.name, plan, wanted, waiting.first, waiting.last)
     finally:
-        with contextlib.suppress(Exception):  # the cluster may be gone, which is no reason to lose what is done
+        with contextlib.suppress(
+            Exception
+        ):  # the cluster may be gone, which is no reason to lose what is done
             client.unregister_worker_plugin(content.name)
 
 
 def _run(name: str, first: int, last: int, gather: bool = False) -> Chunk:
     """Run a chunk on a worker."""
     if name not in _held:
-        raise RuntimeModelError("a worker of the Dask cluster has not got what members need: start the cluster again")
+        raise RuntimeModelError(
+            "a worker of the Dask cluster has not got what members need: start the cluster again"
+        )
     return run_packed(_held[name], first, last, gather)
 
 
@@ -95,8 +104,8 @@ def _result(client: Any, task: Any, first: int) -> Chunk:
         except TimeoutError:
             alone = 0.0 if client.ncores() else alone + _LOOK_EVERY
     raise RuntimeModelError(
-        f"the Dask cluster has had no workers for {_PATIENCE:g} s while members from {first} on were to be run; what is "
-        "done before is kept: start workers, and run the rest by out and resume (--resume)"
+        f"the Dask cluster has had no workers for {_PATIENCE:g} s while members from {first} on were to be run; what "
+        "is done before is kept: start workers, and run the rest by out and resume (--resume)"
     )
 
 
@@ -137,7 +146,8 @@ def _lost(plan: Plan, wanted: Wanted, first: int, last: int) -> Chunk:
     verdicts.status[:] = WORKER_LOST
     columns = {**plan.members.values(first, last), **{name: np.full(shape, np.nan) for name in wanted.kept}}
     columns |= {name: getattr(verdicts, name) for name in VERDICTS}
-    return Chunk(first, last, Tally.of(first, verdicts, {first: "what ran it was lost, several times"}), [wanted.empty()], columns)
+    tally = Tally.of(first, verdicts, {first: CAUSES[WORKER_LOST]})
+    return Chunk(first, last, tally, [wanted.empty()], columns)
 
 
 def joined(chunks: Sequence[Chunk]) -> Chunk:
@@ -147,4 +157,6 @@ def joined(chunks: Sequence[Chunk]) -> Chunk:
         tally.add(chunk.tally)
     names = chunks[0].columns
     columns = {name: np.concatenate([chunk.columns[name] for chunk in chunks]) for name in names}
-    return Chunk(chunks[0].first, chunks[-1].last, tally, [b for chunk in chunks for b in chunk.blocks], columns)
+    return Chunk(
+        chunks[0].first, chunks[-1].last, tally, [b for chunk in chunks for b in chunk.blocks], columns
+    )

@@ -14,11 +14,12 @@ from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
 from symgen.runtime.ensemble.machine import IN_LANES, OVER_EVENTS
+from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
 from symgen.runtime.ensemble.starts import Starts
-from symgen.runtime.events_in_code import has_plain_events
 from symgen.runtime.errors import Refusal, RuntimeModelError, UnknownNameError, nearest
+from symgen.runtime.events_in_code import has_plain_events
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.lazy import Late
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 
 device = Late("symgen.runtime.ensemble.gpu.device")
 quantities = Late("symgen.runtime.quantities")
+drive = Late("symgen.runtime.inputs.drive")
+inputs_given = Late("symgen.runtime.inputs.given")
 
 # Of a constraint's scale, as in `checks/health.py`.
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
@@ -66,6 +69,10 @@ class Plan:
     notes : list of str
     first_parameters, first_state : ndarray
         Of the first member.
+    inputs : dict
+        Inputs over time that are not the model's own, `Noise` among them, with plain numbers.
+    own_inputs : frozenset of str
+        Inputs over time that the model says.
     """
 
     system: System
@@ -82,12 +89,26 @@ class Plan:
     notes: list[str]
     first_parameters: np.ndarray
     first_state: np.ndarray
+    inputs: dict[Any, Any]
+    own_inputs: frozenset[str]
+
+    @property
+    def inputs_differ(self) -> bool:
+        """Whether members have inputs over time of their own."""
+        return any(map(is_noise, self.inputs.values()))
+
+    def inputs_of(self, number: int) -> dict[Any, Any] | None:
+        """Return the inputs over time of a member that the model does not say."""
+        return (
+            _inputs_of(self.inputs, self.options.seed, number, self.single.t_start, self.single.t_end) or None
+        )
 
     def single_parameters(self, p: np.ndarray) -> dict[str, float]:
         """Return the parameters and inputs of a member by name."""
         names = [record["name"] for record in (*self.system.parameters, *self.system.inputs)]
-        values = dict(zip(names, map(float, p), strict=False))
-        return {name: value for name, value in values.items() if name not in self.starts.sought}
+        left_out = self.own_inputs.union(*(key if isinstance(key, tuple) else (key,) for key in self.inputs))
+        left_out = left_out.union(self.starts.sought)
+        return {name: float(x) for name, x in zip(names, p, strict=False) if name not in left_out}
 
 
 def make_plan(system: System, options: EnsembleOptions) -> Plan:
@@ -98,8 +119,9 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     RuntimeModelError
         An option does not fit the model; the first member's start contradicts the constraints.
     """
-    columns, fixed = _columns(system, options)
-    members = Members(columns, options.n, options.seed)
+    columns, fixed, moving = _columns(system, options)
+    noisy = any(map(is_noise, moving.values()))
+    members = Members(columns, options.n, options.seed, options.design, noisy=noisy)
     rtol = max(float(options.rtol), SMALLEST_RTOL)
     single = RunOptions(
         t_end=options.t_end, method=options.method, rtol=rtol, atol=options.atol, step=options.step,
@@ -115,10 +137,23 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     state = starts.one(rows[0], first)
     refuse_negative_inertia(system, rows[0], single.t_start, state)
     treatment, formed, notes = choose_constraints("auto", system, options.method)
-    objection = _objection(system, rows[0], state, single)
+    constant = {*fixed["parameters"], *(c.name for c in columns)}
+    own = frozenset(
+        r["name"] for r in system.inputs if ("table" in r or "polynomial" in r) and r["name"] not in constant
+    )
+    over_time = _inputs_of(moving, options.seed, 0, single.t_start, single.t_end)
+    over_time |= {
+        r["name"]: inputs_given.from_record(r) for r in system.inputs if r["name"] in own - {*moving}
+    }
+    objection = (
+        "inputs over time are for single runs" if over_time else _objection(system, rows[0], state, single)
+    )
     method = formed
     if formed is None:
-        method, more = choose_method(system, rows[0], state, single)
+        chosen_for = system
+        if over_time:
+            chosen_for = drive.drive(system, over_time, rows[0], single.t_start, single.t_end)
+        method, more = choose_method(chosen_for, rows[0], state, single)
         notes = [*notes, *more]
         if options.device != "cpu" and method.name == SERIES:
             method = METHODS[EXPLICIT]
@@ -139,12 +174,44 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     drift = min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol))
     return Plan(
         system, options, members, p, starts, replace(single, method=method.name), method.name, treatment, settings,
-        frame_times, drift * starts.smallest_scale, notes, rows[0], state,
+        frame_times, drift * starts.smallest_scale, notes, rows[0], state, moving, own,
     )  # fmt: skip
 
 
-def _columns(system: System, options: EnsembleOptions) -> tuple[list[Column], dict[str, dict[str, Any]]]:
-    """Return what varies, and what all members have, by place."""
+def _inputs_of(
+    inputs: Mapping[Any, Any], seed: int, number: int, t_start: float, t_end: float
+) -> dict[Any, Any]:
+    """Return the inputs over time of a member: its own course of noise."""
+    return {
+        name: value.table(name, seed, number, t_start, t_end) if is_noise(value) else value
+        for name, value in inputs.items()
+    }
+
+
+def _split_inputs(system: System, options: EnsembleOptions) -> tuple[dict[str, Any], dict[Any, Any]]:
+    """Return inputs that are constant over a run, whatever members have, and those over time."""
+    constant, moving, units = {}, {}, {r["name"]: r["unit"] for r in system.inputs}
+    for name, value in as_mapping(options.inputs).items():
+        if not isinstance(name, tuple) and name not in units:
+            raise UnknownNameError(
+                f"inputs: model {system.name!r} has no input {name!r}: {nearest(str(name), units)}"
+            )
+        if is_noise(value):
+            if isinstance(name, tuple):
+                raise RuntimeModelError("inputs: give each input noise of its own")
+            moving[name] = value.in_si(name, units[name])
+        elif inputs_given.is_constant(value) or isinstance(value, (Sampler, Grid, np.ndarray)):
+            constant[name] = value
+        else:
+            moving[name] = value
+    return constant, moving
+
+
+def _columns(
+    system: System, options: EnsembleOptions
+) -> tuple[list[Column], dict[str, dict[str, Any]], dict[Any, Any]]:
+    """Return what varies, and what all members have, by place; inputs over time."""
+    constant, moving = _split_inputs(system, options)
     rates = rate_indices(system.coordinates, system.rates, system.quaternions)
     starts = [*system.coordinates, *(system.rates[k] for k in system.states)]
     places = {
@@ -155,11 +222,15 @@ def _columns(system: System, options: EnsembleOptions) -> tuple[list[Column], di
     columns: list[Column] = []
     fixed: dict[str, dict[str, Any]] = {}
     for place, (index, records) in places.items():
-        given = as_mapping(getattr(options, place))
-        if not isinstance(given, Mapping):
+        said = as_mapping(getattr(options, place))
+        if not isinstance(said, Mapping):
             raise RuntimeModelError(f"{place}: give a mapping of names to values, or a DataFrame")
         fixed[place] = {}
-        for name, value in given.items():
+        if place == "parameters" and (twice := {*said} & {*constant, *moving}):
+            raise RuntimeModelError(
+                f"{sorted(twice)[0]!r} stands among the parameters and among the inputs: leave one out"
+            )
+        for name, value in {**said, **(constant if place == "parameters" else {})}.items():
             inner = inside_dot(name) if place == "rate" else name
             if inner not in index:
                 if place == "parameters":
@@ -175,7 +246,7 @@ def _columns(system: System, options: EnsembleOptions) -> tuple[list[Column], di
                 continue
             label = f"dot({inner})" if place == "rate" else name
             columns.append(Column(label, place, index[inner], varied))
-    return columns, fixed
+    return columns, fixed, moving
 
 
 def _varied(name: str, value: Any, unit: str) -> Any:
@@ -220,8 +291,6 @@ def _frame_times(options: EnsembleOptions, single: RunOptions) -> np.ndarray:
 
 def _objection(system: System, p: np.ndarray, state: np.ndarray, single: RunOptions) -> str:
     """Return what a model has that lanes cannot do; an empty string where there is nothing."""
-    if any("table" in record or "polynomial" in record for record in system.inputs):
-        return "inputs over time are for single runs"
     if system.switches:
         return "stops and frictions that stick are for single runs"
     if system.events and not (

@@ -96,7 +96,9 @@ class Moments:
 
     def numbers(self) -> list[np.ndarray]:
         """Return all that it has, for a file; see `set_numbers`."""
-        return [np.asarray(x, float) for x in (self.count, self._mean, self._squares, self._least, self._most)]
+        return [
+            np.asarray(x, float) for x in (self.count, self._mean, self._squares, self._least, self._most)
+        ]
 
     def set_numbers(self, numbers: Sequence[np.ndarray]) -> None:
         """Take the place of one whose `numbers` these are."""

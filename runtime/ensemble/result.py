@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,12 +23,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from symgen.runtime.ensemble.plan import Plan
+    from symgen.runtime.ensemble.sensitivity import Sensitivity
     from symgen.runtime.ensemble.tally import Tally
     from symgen.runtime.ensemble.zarr_store import ZarrStore
     from symgen.runtime.solution import Solution
 
+analysis = Late("symgen.runtime.ensemble.sensitivity")
+recording = Late("symgen.runtime.recording.members")
 export = Late("symgen.runtime.ensemble.export")
 
+_RECORDED, _FPS, _FEWEST_FRAMES, _MOST_FRAMES = 24, 60.0, 200, 1200  # of members in one recording
 _SAMPLE = 64  # members of which errors are estimated
 _TIGHTER = 1.0 / 30.0
 
@@ -249,6 +254,23 @@ class Ensemble:
             errors = np.nanmax(np.abs(ends - better)[:, :n] / scale, axis=1)
         return {"members": numbers, "errors": errors}
 
+    def sensitivity(self, name: str) -> Sensitivity:
+        """Return Sobol' indices: what of the variance of a quantity at the end comes from which of the values drawn.
+
+        With `design="saltelli"` the first-order and total indices; of plain draws the first-order ones (SALib).
+
+        Raises
+        ------
+        RuntimeModelError
+            Grids multiply beside the draws, members are missing, or nothing varies.
+        """
+        values = self[name]
+        if self.n_done < self.n:
+            raise RuntimeModelError(
+                f"sensitivity: {self.n_done} of {self.n} members are done; run the others first"
+            )
+        return analysis.sensitivity(self.plan.members, values if values.ndim == 1 else values[:, -1])
+
     def member(self, number: int, t_eval: Any = None) -> Solution:
         """Run a member again, in full: its end is the same to the last bit.
 
@@ -262,11 +284,52 @@ class Ensemble:
         found = member_again(self.plan, int(number) + (self.n if number < 0 else 0), t_eval)
         return found if self.present is None else self.present(found)
 
+    def record(
+        self, path: str | os.PathLike[str], members: int | Sequence[int] = _RECORDED, fps: float | None = None
+    ) -> None:
+        """Write a recording in which the bodies of several members move over each other, each in a colour of its own.
+
+        Parameters
+        ----------
+        path : path-like
+            An `.rrd` file, for `symgen play`.
+        members : int or sequence of int
+            How many, spread evenly over those that have a result; or which.
+        fps : float, optional
+            Frames per second of simulated time; 60 by default, but at least 200 and at most 1200 frames in all.
+        """
+        if isinstance(members, int):
+            lost = set(self.tally.failed)
+            there = [k for k in range(min(self.n, 100 * members + len(lost))) if k not in lost]
+            if self.n > len(there) + len(lost):
+                there = [
+                    k for k in np.linspace(0, self.n - 1, 4 * members).astype(int).tolist() if k not in lost
+                ]
+            members = (
+                [there[k] for k in np.unique(np.linspace(0, len(there) - 1, members).astype(int))]
+                if there
+                else []
+            )
+        if not len(members):
+            raise RuntimeModelError("record: there are no members with a result to be shown")
+        single = self.plan.single
+        seconds = single.t_end - single.t_start
+        n = int(np.clip(seconds * fps if fps else seconds * _FPS, 1 if fps else _FEWEST_FRAMES, _MOST_FRAMES))
+        times = np.linspace(single.t_start, single.t_end, n + 1)
+        runs = {int(k): member_again(self.plan, int(k), times) for k in members}
+        title = f"{self.plan.system.name}: {len(runs)} of {self.n} members"
+        folder = os.path.dirname(self.plan.system.file) if os.path.exists(self.plan.system.file) else None
+        recording.record_members(runs, path, title, None if folder is None else Path(folder))
+
     def columns(self) -> dict[str, np.ndarray]:
         """Return all that is kept of each member, shape (n,) or (n, F): what varies, series, verdicts."""
         v = self.verdicts
         known = {"status": v.status, "ok": v.ok, "steps": v.steps, "energy_error": v.energy_error}
-        return {**self.varied, **{name: self[name] for name in self.names}, **(known if len(v.status) else {})}
+        return {
+            **self.varied,
+            **{name: self[name] for name in self.names},
+            **(known if len(v.status) else {}),
+        }
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write all that is kept as NumPy's `.npz`, with the times as `t`."""

@@ -17,11 +17,12 @@ from symgen.runtime.ensemble.chunk import (
     reduced,
     stored_chunk,
 )
-from symgen.runtime.ensemble.dispatch import n_places, run_chunks
+from symgen.runtime.ensemble.dispatch import run_chunks
 from symgen.runtime.ensemble.identity import refuse_another
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.ensemble.result import Ensemble, StoredVerdicts
+from symgen.runtime.ensemble.shipping import n_places
 from symgen.runtime.ensemble.store import Stored
 from symgen.runtime.ensemble.tally import Tally
 from symgen.runtime.ensemble.verdict import VERDICTS, Verdicts
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from symgen.runtime.system import System
 
 _SECONDS_OF_CHUNK = 1.0
+_CHUNKS_A_SECOND = 400.0  # in all: the scheduler of a cluster spends a millisecond on each
 _CHUNKS_PER_PLACE = 4
 _CHUNK_NUMBERS = 1 << 23  # of a series in a chunk: 64 MB
 _FIRST_LOOK = 8  # members
@@ -193,13 +195,15 @@ class Collector:
 
 
 def chunk_size(plan: Plan, wanted: Wanted) -> int:
-    """Return members of a chunk: as many whole blocks as take a second, of which each worker still gets several."""
+    """Return members of a chunk: as many whole blocks as take a second, of which each place still gets several."""
     block, n = block_size(plan), plan.members.n
     if plan.options.device != "cpu":
         return block
-    seconds = _seconds_of_members(plan, wanted.names)
-    each = -(-n // (_CHUNKS_PER_PLACE * n_places(plan.options)))
-    most = min(_SECONDS_OF_CHUNK / max(seconds, 1e-9), each, _CHUNK_NUMBERS / max(len(plan.frame_times), 1))
+    places = n_places(plan.options)
+    wanted_seconds = max(_SECONDS_OF_CHUNK, places / _CHUNKS_A_SECOND)
+    by_time = wanted_seconds / max(_seconds_of_members(plan, wanted.names), 1e-9)
+    each = -(-n // (_CHUNKS_PER_PLACE * places))
+    most = min(by_time, each, _CHUNK_NUMBERS / max(len(plan.frame_times), 1))
     return block * max(1, int(most / block))
 
 

@@ -7,16 +7,25 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
+
+if TYPE_CHECKING:
+    from symgen.runtime.ensemble.noises import Noise
+
+special = Late("scipy.special")
+qmc = Late("scipy.stats.qmc")
+noises = Late("symgen.runtime.ensemble.noises")
 
 Number = float | str  # an SI value, or text such as "20 deg"
 _BLOCK = 1024  # members that are drawn together
 _MOST_GRID_POINTS = 10**9
+_MOST_POINTS = 1 << 22  # of a sequence that fills space evenly: all of it is kept
 
 
 @record
@@ -49,6 +58,10 @@ class Sampler:
         """Return `n` values."""
         return _DRAWS[self.kind](generator, n, *self.numbers)
 
+    def at(self, shares: np.ndarray) -> np.ndarray:
+        """Return the values below which given shares of all lie."""
+        return _QUANTILES[self.kind](shares, *self.numbers)
+
     def __str__(self) -> str:
         return f"{self.kind}({', '.join(map(str, self.numbers))})"
 
@@ -63,6 +76,23 @@ _DRAWS: dict[str, Callable[..., np.ndarray]] = {
     "lognormal": _lognormal,
     "triangular": lambda g, n, low, mode, high: g.triangular(low, mode, high, n),
     "choice": lambda g, n, *values: np.array(values)[g.integers(len(values), size=n)],
+}
+
+
+def _triangular_at(u: np.ndarray, low: float, mode: float, high: float) -> np.ndarray:
+    width = high - low
+    rises = u * width <= mode - low
+    return np.where(
+        rises, low + np.sqrt(u * width * (mode - low)), high - np.sqrt((1.0 - u) * width * (high - mode))
+    )
+
+
+_QUANTILES: dict[str, Callable[..., np.ndarray]] = {
+    "normal": lambda u, mean, deviation: mean + deviation * special.ndtri(u),
+    "uniform": lambda u, low, high: low + (high - low) * u,
+    "lognormal": lambda u, median, spread: median * np.exp(spread * special.ndtri(u)),
+    "triangular": _triangular_at,
+    "choice": lambda u, *values: np.array(values)[np.minimum((u * len(values)).astype(int), len(values) - 1)],
 }
 _OBJECTIONS: dict[str, Callable[..., str]] = {
     "normal": lambda mean, deviation: "" if deviation >= 0.0 else "the standard deviation is negative",
@@ -136,11 +166,13 @@ def grid(*values: Number) -> Grid:
 
 
 _CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*\Z")
-_SAMPLERS = (*_COUNTS, "linspace", "grid")
+_SAMPLERS = (*_COUNTS, "linspace", "grid", "noise")
 
 
-def read_variation(text: str) -> Sampler | Grid | str:
+def read_variation(text: str) -> Sampler | Grid | Noise | str:
     """Read how a value varies from a command line: `0.9:1.1:1001`, `normal(1.5, 0.01)`, `choice(1, 2)`, or one value.
+
+    `noise(0.5 N, 10 ms)` is for inputs.
 
     Nothing is evaluated: numbers and quantities stay text until their unit is known.
 
@@ -164,12 +196,21 @@ def read_variation(text: str) -> Sampler | Grid | str:
         raise RuntimeModelError(f"{text!r}: a value is missing between commas")
     if name == "grid":
         return grid(*parts)
-    wanted = 3 if name == "linspace" else _COUNTS[name]
+    wanted = {"linspace": 3, "noise": 2}.get(name, _COUNTS.get(name))
     if wanted is not None and len(parts) != wanted:
         raise RuntimeModelError(f"{text!r}: {name} takes {wanted} numbers, not {len(parts)}")
+    if name == "noise":
+        return noises.noise(_number(parts[0]), _number(parts[1]))
     if name == "linspace":
         return linspace(parts[0], parts[1], _whole(parts[2], text))
     return Sampler(name, tuple(parts))
+
+
+def _number(text: str) -> Number:
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def _whole(text: str, whole: str) -> int:
@@ -211,15 +252,31 @@ class Members:
     n : int or None
         Draws, or rows, for each point of the grids.
     seed : int
+    design : {"random", "sobol", "saltelli"}
+        How draws fill their space: each by itself; by a scrambled Sobol' sequence; by one of base points A and B, of
+        which row i stands for d + 2 members, A, B, and A with one of its d values from B: Saltelli et al., Computer
+        Physics Communications 181 (2010) 259.
+    noisy : bool
+        Whether members differ by noise at their inputs, too.
 
     Attributes
     ----------
     n : int
         Of members.
+    drawn : list of str
+        What is drawn.
     """
 
-    def __init__(self, columns: Sequence[Column], n: int | None, seed: int) -> None:
-        self.columns, self.seed = tuple(columns), int(seed)
+    def __init__(
+        self,
+        columns: Sequence[Column],
+        n: int | None,
+        seed: int,
+        design: str = "random",
+        *,
+        noisy: bool = False,
+    ) -> None:
+        self.columns, self.seed, self.design = tuple(columns), int(seed), design
         if n is not None and n < 1:
             raise RuntimeModelError(f"n is {n}: an ensemble has at least one member")
         rows = {len(c.values): c.name for c in columns if isinstance(c.values, np.ndarray)}
@@ -232,14 +289,49 @@ class Members:
                 f"n is {n}, but {name} has {length} values: leave n out, or make them agree"
             )
         drawn = [c.name for c in columns if isinstance(c.values, Sampler)]
-        if drawn and n is None and not rows:
-            raise RuntimeModelError(f"n: say how many members to draw ({', '.join(drawn)} are drawn)")
-        if n is not None and n > 1 and not (drawn or rows):
+        if (drawn or noisy) and n is None and not rows:
+            raise RuntimeModelError(
+                f"n: say how many members to draw ({', '.join(drawn) or 'noise at inputs'} are drawn)"
+            )
+        if n is not None and n > 1 and not (drawn or rows or noisy):
             raise RuntimeModelError(f"n is {n}, but nothing is drawn: all members would be the same")
         self._each = n if n is not None else next(iter(rows), 1)
+        self.drawn = drawn
+        if design != "random":
+            self._points_of = self._evenly(rows)
         self._grids = [c for c in columns if isinstance(c.values, Grid)]
         self._points = math.prod(len(c.values.values) for c in self._grids)
         self.n = self._points * self._each
+
+    def _evenly(self, rows: Any) -> np.ndarray:
+        """Return shares from 0 to 1, shape (draws, what is drawn), and set how many draws there are."""
+        d, saltelli = len(self.drawn), self.design == "saltelli"
+        if not d or (saltelli and rows):
+            raise RuntimeModelError(
+                f"design {self.design!r}: give what is drawn, such as normal(1, 0.1), and no arrays"
+            )
+        n = self._each
+        if n * (2 * d if saltelli else d) > _MOST_POINTS:
+            raise RuntimeModelError(
+                f"design {self.design!r}: n is {n}; give {_MOST_POINTS // (2 * d)} at most"
+            )
+        engine = qmc.Sobol(2 * d if saltelli else d, scramble=True, seed=np.random.default_rng(self.seed))
+        points = engine.random_base2(max(n - 1, 1).bit_length())[:n]
+        points = np.clip(points, 2.0**-53, 1.0 - 2.0**-53)
+        if not saltelli:
+            return points
+        a, b = points[:, :d], points[:, d:]
+        found = np.repeat(a[:, None], d + 2, axis=1)
+        found[:, 1] = b
+        for k in range(d):
+            found[:, 2 + k, k] = b[:, k]
+        self._each = n * (d + 2)
+        return found.reshape(-1, d)
+
+    @property
+    def has_grids(self) -> bool:
+        """Whether grids multiply."""
+        return bool(self._grids)
 
     @property
     def vary_parameters(self) -> bool:
@@ -279,6 +371,8 @@ class Members:
             return np.array(given.values, dtype=float)[point // faster % len(given.values)]
         draws = numbers % self._each
         if isinstance(given, Sampler):
+            if self.design != "random":
+                return given.at(self._points_of[draws, self.drawn.index(column.name)])
             return self._drawn(column, given, draws)
         if isinstance(given, np.ndarray):
             return given[draws]

@@ -27,8 +27,10 @@ def runs_alone(system: System) -> tuple[int, ...]:
     return (_SINGULAR if system.m else ()) + ((LEFT,) if system.events else ())
 
 
-def run_single(plan: Plan, p: np.ndarray, varied: dict[str, float], t_eval: Any = None) -> Solution:
-    """Run a member by itself.
+def run_single(
+    plan: Plan, number: int, p: np.ndarray, varied: dict[str, float], t_eval: Any = None
+) -> Solution:
+    """Run a member by itself, by its number, its parameters, and the starts that vary.
 
     Raises
     ------
@@ -40,6 +42,7 @@ def run_single(plan: Plan, p: np.ndarray, varied: dict[str, float], t_eval: Any 
     times = plan.frame_times if t_eval is None else t_eval
     options = replace(
         plan.single, parameters=plan.single_parameters(p), start=start, rate=rate,
+        inputs=plan.inputs_of(number),
         t_eval=times if len(times) else (plan.single.t_end,), fps=None,
     )  # fmt: skip
     return simulation.simulate(system, options)

@@ -6,13 +6,14 @@ import json
 import os
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symgen.runtime.ensemble.identity import identity
+from symgen.runtime.ensemble.zarr_store import ZarrStore
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.record import record
 
@@ -39,6 +40,28 @@ class Stored:
 
     about: dict[str, Any]
     arrays: Mapping[str, np.ndarray]
+
+    @property
+    def n(self) -> int:
+        """The number of members."""
+        return self.about["n"]
+
+    @property
+    def t(self) -> np.ndarray:
+        """The times of series [s]."""
+        return self.arrays["t"]
+
+    def n_done(self) -> int:
+        """The number of members that are done."""
+        return self.about["n_done"]
+
+    def messages(self) -> dict[int, str]:
+        """Why members failed, of some of them."""
+        return {int(k): str(said) for k, said in self.about["messages"].items()}
+
+    def pieces(self, names: Sequence[str]) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+        """Yield the first member, and what is kept by name: here, of all that are done at once."""
+        yield 0, {name: self.arrays[name][: self.about["n_done"]] for name in names}
 
 
 def write_ensemble(e: Ensemble, path: str | os.PathLike[str]) -> None:
@@ -70,6 +93,24 @@ def write_ensemble(e: Ensemble, path: str | os.PathLike[str]) -> None:
         raise
 
 
+def open_members(path: str | os.PathLike[str]) -> Stored | ZarrStore:
+    """Open what `symgen sweep` has written: a Zarr store, or a file of NumPy.
+
+    Raises
+    ------
+    RuntimeModelError
+        It is something else, or damaged.
+    """
+    return ZarrStore.open(path) if Path(path).is_dir() else read_ensemble(path)
+
+
+def _refuse_compressed(path: str | os.PathLike[str]) -> None:
+    """What is not compressed is no longer than its file."""
+    with zipfile.ZipFile(path) as file:
+        if any(entry.compress_type != zipfile.ZIP_STORED for entry in file.infolist()):
+            raise ValueError("its arrays are compressed, which those of symgen are not")
+
+
 def read_ensemble(path: str | os.PathLike[str]) -> Stored:
     """Read a file that `write_ensemble` has written.
 
@@ -79,11 +120,14 @@ def read_ensemble(path: str | os.PathLike[str]) -> Stored:
         It is something else, or damaged.
     """
     try:
+        _refuse_compressed(path)
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         about = json.loads(str(arrays.pop(_ABOUT)))
         if not isinstance(about, dict) or about.get("symgen") != _FORMAT:
             raise ValueError("it was not written by symgen sweep, or by another version")
+        if not all(isinstance(about.get(name), dict) for name in ("messages", "shape")):
+            raise ValueError("it does not say how members are laid out")
         n, done = about["n"], about["n_done"]
         if not (type(n) is int and type(done) is int and 0 <= done <= n):
             raise ValueError("what it says of its members contradicts itself")

@@ -145,10 +145,10 @@ def _one_by_one(
     states = np.full((n, max(len(plan.frame_times), 1), plan.system.ny), np.nan)
     verdicts, messages = Verdicts.empty(n), {}
     verdicts.singly[:] = True
-    prepared = _prepared(plan, parameters[0], varied)
+    prepared = None if plan.inputs_differ else _prepared(plan, parameters[0], varied)
     # What ends before its time stays where it is: frames behind that are for single runs.
     ends = any(event["action"] == "terminate" for event in plan.system.events)
-    if not prepared.why_python and not (ends and len(plan.frame_times)):
+    if prepared is not None and not prepared.why_python and not (ends and len(plan.frame_times)):
         messages = _take_prepared(prepared, first, parameters, varied, states, verdicts)
         return states, parameters, verdicts, messages
     for k in range(n):
@@ -163,7 +163,7 @@ def _prepared(plan: Plan, p: np.ndarray, varied: dict[str, np.ndarray]) -> Prepa
         start, rate = plan.starts.given({name: float(values[0]) for name, values in varied.items()})
         known = {record["name"] for record in plan.system.coordinates}
         rates = {name if name not in known else f"dot({name})": value for name, value in rate.items()}
-        options = replace(plan.single, parameters=None, start=None, rate=None)
+        options = replace(plan.single, parameters=None, start=None, rate=None, inputs=plan.inputs or None)
         _own.prepared = preparing.PreparedRun(
             plan.system, options, parameters=plan.single_parameters(p), start={**start, **rates},
             output=list(plan.frame_times) if len(plan.frame_times) else "end", checks="end",
@@ -200,7 +200,7 @@ def _take_single(
     """Run a member by itself, and fill in its states and verdict; returns why it failed, by its number."""
     verdicts.singly[k] = True
     try:
-        solution = run_single(plan, p, varied)
+        solution = run_single(plan, number, p, varied)
     except RuntimeModelError as error:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
         return {number: str(error)}

@@ -24,6 +24,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.ensemble.identity import identity, refuse_another
+from symgen.runtime.ensemble.packing import unpack
+from symgen.runtime.ensemble.tally import MOST_NAMED
 from symgen.runtime.ensemble.verdict import VERDICTS
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
@@ -40,7 +42,14 @@ codecs = Late("zarr.codecs")
 SUFFIX = ".zarr"
 FORMAT = 1
 _ABOUT = "symgen"  # the group's attribute
-_TYPES = {"status": "i1", "energy_error": "f8", "constraint_residual": "f8", "steps": "i4", "ok": "b1", "singly": "b1"}
+_TYPES = {
+    "status": "i1",
+    "energy_error": "f8",
+    "constraint_residual": "f8",
+    "steps": "i4",
+    "ok": "b1",
+    "singly": "b1",
+}
 _TIMES, _MORE = "t", "more"
 _LARGEST_ABOUT = 16 << 20  # bytes
 _LARGEST_CHUNK = 1 << 30
@@ -206,7 +215,9 @@ class ZarrStore:
 
     def is_done(self, k: int) -> bool:
         """Whether a chunk was written, all of it: what is missing or too short makes it one to be run again."""
-        return all(self._size(name, self._file(k, name)) == self._bytes(name) for name in reversed(self.names))
+        return all(
+            self._size(name, self._file(k, name)) == self._bytes(name) for name in reversed(self.names)
+        )
 
     def done(self) -> Iterator[int]:
         """Yield the chunks that are done."""
@@ -272,12 +283,26 @@ class ZarrStore:
             return b""
         with self._reading(f"what is known of chunk {k}"):
             array = self._group[f"{_MORE}/{k}"]
-            if array.ndim != 1 or array.dtype != np.uint8 or array.nbytes > _LARGEST_MORE or array.chunks != array.shape:
+            if (
+                array.ndim != 1
+                or array.dtype != np.uint8
+                or array.nbytes > _LARGEST_MORE
+                or array.chunks != array.shape
+            ):
                 raise ValueError("it is not as it should be")
             if [c["name"] for c in array.metadata.to_dict()["codecs"]] != ["bytes", "crc32c"]:
                 raise ValueError("it is not as it should be")
             self._expect(f"{_MORE}/{k}", "c/0", array.nbytes)
             return np.asarray(array[:]).tobytes()
+
+    def messages(self) -> dict[int, str]:
+        """Return why members failed, of some of them."""
+        found: dict[int, str] = {}
+        for k in self.done():
+            if len(found) >= MOST_NAMED:
+                break
+            found |= unpack(self.more(k))[0]
+        return found
 
     def discard(self, k: int) -> None:
         """Make a chunk one that is to be run again."""
@@ -299,8 +324,8 @@ class _Reading:
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         if isinstance(error, (OSError, ValueError, KeyError, TypeError, AttributeError)):
             raise StoreError(
-                f"{self._path}: {self._what} cannot be read: {_sentence(error)}; run them again with resume (--resume), "
-                "which finds files that are too short, or remove their file of status first"
+                f"{self._path}: {self._what} cannot be read: {_sentence(error)}; run them again with resume "
+                "(--resume), which finds files that are too short, or remove their file of status first"
             ) from None
 
 
@@ -349,7 +374,9 @@ def _read_about(path: Path) -> dict[str, Any]:
         if type(about.get(name)) not in (int, float):
             raise ValueError(f"its {name} makes no sense")
     texts = ("model", "method", "token")
-    if not all(isinstance(about.get(name), str) for name in texts) or not isinstance(about.get("identity"), dict):
+    if not all(isinstance(about.get(name), str) for name in texts) or not isinstance(
+        about.get("identity"), dict
+    ):
         raise ValueError("it does not say what it is of")
     if not isinstance(about.get("shape"), dict):
         raise ValueError("it does not say how members are laid out")

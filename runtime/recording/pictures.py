@@ -16,7 +16,7 @@ from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
 from symgen.runtime.recording.layout import choose_speed
 from symgen.runtime.recording.play import viewer_command
-from symgen.runtime.recording.reader import read_recording
+from symgen.runtime.recording.reader import read_times
 
 headless = Late("symgen.runtime.recording.rrd.headless")
 images = Late("PIL.Image")  # comes with the viewer
@@ -60,7 +60,7 @@ def image(recording: Path, file: Path, at: float | None = None, frame: Frame | N
         If the recording cannot be read, the time is outside the run, or the viewer does not start.
     """
     frame = frame or Frame()
-    t = read_recording(recording).t
+    t = read_times(recording)
     moment = float(t[len(t) // 2]) if at is None else at
     if not t[0] <= moment <= t[-1]:
         raise RuntimeModelError(
@@ -97,7 +97,7 @@ def film(
     """
     frame = frame or Frame()
     maker = None if file.suffix == ".gif" else _ffmpeg(file)
-    t = read_recording(recording).t
+    t = read_times(recording)
     seconds = float(t[-1] - t[0])
     n = max(2, round(seconds / choose_speed(seconds) * fps) + 1)
     if n > _LONGEST_FILM:

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from symgen.runtime.errors import RuntimeModelError
-from symgen.runtime.recording.reader import read_recording
+from symgen.runtime.recording.reader import read_times
 from symgen.runtime.recording.schema import RecordingError
 
 _GRACE = 3.0  # seconds between asking the viewer to end and ending it
@@ -42,7 +42,7 @@ def play(path: str | Path, web: bool = False) -> int:
     """
     path = Path(path)
     # The viewer would open an empty window on a damaged file.
-    read_recording(path)
+    read_times(path)
     if not web and not _has_display():
         raise RuntimeModelError(
             f"{path}: this machine has no screen to play it on (neither DISPLAY nor WAYLAND_DISPLAY is set); "

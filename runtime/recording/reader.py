@@ -173,6 +173,11 @@ def _recording(
         name: _property(batches, name) for name in (schema.MODEL, schema.RUN, schema.VERSIONS, schema.RESULT)
     }
     model, run, result = properties[schema.MODEL], properties[schema.RUN], properties[schema.RESULT]
+    if _property_values(batches, schema.MEMBERS):
+        raise RecordingError(
+            f"{path}: a recording of members of an ensemble, which is to be looked at (symgen play); record one of "
+            "them by itself: member(k).save(…)"
+        )
     missing = [key for key in ("name", "module_text", "model_text") if key not in model]
     if schema.STATE not in batches and not result:
         raise RecordingError(f"{path}: cut off before its first states were written; run the model again")
@@ -261,6 +266,25 @@ def _step_log(batches: dict[str, list[pa.RecordBatch]]) -> np.ndarray:
             t = batch.column(schema.SIM_TIME).to_numpy().astype(np.int64) * 1e-9
             rows.append(np.column_stack([t, _matrix(batch, "Scalars:scalars")]))
     return np.concatenate(rows)
+
+
+def read_times(path: str | Path) -> np.ndarray:
+    """Return the times [s] of the frames of a recording that can be looked at: of a run, or of members of an ensemble.
+
+    Raises
+    ------
+    RecordingError
+        It can not be read.
+    """
+    path = Path(path)
+    application, batches, _ = read.read_rrd(path, [])
+    values = _property_values(batches, schema.MEMBERS).get("times")
+    if application != schema.APPLICATION_ID or not values:
+        return read_recording(path).t
+    times = np.array(values, dtype=float)
+    if times.ndim != 1 or not np.isfinite(times).all():
+        raise RecordingError(f"{path}: damaged: its times make no sense; record the members again")
+    return times
 
 
 def _property_values(batches: dict[str, list[pa.RecordBatch]], name: str) -> dict[str, list]:

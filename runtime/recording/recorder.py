@@ -178,7 +178,7 @@ class RunRecorder:
         options: dict[str, Any] | None = None,
         mesh_folder: str | os.PathLike[str] | None = None,
     ):
-        self.path = _writable(Path(path))
+        self.path = writable(Path(path))
         self._of = Quantities(system, p)
         if self._of.p.shape != (system.n_p,):
             raise ValueError(
@@ -379,7 +379,8 @@ class RunRecorder:
         self._closed = True
 
 
-def _writable(path: Path) -> Path:
+def writable(path: Path) -> Path:
+    """Return where a recording is to be written, if it can be."""
     folder = path.parent
     if path.suffix not in ("", ".rrd"):
         raise RuntimeModelError(

@@ -177,6 +177,12 @@ class Scene:
         if self._marks:
             self._marks.scale(self._mark_writer)
 
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the corners, along the axes of the eye, of what holds all frames so far [m]."""
+        low, high, _ = (np.concatenate(part) for part in zip(*self._boxes))
+        low, high = geometry.scene_box(low.min(axis=0), high.max(axis=0))
+        return np.minimum(low, self._marks.low), np.maximum(high, self._marks.high)
+
     def _camera(self, done: bool) -> tuple[layout.Camera | None, float]:
         """Return where all frames so far are seen from, and the diagonal of what is seen [m]."""
         if not self._bodies:
@@ -191,8 +197,7 @@ class Scene:
             room = (_ROOM if len(self._bodies) > 1 else _ROOM_OF_ONE) * (high - low)
             low, high = low - room, high + room
         else:
-            low, high = geometry.scene_box(low.min(axis=0), high.max(axis=0))
-            low, high = np.minimum(low, self._marks.low), np.maximum(high, self._marks.high)
+            low, high = self.box()
         return layout.choose_camera(low, high, self.planar, path), geometry.diagonal_of(low, high)
 
     def layout(self, rows: tuple[layout.Row, ...], *, done: bool) -> layout.Layout:

@@ -67,6 +67,7 @@ PARAMETERS = "parameters"
 INPUTS = "inputs"
 INPUTS_OVER_TIME = "inputs_over_time"
 VERSIONS = "versions"
+MEMBERS = "members"  # of a recording of several members of an ensemble, which holds no states
 RESULT = "result"  # written last: a recording without it is of a run that was cut short
 
 PALETTE = (

@@ -31,6 +31,7 @@ _KINDS = {
     ".parquet": "a table of columns",
     ".json": "a JSON file",
     ".npz": "a file of arrays",
+    ".zarr": "a store of members",
     ".html": "a page",
     ".png": "a figure",
     ".gif": "a film",
@@ -83,6 +84,21 @@ class OutputFile(click.ParamType):
         kind = _KINDS.get(path.suffix.lower())
         if kind is not None and path.suffix.lower() != self.suffix:
             self.fail(f"{value!r} is the name of {kind}, this writes {_KINDS[self.suffix]}", param, context)
+        return path
+
+
+class MembersFile(OutputFile):
+    """Where members of an ensemble go: a file of NumPy, or a folder that is a Zarr store."""
+
+    def __init__(self) -> None:
+        super().__init__(".npz")
+
+    def convert(self, value: Any, param: Any, context: click.Context | None) -> Path:
+        path = Path(value)
+        if path.suffix.lower() != ".zarr":
+            return super().convert(value, param, context)
+        if not path.absolute().parent.is_dir():
+            self.fail(f"{value!r}: the folder {str(path.parent)!r} does not exist", param, context)
         return path
 
 

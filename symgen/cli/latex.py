@@ -88,6 +88,9 @@ def name(text: str) -> str:
         return rf"\lambda_{{\mathrm{{{_plain(multiplier.group(1))}}}}}"
     if text in _PRODUCTS:
         return _PRODUCTS[text]
+    use, of, own = text.rpartition(".")
+    if of:  # of an assembly
+        return f"{name(use)}.{name(own)}"
     stem, _, index = text.partition("_")
     if not stem:
         return rf"\mathrm{{{_plain(text)}}}"

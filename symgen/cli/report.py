@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from symgen.runtime.recording.recording import Recording
     from symgen.runtime.system import System
 
+ensemble_page = Late("symgen.runtime.report.ensemble_page")
+store = Late("symgen.runtime.ensemble.store")
 report_equations = Late("symgen.cli.report_equations")
 
 _OPTIONS = ("step", "t_start", "t_end", "fps", "max_step", "breaks")
@@ -121,11 +123,18 @@ def command(
 ) -> None:
     """Integrate MODEL, and write one HTML file about it that opens without network and prints well.
 
-    In place of MODEL, a recording RUN.rrd: its run is repeated.
+    In place of MODEL, a recording RUN.rrd: its run is repeated; or members of an ensemble, RUNS.zarr or RUNS.npz: a
+    page of their distributions and failures.
 
     The exit status is that of the run: 1 when it fails, 3 when a check says that its result is not to be trusted.
     """
     recording, derived = None, 0.0
+    if model.endswith((".zarr", ".npz")):
+        stored = store.open_members(model)
+        target = html_file or claim("the report", Path(f"{Path(model).stem}_report.html"))
+        write_text(target, ensemble_page.ensemble_page(stored))
+        say(f"report: {target}")
+        return
     if model.endswith(".rrd"):
         if options:
             raise click.UsageError("--option is for a MODEL; the recording has its model already")

@@ -60,6 +60,9 @@ def name(text: str) -> str:
         return dotted(name(rate.group(1)))
     if accelerated:
         return dotted(name(accelerated.group(1)), "¨")
+    use, of, own = text.rpartition(".")
+    if of:  # of an assembly
+        return f"<mrow>{name(use)}<mo>.</mo>{name(own)}</mrow>"
     stem, underscore, index = text.partition("_")
     letter = f"<mi>{_LETTERS.get(stem) or escape(stem)}</mi>"
     if not (underscore and stem and index):

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from symgen.derive.graph import hoist
@@ -311,6 +311,8 @@ class Group:
         For each member, its places in the arrays among `targets`.
     needs : list of tuple of Need
         Of each member.
+    in_turns : bool
+        Whether members take turns with those of other groups, each pass of a loop needing the one before.
     """
 
     kind: str
@@ -318,6 +320,7 @@ class Group:
     members: list[Instance] = field(default_factory=list)
     places: list[tuple[int, ...]] = field(default_factory=list)
     needs: list[tuple[Need, ...]] = field(default_factory=list)
+    in_turns: bool = False
 
     def add(self, member: Instance, sinks: Sequence[Sink], needs: tuple[Need, ...]) -> None:
         """Add a member."""
@@ -354,10 +357,15 @@ class Schedule:
     shapes: Shapes
     stages: list[list[Group]]
 
-    def is_short(self) -> bool:
-        """Whether loops leave at most a third of the text."""
-        counts = [len(group.members) for stage in self.stages for group in stage]
-        return 3 * sum(1 if count >= FEWEST else count for count in counts) <= sum(counts)
+    def is_short(self, in_turns: bool = True) -> bool:
+        """Whether loops leave at most a third of the text; with or without those whose groups take turns."""
+        groups = [group for stage in self.stages for group in stage]
+        counts = [len(group.members) for group in groups]
+        left = [
+            1 if count >= FEWEST and (in_turns or not group.in_turns) else count
+            for group, count in zip(groups, counts, strict=True)
+        ]
+        return 3 * sum(left) <= sum(counts)
 
 
 def schedule(g: Graph, written: list[tuple[int, int]]) -> Schedule:
@@ -472,8 +480,8 @@ def _by_height(groups: list[Group]) -> list[list[Group]]:
 
 
 def _pattern(groups: list[Group], level: dict[int, list[int]]) -> tuple | None:
-    """Which groups have how many members at a height; None where one is no cluster, which a loop cannot have."""
-    if any(groups[k].kind != CLUSTERS for k in level):
+    """Which groups have how many members at a height; None where one is no cluster, or makes a loop by itself."""
+    if any(groups[k].kind != CLUSTERS or len(own) >= FEWEST for k, own in level.items()):
         return None
     return tuple((k, len(level[k])) for k in sorted(level))
 
@@ -481,7 +489,7 @@ def _pattern(groups: list[Group], level: dict[int, list[int]]) -> tuple | None:
 def _interleaved(groups: list[Group], levels: list[dict[int, list[int]]], period: int) -> list[Group]:
     """The groups of a loop that goes through `period` heights in each pass, in the order of its body."""
     return [
-        groups[k].part([level[k][place] for level in levels[offset::period]])
+        replace(groups[k].part([level[k][place] for level in levels[offset::period]]), in_turns=True)
         for offset in range(period)
         for k in levels[offset]
         for place in range(len(levels[offset][k]))

@@ -23,6 +23,8 @@ from .section import Section, Shared, Tables
 # Operations and variables of a function that loops are tried for: from here on, straight-line code takes seconds to
 # compile. Where a large solve is by loops anyway, the rest need not be so long.
 SMALLEST_ROLLED = 12_000
+# The same of loops whose passes wait for each other: calls take a fifth longer, which only many seconds outweigh.
+SMALLEST_IN_TURNS = 30_000
 SMALLEST_WITH_FRONTS = 1000
 # What only looks is called once a frame, if at all: loops that take twice as long are worth text that is read at once.
 SMALLEST_OBSERVER = 1000
@@ -73,9 +75,11 @@ class FunctionText(Shared):
             smallest = SMALLEST_OBSERVER
         elif function.name == "solve" and not g.front_plans:  # only series call it, and they take no arrays
             smallest = math.inf
-        if n_nodes + len(function.outputs) >= smallest:
+        size = n_nodes + len(function.outputs)
+        if size >= smallest:
             found = schedule(g, function.written())
-            if found.is_short() or any(g.op[node] in fronts.TEXT for node in found.clusters.solves):
+            in_turns = size >= SMALLEST_IN_TURNS or function.name in OBSERVERS
+            if found.is_short(in_turns) or any(g.op[node] in fronts.TEXT for node in found.clusters.solves):
                 return RolledSection(self, g, function, found)
         return Section(self, g, function)
 

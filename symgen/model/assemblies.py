@@ -308,7 +308,6 @@ class _Taken:
         model._sources.uses[self.use.name] = assembly._sources
         self._take_names()
         self.joined = {j.child for j in model._joints.values()}
-        model._open_states |= {self._symbol(name) for name in assembly._open_states}
         model._placed |= {self._element(body): by for body, by in assembly._placed.items()}
         for attribute in LISTS:
             parts = getattr(assembly, attribute)
@@ -629,11 +628,11 @@ class _Taken:
     def _placed_bushing(self, bushing: Bushing) -> Bushing:
         return self._in_frames(bushing, bushing.frames)
 
-    def _placed_contactpair(self, pair: ContactPair) -> ContactPair:
-        return self._in_frames(pair, (pair.plane,))
-
     def _placed_rolling(self, rolling: Rolling) -> Rolling:
         return self._in_frames(rolling, (rolling.plane,))
+
+    def _placed_contactpair(self, pair: ContactPair) -> ContactPair:
+        return self._in_frames(pair, (pair.plane,) if pair.other is None else ())
 
     def _in_frames(self, part: Any, names: tuple[str, ...]) -> Any:
         if self.world in names:

@@ -24,7 +24,7 @@ from ..errors import ModelError
 from .contact_pairs import solids_of
 from .description import Body, Contact, ContactPair, Description, Friction, Solid, Stop
 from .elements import Vector, Writer, scalar_product
-from .functions import dot, maximum, minimum
+from .functions import Tabulated, dot, smooth_minimum
 from .gravity import HERE
 from .mesh import hull_of
 from .orientation import Expressions
@@ -270,11 +270,18 @@ class _Geometry:
 
     def _foot(self, here: Vector, height: sympy.Expr, radius: sympy.Expr) -> Vector:
         """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
+        if self.pair.height.atoms(Tabulated):
+            message = "where a sphere or capsule touches a surface that is a table is not searched for"
+            raise self._error(
+                "height", message, "write a formula, or let points touch: { sphere = [0] }, a box, a mesh"
+            )
         foot = here
         for _ in range(NEWTON_STEPS):
             surface, slopes, bends = self._surface(foot)
             below = self._define(difference(surface, height))
-            near = self._define(maximum(below, negated(product([NEAR, radius])), evaluate=False))
+            near = self._define(
+                negated(smooth_minimum(negated(below), product([NEAR, radius]), evaluate=False))
+            )
             left = [
                 self._define(total([difference(f, x), product([below, s])]))
                 for f, x, s in zip(foot, here, slopes)
@@ -289,8 +296,20 @@ class _Geometry:
                 ]
                 for i in range(len(here))
             ]  # fmt: skip
-            foot = [self._define(difference(f, step)) for f, step in zip(foot, _solved(matrix, left))]
+            foot = [self._define(difference(f, step)) for f, step in zip(foot, self._solved(matrix, left))]
         return foot
+
+    def _solved(self, matrix: list[Vector], right: Vector) -> Vector:
+        """The solution of one or two equations; what divides has a name, so that it is one to all who look at it."""
+        if len(right) == 1:
+            return [product([right[0], self._define(inverted(matrix[0][0]))])]
+        (a, b), (c, e) = matrix
+        by = self._define(inverted(difference(product([a, e]), product([b, c]))))
+        x, y = right
+        return [
+            product([by, difference(product([e, x]), product([b, y]))]),
+            product([by, difference(product([a, y]), product([c, x]))]),
+        ]
 
     def _surface(self, place: Vector) -> tuple[sympy.Expr, Vector, list[Vector]]:
         """The height, its slopes and how they change at a place."""
@@ -348,8 +367,8 @@ class _Geometry:
     def _tangents(self, normal: Vector) -> list[Vector]:
         """Directions at right angles to a normal that turns.
 
-        Duff et al., Building an orthonormal basis, revisited, J. Comput. Graph. Tech. 6 (2017): the pair jumps where the
-        normal is level, and friction that acts against the vector of both speeds does not feel it.
+        Duff et al., Building an orthonormal basis, revisited, J. Comput. Graph. Tech. 6 (2017): the pair jumps where
+        the normal is level, and friction that acts against the vector of both speeds does not feel it.
         """
         x, y, z = normal
         if self.planar:
@@ -406,21 +425,9 @@ def _normalised(vector: Vector) -> Vector:
 
 
 def _within(x: sympy.Expr, half: sympy.Expr) -> sympy.Expr:
-    """A number, or the nearest one from -half to half."""
-    return maximum(negated(half), minimum(x, half, evaluate=False), evaluate=False)
-
-
-def _solved(matrix: list[Vector], right: Vector) -> Vector:
-    """The solution of one or two equations."""
-    if len(right) == 1:
-        return [product([right[0], inverted(matrix[0][0])])]
-    (a, b), (c, e) = matrix
-    determinant = inverted(difference(product([a, e]), product([b, c])))
-    x, y = right
-    return [
-        product([determinant, difference(product([e, x]), product([b, y]))]),
-        product([determinant, difference(product([a, y]), product([c, x]))]),
-    ]
+    """A number, or the nearest one from -half to half: what is made of it has no kink, nor has its slope one."""
+    upper = smooth_minimum(x, half, evaluate=False)
+    return negated(smooth_minimum(negated(upper), half, evaluate=False))
 
 
 Nearest = Iterator[

@@ -12,6 +12,8 @@ from typing import Any
 from ..errors import nearest
 from .declared import Declared
 from .description import Body, ContactPair, Description, Shape, Solid
+from .expression_tree import names_in
+from .gravity import HERE
 from .names import name_fault
 from .parts import make_shapes
 from .ready_made import WORLD
@@ -98,11 +100,17 @@ def check_pairs(d: Description, sources: Sources) -> None:
             if name is not None and name not in bodies:
                 hint = nearest(name, bodies, "bodies")
                 raise sources.error(table, key, f"there is no body '{name}'", hint=hint)
-        if pair.plane not in frames:
+        if pair.other is None and pair.plane not in frames:
             hint = nearest(pair.plane, frames, "frames and bodies")
             raise sources.error(table, "plane", f"there is no frame '{pair.plane}'", hint=hint)
         against = frames[pair.plane] if pair.other is None else pair.other
         key = "plane" if pair.other is None else "other"
+        names = names_in(pair.height) if pair.height is not None else frozenset()
+        for name in HERE[1 if bodies[pair.body].planar else 2 :]:
+            if name in names:
+                message = f"the height of a surface does not depend on '{name}'"
+                hint = "it is one of here_x" + ("" if bodies[pair.body].planar else " and here_y")
+                raise sources.name_error(table, "height", name, message, hint)
         if against == pair.body:
             message = f"'{pair.body}' would touch itself"
             raise sources.error(table, key, message, hint="choose another body, or a frame that it is not in")

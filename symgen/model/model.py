@@ -140,7 +140,6 @@ class Model(Declared):
         self._springs: dict[str, Spring] = {}
         self._bushings: dict[str, Bushing] = {}
         self._rolling: dict[str, Rolling] = {}
-        self._tyres: dict[str, str] = {}  # the bodies that have them
         self._closures: dict[str, Closure] = {}
         self._rotors: dict[str, Rotor] = {}
         self._constraints: dict[str, Constraint] = {}
@@ -1362,9 +1361,9 @@ class Model(Declared):
         """Let the shape of a body touch a plane, a height field or another body, or add a compliant contact by its gap.
 
         What touches are points: the middle of a sphere, both ends of a capsule, the corners of a box or of a mesh's
-        convex hull. Each is a stop NAME (where there are several, NAME_1, NAME_2, ...) with a friction NAME_friction; or,
-        with a `stiffness`, a compliant contact after Hunt and Crossley. Its force is k δ^n (1 + 3/2 c dδ/dt) with the
-        depth δ = -gap, and never pulls.
+        convex hull. Each is a stop NAME (where there are several, NAME_1, NAME_2, ...) with a friction
+        NAME_friction; or, with a `stiffness`, a compliant contact after Hunt and Crossley. Its force is
+        k δ^n (1 + 3/2 c dδ/dt) with the depth δ = -gap, and never pulls.
 
         Parameters
         ----------

@@ -14,7 +14,7 @@ from typing import Any
 import sympy
 
 from .functions import dot, maximum, sensor, where
-from .names import name_fault
+from .names import reference_fault
 
 TYRE_KEYS = (
     "body", "radius", "axis", "at", "spin", "stiffness", "damping", "load", "ground", "slip_stiffness", "friction",
@@ -45,7 +45,7 @@ def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> None:
         return sources.expression(given[key], table, key) if key in given else None
 
     body = given.get("body")
-    if name_fault(body, element=True) is not None or body not in model._bodies:
+    if reference_fault(body) is not None or body not in model._bodies:
         raise error(
             "body", f"there is no body {body!r:.60} above", "name a body that is declared before the tyre"
         )
@@ -59,8 +59,7 @@ def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> None:
     planar = model._bodies[body].planar
     if planar and "load" not in given:
         raise error("stiffness", f"'{body}' is planar, and seen from above", "give a 'load'")
-    model._new_element(name, "tyres", model._tyres)
-    model._tyres[name] = body
+    model._new_element(name, "tyres", model._loads)
     radius, relaxation = expression("radius"), expression("relaxation")
 
     a = model.axis(f"{name}_axle", body, given.get("axis", (0, 1, 0)))

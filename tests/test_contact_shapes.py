@@ -1,0 +1,595 @@
+"""Contacts by shapes: gaps against distances that are searched for, motions against closed forms and SciPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy
+from scipy.integrate import solve_ivp
+from scipy.optimize import lsq_linear, minimize
+from scipy.spatial.transform import Rotation
+from scipy.special import ellipk
+
+import symgen
+from symgen import Model
+from symgen.errors import ModelError
+from symgen.model.toml_reader import read_text
+from tests.falling_bodies import Fall, box_corners, rotation
+from tests.stress.contact_shapes import KINDS, try_many
+from tests.stress.scenario import RIGHT, WRONG
+
+G = 9.81
+EDGES = (0.3, 0.2, 0.1)
+
+
+def free_body(model: Model, name: str, shape: dict, start=(0, 0, 1, 1, 0, 0, 0), rate=(0,) * 6) -> None:
+    model.body(name, mass=1.0, inertia=[0.02, 0.03, 0.04], shape=shape)
+    model.joint(f"{name}_free", type="free", child=name, start=start, rate=rate)
+
+
+def planar_body(
+    model: Model, name: str, shape: dict, start=(0.0, 1.0, 0.0), rate=(0.0, 0.0, 0.0), inertia=0.01
+):
+    q = [
+        model.coordinate(f"{name}_{c}", unit=unit, start=x, rate=v)
+        for c, unit, x, v in zip("xya", ("m", "m", "rad"), start, rate, strict=True)
+    ]
+    model.body(name, mass=1.0, com=q[:2], inertia=inertia, angle=q[2], shape=shape)
+
+
+def gaps(system, y: np.ndarray) -> np.ndarray:
+    """The gaps of all stops at a state."""
+    n = [switch["kind"] for switch in system.switches].count("stop")
+    return system.kernel("switches")(0.0, y, system.parameter_values())[: 2 * n : 2]
+
+
+def random_pose(rng: np.random.Generator, size: float = 0.5) -> np.ndarray:
+    turn = rng.normal(size=4)
+    return np.concatenate([rng.uniform(-size, size, 3), turn / np.linalg.norm(turn)])
+
+
+def matrix(pose: np.ndarray) -> np.ndarray:
+    return Rotation.from_quat(pose[[4, 5, 6, 3]]).as_matrix()
+
+
+def test_corners_of_a_box_over_a_leaning_plane():
+    m = Model("leaning", gravity=(0, 0, "-9.81 m/s^2"))
+    free_body(m, "box", {"box": EDGES})
+    m.frame("slope", body="world", at=(0.1, 0.2, 0.3), rpy=(0.4, -0.3, 0.2))
+    m.contact("floor", body="box", plane="slope")
+    system, rng = m.derive(), np.random.default_rng(1)
+    normal = Rotation.from_euler("xyz", [0.4, -0.3, 0.2]).as_matrix()[:, 2]
+    for _ in range(5):
+        pose = random_pose(rng)
+        places = pose[:3] + box_corners(EDGES) @ matrix(pose).T
+        expected = (places - [0.1, 0.2, 0.3]) @ normal
+        np.testing.assert_allclose(gaps(system, np.concatenate([pose, np.zeros(6)])), expected, atol=1e-14)
+
+
+SHAPES = {
+    "sphere": ({"sphere": [0.1]}, np.zeros((0, 3)), 0.1),
+    "capsule": ({"capsule": [0.05, 0.4]}, np.array([[0, 0, 0.2]]), 0.05),
+    "box": ({"box": EDGES}, np.diag(np.array(EDGES) / 2), 0.0),
+}
+
+
+@pytest.mark.parametrize(
+    "one, two",
+    [
+        ("sphere", "sphere"),
+        ("sphere", "capsule"),
+        ("capsule", "sphere"),
+        ("sphere", "box"),
+        ("box", "sphere"),
+    ],
+)
+def test_gaps_between_bodies_are_least_distances(one, two):
+    """Found by bounded least squares over the cores of both shapes: what they are without their radius."""
+    m = Model("pair")
+    for name, kind in (("a", one), ("b", two)):
+        free_body(m, name, SHAPES[kind][0])
+    m.contact("hit", body="a", other="b", restitution=0.5)
+    system, rng, n_apart = m.derive(), np.random.default_rng(2), 0
+    for _ in range(12):
+        poses = [random_pose(rng) for _ in range(2)]
+        cores = [matrix(pose) @ SHAPES[kind][1].T for pose, kind in zip(poses, (one, two))]
+        spanned = np.hstack([cores[0], -cores[1]])
+        apart = poses[0][:3] - poses[1][:3]
+        distance = (
+            np.linalg.norm(apart + spanned @ lsq_linear(spanned, -apart, (-1.0, 1.0), tol=1e-14).x)
+            if spanned.size
+            else np.linalg.norm(apart)
+        )
+        if distance > 1e-3:
+            n_apart += 1
+            expected = distance - SHAPES[one][2] - SHAPES[two][2]
+            found = gaps(system, np.concatenate([*poses, np.zeros(12)]))
+            np.testing.assert_allclose(found, [expected], atol=1e-7)
+    assert n_apart >= 8
+
+
+def test_capsules_in_a_plane_touch_at_their_ends():
+    m = Model("sticks")
+    for name in "ab":
+        planar_body(m, name, {"capsule": [0.05, 0.4]})
+    m.contact("hit", body="a", other="b")
+    system, rng = m.derive(), np.random.default_rng(3)
+    for _ in range(8):
+        poses = np.array([[0, 0, 0], [1.5, 0, 0]]) + rng.uniform(-1.0, 1.0, (2, 3))
+        along = [0.2 * np.array([np.cos(a), np.sin(a)]) for _, _, a in poses]
+        spanned = np.stack([along[0], -along[1]], axis=1)
+        apart = poses[0, :2] - poses[1, :2]
+        nearest = lsq_linear(spanned, -apart, (-1.0, 1.0), tol=1e-14).x
+        expected = np.linalg.norm(apart + spanned @ nearest) - 0.1
+        found = gaps(system, np.concatenate([poses.ravel(), np.zeros(6)]))
+        assert found.min() == pytest.approx(expected, abs=1e-7)
+
+
+def hills(x: float, y: float) -> float:
+    return 0.1 * np.sin(3 * x) * np.cos(2 * y)
+
+
+def test_a_sphere_over_hills_is_as_far_as_the_foot():
+    m = Model("hills")
+    free_body(m, "ball", {"sphere": [0.1]})
+    m.contact("ground", body="ball", height="0.1*sin(3*here_x)*cos(2*here_y)")
+    system, rng = m.derive(), np.random.default_rng(4)
+    for _ in range(8):
+        x, y = rng.uniform(-1, 1, 2)
+        place = np.array([x, y, hills(x, y) + rng.uniform(0.08, 0.15)])
+        least = minimize(
+            lambda f, c=place: (f[0] - c[0]) ** 2 + (f[1] - c[1]) ** 2 + (hills(*f) - c[2]) ** 2,
+            place[:2],
+            tol=1e-14,
+        )
+        state = np.concatenate([place, [1, 0, 0, 0], np.zeros(6)])
+        assert gaps(system, state)[0] == pytest.approx(np.sqrt(least.fun) - 0.1, abs=1e-10)
+
+
+def test_a_sphere_slides_on_hills_as_its_middle_does_on_the_surface_beside_them():
+    """Planar and frictionless: the middle is held on the parallel curve by a Lagrange multiplier, in arc parameters."""
+    m = Model("slide", gravity=(0, "-9.81 m/s^2"))
+    radius, at = 0.1, 0.3
+    h, dh, ddh = lambda x: 0.2 * np.cos(2 * x), lambda x: -0.4 * np.sin(2 * x), lambda x: -0.8 * np.cos(2 * x)
+    length = np.hypot(1.0, dh(at))
+    start = (at - radius * dh(at) / length, h(at) + radius / length, 0.0)
+    planar_body(m, "ball", {"sphere": [radius]}, start)
+    m.contact("ground", body="ball", height="0.2*cos(2*here_x)")
+    run = m.derive().run(t_end=0.6, rtol=1e-10, atol=1e-12)
+
+    def middle(u: float) -> np.ndarray:
+        n = np.hypot(1.0, dh(u))
+        return np.array([u - radius * dh(u) / n, h(u) + radius / n])
+
+    def speed(u: float) -> np.ndarray:
+        bend = ddh(u) / np.hypot(1.0, dh(u)) ** 3
+        return np.array([1.0, dh(u)]) * (1.0 - radius * bend)
+
+    def rates(_, state: np.ndarray) -> list[float]:
+        u, w = state
+        e = 1e-5
+        grown = (speed(u + e) - speed(u - e)) / (2 * e)
+        s = speed(u)
+        return [w, (-G * s[1] - (grown @ s) * w * w) / (s @ s)]
+
+    expected = solve_ivp(rates, (0, 0.6), [at, 0.0], "DOP853", rtol=1e-11, atol=1e-12).y[0, -1]
+    assert run.ok and not run.events
+    np.testing.assert_allclose([run["ball_x"][-1], run["ball_y"][-1]], middle(expected), atol=1e-8)
+
+
+def test_a_ball_bounces_off_a_bowl_along_the_normal_at_the_foot():
+    hx, hy = sympy.symbols("here_x here_y")
+    m = Model("bowl", gravity=(0, 0, "-9.81 m/s^2"))
+    c = m.parameter("c", "1 1/m")
+    free_body(m, "ball", {"sphere": [0.05]}, start=(0.2, 0.1, 0.4, 1, 0, 0, 0), rate=(0.1, 0, 0, 0, 0, 0))
+    m.contact("ground", body="ball", height=c * (hx**2 + hy**2 / 2), restitution=0.7)
+    hit = m.derive().run(t_end=0.5, rtol=1e-10, atol=1e-12).events[0]
+    place, before = hit.q_before[:3], hit.v_before[:3]
+
+    def away(f: np.ndarray) -> float:
+        return np.sum((np.array([*f, f @ f - f[1] ** 2 / 2]) - place) ** 2)
+
+    foot = minimize(away, place[:2], tol=1e-14).x
+    normal = np.array([-2 * foot[0], -foot[1], 1.0]) / np.sqrt(1 + 4 * foot[0] ** 2 + foot[1] ** 2)
+    np.testing.assert_allclose(place, [*foot, foot[0] ** 2 + foot[1] ** 2 / 2] + 0.05 * normal, atol=1e-7)
+    np.testing.assert_allclose(hit.v_after[:3], before - 1.7 * (before @ normal) * normal, atol=1e-6)
+
+
+def test_a_surface_may_be_a_curve():
+    """A parabola: the cubic through its knots is the parabola."""
+    knots, found = np.linspace(-1, 1, 5), []
+    for kind in ("table", "formula"):
+        m = Model("valley", gravity=(0, "-9.81 m/s^2"))
+        m.table("valley", columns=[knots.tolist(), (knots**2).tolist()], kind="cubic", outside="extend")
+        planar_body(m, "body", {"box": [0.1, 0.08, 0.1]}, (0.3, 0.4, 0.2), (0.1, 0.0, 0.0))
+        height = "valley(here_x)" if kind == "table" else sympy.Symbol("here_x") ** 2 * m.parameter("c", 1.0)
+        m.contact("ground", body="body", height=height, restitution=0.5)
+        run = m.derive().run(t_end=0.3, method="dop853")
+        assert run.events and run.ok
+        found.append(run.states[-1])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-7, atol=1e-8)
+
+
+def test_a_point_bounces_off_a_map():
+    """x^2 + x y/2 through knots, at rest above x = 0.3, y = 0.1: the first blow turns the speed about the normal."""
+    knots = np.linspace(-1, 1, 4)
+    x, y = (a.ravel() for a in np.meshgrid(knots, knots, indexing="ij"))
+    m = Model("map", gravity=(0, 0, "-9.81 m/s^2"))
+    m.table(
+        "land",
+        columns=[x.tolist(), y.tolist(), (x**2 + 0.5 * x * y).tolist()],
+        kind="cubic",
+        outside="extend",
+    )
+    free_body(m, "point", {"sphere": [0.01]}, (0.3, 0.1, 0.5, 1, 0, 0, 0))
+    m.contact("floor", body="point", shape={"sphere": [0]}, height="land(here_x, here_y)", restitution=1.0)
+    hit = m.derive().run(t_end=0.35, method="dop853").events[0]
+    fallen = 0.5 - (0.09 + 0.015)
+    assert hit.t == pytest.approx(np.sqrt(2 * fallen / G), rel=1e-8)
+    normal = np.array([-0.65, -0.15, 1.0]) / np.sqrt(0.65**2 + 0.15**2 + 1)
+    before = np.array([0, 0, -np.sqrt(2 * G * fallen)])
+    np.testing.assert_allclose(hit.v_after[:3], before - 2 * (before @ normal) * normal, rtol=1e-7)
+
+
+def test_a_box_tumbles_as_newton_and_euler_say():
+    m = Model("tumbling", gravity=(0, 0, "-9.81 m/s^2"))
+    start = np.concatenate(
+        [[0, 0, 1], np.array([0.9, 0.3, -0.2, 0.1]) / np.linalg.norm([0.9, 0.3, -0.2, 0.1])]
+    )
+    rate = np.array([0.5, 0.2, 0.0, 3.0, 1.0, -2.0])
+    free_body(m, "box", {"box": EDGES}, start.tolist(), rate.tolist())
+    m.contact("floor", body="box", restitution=0.6)
+    run = m.derive().run(t_end=1.6, rtol=1e-11, atol=1e-12, method="dop853")
+    fall = Fall(1.0, np.array([0.02, 0.03, 0.04]), box_corners(EDGES), 0.6)
+    state = np.concatenate([start, rate])
+    found, after = fall.impacts(state, 7, 5.0)
+    assert [e.name for e in run.events[:7]] == [f"floor_{k + 1}" for _, k in found]
+    np.testing.assert_allclose([e.t for e in run.events[:7]], [t for t, _ in found], rtol=1e-8)
+    np.testing.assert_allclose(run.events[6].v_after, after[7:], rtol=1e-5, atol=1e-6)
+    energies = [e.energy_change for e in run.events]
+    assert max(energies) <= 1e-12
+
+
+def test_a_box_comes_to_rest_on_a_face():
+    m = Model("resting", gravity=(0, 0, "-9.81 m/s^2"))
+    free_body(m, "box", {"box": EDGES}, (0, 0, 0.4, 0.9, 0.3, -0.2, 0.245), (0.0, 0.0, 0.0, 3.0, 1.0, -2.0))
+    m.contact("floor", body="box", restitution=0.3)
+    run = m.derive().run(t_end=3.0)
+    assert run.ok
+    up = np.abs(rotation(run.states[-1]).as_matrix()[2])
+    face = int(up.argmax())
+    assert up[face] == pytest.approx(1.0, abs=1e-9)
+    assert run.states[-1, 2] == pytest.approx(EDGES[face] / 2, abs=1e-9)
+
+
+def slope(mu: float, degrees: float, shape: dict, height: float, inertia: float, **more) -> Model:
+    m = Model("slope", gravity=(0, "-9.81 m/s^2"))
+    lean = np.deg2rad(degrees)
+    m.frame("slope", body="world", rpy=(0, 0, f"{-degrees} deg"))
+    planar_body(m, "body", shape, (height * np.sin(lean), height * np.cos(lean), -lean), inertia=inertia)
+    m.contact("floor", body="body", plane="slope", friction=mu, **more)
+    return m
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.16, 0.17, 0.5])
+def test_a_ball_on_a_slope_slips_or_rolls(mu):
+    """It rolls where friction is above 2/7 of the slope."""
+    run = slope(mu, 30, {"sphere": [0.1]}, 0.1, 0.004).derive().run(t_end=1.0)
+    lean = np.pi / 6
+    rolls = mu > 2 / 7 * np.tan(lean)
+    a = 5 / 7 * G * np.sin(lean) if rolls else G * (np.sin(lean) - mu * np.cos(lean))
+    spin = a / 0.1 if rolls else mu * G * np.cos(lean) / 0.04
+    assert run.ok
+    assert run["body_x"][-1] - run["body_x"][0] == pytest.approx(a / 2 * np.cos(lean), rel=1e-7)
+    assert run["body_a"][-1] - run["body_a"][0] == pytest.approx(-spin / 2, rel=1e-7)
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau5", "bdf"])
+def test_a_ball_that_is_thrown_slides_then_rolls(method):
+    """From slipping to rolling at 2 v/(7 mu g), with 5/7 of the speed (Coriolis, billiards)."""
+    m = Model("bowling", gravity=(0, "-9.81 m/s^2"))
+    planar_body(m, "ball", {"sphere": [0.1]}, (0.0, 0.1, 0.0), (3.0, 0.0, 0.0), inertia=0.004)
+    m.contact("lane", body="ball", friction=0.2)
+    run = m.derive().run(t_end=1.0, method=method)
+    rolls = [e for e in run.events if e.action == "stick"]
+    assert run.ok and len(rolls) == 1
+    assert rolls[0].t == pytest.approx(6 / (7 * 0.2 * G), rel=1e-6)
+    assert run["dot(ball_x)"][-1] == pytest.approx(15 / 7, rel=1e-6)
+    assert run["dot(ball_a)"][-1] == pytest.approx(-150 / 7, rel=1e-6)
+
+
+def test_a_spinning_ball_bounces_back():
+    """With spin backwards it turns round: tangential impulse min(mu (1 + e) v, 2/7 of the slip) per mass."""
+    m = Model("backspin", gravity=(0, "-9.81 m/s^2"))
+    e, mu, v, spin = 0.8, 0.3, 1.0, 60.0
+    planar_body(m, "ball", {"sphere": [0.1]}, (0.0, 0.6, 0.0), (v, 0.0, spin), inertia=0.004)
+    m.contact("floor", body="ball", friction=mu, restitution=e)
+    run = m.derive().run(t_end=0.4, method="dop853")
+    down, slip = np.sqrt(2 * G * 0.5), v + 0.1 * spin
+    jump = min(mu * (1 + e) * down, 2 / 7 * slip)
+    after = run.events[0].v_after
+    np.testing.assert_allclose(after, [v - jump, e * down, spin - jump * 0.1 / 0.004], rtol=1e-8)
+
+
+def test_a_block_slides_or_tips():
+    """A block that is 0.1 wide and 0.3 high tips on a slope of 30 degrees if it sticks, and slides if it does not."""
+    shape = {"box": [0.1, 0.3, 0.1]}
+    slides = slope(0.2, 30, shape, 0.15, 0.01).derive().run(t_end=0.05)
+    lean = np.pi / 6
+    a = G * (np.sin(lean) - 0.2 * np.cos(lean))
+    assert slides["body_x"][-1] - slides["body_x"][0] == pytest.approx(
+        a * 0.05**2 / 2 * np.cos(lean), rel=1e-6
+    )
+    assert np.ptp(slides["body_a"]) < 1e-12
+    tips = slope(2.0, 30, shape, 0.15, 0.01).derive().run(t_end=0.1, rtol=1e-10)
+    # About the lower corner, whose arm to the centre of mass leans by atan(1/3) against the slope's normal.
+    arm, first = np.hypot(0.05, 0.15), lean - np.arctan2(0.05, 0.15)
+    inertia = 0.01 + arm**2
+
+    def rates(_, s):
+        return [s[1], G * arm * np.sin(first + s[0]) / inertia]
+
+    expected = solve_ivp(rates, (0, 0.1), [0, 0], rtol=1e-11, atol=1e-13).y[0, -1]
+    assert tips["body_a"][0] - tips["body_a"][-1] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_stack_stands():
+    m = Model("stack", gravity=(0, "-9.81 m/s^2"))
+    below = "world"
+    for k in range(3):
+        planar_body(m, f"b{k}", {"box": [0.4, 0.2, 0.1]}, (0.02 * k, 0.1 + 0.2 * k, 0.0))
+        m.frame(f"top{k}", body=f"b{k}", at=(0, 0.1))
+        m.contact(f"c{k}", body=f"b{k}", plane=below, restitution=0.1, friction=0.5)
+        below = f"top{k}"
+    run = m.derive().run(t_end=0.5, method="dop853")
+    assert run.ok
+    np.testing.assert_allclose(run.states[-1], run.states[0], atol=1e-10)
+    # The forces between them bear what is above.
+    forces = [run[f"force(c{k}_1)"][-1] + run[f"force(c{k}_3)"][-1] for k in range(3)]
+    np.testing.assert_allclose(forces, [3 * G, 2 * G, G], rtol=1e-9)
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_a_compliant_ball_bounces_as_hunt_and_crossley_say(method):
+    m = Model("rubber", gravity=(0, 0, "-9.81 m/s^2"))
+    free_body(m, "ball", {"sphere": [0.1]}, (0, 0, 0.6, 1, 0, 0, 0))
+    m.contact("floor", body="ball", stiffness="1e5 N/m^1.5", damping="0.2 s/m")
+    run = m.derive().run(t_end=0.6, method=method, rtol=1e-10, atol=1e-12)
+
+    def rates(_, s):
+        depth = max(0.1 - s[0], 0.0)
+        return [s[1], max(1e5 * depth**1.5 * (1 - 0.3 * s[1]), 0.0) - G]
+
+    expected = solve_ivp(rates, (0, 0.6), [0.6, 0], "Radau", rtol=1e-11, atol=1e-13, max_step=1e-3).y[:, -1]
+    assert run.ok
+    np.testing.assert_allclose(
+        [run["ball_free_z"][-1], run["ball_free_vz"][-1]], expected, rtol=1e-5, atol=1e-6
+    )
+
+
+def test_compliant_friction_acts_in_the_plane():
+    """Thrown along a diagonal with no spin, it rolls at 5/7 of the speed in that direction."""
+    m = Model("bowl3", gravity=(0, 0, "-9.81 m/s^2"))
+    radius, depth = 0.1, (9.81 / 1e6) ** (1 / 1.5)
+    m.body("ball", mass=1.0, inertia=[0.004] * 3, shape={"sphere": [radius]})
+    m.joint(
+        "free",
+        type="free",
+        child="ball",
+        start=(0, 0, radius - depth, 1, 0, 0, 0),
+        rate=(1.2, 1.6, 0, 0, 0, 0),
+    )
+    m.contact("lane", body="ball", stiffness=1e6, damping=0.5, friction=0.3, smooth="1e-4 m/s")
+    run = m.derive().run(t_end=1.0, method="radau5")
+    assert run.ok
+    np.testing.assert_allclose(run.states[-1, 7:9], [1.2 * 5 / 7, 1.6 * 5 / 7], rtol=1e-3)
+
+
+def test_billiard_balls_part_at_right_angles():
+    m = Model("billiards")
+    for name, start, rate in (("a", (0, 0, 0), (1.0, 0, 0)), ("b", (1.0, 0.1, 0), (0, 0, 0))):
+        planar_body(m, name, {"sphere": [0.1]}, start, rate, inertia=0.004)
+    m.contact("hit", body="a", other="b", restitution=1.0)
+    run = m.derive().run(t_end=2.0, method="dop853")
+    v = run.states[-1, 6:]
+    along = np.array([np.sqrt(0.2**2 - 0.1**2), 0.1]) / 0.2
+    assert v[:2] @ v[3:5] == pytest.approx(0.0, abs=1e-10)
+    np.testing.assert_allclose(v[3:5], along[0] * along, rtol=1e-9)
+
+
+def test_a_mesh_touches_with_the_corners_of_its_hull(tmp_path):
+    corners = box_corners(EDGES)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    lines = ["solid box"]
+    for a, b, c, d in faces:
+        for triangle in ((a, b, c), (a, c, d)):
+            lines += ["facet normal 0 0 0", "outer loop"]
+            lines += [f"vertex {x:.17g} {y:.17g} {z:.17g}" for x, y, z in corners[list(triangle)]]
+            lines += ["endloop", "endfacet"]
+    (tmp_path / "box.stl").write_text("\n".join([*lines, "endsolid"]))
+    found = []
+    for shape in ({"mesh": "box.stl"}, {"box": EDGES}):
+        m = Model("meshed", gravity=(0, 0, "-9.81 m/s^2"), folder=tmp_path)
+        free_body(m, "body", shape, (0, 0, 0.4, 0.9, 0.3, -0.2, 0.245), (0, 0, 0, 3.0, 1.0, -2.0))
+        m.contact("floor", body="body", restitution=0.5)
+        found.append(m.derive().run(t_end=0.5, method="dop853").states[-1])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9, atol=1e-9)
+
+
+TEXT = """
+[coordinates]
+x = { unit = "m", start = 0 }
+y = { unit = "m", start = 1 }
+a = {}
+
+[parameters]
+mu = 0.3
+r = "0.1 m"
+
+[bodies.box]
+mass = "1 kg"
+inertia = "0.01 kg*m^2"
+com = ["x", "y"]
+angle = "a"
+shape = { box = [0.4, 0.2, 0.1] }
+
+[gravity]
+y = "-9.81 m/s^2"
+
+[tables.land]
+columns = [[0, 1], [0, 0.1]]
+kind = "cubic"
+outside = "extend"
+
+[contacts.floor]
+body = "box"
+"""
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "restitution = 0.5\nfriction = \"mu\"\nstatic = 0.4",
+        "shape = { sphere = [\"r\"], offset = [0.1, 0] }\nheight = \"0.1*sin(here_x/r)\"",
+        "stiffness = \"1e5 N/m^1.5\"\ndamping = \"0.2 s/m\"\nfriction = 0.3\nsmooth = \"1 mm/s\"",
+    ],
+)  # fmt: skip
+def test_text_and_builder_say_the_same(lines):
+    model = read_text(TEXT + lines)
+    again = read_text(model.to_toml())
+    assert again.to_toml() == model.to_toml()
+    assert again.describe() == model.describe()
+
+
+@pytest.mark.parametrize(
+    "lines, says",
+    [
+        ("gap = \"y\"", "'gap' follows from the shape"),
+        ("plane = \"flor\"", "there is no frame 'flor'"),
+        ("other = \"ball\"", "there is no body 'ball'"),
+        ("plane = \"box\"", "'box' would touch itself"),
+        ("other = \"box\"", "'box' would touch itself"),
+        ("damping = 0.2", "'damping' has no effect in a contact that has no 'stiffness'"),
+        ("stiffness = 1e5\nrestitution = 0.5", "'restitution' has no effect in a contact that has a 'stiffness'"),
+        ("stiffness = 1e5\nfriction = 0.5", "needs 'smooth'"),
+        ("static = 0.5", "'static' goes with a coefficient of 'friction'"),
+        ("restitution = 1.5", "the restitution is 1.5"),
+        ("restitution = \"r\"", "units do not match"),
+        ("stiffness = \"1e5 N/m\"", "units do not match"),
+        ("shape = { cone = [0.1, 0.2] }", "a cone of 'box' is no shape that touches"),
+        ("height = \"abs(here_x)\"", "is not known"),
+        ("height = \"land(here_x)\"\nshape = { sphere = [0.1] }", "a surface that is a table"),
+        ("height = \"x\"", "cannot depend on a coordinate"),
+        ("height = \"here_z\"", "here_z"),
+        ("bodies = \"box\"", "unknown key"),
+    ],
+)  # fmt: skip
+def test_what_cannot_touch_is_refused(lines, says):
+    with pytest.raises(ModelError, match="contacts") as error:
+        read_text(TEXT + lines).describe()
+    assert says in str(error.value)
+
+
+def test_boxes_in_space_are_refused_with_a_remedy():
+    m = Model("boxes")
+    for name in "ab":
+        free_body(m, name, {"box": EDGES})
+    m.contact("hit", body="a", other="b")
+    with pytest.raises(ModelError, match=r"a box and a box .* spheres at its corners"):
+        m.describe()
+
+
+def test_too_many_corners_are_refused():
+    m = Model("bumpy")
+    shapes = [{"sphere": [0.01], "offset": [0.01 * k, 0.0, 0.0]} for k in range(65)]
+    free_body(m, "body", shapes)
+    m.contact("floor", body="body")
+    with pytest.raises(ModelError, match="65 points would touch"):
+        m.describe()
+
+
+def test_a_die_is_thrown_as_newton_and_coulomb_say():
+    """The first impacts, and the rest on a face, with friction in both directions of the plane."""
+    system = symgen.load("die")
+    run = system.run(t_end=1.0, rtol=1e-10, atol=1e-12, method="dop853")
+    a = 0.016
+    mass = 1180 * a**3
+    fall = Fall(mass, np.full(3, mass * a**2 / 6), box_corners((a, a, a)), 0.55, 0.25)
+    found, _ = fall.impacts(run.states[0], 5, 1.0)
+    assert [e.name for e in run.events[:5]] == [f"table_{k + 1}" for _, k in found]
+    np.testing.assert_allclose([e.t for e in run.events[:5]], [t for t, _ in found], rtol=1e-6)
+    assert max(e.energy_change for e in run.events) <= 1e-15
+    up = np.abs(rotation(run.states[-1]).as_matrix()[2])
+    assert up.max() == pytest.approx(1.0, abs=1e-9) and run.states[-1, 2] == pytest.approx(a / 2, abs=1e-9)
+    assert np.abs(run.states[-1, 7:]).max() < 1e-9
+
+
+def test_newtons_cradle_swings_as_pendulums_do():
+    """Two balls come and two fly off, after a quarter of a pendulum's period and every half one from there on."""
+    run = symgen.load("newtons_cradle").run(t_end=1.2)
+    period = 4 * np.sqrt(0.15 / 9.81) * ellipk(np.sin(0.3) ** 2)
+    assert run.ok
+    times = sorted({round(e.t, 7) for e in run.events if e.name in ("hit23", "hit34")})
+    np.testing.assert_allclose(times[:3], period * np.array([0.25, 0.75, 1.25]), rtol=1e-6)
+    at = int(np.argmin(np.abs(run.t - period / 2)))
+    np.testing.assert_allclose(run.q[at], [0, 0, 0, 0.6, 0.6], atol=2e-3)
+
+
+def test_a_ball_rolls_over_hills_with_the_energy_that_it_has():
+    """Without slipping, from rest: 7/10 m v^2 is what it has fallen (planar, I = 2/5 m r^2)."""
+    m = Model("rolls", gravity=(0, "-9.81 m/s^2"))
+    radius, at = 0.05, 0.3
+    length = np.hypot(1.0, 0.4 * np.sin(0.6))
+    start = (at + radius * 0.4 * np.sin(0.6) / length, 0.2 * np.cos(0.6) + radius / length, 0.0)
+    planar_body(m, "ball", {"sphere": [radius]}, start, inertia=0.4 * radius**2)
+    m.contact("ground", body="ball", height="0.2*cos(2*here_x)", friction=0.9)
+    run = m.derive().run(t_end=0.5, method="dop853", rtol=1e-10, atol=1e-12)
+    assert run.ok
+    fallen = start[1] - run["ball_y"][-1]
+    speed = run.v[-1, :2]
+    assert fallen > 0.05 and 0.7 * speed @ speed == pytest.approx(G * fallen, rel=1e-7)
+
+
+def test_a_ball_rubs_on_a_box():
+    """Planar: on the upper side of a fixed box, as on a plane."""
+    found = []
+    for on_box in (True, False):
+        m = Model("table", gravity=(0, "-9.81 m/s^2"))
+        planar_body(m, "ball", {"sphere": [0.1]}, (0.0, 0.3, 0.0), (1.0, 0.0, 0.0), inertia=0.004)
+        m.body(
+            "table",
+            mass=1.0,
+            shape={"box": [4.0, 0.2, 0.1]},
+            com=(m.coordinate("x", unit="m"), -0.1),
+        )
+        m.constraint("fixed", sympy.Symbol("x"))
+        against = {"other": "table"} if on_box else {}
+        m.contact("hit", body="ball", friction=0.2, restitution=0.3, **against)
+        run = m.derive().run(t_end=0.8, method="dop853")
+        assert run.ok and run["dot(ball_x)"][-1] == pytest.approx(5 / 7, rel=1e-9)  # it rolls
+        found.append(run.states[-1])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-7, atol=1e-9)
+
+
+def test_assemblies_have_contacts_of_their_own():
+    def ball(m: Model) -> Model:
+        r = m.parameter("r", "0.1 m")
+        planar_body(m, "ball", {"sphere": [r]}, (0.0, 0.5, 0.0), (0.3, 0.0, 0.0), inertia=0.004)
+        m.contact("floor", body="ball", height="0.1*cos(here_x/r/5)", restitution=0.5, friction=0.2)
+        return m
+
+    alone = ball(Model("alone", gravity=(0, "-9.81 m/s^2"))).derive().run(t_end=0.6, method="dop853")
+    m = Model("both", gravity=(0, "-9.81 m/s^2"))
+    ball(m.assembly("ball"))
+    m.use("one", "ball")
+    m.use("two", "ball", offset=(5.0, 1.0))
+    run = m.derive().run(t_end=0.6, method="dop853")
+    assert {e.name for e in run.events} == {"one.floor", "two.floor"}
+    np.testing.assert_allclose(run.q[-1], [*alone.q[-1], *alone.q[-1]], rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_random_bodies_that_are_thrown(kind):
+    """A part of `python -m tests.stress.contact_shapes`."""
+    counts, said = try_many(kind, "dop853", 2, seed=3)
+    assert counts[WRONG] == 0 and counts[RIGHT] >= 1, said

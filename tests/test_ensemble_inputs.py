@@ -1,0 +1,212 @@
+"""Noise and other inputs over time in ensembles; designs of experiments, and the indices that follow from them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import linalg, stats
+
+from symgen import load
+from symgen.runtime.ensemble import choice, linspace, lognormal, noise, normal, triangular, uniform
+from symgen.runtime.ensemble.sampling import Column, Members
+from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.inputs import Controller, Table
+
+CART = Path(__file__).parents[1] / "models" / "cart_pole.toml"
+OSCILLATOR = """
+[parameters]
+m = "2 kg"
+c = "0.8 N*s/m"
+k = "50 N/m"
+[coordinates]
+x = { unit = "m" }
+[bodies.b]
+mass = "m"
+com = ["x", "0"]
+[energy]
+potential = "k*x^2/2"
+dissipation = "c/2*dot(x)^2"
+[forces]
+x = "F"
+[inputs]
+F = { unit = "N" }
+"""
+OWN = OSCILLATOR.replace(
+    'F = { unit = "N" }', 'F = { unit = "N", table = [[0, 1, 2], [0, 5, 0]], kind = "linear" }'
+)
+# y(x1, x2, x3) of Ishigami and Homma (1990) as an output of a model that stands still.
+ISHIGAMI = """
+[parameters]
+x1 = 0.0
+x2 = 0.0
+x3 = 0.0
+a = 7.0
+b = 0.1
+[coordinates]
+s = { unit = "m" }
+[bodies.b]
+mass = "1 kg"
+com = ["s", "0"]
+[outputs]
+y = "sin(x1) + a*sin(x2)^2 + b*x3^4*sin(x1) + 0*s"
+"""
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    def made(name):
+        path = tmp_path_factory.getbasetemp() / f"{name.lower()}.toml"
+        path.write_text(globals()[name])
+        return load(path)
+
+    return made
+
+
+def test_noise_is_a_members_own(model):
+    system = model("OSCILLATOR")
+    asked = {"inputs": {"F": noise("3 N", "0.05 s")}, "parameters": {"k": 50.0}, "seed": 3}
+    e = system.ensemble(1.0, n=6, **asked)
+    assert len(set(e["x"])) == 6
+    assert e["x"][:4].tobytes() == system.ensemble(1.0, n=4, threads=1, **asked)["x"].tobytes()
+    for k in (0, 5):
+        assert e.member(k).states[-1].tobytes() == np.array([e["x"][k], e["dot(x)"][k]]).tobytes()
+    given = e.plan.inputs_of(5)["F"]
+    run = system.run(1.0, inputs={"F": given}, parameters={"k": 50.0})
+    assert abs(run["x"][-1] - e["x"][5]) < 1e-9
+    assert system.ensemble(1.0, n=4, **{**asked, "seed": 4})["x"][0] != e["x"][0]
+
+
+def test_noise_has_the_variance_of_the_equation(model):
+    """Lyapunov's equation for values that hold: the discrete one of the exact map from value to value."""
+    system, deviation, period, t_end = model("OSCILLATOR"), 3.0, 0.1, 15.0
+    e = system.ensemble(
+        t_end,
+        n=400,
+        inputs={"F": noise(deviation, period)},
+        parameters={"m": uniform(2, 2 + 1e-9)},
+        rtol=1e-6,
+    )
+    a, b = np.array([[0.0, 1.0], [-25.0, -0.4]]), np.array([[0.0], [0.5]])
+    both = linalg.expm(np.block([[a, b], [np.zeros((1, 3))]]) * period)
+    covariance = linalg.solve_discrete_lyapunov(both[:2, :2], deviation**2 * both[:2, 2:] @ both[:2, 2:].T)
+    for name, variance in zip(("x", "dot(x)"), np.diag(covariance)):
+        assert abs(e[name].std() / np.sqrt(variance) - 1.0) < 4.0 / np.sqrt(2 * 400)
+
+
+def test_what_a_model_says_of_inputs_holds_for_members(model):
+    system = model("OWN")
+    e = system.ensemble(2.0, n=3, parameters={"m": uniform(2, 3)})
+    for k in range(3):
+        assert abs(e["x"][k] - system.run(2.0, parameters={"m": float(e["m"][k])})["x"][-1]) < 1e-9
+    constant = system.ensemble(2.0, parameters={"F": linspace(0.0, 1.0, 3)})
+    assert abs(constant["x"][2] - system.run(2.0, inputs={"F": 1.0})["x"][-1]) < 1e-9
+
+
+def test_other_inputs_are_those_of_single_runs(model):
+    system = model("OSCILLATOR")
+    push = Table([0.0, 0.5, 1.0], [0.0, 4.0, 0.0])
+    brake = Controller(lambda t, x: -20.0 * x[1], period=0.1)
+    for value in (push, brake, lambda t: 2.0 * np.sin(3.0 * t)):
+        e = system.ensemble(1.0, inputs={"F": value}, n=2, parameters={"k": uniform(40, 60)})
+        run = system.run(1.0, inputs={"F": value}, parameters={"k": float(e["k"][1])})
+        assert abs(e["x"][1] - run["x"][-1]) < 1e-8
+    e = system.ensemble(1.0, inputs={"F": uniform("1 N", "2 N")}, n=3)
+    assert e.plan.settings is not None
+    assert set(e.varied) == {"F"}
+
+
+@pytest.mark.parametrize(
+    ("inputs", "said"),
+    [
+        ({"G": 1.0}, "no input 'G'"),
+        ({"F": noise(-1.0, 0.1)}, "not negative"),
+        ({"F": noise(1.0, 0.0)}, "positive period"),
+        ({"F": noise(1.0, 1e-12)}, "has 1e[+]12 values"),
+        ({"F": noise("1 m", 0.1)}, "m"),
+        ({"F": noise(1.0, 0.1, kind="pink")}, "pink"),
+    ],
+)
+def test_wrong_inputs_are_refused(model, inputs, said):
+    with pytest.raises(RuntimeModelError, match=said):
+        model("OSCILLATOR").ensemble(1.0, n=2, inputs=inputs, parameters={"k": uniform(1, 2)})
+
+
+SAMPLERS = {
+    "normal": normal(2.0, 0.5), "uniform": uniform(-1.0, 3.0), "lognormal": lognormal(1.5, 0.3),
+    "triangular": triangular(0.0, 0.2, 1.0), "choice": choice(1.0, 2.0, 5.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", SAMPLERS)
+def test_even_designs_have_the_distribution_of_draws(kind):
+    """Quantiles of many draws, and of a Sobol' sequence a hundred times shorter, are the same."""
+    sampler = SAMPLERS[kind].in_si(float)
+    columns = [Column(name, "parameters", 0, sampler) for name in ("a", "b")]
+    drawn = Members(columns, 200_000, 1).values(0, 200_000)["a"]
+    even = Members(columns, 2048, 1, "sobol")
+    assert even.n == 2048
+    shares = [0.05, 0.2, 0.45, 0.8, 0.97]
+    found = [np.quantile(x, shares) for x in (drawn, even.values(0, 2048)["b"])]
+    assert np.abs(found[0] - found[1]).max() < 0.02
+    parts = np.concatenate([even.values(k, k + 512)["b"] for k in range(0, 2048, 512)])
+    assert np.array_equal(parts, even.values(0, 2048)["b"])
+
+
+def test_ishigami(model):
+    """The closed form: V1 = (1 + b pi^4/5)^2/2, V2 = a^2/8, V13 = b^2 pi^8 (1/18 - 1/50)."""
+    x = {name: uniform(-np.pi, np.pi) for name in ("x1", "x2", "x3")}
+    a, b = 7.0, 0.1
+    parts = {"1": 0.5 * (1 + b * np.pi**4 / 5) ** 2, "2": a**2 / 8, "13": b**2 * np.pi**8 * (1 / 18 - 1 / 50)}
+    variance = sum(parts.values())
+    first = np.array([parts["1"], parts["2"], 0.0]) / variance
+    total = np.array([parts["1"] + parts["13"], parts["2"], parts["13"]]) / variance
+    e = model("ISHIGAMI").ensemble(0.01, n=4096, seed=1, design="saltelli", parameters=x, keep=["y"])
+    assert e.n == 4096 * 5
+    found = e.sensitivity("y")
+    assert found.names == ["x1", "x2", "x3"]
+    assert np.abs(found.first - first).max() < 0.02
+    assert np.abs(found.total - total).max() < 0.02
+    assert ((found.total_low < total + 0.01) & (total - 0.01 < found.total_high)).all()
+    assert found.lines()[0].startswith("x2")
+    rows = (e["y"] - e["y"].mean()).reshape(-1, 5).T
+    by_scipy = stats.sobol_indices(
+        func={"f_A": rows[None, 0], "f_B": rows[None, 1], "f_AB": rows[2:, None]}, n=4096
+    )
+    assert np.abs(by_scipy.first_order - found.first).max() < 2e-3
+    assert np.abs(by_scipy.total_order - found.total).max() < 2e-3
+    sobol = pytest.importorskip("SALib.analyze.sobol")
+    problem = {"num_vars": 3, "names": found.names, "bounds": [[-np.pi, np.pi]] * 3}
+    rows = e["y"].reshape(-1, 5)[:, [0, 2, 3, 4, 1]].reshape(-1)  # SALib has B last
+    other = sobol.analyze(problem, rows, calc_second_order=False, seed=1)
+    assert np.abs(other["S1"] - found.first).max() < 2e-3
+    assert np.abs(other["ST"] - found.total).max() < 2e-3
+    drawn = model("ISHIGAMI").ensemble(0.01, n=8192, seed=1, parameters=x, keep=["y"]).sensitivity("y")
+    assert np.abs(drawn.first - first).max() < 0.03
+    assert drawn.total is None
+
+
+def test_failed_members_take_their_row_with_them(model):
+    x = {"x1": uniform(-1, 1), "x2": uniform(-1, 1)}
+    e = model("ISHIGAMI").ensemble(0.01, n=64, design="saltelli", parameters=x, keep=["y"])
+    e.series["y"][17] = np.nan
+    assert e.sensitivity("y").left_out == 1
+    assert e.sensitivity("y").n == 63
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"parameters": {"x1": linspace(0, 1, 3)}, "design": "saltelli"}, "what is drawn"),
+        ({"parameters": {"x1": np.zeros(20)}, "design": "saltelli"}, "no arrays|what is drawn"),
+        ({"parameters": {"x1": uniform(0, 1)}, "n": 10, "design": "latin"}, "design"),
+        ({"parameters": {"x1": uniform(0, 1)}, "n": 1 << 30, "design": "sobol"}, "at most"),
+    ],
+)
+def test_designs_that_cannot_be(model, options, said):
+    with pytest.raises(RuntimeModelError, match=said):
+        model("ISHIGAMI").ensemble(0.01, **options)
+    e = model("ISHIGAMI").ensemble(0.01, n=100, parameters={"x1": uniform(0, 1), "x2": linspace(0, 1, 2)})
+    with pytest.raises(RuntimeModelError, match="without grids"):
+        e.sensitivity("s")
