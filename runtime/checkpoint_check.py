@@ -166,6 +166,7 @@ def _check_history(checkpoint: Checkpoint, run: RunState, n_frames: int) -> None
         if hasattr(controller, "next_time"):
             _check_samples(checkpoint, number, controller)
     known = {event["name"] for event in run.system.events}
+    known |= {switch["circle"] for switch in run.system.switches if "circle" in switch}
     for name, *_ in facts["events"]:
         if name not in known:
             raise CheckpointError(f"the checkpoint has an event {name!r:.60}, which its model does not have")

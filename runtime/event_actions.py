@@ -64,9 +64,11 @@ def arm_events(
     band = floor.copy()
     if fired is not None and len(fired):
         # The state is past the event by less than the last digit of time; that is no side either.
-        reset = np.array([system.events[k]["action"] == "reset" for k in fired])
+        reset = np.array([system.events[k]["action"] in ("reset", "friction") for k in fired])
         past = np.abs(g[fired])
-        if before is not None:  # a reset may carry its own function away, from where it comes again
+        if (
+            before is not None
+        ):  # a reset, or a load shared anew, may carry its own function away, and it comes again
             past = np.where(reset, np.minimum(past, np.abs(before[fired])), past)
         band[fired] += past
         if bands is None or np.isnan(bands[fired]).any():

@@ -171,6 +171,11 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "door_stop": Entry(
             "run door_stop", "Stop and dry friction: when it sticks is part of the result.", 0.5
         ),
+        "clutch": Entry(
+            "run clutch",
+            "A clutch slips, locks, slips under a blow, and opens when the press lets go; what presses is an input.",
+            1.2,
+        ),
         "die": Entry("run die", "Contact by its shape: corners that bounce and rub, until it lies on a face.", 0.45),
         "newtons_cradle": Entry(
             "run newtons_cradle", "One blow after another: as many balls fly off as come.", 0.36
@@ -197,7 +202,9 @@ SECTIONS: dict[str, dict[str, Entry]] = {
             0.04,
         ),
         "differential_car": Entry(
-            "run differential_car --t-end 1", "The wheel on ice spins, and the other one has no more torque.", 0.7
+            "run differential_car --t-end 1",
+            "The wheel on ice spins, and the other one has no more torque.",
+            0.7,
         ),
         "cart_pole": Entry("run cart_pole --t-end 2", "Nobody balances it.", 0.8),
         "cart_pole_lqr": Entry(

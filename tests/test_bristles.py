@@ -1,4 +1,4 @@
-"""Friction by bristles (LuGre) against equations written a second time, integrated by SciPy, and its known behaviour."""
+"""Friction by bristles (LuGre) against equations written a second time, integrated by SciPy."""
 
 from __future__ import annotations
 
@@ -48,7 +48,9 @@ def reference(force, t_end, times, tol=1e-10):
         push, rate = friction(v, z)
         return [v, force(t, x) - push, rate]
 
-    found = solve_ivp(f, (0.0, t_end), [0.0, 0.0, 0.0], "Radau", rtol=tol, atol=[1e-13, 1e-12, 1e-15], t_eval=times)
+    found = solve_ivp(
+        f, (0.0, t_end), [0.0, 0.0, 0.0], "Radau", rtol=tol, atol=[1e-13, 1e-12, 1e-15], t_eval=times
+    )
     assert found.success
     return found.y
 
@@ -58,7 +60,7 @@ def test_stick_slip_by_a_spring_is_that_of_the_equations(method):
     t_end = 30.0 if method != "bdf" else 12.0  # errors grow with each slip
     solution = block(spring=2.0).derive().run(t_end=t_end, method=method, rtol=1e-8, atol=1e-12)
     assert solution.ok, [check.says for check in solution.objections]
-    x, v, z = reference(lambda t, x: 2.0 * (0.1 * t - x), t_end, solution.t)
+    x, _, z = reference(lambda t, x: 2.0 * (0.1 * t - x), t_end, solution.t)
     np.testing.assert_allclose(solution["x"], x, atol=2e-4)
     np.testing.assert_allclose(solution["rub"], z, atol=2e-6)
     assert solution["x"][-1] > 0.06 * t_end and solution["dot(x)"].max() > 0.15  # it slips

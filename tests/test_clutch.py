@@ -72,7 +72,9 @@ def clutch():
     return load("clutch")
 
 
-@pytest.mark.parametrize(("method", "tolerance"), [("auto", 1e-7), ("dop853", 1e-7), ("radau5", 1e-6), ("bdf", 1e-4)])
+@pytest.mark.parametrize(
+    ("method", "tolerance"), [("auto", 1e-7), ("dop853", 1e-7), ("radau5", 1e-6), ("bdf", 1e-4)]
+)
 def test_it_locks_and_lets_go_when_its_phases_say(clutch, method, tolerance):
     run = clutch.run(method=method)
     assert run.ok, [check.says for check in run.objections]
@@ -80,7 +82,9 @@ def test_it_locks_and_lets_go_when_its_phases_say(clutch, method, tolerance):
     assert [event.action for event in run.events] == ["stick", "slip", "stick", "slip"]
     np.testing.assert_allclose([event.t for event in run.events], times, atol=tolerance)
     np.testing.assert_allclose(
-        [run["dot(motor)"][-1], run["dot(machine)"][-1], run["motor"][-1], run["machine"][-1]], end, rtol=10 * tolerance
+        [run["dot(motor)"][-1], run["dot(machine)"][-1], run["motor"][-1], run["machine"][-1]],
+        end,
+        rtol=10 * tolerance,
     )
 
 
@@ -98,4 +102,6 @@ def test_it_opens_when_the_press_no_longer_holds(clutch):
     last = run.events[-1]
     needed = held(last.t, last.v_before[0])
     assert STICKS * ARM * press(last.t) == pytest.approx(abs(needed), rel=1e-8)
-    assert brentq(lambda t: STICKS * ARM * press(t) - abs(needed), 5.5, 5.79) == pytest.approx(last.t, abs=1e-8)
+    assert brentq(lambda t: STICKS * ARM * press(t) - abs(needed), 5.5, 5.79) == pytest.approx(
+        last.t, abs=1e-8
+    )

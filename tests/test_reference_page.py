@@ -54,6 +54,7 @@ KEYS_OF = {
     "constraints": ("coincident", *toml_reader.READY_MADE),
     "stops": toml_reader.STOP_KEYS,
     "friction": toml_reader.FRICTION_KEYS,
+    "bristles": toml_reader.BRISTLE_KEYS,
     "contacts": toml_reader.CONTACT_KEYS,
     "events": toml_reader.EVENT_KEYS,
     "start": START_KEYS,

@@ -4,8 +4,8 @@ The vector x of such a friction is no longer than its level L, and where it is, 
 of this kind are x = Π(x - ρ u) with the accelerations u = free + A x, the projection Π on what x may be, which depends
 on x where L does, and any ρ > 0: Alart, Curnier, A mixed formulation for frictional contact problems prone to Newton
 like solution methods, Comput. Methods Appl. Mech. Eng. 92 (1991). Newton's method solves them for all at once; where it
-does not, sweeps over the contacts, one after another, bring it near (Jourdan, Alart, Jean, A Gauss-Seidel like algorithm
-to solve frictional contact problems, Comput. Methods Appl. Mech. Eng. 155 (1998)).
+does not, sweeps over the contacts, one after another, bring it near (Jourdan, Alart, Jean, A Gauss-Seidel like
+algorithm to solve frictional contact problems, Comput. Methods Appl. Mech. Eng. 155 (1998)).
 """
 
 from __future__ import annotations

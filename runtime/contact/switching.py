@@ -26,6 +26,8 @@ _AT_LIMIT = 1e-10  # of the range of a friction force
 _DEPENDENT = 1e-8  # of a row's compliance that is left once others are held: they hold it as well
 _AHEAD = 1e-7  # of the time that the motion takes to change
 _FINEST, _WIDEST = 1e-13, 0.02  # tolerance that an aim goes by, and angle [rad] that it lasts for at most
+_PARALLEL, _APART = 1e-6, 1e-12  # of directions of sliding; of what moves each other
+_NEARLY = 100.0  # times the speed that is zero within the tolerances
 _FAR = 0.999  # of what a friction can take
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
 _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
@@ -94,17 +96,14 @@ class Holding(Instant):
         rows = self.layout.circles[:, 0]
         aimed, turns = self.aimed[rows], self.turning[rows]
         turned = here.turned(self.layout.turned(self.senses, self.aimed | self.turning))
+        if self._begin_about_a_point(here, self.layout.circles[aimed]):
+            raise self._without_direction(rows[aimed])
         for j in self.n_stops + self.layout.circles[aimed, 1]:
             if _follow(turned.compliance, kept)[j]:
                 continue
             more = kept | (np.arange(self.n) == j)
             if _follow(turned.compliance, more)[self.n_stops + rows[aimed]].any():
-                names = dict.fromkeys(self.names[self.n_stops + i] for i in rows[aimed])
-                raise ContactError(
-                    f"friction in two directions ({', '.join(names)}) of one body begins to slide about a point at "
-                    f"t = {self.arrays.t:.9g} s: in which directions does not follow from what holds it at rest; "
-                    "give these frictions 'smooth'"
-                )
+                raise self._without_direction(rows[aimed])
             kept = more
         angle = (6.0 * max(float(self.arrays.control[at.RTOL]), _FINEST)) ** (1.0 / 3.0)
         step, along = self.arrays.fixed_step, self.n_stops + rows
@@ -118,6 +117,27 @@ class Holding(Instant):
             bounds = np.where(aimed, _CLEARLY * stopped, np.where(turns, stopped, 0.0))
         self._aims = np.column_stack([angles, bounds])
         return kept
+
+    def _begin_about_a_point(self, here: LocalDynamics, circles: np.ndarray) -> bool:
+        """Whether frictions that move each other begin to slide in directions that are not parallel."""
+        for k, one in enumerate(circles):
+            for other in circles[:k]:
+                across = abs(float(np.linalg.det(np.stack([self.senses[one], self.senses[other]]))))
+                joint = here.compliance[np.ix_(self.n_stops + one, self.n_stops + other)]
+                own = np.sqrt(
+                    np.prod([here.compliance[self.n_stops + i, self.n_stops + i] for i in (one[0], other[0])])
+                )
+                if across > _PARALLEL and np.abs(joint).max() > _APART * own:
+                    return True
+        return False
+
+    def _without_direction(self, rows: np.ndarray) -> ContactError:
+        names = dict.fromkeys(self.names[self.n_stops + i] for i in rows)
+        return ContactError(
+            f"friction in two directions ({', '.join(names)}) of one body begins to slide about a point at "
+            f"t = {self.arrays.t:.9g} s: in which directions does not follow from what holds it at rest; give these "
+            "frictions 'smooth'"
+        )
 
     def _aim_anew(self, fired: np.ndarray) -> np.ndarray:
         """Change how frictions with two directions slide whose events fired at speed; return whose aim is set.
@@ -259,7 +279,9 @@ class Holding(Instant):
         change = np.where(
             np.abs(change) > _ROUNDED * free, change, 0.0
         )  # what is balanced has no time of its own
-        speed = max(np.abs(v).max(initial=0.0), np.abs(change).max(initial=0.0))
+        # Rates that are zero within the tolerances have no time of their own either.
+        rates = np.where(np.abs(v) > float(self.arrays.control[at.ATOL]) + _ROUNDED, v, 0.0)
+        speed = max(np.abs(rates).max(initial=0.0), np.abs(change).max(initial=0.0))
         size = max(1.0, np.abs(here.state).max(initial=0.0))
         ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
         state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
@@ -514,11 +536,15 @@ class Switching(Holding):
             self.arrays.y[nq:n] += here.holding(rows, here.speeds)
 
     def _became(self, i: int, was_held: bool, came_to_rest: np.ndarray) -> str:
-        """What became of a stop or a friction; nothing where friction goes on to follow a direction that has turned."""
+        """What became of a stop or a friction.
+
+        Nothing where friction goes on to follow a direction that has turned, or shares a load anew.
+        """
         if i < self.n_stops:
             return "release" if was_held else "impact"
         if was_held:
-            return "slip"
+            shared_anew = self._in_circles[i - self.n_stops] and self._at_rest[i]
+            return "" if shared_anew else "slip"
         if self._at_rest[i]:
             return "stick"
         on_its_way = self._in_circles[i - self.n_stops] and not came_to_rest[i - self.n_stops]
@@ -558,7 +584,9 @@ class Switching(Holding):
     def _came_to_rest(self, here: LocalDynamics) -> np.ndarray:
         """Which frictions have no speed if they fired; those that follow reactions may have come to a paradox."""
         last = self.layout.together(np.abs(here.free[self.n_stops :])) * self.arrays.h_last
-        small = np.maximum(self._slow(here), _AT_REST * last)
+        # A speed in a plane comes close to zero; friction takes what is left of it before it goes anywhere.
+        slow = np.where(self._in_circles, _NEARLY, 1.0) * self._slow(here)
+        small = np.maximum(slow, _AT_REST * last)
         return ~(self._coupled | self._in_circles) | (self._sliding(here) <= small)
 
     def _decide(
@@ -577,14 +605,16 @@ class Switching(Holding):
         aims : ndarray of bool, optional
             Those that slide along `senses`, whatever their speed across is.
         """
+        before = self._here().speeds[self.n_stops :]
         impacted = self._impact(struck)
         here = self._here()
         closing = here.speeds[: self.n_stops] < -self._speed_tolerances(here)[: self.n_stops]
         touching = near & (struck | ~closing)
         speeds = here.speeds[self.n_stops :]
         still = self._sliding(here) <= self._slow(here)
-        if not impacted:  # else rates have jumped, and what stuck may slide
-            still = still | slow
+        # Where rates have jumped, what stuck may slide.
+        jumped = impacted & (self.layout.together(np.abs(speeds - before)) > self._slow(here))
+        still = still | (slow & ~jumped)
         led = here.led[self.n_stops :]
         led = led & ~(self._in_circles & ~self._all_led(led))
         onward = np.where(led & still, self._led_onward(here), np.sign(speeds))

@@ -111,8 +111,8 @@ MAPPINGS = {
     "_bodies": "bodies", "_joints": "joints", "_points": "points", "_axes": "axes", "_frames": "frames",
     "_springs": "springs", "_bushings": "bushings", "_rotors": "rotors", "_loads": "loads",
     "_constraints": "constraints", "_loops": "constraints", "_closures": "closures", "_rolling": "rolling",
-    "_stops": "stops", "_frictions": "friction", "_contacts": "contacts", "_pairs": "contacts", "_events": "events",
-    "_drawings": "draw",
+    "_stops": "stops", "_frictions": "friction", "_bristles": "bristles", "_contacts": "contacts", "_pairs": "contacts",
+    "_events": "events", "_drawings": "draw",
 }  # fmt: skip
 
 

@@ -58,20 +58,11 @@ FRICTION_KEYS = (
     "coordinate", "speed", "coordinates", "speeds", "torque", "force", "smooth", "creep", "static", "coefficient",
     "normal",
 )  # fmt: skip
+BRISTLE_KEYS = (
+    "coordinate", "speed", "stiffness", "damping", "viscous", "coulomb", "static", "stribeck", "start", "unit"
+)  # fmt: skip
 CONTACT_KEYS = tuple(
     dict.fromkeys(("gap", "stiffness", "exponent", "damping", "friction", "slip", "smooth", *PAIR_KEYS))
-)
-BRISTLE_KEYS = (
-    "coordinate",
-    "speed",
-    "stiffness",
-    "damping",
-    "viscous",
-    "coulomb",
-    "static",
-    "stribeck",
-    "start",
-    "unit",
 )
 EVENT_KEYS = ("when", "direction", "then")
 ENERGY_KEYS = ("kinetic", "potential", "dissipation")

@@ -42,8 +42,8 @@ from .rolling import held_by
 from .sources import Sources
 
 SPRING_FIELDS = ("angle", "stiffness", "rest", "damping", "preload", "mass")
-PAIR_FIELDS = ("height", "restitution", "friction", "static", "stiffness", "exponent", "damping", "smooth")
 BRISTLE_KEYS = ("stiffness", "damping", "viscous", "coulomb", "static", "stribeck")
+PAIR_FIELDS = ("height", "restitution", "friction", "static", "stiffness", "exponent", "damping", "smooth")
 CONTACT_KEYS = ("stiffness", "exponent", "damping", "friction", "slip", "smooth")
 
 
@@ -313,8 +313,12 @@ class _Writer:
     def table(self, table: str, entries: Iterable[tuple[str, sympy.Expr | tuple[str, ...]]]) -> list[str]:
         lines = [f"[{table}]"]
         for key, value in entries:
-            names = isinstance(value, tuple)
-            lines += [f"{key} = {_one_or_list(value)}"] if names else self.entries(table, [(key, value)])
+            if not isinstance(value, tuple):
+                lines += self.entries(table, [(key, value)])
+            elif isinstance(value[0], str):
+                lines.append(f"{key} = {_one_or_list(value)}")
+            else:
+                lines.append(f"{key} = {self.array(table, key, value)}")
         return lines
 
     def load(self, load: Load) -> list[str]:

@@ -1,0 +1,358 @@
+"""Friction in a plane, Coulomb's circle: against formulas, and phases that SciPy integrates in polar coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from plate_phases import Plate, course
+from recorded import assert_same_recording, record
+from scipy.integrate import solve_ivp
+
+from symgen import Model, cos, dot, sin
+from symgen.errors import ModelError
+from symgen.link import derive_text
+from symgen.runtime import load, solve
+from symgen.runtime.recording.resume import Resumed
+
+G = 9.81
+
+
+def block(kind="given", mu=0.3, mu_s=0.4, **options):
+    """A block of 2 kg in the frame of a plate that shakes along x and y."""
+    m = Model(f"block_{kind}")
+    x, y = m.coordinate("x", start=0.0), m.coordinate("y", start=0.0)
+    m.parameters(mu=mu, mu_s=mu_s)
+    m.force(x, "2*4*sin(5*t)")
+    m.force(y, "2*3*cos(7*t)")
+    if kind == "given":
+        m.body("block", mass=2.0, com=(x, y))
+        m.friction("sole", coordinates=(x, y), force=f"mu*2*{G}", static=f"mu_s*2*{G}", **options)
+        return m
+    z = m.coordinate("z", start=0.0)
+    m.body("block", mass=2.0, com=(x, y, z))
+    m.gravity(z=-G)
+    if kind == "stop":
+        m.stop("plate", z, m.parameter("e", 0.0))
+    else:
+        m.constraint("plate", z)
+    m.friction("sole", speeds=(dot(x), dot(y)), coefficient="mu", static="mu_s", normal="plate", **options)
+    return m
+
+
+@pytest.fixture(scope="module")
+def systems():
+    return {kind: block(kind).derive() for kind in ("given", "stop", "constraint")}
+
+
+@pytest.fixture(scope="module")
+def phases():
+    def pull(t):
+        return np.array([4.0 * np.sin(5.0 * t), 3.0 * np.cos(7.0 * t)])
+
+    return {mu_s: course(Plate(pull, lambda t: G, 0.3, mu_s), 3.0) for mu_s in (0.3, 0.4)}
+
+
+METHODS = {
+    "auto": 1e-6, "dop853": 1e-6, "dopri5": 1e-6, "bs32": 1e-5, "taylor": 1e-6, "radau5": 1e-6, "radau9": 1e-6,
+    "radau13": 1e-6, "bdf": 1e-5, "rk4": 3e-3, "implicit_midpoint": 3e-3, "gauss4": 3e-3,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mu_s", [0.3, 0.4])
+@pytest.mark.parametrize("kind", ["given", "stop", "constraint"])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_block_on_a_shaking_plate_slips_and_sticks_as_its_phases_say(systems, phases, method, kind, mu_s):
+    fixed = METHODS[method] > 1e-4
+    run = systems[kind].run(
+        t_end=3.0, method=method, parameters={"mu_s": mu_s}, step=1e-3 if fixed else None, max_steps=100_000
+    )
+    assert run.status == "success", run.message
+    if not fixed:
+        assert run.ok, [check.says for check in run.objections]
+    expected, off = phases[mu_s], METHODS[method]
+    events = [(event.action, event.t) for event in run.events if event.t > 1e-9]
+    assert [what for what, _ in events] == [what for what, _ in expected.events]
+    np.testing.assert_allclose([t for _, t in events], [t for _, t in expected.events], atol=off)
+    np.testing.assert_allclose(run.q[-1, :2], expected.place, atol=0.1 * off)
+    np.testing.assert_allclose(run.v[-1, :2], expected.velocity, atol=off)
+
+
+def test_the_forces_lie_on_the_circle_while_it_slides_and_within_while_it_sticks(systems):
+    run = systems["stop"].run(t_end=3.0)
+    forces = np.hypot(run["force(sole_1)"], run["force(sole_2)"])
+    speed = np.hypot(run["dot(x)"], run["dot(y)"])
+    np.testing.assert_allclose(forces[speed > 1e-3], 0.3 * 2.0 * G, rtol=1e-4)  # aimed where it begins
+    sticks = speed < 1e-12
+    needed = 2.0 * np.hypot(4.0 * np.sin(5.0 * run.t), 3.0 * np.cos(7.0 * run.t))
+    assert 10 < sticks.sum() < len(sticks)
+    np.testing.assert_allclose(forces[sticks], needed[sticks], rtol=1e-9)
+    assert forces.max() <= 0.4 * 2.0 * G * (1.0 + 1e-9)
+    # What it does against the speed is its work.
+    along = run["force(sole_1)"] * run["dot(x)"] + run["force(sole_2)"] * run["dot(y)"]
+    assert along.max() < 1e-12 and run.energy.max_error < 1e-6
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5", "rk4", "implicit_midpoint", "verlet"])
+def test_what_is_thrown_slides_straight_and_stays(method):
+    m = Model("thrown")
+    x, y = m.coordinate("x", start=0.0, rate=1.2), m.coordinate("y", start=0.0, rate=-0.5)
+    m.body("puck", mass=0.3, com=(x, y))
+    m.friction("ice", coordinates=("x", "y"), force=0.3 * 0.1 * G)
+    fixed = method in ("rk4", "implicit_midpoint", "verlet")
+    run = m.derive().run(t_end=2.0, method=method, step=0.01 if fixed else None)
+    assert run.status == "success"
+    assert [event.action for event in run.events] == ["stick"]
+    assert run.events[0].t == pytest.approx(1.3 / (0.1 * G), rel=2e-8)
+    way = 1.3**2 / (2.0 * 0.1 * G)
+    np.testing.assert_allclose(run.q[-1], way * np.array([1.2, -0.5]) / 1.3, rtol=1e-7)
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5"])
+def test_across_an_incline_as_steep_as_the_friction_half_the_speed_is_left(method):
+    """With μ = tan a, the speed and its part down the slope change against each other: v (1 + cos φ) stays."""
+    angle = 0.3
+    m = Model("incline", gravity=(0, -G * np.sin(angle), -G * np.cos(angle)))
+    x, y, z = (
+        m.coordinate("x", start=0.0, rate=2.0),
+        m.coordinate("y", start=0.0),
+        m.coordinate("z", start=0.0),
+    )
+    m.body("block", mass=1.5, com=(x, y, z))
+    m.stop("slope", z)
+    m.friction("sole", coordinates=(x, y), coefficient=np.tan(angle), normal="slope")
+    run = m.derive().run(t_end=8.0, method=method)
+    assert run.ok and not run.events
+    speed = np.hypot(run["dot(x)"], run["dot(y)"])
+    np.testing.assert_allclose(speed - run["dot(y)"], 2.0, rtol=1e-6)
+    assert -run["dot(y)"][-1] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("mu", "e"), [(0.3, 0.0), (0.3, 0.5), (2.0, 0.5)])
+def test_the_impulse_in_an_impact_lies_in_the_circle(systems, mu, e):
+    run = systems["stop"].run(
+        t_end=0.5, parameters={"mu": mu, "mu_s": mu, "e": e}, start={"z": 1.0}, rate={"x": 3.0, "y": -4.0},
+        method="dop853",
+    )  # fmt: skip
+    first, down = run.events[0], np.sqrt(2.0 * G)
+    assert first.action == "impact"
+    before = first.v_before
+    speed = np.hypot(*before[:2])
+    left = max(speed - mu * (1.0 + e) * down, 0.0)
+    np.testing.assert_allclose(first.v_after, [*(before[:2] / speed * left), e * down], rtol=1e-8, atol=1e-9)
+
+
+def test_a_box_on_four_feet_slides_from_rest_and_comes_to_rest():
+    """Down an incline that is steeper than its friction for a time; four feet share what three would bear."""
+    m = Model("feet")
+    x, y, z = (m.coordinate(name, start=0.0) for name in "xyz")
+    a, b = m.coordinate("a", start=0.0), m.coordinate("b", start=0.0)
+    m.body("box", mass=2.0, inertia=[0.02, 0.03, 0.04], com=(x, y, z + 0.05), rotation=[["x", a], ["y", b]])
+    m.force(z, -2.0 * G)
+    m.force(x, "6*sin(t)*1.2")
+    m.force(y, "6*sin(t)*0.5")
+    for k, (px, py) in enumerate([(0.1, 0.15), (-0.1, 0.15), (-0.1, -0.15), (0.1, -0.15)]):
+        height = z + 0.05 - 0.05 * cos(a) * cos(b) + py * sin(a) - px * sin(b) * cos(a)
+        m.stop(f"foot{k}", height)
+        m.friction(f"rub{k}", speeds=(dot(x), dot(y)), coefficient=0.3, normal=f"foot{k}")
+    run = m.derive().run(t_end=3.0, method="dop853")
+    assert run.ok, [check.says for check in run.objections]
+    slips = np.arcsin(0.3 * 2.0 * G / (6.0 * 1.3))
+    assert run.events[0].action == "slip" and run.events[0].t == pytest.approx(slips, rel=1e-7)
+
+    def along(t, state):
+        return [state[1], (7.8 * np.sin(t) - 0.3 * 2.0 * G) / 2.0]
+
+    exact = solve_ivp(along, (slips, 3.0), [0.0, 0.0], rtol=1e-11, atol=1e-13)
+    assert exact.y[1].min() > -1e-9
+    np.testing.assert_allclose(run.q[-1, :2], exact.y[0, -1] * np.array([12.0, 5.0]) / 13.0, rtol=1e-6)
+
+
+def legs(power):
+    m = Model("legs")
+    x, y, a = (m.coordinate(name, start=start) for name, start in (("x", 0.0), ("y", 0.0), ("a", 0.1)))
+    m.body("table", mass=4.0, inertia=0.5, com=(x, y), angle=a)
+    m.force(x, f"{14 * power}*sin(2*t)")
+    m.force(y, f"{6 * power}*cos(3*t)")
+    m.force(a, f"{2 * power}*sin(t)")
+    for k, (px, py) in enumerate([(0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)]):
+        speeds = dot(x + px * cos(a) - py * sin(a)), dot(y + px * sin(a) + py * cos(a))
+        m.friction(f"leg{k}", speeds=speeds, force=0.3 * G)
+    return m
+
+
+def smooth_legs(start, t_end):
+    def motion(t, state):
+        _, _, a, vx, vy, w = state
+        force, torque = np.array([14.0 * np.sin(2.0 * t), 6.0 * np.cos(3.0 * t)]), 2.0 * np.sin(t)
+        for px, py in [(0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)]:
+            rx, ry = px * np.cos(a) - py * np.sin(a), px * np.sin(a) + py * np.cos(a)
+            u = np.array([vx - w * ry, vy + w * rx])
+            rub = -0.3 * G * u / np.sqrt(u @ u + 1e-14)
+            force, torque = force + rub, torque + rx * rub[1] - ry * rub[0]
+        return [vx, vy, w, force[0] / 4.0, force[1] / 4.0, torque / 0.5]
+
+    return solve_ivp(motion, (0.0, t_end), start, "Radau", rtol=1e-9, atol=1e-11).y[:, -1]
+
+
+def test_legs_that_slide_and_turn_move_as_one_body():
+    start = {"x": 1.0, "y": 0.4, "a": 2.0}
+    run = legs(1.0).derive().run(t_end=0.8, rate=start)
+    assert run.ok
+    exact = smooth_legs([0.0, 0.0, 0.1, 1.0, 0.4, 2.0], 0.8)
+    np.testing.assert_allclose([*run.q[-1], *run.v[-1]], exact, rtol=1e-5, atol=1e-6)
+
+
+def test_legs_that_do_not_give_way_stay_and_those_that_turn_about_a_point_are_refused_by_name():
+    held = legs(0.2).derive().run(t_end=4.0)
+    assert held.status == "success" and np.abs(held.q - [0.0, 0.0, 0.1]).max() < 1e-12
+    run = legs(1.0).derive().run(t_end=4.0)
+    assert run.status == "failed" and "leg0, leg1" in run.message and "'smooth'" in run.message
+
+
+@pytest.mark.parametrize("kind", ["given", "stop"])
+@pytest.mark.parametrize("form", ["open", "closed"])
+def test_the_jacobian_of_the_residual_is_its_derivative(systems, kind, form):
+    system = systems[kind] if form == "open" else systems[kind].closed
+    n, rows = system.nq + 2 * system.nv + system.m, system.nv + system.m
+    random = np.random.default_rng(3)
+    y, p = random.uniform(0.2, 1.0, n), system.parameter_values()
+    p[system.n_settable :] = random.uniform(0.3, 0.8, len(p) - system.n_settable)
+    jacobian = system.kernel("residual_jacobian")(0.0, y, p).reshape(rows, n)
+    residual, h = system.kernel("residual"), 1e-6
+    moved = [(residual(0.0, y + h * e, p) - residual(0.0, y - h * e, p)) / (2.0 * h) for e in np.eye(n)]
+    np.testing.assert_allclose(jacobian, np.transpose(moved), atol=1e-7)
+
+
+@pytest.mark.parametrize("kind", ["given", "stop"])
+@pytest.mark.parametrize("part", [0.3, 0.8])
+def test_a_run_that_is_taken_up_again_is_the_run_that_was_not_cut(tmp_path, kind, part):
+    text = derive_text(block(kind)).text
+    whole, first, rest = (tmp_path / f"{name}.rrd" for name in ("whole", "first", "rest"))
+    a = record(whole, text, lambda **more: solve(load(text), 3.0, method="dop853", **more))
+    few = int(part * a.stats["steps"])
+    record(first, text, lambda **more: solve(load(text), 3.0, method="dop853", max_steps=few, **more))
+    c = record(rest, text, Resumed(first).run)
+    assert_same_recording(whole, rest)
+    assert c.stats == a.stats and len(c.events) == len(a.events)
+
+
+def test_what_is_asked_for_changes_nothing(systems):
+    plain = systems["stop"].run(t_end=3.0, method="dop853")
+    looked = systems["stop"].run(t_end=3.0, method="dop853", at=[0.1, 0.7282, 0.9, 1.111])
+    np.testing.assert_array_equal(plain.q[-1], looked.q[-1])
+    assert plain.stats["steps"] == looked.stats["steps"]
+
+
+def test_its_reaction_is_the_magnitude_of_both_forces():
+    m = block("stop")
+    m.output("rub", 'reaction("sole")')
+    run = m.derive().run(t_end=1.0)
+    np.testing.assert_allclose(run["rub"], np.hypot(run["force(sole_1)"], run["force(sole_2)"]), rtol=1e-12)
+
+
+@pytest.mark.parametrize("normal", [False, True])
+@pytest.mark.parametrize("method", ["radau5", "dop853"])
+def test_creep_begins_in_proportion_and_ends_on_the_circle(normal, method):
+    """A roller that is pulled: with Kalker's slope at first, and the whole friction from `creep` on."""
+    m = Model("creep")
+    x, y = m.coordinate("x", start=0.0), m.coordinate("y", start=0.0, rate=0.01)
+    m.force(x, "0.8*t")
+    law = {"coefficient": 0.25, "normal": "rail"} if normal else {"force": 0.25 * G}
+    if normal:
+        z = m.coordinate("z", start=0.0)
+        m.body("wheel", mass=1.0, com=(x, y, z))
+        m.force(z, -G)
+        m.stop("rail", z)
+    else:
+        m.body("wheel", mass=1.0, com=(x, y))
+    m.friction("contact", coordinates=(x, y), creep=0.05, **law)
+    run = m.derive().run(t_end=4.0, method=method)
+    assert run.ok, [check.says for check in run.objections]
+
+    def motion(t, state):
+        v = state[2:]
+        s = np.hypot(*v)
+        size = 0.25 * G * (1.0 - (1.0 - min(s / 0.05, 1.0)) ** 3)
+        return [*v, *(np.array([0.8 * t, 0.0]) - size * v / max(s, 1e-300))]
+
+    exact = solve_ivp(
+        motion, (0.0, 4.0), [0.0, 0.0, 0.0, 0.01], "Radau", rtol=1e-9, atol=1e-12, max_step=0.01
+    )
+    np.testing.assert_allclose(run.q[-1, :2], exact.y[:2, -1], rtol=1e-5, atol=1e-7)
+    slow = int(np.searchsorted(run.t, 0.5))
+    assert run["dot(x)"][slow] == pytest.approx(0.8 * run.t[slow] * 0.05 / (3 * 0.25 * G), rel=0.15)
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_smooth_friction_in_a_plane(method):
+    m = Model("smooth")
+    x, y = m.coordinate("x", start=0.0, rate=1.0), m.coordinate("y", start=0.0, rate=1.0)
+    m.body("b", mass=1.0, com=(x, y))
+    m.friction("f", coordinates=(x, y), force=2.0, smooth=0.1)
+    m.force(x, 1.0)
+    run = m.derive().run(t_end=4.0, method=method)
+    assert run.ok
+
+    def motion(t, s):
+        width = np.sqrt(s[2] ** 2 + s[3] ** 2 + 0.01)
+        return [s[2], s[3], 1.0 - 2.0 * s[2] / width, -2.0 * s[3] / width]
+
+    exact = solve_ivp(motion, (0.0, 4.0), [0.0, 0.0, 1.0, 1.0], rtol=1e-10, atol=1e-12).y[:, -1]
+    np.testing.assert_allclose([*run.q[-1], *run.v[-1]], exact, rtol=1e-6, atol=1e-7)
+
+
+def test_a_file_round_trips():
+    text = """
+name = "block"
+[coordinates]
+x = { unit = "m", start = 0.0 }
+y = { unit = "m", start = 0.0 }
+z = { unit = "m", start = 0.0 }
+[bodies.block]
+mass = "2 kg"
+com = ["x", "y", "z"]
+[stops.floor]
+gap = "z"
+[friction.sole]
+coordinates = ["x", "y"]
+coefficient = 0.3
+static = 0.4
+normal = "floor"
+[friction.belt]
+speeds = ["dot(x) - 0.1", "dot(y)"]
+force = "1 N"
+creep = "0.01 m/s"
+"""
+    model = Model.from_toml(text)
+    again = Model.from_toml(model.to_toml())
+    assert again.to_toml() == model.to_toml()
+    assert again.derive().switches == model.derive().switches
+    assert [s["name"] for s in again.derive().switches] == ["floor", "sole_1", "sole_2"]
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"coordinates": ("x",)}, "two 'coordinates'"),
+        ({"coordinates": ("x", "y"), "coordinate": "x"}, "one 'coordinate'.*give one of these"),
+        ({"speeds": ("dot(x)", "x")}, "no rate"),
+        ({"coordinates": ("x", "y"), "smooth": "1 m/s", "creep": "1 m/s"}, "not by both"),
+        ({"coordinates": ("x", "y"), "creep": "-1 m/s"}, "not positive"),
+        ({"coordinates": ("x", "y"), "creep": "1 m/s", "static": "3 N"}, "never sticks"),
+        ({"coordinates": ("x", "2*y")}, "coordinate's name"),
+    ],
+)
+def test_what_does_not_fit_is_refused(options, says):
+    m = Model("block")
+    x, y, a = m.coordinate("x", unit="m"), m.coordinate("y", unit="m"), m.coordinate("a", unit="rad")
+    m.body("block", mass="2 kg", inertia="1 kg*m^2", com=(x, y), angle=a)
+    with pytest.raises(ModelError, match=says):
+        m.friction("ground", force="2 N", **options)
+        m.derive()
+
+
+def test_the_names_of_both_forces_must_be_free():
+    m = block("given")
+    m.friction("sole_1", coordinate="x", force="1 N")
+    with pytest.raises(ModelError, match="'sole_1' is taken"):
+        m.derive()
