@@ -28,7 +28,7 @@ from .thrown_bodies import FLOOR, TARGET_DAMPING, TARGET_INERTIA, Thrown, n_near
 
 KINDS = ("planar", "space", "pair", "reference")
 METHOD_NAMES = ("dop853", "taylor", "radau5", "rk4", "gauss8", "bdf")
-_SPAN, _FPS = 0.6, 250
+_SPAN, _FPS = 0.6, 500  # s; between frames a direction of sliding is taken for its mean
 _STEP = 2e-4  # s, of fixed steps: a direction of sliding that begins is of second order in it
 _ALLOWED = {"rk4": 1e-5, "gauss8": 1e-5, "bdf": 1e-4}  # of the energy, and in place [m, rad]
 _ALLOWED_ELSE = 1e-5
