@@ -25,7 +25,6 @@ from .description import (
     Spring,
 )
 from .joint_types import TYPES, JointType
-from .unevaluated import total
 from .units import (
     ACCELERATION,
     DIMENSIONLESS,
