@@ -5,7 +5,8 @@
 `symgen run double_pendulum --no-log` on an empty cache, with one method of each family of step loops; the same with
 everything derived and compiled; and what other programs need for the first end state of that pendulum, from its
 Lagrangian: heyoka and SymPy with SciPy, each by the shortest program that its documents suggest. Everything runs by
-turns, each in a process of its own, whose user and system time count.
+turns, each in a process of its own, whose user and system time count. Python keeps its byte code there, as it does
+for users.
 """
 
 from __future__ import annotations
@@ -102,10 +103,11 @@ def measured(command: list[str], environment: Mapping[str, str], folder: str) ->
     subprocess.CalledProcessError
         It failed. A run that its health report doubts has not: status 3.
     """
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     process = subprocess.Popen(
         command,
         cwd=folder,
-        env={**os.environ, **environment},
+        env={**kept, **environment},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )

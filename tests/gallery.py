@@ -176,7 +176,9 @@ SECTIONS: dict[str, dict[str, Entry]] = {
             "A clutch slips, locks, slips under a blow, and opens when the press lets go; what presses is an input.",
             1.2,
         ),
-        "die": Entry("run die", "Contact by its shape: corners that bounce and rub, until it lies on a face.", 0.45),
+        "die": Entry(
+            "run die", "Contact by its shape: corners that bounce and rub, until it lies on a face.", 0.45
+        ),
         "newtons_cradle": Entry(
             "run newtons_cradle", "One blow after another: as many balls fly off as come.", 0.36
         ),

@@ -53,7 +53,9 @@ def two_balls() -> System:
     for name in "ab":
         y = m.coordinate(name, start=1.0)
         m.body(name, mass=1.0, com=(0, y))
-        m.event(f"bounce_{name}", y, direction="falling", then={"reset": {f"dot({name})": f"-0.8*dot({name})"}})
+        m.event(
+            f"bounce_{name}", y, direction="falling", then={"reset": {f"dot({name})": f"-0.8*dot({name})"}}
+        )
     return m.derive()
 
 
@@ -164,3 +166,40 @@ def test_what_hardly_passes_is_not_passed_by(method):
 
 def test_only_models_with_events_leave_for_them():
     assert LEFT in runs_alone(ball())
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_events_that_end_runs(method):
+    """Frames behind the end show where the member stays; members of others go on."""
+    m = Model("thrown", gravity=(0, "-9.81 m/s^2"))
+    x, y = m.coordinate("x", rate=2.0), m.coordinate("y", rate=3.0)
+    m.body("stone", mass=1.0, com=(x, y))
+    m.event("lands", y, direction="falling", then="terminate")
+    system = m.derive()
+    speeds = np.array([3.0, 5.0, 20.0])
+    e = system.ensemble(2.0, method=method, rate={"y": speeds}, frames=[0.1, 0.5, 1.0, 1.5, 2.0])
+    assert e.health.ok
+    assert not e.verdicts.singly.any()
+    flight = 2 * speeds / 9.81
+    assert np.allclose(e["x"], 2.0 * np.minimum(e.t, flight[:, None]), atol=1e-9)
+    assert np.allclose(e["y"][:2, -1], 0.0, atol=1e-9)
+    for k, word in enumerate(("terminated", "terminated", "success")):
+        again, run = e.member(k), system.run(2.0, method=method, rate={"y": speeds[k]})
+        assert again.status == run.status == word
+        assert np.isclose(again.t[-1], min(2.0, flight[k]), atol=1e-12)
+        assert np.array_equal(again.states[-1][:2], [e["x"][k, -1], e["y"][k, -1]])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_goes_on_touching_zero_is_for_single_runs(method):
+    """At every step length it may have crossed; single runs search the minimum itself, and find that it has not."""
+    m = Model("toucher")
+    x, n = m.coordinate("x", start=1.0), m.coordinate("n")
+    m.kinetic(dot(x) ** 2 / 2 + dot(n) ** 2 / 2)
+    m.potential(x**2 / 2)
+    m.event("touches", x**2, direction="falling", then={"reset": {"dot(n)": dot(n) + 1}})
+    system = m.derive()
+    e = system.ensemble(2.0, method=method, start={"x": [1.0, 0.5]})
+    assert e.verdicts.singly.all()
+    assert np.array_equal(e["dot(n)"], [0.0, 0.0])
+    assert np.allclose(e["x"], np.array([1.0, 0.5]) * np.cos(2.0), atol=1e-7)

@@ -26,6 +26,10 @@ def compile_ir(ir: str) -> bytes:
         module.data_layout = str(machine.target_data)
         builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(OPTIMISATION_LEVEL))
         passes = llvm.create_new_function_pass_manager()
+        if "alwaysinline" in ir:
+            inlining = llvm.create_new_module_pass_manager()
+            inlining.add_always_inliner_pass()
+            inlining.run(module, builder)
         # On straight-line code these two give what the whole -O2 pipeline gives, in a fifth of its time.
         passes.add_instruction_combine_pass()
         passes.add_new_gvn_pass()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from symgen.runtime.code.function_text import FunctionText
 from symgen.runtime.code.llvm_text import PRECOMPUTED, declarations, function, lanes_type, table
 from symgen.runtime.code.lower import Lowering, NoLanes
+from symgen.runtime.code.sincos import inlined_where_few
 
 _ABI = {"t": "double", "y": "ptr", "p": "ptr", "out": "ptr"}
 _PASSED = "double %t, ptr %y, ptr %p, ptr %out"
@@ -89,7 +90,7 @@ class _Module:
     def lowered(self) -> Lowered:
         tables = [table(name, entries) for name, entries in self._tables.items()]
         before = (*tables, declarations(self._called), *self._solvers.values())
-        return Lowered("".join((*before, *self._parts)), self.operations)
+        return Lowered(inlined_where_few("".join((*before, *self._parts))), self.operations)
 
 
 def lower_function(source: FunctionText, symbol: str) -> Lowered:

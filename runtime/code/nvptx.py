@@ -73,7 +73,9 @@ def _optimised(program: Whole, triple: str, machine: llvm.TargetMachine) -> llvm
 
 def _linked(program: Whole) -> llvm.ModuleRef:
     """One module of all parts, of which only the entry can be seen."""
-    texts = (text.replace(f" {_APART} ", " ") if program.flat else text for text in program.parts)
+    # What suits vectors of this machine's processor does not bind a thread.
+    texts = (text.replace(f" {_INLINE} ", " ") for text in program.parts)
+    texts = (text.replace(f" {_APART} ", " ") if program.flat else text for text in texts)
     whole, *others = (llvm.parse_assembly(text) for text in texts)
     for module in others:
         whole.link_in(module)

@@ -15,6 +15,7 @@ integers, so that all processors and graphics processors find the same bits ther
 from __future__ import annotations
 
 import functools
+import re
 
 from symgen.runtime.code.llvm_text import constant, lanes_constant, lanes_suffix, lanes_type
 
@@ -37,6 +38,8 @@ _DECLARE_SHIFT = "declare i64 @llvm.fshl.i64(i64, i64, i64)"
 _N_WORDS = 20  # of 2/pi, behind one of zeros: the largest angles need bits 972 to 1164
 # Added to a whole number below 2^51, it leaves that in the last bits.
 _TO_BITS = 1.5 * 2.0**52
+_FEW = 8
+_NOT_INLINE = re.compile(r"(define internal [^\n]*sincos\([^\n]*\)) noinline")
 
 
 def declaration(function: str, lanes: int = 0) -> str:
@@ -122,6 +125,12 @@ ret {{{kind}, {kind}}} %both
 {_far(f"{name}.far")}"""
     used = {declaration(f, lanes) for f in _INTRINSICS} | {declaration(f) for f in ("fma", "fmuladd")}
     return text, used | {_DECLARE_SHIFT}
+
+
+def inlined_where_few(ir: str) -> str:
+    """Return a module in which `lanes_sincos` is inlined, where few calls of it do not make functions much longer."""
+    calls = len(re.findall(r"call [^\n]*sincos\(", ir))
+    return _NOT_INLINE.sub(r"\1 alwaysinline", ir) if calls <= _FEW else ir
 
 
 def _fused(lanes: int, function: str, to: str, a: str, b: str, c: str) -> str:

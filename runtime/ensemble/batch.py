@@ -254,6 +254,8 @@ class LaneBatch:
             self._loop.begin(self.table.address)
             self._loop.run(self.table.address)
         repeat_ends(result, self.settings)
+        if any(event["action"] == "terminate" for event in system.events):
+            stay_at_ends(result, self.settings)
         return result
 
 
@@ -267,3 +269,10 @@ def repeat_ends(result: BatchResult, settings: BatchSettings) -> None:
     if len(times) and times[-1] == settings.t_end:
         reached = result.column("status") == at.REACHED_STOP
         result.frames[reached, -1] = result.end[reached]
+
+
+def stay_at_ends(result: BatchResult, settings: BatchSettings) -> None:
+    """Let frames behind the end of a run that an event ends show where it stays."""
+    reached = result.column("status") == at.REACHED_STOP
+    behind = reached[:, None] & (settings.frame_times > result.column("t")[:, None])
+    result.frames[behind] = result.end[np.nonzero(behind)[0]]

@@ -119,15 +119,13 @@ def attempt(lanes: Lanes, active: Value) -> Value:
         with code.when(code.equal(lanes.n_events, 0)):  # else it is there, and of the whole step
             dense()
 
-    write_frames(
-        lanes, stopped.accepted, t, stopped.t, dense_of_frames, states_at, whole=h
-    )
+    write_frames(lanes, stopped.accepted, t, stopped.t, dense_of_frames, states_at, whole=h)
     stopped = act_on_events(
         lanes, stopped, lambda at: code.call_kernel(lanes.rhs, at, lanes.y_new, lanes.p, new)
     )
     end = replace(end, accepted=stopped.accepted, infinite=infinite)
     copy_rows(lanes, new, rows[0], lanes.ny, end.accepted)
-    return commit(lanes, active, end, stopped.t, stopped.t - t, small, stopped.leaving)
+    return commit(lanes, active, end, stopped.t, stopped.t - t, small, stopped.leaving, stopped.ended)
 
 
 def _sum(lanes: Lanes, weights: dict[int, float], h: Value, rows: list[Rows], out: Rows) -> None:

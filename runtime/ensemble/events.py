@@ -1,9 +1,9 @@
-"""Events of free motion in lanes: what `integrate/after_step.py` and `integrate/plain_events.py` do of resets and records.
+"""Events of free motion in lanes: what `integrate/after_step.py` and `integrate/plain_events.py` do of them.
 
-A step is looked at in the places of a single run's. Where an event function changes its side, its lane's step ends there
-and the state is reset; where one may have touched zero in between, the step is taken again at half its length. What
-needs more thought (two events at one instant, a function that goes on touching zero, resets that pile up) makes the
-member leave its lane, for a run of its own.
+A step is looked at in the places of a single run's. Where an event function changes its side, its lane's step ends
+there and the state is reset; where one may have touched zero in between, the step is taken again at half its length.
+What needs more thought (two events at one instant, a function that goes on touching zero, resets that pile up) makes
+the member leave its lane, for a run of its own.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from symgen.runtime.ensemble.writer import INTEGER, Code, Rows, Value, Variable
 from symgen.runtime.integrate import plain_events
 from symgen.runtime.integrate.after_step import CHEBYSHEV, EPS, INWARDS, N_EARLY
 from symgen.runtime.integrate.layout import LEANING
-from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, RECORDS, ROUND_OFF
+from symgen.runtime.integrate.plain_events import AHEAD, CLEAR, RECORDS, RESETS, ROUND_OFF, TERMINATES
 
 # Where a step is looked at: near its start while a function has no side yet, and near both ends for what dips there.
 PLACES = (
@@ -27,13 +27,13 @@ PLACES = (
 _NOT_EARLY = 2  # places behind the early ones that take their part where all functions have a side
 _SHORTEST_FLIGHT = 1e-3  # of the first one: what is left to single runs, which know how flights pile up
 _MOST_TRIALS = 60
-_MOST_HALVINGS = 5.0
+_SHORTEST_STEP = 1e-5  # of the longest one: a function that may have crossed in shorter ones touches zero
 _FARTHEST = 2.0  # behind the end of a step
 
 
 _BLOCKS = (
-    "side", "band", "previous", "one_before", "two_before", "found", "low", "high", "g_low", "g_high", "was", "level", "root", "g",
-    "at_event", "floor", "other",
+    "side", "side_before", "band", "previous", "one_before", "two_before", "found", "low", "high", "g_low", "g_high",
+    "was", "level", "root", "g", "at_event", "floor", "other",
 )  # fmt: skip
 N_BLOCKS = len(_BLOCKS)
 
@@ -62,12 +62,15 @@ class Stopped:
         Lanes in which it ends at an event.
     leaving : Value
         Lanes whose members are for single runs.
+    ended : Value
+        Lanes whose runs an event has ended.
     """
 
     t: Value
     accepted: Value
     happened: Value
     leaving: Value
+    ended: Value
 
 
 def _evaluate(lanes: Lanes, t: Value, y: Rows, out: Rows) -> None:
@@ -172,15 +175,16 @@ def find_events(
         make_dense()
         touched = _look(lanes, accepted, t, t1 - t, evaluate)
         first, several = _locate(lanes, t, t1 - t, evaluate)
-        # What dips behind an event belongs to the steps from there on.
-        touched = accepted & touched & ~(first <= 1.0)
-        often = lanes.own("halvings") >= _MOST_HALVINGS
-        leaving.value = (touched & often) | (accepted & (several | (lanes.own("leaves") > 0.5)))
+        touched = accepted & touched
+        half = (t1 - t) * 0.5
+        short = half < lanes.own("longest") * _SHORTEST_STEP
+        leaving.value = (touched & short) | (accepted & (several | (lanes.own("leaves") > 0.5)))
         again = touched & ~leaving.value
-        lanes.set_own("h", (t1 - t) * 0.5, again)
+        w = Watched(lanes)
+        copy_rows(lanes, w.side_before, w.side, lanes.n_events, again)
+        lanes.set_own("h", half, again)
         lanes.set_own("last_rejected", 1.0, again)
-        lanes.set_own("halvings", 0.0, accepted)
-        lanes.count("halvings", again)
+        lanes.set_own("longest", code.larger(lanes.own("longest"), t1 - t), accepted)
         stands.value = accepted & ~again & ~leaving.value
         happened.value = stands.value & (first <= 1.0)
         inside = happened.value & (first < 1.0)
@@ -188,16 +192,19 @@ def find_events(
             evaluate(code.select(inside, first, code.all_lanes(1.0)), lanes.y_stage)
             copy_rows(lanes, lanes.y_stage, lanes.y_new, lanes.ny, inside)
         stop.value = code.select(inside, t + (t1 - t) * first, t1)
-    return Stopped(stop.value, stands.value, happened.value, leaving.value)
+    return Stopped(stop.value, stands.value, happened.value, leaving.value, nowhere)
 
 
-def _look(lanes: Lanes, accepted: Value, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]) -> Value:
+def _look(
+    lanes: Lanes, accepted: Value, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]
+) -> Value:
     """Find where functions change their sides; returns lanes in which one may only touch zero."""
     code, w, ne = lanes.code, Watched(lanes), lanes.n_events
     early, touched = code.variable(code.flags(False)), code.variable(code.flags(False))
     _evaluate(lanes, t, lanes.y, w.previous)
     with code.each(ne) as e:
         early.value = early.value | (code.size(w.side[e]) < 1.0)
+        w.side_before[e] = w.side[e]
         w.one_before[e] = w.two_before[e] = float("nan")  # what is compared with them is not so
         w.found[e] = 0.0
         w.root[e] = _FARTHEST
@@ -258,9 +265,7 @@ def _dips(before: Value, here: Value, after: Value, beyond: Value) -> Value:
     return (here > 0.0) & (here <= before) & (here <= after) & (here <= largest * 0.5)
 
 
-def _locate(
-    lanes: Lanes, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]
-) -> tuple[Value, Value]:
+def _locate(lanes: Lanes, t: Value, h: Value, evaluate: Callable[[Value, Rows], None]) -> tuple[Value, Value]:
     """Find the places of crossings; returns the first one, and where several events share it."""
     code, w = lanes.code, Watched(lanes)
     with code.each(lanes.n_events) as e:
@@ -332,14 +337,16 @@ def act_on_events(lanes: Lanes, stopped: Stopped, derive: Callable[[Value], None
         Writes what works out the derivatives of `y_new` at a time, for all lanes.
     """
     code = lanes.code
-    leaving = code.variable(stopped.leaving)
+    leaving, ended = code.variable(stopped.leaving), code.variable(stopped.ended)
     with code.when(code.any(stopped.happened)):
-        _act(lanes, stopped, leaving)
+        _act(lanes, stopped, leaving, ended)
         derive(stopped.t)
-    return replace(stopped, accepted=stopped.accepted & ~leaving.value, leaving=leaving.value)
+    return replace(
+        stopped, accepted=stopped.accepted & ~leaving.value, leaving=leaving.value, ended=ended.value
+    )
 
 
-def _act(lanes: Lanes, stopped: Stopped, leaving: Variable) -> None:
+def _act(lanes: Lanes, stopped: Stopped, leaving: Variable, ended: Variable) -> None:
     code, w, y, t, where = lanes.code, Watched(lanes), lanes.y_new, stopped.t, stopped.happened
     _evaluate(lanes, t, y, w.g)
     copy_rows(lanes, w.g, w.at_event, lanes.n_events, where)
@@ -348,7 +355,8 @@ def _act(lanes: Lanes, stopped: Stopped, leaving: Variable) -> None:
     is_reset = code.variable(code.flags(False))
     with code.each(lanes.n_events) as e:
         here = where & _is(code, lanes.own("next_event"), e + 1)
-        with code.when(code.any(here) & ~code.equal(lanes.actions[e], RECORDS)):
+        ended.value = ended.value | (here & code.all_flags(code.equal(lanes.actions[e], TERMINATES)))
+        with code.when(code.any(here) & code.equal(lanes.actions[e], RESETS)):
             is_reset.value = is_reset.value | here
             with code.each(lanes.n) as i:  # structural zeros are not written
                 lanes.y_stage[i] = 0.0
@@ -385,4 +393,3 @@ def _log_event(lanes: Lanes, where: Value, t: Value, change: Value) -> None:
             with code.each(lanes.n) as i:
                 row[i + (first + plain_events.FIRST_STATE)] = code.of_lane(states[i], 0)
         code.set_slot(AT["n_events_logged"], number + 1)
-

@@ -454,12 +454,13 @@ def reach(
 
 
 def commit(
-    lanes: Lanes, active: Value, end: Reached, t1: Value, h: Value, give_up: Value, leaving: Value | None = None
-) -> Value:
+    lanes: Lanes, active: Value, end: Reached, t1: Value, h: Value, give_up: Value, leaving: Value | None = None,
+    ended: Value | None = None,
+) -> Value:  # fmt: skip
     """Make accepted states the current ones, and count; returns in which lanes the member is done.
 
-    Those are at the end of the run, out of steps, at a singular configuration, among `give_up`, or `leaving` for runs
-    of their own, and have a status.
+    Those are at the end of the run, out of steps, at a singular configuration, among `give_up`, `leaving` for runs of
+    their own, or `ended` by an event, and have a status.
     """
     code = lanes.code
     lanes.set_own("t", t1, end.accepted)
@@ -469,6 +470,8 @@ def commit(
     lanes.count("steps", end.accepted)
     lanes.count("rejected", active & ~end.accepted)
     arrived = end.accepted & (t1 >= lanes.t_end)
+    if ended is not None:
+        arrived = arrived | (end.accepted & ended)
     steps = lanes.own("steps") + lanes.own("rejected")
     spent = active & (steps >= code.as_kind(code.to_number(lanes.max_steps), "lanes"))
     singular = active & (lanes.own("pivot") < PIVOT_LIMIT)

@@ -82,9 +82,11 @@ def _solution(
 ) -> Solution:  # fmt: skip
     system = plan.system
     there = np.isfinite(result.frames[0]).all(axis=1) & (times <= result.column("t")[0])
-    t, rows = times[there], result.frames[0][there]
+    t, rows, stop = times[there], result.frames[0][there], result.column("t")
     if not len(t):
         t, rows = np.array([plan.single.t_start]), result.end
+    if status == at.REACHED_STOP and t[-1] < stop[0]:  # an event has ended it there
+        t, rows = np.append(t, stop), np.concatenate([rows, result.end])
     energies = evaluate(system, "energy", p, t, rows)
     n = system.nq + system.nv
     work = rows[:, n] if system.nw else np.zeros(len(t))
@@ -105,6 +107,10 @@ def _solution(
     message = "" if status == at.REACHED_STOP else (
         f"{CAUSES[status]} at t = {result.column('t')[0]:.9g} s, as this member of the ensemble"
     )  # fmt: skip
+    word = "success" if status == at.REACHED_STOP else "failed"
+    last = log[-1] if len(log) else None
+    if word == "success" and last is not None and last.action == "terminate":
+        word, message = "terminated", f"Event {last.name!r} ended the run at t = {last.t:.9g} s."
     if (
         system.nw
         and not len(log)
@@ -129,7 +135,7 @@ def _solution(
             "steps": steps, "rejected": rejected, "rhs": 0, "jacobians": 0, "factorisations": 0, "newton": 0,
             "projections": 0,
         },
-        status="success" if status == at.REACHED_STOP else "failed", message=message,
+        status=word, message=message,
         notes=[*plan.notes, "run in a lane of its own, as a member of an ensemble"], method=plan.method,
         constraints=plan.treatment, rtol=plan.single.rtol, atol=plan.single.atol, step=plan.single.step,
         t_start=plan.single.t_start, t_end=plan.single.t_end, seconds=seconds,

@@ -19,7 +19,7 @@ from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
 from symgen.runtime.ensemble.starts import Starts
 from symgen.runtime.errors import Refusal, RuntimeModelError, UnknownNameError, nearest
-from symgen.runtime.events_in_code import has_plain_events
+from symgen.runtime.events_in_code import ACTIONS, has_plain_events
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.lazy import Late
@@ -294,9 +294,9 @@ def _objection(system: System, p: np.ndarray, state: np.ndarray, single: RunOpti
     if system.switches:
         return "stops and frictions that stick are for single runs"
     if system.events and not (
-        has_plain_events(system) and all(event["action"] in ("reset", "record") for event in system.events)
+        has_plain_events(system) and all(e["action"] in ACTIONS for e in system.events)
     ):
-        return "events other than resets and records of free motion are for single runs"
+        return "events other than resets, records and ends of free motion are for single runs"
     if single.step is None and system.structure["time_dependent"]:
         if make_timetable(system, p, METHODS[EXPLICIT], single) is not None:
             return "steps have to keep to what time alone does"

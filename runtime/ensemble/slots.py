@@ -34,8 +34,8 @@ COLUMNS = (
     # Of the steps alone.
     "h", "last_rejected", "active", "round_off", "shorter", "varied", "reach", "before",
     # Of events: whether sides are known, the last one's number from 1 on, the one of a step, whether that is for a run
-    # of its own; resets so far, the time of the last one, and between the first two; how often a step was halved.
-    "armed", "fired", "next_event", "leaves", "resets", "last_reset", "first_flight", "halvings",
+    # of its own; resets so far, the time of the last one, and between the first two; the longest step.
+    "armed", "fired", "next_event", "leaves", "resets", "last_reset", "first_flight", "longest",
 )  # fmt: skip
 COLUMN = {name: index for index, name in enumerate(COLUMNS)}
 

@@ -169,7 +169,7 @@ class Starts:
         constraints = levels.Constraints(system, p, self.t)
         self._reference = np.concatenate([found.q, found.v])
         self._newton = False
-        if is_large(system) or system.quaternions or found.redundant:
+        if is_large(system) or system.quaternions:
             return
         self._sizes = constraints.characteristic_sizes(found.q)
         position = constraints.position_scales(found.q, self._sizes)
@@ -177,7 +177,9 @@ class Starts:
         self.smallest_scale = float(position.min(initial=1.0))
         self._velocity_scales = constraints.velocity_scales(found.q, found.v, self._sizes)
         self._free_q, self._free_v = ~plain.q_enforced, ~plain.v_enforced
-        self._newton = int(self._free_q.sum()) == system.nh and int(self._free_v.sum()) == system.m
+        determined = int(self._free_q.sum()) == system.nh and int(self._free_v.sum()) == system.m
+        self._newton = determined and not found.redundant
+        self._rows = self._matrix(p[None], self._reference[None])[0]
 
     def _on_constraints(self, parameters: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return starts, and which of them are still to be assembled one by one."""
@@ -185,9 +187,13 @@ class Starts:
         if not hasattr(self, "_sizes"):
             return states, left
         left = ~(self._residual(parameters, states) <= _SATISFIED).all(axis=1)
-        if not self._newton or not left.any():
+        if not left.any():
             return states, left
         rows = np.flatnonzero(left)
+        if not self._newton:
+            same = rows[self._starts_as_the_reference(parameters[rows], given[rows])]
+            states[same], left[same] = self._reference, False
+            return states, left
         found = self._solved(parameters[rows], given[rows])
         good = (self._residual(parameters[rows], found) <= _SOLVED).all(axis=1)
         q = slice(0, self.system.nq)
@@ -196,6 +202,18 @@ class Starts:
         states[rows[good]] = found[good]
         left[rows[good]] = False
         return states, left
+
+    def _starts_as_the_reference(self, parameters: np.ndarray, given: np.ndarray) -> np.ndarray:
+        """Where the start of the member that all go from is the assembled one, too.
+
+        It is where it is on the constraints, and these have the gradients that they have there for that member: then it
+        is the nearest place to the same guesses.
+        """
+        plain = np.concatenate([self._plain.q, self._plain.v])
+        found = np.tile(self._reference, (len(given), 1))
+        apart = np.abs(self._matrix(parameters, found) - self._rows).max(axis=(1, 2), initial=0.0)
+        on_constraints = (self._residual(parameters, found) <= _SATISFIED).all(axis=1)
+        return (given == plain).all(axis=1) & on_constraints & (apart <= 1e-15 * np.abs(self._rows).max())
 
     def _solved(self, parameters: np.ndarray, given: np.ndarray) -> np.ndarray:
         """Newton's method on positions, then on rates, from the reference; what is enforced stays."""

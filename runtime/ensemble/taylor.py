@@ -20,7 +20,7 @@ from symgen.runtime.ensemble.lanes import (
     write_frames,
 )
 from symgen.runtime.ensemble.slots import AT
-from symgen.runtime.ensemble.writer import ADDRESS, Rows, Value
+from symgen.runtime.ensemble.writer import ADDRESS, Code, Rows, Value
 from symgen.runtime.integrate.step_control import EPS
 from symgen.runtime.integrate.taylor import (
     _LEAST_DECAY,
@@ -59,6 +59,11 @@ def _exp2(a: Value) -> Value:
     )
 
 
+def _one_by(code: Code, n: Value) -> Value:
+    """The reciprocal of an integer: lanes are multiplied by it, as divisions of vectors take ten times as long."""
+    return code.number(1.0) / code.to_number(n)
+
+
 def _row(lanes: Lanes, series: Rows, k: int | Value) -> Rows:
     return series.behind(lanes.ny * k)
 
@@ -88,7 +93,7 @@ def begin(lanes: Lanes) -> Value:
         with code.each(lanes.n, lanes.nq) as i:
             largest.value = code.larger(largest.value, code.size(_row(lanes, s, k)[i]))
         there = (largest.value > 0.0) & (size.value > 0.0)
-        guess = _exp2((_log2(size.value) - _log2(largest.value)) / code.to_number(k))
+        guess = _exp2((_log2(size.value) - _log2(largest.value)) * _one_by(code, k))
         longest.value = code.select(there, code.smaller(longest.value, guess), longest.value)
     return longest.value * 0.1
 
@@ -116,12 +121,12 @@ def _reach(lanes: Lanes, s: Rows, h: Value, t: Value) -> Value:
             term.value = code.larger(term.value, weight * code.size(value))
     highest = code.variable(float("-inf"))
     for back, term in enumerate(terms):
-        size = _log2(term.value) / code.to_number(last - back)
+        size = _log2(term.value) * _one_by(code, last - back)
         highest.value = code.select(term.value > 0.0, code.larger(highest.value, size), highest.value)
     with code.when(code.any(~(highest.value > float("-inf")))):
         _look_below(lanes, s, h, tolerance, highest)
     known = highest.value > float("-inf")
-    reach = _exp2(code.as_kind(lanes.log_left_out, "lanes") / code.to_number(last) - highest.value)
+    reach = _exp2(lanes.log_left_out * _one_by(code, last) - highest.value)
     reach = code.select(known, reach, lanes.longest_step(t))
     reach = code.select(~(h < float("inf")), lanes.longest_step(t), reach)
     return code.smaller(reach, _quaternion_reach(lanes, s)) + sound.value
@@ -149,9 +154,9 @@ def _quaternion_reach(lanes: Lanes, s: Rows) -> Value:
             k = lanes.order - back
             for j in range(4):
                 size = code.size(_row(lanes, s, k)[first + j])
-                power = _log2(size) / code.to_number(k)
+                power = _log2(size) * _one_by(code, k)
                 highest.value = code.select(size > 0.0, code.larger(highest.value, power), highest.value)
-    reach = _exp2(code.as_kind(lanes.log_of_turns, "lanes") / code.to_number(lanes.order) - highest.value)
+    reach = _exp2(lanes.log_of_turns * _one_by(code, lanes.order) - highest.value)
     return code.select(highest.value > float("-inf"), reach, code.all_lanes(float("inf")))
 
 
@@ -195,7 +200,8 @@ def _add_tail(lanes: Lanes, s: Rows, h: Value) -> None:
     aa, bb = sums["aa"].value * (1.0 + _RIDGE), sums["bb"].value * (1.0 + _RIDGE)
     ab, ya, yb, yy = (sums[name].value for name in ("ab", "ya", "yb", "yy"))
     determinant = aa * bb - ab * ab
-    a, b = (ya * bb - yb * ab) / determinant, (yb * aa - ya * ab) / determinant
+    scale = 1.0 / determinant
+    a, b = (ya * bb - yb * ab) * scale, (yb * aa - ya * ab) * scale
     most, left = yy * _MOST_LEFT, yy - a * ya - b * yb
     told = (determinant > _TINY) & (yy > _TINY) & (left < most) & (1.0 - b - code.size(a) > _LEAST_DECAY)
     factor = (most - left) / (most * (1.0 - a - b))
@@ -219,7 +225,7 @@ def _defect(lanes: Lanes, s: Rows, h: Value, following: Rows) -> Value:
     worst = code.variable(0.0)
     with code.each(lanes.n, lanes.nq) as i:
         off = code.size(lanes.slope[i] - _row(lanes, following, 1)[i])
-        error = off * h / (_tolerance(lanes, s, h, i) * code.to_number(lanes.order))
+        error = off * h * _one_by(code, lanes.order) / _tolerance(lanes, s, h, i)
         worst.value = code.select(error <= worst.value, worst.value, error)
     return worst.value
 
@@ -259,7 +265,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     # Single runs see singular configurations and change points through.
     has_constraints = code.all_flags(lanes.m > 0)
     end = Reached(accepted, end.lost | (gone & has_constraints), end.infinite & ~has_constraints, end.taken)
-    return commit(lanes, active, end, stopped.t, stopped.t - t, gone, stopped.leaving)
+    return commit(lanes, active, end, stopped.t, stopped.t - t, gone, stopped.leaving, stopped.ended)
 
 
 def _choose_step(
@@ -307,13 +313,13 @@ def _reach_end(lanes: Lanes, active: Value, t1: Value, following: Rows) -> Reach
 def _judge(lanes: Lanes, end: Reached, error: Value, wanted: Value, h: Value) -> Value:
     """Return where steps are accepted; set what the next step needs."""
     code, active = lanes.code, lanes.own("active") > 0.5
-    round_off = (error > code.larger(lanes.own("before") / ROUND_OFF_GAIN, DEFECT_LIMIT)) & (
+    round_off = (error > code.larger(lanes.own("before") * (1.0 / ROUND_OFF_GAIN), DEFECT_LIMIT)) & (
         error * lanes.rtol <= LARGEST_ROUND_OFF
     )
     lanes.set_own("round_off", error, end.accepted & round_off)
     accepted = end.accepted & (error <= code.larger(lanes.own("round_off") * ROUND_OFF_GAIN, DEFECT_LIMIT))
     too_far = end.accepted & ~accepted
-    part = _exp2(_log2(DEFECT_LIMIT / error) / code.to_number(lanes.order - 1)) * 0.85
+    part = _exp2(_log2(DEFECT_LIMIT / error) * _one_by(code, lanes.order - 1)) * 0.85
     half = code.all_lanes(0.5)
     part = code.select(too_far & (part > 0.5), part, half)
     shorter = lanes.own("shorter")

@@ -1,4 +1,4 @@
-"""What is checked of a run in machine code: the energy balance at its frames, constraints at its end, events passed by."""
+"""What is checked of a run in machine code: energies at its frames, constraints at its end, events passed by."""
 
 import math
 

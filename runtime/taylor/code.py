@@ -9,14 +9,16 @@ from symgen.runtime.code.llvm_text import (
     VECTOR_INTRINSICS,
     constant,
     lanes_call,
+    lanes_constant,
     lanes_suffix,
     lanes_type,
     math_declaration,
     math_symbol,
 )
-from symgen.runtime.code.sincos import DECLARATIONS, lanes_sincos, sincos_function
+from symgen.runtime.code.sincos import DECLARATIONS, inlined_where_few, lanes_sincos, sincos_function
 
 PIECE_OPERATIONS = 400
+_SHORT = 1000  # operations of a kernel
 ARGUMENTS = "double %t, ptr noalias %y, ptr noalias %p, ptr noalias %out, ptr noalias %scratch, i64 %k"
 PASSED = "double %t, ptr %y, ptr %p, ptr %out, ptr %scratch"
 ONE = constant(1.0)
@@ -242,6 +244,11 @@ class Code:
         return 8 * max(self.lanes, 1)
 
     @property
+    def calling(self) -> str:
+        """How pieces are called: short kernels in lanes are one function, which spares a twentieth of their time."""
+        return "alwaysinline" if self.lanes and self.written < _SHORT else "noinline"
+
+    @property
     def passed(self) -> str:
         """The arguments that pieces are called with, but for `k`."""
         return PASSED.replace("double", self.number)
@@ -266,10 +273,50 @@ class Code:
         if not self.lanes and DECLARATIONS[0] in self._called:
             text.append(sincos_function(f"{self.symbol}.sincos"))
         for piece in self.pieces:
-            head = f"define internal void @{piece.name}({ARGUMENTS.replace('double', self.number)}) noinline nounwind"
+            given = ARGUMENTS.replace("double", self.number)
+            head = f"define internal void @{piece.name}({given}) {self.calling} nounwind"
             body = "\n".join(piece.lines)
             text.append(f"{head} {{\nentry:\n{body}\nbr label %done\ndone:\nret void\n}}\n")
         arguments = f"{self.number} %t, ptr noalias %y, ptr noalias %p, ptr noalias %out"
         scratch = f"%scratch = alloca {self.number}, i64 {max(self.n_slots, 1)}, align {max(64, self.align)}"
         text.append(f"define void @{self.symbol}({arguments}) nounwind {{\nentry:\n{scratch}\n{main}\n}}\n")
-        return "".join(text)
+        whole = "".join(text)
+        return inlined_where_few(whole) if self.lanes else whole
+
+
+def fused(code: Code, width: int, a: str, b: str, c: str) -> str:
+    """The operation a b + c on vectors."""
+    kind = code.vector_type(width)
+    suffix = f"v{width}f64" if width > 1 else lanes_suffix(code.lanes)
+    code.declare(f"declare {kind} @llvm.fmuladd.{suffix}({kind}, {kind}, {kind})")
+    return f"call {kind} @llvm.fmuladd.{suffix}({kind} {a}, {kind} {b}, {kind} {c})"
+
+
+def values_text(code: Code, width: int, values: list[float]) -> str:
+    """Constants, one for each lane; those of empty lanes do not matter."""
+    if width == 1:
+        return lanes_constant(values[0], code.lanes)
+    filled = values + [values[-1]] * (width - len(values))
+    return "<" + ", ".join(f"double {constant(value)}" for value in filled) + ">"
+
+
+def splat(code: Code, width: int, value: str, to: str) -> list[str]:
+    """The same number in every lane."""
+    if width == 1 and not code.lanes:
+        return [f"{to} = fadd double {value}, {constant(-0.0)}"]
+    width = max(width, code.lanes)
+    kind, zeros = f"<{width} x double>", ", ".join("i32 0" for _ in range(width))
+    return [
+        f"{to}.i = insertelement {kind} poison, double {value}, i32 0",
+        f"{to} = shufflevector {kind} {to}.i, {kind} poison, <{width} x i32> <{zeros}>",
+    ]
+
+
+def load_row(code: Code, width: int, start: int, index: str, to: str) -> list[str]:
+    """Load row `index` of an array in scratch."""
+    return [
+        f"{to}.i = mul i64 {index}, {width}",
+        f"{to}.o = add i64 {to}.i, {start}",
+        f"{to}.a = getelementptr inbounds {code.number}, ptr %scratch, i64 {to}.o",
+        f"{to} = load {code.vector_type(width)}, ptr {to}.a, align {code.align * width}",
+    ]

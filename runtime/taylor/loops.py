@@ -8,11 +8,20 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
-from symgen.runtime.code.llvm_text import constant, lanes_constant, lanes_suffix, number_table
-from symgen.runtime.taylor.code import ONE, PASSED, Code, Piece, Value
-from symgen.runtime.taylor.pairs import PairedSums
+from symgen.runtime.code.llvm_text import constant, number_table
+from symgen.runtime.taylor.code import (
+    ONE,
+    PASSED,
+    Code,
+    Piece,
+    Value,
+    fused,
+    load_row,
+    splat,
+    values_text,
+)
+from symgen.runtime.taylor.pairs import Lanes, PairedSums
 from symgen.runtime.taylor.plan import Plan
 from symgen.runtime.taylor.steps import FIRST_STEP, Steps
 
@@ -23,25 +32,6 @@ LONGEST_LEAD = 2
 _WIDTHS = (8, 4, 2, 1)
 _ACCUMULATORS = 12
 _SMALL_ROUND = 4
-
-
-@dataclass(frozen=True)
-class Lanes:
-    """Products of series computed side by side: `xs` times `ys`; `x`, `y`, `total` are places in the scratch array.
-
-    `kind` is "product" (sum of x_j y_{n-j}), "square" (x and y are one) or "power" (terms times j (e + 1) - n).
-    """
-
-    kind: str
-    width: int
-    lead: int
-    nodes: tuple[int, ...]
-    xs: tuple[int, ...]
-    ys: tuple[int, ...]
-    x: int
-    y: int
-    total: int
-    exponents: tuple[float, ...] = ()
 
 
 class LaneTable:
@@ -164,7 +154,7 @@ def _rounds(products: list[int], factors: dict[int, tuple[int, int]]) -> Iterato
 def sum_function(code: Code, lanes: list[Lanes], ends: int, name: str, before: Sequence[str] = ()) -> str:
     """The function that sums the products x_j y_{n-j}, j from `ends` to n - `ends`, of all lanes, after `before`."""
     lines = [
-        f"define internal void @{name}(ptr noalias %scratch, i64 %k) noinline nounwind {{",
+        f"define internal void @{name}(ptr noalias %scratch, i64 %k) {code.calling} nounwind {{",
         "entry:",
         *before,
         "br label %rest",
@@ -273,44 +263,6 @@ class _SumLoop:
             f"%to{t} = getelementptr inbounds {self.code.number}, ptr %scratch, i64 {item.total}",
             f"store {kind} {total}, ptr %to{t}, align {self.code.align * item.width}",
         ]
-
-
-def fused(code: Code, width: int, a: str, b: str, c: str) -> str:
-    """The operation a b + c on vectors."""
-    kind = code.vector_type(width)
-    suffix = f"v{width}f64" if width > 1 else lanes_suffix(code.lanes)
-    code.declare(f"declare {kind} @llvm.fmuladd.{suffix}({kind}, {kind}, {kind})")
-    return f"call {kind} @llvm.fmuladd.{suffix}({kind} {a}, {kind} {b}, {kind} {c})"
-
-
-def values_text(code: Code, width: int, values: list[float]) -> str:
-    """Constants, one for each lane; those of empty lanes do not matter."""
-    if width == 1:
-        return lanes_constant(values[0], code.lanes)
-    filled = values + [values[-1]] * (width - len(values))
-    return "<" + ", ".join(f"double {constant(value)}" for value in filled) + ">"
-
-
-def splat(code: Code, width: int, value: str, to: str) -> list[str]:
-    """The same number in every lane."""
-    if width == 1 and not code.lanes:
-        return [f"{to} = fadd double {value}, {constant(-0.0)}"]
-    width = max(width, code.lanes)
-    kind, zeros = f"<{width} x double>", ", ".join("i32 0" for _ in range(width))
-    return [
-        f"{to}.i = insertelement {kind} poison, double {value}, i32 0",
-        f"{to} = shufflevector {kind} {to}.i, {kind} poison, <{width} x i32> <{zeros}>",
-    ]
-
-
-def load_row(code: Code, width: int, start: int, index: str, to: str) -> list[str]:
-    """Load row `index` of an array in scratch."""
-    return [
-        f"{to}.i = mul i64 {index}, {width}",
-        f"{to}.o = add i64 {to}.i, {start}",
-        f"{to}.a = getelementptr inbounds {code.number}, ptr %scratch, i64 {to}.o",
-        f"{to} = load {code.vector_type(width)}, ptr {to}.a, align {code.align * width}",
-    ]
 
 
 READ_LAST = """%order.at = load double, ptr %out, align 8

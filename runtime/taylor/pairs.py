@@ -7,18 +7,34 @@ products of a group that have it. Order n + 1 then lacks the terms with coeffici
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
-from symgen.runtime.taylor.code import Code
-
-if TYPE_CHECKING:
-    from symgen.runtime.taylor.loops import Lanes
+from symgen.runtime.taylor.code import Code, fused, load_row
 
 _GROUP = 8  # products: their sums of both orders are half the registers
 
 
+@dataclass(frozen=True)
+class Lanes:
+    """Products of series computed side by side: `xs` times `ys`; `x`, `y`, `total` are places in the scratch array.
+
+    `kind` is "product" (sum of x_j y_{n-j}), "square" (x and y are one) or "power" (terms times j (e + 1) - n).
+    """
+
+    kind: str
+    width: int
+    lead: int
+    nodes: tuple[int, ...]
+    xs: tuple[int, ...]
+    ys: tuple[int, ...]
+    x: int
+    y: int
+    total: int
+    exponents: tuple[float, ...] = ()
+
+
 class PairedSums:
-    """The sums of some products, of one lead.
+    """The sums of some products.
 
     Parameters
     ----------
@@ -110,13 +126,9 @@ class PairedSums:
         return lines
 
     def _fused(self, a: str, b: str, c: str) -> str:
-        from symgen.runtime.taylor.loops import fused
-
         return fused(self.code, 1, a, b, c)
 
     def _load(self, start: int, index: str, to: str) -> list[str]:
-        from symgen.runtime.taylor.loops import load_row
-
         return load_row(self.code, 1, start, index, to)
 
     def _store(self, value: str, place: int) -> list[str]:

@@ -95,7 +95,7 @@ def form(name: str) -> Iterator[None]:
     """Let functions be written in one form, whatever their size."""
     huge = 10**9
     rolled = {(function_text, "SMALLEST_ROLLED"): 0, (function_text, "SMALLEST_WITH_FRONTS"): 0,
-              (emitted_loops, "FEWEST"): 2, (Schedule, "is_short"): lambda self: True}  # fmt: skip
+              (emitted_loops, "FEWEST"): 2, (Schedule, "is_short"): lambda self, in_turns=True: True}  # fmt: skip
     dense = {(dense_solve, "SMALLEST"): 2, (dense_solve, "LEAST_FULL"): 0.0, (choice, "FEWEST_RATES"): huge}
     fronts = {(factorise, "FEWEST_IN_FRONTS"): 2, (factorise, "LEAST_IN_FRONTS"): 0}
     none = {(function_text, "SMALLEST_ROLLED"): huge, (dense_solve, "SMALLEST"): huge,
