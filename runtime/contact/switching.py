@@ -136,7 +136,7 @@ class Holding(Instant):
         return ContactError(
             f"friction in two directions ({', '.join(names)}) of one body begins to slide about a point at "
             f"t = {self.arrays.t:.9g} s: in which directions does not follow from what holds it at rest; give these "
-            "frictions 'smooth'"
+            "frictions 'smooth' or 'creep'"
         )
 
     def _aim_anew(self, fired: np.ndarray) -> np.ndarray:
