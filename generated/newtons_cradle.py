@@ -10,7 +10,7 @@ from numba import njit
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:f9f52749272c657c3120102f6f646ed1c6f78f00dd5b1608cb3cdffbed0efcdd",
+    "source": "sha256:1f9c3792410d42500116920019e49ba4b53396ee295b67dc41e27f698f81bf3b",
     "name": "newtons_cradle",
     "description": "Newton's cradle: as many balls fly off as come, one blow after another",
     "nq": 5,
