@@ -11,7 +11,7 @@ from numpy import floor
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:33c88742c8756634e50f405bf37d69ef78829195a71d66045f95ac5ac83f152a",
+    "source": "sha256:ece162fe87893c1a0fab41c623f57b8c06167ad4fbdf5cd0c9c1a5a33889baaf",
     "name": "engine_v6",
     "description": "Four-stroke V6 engine: one cylinder, used six times, on a crankshaft with flywheel and load",
     "nq": 1,
@@ -141,6 +141,7 @@ MODEL = {
     },
     "run": {
         "t_end": 0.6,
+        "fps": 200.0,
     },
     "subsystems": [],
     "marks": [

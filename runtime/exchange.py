@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 # Of the largest energy: the terms of V are rounded, and so are the states that it is evaluated at.
 ROUND_OFF = 64.0 * np.finfo(float).eps
+# [J]: 1e-30 m/s of a kilogram, which round-off leaves of what is held; slower by far than picometres in 1e12 s.
+_AT_REST = 1e-60
 _ERROR_PER_RTOL, _LEAST_ERROR, _LARGEST_ERROR = 1e5, 1e-6, 2e-2
 _ERROR_OF_FIXED_STEPS, _ERROR_OF_ORDER_1 = 2e-2, 5e-2  # about twice the error of an amplitude
 _LOOKED_AT = 200  # frames that tell the exchange of a run on its way
@@ -61,9 +63,11 @@ class Exchange:
     def relative(self, deviation: np.ndarray | float) -> np.ndarray | float:
         """Return deviations of energies [J] in parts of the exchange.
 
-        What round-off of energies much larger than the exchange explains counts in parts of those.
+        What round-off of energies much larger than the exchange explains counts in parts of those. Where nothing
+        moves, as where friction holds a body, there are no parts: deviations count as they are [J].
         """
         size, off = self.size, np.abs(deviation)
+        size = size if size > _AT_REST else 0.0
         if not self._largest > 0.0:
             return off
         rounded = np.minimum(off, ROUND_OFF * self._largest)

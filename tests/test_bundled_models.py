@@ -23,13 +23,16 @@ TOML_MODELS = sorted(name for name, path in bundled().items() if path.suffix == 
 OF_ELEMENTS = ("crane", "engine_mounts", "satellite")
 # And those with rotors and belts by tests/test_drives_and_platforms.py.
 OF_DRIVES = ("belt_drive", "rack_and_pinion", "satellite_wheels")
+OF_ASSEMBLIES = ("differential_car", "engine_v6")  # by tests/test_assembly_models.py
+OF_STATES = ("active_suspension",)  # by tests/test_states.py
+OF_SHAPES = ("die",)  # by tests/test_contact_shapes.py
+OF_OTHERS = (*OF_ELEMENTS, *OF_DRIVES, *OF_ASSEMBLIES, *OF_STATES, *OF_SHAPES)
 OF_JOINTS = [
     name
     for name in TOML_MODELS
-    if "[joints." in find(name).read_text(encoding="utf-8") and name not in (*OF_ELEMENTS, *OF_DRIVES)
+    if "[joints." in find(name).read_text(encoding="utf-8") and name not in OF_OTHERS
 ]
-OF_STATES = ("active_suspension",)  # by tests/test_states.py
-BY_HAND = [name for name in TOML_MODELS if name not in (*OF_JOINTS, *OF_ELEMENTS, *OF_STATES, *OF_DRIVES)]
+BY_HAND = [name for name in TOML_MODELS if name not in (*OF_JOINTS, *OF_OTHERS)]
 TOLERANCE = 1e-11  # of the largest entry
 
 

@@ -12,6 +12,7 @@ from symgen import Model, cos, dot, sin
 from symgen.errors import ModelError
 from symgen.link import derive_text
 from symgen.runtime import load, solve
+from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.recording.resume import Resumed
 
 G = 9.81
@@ -81,7 +82,12 @@ def test_the_forces_lie_on_the_circle_while_it_slides_and_within_while_it_sticks
     run = systems["stop"].run(t_end=3.0)
     forces = np.hypot(run["force(sole_1)"], run["force(sole_2)"])
     speed = np.hypot(run["dot(x)"], run["dot(y)"])
-    np.testing.assert_allclose(forces[speed > 1e-3], 0.3 * 2.0 * G, rtol=1e-4)  # aimed where it begins
+    off = np.abs(forces / (0.3 * 2.0 * G) - 1.0)[speed > 1e-3]
+    # Where sliding begins it is aimed for an angle φ = (6 rtol)^(1/3), and a force φ F across holds it there: together
+    # they are longer than F by φ²/2. That is over within a frame of each of the two slips: then it is on the circle.
+    slips = sum(event.action == "slip" for event in run.events)
+    assert off.max() <= 0.5 * (6.0 * run.rtol) ** (2.0 / 3.0) < 1e-5
+    assert (off > 1e-12).sum() <= slips == 2
     sticks = speed < 1e-12
     needed = 2.0 * np.hypot(4.0 * np.sin(5.0 * run.t), 3.0 * np.cos(7.0 * run.t))
     assert 10 < sticks.sum() < len(sticks)
@@ -167,46 +173,78 @@ def test_a_box_on_four_feet_slides_from_rest_and_comes_to_rest():
     np.testing.assert_allclose(run.q[-1, :2], exact.y[0, -1] * np.array([12.0, 5.0]) / 13.0, rtol=1e-6)
 
 
-def legs(power):
+FEET = [(0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)]
+
+
+def legs(power, **law):
     m = Model("legs")
     x, y, a = (m.coordinate(name, start=start) for name, start in (("x", 0.0), ("y", 0.0), ("a", 0.1)))
     m.body("table", mass=4.0, inertia=0.5, com=(x, y), angle=a)
     m.force(x, f"{14 * power}*sin(2*t)")
     m.force(y, f"{6 * power}*cos(3*t)")
     m.force(a, f"{2 * power}*sin(t)")
-    for k, (px, py) in enumerate([(0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)]):
+    for k, (px, py) in enumerate(FEET):
         speeds = dot(x + px * cos(a) - py * sin(a)), dot(y + px * sin(a) + py * cos(a))
-        m.friction(f"leg{k}", speeds=speeds, force=0.3 * G)
+        m.friction(f"leg{k}", speeds=speeds, force=0.3 * G, **law)
     return m
 
 
-def smooth_legs(start, t_end):
+def legs_by_scipy(share, start, t_end, **options):
+    """Friction of each leg against its velocity u: `share(u)` of the whole."""
+
     def motion(t, state):
         _, _, a, vx, vy, w = state
         force, torque = np.array([14.0 * np.sin(2.0 * t), 6.0 * np.cos(3.0 * t)]), 2.0 * np.sin(t)
-        for px, py in [(0.4, 0.3), (-0.4, 0.3), (-0.4, -0.3), (0.4, -0.3)]:
+        for px, py in FEET:
             rx, ry = px * np.cos(a) - py * np.sin(a), px * np.sin(a) + py * np.cos(a)
             u = np.array([vx - w * ry, vy + w * rx])
-            rub = -0.3 * G * u / np.sqrt(u @ u + 1e-14)
+            rub = -0.3 * G * share(u)
             force, torque = force + rub, torque + rx * rub[1] - ry * rub[0]
         return [vx, vy, w, force[0] / 4.0, force[1] / 4.0, torque / 0.5]
 
-    return solve_ivp(motion, (0.0, t_end), start, "Radau", rtol=1e-9, atol=1e-11).y[:, -1]
+    return solve_ivp(motion, (0.0, t_end), start, "Radau", rtol=1e-9, atol=1e-11, **options).y[:, -1]
+
+
+def smooth(u, width=0.05):
+    return u / np.sqrt(u @ u + width**2)
+
+
+def creep(u, width=0.05):
+    size = np.hypot(*u)
+    return (1.0 - (1.0 - min(size / width, 1.0)) ** 3) * u / max(size, 1e-300)
 
 
 def test_legs_that_slide_and_turn_move_as_one_body():
     start = {"x": 1.0, "y": 0.4, "a": 2.0}
     run = legs(1.0).derive().run(t_end=0.8, rate=start)
     assert run.ok
-    exact = smooth_legs([0.0, 0.0, 0.1, 1.0, 0.4, 2.0], 0.8)
+    exact = legs_by_scipy(lambda u: smooth(u, 1e-7), [0.0, 0.0, 0.1, 1.0, 0.4, 2.0], 0.8)
     np.testing.assert_allclose([*run.q[-1], *run.v[-1]], exact, rtol=1e-5, atol=1e-6)
 
 
 def test_legs_that_do_not_give_way_stay_and_those_that_turn_about_a_point_are_refused_by_name():
     held = legs(0.2).derive().run(t_end=4.0)
-    assert held.status == "success" and np.abs(held.q - [0.0, 0.0, 0.1]).max() < 1e-12
+    assert held.ok and not any(check.note for check in held.health), [check.says for check in held.health]
+    assert held.energy.max_error < 1e-9
+    assert np.abs(held.q - [0.0, 0.0, 0.1]).max() < 1e-12
     run = legs(1.0).derive().run(t_end=4.0)
-    assert run.status == "failed" and "leg0, leg1" in run.message and "'smooth'" in run.message
+    assert run.status == "failed" and "leg0, leg1" in run.message
+    assert "begins to slide about a point" in run.message and "'smooth' or 'creep'" in run.message
+
+
+@pytest.mark.parametrize("law", [smooth, creep])
+def test_legs_that_give_way_turn_about_any_point_in_every_method(law):
+    exact = legs_by_scipy(law, [0.0, 0.0, 0.1, 0.0, 0.0, 0.0], 4.0, max_step=0.02)
+    system = legs(1.0, **{law.__name__: 0.05}).derive()
+    for method in ("taylor", "dop853", "radau5", "bdf", "gauss8", "rk4"):
+        step = 2e-3 if method in ("gauss8", "rk4") else None
+        if method == "taylor" and law is creep:  # the law has a corner
+            with pytest.raises(RuntimeModelError, match=r"'taylor' does not fit.*use dop853, or radau5"):
+                system.run(t_end=4.0, method=method)
+            continue
+        run = system.run(t_end=4.0, method=method, step=step)
+        assert run.ok, [check.says for check in run.objections]
+        np.testing.assert_allclose([*run.q[-1], *run.v[-1]], exact, atol=5e-8)
 
 
 @pytest.mark.parametrize("kind", ["given", "stop"])
@@ -340,6 +378,9 @@ creep = "0.01 m/s"
         ({"coordinates": ("x", "y"), "creep": "-1 m/s"}, "not positive"),
         ({"coordinates": ("x", "y"), "creep": "1 m/s", "static": "3 N"}, "never sticks"),
         ({"coordinates": ("x", "2*y")}, "coordinate's name"),
+        ({"coordinates": ("x", "a")}, r"'ground'.* speeds: units do not match.*radius"),
+        ({"speeds": ("dot(x)", "dot(a)")}, r"units do not match.*m/s.*1/s"),
+        ({"speeds": ("dot(a)*0.1 + dot(a)", "dot(x)/1")}, r"units do not match"),
     ],
 )
 def test_what_does_not_fit_is_refused(options, says):

@@ -135,9 +135,6 @@ WRONG = {
     ),
     "acceleration": (added(END, '[outputs]\no = "dot(ja_wx)"'), "outputs", "o", "'ja_wx' is a rate"),
     "rate in a constraint": (added(END, '[constraints]\nc = "ja_wx"'), "constraints", "c", "velocity_constraints"),
-    "square of a rate": (
-        added(END, '[velocity_constraints]\nc = "ja_wx*q*ja_wy"'), "velocity_constraints", "c", "linear",
-    ),
     "component of a point": (added(END, '[outputs]\no = "p_w"'), "outputs", "o", "did you mean 'p_"),
     "force on a quaternion": (added(END, "[forces]\nja_qw = 1"), "forces", "ja_qw", "such as 'ja_wx'"),
     "force on nothing": (added(END, "[forces]\nja_wq = 1"), "forces", "ja_wq", "did you mean 'ja_w"),

@@ -89,6 +89,24 @@ def test_down_a_slope(planar):
     assert all(check.ok for check in run.health), run.health
 
 
+@pytest.mark.parametrize("case", range(4))
+def test_a_wheel_that_starts_at_the_origin(case):
+    """No length but numbers, and a start that is zero but for round-off: this tells nothing of what is large."""
+    angle, along = [(0.7, 0.0), (0.7, 0.5), (-1.2, -2.0), (0.3, 1.3)][case]
+    c, s = np.cos(angle), np.sin(angle)
+    m = Model("slope", gravity=(0, "-9.81 m/s^2"))
+    m.frame("slope", at=(0.2 * s + along * c, -0.2 * c + along * s), axis=(0, 0, 1), angle=angle)
+    m.body("wheel", mass=1, inertia=0.02)
+    m.joint("wheel", "planar", "wheel", guess=[0.4 * s, -0.4 * c, 0])
+    m.rolling("wheel", "wheel", wheel=0.2, plane="slope")
+    system = m.derive()
+    for start in ({}, {"wheel_x": 0.0}, {"wheel_y": 0.0}):
+        run = system.run(t_end=1.0, start=start, rtol=1e-10)
+        assert run.q[0, :2] == pytest.approx(0, abs=1e-15)
+        assert run.q[-1, :2] == pytest.approx(-9.81 * s / 3 * np.array([c, s]), abs=1e-9)
+        assert all(check.ok for check in run.health), run.health
+
+
 @pytest.mark.parametrize("free", [False, True])
 def test_a_disc_rolls_as_the_bundled_one_does(free):
     """models/rolling_disc.toml holds the touching point by constraints in Euler's angles, written by hand."""

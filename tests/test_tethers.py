@@ -16,11 +16,7 @@ from symgen.runtime.report.drawing import drawing
 
 def found(model):
     system = model.derive()
-    y = (
-        np.concatenate([system.start().q, system.start().v])
-        if hasattr(system, "start")
-        else np.zeros(system.ny)
-    )
+    y = np.zeros(system.ny)
     names = [body["name"] for body in system.bodies]
     rods = tethers(Quantities(system, system.parameter_values()), 0.0, y)
     return [

@@ -121,6 +121,25 @@ def test_a_bicycle_corners_as_its_understeer_says():
     assert passed(run)
 
 
+@pytest.mark.parametrize(
+    "axis", [(-0.6, 12), (-5e-3, 0.1), ("-toe/l", "width/l"), ("-sin(turn)", "cos(turn)")]
+)
+def test_an_axle_may_be_of_any_length(axis):
+    def end(axis):
+        m = Model("car")
+        x, y, psi = m.coordinate("x", rate=20.0), m.coordinate("y"), m.coordinate("psi")
+        for name, value in (("toe", 0.05), ("width", 1.0), ("l", 0.5), ("turn", np.arctan(0.05))):
+            m.parameter(name, value)
+        m.body("car", mass=1200, inertia=1800, com=(x, y), angle=psi)
+        common = {"body": "car", "radius": 0.3, "relaxation": 0.4, "slip_stiffness": 9}
+        m.tyre("front", at=(1.2, 0), axis=axis, load=6800, **common)
+        m.tyre("rear", at=(-1.5, 0), load=5000, **common)
+        return derive(m).run(1.0, rtol=1e-10).q[-1, :3]
+
+    unit = np.array([-0.05, 1.0]) / np.hypot(0.05, 1.0)
+    assert end(axis) == pytest.approx(end(tuple(unit)), rel=1e-8)
+
+
 def test_a_rotor_on_a_hub_drives_it():
     """A quarter car without a body of the wheel: torque on the rotor, slip, and the hub that it pulls."""
     m = Model("driven", gravity=(0, 0, "-9.81 m/s^2"))
@@ -195,6 +214,10 @@ BASE = {"body": "wheel", "radius": 0.3, "relaxation": 0.2, "load": 100, "slip_st
         ({"magic": [1, 2], "slip_stiffness": None, "friction": 1}, "three factors"),
         ({"table": "1.0", "slip_stiffness": None, "friction": 1}, "leave 'friction' out"),
         ({"spin": "2*q"}, "the name of a coordinate"),
+        ({"radius": 0}, "radius: the radius is not positive at the parameters' values: 0 m"),
+        ({"relaxation": 0}, "relaxation: the relaxation is not positive"),
+        ({"relaxation": "-0.1 m"}, "the relaxation is not positive at the parameters' values: -0.1 m"),
+        ({"axis": (0, 0, 0)}, "axis: the axle has no direction"),
     ],
 )
 def test_what_makes_no_tyre_is_refused(change, says):

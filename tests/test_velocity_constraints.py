@@ -138,3 +138,22 @@ def test_inputs_of_every_kind_have_their_rates(driven):
 def test_inputs_whose_rates_are_not_known_are_refused(driven, given, says):
     with pytest.raises(RuntimeModelError, match=says):
         driven.run(inputs=given)
+
+
+def test_two_that_are_not_linear_in_one_mechanism():
+    """At rest their rows of G vanish, which is no dependence: both were left out of the equations of motion."""
+    m = Model("two", gravity=(0, "-9.81 m/s^2"))
+    m.parameter("stiff", "3 N/m")
+    for k in (1, 2):
+        x = m.coordinate(f"x{k}", unit="m", start=0, rate_guess=0.8)
+        y = m.coordinate(f"y{k}", unit="m", start=0, rate_guess=0.5)
+        m.body(f"b{k}", mass=1, com=(x, y))
+        m.velocity_constraint(f"v{k}", f"dot(x{k})^2 + dot(y{k})^2 - 1")
+    m.potential("stiff*(x1 - x2)^2/2")
+    run = m.derive().run(1.5, rtol=1e-10)
+    s = solve_ivp(
+        lambda t, z: [np.cos(z[2]), np.sin(z[2]), -9.81 * np.cos(z[2])],
+        (0, 1.5), [0, 0, np.arctan2(0.5, 0.8)], rtol=1e-11, atol=1e-12,
+    ).y[:2, -1]  # fmt: skip
+    assert run.q[-1] == pytest.approx([*s, *s], abs=1e-7)
+    assert all(check.ok for check in run.health), run.health

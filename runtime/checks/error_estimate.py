@@ -350,7 +350,13 @@ class _Comparison:
         """What errors are measured by: where a companion sees more than its own tolerances, that is motion."""
         extent, system = Extent(states), self._solution.system
         least = np.full(states.shape[1], self._least)
-        resting = (extent.range <= np.maximum(_ROUND_OFF * extent.magnitude, self._rest)).all()
+        # Where lengths balance, an angle about zero has their round-off, not its own.
+        largest = np.where(
+            np.arange(states.shape[1]) < system.nq, extent.magnitude[: system.nq].max(initial=0.0), 0
+        )
+        resting = (
+            extent.range <= np.maximum(_ROUND_OFF * np.maximum(extent.magnitude, largest), self._rest)
+        ).all()
         if companion.method.adaptive and not resting:
             for part in (slice(0, system.nq), slice(system.nq, None)):
                 largest = extent.range[part].max(initial=0.0)

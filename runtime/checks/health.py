@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 blow_up = Late("symgen.runtime.checks.blow_up")
 branches = Late("symgen.runtime.checks.branches")
+contact_settings = Late("symgen.runtime.contact.settings")
 drift_of_constraints = Late("symgen.runtime.constraints.drift")
 jacobian = Late("symgen.runtime.checks.jacobian")
 levels = Late("symgen.runtime.constraints.levels")
@@ -375,7 +376,9 @@ def _cause(solution: Solution) -> str:
 
 def _time_scales(solution: Solution) -> list[TimeScales]:
     rows = _rows_for_time_scales(solution)
-    return time_scales_at(solution.system, solution.p, solution.t[rows], solution.q[rows], solution.v[rows])
+    system = solution.system
+    p = contact_settings.without_turning(system, solution.p) if system.switches else solution.p
+    return time_scales_at(system, p, solution.t[rows], solution.q[rows], solution.v[rows])
 
 
 def _rows_for_time_scales(solution: Solution) -> np.ndarray:

@@ -284,6 +284,7 @@ _SATISFIED = 2e-14  # of its scale: nothing to do
 _TAKES_PART = 1e-3  # of the largest residual: a constraint that is named
 _MAX_REPAIRS = 20
 _MOST_SCALES, _MUCH_SMALLER = 3, 0.1
+_NOTHING_LEFT = 1e-13  # of the sizes at the guesses: round-off
 _REFINEMENTS = 3
 
 
@@ -378,6 +379,10 @@ class _Assembler:
                 x, failure = self.reached, error
             q = self.chart.q(x)
             found = constraints.characteristic_sizes(q)
+            if not failure and (found < _NOTHING_LEFT * sizes).any():
+                x = self._at_zero(x, found < _NOTHING_LEFT * sizes, scales)
+                q = self.chart.q(x)
+                break
             if failure and not (left and (found < _MUCH_SMALLER * sizes).any()):
                 raise failure
             if (found >= _MUCH_SMALLER * sizes).all():
@@ -397,6 +402,15 @@ class _Assembler:
             v = self._along_a_branch(q, v, v_enforced, sizes)
         moved = self._moved(q0, q, v0, v, sizes)
         return Assembly(q, v, moved, self.notes, self._note_ranks(ranks), ranks.rank)
+
+    def _at_zero(self, x: np.ndarray, round_off: np.ndarray, scales: np.ndarray) -> np.ndarray:
+        """Return a position with zeros for the unknowns that are `round_off`, where the constraints hold there, too.
+
+        Where all values of a unit are zero but for round-off, they do not tell the size of the model, for which they
+        would be taken by whoever asks for sizes at the start: rates, projection, checks.
+        """
+        zeros = np.where(round_off, 0.0, x)
+        return zeros if worst(self._residual(zeros) / scales) <= SOLVED else x
 
     def _moved(
         self, q0: np.ndarray, q: np.ndarray, v0: np.ndarray, v: np.ndarray, sizes: np.ndarray

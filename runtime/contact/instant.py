@@ -245,9 +245,8 @@ class Instant:
 
     @property
     def _coupled_names(self) -> list[str]:
-        return [
-            name for name, follows in zip(self.names[self.n_stops :], self._coupled, strict=True) if follows
-        ]
+        names = zip(self.names[self.n_stops :], self._coupled, strict=True)
+        return list(dict.fromkeys(name for name, follows in names if follows))  # two directions have one name
 
     def _size(self) -> float:
         return max(1.0, float(np.abs(self.arrays.y[: self.system.nq]).max(initial=0.0)))

@@ -15,6 +15,18 @@ _NO_SPEED = 1e-140
 _OPPOSITE = 0.57  # as in symgen/derive/contacts.py
 
 
+def without_turning(system: System, p: np.ndarray) -> np.ndarray:
+    """Return `p` with frictions of two directions that keep their direction.
+
+    How fast these turn has no bound near rest; fixed steps aim them there, until one step turns them only a little.
+    """
+    if not any("circle" in switch for switch in system.switches):
+        return p
+    settings = p.copy()
+    settings[system.settings_of_switches][Layout(system).turns] = 0.0
+    return settings
+
+
 class Layout:
     """The stops and frictions of a model, and the places of their settings among all of these.
 

@@ -136,7 +136,7 @@ class Holding(Instant):
         return ContactError(
             f"friction in two directions ({', '.join(names)}) of one body begins to slide about a point at "
             f"t = {self.arrays.t:.9g} s: in which directions does not follow from what holds it at rest; give these "
-            "frictions 'smooth'"
+            "frictions 'smooth' or 'creep'"
         )
 
     def _aim_anew(self, fired: np.ndarray) -> np.ndarray:
@@ -604,9 +604,28 @@ class Switching(Holding):
             Frictions that may stick.
         aims : ndarray of bool, optional
             Those that slide along `senses`, whatever their speed across is.
+        A stop that stays closed does not rebound. Where friction follows its reaction it has no impulse of a rebound
+        either, which would rub for nothing: a blow without restitution and what is pressed from there on are in sum
+        what ever smaller rebounds are.
         """
+        rates = slice(self.system.nq, self.system.nq + self.system.nv)
+        before, settings = self.arrays.y[rates].copy(), self.settings
+        rebounds = self._decide_once(near, struck, slow, aims, np.zeros(self.n_stops, dtype=bool))
+        if rebounds.any() and self._coupled.any():
+            self.arrays.y[rates], self.settings = before, settings
+            self._decide_once(near, struck, slow, aims, rebounds)
+
+    def _decide_once(
+        self,
+        near: np.ndarray,
+        struck: np.ndarray,
+        slow: np.ndarray,
+        aims: np.ndarray | None,
+        dead: np.ndarray,
+    ) -> np.ndarray:
+        """Do so with no restitution of the stops `dead`; returns which stops stay closed although they rebounded."""
         before = self._here().speeds[self.n_stops :]
-        impacted = self._impact(struck)
+        impacted = self._impact(struck, dead)
         here = self._here()
         closing = here.speeds[: self.n_stops] < -self._speed_tolerances(here)[: self.n_stops]
         touching = near & (struck | ~closing)
@@ -622,9 +641,11 @@ class Switching(Holding):
         self._follow_motion(here, still | self._smooth, onward, aims)
         held = self._settle(touching, struck, still & self._pressed(touching))
         self.closed, self.stuck = held[: self.n_stops], held[self.n_stops :]
+        rising = here.speeds[: self.n_stops] > self._speed_tolerances(here)[: self.n_stops]
         nq, n = self.system.nq, self.system.nq + self.system.nv
         here = here.turned(self.layout.turned(self.senses, self.aimed)) if self.aimed.any() else here
         self.arrays.y[nq:n] += here.holding(held, here.speeds)
+        return self.closed & rising & impacted
 
     def _all_led(self, led: np.ndarray) -> np.ndarray:
         found = led.copy()
@@ -648,15 +669,22 @@ class Switching(Holding):
         self.senses = np.where(self.aimed, self.senses, np.where(none, 0.0, ways))
         self.stuck = np.zeros_like(self.stuck)
 
-    def _impact(self, touching: np.ndarray) -> bool:
-        """Change the rates where touching gaps are closing; returns whether they did."""
+    def _impact(self, touching: np.ndarray, dead: np.ndarray) -> bool:
+        """Change the rates where touching gaps are closing, without restitution of the `dead`; returns whether."""
         here = self._here()
         if not (touching & (here.speeds[: self.n_stops] < 0.0)).any():
             return False
         _, restitutions, coefficients, _ = self._watched()
         rubbing = self._coupled & self._pressed(touching)
         law = {"sequential": self.system.sequential_impacts}
-        given = (touching, rubbing, restitutions, coefficients, self.normals, self.layout.circles)
+        given = (
+            touching,
+            rubbing,
+            np.where(dead, 0.0, restitutions),
+            coefficients,
+            self.normals,
+            self.layout.circles,
+        )
         found = self._solved(lambda: impulses(here, *given, **law))
         nq, n = self.system.nq, self.system.nq + self.system.nv
         self.arrays.y[nq:n] += here.change(found)

@@ -66,14 +66,14 @@ class Wanted:
         Series that are kept or reduced.
     reductions : tuple of Reduction
         Empty ones.
-    functions : dict of str to callable
+    worked_out : dict of str to callable
         What is reduced that has to be worked out first.
     """
 
     kept: tuple[str, ...]
     names: tuple[str, ...]
     reductions: tuple[Reduction, ...] = ()
-    functions: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
+    worked_out: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
 
     def empty(self) -> list[Reduction]:
         """Return reductions that have taken nothing."""
@@ -192,7 +192,7 @@ def reduced(plan: Plan, wanted: Wanted, part: Part) -> list[Reduction]:
     """Return the statistics of a part."""
     found = wanted.empty()
     for reduction in found:
-        function = wanted.functions.get(reduction.name)
+        function = wanted.worked_out.get(reduction.name)
         values = (
             part.series[reduction.name]
             if function is None

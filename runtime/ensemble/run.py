@@ -108,7 +108,7 @@ class Collector:
         part = run_part(plan, self.wanted.names, 0, min(part_size(plan), plan.members.n))
         first = reduced(plan, self.wanted, part)
         self.wanted = Wanted(
-            self.wanted.kept, self.wanted.names, tuple(r.empty() for r in first), self.wanted.functions
+            self.wanted.kept, self.wanted.names, tuple(r.empty() for r in first), self.wanted.worked_out
         )
 
     def _store(self) -> ZarrStore | None:

@@ -170,16 +170,23 @@ class _Mechanism:
         values = self._values(q, np.zeros(len(self.x.v)) if v is None else v, drive)
         return np.array(evaluate(self.g, nodes, values), dtype=float)
 
-    def _matrix(self, rows: SparseRows, q: np.ndarray, drive: float) -> np.ndarray:
+    def _matrix(
+        self, rows: SparseRows, q: np.ndarray, drive: float, v: np.ndarray | None = None
+    ) -> np.ndarray:
         places = [(i, k) for i, row in enumerate(rows) for k in row]
         matrix = np.zeros((len(rows), len(self.x.v)))
         if places:
             nodes = [node for row in rows for node in row.values()]
-            matrix[tuple(zip(*places, strict=True))] = self._evaluated(nodes, q, drive)
+            matrix[tuple(zip(*places, strict=True))] = self._evaluated(nodes, q, drive, v)
         return matrix
 
     def _jacobian(self, q: np.ndarray, drive: float) -> np.ndarray:
-        return self._matrix(self.c.jacobian, q, drive)
+        """Return G, at rates that are none in particular where it depends on them: at rest rows may vanish."""
+        nodes = [node for row in self.c.jacobian for node in row.values()]
+        v = None
+        if any(self.g.mask[node] & V for node in nodes):
+            v = self._sizes(q) * np.random.default_rng(20240229).uniform(0.5, 1.5, len(self.x.v))
+        return self._matrix(self.c.jacobian, q, drive, v)
 
     def _unit_rows(self, q: np.ndarray, drive: float, jacobian: np.ndarray) -> np.ndarray:
         try:

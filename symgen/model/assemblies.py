@@ -23,6 +23,7 @@ from .declared import Declared
 from .description import (
     Axis,
     Body,
+    Bristle,
     Bushing,
     Closure,
     Constant,
@@ -94,6 +95,7 @@ NAMES: dict[type, tuple[tuple[str, ...], tuple[str, ...]]] = {
     Constraint: (("name",), ()),
     Stop: (("name",), ()),
     Friction: (("name", "normal"), ()),
+    Bristle: (("name",), ()),
     Contact: (("name",), ()),
     ContactPair: (("name", "body", "plane", "other"), ()),
     Drawing: (("name",), ()),

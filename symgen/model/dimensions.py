@@ -218,7 +218,23 @@ def check_units(d: Description, sources: Sources) -> Sizes:
             names[item.key] = size
         if isinstance(size, tuple):
             found[item.table, item.key] = size
+    _check_speeds_in_a_plane(d, names, sources)
     return Sizes(names, found)
+
+
+def _check_speeds_in_a_plane(d: Description, names: Mapping[str, Size], sources: Sources) -> None:
+    """Whether both speeds of each friction in a plane, given as such or by coordinates, are of one dimension."""
+    for f in d.frictions:
+        along, *across = (infer(speed, names) for speed in f.speeds)
+        for size in across:
+            if isinstance(along, tuple) and isinstance(size, tuple) and along != size:
+                raise sources.error(
+                    f"friction.{f.name}",
+                    "speeds",
+                    "units do not match: both are components of one sliding velocity, and one is in "
+                    f"{dimension_text(along)}, the other in {dimension_text(size)}",
+                    hint="multiply the rate of an angle by a radius",
+                )
 
 
 def with_units_of_results(d: Description, sizes: Sizes) -> Description:

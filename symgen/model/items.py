@@ -25,7 +25,6 @@ from .description import (
     Spring,
 )
 from .joint_types import TYPES, JointType
-from .unevaluated import total
 from .units import (
     ACCELERATION,
     DIMENSIONLESS,
@@ -411,7 +410,6 @@ def _contact_items(d: Description) -> Iterator[Item]:
             yield Item(table, "speed", f.speed, SPEED)
         else:
             yield from (Item(table, f"speeds[{k}]", s, SPEED) for k, s in enumerate(f.speeds))
-            yield Item(table, "speeds", total(f.speeds), SPEED)  # of one dimension
         # What slides may know how fast; what sticks needs a force of its own.
         sliding = LEVEL if f.static is None else SLIDING
         yield Item(table, "coefficient" if f.normal else "force", f.level, sliding)

@@ -8,11 +8,12 @@ Dynamics, 3rd ed., 2012, chapter 7). Forces are those of the resultant slip, alo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import sympy
 
+from .evaluate import NotFinite, evaluate, normalised
 from .functions import dot, maximum, sensor, where
 from .names import reference_fault
 
@@ -62,7 +63,16 @@ def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> None:
     model._new_element(name, "tyres", model._loads)
     radius, relaxation = expression("radius"), expression("relaxation")
 
-    a = model.axis(f"{name}_axle", body, given.get("axis", (0, 1, 0)))
+    known = {x.name: x.value for x in (*model._parameters, *model._constants)}
+    for key, value in (("radius", radius), ("relaxation", relaxation)):
+        size = _value(value, known)
+        if size is not None and not size > 0:
+            message = f"the {key} is not positive at the parameters' values: {size:g} m"
+            raise error(key, message, "look at the parameters in it")
+    axle = _unit_vector(model._components(given.get("axis", (0, 1, 0)), table, "axis"), known)
+    if axle is None:
+        raise error("axis", "the axle has no direction: all its components are zero", "such as [0, 1, 0]")
+    a = model.axis(f"{name}_axle", body, axle)
     if "at" in given:
         model.point(f"{name}_centre", body, given["at"])
         place = f"{name}_centre"
@@ -162,6 +172,28 @@ def _law(error, expression, number, given: Mapping[str, Any], slip: sympy.Symbol
         return c
     z = c * slip / (3 * friction)
     return where(z < 1, c * (1 - z + z**2 / 3), friction / slip)
+
+
+def _value(expression: sympy.Expr, known: Mapping[str, float | None]) -> float | None:
+    """The value that parameters and constants give it; what has none is refused where all values are checked."""
+    try:
+        return evaluate(expression, known)
+    except NotFinite:
+        return None
+
+
+def _unit_vector(
+    vector: Sequence[sympy.Expr], known: Mapping[str, float | None]
+) -> Sequence[sympy.Expr] | None:
+    """The direction of a vector, as it is where its length is 1; None of zeros."""
+    values = [_value(x, known) for x in vector]
+    if None in values:
+        return vector
+    unit = normalised(values)
+    if unit is None or all(x.is_number for x in vector):
+        return unit if unit is None or unit != tuple(values) else vector
+    length = sympy.sqrt(sympy.trigsimp(sum(x**2 for x in vector)))
+    return vector if length == 1 else [x / length for x in vector]
 
 
 def _cross(a, b) -> list[sympy.Expr]:

@@ -12,6 +12,7 @@ import argparse
 import functools
 import sys
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,18 +25,19 @@ from symgen.runtime.integrate.methods import METHODS
 
 from ..plate_phases import Course, Plate, course
 from .impacts import row, said
-from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, admits
+from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario, admits
 
 KINDS = ("given", "stop")
 G = 9.81
 ADAPTIVE = tuple(name for name, method in METHODS.items() if method.adaptive)
-FIXED = ("rk4", "heun", "implicit_midpoint", "gauss4", "implicit_euler")
+FIXED = ("rk4", "implicit_midpoint", "gauss4", "gauss8", "generalized_alpha", "implicit_euler")
 _STEPS = 4000  # of a fixed step in a case
 _ALLOWED = 1e-5  # of the extent; of the time for events
 # Fixed steps come to rest, and begin to slide, within one of them.
 _ALLOWED_FIXED = 1e-2
 _CLOSE = 1e-3  # decisions that are closer go either way
 _WAVES = 2
+_SEED, _N_ALL, _SHORT = 1, 3, ("dop853", "rk4")  # of the suite
 
 
 @functools.cache
@@ -146,6 +148,20 @@ def try_many(kind: str, method: str, count: int, seed: int, show: int = 0) -> Co
         ):
             print(f"{verdict} {kind} {method} number {number}: {why}", file=sys.stderr)
     return counts
+
+
+def scenarios() -> Iterator[Scenario]:
+    """Yield some cases of each kind for each method."""
+    for kind in KINDS:
+        for method in (*ADAPTIVE, *FIXED):
+            for number in range(_N_ALL):
+                short = number == 0 and method in _SHORT
+                run = functools.partial(_outcome, number, kind, method)
+                yield Scenario("friction in a plane", f"plate {number}, {kind}: {method}", run, method, short)
+
+
+def _outcome(number: int, kind: str, method: str) -> Outcome:
+    return Outcome(*judge(draw(_SEED, number), kind, method))
 
 
 def main() -> int:
