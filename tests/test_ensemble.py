@@ -177,6 +177,17 @@ def test_threads_and_processes_give_the_same():
         assert one[name].tobytes() == two[name].tobytes() == elsewhere[name].tobytes()
 
 
+def test_processes_of_loky_give_the_same():
+    loky = pytest.importorskip("loky")
+    system, t_end, kept = varied("double_pendulum")
+    asked = {"n": 3000, "seed": 4, "rtol": 1e-5, "method": "dop853", **kept}
+    here = system.ensemble(t_end, **asked)
+    with loky.ProcessPoolExecutor(1) as executor:
+        elsewhere = system.ensemble(t_end, executor=executor, **asked)
+    for name in here.names:
+        assert here[name].tobytes() == elsewhere[name].tobytes()
+
+
 def test_threads_may_need_the_same_code_at_once():
     """Of a system that has compiled nothing yet; starts are assembled in threads, too."""
     system, _, kept = varied("slider_crank")

@@ -133,7 +133,7 @@ def test_a_process_that_is_killed(tmp_path, whole):
     out = tmp_path / "runs.zarr"
     with (
         concurrent.futures.ProcessPoolExecutor(2) as executor,
-        pytest.raises(RuntimeModelError, match="was lost"),
+        pytest.raises(RuntimeModelError, match=r"was lost .* is kept in .*runs\.zarr"),
     ):
         ensemble(out=out, executor=executor, reduce=reduce)
     with concurrent.futures.ProcessPoolExecutor(2) as executor:
@@ -141,6 +141,16 @@ def test_a_process_that_is_killed(tmp_path, whole):
     assert e.reduced.pop("reach")["max"] == whole["theta1"].max()
     assert e.reduced.keys() == whole.reduced.keys()
     assert_same(e, whole)
+
+
+def test_a_process_that_is_killed_without_a_store(tmp_path):
+    """Nothing says that members are kept that are not."""
+    reduce = {"reach": (Deadly(str(tmp_path / "mark")), ["max"])}
+    with (
+        concurrent.futures.ProcessPoolExecutor(2) as executor,
+        pytest.raises(RuntimeModelError, match=r"was lost .* there is no store"),
+    ):
+        ensemble(executor=executor, reduce=reduce)
 
 
 def test_a_disk_that_is_full(tmp_path, whole):

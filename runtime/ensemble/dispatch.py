@@ -17,6 +17,7 @@ from symgen.runtime.ensemble.shipping import (
     n_places,
     packed,
     run_packed,
+    what_remains,
 )
 from symgen.runtime.ensemble.work import stop_all
 from symgen.runtime.errors import RuntimeModelError
@@ -94,5 +95,5 @@ def _by_executor(
     except BrokenExecutor as error:
         raise RuntimeModelError(
             f"a process of {type(executor).__name__} was lost while members from {here[0]} on were under way "
-            f"({first_line(error)}); what is done before is kept: run the rest with a new one, by out and resume"
+            f"({first_line(error)}); {what_remains(plan.options)}"
         ) from None

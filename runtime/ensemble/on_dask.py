@@ -16,7 +16,7 @@ import numpy as np
 from distributed import KilledWorker, WorkerPlugin
 
 from symgen.runtime.ensemble.chunk import Chunk, Wanted, block_size
-from symgen.runtime.ensemble.shipping import AHEAD, in_order, n_places, packed, run_packed
+from symgen.runtime.ensemble.shipping import AHEAD, in_order, n_places, packed, run_packed, what_remains
 from symgen.runtime.ensemble.tally import Tally
 from symgen.runtime.ensemble.verdict import CAUSES, VERDICTS, WORKER_LOST, Verdicts
 from symgen.runtime.errors import RuntimeModelError
@@ -70,7 +70,7 @@ def run(
         )  # fmt: skip
         for waiting in tasks:
             try:
-                yield _result(client, waiting.task, waiting.first)
+                yield _result(client, waiting.task, waiting.first, plan)
             except KilledWorker:
                 yield _rescued(client, content.name, plan, wanted, waiting.first, waiting.last)
     finally:
@@ -89,7 +89,7 @@ def _run(name: str, first: int, last: int, gather: bool = False) -> Chunk:
     return run_packed(_held[name], first, last, gather)
 
 
-def _result(client: Any, task: Any, first: int) -> Chunk:
+def _result(client: Any, task: Any, first: int, plan: Plan) -> Chunk:
     """Wait for a task as long as the cluster has workers, or may get new ones.
 
     Raises
@@ -104,8 +104,8 @@ def _result(client: Any, task: Any, first: int) -> Chunk:
         except TimeoutError:
             alone = 0.0 if client.ncores() else alone + _LOOK_EVERY
     raise RuntimeModelError(
-        f"the Dask cluster has had no workers for {_PATIENCE:g} s while members from {first} on were to be run; what "
-        "is done before is kept: start workers, and run the rest by out and resume (--resume)"
+        f"the Dask cluster has had no workers for {_PATIENCE:g} s while members from {first} on were to be run; "
+        f"{what_remains(plan.options)}"
     )
 
 
@@ -129,13 +129,14 @@ def _rescued(client: Any, name: str, plan: Plan, wanted: Wanted, first: int, las
     """
     length = block_size(plan)
     blocks = ((k, min(k + length, last)) for k in range(first, last, length))
-    return joined([_tried(client, name, *block) or _lost(plan, wanted, *block) for block in blocks])
+    return joined([_tried(client, name, plan, *block) or _lost(plan, wanted, *block) for block in blocks])
 
 
-def _tried(client: Any, name: str, first: int, last: int) -> Chunk | None:
+def _tried(client: Any, name: str, plan: Plan, first: int, last: int) -> Chunk | None:
     for _ in range(_TRIES):
         with contextlib.suppress(KilledWorker):
-            return _result(client, client.submit(_run, name, first, last, True, pure=False), first)
+            task = client.submit(_run, name, first, last, True, pure=False)
+            return _result(client, task, first, plan)
     return None
 
 

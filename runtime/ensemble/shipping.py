@@ -161,6 +161,13 @@ def _store_at(path: str, token: str) -> ZarrStore | None:
     return None
 
 
+def what_remains(options: EnsembleOptions) -> str:
+    """Say what is left of an ensemble whose workers are gone, and how to get the rest."""
+    if options.out is None:
+        return 'there is no store, so what is not in a file is lost: out="runs.zarr" keeps members as they come in'
+    return f"what is done before is kept in {options.out}: run the rest with new ones, by out and resume (--resume)"
+
+
 def first_line(error: BaseException) -> str:
     """Return what an error says, in one line."""
     return (str(error).splitlines() or [type(error).__name__])[0][:200]
