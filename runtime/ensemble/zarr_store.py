@@ -133,6 +133,7 @@ class ZarrStore:
             if about["n_times"]:
                 times = _make(group, _TIMES, (about["n_times"],), (about["n_times"],), "f8", ("t",))
                 times[:] = plan.frame_times
+            group.create_group(_MORE)  # now: threads that write their first chunks at once would both make it
         except OSError as error:
             raise StoreError(f"{path}: the store could not be made: {error.strerror or error}") from None
         return cls(path, about, group)
