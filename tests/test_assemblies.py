@@ -514,7 +514,7 @@ def test_commands_know_names_with_dots(tmp_path):
     run.save(tmp_path / "run.rrd")
     assert run.status == "success"
     assert {e.name for e in run.events} == {"c.low", "c.wall"}
-    assert list(run.to_dataframe().columns)[:2] == ["c.th", "dot(c.th)"]
+    assert list(run.keys())[:2] == ["c.th", "dot(c.th)"]
     recording = read_recording(tmp_path / "run.rrd")
     assert recording.parameters == {"c.l": 0.8, "c.m": 2.0}
 

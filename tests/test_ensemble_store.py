@@ -54,7 +54,6 @@ def test_a_store_is_what_memory_would_be(tmp_path, whole):
     assert not e.series
     assert e.store.n_chunks > 1
     assert e.member(17).states[-1].tobytes() == np.array([whole[x][17] for x in whole.names]).tobytes()
-    assert np.array_equal(e.to_xarray()["theta2"], whole["theta2"])
     assert_same(ensemble(out=tmp_path / "runs.zarr", resume=True), whole)
 
 
@@ -66,7 +65,13 @@ def test_series_over_time(tmp_path):
         assert e["energy"].shape == (N, 5)
         assert e["energy"].tobytes() == one["energy"].tobytes()
         assert repr(e.reduced) == repr(one.reduced)
-    assert np.array_equal(other.to_xarray()["t"], one.t)
+
+
+def test_a_store_is_a_dataset(tmp_path, whole):
+    pytest.importorskip("xarray")
+    assert np.array_equal(ensemble(out=tmp_path / "ends.zarr").to_xarray()["theta2"], whole["theta2"])
+    series = ensemble(out=tmp_path / "runs.zarr", frames=5, keep=["theta1"])
+    assert np.array_equal(series.to_xarray()["t"], series.t)
 
 
 def test_statistics_alone_are_kept_of_all_members(tmp_path, whole):

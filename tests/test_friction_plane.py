@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_phases import Plate, course
 from recorded import assert_same_recording, record
 from scipy.integrate import solve_ivp
+from stress.plate_phases import Plate, course
 
 from symgen import Model, cos, dot, sin
 from symgen.errors import ModelError

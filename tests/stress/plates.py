@@ -3,7 +3,7 @@
 Accelerations of the plate are two sines in each direction along it and one across; amplitudes, frequencies, masses and
 both coefficients are drawn, so that blocks slide for ever, stick for ever, or stick, slip and turn, from rest or not.
 The friction is of a given size, or in proportion to what a stop carries. Each case is compared with an integration
-phase by phase in polar coordinates (tests/plate_phases.py).
+phase by phase in polar coordinates (plate_phases.py).
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from symgen.runtime import solve
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate.methods import METHODS
 
-from ..plate_phases import Course, Plate, course
 from .impacts import row, said
+from .plate_phases import Course, Plate, course
 from .scenario import FLAGGED, REFUSED, RIGHT, WRONG, Outcome, Scenario, admits
 
 KINDS = ("given", "stop")
