@@ -156,7 +156,7 @@ def simulate(system: System, options: RunOptions, choice: Choice | None = None) 
     wanted = options.energy_scaling
     level = remembered(
         system,
-        ("energy level", *start, wanted, id(method)),
+        ("energy level", *start, wanted, method.name, treatment),
         lambda: choose_energy_level(wanted, system, method, p, options.t_start, state),
     )
     arrays, give_back = _arrays(system, method, p, state, times, options, step, level)
