@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.runtime import step_costs
 from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.checks.steps import MOST_IN_A_PERIOD, PERIODS, step_for_phases
 from symgen.runtime.checks.time_scales import TimeScales, change_rate, time_scales
@@ -26,17 +27,15 @@ kkt = Late("symgen.runtime.constraints.kkt")
 at_start = Late("symgen.runtime.contact.at_start")
 dependence = Late("symgen.runtime.constraints.dependence")
 forms = Late("symgen.runtime.integrate.forms")
+taylor_kernel = Late("symgen.runtime.taylor.kernel")
 
 CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "none", "auto")
 SERIES, EXPLICIT, STIFF, STIFF_TIGHT = "taylor", "dop853", "radau5", "radau9"
 # Operations of the residual: series of larger models take many seconds to compile, which tight tolerances repay sooner.
 _LARGEST_FOR_SERIES, _LARGEST_WHERE_TIGHT = 1500, 3000
-# Series are made of the residual, explicit stages call rhs, whose operations grow faster; steps of series also grow
-# with the order, which tight tolerances pay for. Two numbers fitted to the scenes of the benchmark, so that the choice
-# is within 1.5 times the best of each:
-_COST_OF_SERIES = 8.1  # operations of rhs for one of the residual, at rtol 1e-2,
-_FREE_FOR_SERIES = 2020.0  # but for the first of them, as stages cost something besides
-_GAIN_WITH_RTOL = 1.0 / 12.0  # the run time of order 8 grows as rtol^(-1/8), that of order 24 as rtol^(-1/24)
+_DEARER = "Taylor series of a model of {} operations pay at tighter tolerances only"
+# How much longer series may take by a guess, or how much shorter, for it to be worth to make one and look.
+_CLEAR = 1.6
 # Series with friction in proportion to reactions begin with what `rhs` computes; operations of it that take as long to
 # compile as one of the residual, which every order needs.
 _RHS_FOR_RESIDUAL = 6
@@ -45,10 +44,10 @@ _INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 # An explicit step can follow about one radian of a motion at usual tolerances, and decay times step of about 6.
 _STIFFNESS_RATIO = 100.0
 _MIN_DECAYS_OF_VIBRATION = 100.0  # a vibration that dies out is not worth following, one that lasts is
-_EXPLICIT_BELOW = 1e-10  # at tighter tolerances the high order wins even on stiff models
-_ORDER_9_BELOW = 1e-7  # rtol from which on the longer steps of radau9 repay their larger Newton systems
+_EXPLICIT_BELOW = 3e-11  # at tighter tolerances the high order wins even on stiff models
+_ORDER_9_BELOW = 3e-5  # rtol from which on the longer steps of radau9 repay their larger Newton systems
 _FIRST_LOOK, _SCOUT_STEPS = 100, 400
-_COMPARED_STEPS = 40
+_STEPS_TO_GROW, _COMPARED_STEPS = 20, 20
 # A choice is made as for a long run, of so many radians of the fastest motion: a run does not depend on where it ends.
 _AHEAD = 1e7
 _VISIBLE = 1e-4  # of the fastest rate: slower ones may be round-off of the differences
@@ -62,7 +61,8 @@ _GRID = 2.0 ** np.arange(
 )  # [s] behind the start: where something may begin to act that does nothing at first
 _ACTS = 0.1  # of the largest acceleration there
 _INVISIBLE = 1e3  # times as long as the motion shows: a period that is made of round-off
-_WORTH_IMPLICIT = 20.0  # steps of the explicit method for one of the implicit one, which costs as much
+# Steps of the explicit method in the time of one of the implicit one: where stability shows, and where it is not seen.
+_WORTH_IMPLICIT, _WORTH_UNSEEN = 5.0, 20.0
 _LEAST_TICKS = 16  # of floating-point time in a step
 _STIFF_SIGNS = 15
 _WHY_PROJECTION = (
@@ -124,17 +124,23 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
         operations += system.operations.get("rhs", 0) // _RHS_FOR_RESIDUAL
     if operations > (_LARGEST_FOR_SERIES if rtol >= _EXPLICIT_BELOW else _LARGEST_WHERE_TIGHT):
         return f"Taylor series of a model of {operations} operations take long to compile"
-    gain = system.operations.get("rhs", 0) * (1e-2 / rtol) ** _GAIN_WITH_RTOL if rtol > 0.0 else np.inf
-    if gain < _COST_OF_SERIES * operations - _FREE_FOR_SERIES:
-        return f"Taylor series of a model of {operations} operations pay at tighter tolerances only"
+    guess = step_costs.time_ratio(system, rtol)
+    if guess > _CLEAR:
+        return _DEARER.format(operations)
     if reason := _left_out(system, p, t, state):
         return reason
     if system.m and not system.kernel("rhs")(t, state, p)[-1] >= _INDEPENDENT:
         return "constraints depend on each other at the start"
     if system.m and _is_ill_conditioned(system, p, t, state):
         return "an inertia is tiny beside what constraints tie it to"
-    refusal = METHODS[SERIES].refusal(system)
-    return f"{SERIES} {refusal}" if refusal else ""
+    if refusal := METHODS[SERIES].refusal(system):
+        return f"{SERIES} {refusal}"
+    if (
+        guess > 1.0 / _CLEAR
+        and step_costs.time_ratio(system, rtol, taylor_kernel.taylor_addresses(system)[2:]) > 1.0
+    ):
+        return _DEARER.format(operations)
+    return ""
 
 
 def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
@@ -196,23 +202,36 @@ def scout(
         if not vibrates_fast and not (decays and scales.damping * h >= _LIMITS):
             return ""
     limited = arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS
-    says = f"stability limits the step of {EXPLICIT} to {h:.1e} s from t = {arrays.t:.3g} s on"
-    if limited and decays:
-        return says
-    if not limited and (not vibrates_fast or changes[-1] < _COME_TO_REST * max(changes)):
+    if not limited and changes[-1] < _COME_TO_REST * max(changes):
         return ""
     # A vibration that goes on has to be followed by any method, and high order follows it best; unless it is so weak
     # that nobody would miss it. One that has died out may limit explicit steps long before stability does, as
-    # derivatives of what stiff springs carry are large. The step of a method for stiff motion shows both.
+    # derivatives of what stiff springs carry are large. And what stability limits may be slower still to follow: the
+    # step of a method for stiff motion shows all that.
     stiff = METHODS[stiff_method(rtol)]
-    longer = LoopArrays(
-        system, stiff, p, arrays.t, arrays.y[: system.nq + system.nv], frame_times=np.zeros(0), rtol=rtol, atol=atol,
-        with_events=False, log_length=_COMPARED_STEPS,
-    )  # fmt: skip
-    longer.advance(until, _COMPARED_STEPS)
-    if longer.h_last < _WORTH_IMPLICIT * h:
+    longer = _usual_step(system, stiff, p, arrays, until, rtol, atol)
+    if longer < (_WORTH_IMPLICIT if limited and decays else _WORTH_UNSEEN) * h:
         return ""
-    return f"{EXPLICIT} takes steps of {h:.1e} s at t = {arrays.t:.3g} s where {stiff.name} takes {longer.h_last:.1e} s"
+    if limited and decays:
+        return f"stability limits the step of {EXPLICIT} to {h:.1e} s from t = {arrays.t:.3g} s on"
+    return (
+        f"{EXPLICIT} takes steps of {h:.1e} s at t = {arrays.t:.3g} s where {stiff.name} takes {longer:.1e} s"
+    )
+
+
+def _usual_step(
+    system: System, method: Method, p: np.ndarray, there: LoopArrays, until: float, rtol: float, atol: float
+) -> float:
+    """Return how long steps of a method are from a state on, once they have grown [s]."""
+    arrays = LoopArrays(
+        system, method, p, there.t, there.y[: system.nq + system.nv], frame_times=np.zeros(0), rtol=rtol, atol=atol,
+        with_events=False, log_length=_STEPS_TO_GROW + _COMPARED_STEPS,
+    )  # fmt: skip
+    began, n_steps = there.t, 0
+    if arrays.advance(until, _STEPS_TO_GROW) != at.REACHED_STOP:
+        began, n_steps = arrays.t, int(arrays.counters[at.STEPS])
+        arrays.advance(until, _COMPARED_STEPS)
+    return (arrays.t - began) / max(int(arrays.counters[at.STEPS]) - n_steps, 1)
 
 
 def stiff_method(rtol: float) -> str:

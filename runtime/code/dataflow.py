@@ -34,6 +34,10 @@ _SHARP = frozenset(
         "div",
     )
 )
+# Cycles until a result is there, and how many operations fill the same time; others are elementary functions.
+_LATENCY = {"add": 4, "sub": 4, "mul": 4, "neg": 1, "select": 5, "select_le": 5, "div": 14, "sqrt": 18}
+_WORK = {"div": 1, "sqrt": 6}
+_LATENCY_OF_FUNCTION, _WORK_OF_FUNCTION = 40, 38
 _NEVER = np.iinfo(np.int64).max
 
 
@@ -72,7 +76,30 @@ def facts_of(form: Form, n_parameters: int) -> Facts:
             nodes.op[node] in _SHARP and nodes.mask[nodes.args[node][-1]] & ~P
             for node in nodes.reachable(form.roots(), ~P)
         ),
+        *(_effort(form) if form.name == "rhs" else ()),
     )
+
+
+def _effort(form: Form) -> tuple[int, int]:
+    """Return latency and work of a function (`Facts`), without what follows from parameters alone.
+
+    Passes of a loop are taken to be independent of each other.
+    """
+    nodes, ready, work = form.nodes, {}, 0
+    met: set[int] = set()
+    by_count: dict[int, list[int]] = {}
+    for statement, count in form.statements():
+        if type(statement) is Name or type(statement) is Write:
+            by_count.setdefault(max(count, 1), []).append(statement.node)
+    for count, roots in sorted(by_count.items()):
+        for node in nodes.reachable(roots, ~P, met):
+            op = nodes.op[node]
+            if op == "var":
+                continue
+            waits = max(ready.get(x, 0) for x in nodes.operands(node))
+            ready[node] = waits + _LATENCY.get(op, _LATENCY_OF_FUNCTION)
+            work += count * (_WORK.get(op, 1) if op in _LATENCY else _WORK_OF_FUNCTION)
+    return max(ready.values(), default=0), work
 
 
 class _Array:

@@ -14,21 +14,31 @@ class Facts(NamedTuple):
         The places in `p`, behind the parameters, that it reads: inputs, then settings of switches.
     is_sharp : bool
         Whether it can change much while what it depends on changes little.
+    latency : int
+        Of `rhs`: processor cycles of the longest chain of operations that wait for each other, about; else 0.
+    work : int
+        Of `rhs`: operations, each of the elementary functions as many as take the same time; else 0.
     """
 
     inputs: tuple[int, ...]
     is_sharp: bool
+    latency: int = 0
+    work: int = 0
 
 
 def as_text(facts: dict[str, Facts]) -> str:
-    """Return facts as lines: function, whether it is sharp, and inputs."""
-    return "\n".join(f"{name} {int(x.is_sharp)} {','.join(map(str, x.inputs))}" for name, x in facts.items())
+    """Return facts as lines: function, whether it is sharp, latency, work, and inputs."""
+    return "\n".join(
+        f"{name} {int(x.is_sharp)} {x.latency} {x.work} {','.join(map(str, x.inputs))}"
+        for name, x in facts.items()
+    )
 
 
 def from_text(text: str) -> dict[str, Facts]:
     """Return facts from such lines."""
     found = {}
     for line in text.splitlines():
-        name, is_sharp, inputs = line.split(" ")
-        found[name] = Facts(tuple(int(x) for x in inputs.split(",") if x), is_sharp == "1")
+        name, is_sharp, latency, work, inputs = line.split(" ")
+        places = tuple(int(x) for x in inputs.split(",") if x)
+        found[name] = Facts(places, is_sharp == "1", int(latency), int(work))
     return found

@@ -9,10 +9,9 @@ are those of the package; otherwise, and for functions that have none, Numba com
 from __future__ import annotations
 
 import ast
+import functools
 import hashlib
-import inspect
 import lzma
-import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -70,9 +69,25 @@ def sources(function: Jitted) -> str:
     return hashlib.sha256("\0".join(sorted(texts)).encode()).hexdigest()
 
 
+@functools.cache
 def _statements(function: Any) -> str:
-    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef) and ast.get_docstring(node) is not None:
-            node.body = node.body[1:] or [ast.Pass()]
-    return ast.unparse(tree)
+    """Return the text of a function without comments, docstrings and layout."""
+    code = function.__code__
+    node = _functions(code.co_filename)[code.co_firstlineno]
+    for inner in ast.walk(node):
+        if isinstance(inner, ast.FunctionDef) and ast.get_docstring(inner, clean=False) is not None:
+            inner.body = inner.body[1:] or [ast.Pass()]
+    return ast.unparse(node)
+
+
+@functools.cache
+def _functions(path: str) -> dict[int, ast.FunctionDef]:
+    """Return the functions of a file by the line in which they begin, decorators included.
+
+    To parse a file once takes a third of what finding the text of each of its functions takes.
+    """
+    blocks: list[ast.AST] = [ast.parse(Path(path).read_bytes())]
+    for block in blocks:  # grows while it is walked
+        blocks += (inner for inner in getattr(block, "body", ()) if hasattr(inner, "body"))
+    functions = (block for block in blocks if isinstance(block, ast.FunctionDef))
+    return {min(x.lineno for x in (node, *node.decorator_list)): node for node in functions}

@@ -17,20 +17,17 @@ from symgen.runtime.integrate import plain_events
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.integrate.semi_implicit import SymplecticScheme
 from symgen.runtime.integrate.taylor import (
-    COST_OF_STEP,
     CREEPS,
     CREEPS_AT_MOST,
     CREEPS_OF_ROUND_OFF,
     EPS,
-    ERROR_EXPONENT,
-    ERROR_FACTOR,
-    LOWEST_ORDER,
     ROUND_OFF_RTOL,
     SHARE,
     SHARE_WITH_TAIL,
 )
 from symgen.runtime.loop_arrays import DIRECTIONS
 from symgen.runtime.record import record
+from symgen.runtime.step_costs import order_of
 from symgen.runtime.system import System
 from symgen.runtime.taylor.kernel import N_ROWS
 
@@ -100,17 +97,6 @@ class BatchResult:
     def column(self, name: str) -> np.ndarray:
         """Return one of the columns."""
         return self.columns[:, COLUMNS.index(name)]
-
-
-def order_of(costs: tuple[float, float, float], rtol: float) -> int:
-    """The order that needs the least time for a tolerance, as `taylor.order_for`, for a series of `costs`."""
-    left_out = math.log(ERROR_FACTOR) + ERROR_EXPONENT * math.log(max(rtol, EPS)) - 0.7
-
-    def time(order: int) -> float:
-        series = costs[0] + order * (costs[1] + order * costs[2])
-        return (COST_OF_STEP + series) * math.exp(-left_out / (order - 1))
-
-    return min(range(LOWEST_ORDER, N_ROWS - 1), key=time)
 
 
 def one_evaluation(system: System, method: str) -> bool:
