@@ -51,7 +51,7 @@ _STEPS_TO_GROW, _COMPARED_STEPS = 20, 20
 # A choice is made as for a long run, of so many radians of the fastest motion: a run does not depend on where it ends.
 _AHEAD = 1e7
 _VISIBLE = 1e-4  # of the fastest rate: slower ones may be round-off of the differences
-_FOLLOWED = 0.5  # radians of the fastest motion in an explicit step that it may be what limits
+_FOLLOWED = 0.25  # radians of the fastest motion in an explicit step that it may be what limits
 _LIMITS = 1.0  # decay times in an explicit step from which on stability may be what limits it
 _COME_TO_REST = (
     1e-4  # of the fastest change met: what is left of the motion is nothing to choose a method for

@@ -260,7 +260,8 @@ class Run(RunState):
             itertools.takewhile(lambda x: t > x and (status == at.EVENT or not self._same(t, x)), self.stops)
         )
         if passed:
-            after, logged = arrays.state(), arrays.step_log[0].copy()
+            ends = len(passed) == len(self.stops)  # there is nothing to go on to
+            after, logged = None if ends else arrays.state(), arrays.step_log[0].copy()
             for wanted in passed:
                 arrays.reach_aside(wanted, before, stop)
                 if len(self.stops) == 1:
@@ -436,7 +437,7 @@ class Run(RunState):
     def _finish_frames(self) -> None:
         """Keep the state at which the run stopped, where that is not a frame already."""
         arrays, n = self.arrays, self.handed
-        if n and arrays.frame_times[n - 1] == arrays.t and np.array_equal(arrays.frames[n - 1], arrays.y):
+        if n and arrays.frame_times[n - 1] == arrays.t and (arrays.frames[n - 1] == arrays.y).all():
             return
         self.last = (arrays.t, arrays.y.copy())
         if self.recorder is not None:

@@ -117,11 +117,16 @@ class LoopArrays:
         self._bound: Callable[[], int] | None = None
         self.generation = 0  # of the arrays: those of another form, or method, are others
         self._at_start = rtol, atol, step
+        self._first_control: np.ndarray | None = None
         self._set_control(method, t, energy_level)
         self._prepare_guard(system)
 
     def _set_control(self, method: Method, t: float, energy_level: float) -> None:
-        c = self.control
+        c, first = self.control, self._first_control
+        if first is not None and first[at.T] == t:
+            c[:] = first
+            c[at.ENERGY_LEVEL] = energy_level
+            return
         c[:] = 0.0
         c[at.RTOL], c[at.ATOL], c[at.H] = self._at_start
         self.fixed_step = 0.0 if method.adaptive else self._at_start[2]
@@ -134,6 +139,7 @@ class LoopArrays:
         c[at.MIN_PIVOT_RATIO] = np.inf
         c[at.ENERGY_LEVEL] = energy_level
         self.event_block(at.LOWEST)[:] = np.inf
+        self._first_control = c.copy()
 
     def begin_again(
         self, system: System, method: Method, p: np.ndarray, t: float, state: np.ndarray, energy_level: float

@@ -122,7 +122,7 @@ class RunOptions:
                 object.__setattr__(self, name, values)
         for name in ("rtol", "atol"):
             value = float(getattr(self, name))
-            if not (np.isfinite(value) and value >= 0.0):
+            if not (math.isfinite(value) and value >= 0.0):
                 raise RuntimeModelError(
                     f"{name} is {value}: give a number that is not negative, such as 1e-8"
                 )

@@ -104,4 +104,6 @@ class StepLog:
 
     def array(self) -> np.ndarray:
         """Return the log, shape (n, 2)."""
+        if len(self._chunks) == 1:
+            return self._chunks[0]
         return np.concatenate(self._chunks) if self._chunks else np.zeros((0, 2))

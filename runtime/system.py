@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import threading
 from collections.abc import Mapping, Sequence
@@ -311,12 +312,20 @@ class System(ModelFunctions):
         q_enforced, v_enforced : ndarray of bool
             Which of them assembly must keep.
         """
-        values = np.array([float(record["value"]) for record in (*self.coordinates, *self.rates)])
+        values, enforced = self._start_values
+        values = values.copy()
         if p is not None and self.source.header.get("starts"):
             values = self.kernel("starts")(0.0, values, np.ascontiguousarray(p, dtype=float))
         return (
             values[: self.nq],
             values[self.nq :],
-            np.array([record["enforced"] for record in self.coordinates], dtype=bool),
-            np.array([record["enforced"] for record in self.rates], dtype=bool),
+            enforced[: self.nq].copy(),
+            enforced[self.nq :].copy(),
         )
+
+    @functools.cached_property
+    def _start_values(self) -> tuple[np.ndarray, np.ndarray]:
+        """The model's start values, and which of them assembly must keep, coordinates first."""
+        records = (*self.coordinates, *self.rates)
+        values = np.array([float(record["value"]) for record in records])
+        return values, np.array([record["enforced"] for record in records], dtype=bool)

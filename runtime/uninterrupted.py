@@ -12,6 +12,7 @@ ENDING = tuple(
     int(getattr(signal, name)) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
 _writing = 0
+_holding = False  # in the main thread
 
 
 @contextmanager
@@ -25,9 +26,16 @@ def uninterrupted(*, writing: bool = False) -> Iterator[None]:
     writing : bool
         The block writes a file: it ends by itself, so it is worth waiting for; see `is_writing`.
     """
-    global _writing
+    global _writing, _holding
     if threading.current_thread() is not threading.main_thread():  # only that one gets signals
         yield
+        return
+    if _holding:  # signals are handed back at the end of the block around this one
+        _writing += writing
+        try:
+            yield
+        finally:
+            _writing -= writing
         return
     pressed: list[tuple] = []
 
@@ -38,10 +46,12 @@ def uninterrupted(*, writing: bool = False) -> Iterator[None]:
     for number in before:
         _signal.signal(number, hold)
     _writing += writing
+    _holding = True
     try:
         yield
     finally:
         _writing -= writing
+        _holding = False
         for number, handler in before.items():
             _signal.signal(number, handler)
         if pressed:

@@ -141,6 +141,6 @@ def _measure(job: Job, run: Callable, idle: Callable) -> dict[str, Any]:
 
 
 def _timed(call: Callable) -> tuple[float, Any]:
-    began = time.perf_counter()
+    began = time.process_time()
     result = call()
-    return time.perf_counter() - began, result
+    return time.process_time() - began, result

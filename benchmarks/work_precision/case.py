@@ -11,7 +11,7 @@ from symgen.runtime.batches import accelerations_and_multipliers
 from symgen.runtime.failures import failure_message
 from symgen.runtime.integrate import layout as at
 
-from .timing import OVER_TIME, TimedLoop, no_garbage_collection, was_preempted
+from .timing import OVER_TIME, TimedLoop, no_garbage_collection
 
 if TYPE_CHECKING:
     from symgen.runtime.integrate.methods import Method
@@ -67,17 +67,13 @@ class Row:
     error : float or None
         Against the reference; None where the run failed.
     seconds : float
-        Of the compiled loop, the fastest of `runs` runs.
+        Of the processor, in the compiled loop; the fastest of `runs` runs.
     rhs, jacobians, steps, rejected : int
         Counted by the loop; evaluations of a residual by implicit methods count as `rhs`.
     says : str
         Why it failed.
     multiplier_error : float or None
         Against the reference; None where there are no constraints, and for peers.
-    processor_seconds : float or None
-        What the thread had of the processor in the fastest run; None for peers.
-    preempted : int
-        Runs that took longer than that, as something else ran meanwhile.
     """
 
     setting: float
@@ -90,8 +86,6 @@ class Row:
     jacobians: int = 0
     says: str = ""
     multiplier_error: float | None = None
-    processor_seconds: float | None = None
-    preempted: int = 0
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row for JSON."""
@@ -117,19 +111,15 @@ def measure(case: Case, method: Method, setting: float, effort: Effort) -> Row:
         if status != at.REACHED_STOP:
             return Row(setting, None, best, 1, says=_why(status, case, method, loop, effort))
         error = reference.error(loop.arrays.y)
-        took = [(best, loop.processor_seconds)]
-        while len(took) < _LEAST_RUNS or (
-            sum(seconds for seconds, _ in took) < effort.repeat and len(took) < effort.most_runs
-        ):
-            took.append((loop.run(np.inf)[1], loop.processor_seconds))
-    best, processor = min(took)
-    preempted = sum(was_preempted(*pair) for pair in took)
+        took = [best]
+        while len(took) < _LEAST_RUNS or (sum(took) < effort.repeat and len(took) < effort.most_runs):
+            took.append(loop.run(np.inf)[1])
     counted, y = loop.arrays.counters, loop.arrays.y[None]
     _, multipliers = accelerations_and_multipliers(system, reference.p, np.array([scene.t_end]), y)
     return Row(
-        setting, error, best, len(took), int(counted[at.STEPS]), int(counted[at.REJECTED]), int(counted[at.RHS_CALLS]),
-        int(counted[at.JACOBIANS]), multiplier_error=reference.multiplier_error(multipliers[0]),
-        processor_seconds=processor, preempted=preempted,
+        setting, error, min(took), len(took), int(counted[at.STEPS]), int(counted[at.REJECTED]),
+        int(counted[at.RHS_CALLS]), int(counted[at.JACOBIANS]),
+        multiplier_error=reference.multiplier_error(multipliers[0]),
     )  # fmt: skip
 
 

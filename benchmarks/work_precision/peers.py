@@ -39,7 +39,7 @@ def run_peer(script: Path, case: Case, effort: Effort) -> Iterator[tuple[str, di
         "size": reference.size.tolist(),
         "t_end": case.scene.t_end,
         "atol_ratio": case.scene.atol_ratio,
-        "tolerances": tolerances(effort).tolist(),
+        "tolerances": tolerances(effort.per_decade).tolist(),
         "effort": asdict(effort),
     }
     name = script.stem.removesuffix("_peer")

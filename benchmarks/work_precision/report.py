@@ -26,7 +26,7 @@ def scene_table(result: Mapping[str, Any]) -> list[str]:
         marks = {level: "*" for level, (winner, _) in best.items() if winner == name}
         lines.append(_row(f"  {name}", *_times(method["levels"], marks), *_whole(method)))
         notes += _notes(name, method)
-    lines += [*_multipliers(result["methods"]), *_preempted(result["methods"]), *_auto(result["auto"])]
+    lines += [*_multipliers(result["methods"]), *_auto(result["auto"])]
     for name, peer in result["peers"].items():
         faster = {
             level: "!" for level, seconds in peer["levels"].items()
@@ -57,22 +57,6 @@ def _multipliers(methods: Mapping[str, Any]) -> Iterator[str]:
     ]
     if found:
         yield f"  multipliers: least error {min(found)[0]:.1e}, of {min(found)[1]}"
-
-
-def _preempted(methods: Mapping[str, Any]) -> Iterator[str]:
-    """Say where times are those of a busy machine: runs that waited, and those of which even the fastest did."""
-    rows = [row for method in methods.values() for row in method["rows"] if row.get("processor_seconds")]
-    n = sum(row["preempted"] for row in rows)
-    if not n:
-        return
-    slowed = [row["seconds"] / row["processor_seconds"] for row in rows if row["preempted"] == row["runs"]]
-    says = f"  preempted: {n} of {sum(row['runs'] for row in rows)} runs waited for a processor"
-    if slowed:
-        says += (
-            f", at {len(slowed)} of {len(rows)} settings the fastest as well, by a factor of up to {max(slowed):.2g}: "
-            "there, `processor_seconds` in the JSON is nearer the truth"
-        )
-    yield says
 
 
 def _auto(auto: Mapping[str, Any]) -> Iterator[str]:

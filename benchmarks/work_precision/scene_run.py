@@ -66,7 +66,7 @@ class SceneRun:
                 says = f"internal error: {type(error).__name__}: {str(error).partition(chr(10))[0]}"
                 self.curves[name] = Curve("rtol", says=says)
         tell("auto")
-        self.choices = auto_choices(self.case, self.effort)
+        self.choices = auto_choices(self.case)
 
     def _time_solve(self, name: str) -> None:
         """Time one whole call of `solve`: assembly, choices, frames and checks counted."""

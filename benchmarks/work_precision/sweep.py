@@ -27,6 +27,7 @@ _LOOSEST, _TIGHTEST = -2.0, -15.0  # powers of ten of rtol
 _STEPS_PER_PERIOD = 3.0
 _LEAST_STEPS = 8
 _MOST_HALVINGS = 40
+_SAME = 1e-9  # settings that differ by no more, relatively, are one
 _FAILURES = 4  # tolerances in a row that may fail; steps may be too long many times
 _STALE = 3  # settings in a row that may gain nothing, once the error is small
 _SMALL = 1e-9
@@ -58,6 +59,19 @@ def _between(coarse: Row, fine: Row, level: float) -> float:
     error = max(fine.error, 1e-300)
     part = math.log(coarse.error / level) / math.log(coarse.error / error)
     return math.exp((1.0 - part) * math.log(coarse.seconds) + part * math.log(fine.seconds))
+
+
+def at_setting(rows: Sequence[Row], setting: float) -> Row | None:
+    """Return the run at a setting, on straight lines in logarithms between measured ones; None outside of them."""
+    for a, b in pairwise(rows):
+        if a.setting * (1.0 + _SAME) >= setting >= b.setting * (1.0 - _SAME):
+            part = math.log(a.setting / setting) / math.log(a.setting / b.setting)
+            error, seconds = (
+                math.exp((1.0 - part) * math.log(max(x, 1e-300)) + part * math.log(max(y, 1e-300)))
+                for x, y in ((a.error, b.error), (a.seconds, b.seconds))
+            )
+            return Row(setting, error, seconds)
+    return None
 
 
 def all_levels(rows: Sequence[Row]) -> dict[str, float | None]:
@@ -105,9 +119,9 @@ class Curve:
         return [row for row in self.rows if row.error is not None]
 
 
-def tolerances(effort: Effort) -> np.ndarray:
+def tolerances(per_decade: int) -> np.ndarray:
     """Return the values of rtol of a sweep, loosest first."""
-    n = int((_LOOSEST - _TIGHTEST) * effort.per_decade)
+    n = int((_LOOSEST - _TIGHTEST) * per_decade)
     values = 10.0 ** np.linspace(_LOOSEST, _TIGHTEST, n + 1)
     return values[values >= 0.999 * SMALLEST_RTOL]
 
@@ -132,7 +146,7 @@ def sweep(case: Case, name: str, effort: Effort) -> Curve:
 
 def _settings(case: Case, method: Method, effort: Effort) -> Iterator[float]:
     if method.adaptive:
-        yield from map(float, tolerances(effort))
+        yield from map(float, tolerances(effort.per_decade))
         return
     nq, start, span = case.system.nq, case.reference.start, case.scene.t_end
     period = time_scales(case.system, case.reference.p, 0.0, start[:nq], start[nq:]).fastest_period

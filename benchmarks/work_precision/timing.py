@@ -1,4 +1,4 @@
-"""Run time of a step loop: the same run again and again from its start, the fastest one counts."""
+"""Run time of a step loop, of the processor: the same run again and again from its start, the fastest one counts."""
 
 from __future__ import annotations
 
@@ -26,9 +26,7 @@ if TYPE_CHECKING:
 
 STEPS_PER_CALL = 65_536
 OVER_TIME = 100  # status of a run that was given up; those of the loops are smaller
-MOST_WAITING = 1.05  # wall time in parts of processor time, of a run that had a processor for itself
 _EMPTY_CALLS = 20
-_CLOCK = 5e-6  # seconds by which the two clocks may differ
 _BATCH_SECONDS = 2e-3
 _BATCHES = 10
 
@@ -37,18 +35,13 @@ class TimedLoop:
     """A run without frames, events and logs, which can be repeated.
 
     What Python spends on a call of the loop is measured with calls that take no step, and taken off.
-
-    Attributes
-    ----------
-    processor_seconds : float
-        What the thread had of the processor in the last run: less than it took where something else ran meanwhile.
     """
 
     def __init__(
         self, system: System, method: Method, p: np.ndarray, state: np.ndarray, t_end: float, rtol: float,
         atol: float, step: float,
     ):  # fmt: skip
-        self.t_end, self.processor_seconds = t_end, 0.0
+        self.t_end = t_end
         self.arrays = LoopArrays(
             system, method, p, 0.0, state, frame_times=np.zeros(0), rtol=rtol, atol=atol, step=step,
             with_events=False, log_length=STEPS_PER_CALL,
@@ -64,22 +57,15 @@ class TimedLoop:
         for array, start in self._start:
             array[:] = start
         calls = 0
-        began, began_here = time.perf_counter(), time.thread_time()
+        began = time.thread_time()
         while True:
             status = self.arrays.advance(self.t_end, STEPS_PER_CALL)
             calls += 1
-            seconds = time.perf_counter() - began
+            seconds = time.thread_time() - began
             if status != at.RUNNING:
-                here = time.thread_time() - began_here
-                self.processor_seconds = max(here - calls * self._empty_call, 1e-9)
                 return status, max(seconds - calls * self._empty_call, 1e-9)
             if seconds > limit:
                 return OVER_TIME, seconds
-
-
-def was_preempted(seconds: float, processor_seconds: float) -> bool:
-    """Whether a run took clearly longer than its thread had of the processor."""
-    return seconds > MOST_WAITING * processor_seconds + _CLOCK
 
 
 def best_seconds(run: Callable[[], object], least: int, at_least: float) -> float:
@@ -87,9 +73,9 @@ def best_seconds(run: Callable[[], object], least: int, at_least: float) -> floa
     best, total, n = np.inf, 0.0, 0
     with no_garbage_collection():
         while n < least or total < at_least:
-            began = time.perf_counter()
+            began = time.thread_time()
             run()
-            took = time.perf_counter() - began
+            took = time.thread_time() - began
             best, total, n = min(best, took), total + took, n + 1
     return best
 

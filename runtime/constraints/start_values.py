@@ -93,6 +93,22 @@ def start_values(
         A name is not that of a coordinate or rate.
     """
     q, v, q_enforced, v_enforced = system.initial_state(p)
+    if start or rate:
+        _enforce(system, start, rate, q, v, q_enforced, v_enforced)
+    q, notes = _unit_quaternions(system, q)
+    return StartValues(q, v, q_enforced, v_enforced, notes)
+
+
+def _enforce(
+    system: System,
+    start: Mapping[str, float | str] | None,
+    rate: Mapping[str, float | str] | None,
+    q: np.ndarray,
+    v: np.ndarray,
+    q_enforced: np.ndarray,
+    v_enforced: np.ndarray,
+) -> None:
+    """Write values that are given into q and v, in place."""
     coordinates = {record["name"]: index for index, record in enumerate(system.coordinates)}
     states = {system.rates[i]["name"]: i for i in system.states}
     for name, value in (start or {}).items():
@@ -106,8 +122,6 @@ def start_values(
     for name, value in (rate or {}).items():
         index = _index(system, "rate", name, inside_dot(name), rates)
         v[index], v_enforced[index] = _in_si(f"rate: {name}", value, system.rates[index]), True
-    q, notes = _unit_quaternions(system, q)
-    return StartValues(q, v, q_enforced, v_enforced, notes)
 
 
 def _index(system: System, option: str, given: str, name: str, places: Mapping[str, int]) -> int:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 _PURPOSES = {
     5: "stiff springs, bushings, tyres, strong damping",
-    9: "stiff models at tight tolerances; `auto` takes `radau9` below 1e-7",
-    13: "stiff models at tight tolerances; `auto` takes `radau9` below 1e-7",
+    9: "stiff models at tight tolerances; `auto` takes `radau9` below 3e-5",
+    13: "stiff models at tight tolerances; `auto` takes `radau9` below 3e-5",
 }
 
 
