@@ -10,10 +10,12 @@ import pytest
 from symgen import Model, dot, sqrt
 from symgen.link import derive
 from symgen.model.library import find, load
-from symgen.runtime import choose
+from symgen.runtime import choose, step_costs
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate import taylor
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.taylor.kernel import N_ROWS
 
 
 @functools.cache
@@ -146,3 +148,45 @@ def test_weak_vibration_that_lasts_is_stepped_over_where_nobody_would_miss_it():
     solution = derive(model).run(t_end=10.0, rtol=1e-6, atol=1e-8)
     assert METHODS[solution.method].stiff
     assert solution.q[-1, 0] == pytest.approx(np.cos(10.0 / np.sqrt(1.0001)), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "rtol", "method"),
+    [
+        ("seven_dof_arm", 1e-2, "dop853"),  # it slows down, and stability limits steps that are long enough
+        ("rough_road", 1e-3, "taylor"),  # radau5 takes steps three times as short, to follow the road
+        ("quarter_car", 1e-3, "radau5"),
+        ("quarter_car", 1e-6, "radau9"),  # accuracy limits dop853 there, to steps 30 times as short
+        ("free_rigid_body", 1e-4, "dop853"),
+        ("free_rigid_body", 1e-8, "taylor"),
+        ("bricard", 1e-6, "dop853"),
+    ],
+)
+def test_what_takes_less_time_is_chosen(name, rtol, method):
+    """Measured in the scenes of the benchmark and beside them (docs/benchmarks.md)."""
+    assert derived(name).run(t_end=0.1, rtol=rtol, atol=1e-2 * rtol).method == method
+
+
+def test_order_is_that_of_the_step_loop():
+    for costs in ((0.0, 26.0, 0.5), (0.0, 2622.0, 44.0), (-320.0, 159.0, 0.6)):
+        method = taylor.TaylorSeries(np.uint64(0), np.uint64(0), *costs, N_ROWS, 0)
+        order_for = getattr(taylor.order_for, "py_func", taylor.order_for)
+        for rtol in 10.0 ** -np.arange(1.0, 16.0):
+            assert step_costs.order_of(costs, rtol) == order_for(method, rtol)
+
+
+def test_series_pay_at_tight_tolerances():
+    system = derived("seven_dof_arm")
+    ratios = [step_costs.time_ratio(system, rtol) for rtol in (1e-4, 1e-7, 1e-10, 1e-13)]
+    assert ratios == sorted(ratios, reverse=True) and ratios[0] > 1.0 > ratios[-1]
+
+
+def test_chains_of_operations_are_told_from_much_work():
+    """-(g / L) sin(theta) waits for a sine, a product and a sign; a chain of links waits for all links before it."""
+    pendulum = derived("pendulum").source.facts("rhs")
+    assert (pendulum.latency, derived("pendulum").source.facts("energy").latency) == (40 + 4 + 1, 0)
+    chains = [derive(load(find("n_pendulum"), {"N": n})).source.facts("rhs") for n in ("20", "40")]
+    arm = derived("seven_dof_arm").source.facts("rhs")
+    assert chains[1].latency == pytest.approx(2 * chains[0].latency, rel=0.1)
+    assert chains[1].work == pytest.approx(2 * chains[0].work, rel=0.1)
+    assert chains[0].latency / chains[0].work > 1.5 * arm.latency / arm.work
