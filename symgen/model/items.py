@@ -129,8 +129,8 @@ STICKING = Role(
 )
 SLIDING = Role("a friction force")
 OBSERVED = Role("an output, event or size")
-# Where reactions and accelerations may stand, besides in what events look at.
-SOLVED_TABLES = ("outputs", "definitions", "start")
+# Where reactions and accelerations may stand, besides in what events look at and in loads and bristles.
+SOLVED_TABLES = ("outputs", "definitions", "start", "forces", "states")
 
 
 class Item(NamedTuple):
