@@ -66,7 +66,7 @@ from .rolling import make_rolling
 from .rotors import make_rotor
 from .shelf import Shelf
 from .sources import Sources
-from .starts import make_start
+from .starts import make_start, together
 from .tyres import add_tyre
 
 IMPACTS = ("simultaneous", "sequential")
@@ -158,6 +158,7 @@ class Model(Declared):
         self._inner_uses: list[Use] = []  # those inside of assemblies
         self._used_energies: dict[str, list[sympy.Expr]] = {}
         self._used_forces: dict[str, list[sympy.Expr]] = {}
+        self._used_starts: list[StartConditions] = []
         self._placed: dict[str, str] = {}  # bodies by hand that a use places
         self._start: StartConditions | None = None
         if gravity is not None:
@@ -1631,6 +1632,7 @@ class Model(Declared):
         forces: dict[str, list[sympy.Expr]] | None = None,
     ) -> Description:
         """What was said; all energies and forces, or only some of them."""
+        start = self._start if energies is not None else self._whole_start()
         energies = _joined(self._energies, self._used_energies) if energies is None else energies
         forces = _joined(self._forces, self._used_forces) if forces is None else forces
         held = list(self._constraints.values())
@@ -1681,8 +1683,12 @@ class Model(Declared):
             closures=tuple(self._closures.values()),
             rotors=tuple(self._rotors.values()),
             uses=(*self._uses.values(), *self._inner_uses),
-            start=self._start,
+            start=start,
         )
+
+    def _whole_start(self) -> StartConditions | None:
+        """What holds where a run begins: what the model says, and what its uses of assemblies do."""
+        return together(self._start, self._used_starts)
 
     def _mentioned_aliases(self) -> Iterator[tuple[str, sympy.Symbol]]:
         """What the model's own expressions call by the name that it has in a use, `c1.m` for a mass that all share."""
@@ -1714,7 +1720,7 @@ class Model(Declared):
 
     def _state_rate(self, rate: Rate) -> Rate:
         """The rate of a state; without a start of its own it is a guess where there is something that could move it."""
-        if self._start is None or rate.start is None:
+        if self._whole_start() is None or rate.start is None:
             return rate
         begins = any(state.name == rate.name and state.begins for state in self._states)
         return rate if begins else replace(rate, start=None, guess=rate.start)
