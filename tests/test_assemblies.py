@@ -225,6 +225,7 @@ def test_every_part_of_a_model_can_be_in_an_assembly():
         "_used_forces",
         "_inner_uses",
         "_used_starts",
+        "_tyres",
         "_uses",
     }
     known |= {"_ports", "_spelled", "_placed", "_run", "_attractors"}
@@ -533,8 +534,14 @@ def test_starts_in_assemblies_hold_in_each_use():
 
 def test_what_starts_in_assemblies_cannot_name_is_refused_there():
     for change, says in {
-        ('"th - wanted"', '"th - wonted"'): r"\[assemblies.arm.start\] equations, element 1.*used as 'p.first'",
-        ('find = ["k"]', 'find = ["th"]'): r"\[assemblies.arm.start\] find, element 1: there is no parameter 'th'",
+        (
+            '"th - wanted"',
+            '"th - wonted"',
+        ): r"\[assemblies.arm.start\] equations, element 1.*used as 'p.first'",
+        (
+            'find = ["k"]',
+            'find = ["th"]',
+        ): r"\[assemblies.arm.start\] find, element 1: there is no parameter 'th'",
         ('["ground"]', '["floor"]'): r"\[assemblies.arm.start\] closed, element 1: there is no stop 'floor'",
         ("wanted = 0.1\n", 'k = "7*wanted"\n'): "seeks 'k', which is given a formula here",
     }.items():

@@ -67,7 +67,7 @@ from .rotors import make_rotor
 from .shelf import Shelf
 from .sources import Sources
 from .starts import make_start, together
-from .tyres import add_tyre
+from .tyres import Tyre, add_tyre, without_made, without_pushes
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -147,6 +147,7 @@ class Model(Declared):
         self._stops: dict[str, Stop] = {}
         self._frictions: dict[str, Friction] = {}
         self._bristles: dict[str, Bristle] = {}
+        self._tyres: dict[str, Tyre] = {}
         self._contacts: dict[str, Contact] = {}
         self._pairs: dict[str, ContactPair] = {}
         self._events: dict[str, Event] = {}
@@ -1128,7 +1129,7 @@ class Model(Declared):
             The way after which slips follow [m].
         """
         given = {key: value for key, value in locals().items() if key not in ("self", "name")}
-        add_tyre(self, name, given)
+        self._tyres[name] = add_tyre(self, name, given)
 
     def stop(self, name: str, gap: Any = None, restitution: Any = 0) -> None:
         """Keep an expression of the coordinates (and `t`) from falling below zero.
@@ -1620,8 +1621,10 @@ class Model(Declared):
 
     def _toml_blocks(self, within: str = "") -> Iterator[str]:
         """The parts of the TOML text, those of an assembly `within` a table."""
-        own = assemblies.without_uses(self._description(self._energies, self._forces))
-        yield from toml_writer.blocks(own, self._sources, self._ports.values(), within)
+        forces = without_pushes(self._forces, self._tyres.values())
+        own = assemblies.without_uses(self._description(self._energies, forces))
+        own = without_made(own, self._tyres.values())
+        yield from toml_writer.blocks(own, self._sources, self._ports.values(), within, self._tyres.values())
         for name, assembly in self._shelf.own():
             yield from assembly._toml_blocks(f"{within}assemblies.{name}.")
         yield from toml_writer.uses(self._uses.values(), self._sources, within)
@@ -1716,11 +1719,13 @@ class Model(Declared):
                 rates += named or [plain_rate(c)]
             elif c.name == self._joints[c.joint].coordinates[-4]:
                 rates += [r for r in own if r.coordinate is None]
+        if self._start is None and not self._used_starts:
+            return (*rates, *self._state_rates)
         return (*rates, *map(self._state_rate, self._state_rates))
 
     def _state_rate(self, rate: Rate) -> Rate:
         """The rate of a state; without a start of its own it is a guess where there is something that could move it."""
-        if self._whole_start() is None or rate.start is None:
+        if rate.start is None:
             return rate
         begins = any(state.name == rate.name and state.begins for state in self._states)
         return rate if begins else replace(rate, start=None, guess=rate.start)
