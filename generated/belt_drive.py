@@ -3,14 +3,14 @@
 Belt drive: a motor starts a fan by an elastic belt, and the fan's shaft a pump by a crossed one
 """
 
-from math import cos, sin, tanh
+from math import cos, sin, sqrt, tanh
 
 from numba import njit
 
 MODEL = {
     "abi": 1,
     "generator": "symgen 0.1.0",
-    "source": "sha256:9a901f5c388a4b05b22ac2bab5dd0215daf777faf3967d012c245435c0fe2257",
+    "source": "sha256:6a9af04816119ecd0292b9daab5e2509f4aeb5f95c1667f9457ae721eaaef1f1",
     "name": "belt_drive",
     "description": "Belt drive: a motor starts a fan by an elastic belt, and the fan's shaft a pump by a crossed one",
     "nq": 4,
@@ -51,7 +51,10 @@ MODEL = {
         {"name": "preload", "unit": "N", "value": 250.0, "doc": "in each run of the first belt, at rest"},
     ],
     "inputs": [],
-    "constants": [],
+    "constants": [
+        {"name": "apart", "unit": "m", "value": 0.5},
+        {"name": "above", "unit": "m", "value": 0.35},
+    ],
     "constraints": [
         {"name": "crossed", "kind": "holonomic", "multiplier": "N"},
     ],
@@ -93,7 +96,7 @@ MODEL = {
         "shapes": 3,
         "outputs": 13,
         "events": 11,
-        "marks": 6,
+        "marks": 26,
     },
     "hoisted": {
         "rhs": 16,
@@ -103,7 +106,7 @@ MODEL = {
         "residual_jacobian": 24,
         "project": 5,
         "shapes": 3,
-        "marks": 6,
+        "marks": 18,
     },
     "run": {
         "t_end": 3.0,
@@ -625,17 +628,29 @@ def events(t, y, p, out):
 
 @njit(error_model="numpy")
 def marks(t, y, p, out):
-    """What a picture shows besides bodies, as `marks` lists it. 6 operations."""
+    """What a picture shows besides bodies, as `marks` lists it. 26 operations."""
     p_r_motor = p[7]
     p_r_fan = p[8]
     p_r_shaft = p[9]
     p_r_pump = p[10]
-    c0 = -p_r_motor
-    c1 = -p_r_fan
-    c2 = 0.5 - p_r_shaft
-    c3 = p_r_pump + 0.5
-    c4 = p_r_shaft + 0.5
-    c5 = 0.5 - p_r_pump
+    c0 = 2.0*(p_r_motor - p_r_fan)
+    c1 = p_r_motor*c0
+    c2 = sqrt(1.0 - c0*c0)
+    c3 = p_r_motor*c2
+    c4 = 0.5 + p_r_fan*c0
+    c5 = p_r_fan*c2
+    c6 = -c3
+    c7 = -c5
+    c8 = 2.857142857142857*(p_r_shaft + p_r_pump)
+    c9 = sqrt(1.0 - c8*c8)
+    c10 = p_r_shaft*c9
+    c11 = 0.5 - c10
+    c12 = p_r_shaft*c8
+    c13 = p_r_pump*c9
+    c14 = 0.5 + c13
+    c15 = 0.35 - p_r_pump*c8
+    c16 = 0.5 + c10
+    c17 = 0.5 - c13
     out[8] = 1.0
     out[9] = 0.5
     out[12] = 0.5
@@ -647,21 +662,23 @@ def marks(t, y, p, out):
     out[22] = 0.35
     out[23] = 0.04
     out[26] = 1.0
-    out[28] = p_r_motor
-    out[30] = 0.5
-    out[31] = p_r_fan
-    out[34] = c0
-    out[36] = 0.5
-    out[37] = c1
-    out[39] = c2
-    out[40] = 0.02
+    out[27] = c1
+    out[28] = c3
+    out[30] = c4
+    out[31] = c5
+    out[33] = c1
+    out[34] = c6
+    out[36] = c4
+    out[37] = c7
+    out[39] = c11
+    out[40] = c12
     out[41] = 0.04
-    out[42] = c3
-    out[43] = 0.33
+    out[42] = c14
+    out[43] = c15
     out[44] = 0.04
-    out[45] = c4
-    out[46] = 0.02
+    out[45] = c16
+    out[46] = c12
     out[47] = 0.04
-    out[48] = c5
-    out[49] = 0.33
+    out[48] = c17
+    out[49] = c15
     out[50] = 0.04

@@ -363,17 +363,18 @@ class EventActions:
             self._arm()
 
     def _refuse_start_outside(self) -> None:
-        """Refuse a start at which the argument of a table is where the table ends the run."""
+        """Refuse a start where a table has no values, or where a force and what it follows have no solution."""
         ends = [k for k, e in enumerate(self.system.events) if e["action"] == "terminate" and e.get("says")]
         if not ends:
             return
         values, floor = event_values_and_floor(self.form, self.arrays)
         for k in ends:
             if values[k] < -floor[k]:
-                raise RuntimeModelError(
-                    f"model {self.system.name!r} starts where {self.system.events[k]['says']}: begin inside, or let "
-                    "the table hold or extend its values outside"
-                )
+                says = self.system.events[k]["says"]
+                remedy = "let the force follow a state that measures with a time constant"
+                if " leaves the table " in says:
+                    remedy = "begin inside, or let the table hold or extend its values outside"
+                raise RuntimeModelError(f"model {self.system.name!r} starts where {says}: {remedy}")
 
     def _arm(self, fired: np.ndarray | None = None, before: np.ndarray | None = None) -> None:
         """Arm the events; those of frictions that others hold stay out of it."""

@@ -12,7 +12,7 @@ from assembled_models import pair
 import symgen
 from symgen import Model
 from symgen.errors import ModelError
-from symgen.link import derive_text
+from symgen.link import derive, derive_text
 from symgen.model import assemblies, description
 from symgen.runtime.batches import evaluate
 from symgen.runtime.recording.reader import read_recording
@@ -224,6 +224,8 @@ def test_every_part_of_a_model_can_be_in_an_assembly():
         "_used_energies",
         "_used_forces",
         "_inner_uses",
+        "_used_starts",
+        "_tyres",
         "_uses",
     }
     known |= {"_ports", "_spelled", "_placed", "_run", "_attractors"}
@@ -464,6 +466,87 @@ def test_what_an_assembly_cannot_have_is_refused_by_name():
     with pytest.raises(ModelError, match="stands where 'c' is placed"):
         joint = '[joints.j]\ntype = "revolute"\nchild = "c.bob"\n'
         read(f'{PENDULUM}[use.c]\nassembly = "pendulum"\nangle = 1\n{joint}')
+
+
+G = 9.81
+
+HELD = """[assemblies.arm]
+[assemblies.arm.parameters]
+k = 10
+wanted = 0.2
+[assemblies.arm.coordinates]
+th = { guess = 0.1 }
+y = { guess = 0.1 }
+[assemblies.arm.states]
+seen = { derivative = "th - seen", guess = 0.0 }
+[assemblies.arm.bodies.bob]
+mass = 1
+com = ["sin(th)", "-cos(th)"]
+[assemblies.arm.bodies.block]
+mass = 2
+com = [3, "y"]
+[assemblies.arm.stops.ground]
+gap = "y - 0.05"
+[assemblies.arm.energy]
+potential = "k*th^2/2 - 3*th"
+[assemblies.arm.start]
+equations = ["th - wanted"]
+find = ["k"]
+steady = true
+closed = ["ground"]
+[assemblies.pair]
+[assemblies.pair.use.first]
+assembly = "arm"
+[assemblies.pair.use.second]
+assembly = "arm"
+angle = 0.4
+wanted = 0.1
+[gravity]
+y = "-9.81"
+[use.p]
+assembly = "pair"
+[coordinates]
+z = { guess = 0.3, rate = 0.5 }
+[bodies.own]
+mass = 1
+com = ["z", 0]
+[start]
+equations = ["z - p.first.th - 1"]
+"""
+
+
+def test_starts_in_assemblies_hold_in_each_use():
+    """Stiffnesses that hold two arms where each use wants them; blocks that rest on their stops; the model's own."""
+    model = read(HELD)
+    run = derive(model).run(t_end=0.5)
+    for arm, turned, wanted in (("p.first", 0.0, 0.2), ("p.second", 0.4, 0.1)):
+        k = (3 - G * np.sin(turned + wanted)) / wanted
+        assert run.parameters[f"{arm}.k"] == pytest.approx(k, rel=1e-9)
+        assert run[f"{arm}.th"] == pytest.approx(np.full(len(run.t), wanted), abs=1e-9)
+        assert run[f"{arm}.seen"][0] == pytest.approx(wanted, abs=1e-10)
+    assert run["p.first.y"] == pytest.approx(np.full(len(run.t), 0.05), abs=1e-12)
+    assert run["z"][0] == pytest.approx(1.2, abs=1e-12)
+    assert run["dot(z)"][0] == 0.5  # in balance is what assemblies have, not the model
+    again = read(model.to_toml())
+    assert again.to_toml() == model.to_toml()
+    assert derive_text(again).text == derive_text(model).text
+
+
+def test_what_starts_in_assemblies_cannot_name_is_refused_there():
+    for change, says in {
+        (
+            '"th - wanted"',
+            '"th - wonted"',
+        ): r"\[assemblies.arm.start\] equations, element 1.*used as 'p.first'",
+        (
+            'find = ["k"]',
+            'find = ["th"]',
+        ): r"\[assemblies.arm.start\] find, element 1: there is no parameter 'th'",
+        ('["ground"]', '["floor"]'): r"\[assemblies.arm.start\] closed, element 1: there is no stop 'floor'",
+        ("wanted = 0.1\n", 'k = "7*wanted"\n'): "seeks 'k', which is given a formula here",
+    }.items():
+        with pytest.raises(ModelError, match=says):
+            read(HELD.replace(*change)).describe()
 
 
 def test_the_python_face():

@@ -390,10 +390,10 @@ def test_units_of_sensors():
     [
         (
             "reaction(pin, fx)",
-            "force",
+            "potential",
             "cannot depend on a reaction or an acceleration.*it would determine itself",
         ),
-        ("acceleration(pin)", "force", "it would determine itself"),
+        ("acceleration(pin)", "potential", "it would determine itself"),
         ("reaction(pin)", "output", "components: fx, fy, tz"),
         ("reaction(pin, fz)", "output", "'fz' is not one of fx, fy, tz"),
         ("reaction(nothing)", "output", "no constraint, joint, stop or friction 'nothing'"),
@@ -415,7 +415,7 @@ def test_units_of_sensors():
 def test_what_a_sensor_refuses(text, where, message):
     m = pendulum()
     with pytest.raises(ModelError, match=message):
-        m.force("pin", text) if where == "force" else m.output("o", text)
+        m.potential(text) if where == "potential" else m.output("o", text)
         m.describe()
 
 

@@ -440,9 +440,19 @@ def test_states_of_assemblies_begin_steady():
     assert np.ptp(run["dot(way)"]) < 1e-6
 
 
-def test_an_assembly_has_no_start():
+def test_an_assembly_says_how_it_starts():
+    """The same car, whose wheels say themselves that they roll on steadily."""
     m, part = Model("car"), corner()
-    part.start("slip")
-    m.coordinate("way")
-    with pytest.raises(ModelError, match="an assembly has no 'start'"):
-        m.use("front", part, way="way", command=1.0)
+    part.start("acceleration(wheel)", steady=["torque", "slip"])
+    way = m.coordinate("way", unit="m", rate=20.0)
+    m.body("car", mass=1000, com=(way, 0))
+    m.force(way, -0.8 * dot(way) ** 2)
+    drive = m.parameter("drive", 10.0)
+    for name in ("front", "rear"):
+        m.use(name, part, way="way", command="drive")
+    m.start("acceleration(way)", find=drive)
+    run = derive(m).run(t_end=0.5)
+    assert run.parameters["drive"] == pytest.approx(0.3 * 160, rel=1e-9)
+    found = [run["front.slip"][0], run["rear.torque"][0]]
+    assert found == pytest.approx([320 / 2 / 9000, 48.0], rel=1e-9)
+    assert np.ptp(run["dot(way)"]) < 1e-6

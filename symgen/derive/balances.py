@@ -19,7 +19,7 @@ from .dynamics import inverse_dynamics, mass_matrix, mechanics
 from .graph.differentiate import sparse_jacobian
 from .graph.evaluate import evaluate
 from .graph.graph import Graph
-from .graph.nodes import INPUT, LAM, PARAM, Q, V
+from .graph.nodes import INPUT, LAM, PARAM, SENSED, Q, V
 from .input_rates import with_input_rates
 from .kinematics import Scene
 from .load import make_loader
@@ -65,6 +65,11 @@ def with_balances(description: Description) -> Description:
     held: list[Constraint] = []
     rolling: list[Constraint] = []
     for name, node, row, other in zip(moved, nodes, by_rate, by_place, strict=True):
+        if g.mask[node] & SENSED:
+            message = f"the force on '{name}', which has no inertia, follows a reaction or an acceleration"
+            raise ModelError(
+                message, hint="give it a small mass, or let the force follow a state that measures"
+            )
         if g.mask[node] & LAM or settings.intersection(g.reachable([node])):
             message = f"dry friction acts on '{name}', which has no inertia"
             raise ModelError(message, hint="give it a small mass, or the friction a 'smooth' speed")

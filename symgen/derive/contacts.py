@@ -135,7 +135,7 @@ class Levels:
             own = [columns[j][n + i] for i in r.rows]
             steepest = g.mul(r.coefficient, g.call("sqrt", g.dot(own, own))) if r.is_magnitude else g.zero
             widest.append(g.sub(g.one, steepest))
-        pivots = _eliminate(g, rows, right)
+        pivots = eliminate(g, rows, right)
         change = [g.zero] * k
         for i in reversed(range(k)):
             rest = g.sub(right[i], g.dot(rows[i][i + 1 :], change[i + 1 :]))
@@ -160,7 +160,7 @@ class Levels:
             rows[i] = dict(zip(row, self.at(list(row.values()), x.lam), strict=True))
 
 
-def _eliminate(g: Graph, rows: list[list[int]], right: list[int]) -> list[int]:
+def eliminate(g: Graph, rows: list[list[int]], right: list[int]) -> list[int]:
     """Gaussian elimination in place, without exchanges: the pivots tell whether the solution is the only one."""
     for i, row in enumerate(rows):
         for j in range(i + 1, len(rows)):

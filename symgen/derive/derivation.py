@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cached_property
+
 from ..model.description import Description, Friction
-from ..model.sensors import without_sensed
+from ..model.sensors import acting, without_sensed
 from .balances import balance_symbol
 from .constraints import Constraints, constraints, dependent_constraints, rheonomic_power
 from .contacts import NONE, Switches
@@ -15,12 +18,14 @@ from .dynamics import (
     mass_matrix,
     mechanics,
 )
+from .feedback import settle, with_margins
 from .graph.graph import Graph
 from .graph.hessian import hessian
 from .graph.hoist import gather
 from .graph.nodes import SparseRows, V
 from .kinematics import Scene
 from .load import make_loader
+from .sensed import NOTHING, Sensed, Settled
 from .solve import factorise as ldl
 from .solve.choice import best_factors
 from .solve.lifting import Lifted, lift
@@ -68,8 +73,16 @@ class Derivation:
         kept = self.kept
         names = names[:n] + [names[n + k] for k in kept]
         rows = [self.jacobian_rows[k] for k in kept]
+        # What forces follow is differentiated, which solves by loops are not.
         self.factors = best_factors(
-            g, self.mass_rows, rows, names, opposite, lambda: self._lifted(opposite), self.forces
+            g,
+            self.mass_rows,
+            rows,
+            names,
+            opposite,
+            lambda: self._lifted(opposite),
+            self.forces,
+            by_loops=not acting(d),
         )
         gamma = [self.constraints.gamma[k] for k in kept]
         solution, self.margins = self.levels.solve(self.factors, self.forces, gamma)
@@ -83,12 +96,44 @@ class Derivation:
         self.multipliers = [g.zero] * len(x.lam)
         for k, value in zip(kept, solution[n:], strict=True):
             self.multipliers[k] = g.neg(value)
+        self.settled: Settled = NOTHING
+        if acting(d):
+            self._settle()
         self.does_work = False
         power = g.add(
             external_power(self.loader, self.mech, x, self.mass_rows, self.accelerations),
             rheonomic_power(self.loader, self.constraints, x, self.multipliers),
         )
         self.power = self.levels.at([power], self.multipliers)[0]
+
+    @cached_property
+    def sensed(self) -> Sensed | None:
+        """The sensors of the solved equations, if there are any."""
+        return Sensed(self) if self.description.sensors else None
+
+    def _settle(self) -> None:
+        """Put what sensors tell in the place of the variables by which forces follow it."""
+        self.settled = settle(self, self.sensed)
+        values = self.settled.values
+
+        def at(nodes: list[int]) -> list[int]:
+            return self.g.substitute(nodes, values)
+
+        def settled(mech: Mechanics) -> Mechanics:
+            forces = at([force for _, force in mech.applied])
+            applied = [(u, force) for (u, _), force in zip(mech.applied, forces, strict=True)]
+            along = dict(zip(mech.generalised, at(list(mech.generalised.values())), strict=True))
+            return replace(mech, applied=applied, generalised=along)
+
+        changes = self.x.changes
+        changes.update(zip(list(changes), at(list(changes.values())), strict=True))
+        self.mech, self.form = settled(self.mech), settled(self.form)
+        self.forces, self.margins = at(self.forces), at(self.margins)
+        self.accelerations, self.multipliers = at(self.accelerations), at(self.multipliers)
+        self.constraints = replace(self.constraints, gamma=at(self.constraints.gamma))
+        self.description, names = with_margins(self.description, self.own, self.settled)
+        for name, (_, margin) in zip(names, self.settled.margins, strict=True):
+            self.loader.symbols[name] = margin
 
     def _define_balances(self) -> None:
         """Let the constraints of coordinates without inertia be what acts on them."""

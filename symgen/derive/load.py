@@ -11,9 +11,10 @@ from sympy.core.function import AppliedUndef
 from ..errors import ModelError
 from ..model.description import Description, Table
 from ..model.functions import OF_CLASS, Tabulated, branch, dot
+from ..model.sensors import acting
 from .graph.differentiate import Tangents, forward
 from .graph.graph import Graph
-from .graph.nodes import INPUT, PARAM, FoldingError
+from .graph.nodes import INPUT, PARAM, SENSED, FoldingError
 from .tables import tabulated_node
 from .variables import Variables
 
@@ -166,13 +167,17 @@ class Loader:
 
 
 def make_loader(g: Graph, d: Description, x: Variables) -> Loader:
-    """A loader that knows the variables, parameters, inputs and constants of a description."""
+    """A loader that knows the variables, parameters, inputs and constants of a description.
+
+    What forces follow of the solved equations are variables of their own until these are solved (`feedback.py`).
+    """
     symbols = {"t": x.t}
     symbols |= {r.name: node for r, node in zip(d.rates, x.v, strict=True)}
     symbols |= {c.name: node for c, node in zip(d.coordinates, x.q, strict=True)}
     symbols |= {p.name: g.var(PARAM, k) for k, p in enumerate(d.parameters)}
     symbols |= {u.name: g.var(INPUT, k) for k, u in enumerate(d.inputs)}
     symbols |= {c.name: g.const(c.value) for c in d.constants}
+    symbols |= {name: g.var(SENSED, k) for name, k in acting(d).items()}
     symbols |= {
         f"{name} balance": g.zero for name in d.balanced
     }  # where nothing else is known: forces in balance

@@ -21,9 +21,8 @@ from .graph.vectors import normalised
 from .header import header
 from .input_rates import with_input_rates
 from .jumps import with_branches
-from .marks import mark_function, mark_records, marks
+from .marks import Mark, mark_function, mark_records, marks
 from .program import Function, Program
-from .sensed import Sensed
 from .solve import factorise as ldl
 from .starts import levels, start_conditions, start_function, start_record
 from .structure import structure
@@ -75,7 +74,7 @@ def derive(
     if jacobian:
         own += tuple(sensitivity.derivatives(d, lambda: _residual(d, d.form), len(description.inputs)))
     own += (
-        *mark_function(d.loader, found),
+        *drawn_marks(d, found),
         *start_function(d.loader, d.description),
         *_start_conditions(d),
         *time_function(own_terms(d.g, own)),
@@ -105,7 +104,7 @@ def derive_switched(description: Description, source: str) -> Program:
     found = marks(description)
     own = tuple(functions(d))
     own += (
-        *mark_function(d.loader, found),
+        *drawn_marks(d, found),
         *start_function(d.loader, description),
         *_start_conditions(d),
         watched,
@@ -124,6 +123,13 @@ def derive_switched(description: Description, source: str) -> Program:
     }
     second = replace(second, header=switches.closed_header(head))
     return replace(program, header=head, findings=tuple(structure(d).findings), closed=second)
+
+
+def drawn_marks(d: Derivation, found: list[Mark]) -> Iterator[Function]:
+    """The function of the marks; loads that follow what sensors tell are drawn as the equations have them."""
+    for function in mark_function(d.loader, found):
+        nodes = d.g.substitute(list(function.outputs), d.settled.values)
+        yield replace(function, outputs=tuple(nodes))
 
 
 def solves(program: Program) -> dict[str, bool]:
@@ -299,9 +305,10 @@ def _observers(d: Derivation) -> Iterator[Function]:
     sizes = [load(s) for b in d.bodies if b.body.shape is not None for s in b.body.shape.sizes]
     if sizes:
         yield Function("shapes", "Sizes of the bodies' shapes.", tuple(sizes))
-    sensed = Sensed(d) if d.description.sensors else None
+    sensed = d.sensed
     if d.description.outputs:
-        yield Function("outputs", "Outputs.", tuple(load(e) for _, e in d.description.outputs))
+        nodes = [load(e) for _, e in d.description.outputs]
+        yield Function("outputs", "Outputs.", tuple(nodes if sensed is None else sensed.observed(nodes)))
     if d.description.events:
         looks = load if sensed is None else sensed.event
         yield Function("events", "Event functions.", tuple(looks(e.when) for e in d.description.events))

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..errors import ModelError, nearest
 from ..model.description import Description, Frame
+from ..model.sensors import acting
 from .constraints import Constraints, constraints, dependent_constraints
 from .dynamics import (
     LARGEST_QUADRATIC_FORM,
@@ -99,6 +100,11 @@ class _Robot:
             raise ModelError(
                 "functions for robot programs know no first-order states",
                 hint="leave the actuators' dynamics to a model of their own",
+            )
+        for name in acting(d):
+            raise ModelError(
+                f"functions for robot programs know no forces that follow what is measured, as {name}",
+                hint="leave the controller to a model of its own",
             )
         self.loader = make_loader(g, d, self.x)
         self.scene = Scene(self.loader, d, self.x)

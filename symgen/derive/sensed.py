@@ -1,7 +1,8 @@
-"""What only the solved equations tell: accelerations and reactions, for outputs and events.
+"""What only the solved equations tell: accelerations and reactions, for outputs, events, and forces that follow them.
 
 Their nodes are functions of (q, v, a, λ) and of the forces of stops and frictions, which follow λ. Outputs read all
-this (docs/abi.md); in events, which are functions of (q, v), the solution is put in its place.
+this (docs/abi.md); in events, which are functions of (q, v), the solution is put in its place. What forces follow are
+variables on the graph until it is solved for (`feedback.py`).
 
 The force in a joint follows from a model that is cut there: six massless joints before it, whose coordinates are zero.
 What the inverse dynamics of that model ask of these is what the joint does to its child, along and about the axes of
@@ -10,14 +11,14 @@ the joint's frame. Only what the cut lets move takes part, so this holds for tre
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import sympy
 
-from ..model.description import Body, Coordinate, Description, Joint, Rate
-from ..model.sensors import late_definitions, without_sensed
+from ..model.description import Body, Coordinate, Description, Friction, Joint, Rate, Sensor
+from ..model.sensors import acting, late_definitions, without_sensed
 from .constraints import constraint_forces, constraints
 from .dynamics import inverse_dynamics, mechanics
 from .graph.copying import copied
@@ -25,14 +26,55 @@ from .graph.differentiate import forward, reverse
 from .graph.graph import Graph
 from .graph.nodes import LAM, A, Q, V
 from .kinematics import Scene
-from .load import make_loader
+from .load import Loader, make_loader
 from .variables import Variables, variables
-
-if TYPE_CHECKING:
-    from .derivation import Derivation
 
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ZERO = (sympy.S.Zero,) * 3
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What the variables of sensors that forces follow are.
+
+    Parameters
+    ----------
+    values : dict of int to int
+        As functions of (q, v).
+    measured : dict of int to int
+        As functions of (q, v, a, λ) and of the forces of stops and frictions.
+    margins : list of (Sensor, int)
+        A sensor of each loop, and what falls to zero where the loop comes to have no solution.
+    """
+
+    values: dict[int, int] = field(default_factory=dict)
+    measured: dict[int, int] = field(default_factory=dict)
+    margins: list[tuple[Sensor, int]] = field(default_factory=list)
+
+
+NOTHING = Settled()
+
+
+class Equations(Protocol):
+    """What sensors look at: the equations of one form of a model, as far as they are derived (`derivation.py`).
+
+    `own` is the model as the user has it, `description` in the form that is derived; `dependent` are the numbers of
+    constraints that follow from others.
+    """
+
+    g: Graph
+    own: Description
+    description: Description
+    loader: Loader
+    x: Variables
+    dependent: tuple[int, ...]
+    accelerations: list[int]
+    multipliers: list[int]
+    settled: Settled
+
+    def sliding(self, friction: Friction) -> list[int]:
+        """What a friction that slides exerts against each of its speeds."""
+        ...
 
 
 class Sensed:
@@ -40,11 +82,11 @@ class Sensed:
 
     Parameters
     ----------
-    derivation : Derivation
+    derivation : Equations
         Its loader knows them afterwards, as functions of (q, v, a, λ, forces of stops and frictions).
     """
 
-    def __init__(self, derivation: Derivation) -> None:
+    def __init__(self, derivation: Equations) -> None:
         self.derivation, self.own = derivation, derivation.own
         d, own, loader = derivation, derivation.own, derivation.loader
         self.g: Graph = d.g
@@ -53,7 +95,9 @@ class Sensed:
         # The numbers that outputs read behind a, in their order.
         places = range(len(names) + len(contacts))
         self.forces = dict(zip([*names, *contacts], (self.g.var(LAM, k) for k in places)))
-        motion = d.x.motion(d.x.a)
+        # By the variables that stand for what forces follow.
+        self.followed: dict[int, int] = {}
+        follow, motion = acting(d.description), d.x.motion(d.x.a)
         for s in d.description.sensors:
             if s.derivative is not None:
                 node = forward(self.g, [loader.load(s.derivative)], motion)[0]
@@ -61,15 +105,28 @@ class Sensed:
                 node = self._wrenches[s.joint][s.component]
             else:
                 node = self._magnitude([self.forces[name] for name in s.rows])
-            loader.symbols[s.name] = node
-        for name, expression in late_definitions(d.description).items():
+            if s.name in follow:
+                self.followed[loader.symbols[s.name]] = node
+            else:
+                loader.symbols[s.name] = node
+        late = late_definitions(d.description, {s.name for s in d.description.sensors} - follow.keys())
+        for name, expression in late.items():
             loader.define(name, expression)
 
     def _magnitude(self, forces: list[int]) -> int:
         return forces[0] if len(forces) == 1 else self.g.call("sqrt", self.g.dot(forces, forces))
 
+    def observed(self, nodes: list[int]) -> list[int]:
+        """Nodes as functions of (q, v, a, λ) and the forces of stops and frictions."""
+        return self.g.substitute(nodes, self.derivation.settled.measured) if self.followed else nodes
+
     def event(self, expression: sympy.Expr) -> int:
         """An expression as a function of (q, v), with what the equations of this form give."""
+        solution = self.solution() | self.derivation.settled.values
+        return self.g.substitute([self.derivation.loader.load(expression)], solution)[0]
+
+    def solution(self) -> dict[int, int]:
+        """What the equations of this form give for the variables in which sensors are written."""
         d = self.derivation
         solution = dict(zip(d.x.a, d.accelerations, strict=True))
         form = [c.name for c in (*d.description.constraints, *d.description.velocity_constraints)]
@@ -79,14 +136,17 @@ class Sensed:
         for f in self.own.frictions:
             for row, force in zip(f.rows, d.sliding(f), strict=True):
                 solution[self.forces[row]] = self.g.sub(by_name.get(row, self.g.zero), force)
-        return self.g.substitute([d.loader.load(expression)], solution)[0]
+        return solution
 
     @cached_property
     def _wrenches(self) -> dict[str, list[int]]:
         """Force and torque of each joint that is asked for, in the axes of its frame."""
         named = {s.joint for s in self.own.sensors}
         asked = [joint.name for joint in self.own.joints if joint.name in named]
-        cut = _cut(without_sensed(self.own), asked)
+        d = self.derivation.description
+        # Forces that jump do so here as in the equations: a step that follows reactions goes on along one branch.
+        branches = acting(d) and not (d.stops or d.frictions)
+        cut = _cut(without_sensed(d if branches else self.own), asked)
         g = Graph()
         x = variables(g, cut)
         loader = make_loader(g, cut, x)
@@ -99,7 +159,7 @@ class Sensed:
         nodes = self._copied(g, wanted)
         return {name: nodes[6 * k : 6 * k + 6] for k, name in enumerate(asked)}
 
-    def _contact_forces(self, loader, x: Variables) -> list[int]:
+    def _contact_forces(self, loader: Loader, x: Variables) -> list[int]:
         """Generalised forces of stops and frictions."""
         g, m = x.g, len(x.lam)
         gaps = [loader.load(s.gap) for s in self.own.stops]

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from ..errors import ModelError
 from ..model.description import Description, StartConditions
 from ..model.expression_tree import names_in
-from ..model.sensors import late_definitions
+from ..model.sensors import acting, late_definitions
 from .graph.differentiate import forward, reverse, sparse_jacobian
 from .graph.nodes import LAM, PARAM, A, V
 from .load import Loader
@@ -86,7 +87,7 @@ def start_conditions(d: Derivation, residual: Callable[[], list[int]]) -> Iterat
     g, x, load = d.g, d.x, d.loader.load
     m, n_contacts = len(x.lam), len(own.stops) + len(own.frictions)
     forces = [g.var(LAM, m + k) for k in range(n_contacts)]
-    equations = [load(e.expression) for e in own.start.equations]
+    equations = measured(d, [load(e.expression) for e in own.start.equations])
     closed = [k for k, stop in enumerate(own.stops) if stop.name in own.start.closed]
     gaps = [load(own.stops[k].gap) for k in closed]
     closing = forward(g, gaps, d.loader.rates)
@@ -94,6 +95,7 @@ def start_conditions(d: Derivation, residual: Callable[[], list[int]]) -> Iterat
     sought = [g.var(PARAM, k) for k in start_record(own)["find"]]
     first, by_parameters = len(conditions), list[dict[int, int]]()
     if _needs_balance(own, own.start):
+        _refuse_contacts(d)
         pushed = reverse(g, [(u, forces[k]) for u, k in zip(closing, closed, strict=True)], V)
         conditions += [g.neg(push) for push in x.along_rates(pushed)]
         conditions += [*[g.zero] * m, *forward(g, closing, x.motion(x.a))]
@@ -108,10 +110,26 @@ def start_conditions(d: Derivation, residual: Callable[[], list[int]]) -> Iterat
     yield Function.matrix("start_jacobian", doc, rows, len(unknowns))
 
 
+def measured(d: Derivation, nodes: list[int]) -> list[int]:
+    """Nodes in which sensors that forces follow, too, are functions of (q, v, a, λ)."""
+    return nodes if d.sensed is None else d.sensed.observed(nodes)
+
+
+def _refuse_contacts(d: Derivation) -> None:
+    """Refuse balances at the start of a model whose states follow reactions and that has stops or dry friction."""
+    for name in acting(d.description) if d.own.stops or d.own.frictions else ():
+        raise ModelError(
+            f"at a start in balance, stops and dry friction decide what {name} is, which a state follows",
+            table="start",
+            hint="give the state a start, and leave 'steady' and equations of forces out",
+        )
+
+
 def levels(d: Derivation) -> list[int]:
     """What each equation of a start is about."""
     found = []
     for equation in d.own.start.equations:
-        mask = d.g.mask[d.loader.load(equation.expression)]
+        (node,) = measured(d, [d.loader.load(equation.expression)])
+        mask = d.g.mask[node]
         found.append(_BALANCE if mask & (A | LAM) else _RATES if mask & V else _POSITIONS)
     return found

@@ -50,6 +50,7 @@ from .description import (
     Rolling,
     Rotor,
     Spring,
+    StartConditions,
     State,
     Stop,
     Table,
@@ -167,7 +168,6 @@ def _check_assembly(key: str, assembly: Declared) -> None:
         (assembly._gravity is not None or assembly._field is not None, "gravity"),
         (assembly._gravitation is not None or assembly._attractors, "gravity"),
         (assembly._run, "run"),
-        (assembly._start is not None, "start"),
         (assembly.impacts != "simultaneous", "impacts"),
     ):
         if has:
@@ -338,6 +338,9 @@ class _Taken:
                 model._used_forces.setdefault(self._symbol(name), []).extend(map(self._expression, terms))
         for inner in (*assembly._uses.values(), *assembly._inner_uses):
             model._inner_uses.append(self._inner(inner))
+        for start in (assembly._start, *assembly._used_starts):
+            if start is not None:
+                model._used_starts.append(self._start(start))
         self._take_sources()
 
     def _take_names(self) -> None:
@@ -384,6 +387,60 @@ class _Taken:
             said = self._rewritten(source.expression, self.symbols, self._said)
             made = replace(source, expression=said, use=self.use.name)
             own.take_over(*self._address(*address), made)
+
+    def _start(self, start: StartConditions) -> StartConditions:
+        """What holds where a run begins, with the model's names; in balance is what the assembly itself has."""
+        steady = start.steady
+        if start.everything:
+            at_rest = (r for r in self.assembly._all_rates() if r.start is None)
+            steady = tuple(r.name if r.coordinate is None else r.coordinate for r in at_rest if not r.state)
+            steady += tuple(s.name for s in self.assembly._states)
+        self._check_start(start)
+        equations = (
+            replace(
+                x,
+                expression=self._expression(x.expression),
+                text=f"{x.text} of {self.use.name}",
+                key=f"{self.use.name}.{x.key}",
+            )
+            for x in start.equations
+        )
+        return StartConditions(
+            tuple(equations),
+            _each(self._symbol, start.find),
+            _each(self._symbol, steady),
+            closed=_each(self._element, start.closed),
+        )
+
+    def _check_start(self, start: StartConditions) -> None:
+        """Whether the assembly has what its start names, and the use leaves the parameters to it that are sought."""
+        formulas = {g.key for g in self.use.given if g.kind == "parameter" and not isinstance(g.value, float)}
+        kinds = self.names
+        limited = {
+            f"{j.name}_{side}"
+            for j in self.assembly._joints.values()
+            if j.restitution is not None
+            for side in ("lower", "upper")
+        }
+        moving = {name for name, kind in kinds.items() if kind in ("coordinate", "rate", "state", "port")}
+        for key, names, known, what in (
+            ("find", start.find, {x for x, kind in kinds.items() if kind == "parameter"}, "parameter"),
+            ("steady", start.steady, moving, "coordinate or state"),
+            ("closed", start.closed, self.assembly._stops.keys() | limited, "stop"),
+        ):
+            for k, name in enumerate(names):
+                if name not in known:
+                    message, hint = (
+                        f"there is no {what} '{name:.60}'",
+                        nearest(name[:60], sorted(known), f"{what}s"),
+                    )
+                    raise self.assembly._sources.error("start", f"{key}[{k}]", message, hint=hint)
+        for name in start.find:
+            if name in formulas and self.symbols[name] == sympy.Symbol(f"{self.use.name}.{name}"):
+                message = f"the start of the assembly seeks '{name}', which is given a formula here"
+                raise self.model._sources.error(
+                    f"use.{self.use.name}", name, message, hint="give it a number, or leave it out"
+                )
 
     def _inner(self, inner: Use) -> Use:
         """A use in the assembly, as one of the model: what it gives has the model's names."""

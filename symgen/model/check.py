@@ -28,9 +28,11 @@ from .expression_tree import Uses, names_in, uses
 from .gravity import HERE, check_attractors
 from .items import (
     COORDINATES,
+    FORCE_ROLE,
     HEIGHT,
     INPUTS,
     KINKS,
+    LEVEL,
     PLACES,
     RATES,
     SENSED,
@@ -534,7 +536,10 @@ class _Checker:
         if SENSED in dependence.via and not _may_sense(item):
             name = dependence.via[SENSED]
             message = f"{item.role.title} cannot depend on {SENSED}, {name}: it would determine itself"
-            hint = "they may stand in outputs, events and start equations; friction takes a reaction as its 'normal'"
+            hint = (
+                "they may stand in forces, loads, derivatives of states, outputs, events and start equations; friction "
+                "takes a reaction as its 'normal'"
+            )
             raise self.sources.name_error(item.table, item.key, name, message, hint)
         for kind in item.role.forbidden:
             if kind in dependence.via:
@@ -551,7 +556,10 @@ class _Checker:
 
 def _may_sense(item: Item) -> bool:
     """Whether an expression is evaluated where the equations of motion are solved."""
-    return item.table in SOLVED_TABLES or (item.table.startswith("events.") and item.key == "when")
+    if item.table.startswith("events."):
+        return item.key == "when"
+    acts = item.table.startswith(("loads.", "bristles.")) and item.role in (FORCE_ROLE, LEVEL)
+    return acts or item.table in SOLVED_TABLES
 
 
 def _coordinates_of(d: Description) -> dict[str, frozenset[str]]:

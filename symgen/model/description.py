@@ -560,10 +560,14 @@ class Event:
 
 @dataclass(frozen=True)
 class StartEquation:
-    """An expression that is zero where a run begins, of a `unit` if it was compared with a quantity; `text` says it."""
+    """An expression that is zero where a run begins, of a `unit` if it was compared with a quantity; `text` says it.
+
+    `key` is its place in the table `start`.
+    """
 
     expression: Expr
     text: str
+    key: str
     unit: str | None = None
 
 

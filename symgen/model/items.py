@@ -129,8 +129,8 @@ STICKING = Role(
 )
 SLIDING = Role("a friction force")
 OBSERVED = Role("an output, event or size")
-# Where reactions and accelerations may stand, besides in what events look at.
-SOLVED_TABLES = ("outputs", "definitions", "start")
+# Where reactions and accelerations may stand, besides in what events look at and in loads and bristles.
+SOLVED_TABLES = ("outputs", "definitions", "start", "forces", "states")
 
 
 class Item(NamedTuple):
@@ -230,8 +230,8 @@ def items(d: Description) -> Iterator[Item]:
     for name, value in d.outputs:
         yield Item("outputs", name, value, OBSERVED)
     yield from _event_items(d, sizes, speeds)
-    for k, equation in enumerate(d.start.equations if d.start is not None else ()):
-        yield Item("start", f"equations[{k}]", equation.expression, OBSERVED, unit_dimension(equation.unit))
+    for equation in d.start.equations if d.start is not None else ():
+        yield Item("start", equation.key, equation.expression, OBSERVED, unit_dimension(equation.unit))
     for drawing in d.drawings:
         yield from _drawing_items(drawing)
 

@@ -66,8 +66,8 @@ from .rolling import make_rolling
 from .rotors import make_rotor
 from .shelf import Shelf
 from .sources import Sources
-from .starts import make_start
-from .tyres import add_tyre
+from .starts import make_start, together
+from .tyres import Tyre, add_tyre, without_made, without_pushes
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -147,6 +147,7 @@ class Model(Declared):
         self._stops: dict[str, Stop] = {}
         self._frictions: dict[str, Friction] = {}
         self._bristles: dict[str, Bristle] = {}
+        self._tyres: dict[str, Tyre] = {}
         self._contacts: dict[str, Contact] = {}
         self._pairs: dict[str, ContactPair] = {}
         self._events: dict[str, Event] = {}
@@ -158,6 +159,7 @@ class Model(Declared):
         self._inner_uses: list[Use] = []  # those inside of assemblies
         self._used_energies: dict[str, list[sympy.Expr]] = {}
         self._used_forces: dict[str, list[sympy.Expr]] = {}
+        self._used_starts: list[StartConditions] = []
         self._placed: dict[str, str] = {}  # bodies by hand that a use places
         self._start: StartConditions | None = None
         if gravity is not None:
@@ -1127,7 +1129,7 @@ class Model(Declared):
             The way after which slips follow [m].
         """
         given = {key: value for key, value in locals().items() if key not in ("self", "name")}
-        add_tyre(self, name, given)
+        self._tyres[name] = add_tyre(self, name, given)
 
     def stop(self, name: str, gap: Any = None, restitution: Any = 0) -> None:
         """Keep an expression of the coordinates (and `t`) from falling below zero.
@@ -1619,8 +1621,10 @@ class Model(Declared):
 
     def _toml_blocks(self, within: str = "") -> Iterator[str]:
         """The parts of the TOML text, those of an assembly `within` a table."""
-        own = assemblies.without_uses(self._description(self._energies, self._forces))
-        yield from toml_writer.blocks(own, self._sources, self._ports.values(), within)
+        forces = without_pushes(self._forces, self._tyres.values())
+        own = assemblies.without_uses(self._description(self._energies, forces))
+        own = without_made(own, self._tyres.values())
+        yield from toml_writer.blocks(own, self._sources, self._ports.values(), within, self._tyres.values())
         for name, assembly in self._shelf.own():
             yield from assembly._toml_blocks(f"{within}assemblies.{name}.")
         yield from toml_writer.uses(self._uses.values(), self._sources, within)
@@ -1631,6 +1635,7 @@ class Model(Declared):
         forces: dict[str, list[sympy.Expr]] | None = None,
     ) -> Description:
         """What was said; all energies and forces, or only some of them."""
+        start = self._start if energies is not None else self._whole_start()
         energies = _joined(self._energies, self._used_energies) if energies is None else energies
         forces = _joined(self._forces, self._used_forces) if forces is None else forces
         held = list(self._constraints.values())
@@ -1681,8 +1686,12 @@ class Model(Declared):
             closures=tuple(self._closures.values()),
             rotors=tuple(self._rotors.values()),
             uses=(*self._uses.values(), *self._inner_uses),
-            start=self._start,
+            start=start,
         )
+
+    def _whole_start(self) -> StartConditions | None:
+        """What holds where a run begins: what the model says, and what its uses of assemblies do."""
+        return together(self._start, self._used_starts)
 
     def _mentioned_aliases(self) -> Iterator[tuple[str, sympy.Symbol]]:
         """What the model's own expressions call by the name that it has in a use, `c1.m` for a mass that all share."""
@@ -1710,11 +1719,13 @@ class Model(Declared):
                 rates += named or [plain_rate(c)]
             elif c.name == self._joints[c.joint].coordinates[-4]:
                 rates += [r for r in own if r.coordinate is None]
+        if self._start is None and not self._used_starts:
+            return (*rates, *self._state_rates)
         return (*rates, *map(self._state_rate, self._state_rates))
 
     def _state_rate(self, rate: Rate) -> Rate:
         """The rate of a state; without a start of its own it is a guess where there is something that could move it."""
-        if self._start is None or rate.start is None:
+        if rate.start is None:
             return rate
         begins = any(state.name == rate.name and state.begins for state in self._states)
         return rate if begins else replace(rate, start=None, guess=rate.start)

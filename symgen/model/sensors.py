@@ -8,7 +8,7 @@ the equations of motion; they stay symbols, which the derivation gives values (`
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -126,19 +126,47 @@ def resolve(
 
 
 def without_sensed(d: Description) -> Description:
-    """The description without the definitions that only the solved equations tell."""
-    late = late_definitions(d)
+    """The description without the definitions that wait for what the equations tell when they are solved."""
+    late = late_definitions(d, {s.name for s in d.sensors} - acting(d).keys())
     return replace(d, definitions=tuple(x for x in d.definitions if x[0] not in late)) if late else d
 
 
-def late_definitions(d: Description) -> dict[str, sympy.Expr]:
-    """The definitions that depend on sensors of the solved equations, in order."""
-    sensed, late = {s.name for s in d.sensors}, {}
-    for name, expression in d.definitions if sensed else ():
-        if not sensed.isdisjoint(names_in(expression)):
-            sensed.add(name)
+def late_definitions(d: Description, sensed: Collection[str] | None = None) -> dict[str, sympy.Expr]:
+    """The definitions that depend on sensors of the solved equations, on all or on some `sensed`, in order."""
+    known = {s.name for s in d.sensors} if sensed is None else set(sensed)
+    late = {}
+    for name, expression in d.definitions if known else ():
+        if not known.isdisjoint(names_in(expression)):
+            known.add(name)
             late[name] = expression
     return late
+
+
+def acting(d: Description) -> dict[str, int]:
+    """The sensors of the solved equations that forces and derivatives of states follow, with their numbers.
+
+    Returns
+    -------
+    dict of str to int
+        Places in `d.sensors`, by name, in order.
+    """
+    if not d.sensors:
+        return {}
+    found = set()
+    for expression in acting_expressions(d):
+        found |= names_in(expression)
+    for name, expression in reversed(d.definitions):
+        if name in found:
+            found |= names_in(expression)
+    return {s.name: k for k, s in enumerate(d.sensors) if s.name in found}
+
+
+def acting_expressions(d: Description) -> Iterator[sympy.Expr]:
+    """The expressions that may follow sensors of the solved equations: forces, loads, derivatives of states."""
+    yield from (x for _, x in d.forces)
+    yield from (s.derivative for s in d.states)
+    yield from (x for load in d.loads for x in (*load.force, *load.torque))
+    yield from (force for _, force in d.rubbing)
 
 
 def has_sensed_outputs(d: Description) -> bool:

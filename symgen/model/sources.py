@@ -55,10 +55,10 @@ CALLS = {  # table: method of the Python interface; the name that follows is its
     "assemblies": "assembly",
     "use": "use",
 }
-# Tables whose keys are names: of what is declared in them, or acted on.
+# Tables whose keys are names: of what is declared in them, or acted on; or places, as in `start`.
 BY_KEY = (
     "parameters", "constants", "coordinates", "states", "inputs", "definitions", "outputs", "forces", "constraints",
-    "velocity_constraints",
+    "velocity_constraints", "start",
 )  # fmt: skip
 # An equation that ends in a quantity: "tip_x - 0.3 m", "dot(x) = 2 m/s".
 _WITH_QUANTITY = re.compile(r"(.+?)(=\s*[-+]?|[-+])\s*(\d[\d.]*(?:[eE][-+]?\d+)?\s+[A-Za-z%].*)", re.DOTALL)
@@ -189,7 +189,7 @@ class Sources:
         """
         if not isinstance(value, str):
             expression = self.expression(value, table, key)
-            return StartEquation(expression, shortened(expression))
+            return StartEquation(expression, shortened(expression), key)
         tables, text = tuple(self.tables.items()), value.strip()
         ends = _WITH_QUANTITY.fullmatch(text)
         unit = None
@@ -209,7 +209,7 @@ class Sources:
         except ModelError as error:
             raise self.locate(error, table, key) from None
         self._sources.setdefault((table, key), []).append(Source(expression, text, None, left.decimals))
-        return StartEquation(expression, " ".join(text.split()), None if unit is None else unit.coherent)
+        return StartEquation(expression, " ".join(text.split()), key, None if unit is None else unit.coherent)
 
     def is_formula(self, value: Any) -> bool:
         """Whether a value names something: text or an expression that is no number and no quantity."""

@@ -40,6 +40,22 @@ def make_start(model: Declared, before: StartConditions | None, given: dict[str,
     )
 
 
+def together(own: StartConditions | None, used: Sequence[StartConditions]) -> StartConditions | None:
+    """What a model says of its start, with what uses of assemblies say."""
+    parts = [*([] if own is None else [own]), *used]
+    if len(parts) < 2:
+        return parts[0] if parts else None
+    return StartConditions(
+        tuple(x for part in parts for x in part.equations),
+        tuple(dict.fromkeys(x for part in parts for x in part.find)),
+        ()
+        if own is not None and own.everything
+        else tuple(dict.fromkeys(x for p in parts for x in p.steady)),
+        own is not None and own.everything,
+        tuple(dict.fromkeys(x for part in parts for x in part.closed)),
+    )
+
+
 def _names(sources: Sources, key: str, given: Any, of: str) -> tuple[str, ...]:
     values = (given,) if isinstance(given, (str, sympy.Symbol)) else given
     if not isinstance(values, (list, tuple)):

@@ -35,11 +35,13 @@ from .description import (
     Table,
     Use,
 )
+from .functions import dot
 from .items import drawing_key
 from .joint_types import TYPES
 from .printing import to_text
 from .rolling import held_by
 from .sources import Sources
+from .tyres import Tyre
 
 SPRING_FIELDS = ("angle", "stiffness", "rest", "damping", "preload", "mass")
 BRISTLE_KEYS = ("stiffness", "damping", "viscous", "coulomb", "static", "stribeck")
@@ -47,15 +49,17 @@ PAIR_FIELDS = ("height", "restitution", "friction", "static", "stiffness", "expo
 CONTACT_KEYS = ("stiffness", "exponent", "damping", "friction", "slip", "smooth")
 
 
-def blocks(d: Description, sources: Sources, ports: Iterable[Port], within: str = "") -> Iterator[str]:
+def blocks(
+    d: Description, sources: Sources, ports: Iterable[Port], within: str = "", tyres: Iterable[Tyre] = ()
+) -> Iterator[str]:
     """The parts of the TOML text of a description; expressions that were given as text are kept as they were written.
 
-    An assembly's are `within` a table, whose name ends in a dot.
+    An assembly's are `within` a table, whose name ends in a dot. What `tyres` are made of is not in the description.
     """
     writer = _Writer(sources)
     head = [*([f"[{within[:-1]}]"] if within else []), *list(writer.head(d))[1 if within else 0 :]]
     yield "\n".join(head)
-    for block in (writer.ports(ports), *writer.blocks(d)):
+    for block in (writer.ports(ports), *writer.blocks(d, tyres)):
         if len(block) > 1:
             yield _block(block, within)
 
@@ -103,7 +107,7 @@ class _Writer:
         if d.impacts != "simultaneous":
             yield f"impacts = {_quoted(d.impacts)}"
 
-    def blocks(self, d: Description) -> Iterator[list[str]]:
+    def blocks(self, d: Description, tyres: Iterable[Tyre]) -> Iterator[list[str]]:
         yield ["[parameters]", *(f"{p.name} = {_number(p.value, p.unit, p.doc)}" for p in d.parameters)]
         yield ["[constants]", *(f"{c.name} = {_number(c.value, c.unit)}" for c in d.constants)]
         own = [c for c in d.coordinates if c.joint is None and not c.integral]
@@ -160,7 +164,7 @@ class _Writer:
         yield ["[forces]", *self.entries("forces", d.forces)]
         for load in d.loads:
             yield self.load(load)
-        for table, entry in _contact_tables(d):
+        for table, entry in _contact_tables(d, self):
             yield self.table(table, entry)
         for pair in d.pairs:
             yield self.pair(pair)
@@ -174,6 +178,11 @@ class _Writer:
             yield self.rotor(r, coordinate.get(r.name))
         for r in d.rolling:
             yield self.rolling(r)
+        for tyre in tyres:
+            yield [
+                f"[tyres.{tyre.name}]",
+                *(f"{key} = {self.given(f'tyres.{tyre.name}', key, x)}" for key, x in tyre.given.items()),
+            ]
         held = [(c.name, c.expression) for c in d.velocity_constraints]
         yield ["[velocity_constraints]", *self.entries("velocity_constraints", held)]
         yield ["[outputs]", *self.entries("outputs", d.outputs)]
@@ -200,6 +209,14 @@ class _Writer:
             return _quoted(to_text(expression))
         except ModelError as error:
             raise self.sources.locate(error, table, key) from None
+
+    def given(self, table: str, key: str, value: Any) -> str:
+        """An argument as it was given: text, a number, an expression, or several of these."""
+        if isinstance(value, sympy.Basic):
+            return self.value(table, key, value)
+        if isinstance(value, (list, tuple)):
+            return f"[{', '.join(self.given(table, f'{key}[{k}]', x) for k, x in enumerate(value))}]"
+        return _literal(value)
 
     def array(self, table: str, key: str, values: tuple[sympy.Expr, ...]) -> str:
         return "[" + ", ".join(self.value(table, f"{key}[{k}]", x) for k, x in enumerate(values)) + "]"
@@ -310,10 +327,14 @@ class _Writer:
         several = isinstance(x, tuple) and all(isinstance(part, sympy.Expr) for part in x)
         return self.array(table, key, x) if several else _literal(x)
 
-    def table(self, table: str, entries: Iterable[tuple[str, sympy.Expr | tuple[str, ...]]]) -> list[str]:
+    def table(
+        self, table: str, entries: Iterable[tuple[str, sympy.Expr | tuple[str, ...] | _Written]]
+    ) -> list[str]:
         lines = [f"[{table}]"]
         for key, value in entries:
-            if not isinstance(value, tuple):
+            if isinstance(value, _Written):
+                lines.append(f"{key} = {value}")
+            elif not isinstance(value, tuple):
                 lines += self.entries(table, [(key, value)])
             elif isinstance(value[0], str):
                 lines.append(f"{key} = {_one_or_list(value)}")
@@ -541,19 +562,45 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def _contact_tables(d: Description) -> Iterator[tuple[str, list[tuple[str, sympy.Expr | tuple[str, ...]]]]]:
+def _contact_tables(
+    d: Description, writer: _Writer
+) -> Iterator[tuple[str, list[tuple[str, sympy.Expr | tuple[str, ...] | _Written]]]]:
     """The tables of a model file that state these elements, with their keys and expressions, or names."""
     for stop in d.stops:
         yield f"stops.{stop.name}", [("gap", stop.gap), ("restitution", stop.restitution)]
     for f in d.frictions:
-        width = ("creep" if f.creeps else "smooth", f.smooth)
+        table, width = f"friction.{f.name}", ("creep" if f.creeps else "smooth", f.smooth)
         more = [(key, x) for key, x in (width, ("static", f.static)) if x is not None]
-        level = [("coefficient", f.level), ("normal", f.normal)] if f.normal else [("force", f.level)]
-        speeds = ("speed", f.speed) if f.across is None else ("speeds", f.speeds)
-        yield f"friction.{f.name}", [speeds, *level, *more]
+        key = "torque" if writer.sources.of(table, "torque") else "force"
+        level = [("coefficient", f.level), ("normal", f.normal)] if f.normal else [(key, f.level)]
+        yield table, [_sliding(writer, table, f.speeds), *level, *more]
+    rates = {r.name: r for r in d.rates}
     for b in d.bristles:
+        table, rate = f"bristles.{b.name}", rates[b.name]
         values = ((key, getattr(b, key)) for key in BRISTLE_KEYS)
-        yield f"bristles.{b.name}", [("speed", b.speed), *((k, x) for k, x in values if x is not None)]
+        start, _ = _state(writer, rate.start, rate.guess, rate.formula)
+        given = [("start", start), ("unit", rate.unit)]
+        yield (
+            table,
+            [
+                _sliding(writer, table, (b.speed,)),
+                *((key, x) for key, x in values if x is not None),
+                *((key, _Written(_literal(x))) for key, x in given if x),
+            ],
+        )
     for c in d.contacts:
         values = ((key, getattr(c, key)) for key in CONTACT_KEYS)
         yield f"contacts.{c.name}", [("gap", c.gap), *((k, x) for k, x in values if x is not None)]
+
+
+def _sliding(
+    writer: _Writer, table: str, speeds: tuple[sympy.Expr, ...]
+) -> tuple[str, sympy.Expr | tuple[sympy.Expr, ...] | tuple[str, ...]]:
+    """The speeds of a friction, or the coordinates whose rates they are, as they were given."""
+    names = tuple(
+        x.args[0].name for x in speeds if isinstance(x, dot) and isinstance(x.args[0], sympy.Symbol)
+    )
+    if len(speeds) == 1:
+        return ("coordinate", names) if writer.sources.of(table, "coordinate") else ("speed", speeds[0])
+    given = writer.sources.of(table, "coordinates[0]")
+    return ("coordinates", names) if given else ("speeds", speeds)

@@ -8,11 +8,13 @@ Dynamics, 3rd ed., 2012, chapter 7). Forces are those of the resultant slip, alo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy
 
+from .description import Description
 from .evaluate import NotFinite, evaluate, normalised
 from .functions import dot, maximum, sensor, where
 from .names import reference_fault
@@ -25,7 +27,43 @@ _AXES = ("x", "y", "z")
 _LEAST = sympy.Float(1e-12)  # square of a slip: what it is divided by
 
 
-def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> None:
+@dataclass(frozen=True)
+class Tyre:
+    """A tyre as it was `given`, by the keys of its table, and what it is made of.
+
+    `made` are the names of its parts by the fields of a description; `pushes` is what it adds to the force on the
+    coordinate by which its wheel turns.
+    """
+
+    name: str
+    given: Mapping[str, Any]
+    made: Mapping[str, frozenset[str]]
+    pushes: tuple[str, sympy.Expr] | None
+
+
+def without_made(d: Description, tyres: Iterable[Tyre]) -> Description:
+    """The description without what tyres are made of."""
+    for tyre in tyres:
+        kept = {}
+        for key, names in tyre.made.items():
+            kept[key] = tuple(
+                x for x in getattr(d, key) if (x[0] if isinstance(x, tuple) else x.name) not in names
+            )
+        d = replace(d, **kept)
+    return d
+
+
+def without_pushes(
+    forces: Mapping[str, list[sympy.Expr]], tyres: Iterable[Tyre]
+) -> dict[str, list[sympy.Expr]]:
+    """Forces by coordinate, as lists of terms, without those of tyres."""
+    left = {name: list(terms) for name, terms in forces.items()}
+    for name, term in (tyre.pushes for tyre in tyres if tyre.pushes is not None):
+        left[name] = [x for x in left[name] if x is not term]
+    return {name: terms for name, terms in left.items() if terms}
+
+
+def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> Tyre:
     """Add the states NAME_kappa and NAME_alpha, the definitions NAME_load, NAME_along, NAME_across, and the loads.
 
     Parameters
@@ -35,9 +73,34 @@ def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> None:
     name : str
     given : mapping
         By the keys of `TYRE_KEYS`.
+
+    Returns
+    -------
+    Tyre
     """
-    table, sources = f"tyres.{name}", model._sources
     given = {key: value for key, value in given.items() if value is not None}
+    before = _parts(model)
+    pushes = _put_together(model, name, given)
+    made = {key: frozenset(names - before[key]) for key, names in _parts(model).items()}
+    return Tyre(name, given, made, pushes)
+
+
+def _parts(model: Any) -> dict[str, set[str]]:
+    """The names of a model's parts of the kinds that tyres are made of."""
+    definitions = {name for name, _ in model._definitions}
+    states = {state.name for state in model._states}
+    return {
+        "definitions": definitions,
+        "states": states,
+        "axes": set(model._axes),
+        "points": set(model._points),
+        "loads": set(model._loads),
+    }
+
+
+def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str, sympy.Expr] | None:
+    """Add the parts of a tyre; returns the force on the coordinate by which its wheel turns, if there is one."""
+    table, sources = f"tyres.{name}", model._sources
 
     def error(key: str, message: str, hint: str):
         return sources.error(table, key, message, hint=hint)
@@ -139,9 +202,11 @@ def add_tyre(model: Any, name: str, given: Mapping[str, Any]) -> None:
         torque = _cross(arm, push)
         model.load(name, point=centre, force=push)
         model.load(f"{name}_turning", body=body, torque=torque)
-    if spinning is not None:
-        torque = _cross(arm, [*push, sympy.S.Zero][:3])
-        model.force(spinning, sum(x * y for x, y in zip(torque, a)))
+    if spinning is None:
+        return None
+    torque = _cross(arm, [*push, sympy.S.Zero][:3])
+    model.force(spinning, sum(x * y for x, y in zip(torque, a)))
+    return spinning.name, model._forces[spinning.name][-1]
 
 
 def _law(error, expression, number, given: Mapping[str, Any], slip: sympy.Symbol) -> sympy.Expr:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from symgen.runtime.graph.nodes import FoldingError
 from symgen.runtime.graph.nodes import Nodes as Store
 
-# LOCAL: stand-ins within a derivative; VIRTUAL: virtual velocities, by which a virtual power is differentiated.
-T, Q, V, A, LAM, PARAM, INPUT, LOCAL, VIRTUAL = (1 << k for k in range(9))
+# LOCAL: stand-ins within a derivative; VIRTUAL: virtual velocities, by which a virtual power is differentiated; SENSED:
+# stand-ins for what sensors tell that forces follow, until it is solved for.
+T, Q, V, A, LAM, PARAM, INPUT, LOCAL, VIRTUAL, SENSED = (1 << k for k in range(10))
 MOTION = T | Q | V | A | LAM | INPUT  # everything that can change during a run
 
 

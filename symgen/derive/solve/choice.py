@@ -26,6 +26,7 @@ def best_factors(
     corner: Mapping[int, int],
     lifted: Callable[[], Lifted | None],
     others: list[int],
+    by_loops: bool = True,
 ) -> Factors:
     """Return the factors of [M Gᵀ; G 0] in the form whose solution costs less.
 
@@ -38,6 +39,8 @@ def best_factors(
         Gives the same system as it is made of velocities, None where that cannot be.
     others : list of int
         What is computed beside the solution, forces: operations that these share with a form are free.
+    by_loops : bool
+        As for `factorise`.
     """
     if len(mass) >= FEWEST_RATES and sum(map(len, mass)) >= FEWEST_COUPLED * len(mass):
         form = lifted()
@@ -51,7 +54,7 @@ def best_factors(
                 cost = GAIN * (tally.operations + _beside(g, form.weights, others))
                 if _matrix_costs_more(g, mass, jacobian, names, corner, others, cost):
                     return factorise_lifted(g, form, order)
-    return factorise(g, mass, jacobian, names, corner)
+    return factorise(g, mass, jacobian, names, corner, by_loops)
 
 
 def _matrix_costs_more(
