@@ -1094,6 +1094,9 @@ class Model(Declared):
         magic: Sequence[float] | None = None,
         table: Any = None,
         relaxation: Any = None,
+        camber_stiffness: Any = None,
+        magic_camber: Sequence[Any] | None = None,
+        inclination: Any = None,
     ) -> None:
         """Add a tyre: forces of a wheel that slips on the ground, along its way and across it; its slips are states.
 
@@ -1125,6 +1128,12 @@ class Model(Declared):
             Force per load instead, of NAME_slip, as "grip(front_slip)", and NAME_load.
         relaxation : expression
             The way after which slips follow [m].
+        camber_stiffness : expression, optional
+            Force per load and radian by which the wheel leans, NAME_camber, to the side that it leans to.
+        magic_camber : sequence of 4, optional
+            pDy3, pKy3, pHy3 and pVy3 of Pacejka's formula in its place.
+        inclination : expression, optional
+            By how much the wheel leans to the side that its axle points to, where that is not what its body does.
         """
         given = {key: value for key, value in locals().items() if key not in ("self", "name")}
         add_tyre(self, name, given)
