@@ -1045,8 +1045,9 @@ class Model(Declared):
         at: Sequence[Any] | None = None,
         plane: str | None = None,
         holds: Sequence[str] | None = None,
+        height: Any = None,
     ) -> None:
-        """Let a ball, a wheel or a knife edge roll (or glide along itself) on a plane without slipping.
+        """Let a ball, a wheel or a knife edge roll (or glide along itself) on a plane or surface without slipping.
 
         Makes the constraint NAME_gap, which keeps it on the plane, and the velocity constraints NAME_along and
         NAME_across, which keep what touches from slipping along the way and across it. A body in the x-y plane rolls
@@ -1069,10 +1070,13 @@ class Model(Declared):
             with y up.
         holds : sequence of str, optional
             Which of "gap", "along", "across" are held; all by default. The second wheel of an axle leaves "across" out.
+        height : expression, optional
+            z over the plane [m], of `here_x` and `here_y` (planar: y, of `here_x`), and of parameters, smooth: a ball
+            or wheel rolls on that surface.
         """
         given = {
             "body": body, "ball": ball, "wheel": wheel, "knife": knife, "axis": axis, "at": at, "plane": plane,
-            "holds": holds,
+            "holds": holds, "height": height,
         }  # fmt: skip
         self._new_element(name, "rolling", self._rolling)
         self._rolling[name] = make_rolling(self, name, given)
