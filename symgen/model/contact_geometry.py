@@ -19,8 +19,9 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
+from .boxes import RIGID_SHARE, SOFT_SHARE, Block, Boxes, Meeting
 from .contact_pairs import solids_of
-from .description import Body, Contact, ContactPair, Description, Friction, Solid, Stop
+from .description import Body, Contact, ContactPair, Description, Event, Friction, Solid, Stop
 from .elements import Vector, Writer, scalar_product
 from .functions import dot, smooth_minimum
 from .mesh import hull_of
@@ -29,7 +30,7 @@ from .ready_made import HALF, WORLD
 from .rolling import velocity_by_turning
 from .solids import together, turned
 from .sources import Sources
-from .surfaces import Surface, moved
+from .surfaces import Surface, define, moved
 from .unevaluated import difference, inverted, negated, product, squared, total
 
 MOST_POINTS = 64  # of one contact
@@ -64,24 +65,6 @@ class Rod:
         ]
 
 
-@dataclass(frozen=True)
-class Block:
-    """A box: the world coordinates of its middle and of its axes, half its edges."""
-
-    place: Vector
-    axes: list[Vector]
-    halves: list[sympy.Expr]
-
-
-@dataclass(frozen=True)
-class Touch:
-    """What may touch: the gap, where on the first body, and the directions along the surface (planar: one)."""
-
-    gap: sympy.Expr
-    place: Vector
-    tangents: list[Vector]
-
-
 @dataclass
 class Written:
     """What contacts of shapes become."""
@@ -90,6 +73,7 @@ class Written:
     frictions: list[Friction] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
     definitions: list[tuple[str, sympy.Expr]] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
 
 
 def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
@@ -98,7 +82,12 @@ def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
     taken = {x.name for x in (*d.stops, *d.frictions, *d.contacts, *d.events, *d.constraints)}
     taken |= {x.name for x in (*d.velocity_constraints, *d.loops)}
     for pair in d.pairs:
-        touches = _Geometry(writer, d, pair, sources, made.definitions).touches()
+        geometry = _Geometry(writer, d, pair, sources, made.definitions)
+        touches = geometry.touches()
+        for k, crossed in enumerate(geometry.crossed, 1):
+            name = f"{pair.name}_edges" + (str(k) if len(geometry.crossed) > 1 else "")
+            says = f"edges of {pair.body} and {pair.other} cross, which touch with their corners only"
+            made.events.append(Event(name, crossed, "falling", "terminate", says=says))
         for k, touch in enumerate(touches, 1):
             name = pair.name if len(touches) == 1 else f"{pair.name}_{k}"
             if name in taken:
@@ -109,7 +98,7 @@ def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
     return made
 
 
-def _write(writer: Writer, pair: ContactPair, name: str, touch: Touch, made: Written) -> None:
+def _write(writer: Writer, pair: ContactPair, name: str, touch: Meeting, made: Written) -> None:
     """One point that touches, as a stop with friction, or as a compliant contact."""
     speeds: list[sympy.Expr | None] = [None, None]
     if pair.friction is not None:
@@ -155,8 +144,9 @@ class _Geometry:
         self.writer, self.d, self.pair, self.sources = writer, d, pair, sources
         self.definitions = definitions
         self.planar = writer.body[pair.body].planar
+        self.crossed: list[sympy.Expr] = []  # what falls to zero where edges of boxes cross
 
-    def touches(self) -> list[Touch]:
+    def touches(self) -> list[Meeting]:
         """All of them."""
         pair = self.pair
         own = self._parts(pair.body, pair.shapes, "shape")
@@ -233,26 +223,29 @@ class _Geometry:
         origin = self.writer.origin(self.pair.plane)
         return (origin, [x], y) if self.planar else (origin, [x, y], z)
 
-    def _on_plane(self, ball: Ball) -> Touch:
+    def _on_plane(self, ball: Ball) -> Meeting:
         origin, tangents, normal = self._plane()
         apart = [difference(p, o) for p, o in zip(ball.place, origin, strict=True)]
         gap = difference(scalar_product(apart, normal), ball.radius)
-        return Touch(gap, moved(ball.place, normal, negated(ball.radius)), tangents)
+        return Meeting(gap, moved(ball.place, normal, negated(ball.radius)), tangents)
 
-    def _on_surface(self, ball: Ball) -> Touch:
+    def _on_surface(self, ball: Ball) -> Meeting:
         """Over a height field: a point by its height, a sphere by the foot of the perpendicular."""
         pair, table = self.pair, f"contacts.{self.pair.name}"
         given = (table, pair.name, pair.plane, pair.height, self.planar)
         surface = Surface(self.writer, self.sources, self.definitions, *given)
         if ball.radius.is_zero:
             foot = surface.point(ball.place)
-            return Touch(foot.away, ball.place, foot.tangents)
+            return Meeting(foot.away, ball.place, foot.tangents)
         foot = surface.ball(ball.place, ball.radius)
         place = moved(ball.place, foot.normal, negated(ball.radius))
-        return Touch(difference(foot.away, ball.radius), place, foot.tangents)
+        return Meeting(difference(foot.away, ball.radius), place, foot.tangents)
 
-    def _between(self, a: Any, b: Any) -> Iterator[Touch]:
+    def _between(self, a: Any, b: Any) -> Iterator[Meeting]:
         """The shapes of two bodies."""
+        if isinstance(a, Block) and isinstance(b, Block):
+            yield from self._boxes(a, b)
+            return
         swapped = (type(b), type(a)) in _NEAREST
         nearest = _NEAREST.get((type(b), type(a)) if swapped else (type(a), type(b)))
         if nearest is None or (Ball in (type(a), type(b)) and self._has_corners(a, b)):
@@ -265,17 +258,27 @@ class _Geometry:
         for place, other, radius in nearest(b, a) if swapped else nearest(a, b):
             yield self._apart(*((other, place) if swapped else (place, other)), a, radius)
 
+    def _boxes(self, a: Block, b: Block) -> Iterator[Meeting]:
+        boxes = Boxes(a, b, self._define)
+        corners = list(boxes.corners())
+        share = RIGID_SHARE if self.pair.stiffness is None else SOFT_SHARE
+        self.crossed.append(boxes.crossed([corner.gap for corner in corners], share))
+        yield from corners
+
+    def _define(self, expression: sympy.Expr) -> sympy.Expr:
+        return define(self.writer, self.pair.name, self.definitions, expression)
+
     def _has_corners(self, a: Any, b: Any) -> bool:
         return any(isinstance(x, Ball) and x.radius.is_zero for x in (a, b))
 
-    def _apart(self, place: Vector, other: Vector, a: Any, radius: sympy.Expr) -> Touch:
+    def _apart(self, place: Vector, other: Vector, a: Any, radius: sympy.Expr) -> Meeting:
         """The gap between the nearest places of the cores of two shapes, less both radii."""
         apart = [difference(x, y) for x, y in zip(place, other, strict=True)]
         distance = sympy.Pow(total(map(squared, apart)), HALF, evaluate=False)
         normal = [product([x, inverted(distance)]) for x in apart]
         own = sympy.S.Zero if isinstance(a, Block) else a.radius
         touch = moved(place, normal, negated(own))
-        return Touch(difference(distance, radius), touch, self._tangents(normal))
+        return Meeting(difference(distance, radius), touch, self._tangents(normal))
 
     def _tangents(self, normal: Vector) -> list[Vector]:
         """Directions at right angles to a normal that turns.
@@ -313,13 +316,7 @@ def _balls(part: Any) -> list[Ball]:
         return [part]
     if isinstance(part, Rod):
         return part.ends
-    corners = []
-    for sides in itertools.product((sympy.S.NegativeOne, sympy.S.One), repeat=len(part.halves)):
-        place = part.place
-        for side, axis, half in zip(sides, part.axes, part.halves, strict=True):
-            place = moved(place, axis, product([side, half]))
-        corners.append(Ball(place, sympy.S.Zero))
-    return corners
+    return [Ball(place, sympy.S.Zero) for place, _ in part.corners()]
 
 
 def _named(part: Any) -> str:

@@ -164,6 +164,7 @@ def _with_elements(
         stops=(*d.stops, *touching.stops),
         frictions=(*d.frictions, *closed.frictions, *touching.frictions),
         contacts=(*d.contacts, *touching.contacts),
+        events=(*d.events, *touching.events),
         velocity_constraints=(*d.velocity_constraints, *(c for _, c in rolling if c.kind == "velocity")),
         loads=tuple(plain for load in d.loads for plain in writer.load(load)),
         points=(*d.points, *writer.points),

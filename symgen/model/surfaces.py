@@ -124,15 +124,7 @@ class Surface:
 
     def define(self, expression: sympy.Expr) -> sympy.Expr:
         """An expression by a name, that it may stand in many places."""
-        if expression.is_Number or isinstance(expression, sympy.Symbol):
-            return expression
-        known = next((name for name, x in self.made if x == expression), None)
-        if known is None:
-            number = itertools.count(len(self.made) + 1)
-            known = next(x for k in number if (x := f"{self.name}_surface{k}") not in self.writer.taken)
-            self.writer.taken.add(known)
-            self.made.append((known, expression))
-        return sympy.Symbol(known)
+        return define(self.writer, self.name, self.made, expression)
 
     def _over(self, place: Vector) -> tuple[Vector, sympy.Expr]:
         """Where over the plane a place is, and how high."""
@@ -231,6 +223,21 @@ class Surface:
 
     def _moved(self, place: Vector, along: Vector, by: sympy.Expr) -> Vector:
         return [self.define(x) for x in moved(place, along, by)]
+
+
+def define(
+    writer: Writer, name: str, made: list[tuple[str, sympy.Expr]], expression: sympy.Expr
+) -> sympy.Expr:
+    """An expression by a name that begins with `name`, one of `made`, that it may stand in many places."""
+    if expression.is_Number or isinstance(expression, sympy.Symbol):
+        return expression
+    known = next((name for name, x in made if x == expression), None)
+    if known is None:
+        number = itertools.count(len(made) + 1)
+        known = next(x for k in number if (x := f"{name}_surface{k}") not in writer.taken)
+        writer.taken.add(known)
+        made.append((known, expression))
+    return sympy.Symbol(known)
 
 
 def moved(place: Vector, along: Vector, by: sympy.Expr) -> Vector:
