@@ -499,12 +499,12 @@ def test_what_cannot_touch_is_refused(lines, says):
     assert says in str(error.value)
 
 
-def test_boxes_in_space_are_refused_with_a_remedy():
+def test_a_box_and_a_capsule_are_refused_with_a_remedy():
     m = Model("boxes")
-    for name in "ab":
-        free_body(m, name, {"box": EDGES})
+    for name, shape in (("a", {"box": EDGES}), ("b", {"capsule": [0.1, 0.2]})):
+        free_body(m, name, shape)
     m.contact("hit", body="a", other="b")
-    with pytest.raises(ModelError, match=r"a box and a box .* spheres at its corners"):
+    with pytest.raises(ModelError, match=r"a box and a capsule .* spheres at its corners"):
         m.describe()
 
 
@@ -644,3 +644,125 @@ def test_a_run_that_is_cut_and_watched_is_the_same(method, tmp_path):
         ]
     says = verify(tmp_path / "whole.rrd")
     assert says.ok, says
+
+
+# Boxes on boxes.
+
+
+def outside(edges, place: np.ndarray) -> float:
+    return float((np.abs(place) - np.array(edges) / 2).max())
+
+
+def test_corners_of_boxes_are_outside_of_the_other_box_by_the_largest_of_three():
+    other = (0.25, 0.4, 0.15)
+    m = Model("boxes")
+    free_body(m, "a", {"box": EDGES})
+    free_body(m, "b", {"box": other})
+    m.contact("hit", body="a", other="b", restitution=0.5)
+    system, rng = m.derive(), np.random.default_rng(5)
+    for _ in range(6):
+        poses = [random_pose(rng, 0.2) for _ in range(2)]
+        (p, q), (turn_p, turn_q) = ([pose[:3] for pose in poses], [matrix(pose) for pose in poses])
+        expected = [outside(other, turn_q.T @ (p + turn_p @ c - q)) for c in box_corners(EDGES)]
+        expected += [outside(EDGES, turn_p.T @ (q + turn_q @ c - p)) for c in box_corners(other)]
+        found = gaps(system, np.concatenate([*poses, np.zeros(12)]))
+        np.testing.assert_allclose(sorted(found), sorted(expected), atol=1e-14)
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_box_tumbles_on_a_box_as_newton_and_euler_say(first):
+    """As over the plane of its upper side, by the same oracle, whichever of the two is the `body`."""
+    m = Model("tumbling", gravity=(0, 0, "-9.81 m/s^2"))
+    start = np.concatenate(
+        [[0, 0, 1], np.array([0.9, 0.3, -0.2, 0.1]) / np.linalg.norm([0.9, 0.3, -0.2, 0.1])]
+    )
+    rate = np.array([0.5, 0.2, 0.0, 3.0, 1.0, -2.0])
+    free_body(m, "box", {"box": EDGES}, start.tolist(), rate.tolist())
+    m.body("table", mass=1, shape={"box": [8, 8, 0.4]})
+    m.joint("held", type="fixed", child="table", origin={"xyz": [0, 0, -0.2]})
+    names = ("box", "table") if first else ("table", "box")
+    m.contact("hit", body=names[0], other=names[1], restitution=0.6)
+    run = m.derive().run(t_end=1.6, rtol=1e-11, atol=1e-12, method="dop853")
+    fall = Fall(1.0, np.array([0.02, 0.03, 0.04]), box_corners(EDGES), 0.6)
+    found, after = fall.impacts(np.concatenate([start, rate]), 7, 5.0)
+    np.testing.assert_allclose([e.t for e in run.events[:7]], [t for t, _ in found], rtol=1e-8)
+    np.testing.assert_allclose(run.events[6].v_after, after[7:], rtol=1e-5, atol=1e-6)
+
+
+def falling_on_its_corner() -> Model:
+    m = Model("two", gravity=(0, 0, "-9.81 m/s^2"))
+    q = np.array([0.9, 0.3, -0.2, 0.1]) / np.linalg.norm([0.9, 0.3, -0.2, 0.1])
+    free_body(m, "base", {"box": [0.5, 0.4, 0.2]}, (0, 0, 0.1, 1, 0, 0, 0))
+    free_body(m, "top", {"box": [0.3, 0.2, 0.1]}, (0.05, 0.02, 0.5, *q), (0, 0, 0, 1.0, 0, 0))
+    m.contact("floor", body="base", restitution=0.2)
+    m.contact("hit", body="top", other="base", restitution=0.3)
+    return m
+
+
+def test_a_box_that_falls_on_its_corner_comes_to_rest_on_a_box():
+    """The two exchange an impulse by Newton's law, whose size is found again, and stand on each other in the end."""
+    run = falling_on_its_corner().derive().run(t_end=1.5, method="dop853")
+    assert run.ok, [check.says for check in run.objections]
+    hit = next(e for e in run.events if e.name.startswith("hit"))
+    # The floor bears the base: the box bounces off as from a body of no end of mass.
+    turn = matrix(hit.q_before[7:])
+    arms = box_corners((0.3, 0.2, 0.1)) @ turn.T
+    arm = arms[arms[:, 2].argmin()]
+    assert hit.q_before[9] + arm[2] == pytest.approx(0.2, abs=1e-9)
+    inverse = np.linalg.inv(turn @ np.diag([0.02, 0.03, 0.04]) @ turn.T)
+    up = np.array([0, 0, 1.0])
+    speed = hit.v_before[8] + np.cross(turn @ hit.v_before[9:], arm)[2]
+    size = -1.3 * speed / (1.0 + up @ np.cross(inverse @ np.cross(arm, up), arm))
+    np.testing.assert_allclose(hit.v_after[6:9], hit.v_before[6:9] + size * up, atol=1e-9)
+    spin = hit.v_before[9:] + turn.T @ inverse @ np.cross(arm, size * up)
+    np.testing.assert_allclose(hit.v_after[9:], spin, atol=1e-8)
+    np.testing.assert_allclose(run.q[-1, [2, 9]], [0.1, 0.25], atol=1e-9)
+    assert np.abs(run.v[-1, :11]).max() < 1e-9  # without friction it goes on turning about the vertical
+
+
+def test_a_block_tips_over_the_edge_of_another():
+    """In a plane: its middle is beyond the edge, a corner of the lower one bears it, and it sticks until 0.189 s."""
+    m = Model("ledge", gravity=(0, "-9.81 m/s^2"))
+    planar_body(m, "block", {"box": [0.4, 0.1, 0.1]}, (0.05, 0.05, 0.0))
+    m.body("table", mass=1, com=(-0.5, -0.1), shape={"box": [1.0, 0.2, 0.1]})
+    m.contact("hit", body="block", other="table", friction=2.0)
+    run = m.derive().run(t_end=0.18, rtol=1e-10, method="dop853")
+    arm, first = np.hypot(0.05, 0.05), np.arctan2(0.05, 0.05)
+
+    def rates(_, s):
+        return [s[1], G * arm * np.sin(first + s[0]) / (0.01 + arm**2)]
+
+    expected = solve_ivp(rates, (0, 0.18), [0, 0], rtol=1e-11, atol=1e-13).y[0, -1]
+    assert run.ok and not run.events
+    assert -run["block_a"][-1] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("method, max_step", [("dop853", 1e-3), ("radau5", None)])
+def test_a_compliant_box_on_a_box_gives_way_at_four_corners(method, max_step):
+    m = Model("soft", gravity=(0, 0, "-9.81 m/s^2"))
+    free_body(m, "box", {"box": EDGES}, (0.1, 0.05, 0.1, 1, 0, 0, 0))
+    m.body("table", mass=1, shape={"box": [1, 1, 0.4]})
+    m.joint("held", type="fixed", child="table", origin={"xyz": [0, 0, -0.2]})
+    m.contact("hit", body="box", other="table", stiffness=1e5, damping=0.5)
+    run = m.derive().run(t_end=0.4, method=method, rtol=1e-10, atol=1e-12, max_step=max_step)
+
+    def rates(_, s):
+        depth = max(0.05 - s[0], 0.0)
+        return [s[1], 4e5 * max(depth**1.5 * (1 - 0.75 * s[1]), 0.0) - G]
+
+    expected = solve_ivp(rates, (0, 0.4), [0.1, 0], "Radau", rtol=1e-11, atol=1e-13, max_step=1e-3).y[0, -1]
+    assert run.ok and run["box_free_z"][-1] == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("stiffness", [None, 1e5])
+def test_where_edges_of_boxes_cross_a_run_ends_with_that_reason(stiffness):
+    """Two planks as a cross: no corner is on a side."""
+    m = Model("cross", gravity=(0, 0, "-9.81 m/s^2"))
+    free_body(m, "plank", {"box": [1.0, 0.1, 0.1]}, (0, 0, 0.3, 1, 0, 0, 0))
+    m.body("beam", mass=1, shape={"box": [0.1, 1.0, 0.1]})
+    m.joint("held", type="fixed", child="beam")
+    m.contact("hit", body="plank", other="beam", stiffness=stiffness)
+    run = m.derive().run(t_end=1.0, method="dop853")
+    share = 1e-3 if stiffness is None else 0.05
+    assert run.t[-1] == pytest.approx(np.sqrt(2 * (0.2 + share * 0.05) / G), rel=1e-6)
+    assert run.events[-1].name == "hit_edges" and run.events[-1].action == "terminate"

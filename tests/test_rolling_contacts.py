@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
+from scipy.special import ellipj, ellipk
 
 from symgen import Model, load
 from symgen.errors import ModelError
@@ -237,3 +239,167 @@ def test_wrong_rolling(old, new, place, words):
     with pytest.raises(ModelError, match=words) as caught:
         read_text(TURNTABLE.replace(old, new), file="a.toml").describe()
     assert (caught.value.table, caught.value.key or "") == ("rolling.ball", place)
+
+
+# Surfaces: the equations again, by hand, with the contact's place as a coordinate.
+
+
+def test_a_ball_in_a_trough_swings_as_the_closed_form_says():
+    """(7/5) (R - r) θ'' = -g sin θ: the period by an elliptic integral, and 2π sqrt(7 (R - r)/(5 g)) of small ones."""
+    R, r, first = 1.0, 0.1, 0.8
+    m = Model("trough", gravity=(0, -9.81))
+    start = ((R - r) * np.sin(first), R - (R - r) * np.cos(first))
+    x, y, phi = (m.coordinate("x", start=start[0]), m.coordinate("y", guess=start[1]), m.coordinate("phi"))
+    m.body("ball", mass=2, inertia=0.4 * 2 * r * r, com=(x, y), angle=phi)
+    m.rolling("roll", "ball", ball=r, height=f"{R} - sqrt({R}^2 - here_x^2)")
+    w = np.sqrt(5 / 7 * 9.81 / (R - r))
+    modulus = np.sin(first / 2) ** 2
+    system = m.derive()
+    for method, step in (
+        ("dop853", None),
+        ("taylor", None),
+        ("radau5", None),
+        ("bdf", None),
+        ("gauss8", 2e-3),
+    ):
+        run = system.run(t_end=4.0, rtol=1e-10, method=method, step=step)
+        sn, *_ = ellipj(ellipk(modulus) - w * run.t, modulus)
+        angle = 2 * np.arcsin(np.sqrt(modulus) * sn)
+        off = 1e-6 if method == "bdf" else 2e-8
+        assert run["x"] == pytest.approx((R - r) * np.sin(angle), abs=off), method
+        assert run["y"] == pytest.approx(R - (R - r) * np.cos(angle), abs=off), method
+        # It turns by what the way is over its radius.
+        assert run["phi"] == pytest.approx((R - r) / r * (first - angle), abs=off / r), method
+        assert all(check.ok for check in run.health), run.health
+    # The force on the ground: weight and centripetal force.
+    rate = w * np.sqrt(2 * (np.cos(angle) - np.cos(first)))
+    force = 2 * (9.81 * np.cos(angle) + (R - r) * rate**2)
+    run = system.run(t_end=4.0, rtol=1e-10, t_eval=run.t)
+    assert run["lambda(roll_gap)"] == pytest.approx(force, rel=1e-6)
+
+
+def in_a_bowl(a, b, mass, r, start, t_end):
+    """A ball on z = (a u² + b w²)/2, by hand: states are the foot (u, w), the centre's velocity, the spin.
+
+    Newton and Euler with the contact's force F as the unknown that keeps v + Ω × (-r n) = 0, differentiated:
+    m v' = F + m g, I Ω' = -r n × F, v' = (r Ω × n)'.
+    """
+    inertia, down = 0.4 * mass * r * r, np.array([0, 0, -9.81])
+
+    def normal(u, w):
+        n = np.array([-a * u, -b * w, 1.0])
+        return n / np.linalg.norm(n)
+
+    def by_foot(u, w):
+        """The derivatives of the centre p + r n, and of n, by u and w."""
+        N, h = np.array([-a * u, -b * w, 1.0]), np.linalg.norm([-a * u, -b * w, 1.0])
+        turned = []
+        for dN in (np.array([-a, 0, 0]), np.array([0, -b, 0])):
+            turned.append(dN / h - N * (N @ dN) / h**3)
+        tangents = [np.array([1, 0, a * u]), np.array([0, 1, b * w])]
+        return [t + r * n for t, n in zip(tangents, turned)], turned
+
+    def motion(_, s):
+        u, w, spin = s[0], s[1], s[2:5]
+        n = normal(u, w)
+        v = r * np.cross(spin, n)
+        centre, turned = by_foot(u, w)
+        rates = np.linalg.lstsq(np.stack(centre, axis=1), v, rcond=None)[0]
+        n_rate = rates[0] * turned[0] + rates[1] * turned[1]
+        # m r (Ω' × n + Ω × n') = F + m g and I Ω' = -r n × F, so Ω' from F, and F from one linear equation.
+        cross = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])
+        left = np.eye(3) - mass * r * r / inertia * cross @ cross
+        force = np.linalg.solve(left, mass * (r * np.cross(spin, n_rate) - down))
+        return [*rates, *(-r * np.cross(n, force) / inertia), *v]
+
+    u, w = start[:2]
+    y = solve_ivp(motion, (0, t_end), [*start, *(np.array([u, w, (a * u * u + b * w * w) / 2]) + r * normal(u, w))],
+                  "DOP853", rtol=1e-11, atol=1e-13)  # fmt: skip
+    return y.y[:, -1]
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau5"])
+def test_a_ball_in_a_bowl(method):
+    a, b, mass, r = 0.8, 1.3, 0.7, 0.15
+    spin = np.array([1.0, -2.0, 5.0])
+    n = np.array([-a * 0.4, -b * 0.1, 1.0])
+    n /= np.linalg.norm(n)
+    place = np.array([0.4, 0.1, (a * 0.16 + b * 0.01) / 2]) + r * n
+    m = Model("bowl", gravity=(0, 0, -9.81))
+    m.parameters(a=a, b=b)
+    m.body("ball", mass=mass, inertia=[0.4 * mass * r * r] * 3)
+    velocity = r * np.cross(spin, n)
+    m.joint("free", "free", "ball", start=[*place, 1, 0, 0, 0], rate=[float(x) for x in (*velocity, *spin)])
+    m.rolling("roll", "ball", ball=r, height="a*here_x^2/2 + b*here_y^2/2")
+    run = derive(read_text(m.to_toml(), name="bowl")).run(t_end=2.0, rtol=1e-10, method=method)
+    expected = in_a_bowl(a, b, mass, r, [0.4, 0.1, *spin], 2.0)
+    found = [run[f"free_{c}"][-1] for c in "xyz"]
+    assert found == pytest.approx(expected[5:], abs=1e-7)
+    turned = Rotation.from_quat(run.q[-1, [4, 5, 6, 3]]).apply([run[f"free_w{c}"][-1] for c in "xyz"])
+    assert turned == pytest.approx(expected[2:5], abs=1e-6)
+    assert run.energy.max_error < 1e-6
+    assert all(check.ok for check in run.health), run.health
+
+
+def test_a_disc_on_a_surface_that_is_a_plane_rolls_as_on_that_plane():
+    """A leaning disc on z = 0.3 x - 0.2 y, and on a frame whose x-y plane that is: gravity, lean and spin the same."""
+    normal = np.array([-0.3, 0.2, 1.0]) / np.sqrt(1.13)
+    turn = Rotation.align_vectors([normal], [[0, 0, 1]])[0]
+    lean = turn * Rotation.from_euler("ZXY", [0.4, 0.3, 0.0])
+    places = []
+    for surface in (False, True):
+        m = Model("disc", gravity=(0, 0, -9.81))
+        m.frame("slope", rpy=tuple(turn.as_euler("xyz")))
+        m.body("disc", mass=1, inertia=[0.25, 0.5, 0.25])
+        centre = turn.apply([0, 0, 0.5 * np.cos(0.3)])
+        spin = [0.2, 6.0, 0.1]
+        rim = lean.apply([0, 0, -0.5])
+        velocity = -np.cross(lean.apply(spin), rim)
+        m.joint("j", "free", "disc", start=[*centre, *lean.as_quat()[[3, 0, 1, 2]]],
+                rate=[float(x) for x in (*velocity, *spin)])  # fmt: skip
+        given = {"height": "0.3*here_x - 0.2*here_y"} if surface else {"plane": "slope"}
+        m.rolling("wheel", "disc", wheel=0.5, axis=(0, 1, 0), **given)
+        run = m.derive().run(t_end=1.0, rtol=1e-10, method="dop853")
+        assert all(check.ok for check in run.health), run.health
+        places.append([*run.q[-1], *run.v[-1]])
+    assert places[0] == pytest.approx(places[1], abs=1e-7)
+
+
+def test_an_upright_disc_in_a_trough_swings_as_its_closed_form_says():
+    """(3/2) (R - r) θ'' = -g sin θ in space, the disc in the plane across the trough."""
+    R, r, first = 1.2, 0.2, 0.5
+    m = Model("trough", gravity=(0, 0, -9.81))
+    m.body("disc", mass=1, inertia=[r * r / 4, r * r / 2, r * r / 4])
+    m.joint("j", "free", "disc", start=[(R - r) * np.sin(first), 0, R - (R - r) * np.cos(first), 1, 0, 0, 0])
+    m.rolling("wheel", "disc", wheel=r, axis=(0, 1, 0), height=f"{R} - sqrt({R}^2 - here_x^2)")
+    run = m.derive().run(t_end=2.0, rtol=1e-10, method="dop853")
+
+    def swing(_, s):
+        return [s[1], -2 / 3 * 9.81 / (R - r) * np.sin(s[0])]
+
+    angle = solve_ivp(swing, (0, 2), [first, 0], rtol=1e-11, atol=1e-12).y[0, -1]
+    assert run["j_x"][-1] == pytest.approx((R - r) * np.sin(angle), abs=1e-7)
+    assert run["j_z"][-1] == pytest.approx(R - (R - r) * np.cos(angle), abs=1e-7)
+    assert all(check.ok for check in run.health), run.health
+
+
+def test_what_surfaces_have_not():
+    def model(**given):
+        m = Model("m")
+        m.body("b", mass=1, inertia=[1, 1, 1])
+        m.joint("j", "free", "b")
+        x, y = np.meshgrid(range(3), range(3))
+        m.table("land", columns=[y.ravel(), x.ravel(), np.zeros(9)], kind="cubic", outside="extend")
+        m.rolling("r", "b", **given)
+        return m.describe()
+
+    for given, says in (
+        ({"knife": (1, 0, 0), "height": "here_x"}, "a blade glides on a plane"),
+        ({"ball": 0.1, "height": "here_x + here_z"}, "does not depend on 'here_z'"),
+        ({"ball": 0.1, "height": "land(here_x, here_y)"}, "a surface that is a table"),
+        ({"ball": 0.1, "height": "abs(here_x)"}, "height"),
+        ({"ball": 0.1, "height": "here_x + t"}, "'t'"),
+    ):
+        with pytest.raises(ModelError) as error:
+            model(**given)
+        assert says in str(error.value) + str(error.value.hint), str(error.value)

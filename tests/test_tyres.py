@@ -192,6 +192,98 @@ def test_the_ground_may_be_uneven():
     assert rhs[system.nq + 2] == pytest.approx(load / 10 - 10, rel=1e-12)
 
 
+LOAD = 3000.0
+
+
+def leaning(lean: float, side: float, slip: float = 0.0, **law) -> tuple[float, float]:
+    """Forces along and across of a tyre under a given load, whose axle leans, at given slips; x is the way."""
+    m = Model("lean")
+    m.body("wheel", mass=10, inertia=(0.3, 0.5, 0.3))
+    m.joint("free", type="free", child="wheel", start=[0, 0, 0.3, np.cos(lean / 2), np.sin(lean / 2), 0, 0])
+    m.table("grip", columns=[[0, 0.1, 0.3, 20], [0, 0.7, 0.9, 0.8]], outside="hold")
+    m.tyre("rim", body="wheel", radius=0.3, load=LOAD, relaxation=0.2, **law)
+    m.output("along", "rim_along")
+    m.output("across", "rim_across")
+    m.output("camber", "rim_camber")
+    system = m.derive()
+    run = system.run(t_end=1e-9, start={"rim_alpha": side, "rim_kappa": slip}, method="rk4", step=1e-9)
+    assert run["camber"][0] == pytest.approx(-lean, abs=1e-15)
+    return run["along"][0], run["across"][0]
+
+
+CAMBERS = [0.0, 0.08, -0.2]
+
+
+@pytest.mark.parametrize("lean", CAMBERS)
+@pytest.mark.parametrize(("side", "slip"), [(0.0, 0.0), (0.03, 0.0), (-0.2, 0.05), (0.5, -0.3)])
+def test_a_wheel_that_leans_is_pushed_to_that_side(lean, side, slip):
+    """The thrust by each law, written again; turned about x by `lean` > 0 the wheel leans to -y (ISO)."""
+    gamma = -lean
+    linear = leaning(lean, side, slip, slip_stiffness=12.0, camber_stiffness=0.9)
+    assert linear == pytest.approx((12 * slip * LOAD, (12 * side + 0.9 * gamma) * LOAD), rel=1e-12, abs=1e-9)
+
+    alpha = side + 0.9 / 12 * gamma
+    s = np.sqrt(alpha**2 + slip**2 + 1e-12)
+    found = leaning(lean, side, slip, slip_stiffness=12.0, friction=0.8, camber_stiffness=0.9)
+    assert found == pytest.approx((brush(s) * slip * LOAD, brush(s) * alpha * LOAD), rel=1e-12, abs=1e-9)
+    assert np.hypot(*found) <= 0.8 * LOAD * (1 + 1e-12)
+
+    grip = np.interp(np.hypot(side, slip), [0, 0.1, 0.3, 20], [0, 0.7, 0.9, 0.8]) * LOAD
+    way = np.array([slip, side]) / max(np.hypot(side, slip), 1e-300)
+    found = leaning(lean, side, slip, table="grip(rim_slip)", camber_stiffness=0.9)
+    assert found == pytest.approx(grip * way + [0, 0.9 * gamma * LOAD], rel=1e-5, abs=1e-5 * LOAD)
+
+
+@pytest.mark.parametrize("lean", CAMBERS)
+@pytest.mark.parametrize("side", [0.0, 0.02, -0.15])
+def test_the_formula_with_camber(lean, side):
+    """MF-Tyre 5.2, Fy = Dy sin(Cy atan(By αy - Ey (By αy - atan(By αy)))) + SVy, at nominal load."""
+    gamma, B, C, E, mu = -lean, 9.0, 1.4, -0.6, 0.95
+    pDy3, pKy3, pHy3, pVy3 = 3.0, 0.6, 0.04, -0.4
+    Dy = mu * (1 - pDy3 * gamma**2) * LOAD
+    Ky = mu * B * C * LOAD * (1 - pKy3 * abs(gamma))
+    By, ay = Ky / (C * Dy), side + pHy3 * gamma
+    expected = Dy * np.sin(C * np.arctan(By * ay - E * (By * ay - np.arctan(By * ay)))) + pVy3 * gamma * LOAD
+    law = {"magic": [B, C, E], "friction": mu}
+    found = leaning(lean, side, **law, magic_camber=[pDy3, pKy3, pHy3, pVy3])
+    assert found == pytest.approx((0.0, expected), abs=1e-5 * LOAD)
+    ay = side + 0.7 / (mu * B * C) * gamma
+    expected = mu * LOAD * np.sin(C * np.arctan(B * ay - E * (B * ay - np.arctan(B * ay))))
+    assert leaning(lean, side, **law, camber_stiffness=0.7)[1] == pytest.approx(expected, abs=1e-5 * LOAD)
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5", "bdf"])
+def test_a_car_that_rolls_runs_aside_by_the_thrust_of_camber(method):
+    """Seen from above, with an inclination that is given; both slips against SciPy, and the steady drift."""
+    m = Model("drift")
+    x, y, psi = m.coordinate("x", rate=15.0), m.coordinate("y"), m.coordinate("psi")
+    m.body("car", mass=1000, inertia=1500, com=(x, y), angle=psi)
+    common = {"body": "car", "radius": 0.3, "relaxation": 0.4, "load": 5000, "slip_stiffness": 10}
+    for place, lean in ((1.2, 0.06), (-1.2, "0.03 + 0.01*sin(t)")):
+        name = "front" if place > 0 else "rear"
+        m.tyre(
+            name, at=(place, 0), axis=(0, 1), friction=0.9, camber_stiffness=0.8, inclination=lean, **common
+        )
+    run = m.derive().run(t_end=2.0, rtol=1e-9, method=method)
+
+    def motion(t, s):
+        angle, u, w, r = s[2:6]
+        c, n = np.cos(angle), np.sin(angle)
+        force, torque, changes = np.zeros(2), 0.0, []
+        for place, lean, slip in ((1.2, 0.06, s[6]), (-1.2, 0.03 + 0.01 * np.sin(t), s[7])):
+            alpha = slip + 0.08 * lean
+            push = 5000 * brush(np.sqrt(alpha**2 + 1e-12), 10.0, 0.9) * alpha
+            side, way = np.array([-n, c]), np.array([c, n])
+            speed = np.array([u - r * place * n, w + r * place * c])
+            force, torque = force + push * side, torque + place * push
+            changes.append(-(speed @ side + abs(speed @ way) * slip) / 0.4)
+        return [u, w, r, *(force / 1000), torque / 1500, *changes]
+
+    s = solve_ivp(motion, (0, 2), [0, 0, 0, 15, 0, 0, 0, 0], rtol=1e-10, atol=1e-12).y[:, -1]
+    assert [run["x"][-1], run["y"][-1], run["psi"][-1]] == pytest.approx(s[:3], rel=1e-6)
+    assert run["y"][-1] > 0.3 and passed(run)
+
+
 def test_what_is_written_is_read_again():
     m = wheel()
     again = read_text(m.to_toml(), name="wheel")
@@ -227,3 +319,25 @@ def test_what_makes_no_tyre_is_refused(change, says):
     with pytest.raises(ModelError, match=says) as caught:
         m.tyre("rim", **{**BASE, **change})
     assert "tyre('rim')" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ({"slip_stiffness": 9, "magic_camber": [1, 0, 0, 0]}, "goes with the formula that 'magic' gives"),
+        ({"magic": [9, 1, 0], "friction": 1, "magic_camber": [1, 0]}, "four terms of camber"),
+        ({"slip_stiffness": 9, "inclination": 0.1}, "without a thrust of camber"),
+        ({"slip_stiffness": 9, "camber_stiffness": 1}, "does not lean"),
+        (
+            {"magic": [9, 1, 0], "friction": 1, "magic_camber": [1, 0, 0, 0], "camber_stiffness": 1},
+            "of the two",
+        ),
+    ],
+)
+def test_what_camber_has_not(more, says):
+    m = Model("car")
+    x, y, psi = m.coordinate("x", rate=20.0), m.coordinate("y"), m.coordinate("psi")
+    m.body("car", mass=1200, inertia=1800, com=(x, y), angle=psi)
+    with pytest.raises(ModelError) as error:
+        m.tyre("front", body="car", radius=0.3, relaxation=0.4, load=5000, **more)
+    assert says in str(error.value) + str(error.value.hint)

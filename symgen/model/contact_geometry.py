@@ -5,9 +5,7 @@ plane their heights are the gaps. Spheres and capsules touch each other, and sph
 to each other (Ericson, Real-Time Collision Detection, 2005, ch. 5).
 
 A surface z = h(x, y) is touched by a point where the point's height over it is zero, and by a sphere at the foot of the
-perpendicular from its middle. That is found by a fixed number of Newton's steps, from below the middle: the distance is
-least there, so that its error is the square of the foot's. Wherever the foot is, the distance to it is not less than
-that to the surface, so that what has not converged, far away, makes no contact.
+perpendicular from its middle, see `surfaces.py`.
 """
 
 from __future__ import annotations
@@ -21,23 +19,21 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
+from .boxes import RIGID_SHARE, SOFT_SHARE, Block, Boxes, Meeting
 from .contact_pairs import solids_of
-from .description import Body, Contact, ContactPair, Description, Friction, Solid, Stop
+from .description import Body, Contact, ContactPair, Description, Event, Friction, Solid, Stop
 from .elements import Vector, Writer, scalar_product
-from .functions import Tabulated, dot, smooth_minimum
-from .gravity import HERE
+from .functions import dot, smooth_minimum
 from .mesh import hull_of
 from .orientation import Expressions
 from .ready_made import HALF, WORLD
-from .rolling import cross, velocity_by_turning
-from .slopes import slope
+from .rolling import velocity_by_turning
 from .solids import together, turned
 from .sources import Sources
+from .surfaces import Surface, define, moved
 from .unevaluated import difference, inverted, negated, product, squared, total
 
 MOST_POINTS = 64  # of one contact
-NEWTON_STEPS = 4
-NEAR = sympy.Integer(2)  # radii over a surface, within which Newton's steps know how it bends
 
 
 @dataclass(frozen=True)
@@ -69,24 +65,6 @@ class Rod:
         ]
 
 
-@dataclass(frozen=True)
-class Block:
-    """A box: the world coordinates of its middle and of its axes, half its edges."""
-
-    place: Vector
-    axes: list[Vector]
-    halves: list[sympy.Expr]
-
-
-@dataclass(frozen=True)
-class Touch:
-    """What may touch: the gap, where on the first body, and the directions along the surface (planar: one)."""
-
-    gap: sympy.Expr
-    place: Vector
-    tangents: list[Vector]
-
-
 @dataclass
 class Written:
     """What contacts of shapes become."""
@@ -95,6 +73,7 @@ class Written:
     frictions: list[Friction] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
     definitions: list[tuple[str, sympy.Expr]] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
 
 
 def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
@@ -103,7 +82,12 @@ def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
     taken = {x.name for x in (*d.stops, *d.frictions, *d.contacts, *d.events, *d.constraints)}
     taken |= {x.name for x in (*d.velocity_constraints, *d.loops)}
     for pair in d.pairs:
-        touches = _Geometry(writer, d, pair, sources, made.definitions).touches()
+        geometry = _Geometry(writer, d, pair, sources, made.definitions)
+        touches = geometry.touches()
+        for k, crossed in enumerate(geometry.crossed, 1):
+            name = f"{pair.name}_edges" + (str(k) if len(geometry.crossed) > 1 else "")
+            says = f"edges of {pair.body} and {pair.other} cross, which touch with their corners only"
+            made.events.append(Event(name, crossed, "falling", "terminate", says=says))
         for k, touch in enumerate(touches, 1):
             name = pair.name if len(touches) == 1 else f"{pair.name}_{k}"
             if name in taken:
@@ -114,7 +98,7 @@ def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
     return made
 
 
-def _write(writer: Writer, pair: ContactPair, name: str, touch: Touch, made: Written) -> None:
+def _write(writer: Writer, pair: ContactPair, name: str, touch: Meeting, made: Written) -> None:
     """One point that touches, as a stop with friction, or as a compliant contact."""
     speeds: list[sympy.Expr | None] = [None, None]
     if pair.friction is not None:
@@ -160,8 +144,9 @@ class _Geometry:
         self.writer, self.d, self.pair, self.sources = writer, d, pair, sources
         self.definitions = definitions
         self.planar = writer.body[pair.body].planar
+        self.crossed: list[sympy.Expr] = []  # what falls to zero where edges of boxes cross
 
-    def touches(self) -> list[Touch]:
+    def touches(self) -> list[Meeting]:
         """All of them."""
         pair = self.pair
         own = self._parts(pair.body, pair.shapes, "shape")
@@ -238,108 +223,29 @@ class _Geometry:
         origin = self.writer.origin(self.pair.plane)
         return (origin, [x], y) if self.planar else (origin, [x, y], z)
 
-    def _on_plane(self, ball: Ball) -> Touch:
+    def _on_plane(self, ball: Ball) -> Meeting:
         origin, tangents, normal = self._plane()
         apart = [difference(p, o) for p, o in zip(ball.place, origin, strict=True)]
         gap = difference(scalar_product(apart, normal), ball.radius)
-        return Touch(gap, _moved(ball.place, normal, negated(ball.radius)), tangents)
+        return Meeting(gap, moved(ball.place, normal, negated(ball.radius)), tangents)
 
-    def _on_surface(self, ball: Ball) -> Touch:
+    def _on_surface(self, ball: Ball) -> Meeting:
         """Over a height field: a point by its height, a sphere by the foot of the perpendicular."""
-        origin, axes, up = self._plane()
-        apart = [difference(p, o) for p, o in zip(ball.place, origin, strict=True)]
-        here = [self._define(scalar_product(apart, axis)) for axis in axes]
-        height = self._define(scalar_product(apart, up))
-        foot = here if ball.radius.is_zero else self._foot(here, height, ball.radius)
-        surface, slopes, _ = self._surface(foot)
-        steep = total([sympy.S.One, *map(squared, slopes)])
-        unit = self._define(sympy.Pow(steep, -HALF, evaluate=False))
-        normal = [
-            product([unit, total([u, *(negated(product([s, axis[k]])) for s, axis in zip(slopes, axes))])])
-            for k, u in enumerate(up)
-        ]
-        tangents = [_normalised([total([a, product([slopes[0], u])]) for a, u in zip(axes[0], up)])]
-        if len(axes) == 2:
-            tangents.append(cross(normal, tangents[0]))
-        above = difference(height, surface)
+        pair, table = self.pair, f"contacts.{self.pair.name}"
+        given = (table, pair.name, pair.plane, pair.height, self.planar)
+        surface = Surface(self.writer, self.sources, self.definitions, *given)
         if ball.radius.is_zero:
-            return Touch(product([unit, above]), ball.place, tangents)
-        away = total([*(squared(difference(x, f)) for x, f in zip(here, foot)), squared(above)])
-        gap = difference(sympy.Pow(away, HALF, evaluate=False), ball.radius)
-        return Touch(gap, _moved(ball.place, normal, negated(ball.radius)), tangents)
+            foot = surface.point(ball.place)
+            return Meeting(foot.away, ball.place, foot.tangents)
+        foot = surface.ball(ball.place, ball.radius)
+        place = moved(ball.place, foot.normal, negated(ball.radius))
+        return Meeting(difference(foot.away, ball.radius), place, foot.tangents)
 
-    def _foot(self, here: Vector, height: sympy.Expr, radius: sympy.Expr) -> Vector:
-        """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
-        if self.pair.height.atoms(Tabulated):
-            message = "where a sphere or capsule touches a surface that is a table is not searched for"
-            raise self._error(
-                "height", message, "write a formula, or let points touch: { sphere = [0] }, a box, a mesh"
-            )
-        foot = here
-        for _ in range(NEWTON_STEPS):
-            surface, slopes, bends = self._surface(foot)
-            below = self._define(difference(surface, height))
-            near = self._define(
-                negated(smooth_minimum(negated(below), product([NEAR, radius]), evaluate=False))
-            )
-            left = [
-                self._define(total([difference(f, x), product([below, s])]))
-                for f, x, s in zip(foot, here, slopes)
-            ]
-            matrix = [
-                [
-                    self._define(
-                        total([sympy.S.One if i == j else sympy.S.Zero, product([slopes[i], slopes[j]]),
-                               product([near, bends[i][j]])])
-                    )
-                    for j in range(len(here))
-                ]
-                for i in range(len(here))
-            ]  # fmt: skip
-            foot = [self._define(difference(f, step)) for f, step in zip(foot, self._solved(matrix, left))]
-        return foot
-
-    def _solved(self, matrix: list[Vector], right: Vector) -> Vector:
-        """The solution of one or two equations; what divides has a name, so that it is one to all who look at it."""
-        if len(right) == 1:
-            return [product([right[0], self._define(inverted(matrix[0][0]))])]
-        (a, b), (c, e) = matrix
-        by = self._define(inverted(difference(product([a, e]), product([b, c]))))
-        x, y = right
-        return [
-            product([by, difference(product([e, x]), product([b, y]))]),
-            product([by, difference(product([a, y]), product([c, x]))]),
-        ]
-
-    def _surface(self, place: Vector) -> tuple[sympy.Expr, Vector, list[Vector]]:
-        """The height, its slopes and how they change at a place."""
-        names = [sympy.Symbol(x) for x in HERE[: len(place)]]
-        there = dict(zip(names, place, strict=True))
-
-        def at(expression: sympy.Expr) -> sympy.Expr:
-            return self._define(expression.xreplace(there))
-
-        try:
-            slopes = [slope(self.pair.height, x) for x in names]
-            bends = [[slope(s, x) for x in names] for s in slopes]
-        except ModelError as error:
-            raise self.sources.locate(error, f"contacts.{self.pair.name}", "height") from None
-        return at(self.pair.height), [at(s) for s in slopes], [[at(b) for b in row] for row in bends]
-
-    def _define(self, expression: sympy.Expr) -> sympy.Expr:
-        """An expression by a name, that it may stand in many places."""
-        if expression.is_Number or isinstance(expression, sympy.Symbol):
-            return expression
-        known = next((name for name, x in self.definitions if x == expression), None)
-        if known is None:
-            number = itertools.count(len(self.definitions) + 1)
-            known = next(x for k in number if (x := f"{self.pair.name}_surface{k}") not in self.writer.taken)
-            self.writer.taken.add(known)
-            self.definitions.append((known, expression))
-        return sympy.Symbol(known)
-
-    def _between(self, a: Any, b: Any) -> Iterator[Touch]:
+    def _between(self, a: Any, b: Any) -> Iterator[Meeting]:
         """The shapes of two bodies."""
+        if isinstance(a, Block) and isinstance(b, Block):
+            yield from self._boxes(a, b)
+            return
         swapped = (type(b), type(a)) in _NEAREST
         nearest = _NEAREST.get((type(b), type(a)) if swapped else (type(a), type(b)))
         if nearest is None or (Ball in (type(a), type(b)) and self._has_corners(a, b)):
@@ -352,17 +258,27 @@ class _Geometry:
         for place, other, radius in nearest(b, a) if swapped else nearest(a, b):
             yield self._apart(*((other, place) if swapped else (place, other)), a, radius)
 
+    def _boxes(self, a: Block, b: Block) -> Iterator[Meeting]:
+        boxes = Boxes(a, b, self._define)
+        corners = list(boxes.corners())
+        share = RIGID_SHARE if self.pair.stiffness is None else SOFT_SHARE
+        self.crossed.append(boxes.crossed([corner.gap for corner in corners], share))
+        yield from corners
+
+    def _define(self, expression: sympy.Expr) -> sympy.Expr:
+        return define(self.writer, self.pair.name, self.definitions, expression)
+
     def _has_corners(self, a: Any, b: Any) -> bool:
         return any(isinstance(x, Ball) and x.radius.is_zero for x in (a, b))
 
-    def _apart(self, place: Vector, other: Vector, a: Any, radius: sympy.Expr) -> Touch:
+    def _apart(self, place: Vector, other: Vector, a: Any, radius: sympy.Expr) -> Meeting:
         """The gap between the nearest places of the cores of two shapes, less both radii."""
         apart = [difference(x, y) for x, y in zip(place, other, strict=True)]
         distance = sympy.Pow(total(map(squared, apart)), HALF, evaluate=False)
         normal = [product([x, inverted(distance)]) for x in apart]
         own = sympy.S.Zero if isinstance(a, Block) else a.radius
-        touch = _moved(place, normal, negated(own))
-        return Touch(difference(distance, radius), touch, self._tangents(normal))
+        touch = moved(place, normal, negated(own))
+        return Meeting(difference(distance, radius), touch, self._tangents(normal))
 
     def _tangents(self, normal: Vector) -> list[Vector]:
         """Directions at right angles to a normal that turns.
@@ -400,28 +316,13 @@ def _balls(part: Any) -> list[Ball]:
         return [part]
     if isinstance(part, Rod):
         return part.ends
-    corners = []
-    for sides in itertools.product((sympy.S.NegativeOne, sympy.S.One), repeat=len(part.halves)):
-        place = part.place
-        for side, axis, half in zip(sides, part.axes, part.halves, strict=True):
-            place = _moved(place, axis, product([side, half]))
-        corners.append(Ball(place, sympy.S.Zero))
-    return corners
+    return [Ball(place, sympy.S.Zero) for place, _ in part.corners()]
 
 
 def _named(part: Any) -> str:
     if isinstance(part, Ball):
         return "a corner" if part.radius.is_zero else "a sphere"
     return "a capsule" if isinstance(part, Rod) else "a box"
-
-
-def _moved(place: Vector, along: Vector, by: sympy.Expr) -> Vector:
-    return [total([p, product([by, a])]) for p, a in zip(place, along, strict=True)]
-
-
-def _normalised(vector: Vector) -> Vector:
-    length = sympy.Pow(total(map(squared, vector)), -HALF, evaluate=False)
-    return [product([length, x]) for x in vector]
 
 
 def _within(x: sympy.Expr, half: sympy.Expr) -> sympy.Expr:
@@ -442,14 +343,14 @@ def _ball_to_ball(a: Ball, b: Ball) -> Nearest:
 def _ball_to_rod(a: Ball, b: Rod) -> Nearest:
     apart = [difference(x, y) for x, y in zip(a.place, b.place, strict=True)]
     along = _within(scalar_product(apart, b.along), b.half)
-    yield a.place, _moved(b.place, b.along, along), total([a.radius, b.radius])
+    yield a.place, moved(b.place, b.along, along), total([a.radius, b.radius])
 
 
 def _ball_to_block(a: Ball, b: Block) -> Nearest:
     apart = [difference(x, y) for x, y in zip(a.place, b.place, strict=True)]
     nearest = b.place
     for axis, half in zip(b.axes, b.halves, strict=True):
-        nearest = _moved(nearest, axis, _within(scalar_product(apart, axis), half))
+        nearest = moved(nearest, axis, _within(scalar_product(apart, axis), half))
     yield a.place, nearest, a.radius
 
 

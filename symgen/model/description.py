@@ -335,6 +335,7 @@ class Rolling:
 
     `axis` is a wheel's axle or a blade's direction, `at` the centre of the wheel or the point of the blade [m], both in
     the body's frame; by default its z axis and its centre of mass. `holds` names the constraints: gap, along, across.
+    With a `height` of `here_x` and `here_y` [m] it is no plane but a surface over it.
     """
 
     name: str
@@ -345,6 +346,7 @@ class Rolling:
     at: tuple[Expr, ...]
     plane: str
     holds: tuple[str, ...]
+    height: Expr | None = None
 
 
 @dataclass(frozen=True)

@@ -206,7 +206,8 @@ def check_units(d: Description, sources: Sources) -> Sizes:
     names |= {
         f"{x.name}(": tuple(map(unit_dimension, x.units)) for x in d.tables
     }  # of arguments, then of the value
-    names |= dict.fromkeys(HERE, LENGTH) if d.field is not None or any(x.height for x in d.pairs) else {}
+    here = d.field is not None or any(x.height is not None for x in (*d.pairs, *d.rolling))
+    names |= dict.fromkeys(HERE, LENGTH) if here else {}
     for s in d.springs:
         names |= {s.measured: DIMENSIONLESS, s.exerted: ENERGY} if s.angle is not None else {}
         names |= {s.measured: LENGTH, s.exerted: FORCE} if s.places else {}

@@ -378,5 +378,14 @@ def scalar_product(a: Sequence[sympy.Expr], b: Sequence[sympy.Expr]) -> sympy.Ex
     return total([product(pair) for pair in zip(a, b, strict=True)])
 
 
+def cross(a: Vector, b: Vector) -> Vector:
+    """The vector product."""
+    return [
+        difference(product([a[1], b[2]]), product([a[2], b[1]])),
+        difference(product([a[2], b[0]]), product([a[0], b[2]])),
+        difference(product([a[0], b[1]]), product([a[1], b[0]])),
+    ]
+
+
 def _symbols(name: str) -> Vector:
     return [sympy.Symbol(f"{name}_{c}") for c in "xyz"]

@@ -144,7 +144,8 @@ def _with_elements(
     writer.terms["potential"] += write_gravity(writer)
     for attractor in d.attractors:
         writer.drawings.append(Drawing(attractor.name, "pin", (attractor.at,)))
-    rolling = [(r, c) for r in d.rolling for c in write_rolling(writer, r)]
+    surfaces: list[tuple[str, sympy.Expr]] = []
+    rolling = [(r, c) for r in d.rolling for c in write_rolling(writer, r, sources, surfaces)]
     writer.terms["kinetic"] += [write_rotor(writer, r) for r in d.rotors]
     closed = write_closures(writer, d, sources)
     touching = write_pairs(writer, d, sources)
@@ -159,10 +160,11 @@ def _with_elements(
         d,
         bodies=drawn(d),
         constraints=(*d.constraints, *held),
-        definitions=(*d.definitions, *touching.definitions),
+        definitions=(*d.definitions, *surfaces, *touching.definitions),
         stops=(*d.stops, *touching.stops),
         frictions=(*d.frictions, *closed.frictions, *touching.frictions),
         contacts=(*d.contacts, *touching.contacts),
+        events=(*d.events, *touching.events),
         velocity_constraints=(*d.velocity_constraints, *(c for _, c in rolling if c.kind == "velocity")),
         loads=tuple(plain for load in d.loads for plain in writer.load(load)),
         points=(*d.points, *writer.points),

@@ -224,6 +224,8 @@ def items(d: Description) -> Iterator[Item]:
         if r.radius is not None:
             yield Item(f"rolling.{r.name}", r.kind, r.radius, RATIO, LENGTH)
         yield from _vector_items(f"rolling.{r.name}", "at", r.at, FIXED, LENGTH)
+        if r.height is not None:
+            yield Item(f"rolling.{r.name}", "height", r.height, HEIGHT, LENGTH)
     yield from _contact_items(d)
     for c in d.velocity_constraints:
         yield Item("velocity_constraints", c.name, c.expression, VELOCITY)

@@ -1047,8 +1047,9 @@ class Model(Declared):
         at: Sequence[Any] | None = None,
         plane: str | None = None,
         holds: Sequence[str] | None = None,
+        height: Any = None,
     ) -> None:
-        """Let a ball, a wheel or a knife edge roll (or glide along itself) on a plane without slipping.
+        """Let a ball, a wheel or a knife edge roll (or glide along itself) on a plane or surface without slipping.
 
         Makes the constraint NAME_gap, which keeps it on the plane, and the velocity constraints NAME_along and
         NAME_across, which keep what touches from slipping along the way and across it. A body in the x-y plane rolls
@@ -1071,10 +1072,13 @@ class Model(Declared):
             with y up.
         holds : sequence of str, optional
             Which of "gap", "along", "across" are held; all by default. The second wheel of an axle leaves "across" out.
+        height : expression, optional
+            z over the plane [m], of `here_x` and `here_y` (planar: y, of `here_x`), and of parameters, smooth: a ball
+            or wheel rolls on that surface.
         """
         given = {
             "body": body, "ball": ball, "wheel": wheel, "knife": knife, "axis": axis, "at": at, "plane": plane,
-            "holds": holds,
+            "holds": holds, "height": height,
         }  # fmt: skip
         self._new_element(name, "rolling", self._rolling)
         self._rolling[name] = make_rolling(self, name, given)
@@ -1096,6 +1100,9 @@ class Model(Declared):
         magic: Sequence[float] | None = None,
         table: Any = None,
         relaxation: Any = None,
+        camber_stiffness: Any = None,
+        magic_camber: Sequence[Any] | None = None,
+        inclination: Any = None,
     ) -> None:
         """Add a tyre: forces of a wheel that slips on the ground, along its way and across it; its slips are states.
 
@@ -1127,6 +1134,12 @@ class Model(Declared):
             Force per load instead, of NAME_slip, as "grip(front_slip)", and NAME_load.
         relaxation : expression
             The way after which slips follow [m].
+        camber_stiffness : expression, optional
+            Force per load and radian by which the wheel leans, NAME_camber, to the side that it leans to.
+        magic_camber : sequence of 4, optional
+            pDy3, pKy3, pHy3 and pVy3 of Pacejka's formula in its place.
+        inclination : expression, optional
+            By how much the wheel leans to the side that its axle points to, where that is not what its body does.
         """
         given = {key: value for key, value in locals().items() if key not in ("self", "name")}
         self._tyres[name] = add_tyre(self, name, given)
@@ -1394,7 +1407,7 @@ class Model(Declared):
             z over that plane [m], of `here_x` and `here_y` (planar: y, of `here_x`); of parameters and tables, smooth.
         other : str, optional
             In the place of a plane: another body, whose shape is touched. Spheres and capsules touch spheres and
-            capsules, spheres touch boxes.
+            capsules, boxes touch spheres and boxes (with their corners; where edges cross, NAME_edges ends a run).
         restitution : expression, optional
             Of a rigid contact, see `stop`.
         static : expression, optional

@@ -1,4 +1,4 @@
-"""Balls, wheels and knife edges that roll on planes, written out as constraints.
+"""Balls, wheels and knife edges that roll on planes and surfaces, written out as constraints.
 
 The point of a body that touches, momentarily fixed in it, has the plane's velocity: with the body's axes b_i and the
 arm r from its centre c, v = dc/dt + sum (b_i . r) db_i/dt, which is linear in the rates.
@@ -15,16 +15,19 @@ import sympy
 from ..errors import nearest
 from .declared import Declared
 from .description import Body, Constraint, Description, Rolling, Shape, Solid
-from .elements import Vector, Writer, scalar_product
+from .elements import Vector, Writer, cross, scalar_product
+from .expression_tree import names_in
 from .functions import dot
+from .gravity import HERE
 from .joints import direction
 from .names import reference_fault
 from .ready_made import HALF, WORLD
 from .solids import picture
 from .sources import Sources
+from .surfaces import Surface
 from .unevaluated import difference, inverted, negated, product, squared, total
 
-ROLLING_KEYS = ("body", "ball", "wheel", "knife", "axis", "at", "plane", "holds")
+ROLLING_KEYS = ("body", "ball", "wheel", "knife", "axis", "at", "plane", "height", "holds")
 KINDS = ("ball", "wheel", "knife")
 HELD = ("gap", "along", "across")  # what stays off or on the plane; along the way and across it
 TREAD = sympy.Rational(1, 5)  # width of a wheel without a shape, in radii
@@ -58,6 +61,8 @@ def make_rolling(model: Declared, name: str, given: Mapping[str, Any]) -> Rollin
             raise error("axis", "the direction of a blade is the value of 'knife'", "leave 'axis' out")
     elif "axis" in given:
         axis = direction(model, table, "axis", given["axis"])
+    if kind == "knife" and "height" in given:
+        raise error("height", "a blade glides on a plane", "leave 'height' out")
     default = held_by(kind)
     holds = given.get("holds", default)
     for k, word in enumerate(model._vector(holds, table, "holds", (1, 2, 3))):
@@ -73,6 +78,7 @@ def make_rolling(model: Declared, name: str, given: Mapping[str, Any]) -> Rollin
         at=model._components(given["at"], table, "at") if "at" in given else (),
         plane=given.get("plane", WORLD),
         holds=tuple(x for x in HELD if x in holds),
+        height=sources.expression(given["height"], table, "height") if "height" in given else None,
     )
 
 
@@ -106,6 +112,11 @@ def check_rolling(d: Description, sources: Sources) -> None:
         if body.planar and not (frames[r.plane] == WORLD or bodies[frames[r.plane]].planar):
             message = f"'{r.body}' is planar, and the plane turns in space"
             raise sources.error(table, "plane", message, hint="make both planar, or none")
+        for name in HERE[1 if body.planar else 2 :]:
+            if r.height is not None and name in names_in(r.height):
+                message = f"the height of a surface does not depend on '{name}'"
+                hint = "it is one of here_x" + ("" if body.planar else " and here_y")
+                raise sources.name_error(table, "height", name, message, hint)
         if body.planar and r.kind != "knife" and r.axis:
             message = "what rolls in the x-y plane turns about z"
             raise sources.error(table, "axis", message, hint="leave 'axis' out")
@@ -130,8 +141,10 @@ def drawn(d: Description) -> tuple[Body, ...]:
     return tuple(result)
 
 
-def write_rolling(writer: Writer, r: Rolling) -> list[Constraint]:
-    """The constraints of something that rolls."""
+def write_rolling(
+    writer: Writer, r: Rolling, sources: Sources, definitions: list[tuple[str, sympy.Expr]]
+) -> list[Constraint]:
+    """The constraints of something that rolls; `definitions` grow by the definitions of a surface."""
     body = writer.body[r.body]
     origin, plane = writer.origin(r.plane), writer.directions(r.plane)
     if body.planar and r.kind == "knife":  # seen from above: the plane is that of the model
@@ -157,8 +170,13 @@ def write_rolling(writer: Writer, r: Rolling) -> list[Constraint]:
     else:
         along, across, down, reach = _tread(writer, r, body, normal, first)
         arm = [product([r.radius, x]) for x in down]
+        gap = difference(height, product([r.radius, reach]))
+        if r.height is not None:
+            given = (f"rolling.{r.name}", r.name, r.plane, r.height, body.planar)
+            surface = Surface(writer, sources, definitions, *given)
+            gap, arm, along, across = _on_surface(writer, r, body, surface, centre, down, along)
         touch = [total([x, y]) for x, y in zip(centre, arm)]
-        hold("gap", difference(height, product([r.radius, reach])), "holonomic")
+        hold("gap", gap, "holonomic")
         speed = [
             total([dot(x), *turning, negated(v)])
             for x, turning, v in zip(
@@ -188,6 +206,19 @@ def _tread(
     return along, cross(normal, along), down, reach
 
 
+def _on_surface(
+    writer: Writer, r: Rolling, body: Body, surface: Surface, centre: Vector, down: Vector, side: Vector
+) -> tuple[sympy.Expr, Vector, Vector, Vector]:
+    """The gap, the arm from the centre to what touches, the directions along the way and across it."""
+    if r.kind == "ball" or body.planar:
+        foot = surface.ball(centre, r.radius, signed=True)
+        arm = [negated(product([r.radius, x])) for x in foot.normal]
+        return difference(foot.away, r.radius), arm, foot.tangents[0], foot.tangents[-1]
+    arm, foot = surface.rim(centre, r.radius, down, side)
+    along, across, *_ = _tread(writer, r, body, foot.normal, side)
+    return foot.away, arm, along, across
+
+
 def velocity_by_turning(writer: Writer, body: str, arm: Vector) -> list[list[sympy.Expr]]:
     """What the turning of a body adds to the velocity at the end of an arm, by components, as terms."""
     terms: list[list[sympy.Expr]] = [[], [], []]
@@ -208,15 +239,6 @@ def _of_plane(writer: Writer, plane: str, place: Vector, origin: Vector | None) 
     return [
         total([sympy.S.Zero if x.is_Number else dot(x), *more])
         for x, more in zip(origin, turning, strict=True)
-    ]
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    """The vector product."""
-    return [
-        difference(product([a[1], b[2]]), product([a[2], b[1]])),
-        difference(product([a[2], b[0]]), product([a[0], b[2]])),
-        difference(product([a[0], b[1]]), product([a[1], b[0]])),
     ]
 
 

@@ -391,6 +391,7 @@ class _Writer:
             lines += [f"axis = {_literal(r.axis)}"] if r.axis else []
         lines += [f"at = {self.array(table, 'at', r.at)}"] if r.at else []
         lines += [f"plane = {_quoted(r.plane)}"] if r.plane != "world" else []
+        lines += [f"height = {self.value(table, 'height', r.height)}"] if r.height is not None else []
         return [*lines, *([f"holds = {_literal(r.holds)}"] if r.holds != held_by(r.kind) else [])]
 
     def pair(self, pair: ContactPair) -> list[str]:

@@ -4,6 +4,11 @@ A tyre is put together from what models have: states, definitions, loads. Slips 
 obey sigma ds/dt = -v - |V| s, with the velocity v at which what touches slips and the speed V of the wheel's centre
 along its way, so that s = -v / |V| where it lasts, and nothing is divided by a speed (Pacejka, Tyre and Vehicle
 Dynamics, 3rd ed., 2012, chapter 7). Forces are those of the resultant slip, along it.
+
+A wheel that leans by γ (camber) is pushed to the side that it leans to. Near no slip that is as if it slipped by
+Cγ/Cα γ more (the same, ch. 4: similarity), so that a brush or the formula saturates. The formula may have terms of γ of
+its own, those of MF-Tyre 5.2 (TNO, MF-Tyre user manual, 2001) for pure side slip at nominal load: D = μ (1 - pDy3 γ²),
+B C D = K (1 - pKy3 |γ|), a shift pHy3 γ of the slip, and a force pVy3 γ per load.
 """
 
 from __future__ import annotations
@@ -21,10 +26,20 @@ from .names import reference_fault
 
 TYRE_KEYS = (
     "body", "radius", "axis", "at", "spin", "stiffness", "damping", "load", "ground", "slip_stiffness", "friction",
-    "magic", "table", "relaxation",
+    "magic", "table", "relaxation", "camber_stiffness", "magic_camber", "inclination",
 )  # fmt: skip
 _AXES = ("x", "y", "z")
-_LEAST = sympy.Float(1e-12)  # square of a slip: what it is divided by
+_LEAST = sympy.Float(1e-12)  # square of a slip: what it is divided by; and of a camber whose magnitude counts
+
+
+@dataclass(frozen=True)
+class Camber:
+    """What leaning makes of a law: factors on the peak and on the slope at no slip, more slip, more force per load."""
+
+    peak: sympy.Expr = sympy.S.One
+    slope: sympy.Expr = sympy.S.One
+    slip: sympy.Expr = sympy.S.Zero
+    push: sympy.Expr = sympy.S.Zero
 
 
 @dataclass(frozen=True)
@@ -185,15 +200,26 @@ def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str,
         state = sympy.Symbol(f"{name}_{key}")
         derivative = -(slip + sympy.Abs(speed) * state) / relaxation
         slips.append((model.state(f"{name}_{key}", derivative=derivative), way))
+
+    def factors(key: str) -> list[sympy.Expr]:
+        return [sources.expression(x, table, f"{key}[{k}]") for k, x in enumerate(given[key])]
+
+    law = _law_of(error, given)
+    camber = Camber()
+    if _leans(error, given, law, planar):
+        lean = expression("inclination") if "inclination" in given else -sympy.asin(a[2])
+        lean = model.definition(f"{name}_camber", lean)
+        camber = _camber(expression, factors, given, law, lean)
+        slips[-1] = (slips[-1][0] + camber.slip, slips[-1][1])
     size = sympy.sqrt(sum(s**2 for s, _ in slips) + _LEAST)
     slip = model.definition(f"{name}_slip", size)
 
-    def factor(value: Any, k: int) -> sympy.Expr:
-        return sources.expression(value, table, f"magic[{k}]")
-
-    per_slip = load * _law(error, expression, factor, given, slip)
+    per_slip = load * _per_slip(expression, factors, law, camber, slip)
     names = [f"{name}_across"] if turning is None else [f"{name}_along", f"{name}_across"]
-    forces = [(model.definition(n, per_slip * s), way) for n, (s, way) in zip(names, slips)]
+    pushes = [per_slip * s for s, _ in slips]
+    if camber.push != 0:
+        pushes[-1] += load * camber.push
+    forces = [(model.definition(n, push), way) for n, push, (_, way) in zip(names, pushes, slips)]
     push = [sum(f * way[k] for f, way in forces) for k in range(2)]
     if planar:
         model.load(name, point=centre[:2], force=push)
@@ -209,34 +235,79 @@ def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str,
     return spinning.name, model._forces[spinning.name][-1]
 
 
-def _law(error, expression, number, given: Mapping[str, Any], slip: sympy.Symbol) -> sympy.Expr:
-    """Force per load and slip."""
+def _law_of(error, given: Mapping[str, Any]) -> str:
+    """Which law a tyre has, by the key that gives it."""
     laws = [key for key in ("magic", "table", "slip_stiffness") if key in given]
     if len(laws) != 1:
         hint = "a brush has slip_stiffness and friction"
         raise error("slip_stiffness", "a tyre has one law: 'slip_stiffness', 'magic' or a 'table'", hint)
+    (law,) = laws
+    if law == "table" and "friction" in given:
+        raise error("friction", "a table has the friction in it", "leave 'friction' out")
+    if law == "magic" and (not _has(given["magic"], 3) or "friction" not in given):
+        message = "the formula has three factors, B, C and E, and 'friction' for D"
+        raise error("magic", message, "such as [10, 1.6, 0.9]")
+    return law
+
+
+def _leans(error, given: Mapping[str, Any], law: str, planar: bool) -> bool:
+    """Whether camber counts."""
+    keys = [key for key in ("camber_stiffness", "magic_camber") if key in given]
+    if len(keys) == 2:
+        message = "the thrust of camber is that of 'camber_stiffness' or of 'magic_camber'"
+        raise error("magic_camber", message, "leave one of the two out")
+    if "magic_camber" in given:
+        if law != "magic":
+            hint = "others have a 'camber_stiffness'"
+            raise error("magic_camber", "'magic_camber' goes with the formula that 'magic' gives", hint)
+        if not _has(given["magic_camber"], 4):
+            message = "the formula has four terms of camber: pDy3, pKy3, pHy3 and pVy3"
+            raise error("magic_camber", message, "such as [4, 0.5, 0.01, -0.3], or zeros")
+    if "inclination" in given and not keys:
+        message = "an 'inclination' has no effect on a tyre without a thrust of camber"
+        raise error("inclination", message, "give 'camber_stiffness' or 'magic_camber', too")
+    if keys and planar and "inclination" not in given:
+        message = "a planar body, seen from above, does not lean"
+        raise error(
+            keys[0], message, "give the 'inclination', positive towards the side that the axle points to"
+        )
+    return bool(keys)
+
+
+def _camber(expression, factors, given: Mapping[str, Any], law: str, lean: sympy.Symbol) -> Camber:
+    """What leaning makes of a law."""
+    if "magic_camber" in given:
+        peak, slope, slip, push = factors("magic_camber")
+        size = sympy.sqrt(lean**2 + _LEAST)
+        return Camber(1 - peak * lean**2, 1 - slope * size, slip * lean, push * lean)
+    per_lean = expression("camber_stiffness")
+    if law == "table":  # its slope is not known
+        return Camber(push=per_lean * lean)
+    if law == "magic":
+        B, C, _ = factors("magic")
+        return Camber(slip=per_lean / (expression("friction") * B * C) * lean)
+    return Camber(slip=per_lean / expression("slip_stiffness") * lean)
+
+
+def _per_slip(expression, factors, law: str, camber: Camber, slip: sympy.Symbol) -> sympy.Expr:
+    """Force per load and slip."""
+    if law == "table":
+        return expression("table") / slip
     friction = expression("friction")
-    if laws == ["table"]:
-        if friction is not None:
-            raise error("friction", "a table has the friction in it", "leave 'friction' out")
-        of_load = expression("table")
-        return of_load / slip
-    if laws == ["magic"]:
-        factors = given["magic"]
-        if not isinstance(factors, (list, tuple)) or len(factors) != 3 or friction is None:
-            raise error(
-                "magic",
-                "the formula has three factors, B, C and E, and 'friction' for D",
-                "such as [10, 1.6, 0.9]",
-            )
-        B, C, E = (number(x, k) for k, x in enumerate(factors))
-        x = B * slip
-        return friction * sympy.sin(C * sympy.atan(x - E * (x - sympy.atan(x)))) / slip
+    if law == "magic":
+        B, C, E = factors("magic")
+        peak = friction * camber.peak
+        x = B * camber.slope / camber.peak * slip
+        return peak * sympy.sin(C * sympy.atan(x - E * (x - sympy.atan(x)))) / slip
     c = expression("slip_stiffness")
     if friction is None:
         return c
     z = c * slip / (3 * friction)
     return where(z < 1, c * (1 - z + z**2 / 3), friction / slip)
+
+
+def _has(value: Any, count: int) -> bool:
+    return isinstance(value, (list, tuple)) and len(value) == count
 
 
 def _value(expression: sympy.Expr, known: Mapping[str, float | None]) -> float | None:

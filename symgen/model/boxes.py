@@ -1,0 +1,186 @@
+"""Boxes that touch each other: corners of each on the sides of the other.
+
+In the axes of a box a point is outside by the largest of |x| - h, y and z likewise, which ends at the box's edges,
+other than a plane. That is all where boxes touch with a corner. Where only edges cross, as of two planks, it is not.
+
+Two boxes are apart by the largest of their distances along 15 directions: the normals of both, and the cross products
+of their edges (Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996), but for edges that are all but parallel. Where that
+says that they are in each other, and no corner does, edges cross, and a run ends with that reason.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import reduce
+
+import sympy
+
+from .elements import Vector, scalar_product
+from .functions import branch, smooth_minimum
+from .ready_made import HALF
+from .surfaces import moved
+from .unevaluated import difference, negated, product, squared, total
+
+_PARALLEL = sympy.Float(1e-6)  # square of the sine of the angle between edges that are no pair
+# By which part of the least half edge boxes that are rigid may be in each other, and by which those that give way.
+RIGID_SHARE, SOFT_SHARE = sympy.Float(1e-3), sympy.Float(0.05)
+
+Define = Callable[[sympy.Expr], sympy.Expr]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A box: the world coordinates of its middle and of its axes, half its edges."""
+
+    place: Vector
+    axes: list[Vector]
+    halves: list[sympy.Expr]
+
+    def corners(self) -> Iterator[tuple[Vector, tuple[sympy.Expr, ...]]]:
+        """Its corners, and on which sides they are."""
+        for sides in itertools.product((sympy.S.NegativeOne, sympy.S.One), repeat=len(self.halves)):
+            place = self.place
+            for side, axis, half in zip(sides, self.axes, self.halves, strict=True):
+                place = moved(place, axis, product([side, half]))
+            yield place, sides
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """One place where two boxes may touch: the gap, where, and the directions along the surface."""
+
+    gap: sympy.Expr
+    place: Vector
+    tangents: list[Vector]
+
+
+class Boxes:
+    """Two boxes.
+
+    Parameters
+    ----------
+    a, b : Block
+        Of two edges each in a plane, of three in space.
+    define : callable
+        Gives an expression a name.
+    """
+
+    def __init__(self, a: Block, b: Block, define: Define) -> None:
+        self.a, self.b, self.define = a, b, define
+        apart = [define(difference(x, y)) for x, y in zip(a.place, b.place, strict=True)]
+        self.cosines = [[define(scalar_product(e, f)) for f in b.axes] for e in a.axes]
+        self.along_a = [define(scalar_product(apart, e)) for e in a.axes]
+        self.along_b = [define(scalar_product(apart, f)) for f in b.axes]
+
+    def corners(self) -> Iterator[Meeting]:
+        """Those of each on the sides of the other."""
+        columns = [list(column) for column in zip(*self.cosines)]
+        from_a = [negated(x) for x in self.along_a]
+        for own, other, middle, cosines in (
+            (self.a, self.b, self.along_b, columns),
+            (self.b, self.a, from_a, self.cosines),
+        ):
+            for place, sides in own.corners():
+                here = [
+                    total([x, *(product([s, h, c]) for s, h, c in zip(sides, own.halves, row))])
+                    for x, row in zip(middle, cosines, strict=True)
+                ]
+                outside = [
+                    self.define(difference(self._size(x), h)) for x, h in zip(here, other.halves, strict=True)
+                ]
+                gap = reduce(_larger, outside)
+                yield Meeting(gap, place, self._along_sides(outside, other.axes))
+
+    def crossed(self, gaps: Sequence[sympy.Expr], share: sympy.Expr) -> sympy.Expr:
+        """What falls to zero where the boxes are deeper in each other than their corners are.
+
+        `gaps` are those of the corners; what the two may differ by is a `share` of the least half edge.
+        """
+        apart = self._sides()
+        if len(self.a.halves) == 3:
+            apart = _larger(apart, self._edges())
+        least = reduce(_smaller, (*self.a.halves, *self.b.halves))
+        pressed = negated(reduce(_smaller, gaps, sympy.S.Zero))
+        return total([apart, pressed, product([share, least])])
+
+    def _sides(self) -> sympy.Expr:
+        """How far the boxes are apart along the normals of both."""
+        columns = zip(*self.cosines)
+        distances = [
+            total(
+                [
+                    self._size(x),
+                    negated(own),
+                    *(negated(product([h, self._size(c)])) for h, c in zip(halves, row)),
+                ]
+            )
+            for middle, halves_own, halves, rows in (
+                (self.along_a, self.a.halves, self.b.halves, self.cosines),
+                (self.along_b, self.b.halves, self.a.halves, columns),
+            )
+            for x, own, row in zip(middle, halves_own, rows)
+        ]
+        return self.define(reduce(_larger, distances))
+
+    def _edges(self) -> sympy.Expr:
+        """How far the boxes are apart along the cross product of two edges that says most."""
+        found = []
+        for i, j in itertools.product(range(3), repeat=2):
+            reach, square = self._between(i, j)
+            found.append(self.define(product([reach, sympy.Pow(square, -HALF, evaluate=False)])))
+        return self.define(reduce(_larger, found))
+
+    def _between(self, i: int, j: int) -> tuple[sympy.Expr, sympy.Expr]:
+        """How far the boxes are apart along the cross product of two edges, times its length, and that squared."""
+        (k, m), (l, n) = ([(x + 1) % 3, (x + 2) % 3] for x in (i, j))
+        c, a, b = self.cosines, self.a.halves, self.b.halves
+        offset = self.define(
+            difference(product([c[k][j], self.along_a[m]]), product([c[m][j], self.along_a[k]]))
+        )
+        reach = [
+            product([h, self._size(x)])
+            for h, x in ((a[k], c[m][j]), (a[m], c[k][j]), (b[l], c[i][n]), (b[n], c[i][l]))
+        ]
+        raw = self.define(total([self._size(offset), *map(negated, reach)]))
+        square = self.define(difference(sympy.S.One, squared(c[i][j])))
+        none = self.define(negated(total([*a, *b])))
+        return tuple(self._chosen(difference(square, _PARALLEL), [none, sympy.S.One], [raw, square]))
+
+    def _along_sides(self, outside: Sequence[sympy.Expr], axes: Sequence[Vector]) -> list[Vector]:
+        """The directions along the side that is the nearest one."""
+        if len(axes) == 2:
+            x, y = axes
+            return [self._chosen(difference(outside[0], outside[1]), x, y)]
+        nearer = [self.define(difference(outside[k], outside[(k + 1) % 3])) for k in range(3)]
+        of_side = [[axes[(k + 1) % 3], axes[(k + 2) % 3]] for k in range(3)]
+        return [
+            self._chosen(
+                nearer[0],
+                self._chosen(nearer[1], of_side[2][k], of_side[1][k]),
+                self._chosen(nearer[2], of_side[0][k], of_side[2][k]),
+            )
+            for k in range(2)
+        ]
+
+    def _chosen(self, x: sympy.Expr, below: Vector, above: Vector) -> Vector:
+        return [
+            p if p == q else self.define(branch(x, p, q, evaluate=False))
+            for p, q in zip(below, above, strict=True)
+        ]
+
+    def _sign(self, x: sympy.Expr) -> sympy.Expr:
+        return self.define(branch(x, sympy.S.NegativeOne, sympy.S.One, evaluate=False))
+
+    def _size(self, x: sympy.Expr) -> sympy.Expr:
+        """The magnitude of a number, at whose kink nothing happens."""
+        return self.define(_larger(x, negated(x)))
+
+
+def _smaller(x: sympy.Expr, y: sympy.Expr) -> sympy.Expr:
+    return smooth_minimum(x, y, evaluate=False)
+
+
+def _larger(x: sympy.Expr, y: sympy.Expr) -> sympy.Expr:
+    return negated(_smaller(negated(x), negated(y)))

@@ -1,0 +1,251 @@
+"""Surfaces z = h(x, y) over a plane, and curves y = h(x) over a line: where balls and wheels touch them.
+
+A ball touches at the foot of the perpendicular from its middle. That is found by a fixed number of Newton's steps, from
+below the middle: the distance is least there, so that its error is the square of the foot's. Wherever the foot is, the
+distance to it is not less than that to the surface, so that what has not converged, far away, makes no contact.
+
+The rim of a wheel touches where its height over the surface is least, an angle from the point that is deepest over the
+plane, which is found in the same way.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import sympy
+
+from ..errors import ModelError
+from .elements import Vector, Writer, cross, scalar_product
+from .functions import Tabulated, smooth_minimum
+from .gravity import HERE
+from .ready_made import HALF
+from .slopes import slope
+from .sources import Sources
+from .unevaluated import difference, inverted, negated, product, squared, total
+
+NEWTON_STEPS = 4
+NEAR = sympy.Integer(2)  # radii over a surface, within which Newton's steps know how it bends
+
+
+@dataclass(frozen=True)
+class Foot:
+    """What is nearest on a surface: its distance, the unit normal there, and the directions along the surface."""
+
+    away: sympy.Expr
+    normal: Vector
+    tangents: list[Vector]
+
+
+class Surface:
+    """A surface over the x-y plane of a frame, of planar models a curve over its x axis.
+
+    Parameters
+    ----------
+    writer : Writer
+    sources : Sources
+    made : list of (str, expression)
+        The definitions that stand for parts of expressions; it grows.
+    table, name : str
+        Of what is on the surface: where errors are, and what names begin with.
+    plane : str
+        The frame.
+    height : expression
+        Of `here_x` and `here_y`.
+    planar : bool
+    """
+
+    def __init__(
+        self,
+        writer: Writer,
+        sources: Sources,
+        made: list[tuple[str, sympy.Expr]],
+        table: str,
+        name: str,
+        plane: str,
+        height: sympy.Expr,
+        planar: bool,
+    ) -> None:
+        self.writer, self.sources, self.made, self.table, self.name = writer, sources, made, table, name
+        self.height = height
+        x, y, z = writer.directions(plane)
+        self.origin = writer.origin(plane)
+        self.axes, self.up = ([x], y) if planar else ([x, y], z)
+
+    def point(self, place: Vector) -> Foot:
+        """Below a point; its height, seen along the normal."""
+        here, height = self._over(place)
+        surface, slopes, _ = self._at(here)
+        unit, normal, tangents = self._directions(slopes)
+        return Foot(product([unit, difference(height, surface)]), normal, tangents)
+
+    def ball(self, place: Vector, radius: sympy.Expr, signed: bool = False) -> Foot:
+        """Below the middle of a ball.
+
+        The distance is that to the foot, which is positive on both sides. Where the ball is held on the surface
+        (`signed`) it is that along the normal, and there is no choice in it, which a series could not have.
+        """
+        here, height = self._over(place)
+        foot = self._foot(here, height, radius, signed)
+        surface, slopes, _ = self._at(foot)
+        unit, normal, tangents = self._directions(slopes)
+        above = difference(height, surface)
+        aside = [difference(x, f) for x, f in zip(here, foot)]
+        if signed:
+            along = [negated(product([s, x])) for s, x in zip(slopes, aside)]
+            return Foot(product([unit, total([above, *along])]), normal, tangents)
+        away = sympy.Pow(total([*map(squared, aside), squared(above)]), HALF, evaluate=False)
+        return Foot(away, normal, tangents)
+
+    def rim(self, centre: Vector, radius: sympy.Expr, down: Vector, side: Vector) -> tuple[Vector, Foot]:
+        """The arm from a wheel's centre to what touches, and what is below that.
+
+        `down` and `side` are unit vectors in the wheel's plane: to what is deepest over the plane, and along it.
+        """
+        self._refuse_tables("a wheel")
+        angle: sympy.Expr = sympy.S.Zero
+        for _ in range(NEWTON_STEPS):
+            outward, onward = self._turned(down, side, angle)
+            here, _ = self._over(self._moved(centre, outward, radius))
+            _, slopes, bends = self._at(here)
+            steep = [
+                total([u, *(negated(product([s, axis[k]])) for s, axis in zip(slopes, self.axes))])
+                for k, u in enumerate(self.up)
+            ]
+            along = [self.define(scalar_product(onward, axis)) for axis in self.axes]
+            pairs = itertools.product(range(2), repeat=2)
+            bent = total([product([bends[i][j], along[i], along[j]]) for i, j in pairs])
+            rises = scalar_product(onward, steep)
+            curves = negated(total([scalar_product(outward, steep), product([radius, bent])]))
+            angle = self.define(difference(angle, product([rises, self.define(inverted(curves))])))
+        outward, _ = self._turned(down, side, angle)
+        arm = [product([radius, x]) for x in outward]
+        return arm, self.point(self._moved(centre, outward, radius))
+
+    def define(self, expression: sympy.Expr) -> sympy.Expr:
+        """An expression by a name, that it may stand in many places."""
+        return define(self.writer, self.name, self.made, expression)
+
+    def _over(self, place: Vector) -> tuple[Vector, sympy.Expr]:
+        """Where over the plane a place is, and how high."""
+        apart = [difference(p, o) for p, o in zip(place, self.origin, strict=True)]
+        here = [self.define(scalar_product(apart, axis)) for axis in self.axes]
+        return here, self.define(scalar_product(apart, self.up))
+
+    def _at(self, place: Vector) -> tuple[sympy.Expr, Vector, list[Vector]]:
+        """The height, its slopes and how they change at a place."""
+        names = [sympy.Symbol(x) for x in HERE[: len(place)]]
+        there = dict(zip(names, place, strict=True))
+
+        def at(expression: sympy.Expr) -> sympy.Expr:
+            return self.define(expression.xreplace(there))
+
+        try:
+            slopes = [slope(self.height, x) for x in names]
+            bends = [[slope(s, x) for x in names] for s in slopes]
+        except ModelError as error:
+            raise self.sources.locate(error, self.table, "height") from None
+        return at(self.height), [at(s) for s in slopes], [[at(b) for b in row] for row in bends]
+
+    def _directions(self, slopes: Vector) -> tuple[sympy.Expr, Vector, list[Vector]]:
+        """How much of what is upright is along the normal, the normal, and the tangents."""
+        axes, up = self.axes, self.up
+        unit = self._upright(slopes)
+        normal = [
+            product([unit, total([u, *(negated(product([s, axis[k]])) for s, axis in zip(slopes, axes))])])
+            for k, u in enumerate(up)
+        ]
+        tangents = [normalised([total([a, product([slopes[0], u])]) for a, u in zip(axes[0], up)])]
+        if len(axes) == 2:
+            tangents.append(cross(normal, tangents[0]))
+        return unit, normal, tangents
+
+    def _upright(self, slopes: Vector) -> sympy.Expr:
+        """How much of the normal is upright."""
+        steep = total([sympy.S.One, *map(squared, slopes)])
+        return self.define(sympy.Pow(steep, -HALF, evaluate=False))
+
+    def _foot(self, here: Vector, height: sympy.Expr, radius: sympy.Expr, held: bool) -> Vector:
+        """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
+        self._refuse_tables("a sphere or capsule")
+        foot = here
+        for _ in range(NEWTON_STEPS):
+            surface, slopes, bends = self._at(foot)
+            below = self.define(difference(surface, height))
+            if held:  # as far below as it is where the ball touches
+                near = self.define(negated(product([radius, self._upright(slopes)])))
+            else:
+                within = smooth_minimum(negated(below), product([NEAR, radius]), evaluate=False)
+                near = self.define(negated(within))
+            left = [
+                self.define(total([difference(f, x), product([below, s])]))
+                for f, x, s in zip(foot, here, slopes)
+            ]
+            matrix = [
+                [
+                    self.define(
+                        total([sympy.S.One if i == j else sympy.S.Zero, product([slopes[i], slopes[j]]),
+                               product([near, bends[i][j]])])
+                    )
+                    for j in range(len(here))
+                ]
+                for i in range(len(here))
+            ]  # fmt: skip
+            foot = [self.define(difference(f, step)) for f, step in zip(foot, self._solved(matrix, left))]
+        return foot
+
+    def _solved(self, matrix: list[Vector], right: Vector) -> Vector:
+        """The solution of one or two equations; what divides has a name, so that it is one to all who look at it."""
+        if len(right) == 1:
+            return [product([right[0], self.define(inverted(matrix[0][0]))])]
+        (a, b), (c, e) = matrix
+        by = self.define(inverted(difference(product([a, e]), product([b, c]))))
+        x, y = right
+        return [
+            product([by, difference(product([e, x]), product([b, y]))]),
+            product([by, difference(product([a, y]), product([c, x]))]),
+        ]
+
+    def _refuse_tables(self, what: str) -> None:
+        if self.height.atoms(Tabulated):
+            message = f"where {what} touches a surface that is a table is not searched for"
+            hint = "write a formula, or let points touch: { sphere = [0] }, a box, a mesh"
+            raise self.sources.error(self.table, "height", message, hint=hint)
+
+    def _turned(self, down: Vector, side: Vector, angle: sympy.Expr) -> tuple[Vector, Vector]:
+        """The direction at an angle from `down` to `side`, and that in which it turns."""
+        if angle.is_zero:
+            return down, side
+        c, s = (self.define(f(angle, evaluate=False)) for f in (sympy.cos, sympy.sin))
+        outward = [total([product([c, d]), product([s, x])]) for d, x in zip(down, side)]
+        onward = [difference(product([c, x]), product([s, d])) for d, x in zip(down, side)]
+        return [self.define(x) for x in outward], [self.define(x) for x in onward]
+
+    def _moved(self, place: Vector, along: Vector, by: sympy.Expr) -> Vector:
+        return [self.define(x) for x in moved(place, along, by)]
+
+
+def define(
+    writer: Writer, name: str, made: list[tuple[str, sympy.Expr]], expression: sympy.Expr
+) -> sympy.Expr:
+    """An expression by a name that begins with `name`, one of `made`, that it may stand in many places."""
+    if expression.is_Number or isinstance(expression, sympy.Symbol):
+        return expression
+    known = next((name for name, x in made if x == expression), None)
+    if known is None:
+        number = itertools.count(len(made) + 1)
+        known = next(x for k in number if (x := f"{name}_surface{k}") not in writer.taken)
+        writer.taken.add(known)
+        made.append((known, expression))
+    return sympy.Symbol(known)
+
+
+def moved(place: Vector, along: Vector, by: sympy.Expr) -> Vector:
+    """A place that is moved along a direction."""
+    return [total([p, product([by, a])]) for p, a in zip(place, along, strict=True)]
+
+
+def normalised(vector: Vector) -> Vector:
+    """A vector over its length."""
+    length = sympy.Pow(total(map(squared, vector)), -HALF, evaluate=False)
+    return [product([length, x]) for x in vector]
