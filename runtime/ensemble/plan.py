@@ -258,7 +258,7 @@ def _varied(name: str, value: Any, unit: str) -> Any:
         return float(number)
 
     if isinstance(value, (Sampler, Grid)):
-        return value.in_si(convert)
+        return value.in_si(name, convert)
     if isinstance(value, (str, int, float, np.number)):
         return None
     try:
