@@ -97,7 +97,9 @@ class ModuleSource:
                 found = self.rest()
             except Exception as error:  # whoever derives has errors of his own
                 cause = f"{missing} of the model is derived when it is asked for, and cannot be: {error}"
-                raise ModuleError(self.file, "", cause, "put its file back, or load the model again") from error
+                raise ModuleError(
+                    self.file, "", cause, "put its file back, or load the model again"
+                ) from error
             if found.late or _equations(found.header) != _equations(self.header):
                 cause = f"{missing} of the model cannot be had: its file has changed since it was loaded"
                 raise ModuleError(self.file, "", cause, "load the model again")

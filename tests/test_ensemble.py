@@ -404,7 +404,30 @@ def test_members_without_inertia_are_refused_one_by_one():
         with pytest.raises(RuntimeModelError, match="at these parameters"):
             e.member(k)
     with pytest.raises(RuntimeModelError, match="negative"):
-        system.ensemble(1.0, parameters={"m2": grid(-1.0, 1.0)})
+        system.ensemble(1.0, parameters={"m2": grid(-1.0, -2.0)})
+
+
+@pytest.mark.parametrize("first", [-1.0, 0.0, np.nan, np.inf])
+def test_a_first_member_that_cannot_begin_fails_alone(first):
+    """The end of a grid is where a mass vanishes; what is chosen for all is chosen by the next member."""
+    system = system_of("double_pendulum")
+    e = system.ensemble(1.0, parameters={"m2": np.array([first, 1.0, 2.0])})
+    rest = system.ensemble(1.0, parameters={"m2": np.array([1.0, 2.0])})
+    assert list(e.failed) == [0] and e.method == rest.method
+    assert e["theta1"][1:].tobytes() == rest["theta1"].tobytes()
+
+
+def test_what_is_no_number_is_no_parameter():
+    """One that no equation reads at these values, or only as 1/x, would leave no other trace."""
+    e = system_of("double_pendulum").ensemble(1.0, parameters={"g": np.array([9.81, np.inf, np.nan, 3.0])})
+    assert list(e.failed) == [1, 2]
+    assert e.messages[1] == "'g' is inf: give a finite number"
+
+
+def test_linkages_go_on_from_the_first_that_can_be_assembled():
+    e = system_of("four_bar").ensemble(0.2, parameters={"d": np.array([3.0, 0.3])})
+    assert list(e.failed) == [0]
+    assert "cannot hold" in e.messages[0]
 
 
 def test_grids_multiply_and_draws_repeat():
@@ -496,14 +519,14 @@ def test_moments_and_digest_merge():
     [("0.9:1.1:5", 5), ("grid(1, 2, 3)", 3), ("linspace(0, 1, 4)", 4), ("1 cm : 2 cm : 3", 3)],
 )
 def test_grids_are_read(text, n):
-    found = read_variation(text).in_si(lambda x: float(str(x).split()[0]))
+    found = read_variation(text).in_si("x", lambda x: float(str(x).split()[0]))
     assert len(found.values) == n
 
 
 @pytest.mark.parametrize("text", ["1:2", "a:b:c", "evil(1)", "normal(1)", "normal(1,)", "1:2:3.5"])
 def test_what_is_no_variation_is_refused(text):
     with pytest.raises(RuntimeModelError):
-        read_variation(text).in_si(float)
+        read_variation(text).in_si("x", float)
 
 
 def test_an_interrupt_keeps_what_is_done():
