@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
+import symgen
 from symgen.runtime.ensemble import choice, grid, histogram, linspace, normal, quantiles, uniform
 from symgen.runtime.ensemble.batch import LaneBatch
 from symgen.runtime.ensemble.options import EnsembleOptions
@@ -249,8 +250,7 @@ def test_what_resets_do_is_judged_in_machine_code(model, name, bounds, frames):
     system = system_of(model)
     asked = {"method": "dopri5"}
     e = system.ensemble(3.0, n=6, seed=2, start={name: uniform(*bounds)}, frames=frames, **asked)
-    parameters, varied = e.plan.members.arrays(e.plan.p, 0, 6)
-    assert not _prepared(e.plan, parameters[0], varied).why_python
+    assert not _prepared(e.plan).why_python
     for k in range(6):
         times = (3.0,) if frames is None else e.t
         run = system.run(3.0, start={name: float(e.varied[name][k])}, t_eval=times, **asked)
@@ -422,6 +422,18 @@ def test_what_is_no_number_is_no_parameter():
     e = system_of("double_pendulum").ensemble(1.0, parameters={"g": np.array([9.81, np.inf, np.nan, 3.0])})
     assert list(e.failed) == [1, 2]
     assert e.messages[1] == "'g' is inf: give a finite number"
+
+
+@pytest.mark.parametrize("first", [np.nan, -np.inf])
+@pytest.mark.parametrize("method", ["radau5", "dop853"])
+def test_no_member_ends_the_others(first, method):
+    """Also where members run one after another, and whichever comes first to a thread."""
+    system = symgen.load("bouncing_ball")
+    values = np.array([first, 0.5, 0.6, first, 0.7])
+    e = system.ensemble(1.0, parameters={"e": values}, method=method, threads=2)
+    assert list(e.failed) == [0, 3]
+    rest = system.ensemble(1.0, parameters={"e": values[[1, 2, 4]]}, method=method)
+    assert e[e.names[0]][[1, 2, 4]].tobytes() == rest[rest.names[0]].tobytes()
 
 
 def test_linkages_go_on_from_the_first_that_can_be_assembled():

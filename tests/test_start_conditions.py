@@ -124,6 +124,21 @@ def test_what_cannot_be_met_is_refused_by_name(start, given, says):
     assert "[start]" in str(caught.value)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("value", [1e-300, 1e-3, 0.0])
+def test_values_at_the_ends_of_the_range_are_refused_without_warnings(value):
+    system = arm('equations = ["tip_x = 0.3 m"]')
+    with pytest.raises(RuntimeModelError):
+        system.run(parameters={"a": value})
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("value", [1e300, -1e300])
+def test_lengths_at_the_end_of_the_range_need_no_warning(value):
+    run = arm('equations = ["tip_x = 0.3 m"]').run(0.01, parameters={"a": value})
+    assert run.status == "failed" or not all(entry.ok for entry in health_of(run))
+
+
 def test_agreeing_equations_may_repeat_what_is_given():
     run = arm('equations = ["q1 - 0.1", "tip_x = a*(cos(0.1) + cos(0.4))"]').run(start={"q1": 0.1})
     assert run["q1"][0] == 0.1

@@ -62,6 +62,7 @@ class Met(NamedTuple):
     found: list[str]
 
 
+@np.errstate(all="ignore")  # what leaves the range is seen as not finite, and said
 def with_found(
     system: System,
     p: np.ndarray,

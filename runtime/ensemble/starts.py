@@ -48,6 +48,11 @@ def not_numbers(system: System, parameters: np.ndarray) -> dict[int, str]:
 class Starts:
     """The starts of an ensemble's members.
 
+    Attributes
+    ----------
+    of_one : dict of str to float
+        Starts that vary, as one member has them that can begin.
+
     Parameters
     ----------
     system : System
@@ -73,6 +78,7 @@ class Starts:
         given: Collection[str] = (),
     ) -> None:
         self.system, self.t, self._start, self._rate = system, t, dict(start), dict(rate)
+        self.of_one = dict(varied)
         own = self.given(varied)
         self.sought = _sought(system, given)
         p = self.with_found(p, varied)
