@@ -436,6 +436,17 @@ def test_no_member_ends_the_others(first, method):
     assert e[e.names[0]][[1, 2, 4]].tobytes() == rest[rest.names[0]].tobytes()
 
 
+def test_more_than_a_machine_holds_is_refused_before_it_is_filled():
+    system = system_of("pendulum")
+    with pytest.raises(RuntimeModelError, match=r"series of all members need .* GiB, .* --out runs.zarr"):
+        system.ensemble(1.0, n=10**11, parameters={"L": uniform(1.0, 2.0)})
+    lines = {name: linspace(1.0, 2.0, 10**5) for name in ("L", "m", "g")}
+    with pytest.raises(RuntimeModelError, match=r"1e\+15 members are asked for"):
+        system.ensemble(1.0, parameters=lines, keep=None)
+    with pytest.raises(RuntimeModelError, match="frames is 1000000000: give 16777216 at most"):
+        system.ensemble(1.0, n=2, parameters={"L": uniform(1.0, 2.0)}, frames=10**9)
+
+
 def test_linkages_go_on_from_the_first_that_can_be_assembled():
     e = system_of("four_bar").ensemble(0.2, parameters={"d": np.array([3.0, 0.3])})
     assert list(e.failed) == [0]

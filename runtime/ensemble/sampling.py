@@ -25,6 +25,7 @@ noises = Late("symgen.runtime.ensemble.noises")
 Number = float | str  # an SI value, or text such as "20 deg"
 _BLOCK = 1024  # members that are drawn together
 _MOST_GRID_POINTS = 10**7  # of one grid: they are kept
+_MOST_MEMBERS = 10**11
 _MOST_POINTS = 1 << 22  # of a sequence that fills space evenly: all of it is kept
 
 
@@ -339,6 +340,11 @@ class Members:
         self._grids = [c for c in columns if isinstance(c.values, Grid)]
         self._points = math.prod(len(c.values.values) for c in self._grids)
         self.n = self._points * self._each
+        if self.n > _MOST_MEMBERS:
+            raise RuntimeModelError(
+                f"{self.n:.3g} members are asked for, more than {_MOST_MEMBERS:.0e}: give coarser grids, or draw "
+                "members at random"
+            )
 
     def _evenly(self, rows: Any) -> np.ndarray:
         """Return shares from 0 to 1, shape (draws, what is drawn), and set how many draws there are."""
