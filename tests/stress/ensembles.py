@@ -20,9 +20,10 @@ import numpy as np
 from symgen.runtime import load
 from symgen.runtime.ensemble import noise
 from symgen.runtime.ensemble.noises import is_noise
-from symgen.runtime.ensemble.verdict import NO_START
+from symgen.runtime.ensemble.verdict import CAUSES, NO_START
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import METHODS
 
 from .judging import refusal
 from .models import described_text
@@ -205,6 +206,11 @@ def _single(system: System, asked: dict[str, Any], method: str, k: int) -> Any:
     return system.run(_T_END, inputs=inputs, method=method, **one, **more)
 
 
+def _said(e: Any, k: int) -> str:
+    """Return why a member failed."""
+    return e.messages.get(k) or CAUSES.get(int(e.verdicts.status[k]), "")
+
+
 def _objection(system: System, asked: dict[str, Any], e: Any, k: int) -> str:
     """Return what is wrong with a member."""
     status, failed = int(e.verdicts.status[k]), int(e.verdicts.status[k]) != at.REACHED_STOP
@@ -215,6 +221,8 @@ def _objection(system: System, asked: dict[str, Any], e: Any, k: int) -> str:
     if run.status not in ("success", "terminated"):
         return "" if failed else f"a single run ends: {run.message}"
     if failed:
+        if not METHODS[e.method].adaptive and "step" in _said(e, k):
+            return ""  # one step for all, which is that of the first member that can begin
         if status == NO_START or all(entry.ok for entry in run.health):
             return f"failed with status {status}, {e.messages.get(k)}; a single run does not"
         return ""
