@@ -117,11 +117,12 @@ def event_values_and_floor(system: System, arrays: LoopArrays) -> tuple[np.ndarr
     states[:] = y
     times[[1, -1]] = t + dt
     states[2:-1].flat[:: n + 1] = y + relative * np.abs(y)
-    states[-1] = y + dt * system.kernel("rhs")(t, y, p)[:n]
-    g, *moved = kernel.rows(times, states, p)
-    floor = np.abs(moved[0] - g)
-    for values in moved[1:]:
-        floor += np.abs(values - g)
+    with np.errstate(over="ignore", invalid="ignore"):  # where something is not finite, the run says so
+        states[-1] = y + dt * system.kernel("rhs")(t, y, p)[:n]
+        g, *moved = kernel.rows(times, states, p)
+        floor = np.abs(moved[0] - g)
+        for values in moved[1:]:
+            floor += np.abs(values - g)
     return g, np.where(np.isfinite(floor), floor, 0.0)
 
 

@@ -83,7 +83,7 @@ class ModuleSource:
         Raises
         ------
         ModuleError
-            There is nobody to ask, or the model has changed since.
+            There is nobody to ask, or the model cannot be read any more, or has changed since.
         """
         if not self.late:
             return self
@@ -93,7 +93,13 @@ class ModuleSource:
                 raise ModuleError(
                     self.file, "", f"it was written without {missing}", "derive the model again"
                 )
-            found = self.rest()
+            try:
+                found = self.rest()
+            except Exception as error:  # whoever derives has errors of his own
+                cause = f"{missing} of the model is derived when it is asked for, and cannot be: {error}"
+                raise ModuleError(
+                    self.file, "", cause, "put its file back, or load the model again"
+                ) from error
             if found.late or _equations(found.header) != _equations(self.header):
                 cause = f"{missing} of the model cannot be had: its file has changed since it was loaded"
                 raise ModuleError(self.file, "", cause, "load the model again")
@@ -120,9 +126,16 @@ class ModuleSource:
         result.__dict__["_facts"] = facts
         return result
 
+    def whole_if_possible(self) -> ModuleSource:
+        """Return the module with all functions; without those left out where the model cannot be had any more."""
+        try:
+            return self.whole()
+        except ModuleError:
+            return self
+
     def __getstate__(self) -> dict[str, Any]:
-        """What is pickled: all functions, and not what was read on the way."""
-        whole = self.whole().__dict__
+        """What is pickled: all functions that can be had, and not what was read on the way."""
+        whole = self.whole_if_possible().__dict__
         return {name: whole[name] for name in self.__dataclass_fields__} | {"rest": None}
 
     def function(self, name: str) -> FunctionText | None:

@@ -155,7 +155,8 @@ def load(
         text = module_for(path, given, on_demand=True).text
     except ModelError as error:
         raise error.located(file=str(path)) from None
-    system = runtime.load(text, lambda: module_for(path, given).text)
+    here = path.absolute()  # the working folder may be another one when the rest is asked for
+    system = runtime.load(text, lambda: module_for(here, given).text)
     if functions or frames or actuators:
         return system.with_robot(robot(path, functions, frames, actuators, **options))
     return system

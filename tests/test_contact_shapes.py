@@ -476,6 +476,7 @@ def test_text_and_builder_say_the_same(lines):
         ("gap = \"y\"", "'gap' follows from the shape"),
         ("plane = \"flor\"", "there is no frame 'flor'"),
         ("other = \"ball\"", "there is no body 'ball'"),
+        ("other = \"world\"", "write plane = \"world\" in place of 'other'"),
         ("plane = \"box\"", "'box' would touch itself"),
         ("other = \"box\"", "'box' would touch itself"),
         ("damping = 0.2", "'damping' has no effect in a contact that has no 'stiffness'"),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
+import symgen
 from symgen.runtime.ensemble import choice, grid, histogram, linspace, normal, quantiles, uniform
 from symgen.runtime.ensemble.batch import LaneBatch
 from symgen.runtime.ensemble.options import EnsembleOptions
@@ -249,8 +250,7 @@ def test_what_resets_do_is_judged_in_machine_code(model, name, bounds, frames):
     system = system_of(model)
     asked = {"method": "dopri5"}
     e = system.ensemble(3.0, n=6, seed=2, start={name: uniform(*bounds)}, frames=frames, **asked)
-    parameters, varied = e.plan.members.arrays(e.plan.p, 0, 6)
-    assert not _prepared(e.plan, parameters[0], varied).why_python
+    assert not _prepared(e.plan).why_python
     for k in range(6):
         times = (3.0,) if frames is None else e.t
         run = system.run(3.0, start={name: float(e.varied[name][k])}, t_eval=times, **asked)
@@ -404,7 +404,53 @@ def test_members_without_inertia_are_refused_one_by_one():
         with pytest.raises(RuntimeModelError, match="at these parameters"):
             e.member(k)
     with pytest.raises(RuntimeModelError, match="negative"):
-        system.ensemble(1.0, parameters={"m2": grid(-1.0, 1.0)})
+        system.ensemble(1.0, parameters={"m2": grid(-1.0, -2.0)})
+
+
+@pytest.mark.parametrize("first", [-1.0, 0.0, np.nan, np.inf])
+def test_a_first_member_that_cannot_begin_fails_alone(first):
+    """The end of a grid is where a mass vanishes; what is chosen for all is chosen by the next member."""
+    system = system_of("double_pendulum")
+    e = system.ensemble(1.0, parameters={"m2": np.array([first, 1.0, 2.0])})
+    rest = system.ensemble(1.0, parameters={"m2": np.array([1.0, 2.0])})
+    assert list(e.failed) == [0] and e.method == rest.method
+    assert e["theta1"][1:].tobytes() == rest["theta1"].tobytes()
+
+
+def test_what_is_no_number_is_no_parameter():
+    """One that no equation reads at these values, or only as 1/x, would leave no other trace."""
+    e = system_of("double_pendulum").ensemble(1.0, parameters={"g": np.array([9.81, np.inf, np.nan, 3.0])})
+    assert list(e.failed) == [1, 2]
+    assert e.messages[1] == "'g' is inf: give a finite number"
+
+
+@pytest.mark.parametrize("first", [np.nan, -np.inf])
+@pytest.mark.parametrize("method", ["radau5", "dop853"])
+def test_no_member_ends_the_others(first, method):
+    """Also where members run one after another, and whichever comes first to a thread."""
+    system = symgen.load("bouncing_ball")
+    values = np.array([first, 0.5, 0.6, first, 0.7])
+    e = system.ensemble(1.0, parameters={"e": values}, method=method, threads=2)
+    assert list(e.failed) == [0, 3]
+    rest = system.ensemble(1.0, parameters={"e": values[[1, 2, 4]]}, method=method)
+    assert e[e.names[0]][[1, 2, 4]].tobytes() == rest[rest.names[0]].tobytes()
+
+
+def test_more_than_a_machine_holds_is_refused_before_it_is_filled():
+    system = system_of("pendulum")
+    with pytest.raises(RuntimeModelError, match=r"series of all members need .* GiB, .* --out runs.zarr"):
+        system.ensemble(1.0, n=10**11, parameters={"L": uniform(1.0, 2.0)})
+    lines = {name: linspace(1.0, 2.0, 10**5) for name in ("L", "m", "g")}
+    with pytest.raises(RuntimeModelError, match=r"1e\+15 members are asked for"):
+        system.ensemble(1.0, parameters=lines, keep=None)
+    with pytest.raises(RuntimeModelError, match="frames is 1000000000: give 16777216 at most"):
+        system.ensemble(1.0, n=2, parameters={"L": uniform(1.0, 2.0)}, frames=10**9)
+
+
+def test_linkages_go_on_from_the_first_that_can_be_assembled():
+    e = system_of("four_bar").ensemble(0.2, parameters={"d": np.array([3.0, 0.3])})
+    assert list(e.failed) == [0]
+    assert "cannot hold" in e.messages[0]
 
 
 def test_grids_multiply_and_draws_repeat():
@@ -496,14 +542,14 @@ def test_moments_and_digest_merge():
     [("0.9:1.1:5", 5), ("grid(1, 2, 3)", 3), ("linspace(0, 1, 4)", 4), ("1 cm : 2 cm : 3", 3)],
 )
 def test_grids_are_read(text, n):
-    found = read_variation(text).in_si(lambda x: float(str(x).split()[0]))
+    found = read_variation(text).in_si("x", lambda x: float(str(x).split()[0]))
     assert len(found.values) == n
 
 
 @pytest.mark.parametrize("text", ["1:2", "a:b:c", "evil(1)", "normal(1)", "normal(1,)", "1:2:3.5"])
 def test_what_is_no_variation_is_refused(text):
     with pytest.raises(RuntimeModelError):
-        read_variation(text).in_si(float)
+        read_variation(text).in_si("x", float)
 
 
 def test_an_interrupt_keeps_what_is_done():

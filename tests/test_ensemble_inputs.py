@@ -133,6 +133,45 @@ def test_wrong_inputs_are_refused(model, inputs, said):
         model("OSCILLATOR").ensemble(1.0, n=2, inputs=inputs, parameters={"k": uniform(1, 2)})
 
 
+@pytest.mark.parametrize(
+    ("sampler", "said"),
+    [
+        (normal(1.0, -0.1), "deviation is negative"),
+        (normal(0.0, 1e308), "beyond the range"),
+        (uniform(2.0, 1.0), "above the upper one"),
+        (uniform(-1e308, 1e308), "beyond the range"),
+        (lognormal(-1.0, 0.1), "median is not positive"),
+        (lognormal(0.0, 0.1), "median is not positive"),
+        (lognormal(1.0, -0.1), "spread is negative"),
+        (lognormal(1.0, 80.0), "beyond the range"),
+        (lognormal(1.0, "0.1 N/m"), "number without a unit"),
+        (triangular(0.0, 2.0, 1.0), "must rise"),
+        (triangular(1.0, 1.0, 1.0), "must rise"),
+        (triangular(-1e308, 0.0, 1e308), "beyond the range"),
+        (choice(), "nothing to choose from"),
+        (normal(float("nan"), 1.0), "must be finite"),
+        (linspace(-1e308, 1e308, 3), "beyond the range"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_drawn_is_refused_by_name(model, sampler, said):
+    with pytest.raises(RuntimeModelError, match=f"^(model '\\w+': )?k: .*{said}"):
+        model("OSCILLATOR").ensemble(1.0, n=3, parameters={"k": sampler})
+
+
+@pytest.mark.parametrize(("median", "spread"), [(1e-300, 1.0), (1e300, 1.0), (3.0, 60.0)])
+def test_a_lognormal_law_is_finite_as_far_as_it_is_accepted(median, spread):
+    sampler = lognormal(median, spread).in_si("k", float)
+    drawn = Members([Column("k", "parameters", 0, sampler)], 100_000, 1).values(0, 100_000)["k"]
+    assert np.isfinite(drawn).all()
+    assert (drawn >= 0.0).all()
+
+
+def test_a_line_of_more_values_than_are_kept_is_refused():
+    with pytest.raises(RuntimeModelError, match="900000000 values; give a number from 1 to 10000000"):
+        linspace(0.0, 1.0, 900_000_000)
+
+
 SAMPLERS = {
     "normal": normal(2.0, 0.5), "uniform": uniform(-1.0, 3.0), "lognormal": lognormal(1.5, 0.3),
     "triangular": triangular(0.0, 0.2, 1.0), "choice": choice(1.0, 2.0, 5.0),
@@ -142,7 +181,7 @@ SAMPLERS = {
 @pytest.mark.parametrize("kind", SAMPLERS)
 def test_even_designs_have_the_distribution_of_draws(kind):
     """Quantiles of many draws, and of a Sobol' sequence a hundred times shorter, are the same."""
-    sampler = SAMPLERS[kind].in_si(float)
+    sampler = SAMPLERS[kind].in_si(kind, float)
     columns = [Column(name, "parameters", 0, sampler) for name in ("a", "b")]
     drawn = Members(columns, 200_000, 1).values(0, 200_000)["a"]
     even = Members(columns, 2048, 1, "sobol")

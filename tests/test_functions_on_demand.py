@@ -134,6 +134,35 @@ def test_a_file_that_has_changed_is_refused(tmp_path):
         system.run(0.1, method="radau5")
 
 
+def test_a_file_is_found_from_another_working_folder(tmp_path, monkeypatch):
+    (tmp_path / "chain.py").write_text(library.find("n_pendulum").read_text().replace("N=5", "N=20"))
+    monkeypatch.chdir(tmp_path)
+    system = symgen.load("chain.py")
+    assert system.source.late
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert system.run(0.05, method="radau5").status == "success"
+
+
+def test_what_was_run_is_not_lost_with_the_file(tmp_path, monkeypatch):
+    """Who asks for what cannot be had is told why; a result is kept, and goes on with methods that need no more."""
+    monkeypatch.setenv("SYMGEN_CACHE_DIR", str(tmp_path / "cache"))
+    path = tmp_path / "chain.py"
+    path.write_text(library.find("n_pendulum").read_text().replace("N=5", "N=20"))
+    system = symgen.load(path)
+    run = system.run(0.05, method="dop853")
+    path.unlink()
+    says = "residual_jacobian .*cannot be: .*chain.py.*No such file.*put its file back"
+    with pytest.raises(ModuleError, match=says):
+        system.run(0.05, method="radau5")
+    run.save(tmp_path / "run.rrd")
+    text = read_recording(tmp_path / "run.rrd").module_text + "\n"
+    for again in (runtime.load(text), pickle.loads(pickle.dumps(system))):
+        np.testing.assert_array_equal(again.run(0.05, method="dop853").states, run.states)
+        with pytest.raises(ModuleError, match="was written without residual_jacobian"):
+            again.run(0.05, method="radau5")
+
+
 def test_a_module_without_them_says_so(pair):
     text = link.derive_text(_model(*LARGE), on_demand=True).text
     alone = runtime.load(text)

@@ -129,7 +129,8 @@ def test_progress_is_shown_where_there_is_no_terminal(tmp_path):
         '[forces]\nx = "-1e14*x"\n'
     )
     code = (
-        "import sys, symgen.cli.recorded as r; r._PROGRESS_AFTER = r._PLAIN_PROGRESS_EVERY = 0.05\n"
+        "import sys, symgen.cli.recorded as r, symgen.cli.progress as p; "
+        "r._PROGRESS_AFTER = p.PLAIN_EVERY = 0.05\n"
         f"from symgen.cli import main; sys.argv = ['symgen', 'run', {str(tmp_path / 'slow.toml')!r}, '--no-log', "
         "'--t-end', '0.1', '--method', 'dop853']; main()"
     )

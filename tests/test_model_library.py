@@ -53,6 +53,8 @@ def test_installed_folder_comes_first(tmp_path, monkeypatch):
         ("nowhere.toml", "does not exist"),
         ("models/nowhere", "does not exist"),
         ("pendulm.toml", "did you mean 'pendulum"),
+        ("/dev/null", "is no plain file, but a device or a pipe; "),
+        ("models/", "is a folder|no bundled model"),
     ],
 )
 def test_unknown_models(name, words):

@@ -119,8 +119,24 @@ def test_guesses_move_as_little_as_possible():
     ids=["out of reach", "contradiction", "too many", "too few", "not finite"],
 )
 def test_what_cannot_be_met_is_refused_by_name(start, given, says):
-    with pytest.raises(RuntimeModelError, match=says):
+    with pytest.raises(RuntimeModelError, match=says) as caught:
         arm(start).run(start=given)
+    assert "[start]" in str(caught.value)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("value", [1e-300, 1e-3, 0.0])
+def test_values_at_the_ends_of_the_range_are_refused_without_warnings(value):
+    system = arm('equations = ["tip_x = 0.3 m"]')
+    with pytest.raises(RuntimeModelError):
+        system.run(parameters={"a": value})
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("value", [1e300, -1e300])
+def test_lengths_at_the_end_of_the_range_need_no_warning(value):
+    run = arm('equations = ["tip_x = 0.3 m"]').run(0.01, parameters={"a": value})
+    assert run.status == "failed" or not all(entry.ok for entry in health_of(run))
 
 
 def test_agreeing_equations_may_repeat_what_is_given():
@@ -143,6 +159,9 @@ def test_agreeing_equations_may_repeat_what_is_given():
         ('equations = "tip_x"', "a list of expressions"),
         ("steady = 1", "names of coordinates, or true"),
         ('find = ["a", "a"]\nsteady = true', "named twice"),
+        ('equations = ["1 = 2"]', "element 1: the equation names nothing that may move"),
+        ('equations = ["tip_x - 0.3", "a - 0.2"]', "element 2: the equation names nothing that may move"),
+        (f"equations = {['tip_x'] * 20_000}", "1000 equations at most, and 20000 are given"),
     ],
 )
 def test_what_makes_no_sense_is_refused_with_its_place(start, says):

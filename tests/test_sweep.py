@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -131,6 +132,10 @@ def test_wrong_usage(arguments, said):
 
 
 def test_a_file_of_something_else_is_refused(tmp_path):
+    path = tmp_path / "pipe.npz"
+    os.mkfifo(path)
+    for no_file in (path, "/dev/zero"):
+        assert "is no ensemble: it is a device, a pipe" in call(no_file, "--show", status=1)
     path = tmp_path / "other.npz"
     np.savez(path, a=np.zeros(3))
     assert "no ensemble" in call(path, "--show", status=1)

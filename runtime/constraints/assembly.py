@@ -288,6 +288,7 @@ _NOTHING_LEFT = 1e-13  # of the sizes at the guesses: round-off
 _REFINEMENTS = 3
 
 
+@np.errstate(all="ignore")  # what leaves the range is seen as not finite, and said
 def assemble(
     system: System,
     p: np.ndarray,

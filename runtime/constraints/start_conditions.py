@@ -62,6 +62,7 @@ class Met(NamedTuple):
     found: list[str]
 
 
+@np.errstate(all="ignore")  # what leaves the range is seen as not finite, and said
 def with_found(
     system: System,
     p: np.ndarray,
@@ -118,8 +119,8 @@ def meet(system: System, p: np.ndarray, given: StartValues, t: float, sought: tu
 
     if is_large(system):
         raise RuntimeModelError(
-            f"model {system.name!r} has {system.nv + system.m} rates and constraints, and conditions of a start are "
-            f"solved with full matrices of up to {LARGEST_DENSE} rows: leave [start] out, or choose a smaller model"
+            f"model {system.name!r} has {system.nv + system.m} rates and constraints, and [start] is solved with full "
+            f"matrices of up to {LARGEST_DENSE} rows: leave [start] out, or choose a smaller model"
         )
     met = remembered(system, key(p, sought), lambda: _Start(system, p, given, float(t), sought).met())
     # With its parameters given the start is the same.
@@ -344,8 +345,7 @@ class _Start:
         if bad.size:
             names = [record["name"] for record in self.system.coordinates]
             raise AssemblyError(
-                f"{self._name(int(bad[0]))} of the start is not finite at {listed(names, self.given.q)}: give other "
-                "guesses"
+                f"{self._name(int(bad[0]))} is not finite at {listed(names, self.given.q)}: give other guesses"
             )
 
     def _name(self, row: int) -> str:
@@ -354,9 +354,9 @@ class _Start:
         kind, own = next((kind, rows) for kind, rows in self.rows.items() if row in rows)
         k = row - int(own[0])
         if kind == "equation":
-            return f"the equation {self.header['equations'][k]!r}"
+            return f"the equation {self.header['equations'][k]!r} of [start]"
         if kind in ("gap", "closing", "opening"):
-            return f"the closed stop {self.header['closed'][k]!r}"
+            return f"the stop {self.header['closed'][k]!r}, which is closed in [start],"
         if kind == "motion":
             return f"the balance of {rate_labels(s.coordinates, s.rates)[k]!r}"
         return f"the constraint {s.constraints[k]['name']!r}"
@@ -371,7 +371,7 @@ class _Start:
         held = [s for k, s in enumerate(labels) if s and not free[k]]
         given = f"; {joined(held)} {'are' if len(held) > 1 else 'is'} given" if held and movable else ""
         return AssemblyError(
-            f"the start cannot be met {what}{given}: {named} {'are' if len(wrong) > 1 else 'is'} off by up to "
+            f"[start] cannot be met {what}{given}: {named} {'are' if len(wrong) > 1 else 'is'} off by up to "
             f"{worst(off):.2g} of its terms; give fewer equations or starts, or guesses nearer to a solution"
         )
 
@@ -404,10 +404,10 @@ class _Start:
             if np.linalg.norm(basis[row]) > _UNDETERMINED:
                 labels = self._labels()
                 others = [labels[j] for j in places if labels[j]]
+                name = self.system.parameters[place]["name"]
                 raise AssemblyError(
-                    f"the start does not determine the parameter {self.system.parameters[place]['name']!r}: "
-                    f"there are too few conditions for {joined(others)}; add an equation, or give a start in the place "
-                    "of a guess"
+                    f"[start] does not determine the parameter {name!r}, which it is to find: there are too few "
+                    f"conditions for {joined(others)}; add an equation, or give a start in the place of a guess"
                 )
 
     def _result(self) -> Met:

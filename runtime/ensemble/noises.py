@@ -57,7 +57,8 @@ class Noise:
         n = (t_end - t_start) / self.period
         if not n < _MOST_VALUES:
             raise RuntimeModelError(
-                f"{name}: noise with a period of {self.period:g} s has {n:.3g} values in a run"
+                f"{name}: noise with a period of {self.period:g} s has {n:.3g} values in a run, more than "
+                f"{_MOST_VALUES}: give a longer period, or a shorter run"
             )
         own = int.from_bytes(hashlib.sha256(f"noise {name}".encode()).digest()[:8], "little")
         sequence = np.random.SeedSequence(

@@ -11,6 +11,7 @@ from symgen.runtime.errors import RuntimeModelError, nearest
 from symgen.runtime.record import record
 
 Quantity = float | str
+_MOST_FRAMES = 1 << 24  # of one member: as many as stores take
 DESIGNS = ("random", "sobol", "saltelli")
 
 
@@ -105,6 +106,8 @@ class EnsembleOptions:
             raise RuntimeModelError(
                 f"frames is {self.frames}: give at least 2, or leave it out for the end alone"
             )
+        if isinstance(self.frames, int) and self.frames > _MOST_FRAMES:
+            raise RuntimeModelError(f"frames is {self.frames}: give {_MOST_FRAMES} at most")
         if self.design not in DESIGNS:
             raise RuntimeModelError(f"design is {self.design!r}: {nearest(str(self.design), DESIGNS)}")
         if self.resume and self.out is None:

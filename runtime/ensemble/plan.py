@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from symgen.runtime.ensemble.machine import IN_LANES, OVER_EVENTS
 from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
-from symgen.runtime.ensemble.starts import Starts
+from symgen.runtime.ensemble.starts import Starts, not_numbers
 from symgen.runtime.errors import Refusal, RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.events_in_code import ACTIONS, has_plain_events
 from symgen.runtime.integrate import layout as at
@@ -38,6 +38,7 @@ drive = Late("symgen.runtime.inputs.drive")
 inputs_given = Late("symgen.runtime.inputs.given")
 
 # Of a constraint's scale, as in `checks/health.py`.
+_TRIED = 8  # members that may not be able to begin
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
 _NO_LIMIT = 1 << 52
 _LOG = 1 << 20  # steps that are kept of a member that is run again
@@ -117,7 +118,7 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     Raises
     ------
     RuntimeModelError
-        An option does not fit the model; the first member's start contradicts the constraints.
+        An option does not fit the model; none of the first members can begin.
     """
     columns, fixed, moving = _columns(system, options)
     noisy = any(map(is_noise, moving.values()))
@@ -129,13 +130,7 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
         max_steps=options.max_steps, energy_scaling=options.energy_scaling,
     ).for_model(system)  # fmt: skip
     p = system.parameter_values(fixed["parameters"])
-    rows, varied = members.arrays(p, 0, 1)
-    first = {name: values[0] for name, values in varied.items()}
-    given = {*fixed["parameters"], *(c.name for c in columns if c.place == "parameters")}
-    starts = Starts(system, single.t_start, rows[0], fixed["start"], fixed["rate"], first, given)
-    rows[0] = starts.with_found(rows[0], first)
-    state = starts.one(rows[0], first)
-    refuse_negative_inertia(system, rows[0], single.t_start, state)
+    rows, starts, state = _first_that_begins(system, members, p, single.t_start, fixed, columns)
     treatment, formed, notes = choose_constraints("auto", system, options.method)
     constant = {*fixed["parameters"], *(c.name for c in columns)}
     own = frozenset(
@@ -186,6 +181,44 @@ def _inputs_of(
         name: value.table(name, seed, number, t_start, t_end) if is_noise(value) else value
         for name, value in inputs.items()
     }
+
+
+def _first_that_begins(
+    system: System,
+    members: Members,
+    p: np.ndarray,
+    t: float,
+    fixed: Mapping[str, dict[str, Any]],
+    columns: Sequence[Column],
+) -> tuple[np.ndarray, Starts, np.ndarray]:
+    """Return the parameters, shape (1, n_p), of the first member that can begin, the starts of all, and its own.
+
+    Choices for all are made by it: one that cannot begin, at the end of a grid, say, is no reason to run none.
+
+    Raises
+    ------
+    RuntimeModelError
+        The first ones cannot; why the very first one cannot.
+    """
+    given = {*fixed["parameters"], *(c.name for c in columns if c.place == "parameters")}
+    refused: RuntimeModelError | None = None
+    for number in range(min(members.n, _TRIED)):
+        rows, varied = members.arrays(p, number, number + 1)
+        own = {name: values[0] for name, values in varied.items()}
+        try:
+            for wrong in not_numbers(system, rows).values():
+                raise RuntimeModelError(wrong)
+            starts = Starts(system, t, rows[0], fixed["start"], fixed["rate"], own, given)
+            rows[0] = starts.with_found(rows[0], own)
+            state = starts.one(rows[0], own)
+            refuse_negative_inertia(system, rows[0], t, state)
+        except RuntimeModelError as error:
+            if refused is not None and str(error) == str(refused):
+                break  # it is no matter of this member
+            refused = refused or error
+            continue
+        return rows, starts, state
+    raise refused
 
 
 def _split_inputs(system: System, options: EnsembleOptions) -> tuple[dict[str, Any], dict[Any, Any]]:
@@ -258,7 +291,7 @@ def _varied(name: str, value: Any, unit: str) -> Any:
         return float(number)
 
     if isinstance(value, (Sampler, Grid)):
-        return value.in_si(convert)
+        return value.in_si(name, convert)
     if isinstance(value, (str, int, float, np.number)):
         return None
     try:

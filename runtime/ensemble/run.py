@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 import time
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
@@ -39,6 +41,7 @@ _CHUNKS_A_SECOND = 400.0  # in all: the scheduler of a cluster spends a millisec
 _CHUNKS_PER_PLACE = 4
 _CHUNK_NUMBERS = 1 << 23  # of a series in a chunk: 64 MB
 _FIRST_LOOK = 8  # members
+_OF_MEMORY = 0.5  # of a machine's: for series that are kept in it
 
 
 def run_ensemble(system: System, options: EnsembleOptions) -> Ensemble:
@@ -88,6 +91,7 @@ class Collector:
         here = options.keep is not None and self.store is None
         n = plan.members.n if here else 0
         shape = (n, len(plan.frame_times)) if len(plan.frame_times) else (n,)
+        _refuse_more_than_memory(math.prod(shape) * len(self._kept) * 8)
         self._arrays = {name: np.full(shape, np.nan) for name in self._kept} if here else {}
         self._verdicts = Verdicts.empty(n)
         self._gather = here
@@ -223,6 +227,19 @@ def _seconds_of_members(plan: Plan, names: Sequence[str]) -> float:
 def _all_names(system: System) -> list[str]:
     coordinates = [record["name"] for _, record in motion_records(system.coordinates, system.integrals)]
     return [*coordinates, *rate_labels(system.coordinates, system.rates)]
+
+
+def _refuse_more_than_memory(n_bytes: int) -> None:
+    """Refuse series that this machine cannot hold: they are filled at once, and systems end who fills too much."""
+    try:
+        there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):  # not on every system
+        return
+    if n_bytes > _OF_MEMORY * there:
+        raise RuntimeModelError(
+            f"series of all members need {n_bytes / 2**30:.3g} GiB, and this machine has {there / 2**30:.3g}: keep "
+            'fewer of them (keep, --keep), fewer frames, or a store on disk (out="runs.zarr", --out runs.zarr)'
+        )
 
 
 def _kept_names(system: System, keep: Any) -> list[str]:

@@ -24,7 +24,8 @@ noises = Late("symgen.runtime.ensemble.noises")
 
 Number = float | str  # an SI value, or text such as "20 deg"
 _BLOCK = 1024  # members that are drawn together
-_MOST_GRID_POINTS = 10**9
+_MOST_GRID_POINTS = 10**7  # of one grid: they are kept
+_MOST_MEMBERS = 10**11
 _MOST_POINTS = 1 << 22  # of a sequence that fills space evenly: all of it is kept
 
 
@@ -42,17 +43,23 @@ class Sampler:
     kind: str
     numbers: tuple[Number, ...]
 
-    def in_si(self, convert: Callable[[Number], float]) -> Sampler:
-        """Return the sampler with plain numbers, checked."""
+    def in_si(self, name: str, convert: Callable[[Number], float]) -> Sampler:
+        """Return the sampler with plain numbers, checked; `name` is what it is for."""
         values = tuple(convert(value) for value in self.numbers)
-        if self.kind == "lognormal":  # the second is a pure number
-            values = (values[0], float(self.numbers[1]))
-        wrong = _OBJECTIONS[self.kind](*values)
-        if not all(map(math.isfinite, values)):
-            wrong = "its numbers must be finite"
+        if self.kind == "lognormal":
+            values = (values[0], self._pure(name, self.numbers[1]))
+        finite = all(map(math.isfinite, values))
+        wrong = _OBJECTIONS[self.kind](*values) if finite else "its numbers must be finite"
         if wrong:
-            raise RuntimeModelError(f"{self}: {wrong}")
+            raise RuntimeModelError(f"{name}: {self}: {wrong}")
         return replace(self, numbers=values)
+
+    def _pure(self, name: str, number: Number) -> float:
+        try:
+            return float(number)
+        except ValueError:
+            said = f"the spread, of a logarithm, is a number without a unit, not {number!r:.60}: give such a number"
+            raise RuntimeModelError(f"{name}: {self}: {said}") from None
 
     def draw(self, generator: np.random.Generator, n: int) -> np.ndarray:
         """Return `n` values."""
@@ -94,13 +101,42 @@ _QUANTILES: dict[str, Callable[..., np.ndarray]] = {
     "triangular": _triangular_at,
     "choice": lambda u, *values: np.array(values)[np.minimum((u * len(values)).astype(int), len(values) - 1)],
 }
+
+
+def _normal_objection(mean: float, deviation: float) -> str:
+    if deviation < 0.0:
+        return "the standard deviation is negative: give one that is zero or positive"
+    return "" if math.isfinite(abs(mean) + _FARTHEST * deviation) else _OUT_OF_RANGE
+
+
+def _uniform_objection(low: float, high: float) -> str:
+    if low > high:
+        return "the lower bound is above the upper one: exchange them"
+    return "" if math.isfinite(high - low) else _OUT_OF_RANGE
+
+
+def _lognormal_objection(median: float, spread: float) -> str:
+    if not median > 0.0:
+        return "the median is not positive, as all values with a logarithm are: give a positive one, or normal(…)"
+    if spread < 0.0:
+        return "the spread is negative: give one that is zero or positive"
+    return "" if math.log(median) + _FARTHEST * spread < _LARGEST_LOG else _OUT_OF_RANGE
+
+
+def _triangular_objection(low: float, mode: float, high: float) -> str:
+    if not (low <= mode <= high and low < high):
+        return "its numbers must rise: give low, mode, high"
+    return "" if math.isfinite(high - low) else _OUT_OF_RANGE
+
+
+_FARTHEST = 10.0  # standard deviations: no generator draws what is as rare
+_LARGEST_LOG = math.log(np.finfo(float).max)
+_OUT_OF_RANGE = "values that it draws are beyond the range of double precision: give smaller numbers"
 _OBJECTIONS: dict[str, Callable[..., str]] = {
-    "normal": lambda mean, deviation: "" if deviation >= 0.0 else "the standard deviation is negative",
-    "uniform": lambda low, high: "" if low <= high else "the lower bound is above the upper one",
-    "lognormal": lambda median, spread: "" if spread >= 0.0 else "the spread is negative",
-    "triangular": lambda low, mode, high: (
-        "" if low <= mode <= high and low < high else "its numbers must rise"
-    ),
+    "normal": _normal_objection,
+    "uniform": _uniform_objection,
+    "lognormal": _lognormal_objection,
+    "triangular": _triangular_objection,
     "choice": lambda *values: "" if values else "it has nothing to choose from",
 }
 _COUNTS = {"normal": 2, "uniform": 2, "lognormal": 2, "triangular": 3, "choice": None}
@@ -137,11 +173,13 @@ class Grid:
 
     values: tuple[Number, ...]
 
-    def in_si(self, convert: Callable[[Number], float]) -> Grid:
-        """Return the grid with plain numbers."""
+    def in_si(self, name: str, convert: Callable[[Number], float]) -> Grid:
+        """Return the grid with plain numbers; `name` is what it is for."""
         values = [convert(value) for value in self.values]
         if len(values) == 3 and isinstance(self, Line):
             low, high, n = values[0], values[1], int(self.values[2])
+            if not math.isfinite(high - low):
+                raise RuntimeModelError(f"{name}: linspace({low:g}, {high:g}, {n}): {_OUT_OF_RANGE}")
             return Grid(tuple(np.linspace(low, high, n).tolist()))
         return Grid(tuple(values))
 
@@ -302,6 +340,11 @@ class Members:
         self._grids = [c for c in columns if isinstance(c.values, Grid)]
         self._points = math.prod(len(c.values.values) for c in self._grids)
         self.n = self._points * self._each
+        if self.n > _MOST_MEMBERS:
+            raise RuntimeModelError(
+                f"{self.n:.3g} members are asked for, more than {_MOST_MEMBERS:.0e}: give coarser grids, or draw "
+                "members at random"
+            )
 
     def _evenly(self, rows: Any) -> np.ndarray:
         """Return shares from 0 to 1, shape (draws, what is drawn), and set how many draws there are."""

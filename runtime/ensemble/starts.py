@@ -36,8 +36,22 @@ _ROUND_OFF, _NONE, _LARGEST_WHOLE = 1e-10, 1e-14, 300  # as in `checks/inertia.p
 _NEAR = 0.3  # of the characteristic sizes: farther away there may be another way to assemble it
 
 
+def not_numbers(system: System, parameters: np.ndarray) -> dict[int, str]:
+    """Return of which members, by their row, a parameter or input is no finite number, and which."""
+    names = [record["name"] for record in (*system.parameters, *system.inputs)]
+    found: dict[int, str] = {}
+    for k, j in zip(*np.nonzero(~np.isfinite(parameters[:, : len(names)])), strict=True):
+        found.setdefault(int(k), f"{names[j]!r} is {parameters[k, j]}: give a finite number")
+    return found
+
+
 class Starts:
     """The starts of an ensemble's members.
+
+    Attributes
+    ----------
+    of_one : dict of str to float
+        Starts that vary, as one member has them that can begin.
 
     Parameters
     ----------
@@ -64,6 +78,7 @@ class Starts:
         given: Collection[str] = (),
     ) -> None:
         self.system, self.t, self._start, self._rate = system, t, dict(start), dict(rate)
+        self.of_one = dict(varied)
         own = self.given(varied)
         self.sought = _sought(system, given)
         p = self.with_found(p, varied)
@@ -136,14 +151,17 @@ class Starts:
                 states[:, self._places[name]] = values
             if system.m:
                 states, singly = self._on_constraints(parameters, states)
-        failures = {}
+        failures = not_numbers(system, parameters)
         for k in np.flatnonzero(singly):
+            if k in failures:
+                continue
             here = {name: values[k] for name, values in varied.items()}
             try:
                 parameters[k] = self.with_found(parameters[k], here)
                 states[k] = self.one(parameters[k], here)
             except RuntimeModelError as error:
-                states[k], failures[int(k)] = np.nan, str(error)
+                failures[int(k)] = str(error)
+        states[list(failures)] = np.nan
         return states, failures
 
     def one(self, p: np.ndarray, varied: Mapping[str, float]) -> np.ndarray:

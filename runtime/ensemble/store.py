@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -104,6 +105,12 @@ def open_members(path: str | os.PathLike[str]) -> Stored | ZarrStore:
     return ZarrStore.open(path) if Path(path).is_dir() else read_ensemble(path)
 
 
+def _refuse_what_is_no_file(path: str | os.PathLike[str]) -> None:
+    """A pipe would wait for somebody who writes to it, and a device may go on for ever."""
+    if not stat.S_ISREG(os.stat(path).st_mode):
+        raise ValueError("it is a device, a pipe or a folder; name a plain file")
+
+
 def _refuse_compressed(path: str | os.PathLike[str]) -> None:
     """What is not compressed is no longer than its file."""
     with zipfile.ZipFile(path) as file:
@@ -120,6 +127,7 @@ def read_ensemble(path: str | os.PathLike[str]) -> Stored:
         It is something else, or damaged.
     """
     try:
+        _refuse_what_is_no_file(path)
         _refuse_compressed(path)
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}

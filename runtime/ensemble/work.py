@@ -145,7 +145,7 @@ def _one_by_one(
     states = np.full((n, max(len(plan.frame_times), 1), plan.system.ny), np.nan)
     verdicts, messages = Verdicts.empty(n), {}
     verdicts.singly[:] = True
-    prepared = None if plan.inputs_differ else _prepared(plan, parameters[0], varied)
+    prepared = None if plan.inputs_differ else _prepared(plan)
     # What ends before its time stays where it is: frames behind that are for single runs.
     ends = any(event["action"] == "terminate" for event in plan.system.events)
     if prepared is not None and not prepared.why_python and not (ends and len(plan.frame_times)):
@@ -157,15 +157,15 @@ def _one_by_one(
     return states, parameters, verdicts, messages
 
 
-def _prepared(plan: Plan, p: np.ndarray, varied: dict[str, np.ndarray]) -> PreparedRun:
-    """The thread's own prepared run of the model."""
+def _prepared(plan: Plan) -> PreparedRun:
+    """The thread's own prepared run of the model, by the member that choices are made by, whoever comes first here."""
     if getattr(_own, "prepared_for", None) is not plan:
-        start, rate = plan.starts.given({name: float(values[0]) for name, values in varied.items()})
+        start, rate = plan.starts.given(plan.starts.of_one)
         known = {record["name"] for record in plan.system.coordinates}
         rates = {name if name not in known else f"dot({name})": value for name, value in rate.items()}
         options = replace(plan.single, parameters=None, start=None, rate=None, inputs=plan.inputs or None)
         _own.prepared = preparing.PreparedRun(
-            plan.system, options, parameters=plan.single_parameters(p), start={**start, **rates},
+            plan.system, options, parameters=plan.single_parameters(plan.first_parameters), start={**start, **rates},
             output=list(plan.frame_times) if len(plan.frame_times) else "end", checks="end",
         )  # fmt: skip
         _own.prepared_for = plan

@@ -63,6 +63,10 @@ class StoreError(RuntimeModelError):
     """A store cannot be read or written; the message says which part, why, and what to do."""
 
 
+class _Unfit(ValueError):
+    """A part of a store is not what this module writes; the message says which."""
+
+
 class ZarrStore:
     """An ensemble in a folder; make one with `create` or `open`.
 
@@ -178,7 +182,7 @@ class ZarrStore:
             or kinds != ["bytes", "crc32c"]
             or own["chunk_key_encoding"]["name"] != "default"
         ):
-            raise ValueError(f"the array {name} is not as it should be")
+            raise _Unfit(f"the array {name} is not as it should be")
 
     def refuse_another(self, plan: Plan) -> None:
         """Refuse to go on with another ensemble, see `identity.refuse_another`."""
@@ -246,7 +250,7 @@ class ZarrStore:
     def _expect(self, name: str, file: str, n_bytes: int) -> None:
         size = self._size(name, file)
         if size != n_bytes + _CHECKSUM:
-            raise ValueError(f"{name}/{file} has {max(size, 0)} bytes in place of {n_bytes + _CHECKSUM}")
+            raise _Unfit(f"{name}/{file} has {max(size, 0)} bytes in place of {n_bytes + _CHECKSUM}")
 
     def _reading(self, what: str) -> _Reading:
         return _Reading(self.path, what)
@@ -290,9 +294,9 @@ class ZarrStore:
                 or array.nbytes > _LARGEST_MORE
                 or array.chunks != array.shape
             ):
-                raise ValueError("it is not as it should be")
+                raise _Unfit("it is not as it should be")
             if [c["name"] for c in array.metadata.to_dict()["codecs"]] != ["bytes", "crc32c"]:
-                raise ValueError("it is not as it should be")
+                raise _Unfit("it is not as it should be")
             self._expect(f"{_MORE}/{k}", "c/0", array.nbytes)
             return np.asarray(array[:]).tobytes()
 
@@ -331,8 +335,20 @@ class _Reading:
 
 
 def _sentence(error: BaseException) -> str:
-    text = str(error).splitlines()[0] if str(error) else type(error).__name__
-    return text[:300]
+    """What is wrong, in words: those of Zarr show objects of Python, with whatever a stranger's file says in them."""
+    if isinstance(error, _Unfit):
+        return str(error)
+    if isinstance(error, json.JSONDecodeError):
+        return f"a zarr.json is no JSON ({error.msg}, line {error.lineno})"
+    if isinstance(error, OSError) and error.strerror:
+        return (
+            f"{Path(os.fsdecode(error.filename)).name}: {error.strerror}"
+            if error.filename
+            else error.strerror
+        )
+    if "checksum" in str(error):
+        return "its bytes are not those that were written, as their checksum says"
+    return "a zarr.json of it is not as this program writes it"
 
 
 def _make(
@@ -351,34 +367,34 @@ def _read_about(path: Path) -> dict[str, Any]:
     file = path / "zarr.json"
     found = os.stat(file)
     if not stat.S_ISREG(found.st_mode) or found.st_size > _LARGEST_ABOUT:
-        raise ValueError("its zarr.json is no file, or too large")
+        raise _Unfit("its zarr.json is no file, or too large")
     whole = json.loads(file.read_text(encoding="utf-8"))
     about = whole.get("attributes", {}).get(_ABOUT) if isinstance(whole, dict) else None
     if not isinstance(about, dict) or about.get("format") != FORMAT:
-        raise ValueError("it was not written by symgen, or by another version")
+        raise _Unfit("it was not written by symgen, or by another version")
     sizes = {"n": _MOST_MEMBERS, "chunk": _MOST_MEMBERS, "n_times": _MOST_TIMES}
     for name, most in sizes.items():
         if type(about.get(name)) is not int or not (0 if name == "n_times" else 1) <= about[name] <= most:
-            raise ValueError(f"its {name} makes no sense")
+            raise _Unfit(f"its {name} makes no sense")
     if about["chunk"] * max(about["n_times"], 1) * 8 > _LARGEST_CHUNK:
-        raise ValueError("its chunks are larger than any that are written")
+        raise _Unfit("its chunks are larger than any that are written")
     for name in ("series", "varied", "notes"):
         if not isinstance(about.get(name), list) or not all(isinstance(x, str) for x in about[name]):
-            raise ValueError(f"its list of {name} makes no sense")
+            raise _Unfit(f"its list of {name} makes no sense")
     for name in (*about["series"], *about["varied"]):
         if not _NAME.match(name) or name in (*VERDICTS, _TIMES, _MORE):
-            raise ValueError(f"it has the name {name[:60]!r}")
+            raise _Unfit(f"it has the name {name[:60]!r}")
         own = os.stat(path / name / "zarr.json")
         if not stat.S_ISREG(own.st_mode) or own.st_size > _LARGEST_ABOUT:
-            raise ValueError(f"the zarr.json of {name} is no file, or too large")
+            raise _Unfit(f"the zarr.json of {name} is no file, or too large")
     for name in ("t_end", "rtol", "atol"):
         if type(about.get(name)) not in (int, float):
-            raise ValueError(f"its {name} makes no sense")
+            raise _Unfit(f"its {name} makes no sense")
     texts = ("model", "method", "token")
     if not all(isinstance(about.get(name), str) for name in texts) or not isinstance(
         about.get("identity"), dict
     ):
-        raise ValueError("it does not say what it is of")
+        raise _Unfit("it does not say what it is of")
     if not isinstance(about.get("shape"), dict):
-        raise ValueError("it does not say how members are laid out")
+        raise _Unfit("it does not say how members are laid out")
     return about

@@ -98,7 +98,7 @@ def module_text(system: System) -> str:
         text = ""
     if hashlib.sha256(text.encode()).hexdigest() == system.source.text_hash:
         return text
-    source = system.source.whole()
+    source = system.source.whole_if_possible()
     header = pprint.pformat(source.header, sort_dicts=False, width=110)
     of_math = [name for name in sorted(IN_CODE) if IN_CODE[name].value is getattr(math, name, None)]
     of_numpy = sorted(set(IN_CODE) - set(of_math))

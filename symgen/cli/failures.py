@@ -144,9 +144,10 @@ def _sentence(error: Exception) -> str:
     if isinstance(error, SymgenError | errors.RuntimeModelError):
         return _about(subject, str(error))
     if isinstance(error, MemoryError):
-        return f"{subject or 'symgen'}: there is not enough memory for it ({error or 'no more is given'})"
+        said = str(error) or "no more is said"
+        return f"{subject or 'symgen'}: there is not enough memory for it ({said}); ask for less at once"
     if isinstance(error, RecursionError):
-        return f"{subject or 'symgen'}: it is nested too deeply"
+        return f"{subject or 'symgen'}: it is nested too deeply; nest it less"
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror or error}"
     if isinstance(error, OSError):

@@ -7,8 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
+from symgen.cli.progress import StatusLine, bar
 from symgen.runtime.lazy import Late
 
 if TYPE_CHECKING:
@@ -17,9 +16,6 @@ if TYPE_CHECKING:
 recorder = Late("symgen.runtime.recording.recorder")
 
 _PROGRESS_AFTER = 1.0  # seconds of wall time
-_PROGRESS_EVERY = 0.2
-_PLAIN_PROGRESS_EVERY = 5.0
-_BAR = 20
 
 
 def run_recorded(
@@ -102,46 +98,32 @@ class Recorded:
             self._recorder.abort()
 
 
-class Progress:
-    """One line: how far the run is, how fast, and how well it keeps its energy; not for short runs.
+class Progress(StatusLine):
+    """How far the run is, how fast, and how well it keeps its energy; not for short runs.
 
     Parameters
     ----------
     t_end : float [s]
     in_place : bool
-        Whether to write over the line, as terminals can; else a line now and then, ever more rarely.
+        As of `StatusLine`.
     """
 
     def __init__(self, t_end: float, in_place: bool = True):
-        self._t_end, self._in_place = t_end, in_place
-        self._every = _PROGRESS_EVERY if in_place else _PLAIN_PROGRESS_EVERY
-        self._began = self._shown = time.monotonic()
-        self._any = False
+        super().__init__(in_place, _PROGRESS_AFTER)
+        self._t_end = t_end
         self._run: Any = None
 
     def watch(self, run: Any) -> None:
         """Take the run, to ask it for its energy error."""
         self._run = run
-        self._began = self._shown = time.monotonic()
+        self.begin()
 
     def __call__(self, t: float, steps: int) -> None:
-        now = time.monotonic()
-        if now - self._began < _PROGRESS_AFTER or now - self._shown < self._every:
+        if not self.is_due:
             return
-        self._shown, self._any = now, self._in_place
         begin = float(self._run.arrays.frame_times[0]) if self._run is not None else 0.0
-        text = progress_line(
-            t, begin, self._t_end, steps, now - self._began, self._run and self._run.energy_error()
-        )
-        if self._in_place:
-            click.echo(f"\r{text}\x1b[K", err=True, nl=False)
-            return
-        click.echo(text, err=True)
-        self._every *= 2.0
-
-    def clear(self) -> None:
-        if self._any:
-            click.echo("\r\x1b[K", err=True, nl=False)
+        error = self._run and self._run.energy_error()
+        self.say(progress_line(t, begin, self._t_end, steps, self.seconds, error))
 
 
 def progress_line(
@@ -159,6 +141,5 @@ def progress_line(
         In parts of what the motion exchanged.
     """
     part = min(1.0, max(0.0, (t - begin) / (end - begin)))
-    bar = ("#" * round(_BAR * part)).ljust(_BAR, ".")
-    line = f"[{bar}] {part:4.0%}  t = {t:.6g} of {end:g} s, {(t - begin) / seconds:.3g} x real time, {steps} steps"
+    line = f"{bar(part)} {part:4.0%}  t = {t:.6g} of {end:g} s, {(t - begin) / seconds:.3g} x real time, {steps} steps"
     return line if energy_error is None else f"{line}, energy error {energy_error:.1e}"

@@ -144,7 +144,8 @@ def load_system(
         set_compile_listener(_announce_compilation)
     notify = None if quiet else _announce
     module = module_for(path, build_options, notify, on_demand)
-    return runtime.load(module.text, lambda: module_for(path, build_options, notify).text), module
+    here = path.absolute()
+    return runtime.load(module.text, lambda: module_for(here, build_options, notify).text), module
 
 
 def _announce(text: str) -> None:

@@ -254,7 +254,7 @@ def _collect(collected: Collector, out_file: Path | None, progress: Progress | N
     interrupted, stored = False, time.monotonic()
     if progress is not None:
         store = collected.store
-        progress.begin(collected.n_done if store is None else store.n_done())
+        progress.begin_at(collected.n_done if store is None else store.n_done())
     try:
         for chunk in collected.run():
             collected.take(chunk)

@@ -541,6 +541,8 @@ class _Checker:
                 "takes a reaction as its 'normal'"
             )
             raise self.sources.name_error(item.table, item.key, name, message, hint)
+        if item.table == "start":
+            self._check_start_equation(item, dependence)
         for kind in item.role.forbidden:
             if kind in dependence.via:
                 name = dependence.via[kind]
@@ -552,6 +554,21 @@ class _Checker:
                 if kind == KINKS:
                     hint = "velocities would jump there: take the kind 'cubic', and let it 'extend' or 'refuse' outside"
                 raise self.sources.name_error(item.table, item.key, name, message, hint)
+
+    def _check_start_equation(self, item: Item, dependence: Dependence) -> None:
+        """Whether an equation of the start names something that a start may be found for."""
+        if dependence.coordinates or not dependence.via.keys().isdisjoint((RATES, STATES, SENSED)):
+            return
+        found, new = frozenset[str](), names_in(item.expression)
+        definitions = dict(self.description.definitions)
+        while new:
+            found |= new
+            new = frozenset().union(*(names_in(definitions[x]) for x in new if x in definitions)) - found
+        if found.isdisjoint(self.description.start.find):
+            message = "the equation names nothing that may move: no coordinate, rate or sensor, nor what 'find' names"
+            raise self.sources.error(
+                item.table, item.key, message, hint="leave it out, or name what must fit"
+            )
 
 
 def _may_sense(item: Item) -> bool:

@@ -26,6 +26,10 @@ PAIR_KEYS = (
 COMPLIANT = ("exponent", "damping")  # go with a stiffness
 RIGID = ("restitution", "static")  # do not
 TOUCHING = ("box", "sphere", "capsule", "mesh")
+AGAINST_WORLD = {
+    "other": "what stands still is a 'plane', or a 'height' above it: write plane = \"world\" in place of 'other'",
+    "body": "name the body that touches; what stands still is the 'plane' that it touches",
+}
 OWN_SHAPE = "give the contact a 'shape' of its own, such as { box = [1, 1, 1] } or { sphere = [0.5] }"
 
 
@@ -98,7 +102,7 @@ def check_pairs(d: Description, sources: Sources) -> None:
         table = f"contacts.{pair.name}"
         for key, name in (("body", pair.body), ("other", pair.other)):
             if name is not None and name not in bodies:
-                hint = nearest(name, bodies, "bodies")
+                hint = AGAINST_WORLD[key] if name == WORLD else nearest(name, bodies, "bodies")
                 raise sources.error(table, key, f"there is no body '{name}'", hint=hint)
         if pair.other is None and pair.plane not in frames:
             hint = nearest(pair.plane, frames, "frames and bodies")

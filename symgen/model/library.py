@@ -46,8 +46,15 @@ def find(model: str | Path) -> Path:
     path = Path(model)
     if path.suffix in SUFFIXES or len(path.parts) > 1:
         if not path.is_file():
-            what = "is a folder" if path.is_dir() else "does not exist"
-            raise ModelError(f"the model file '{path}' {what}", hint=_near_file(path))
+            if path.is_dir():
+                what = "is a folder"
+            elif path.exists():
+                what = "is no plain file, but a device or a pipe"
+            else:
+                what = "does not exist"
+            raise ModelError(
+                f"the model file '{path}' {what}", hint=_near_file(path) or "name a .toml or a .py file"
+            )
         if path.suffix not in SUFFIXES:
             raise ModelError(f"'{path}' is not a model file", hint="a model is a .toml or a .py file")
         return path

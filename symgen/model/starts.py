@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .declared import Declared
 
 START_KEYS = ("equations", "find", "steady", "closed")
+MOST_EQUATIONS = 1000  # the largest models whose starts are solved for have as many coordinates and rates
 
 
 def make_start(model: Declared, before: StartConditions | None, given: dict[str, Any]) -> StartConditions:
@@ -26,6 +27,9 @@ def make_start(model: Declared, before: StartConditions | None, given: dict[str,
     if isinstance(texts, str) or not isinstance(texts, (Sequence, sympy.MatrixBase)):
         message = "a list of expressions that are zero at the start is expected here"
         raise sources.error("start", "equations", message, hint='for example ["tip_x - 0.3"]')
+    if first + len(texts) > MOST_EQUATIONS:
+        message = f"a start has {MOST_EQUATIONS} equations at most, and {first + len(texts)} are given"
+        raise sources.error("start", "equations", message, hint="leave out those that follow from others")
     equations = [sources.equation(x, "start", f"equations[{first + k}]") for k, x in enumerate(texts)]
     steady, everything = given["steady"], start.everything
     if isinstance(steady, bool):
@@ -61,11 +65,13 @@ def _names(sources: Sources, key: str, given: Any, of: str) -> tuple[str, ...]:
     if not isinstance(values, (list, tuple)):
         raise sources.error("start", key, f"the names of {of} are expected here, not {given!r:.60}")
     names = tuple(x.name if isinstance(x, sympy.Symbol) else x for x in values)
+    seen: set[str] = set()
     for k, name in enumerate(names):
         if not isinstance(name, str):
             raise sources.error("start", f"{key}[{k}]", f"a name is text, not {name!r:.60}")
-        if name in names[:k]:
-            raise sources.error("start", f"{key}[{k}]", f"'{name:.60}' is named twice")
+        if name in seen:
+            raise sources.error("start", f"{key}[{k}]", f"'{name:.60}' is named twice", hint="once is enough")
+        seen.add(name)
     return names
 
 

@@ -34,6 +34,7 @@ _LIMIT = 900.0  # seconds; every method's loop may have to be compiled
 _SHORT = {
     "plain": ("auto", "euler", "dop853", "gauss8", "bdf"), "bounce": ("taylor", "dop853"), "friction": ("radau5",),
     "sampled controller": ("dopri5",), "closed loop": ("dop853", "rattle"), "quaternions": ("rk4",),
+    "plate": ("auto",), "bristles": ("radau5",), "tyre": ("dop853",), "kinematic": ("taylor", "bdf"),
 }  # fmt: skip
 _TROLLEY = """
 name = "trolley"
@@ -96,6 +97,147 @@ potential = "2*x^2 + 3*(x - y)^2"
 [forces]
 x = "where(y > 0.05, -0.7, 0.4) - 0.1*dot(x)"
 y = "-3*max(y - 0.1, 0) + abs(x)"
+"""
+_PLATE = """
+name = "plate"
+[parameters]
+mu = 0.3
+[coordinates]
+x = {}
+y = {}
+z = { start = 0.02 }
+[bodies.block]
+mass = 2
+com = ["x", "y", "z"]
+[gravity]
+z = -9.81
+[forces]
+x = "8*sin(5*t)"
+y = "6*cos(7*t)"
+[stops.floor]
+gap = "z"
+restitution = 0.3
+[friction.sole]
+speeds = ["dot(x)", "dot(y)"]
+coefficient = "mu"
+static = "1.2*mu"
+normal = "floor"
+"""
+_BRISTLES = """
+name = "bristles"
+[coordinates]
+x = { start = 0.3, rate = -0.2 }
+[energy]
+kinetic = "dot(x)^2/2"
+potential = "10*x^2"
+[inputs]
+push = { table = [[0, 0.5, 1, 3], [0.1, 2.4, -1.2, 0.3]], kind = "linear" }
+[forces]
+x = "push"
+[bristles.sole]
+speed = "dot(x) - 0.2*cos(3*t)"
+stiffness = 1e3
+damping = 20
+viscous = 0.2
+coulomb = 1.0
+static = 1.5
+stribeck = 0.05
+"""
+_TYRE = """
+name = "tyre"
+[bodies.wheel]
+mass = 10
+inertia = [0.3, 0.5, 0.3]
+com = [0, 0, 0]
+[joints.free]
+type = "free"
+child = "wheel"
+start = [0, 0, 0.295, 1, 0, 0, 0]
+rate = [2.0, 0.1, 0, 0, 20.0, 0.3]
+[gravity]
+z = -9.81
+[tyres.rim]
+body = "wheel"
+radius = 0.3
+stiffness = 5e4
+damping = 100
+relaxation = 0.2
+slip_stiffness = 12
+friction = 0.8
+"""
+_SENSED = """
+name = "sensed"
+[coordinates]
+a = { start = 0.3, rate = 1.0 }
+s = { start = 0.5 }
+y = { guess = 0 }
+[bodies.rod]
+mass = 1
+inertia = 0.1
+com = ["cos(a)", "sin(a)"]
+angle = "a"
+[bodies.slide]
+mass = 2
+com = ["s", "y"]
+[gravity]
+y = -9.81
+[energy]
+potential = "5*(s - cos(a))^2"
+[constraints]
+rail = "y - 0.1*s"
+[friction.rub]
+speed = "dot(s)"
+coefficient = 0.1
+normal = "rail"
+[outputs]
+pull = "reaction(rail)"
+jolt = "acceleration(s)"
+[events.slack]
+when = "reaction(rail) - 19"
+then = "record"
+"""
+_KINEMATIC = """
+name = "kinematic"
+[parameters]
+w = 2.0
+[coordinates]
+a = { guess = 0.3 }
+b = { guess = 0.4 }
+[states]
+z = { derivative = "sin(b) - 3*z", start = 0.1 }
+[constraints]
+drive = "a - 0.3 - w*t - 0.2*sin(3*t)"
+link = "0.5*sin(a) - 2*sin(b)"
+[events.passes]
+when = "b"
+then = "record"
+"""
+_BEGUN = """
+name = "begun"
+[parameters]
+k = 100.0
+c = 2.0
+[coordinates]
+x = { guess = 0.1 }
+y = { start = 0.0 }
+[bodies.a]
+mass = 1
+com = ["y", "x"]
+[gravity]
+y = -9.81
+[energy]
+potential = "k*(x - 0.2)^2/2 + 20*y^2"
+dissipation = "c*dot(x)^2/2"
+[forces]
+y = "3*sin(4*t)"
+x = "9*sin(3*t)^2"
+[stops.floor]
+gap = "x"
+restitution = 0.4
+[start]
+closed = ["floor"]
+find = ["k"]
+equations = ["k = 30"]
 """
 
 
@@ -168,9 +310,16 @@ SITUATIONS: dict[str, Situation] = {
     "breaks": Situation(lambda: described_text(_PULSED), 2.0, options={"breaks": [0.33, 0.9, 1.91, 2.4]}),
     "states": Situation(lambda: described_text(_SERVO), 2.0),
     "switches": Situation(lambda: described_text(_RELAY), 2.0),
+    "plate": Situation(lambda: described_text(_PLATE), 1.0),
+    "bristles": Situation(lambda: described_text(_BRISTLES), 2.0),
+    "tyre": Situation(lambda: described_text(_TYRE), 0.3),
+    "sensed": Situation(lambda: described_text(_SENSED), 1.0),
+    "kinematic": Situation(lambda: described_text(_KINEMATIC), 1.5),
+    "begun": Situation(lambda: described_text(_BEGUN), 1.5),
+    "in turn": Situation(lambda: bundled_text("newtons_cradle"), 0.8),
     "split": Situation(lambda: bundled_text("pendulum_field"), 1.0, options={"split": True}),
 }
-_CONSTRAINED = ("held body", "closed loop", "rolling", "moved")
+_CONSTRAINED = ("held body", "closed loop", "rolling", "moved", "sensed", "kinematic")
 
 
 @functools.cache
