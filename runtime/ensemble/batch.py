@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from symgen.runtime.choose import SERIES
+from symgen.runtime.ensemble import radau
 from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.events import N_BLOCKS, PLACES
-from symgen.runtime.ensemble.machine import lane_kernel, lane_loop, lane_series
+from symgen.runtime.ensemble.machine import IMPLICIT, lane_kernel, lane_loop, lane_series
 from symgen.runtime.ensemble.slots import COLUMNS
 from symgen.runtime.events_in_code import ACTIONS
 from symgen.runtime.integrate import layout as at
@@ -113,6 +114,14 @@ def order_of(costs: tuple[float, float, float], rtol: float) -> int:
     return min(range(LOWEST_ORDER, N_ROWS - 1), key=time)
 
 
+def stage_tolerances(n_stages: int, rtol: float, atol: float) -> tuple[float, float, float]:
+    """The tolerances of a Radau method's error estimate, and of Newton's method, as `radau.error.set_tolerances`."""
+    power = (n_stages + 1.0) / (2.0 * n_stages)
+    own = 0.1 * rtol**power if rtol > 0.0 else 0.0
+    own_atol = atol * (own / rtol) if rtol > 0.0 else 0.1 * atol**power
+    return own, own_atol, max(10.0 * EPS / max(own, EPS), min(0.03, own ** (1.0 / power - 1.0)))
+
+
 def one_evaluation(system: System, method: str) -> bool:
     """Whether a step of Verlet's method evaluates the model once."""
     scheme = find_method(method).coefficients(system)
@@ -148,7 +157,9 @@ class LaneBatch:
         names |= {"residual": "constraint_residual"} if system.m else {}
         names |= {"events": "events"} if system.events else {}
         table.set_integers(**{slot: lane_kernel(system, name, lanes) for slot, name in names.items()})
-        n_record, n_k = system.n_row, _N_STAGES * system.n_row
+        n_record, n_k, n_newton = system.n_row, _N_STAGES * system.n_row, 0
+        if settings.method in IMPLICIT:
+            n_newton = self._prepare_newton()
         if settings.method == SERIES:
             n_record, n_k = self._prepare_series(), N_ROWS * system.ny + 1
         self._n_record = n_record
@@ -170,7 +181,7 @@ class LaneBatch:
             "y": system.ny, "y_new": system.ny, "y_stage": system.ny, "k": n_k, "k_other": n_k, "lost": system.ny,
             "p": system.n_precomputed, "projected": n_project, "energies": 2, "residuals": system.nh + system.m,
             "dense": _N_DENSE * system.ny, "numbers": len(COLUMNS), "carry": system.ny, "slope": system.ny,
-            "y_before": n, "watched": N_BLOCKS * len(system.events),
+            "y_before": n, "watched": N_BLOCKS * len(system.events), "newton": n_newton,
         }  # fmt: skip
         table.set_arrays({name: aligned(length * lanes) for name, length in rows.items()})
         self.step_log = np.zeros((settings.log_size, 2))
@@ -199,6 +210,17 @@ class LaneBatch:
             "actions": np.array([ACTIONS[event["action"]] for event in events], dtype=np.int64),
             "resets": np.array(resets, dtype=np.uint64),
         }
+
+    def _prepare_newton(self) -> int:
+        """Set what implicit methods need; returns how many rows they work in."""
+        system, settings = self.system, self.settings
+        n_stages = (find_method(settings.method).order + 1) // 2
+        rtol, atol, bound = stage_tolerances(n_stages, settings.rtol, settings.atol)
+        self.table.set_integers(
+            jacobian=lane_kernel(system, "residual_jacobian", settings.lanes), n_kept=len(radau.STATE)
+        )
+        self.table.set_numbers(stage_rtol=rtol, stage_atol=atol, newton_bound=bound)
+        return radau.work_length(n_stages, system.nq, system.nv, system.m, system.ny)
 
     def _prepare_series(self) -> int:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""

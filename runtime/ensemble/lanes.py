@@ -89,10 +89,10 @@ class Lanes:
         )
 
 
-CODE = ("rhs", "project", "energy", "residual", "setup", "series", "events")
+CODE = ("rhs", "project", "energy", "residual", "setup", "series", "events", "jacobian")
 _ROWS = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
-    "k_other", "lost", "watched", "y_before",
+    "k_other", "lost", "watched", "y_before", "newton",
 )  # fmt: skip
 _PLAIN = (
     "start",
@@ -238,6 +238,9 @@ def function_load(lanes_wide: int) -> Code:
     carry = lanes.carry.single()
     with code.each(lanes.ny) as i:
         carry[i * code.lanes + lane] = code.number(0.0)
+    newton = lanes.newton.single()
+    with code.each(lanes.n_kept) as i:
+        newton[i * code.lanes + lane] = code.number(0.0)
     lanes.member_of_lane[lane] = member
     lanes.frame_of_lane[lane] = code.integer(0)
     return code
@@ -424,12 +427,15 @@ class Reached:
         Lanes in which it was; which are away from the constraints; which have numbers that are not finite.
     taken : Value
         What energy scaling took away.
+    unsolved : Value, optional
+        Lanes in which Newton's method has failed.
     """
 
     accepted: Value
     lost: Value
     infinite: Value
     taken: Value
+    unsolved: Value | None = None
 
 
 def reach(
@@ -479,6 +485,7 @@ def commit(
         (spent, TOO_MANY_STEPS),
         (give_up, at.STEP_TOO_SMALL),
         (give_up & end.lost, at.PROJECTION_FAILED),
+        *(() if end.unsolved is None else ((give_up & end.unsolved, at.NEWTON_FAILED),)),
         (give_up & end.infinite, at.NOT_FINITE),
         (singular, at.SINGULAR_MATRIX),
         (arrived & ~singular, at.REACHED_STOP),

@@ -13,7 +13,7 @@ from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_m
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
-from symgen.runtime.ensemble.machine import IN_LANES, OVER_EVENTS
+from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS
 from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
@@ -21,6 +21,7 @@ from symgen.runtime.ensemble.starts import Starts
 from symgen.runtime.errors import Refusal, RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.events_in_code import ACTIONS, has_plain_events
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.large_models import suited_to_size
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
@@ -165,6 +166,8 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
         notes = [*notes, *more]
     if len(starts.redundant) > len(system.dependent) and not objection:
         settings, objection = None, "constraints follow from others at the start"
+    if options.device != "cpu" and not objection and method.name not in ON_DEVICES:
+        settings, objection = None, f"method {method.name} is for processors"
     if objection:
         notes.append(f"members run one after another, not in lanes: {objection}")
     if settings is not None:
@@ -313,6 +316,8 @@ def _settings(
         method = METHODS[EXPLICIT]
     if method.name not in IN_LANES or (system.events and method.name not in OVER_EVENTS):
         return None, method, f"method {method.name} is for single runs", []
+    if method.name in IMPLICIT and (reason := _not_implicit(system, method)):
+        return None, method, reason, []
     step, notes = choose_step(method, system, p, state, single)
     level = choose_energy_level(single.energy_scaling, system, method, p, single.t_start, state)
     arrays = LoopArrays(
@@ -331,6 +336,17 @@ def _settings(
     except (NoLanes, Refusal) as why:
         return None, method, str(why), []
     return settings, method, "", notes
+
+
+def _not_implicit(system: System, method: Any) -> str:
+    """Return why an implicit method cannot run in lanes; an empty string where it can."""
+    if system.quaternions:
+        return f"method {method.name} over quaternions is for single runs"
+    if system.dependent:
+        return f"method {method.name} with constraints that follow from others is for single runs"
+    if suited_to_size(method, system) is not method:
+        return f"method {method.name} with sparse matrices is for single runs"
+    return ""
 
 
 def alone(plan: Plan, frame_times: np.ndarray) -> BatchSettings:

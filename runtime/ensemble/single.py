@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from symgen.runtime.ensemble.machine import IMPLICIT
 from symgen.runtime.ensemble.slots import LEFT
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
@@ -22,9 +23,9 @@ simulation = Late("symgen.runtime.simulate")
 _SINGULAR = (at.PROJECTION_FAILED, at.SINGULAR_MATRIX)
 
 
-def runs_alone(system: System) -> tuple[int, ...]:
-    """Return the statuses with which members of a model leave lanes, for runs of their own."""
-    return (_SINGULAR if system.m else ()) + ((LEFT,) if system.events else ())
+def runs_alone(system: System, method: str) -> tuple[int, ...]:
+    """Return the statuses with which members of a model leave lanes of a method, for runs of their own."""
+    return (_SINGULAR if system.m else ()) + ((LEFT,) if system.events or method in IMPLICIT else ())
 
 
 def run_single(

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-_KERNELS = ("rhs", "project", "energy", "residual", "setup", "series", "events")
+_KERNELS = ("rhs", "project", "energy", "residual", "setup", "series", "events", "jacobian")
 _SIZES = (
     "n_members", "ny", "n", "nq", "n_row", "n_p", "n_precomputed", "nh", "m", "n_project", "n_quaternions", "n_frames",
     "max_steps", "next", "watch_energy", "scale_energy", "order", "has_tail", "log_size", "n_logged", "n_record",
     "stop", "one_evaluation", "n_events", "n_events_logged", "event_log_size",
+    "n_kept",
 )  # fmt: skip
 _NUMBERS = (
     "t_start", "t_end", "rtol", "atol", "h_max", "h_base", "h_share", "h_min", "projection_tol", "step", "log_left_out",
-    "log_of_turns", "creeps",
+    "log_of_turns", "creeps", "stage_rtol", "stage_atol", "newton_bound",
 )  # fmt: skip
 # Of members, in the order of the queue: plain numbers, a row for each.
 _MEMBERS = ("start", "parameters", "precomputed", "derivative", "results", "end", "frames")
 # Of lanes: vectors.
 _LANES = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
-    "k_other", "lost", "watched", "y_before",
+    "k_other", "lost", "watched", "y_before", "newton",
 )  # fmt: skip
 _OTHERS = (
     "quaternions", "frame_times", "member_of_lane", "frame_of_lane", "step_log", "event_log", "directions", "places",
