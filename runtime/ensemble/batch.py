@@ -10,6 +10,8 @@ from symgen.runtime.choose import SERIES
 from symgen.runtime.ensemble import radau
 from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.events import N_BLOCKS, PLACES
+from symgen.runtime.ensemble.intervals import Breaks, one_interval
+from symgen.runtime.ensemble.lanes import DRIVEN, N_INTERVAL
 from symgen.runtime.ensemble.machine import IMPLICIT, lane_kernel, lane_loop, lane_series
 from symgen.runtime.ensemble.slots import COLUMNS
 from symgen.runtime.events_in_code import ACTIONS
@@ -63,6 +65,8 @@ class BatchSettings:
     lanes : int
     log_size : int
         Of the log of steps, which one lane alone keeps.
+    breaks : Breaks, optional
+        Where steps have to end, and inputs over time; without them nothing stops members, and inputs are constant.
     """
 
     method: str
@@ -78,6 +82,7 @@ class BatchSettings:
     max_steps: int = 1 << 52
     lanes: int = LANES
     log_size: int = 0
+    breaks: Breaks | None = None
 
 
 @record
@@ -128,6 +133,9 @@ def one_evaluation(system: System, method: str) -> bool:
     return isinstance(scheme, SymplecticScheme) and bool(scheme.reuse)
 
 
+RESULTS = ("end", "columns", "frames")
+
+
 class LaneBatch:
     """Runs batches of members of one model in lanes; each thread needs its own.
 
@@ -171,6 +179,9 @@ class LaneBatch:
             log_size=settings.log_size, n_record=n_record, one_evaluation=int(one_evaluation(system, settings.method)),
             n_events=len(system.events), event_log_size=len(self.event_log),
         )  # fmt: skip
+        breaks = settings.breaks
+        driven = breaks.driven if breaks is not None else np.zeros((0, DRIVEN), dtype=np.int64)
+        table.set_integers(n_driven=len(driven), n_interval=N_INTERVAL + int((1 + driven[:, 2]).sum()))
         h_max, h_base, h_share = settings.longest
         table.set_numbers(
             t_start=settings.t_start, t_end=settings.t_end, rtol=settings.rtol, atol=settings.atol, h_max=h_max,
@@ -179,7 +190,8 @@ class LaneBatch:
         )  # fmt: skip
         rows = {
             "y": system.ny, "y_new": system.ny, "y_stage": system.ny, "k": n_k, "k_other": n_k, "lost": system.ny,
-            "p": system.n_precomputed, "projected": n_project, "energies": 2, "residuals": system.nh + system.m,
+            "p": breaks.n_long if breaks is not None else system.n_precomputed, "interval": N_INTERVAL,
+            "projected": n_project, "energies": 2, "residuals": system.nh + system.m,
             "dense": _N_DENSE * system.ny, "numbers": len(COLUMNS), "carry": system.ny, "slope": system.ny,
             "y_before": n, "watched": N_BLOCKS * len(system.events), "newton": n_newton,
         }  # fmt: skip
@@ -191,6 +203,8 @@ class LaneBatch:
                 "frame_times": np.ascontiguousarray(settings.frame_times, dtype=float),
                 "member_of_lane": np.zeros(lanes, dtype=np.int64),
                 "frame_of_lane": np.zeros(lanes, dtype=np.int64),
+                "interval_of_lane": np.zeros(lanes, dtype=np.int64),
+                "driven": driven,
                 "step_log": self.step_log,
                 **self._events(),
             }
@@ -247,7 +261,9 @@ class LaneBatch:
         """Let `run`, in another thread, return at once; what it returns is of no use."""
         self.table.set_integers(stop=1)
 
-    def run(self, parameters: np.ndarray, start: np.ndarray) -> BatchResult:
+    def run(
+        self, parameters: np.ndarray, start: np.ndarray, numbers: np.ndarray | None = None
+    ) -> BatchResult:
         """Run members from their starts to the end.
 
         Parameters
@@ -255,8 +271,14 @@ class LaneBatch:
         parameters : ndarray, shape (n, n_p)
         start : ndarray, shape (n, nq + nv)
             Consistent with the constraints.
+        numbers : ndarray of int, shape (n,), optional
+            Those of the members, which say what noise they have; 0, 1, … by default.
         """
         system, n = self.system, len(start)
+        if self.settings.breaks is None:
+            intervals = one_interval(n, self.settings.longest[0])
+        else:
+            intervals = self.settings.breaks.of(np.arange(n) if numbers is None else numbers, parameters)
         states = np.zeros((n, system.ny))
         states[:, : start.shape[1]] = start
         given = np.ascontiguousarray(parameters, dtype=float)
@@ -268,7 +290,7 @@ class LaneBatch:
         held = {
             "start": states, "parameters": given, "precomputed": np.zeros((n, system.n_precomputed)),
             "derivative": np.zeros((n, self._n_record)), "results": result.columns, "end": result.end,
-            "frames": result.frames,
+            "frames": result.frames, "intervals": intervals.rows, "first_interval": intervals.first,
         }  # fmt: skip
         self.table.set_arrays(held)
         self.table.set_integers(n_members=n, next=0, n_logged=0, stop=0, n_events_logged=0)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
+from symgen.runtime.ensemble.breaks import follow
 from symgen.runtime.ensemble.events import act_on_events, arm, find_events
-from symgen.runtime.ensemble.first_step import first_step
+from symgen.runtime.ensemble.first_step import choose_anew, first_step
 from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, evaluate_start, reach, write_frames
 from symgen.runtime.ensemble.writer import Rows, Value
 from symgen.runtime.integrate.explicit.dop853 import (
@@ -33,7 +34,7 @@ def _eighth_root(lanes: Lanes, a: Value) -> Value:
 def begin(lanes: Lanes) -> Value:
     """Write what finds the derivative at the start and the length of the first step."""
     evaluate_start(lanes)
-    return first_step(lanes, lanes.k.behind(lanes.n_row), partial(_eighth_root, lanes))
+    return first_step(lanes, lanes.own("t"), lanes.k.behind(lanes.n_row), partial(_eighth_root, lanes))
 
 
 def attempt(lanes: Lanes, active: Value) -> Value:
@@ -41,7 +42,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     code = lanes.code
     arm(lanes, active)
     t, wanted = lanes.own("t"), lanes.own("h")
-    stop = code.as_kind(lanes.t_end, "lanes")
+    stop = lanes.next_stop()
     t1 = code.select(t + wanted * 1.01 >= stop, stop, t + wanted)
     h = t1 - t
     too_small = ~(wanted > code.larger(code.size(t) * (16.0 * EPS), code.as_kind(lanes.h_min, "lanes")))
@@ -49,7 +50,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     least = code.variable(float("inf"))
     for s in range(1, _NEW):
         _sum(lanes, DOP853_A[s], h, rows, lanes.y_stage)
-        code.call_kernel(lanes.rhs, t + h * DOP853_C[s], lanes.y_stage, lanes.p, rows[s])
+        lanes.call("rhs", t + h * DOP853_C[s], lanes.y_stage, rows[s])
         with code.when(lanes.m > 0):
             least.value = code.smaller(least.value, rows[s][lanes.n_row - 1])
     _sum(lanes, DOP853_A[_NEW], h, rows, lanes.y_new)
@@ -69,12 +70,17 @@ def attempt(lanes: Lanes, active: Value) -> Value:
             dense()
 
     write_frames(lanes, stopped.accepted, t, stopped.t, dense_of_frames, states_at, whole=h)
-    stopped = act_on_events(
-        lanes, stopped, lambda at: code.call_kernel(lanes.rhs, at, lanes.y_new, lanes.p, new)
-    )
+
+    def derive(at: Value) -> None:
+        lanes.call("rhs", at, lanes.y_new, new)
+
+    stopped = act_on_events(lanes, stopped, derive)
+    followed = follow(lanes, stopped.accepted, stopped.t, derive)
     end = replace(end, accepted=stopped.accepted, infinite=infinite)
     copy_rows(lanes, new, rows[0], lanes.ny, end.accepted)
-    return commit(lanes, active, end, stopped.t, stopped.t - t, small, stopped.leaving, stopped.ended)
+    done = commit(lanes, active, end, followed.t, stopped.t - t, small, stopped.leaving, stopped.ended)
+    choose_anew(lanes, followed, rows[1], partial(_eighth_root, lanes))
+    return done
 
 
 def _sum(lanes: Lanes, weights: dict[int, float], h: Value, rows: list[Rows], out: Rows) -> None:
@@ -128,7 +134,7 @@ def _dense(lanes: Lanes, t: Value, h: Value, rows: list[Rows]) -> None:
     code = lanes.code
     for s in range(_NEW + 1, N_ROWS):
         _sum(lanes, DOP853_A[s], h, rows, lanes.y_stage)
-        code.call_kernel(lanes.rhs, t + h * DOP853_C[s], lanes.y_stage, lanes.p, rows[s])
+        lanes.call("rhs", t + h * DOP853_C[s], lanes.y_stage, rows[s])
     ny = lanes.ny
     dense = [lanes.dense.behind(ny * r) for r in range(8)]
     with code.each(ny) as i:

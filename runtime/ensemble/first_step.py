@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from symgen.runtime.ensemble.breaks import Followed
 from symgen.runtime.ensemble.lanes import Lanes
 from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
 
 _FARTHEST, _TRIALS = 100.0, 5  # as there
 
 
-def first_step(lanes: Lanes, row: Rows, root: Callable[[Value], Value]) -> Value:
-    """Write what finds the length of the first step; the derivatives at the start are in the first row of `k`.
+def first_step(lanes: Lanes, t: Value, row: Rows, root: Callable[[Value], Value]) -> Value:
+    """Write what finds the length of the first step from a time on; the derivatives there are in the first row of `k`.
 
     Parameters
     ----------
@@ -29,9 +30,8 @@ def first_step(lanes: Lanes, row: Rows, root: Callable[[Value], Value]) -> Value
         size_f.value = size_f.value + a * a
         size_y.value = size_y.value + b * b
     told = (size_f.value > 1e-10) & (size_y.value > 1e-10) & code.finite(size_f.value)
-    t = code.as_kind(lanes.t_start, "lanes")
     longest = lanes.longest_step(t)
-    ahead = code.smaller(longest, code.as_kind(lanes.t_end, "lanes") - t)
+    ahead = code.smaller(longest, lanes.next_stop() - t)
     h = code.variable(code.select(told, code.root(size_y.value / size_f.value) * 0.01, code.all_lanes(1e-6)))
     h.value = code.smaller(h.value, ahead)
     found, going = code.variable(h.value), code.variable(code.flags(True))
@@ -56,13 +56,22 @@ def first_step(lanes: Lanes, row: Rows, root: Callable[[Value], Value]) -> Value
     return code.select(going.value, h.value, found.value)
 
 
+def choose_anew(lanes: Lanes, followed: Followed, row: Rows, root: Callable[[Value], Value]) -> None:
+    """Choose steps as at the start where what comes is another motion; states and derivatives are those there."""
+    code = lanes.code
+    if not lanes.with_breaks:
+        return
+    with code.when(code.any(followed.anew)):
+        lanes.set_own("h", first_step(lanes, followed.t, row, root), followed.anew)
+
+
 def _steepest(lanes: Lanes, t: Value, h: Value, row: Rows) -> Value:
     """The larger of |y'| and |y''|, as an Euler step sees them, in units of tolerances."""
     code = lanes.code
     y, f, trial = lanes.y, lanes.k, lanes.y_stage
     with code.each(lanes.ny) as i:
         trial[i] = y[i] + h * f[i]
-    code.call_kernel(lanes.rhs, t + h, trial, lanes.p, row)
+    lanes.call("rhs", t + h, trial, row)
     size, change = code.variable(0.0), code.variable(0.0)
     with code.each(lanes.n) as i:
         scale = lanes.scale(y[i], trial[i])

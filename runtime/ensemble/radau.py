@@ -14,9 +14,10 @@ from functools import partial
 
 from symgen.runtime.ensemble import dense_lu
 from symgen.runtime.ensemble.bits import cube_root, power
+from symgen.runtime.ensemble.breaks import follow
 from symgen.runtime.ensemble.dense_lu import Complex, Real
 from symgen.runtime.ensemble.events import act_on_events, arm, find_events
-from symgen.runtime.ensemble.first_step import first_step
+from symgen.runtime.ensemble.first_step import choose_anew, first_step
 from symgen.runtime.ensemble.lanes import (
     Lanes,
     commit,
@@ -151,7 +152,9 @@ def begin_of(n_stages: int) -> Callable[[Lanes], Value]:
 
     def begin(lanes: Lanes) -> Value:
         evaluate_start(lanes)
-        return first_step(lanes, lanes.k.behind(lanes.n_row), lambda a: _root(a, n_stages + 1))
+        return first_step(
+            lanes, lanes.own("t"), lanes.k.behind(lanes.n_row), lambda a: _root(a, n_stages + 1)
+        )
 
     return begin
 
@@ -181,7 +184,7 @@ def _attempt(lanes: Lanes, active: Value, method: RadauIIA) -> Value:
     code, w, n_stages = lanes.code, _Work(lanes, method), len(method.c)
     arm(lanes, active)
     t, wanted = lanes.own("t"), lanes.own("h")
-    stop = code.as_kind(lanes.t_end, "lanes")
+    stop = lanes.next_stop()
     step = code.smaller(wanted, lanes.longest_step(t))
     t1 = code.select(t + step * 1.01 >= stop, stop, t + step)
     h = t1 - t
@@ -202,15 +205,20 @@ def _attempt(lanes: Lanes, active: Value, method: RadauIIA) -> Value:
     states_at = partial(_at, lanes, n_stages)
     stopped = find_events(lanes, end.accepted, t, t1, _nothing, states_at)
     write_frames(lanes, stopped.accepted, t, stopped.t, _nothing, states_at, whole=h)
-    stopped = act_on_events(
-        lanes, stopped, lambda at: code.call_kernel(lanes.rhs, at, lanes.y_new, lanes.p, s.rows[1])
-    )
-    _forget(lanes, (end.accepted & ~stopped.accepted) | stopped.happened, w)
+
+    def derive(at: Value) -> None:
+        lanes.call("rhs", at, lanes.y_new, s.rows[1])
+
+    stopped = act_on_events(lanes, stopped, derive)
+    followed = follow(lanes, stopped.accepted, stopped.t, derive)
+    _forget(lanes, (end.accepted & ~stopped.accepted) | stopped.happened | followed.passed, w)
     small = active & ~end.accepted & too_small
     end = replace(end, accepted=stopped.accepted, infinite=infinite, unsolved=factored & ~solved.converged)
     copy_rows(lanes, s.rows[1], s.rows[0], lanes.ny, end.accepted)
     leaving = stopped.leaving | undetermined
-    return commit(lanes, active, end, stopped.t, stopped.t - t, small & ~leaving, leaving, stopped.ended)
+    done = commit(lanes, active, end, followed.t, stopped.t - t, small & ~leaving, leaving, stopped.ended)
+    choose_anew(lanes, followed, s.rows[1], lambda a: _root(a, n_stages + 1))
+    return done
 
 
 def _nothing() -> None:
@@ -249,7 +257,7 @@ def _differentiate(lanes: Lanes, s: _Step, w: _Work) -> Value:
     copy_rows(lanes, f.behind(lanes.ny), w.arguments.behind(n + w.nv), lanes.m)
     with code.each(rows * w.n_columns) as i:  # structural zeros are not written
         w.derivative[i] = 0.0
-    code.call_kernel(lanes.jacobian, s.t, w.arguments, lanes.p, w.derivative)
+    lanes.call("jacobian", s.t, w.arguments, w.derivative)
     with code.each(rows) as i:
         row = w.derivative.behind(i * w.n_columns)
         with code.each(n) as j:
@@ -417,7 +425,7 @@ def _evaluate_stages(lanes: Lanes, method: RadauIIA, where: Value, s: _Step, w: 
     for c, stage, row in zip(method.c, w.stages, s.stages, strict=True):
         with code.each(lanes.ny) as i:
             lanes.y_stage[i] = lanes.y[i] + stage[i]
-        code.call_kernel(lanes.rhs, code.fused(s.h, float(c), s.t), lanes.y_stage, lanes.p, row)
+        lanes.call("rhs", code.fused(s.h, float(c), s.t), lanes.y_stage, row)
         sound = sound & finite_rows(lanes, row, lanes.ny)
         note_pivots(lanes, row, where & sound)
     return sound
@@ -480,7 +488,7 @@ def _estimate_error(lanes: Lanes, method: RadauIIA, solved: Value, s: _Step, w: 
         with code.each(nv) as i:
             lanes.y_stage[i] = lanes.y[i] + w.error[i]
             lanes.y_stage[nq + i] = lanes.y[nq + i] + w.error[nv + i]
-        code.call_kernel(lanes.rhs, s.t, lanes.y_stage, lanes.p, s.rows[1])
+        lanes.call("rhs", s.t, lanes.y_stage, s.rows[1])
         filtered = _filter_error(lanes, method, s.rows[1], True, s, w)
         filtered = code.select(
             finite_rows(lanes, s.rows[1], lanes.ny), filtered, code.all_lanes(float("inf"))

@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import partial
 
 from symgen.runtime.ensemble.bits import exp2, log2
+from symgen.runtime.ensemble.breaks import follow
 from symgen.runtime.ensemble.events import act_on_events, arm, find_events
 from symgen.runtime.ensemble.lanes import (
     Lanes,
@@ -219,7 +220,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     code = lanes.code
     arm(lanes, active)
     s, following = (Rows(code, code.slot(AT[name], ADDRESS)) for name in ("k", "k_other"))
-    t, stop = lanes.own("t"), code.as_kind(lanes.t_end, "lanes")
+    t, stop = lanes.own("t"), lanes.next_stop()
     again = lanes.own("last_rejected") > 0.5
     wanted, creeping = _choose_step(lanes, s, t, stop, active, again)
     too_small = ~(wanted > code.larger(code.size(t) * (16.0 * EPS), code.as_kind(lanes.h_min, "lanes")))
@@ -234,10 +235,15 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     dense = (lambda: None), partial(_at, lanes, s, h)
     stopped = find_events(lanes, accepted, t, t1, *dense)
     write_frames(lanes, stopped.accepted, t, stopped.t, *dense, whole=h)
-    stopped = act_on_events(lanes, stopped, lambda at: _compute(lanes, at, lanes.y_new, following))
+
+    def derive(at: Value) -> None:
+        _compute(lanes, at, lanes.y_new, following)
+
+    stopped = act_on_events(lanes, stopped, derive)
     with code.when(code.any(stopped.happened)):
         with code.each(lanes.ny) as i:
             lanes.lost[i] = code.select(stopped.happened, code.all_lanes(0.0), lanes.lost[i])
+    followed = follow(lanes, stopped.accepted, stopped.t, derive)
     gone = active & ~accepted & (too_small | creeping)
     accepted = stopped.accepted
     lanes.set_own("pivot", code.smaller(lanes.own("pivot"), _ratio(lanes, following)), accepted)
@@ -249,7 +255,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     # Single runs see singular configurations and change points through.
     has_constraints = code.all_flags(lanes.m > 0)
     end = Reached(accepted, end.lost | (gone & has_constraints), end.infinite & ~has_constraints, end.taken)
-    return commit(lanes, active, end, stopped.t, stopped.t - t, gone, stopped.leaving, stopped.ended)
+    return commit(lanes, active, end, followed.t, stopped.t - t, gone, stopped.leaving, stopped.ended)
 
 
 def _choose_step(
