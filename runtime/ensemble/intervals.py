@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from symgen.runtime.timing.timetable import Timetable
 
 _MOST_NUMBERS, _LEAST_MEMBERS, _MOST_MEMBERS = 1 << 22, 16, 1024  # of a call
+_NONE = np.zeros(0)
 _SAME_TIME = 64.0 * float(np.finfo(float).eps)  # relative: stops that are nearer to each other are one
 
 
@@ -139,36 +140,47 @@ class Breaks:
         return Intervals(np.concatenate(rows), first)
 
     def _rows(self, table: Timetable | None, pieces: list[Pieces]) -> np.ndarray:
-        t_start, t_end = self.options.t_start, self.options.t_end
-        ends, nexts, anew = table.stops if table is not None else (np.zeros(0),) * 3
-        breaks = np.unique(np.concatenate([np.zeros(0), *(x.breaks for x in pieces)]))
-        ends, nexts = np.concatenate([ends, breaks]), np.concatenate([nexts, breaks])
-        anew = np.concatenate([anew, np.zeros(len(breaks))])
-        inside = (nexts > t_start) & (ends < t_end)
-        order = np.argsort(ends[inside], kind="stable")
-        ends, nexts, anew = (x[inside][order] for x in (ends, nexts, anew))
-        kept: list[list[float]] = []
-        for end, following, fresh in zip(ends.tolist(), nexts.tolist(), anew.tolist(), strict=True):
-            if kept and end <= kept[-1][1] + _SAME_TIME * max(abs(t_start), abs(end)):
-                kept[-1][1:] = max(kept[-1][1], following), max(kept[-1][2], fresh)
-            else:
-                kept.append([end, following, fresh])
-        if kept and kept[0][0] <= t_start:
-            kept.pop(0)
-        kept.append([math.inf, math.inf, 0.0])
-        rows = np.array(kept)
-        begins = np.append(t_start, rows[:-1, 1])
-        longest = [self.longest if table is None else min(self.longest, table.longest(t)) for t in begins]
-        # The piece that holds in an interval is the one that does in its middle, or a little behind its begin.
-        inside = np.where(
-            np.isfinite(rows[:, 0]), 0.5 * (begins + rows[:, 0]), begins + _behind(begins, t_start)
+        t_start = self.options.t_start
+        breaks = (
+            pieces[0].breaks
+            if len(pieces) == 1
+            else np.unique(np.concatenate([_NONE, *(x.breaks for x in pieces)]))
         )
-        columns = [rows, np.array(longest)[:, None]]
+        stops = np.column_stack([breaks, breaks, np.zeros(len(breaks))])
+        if table is not None:
+            stops = np.concatenate([np.column_stack(table.stops), stops])
+            stops = stops[np.argsort(stops[:, 0], kind="stable")]
+        stops = _joined(stops[(stops[:, 1] > t_start) & (stops[:, 0] < self.options.t_end)], t_start)
+        rows = np.concatenate([stops[stops[:, 0] > t_start], [[math.inf, math.inf, 0.0]]])
+        begins = np.append(t_start, rows[:-1, 1])
+        longest = np.full(len(rows), self.longest)
+        if table is not None:
+            longest = np.minimum(longest, [table.longest(t) for t in begins])
+        # The piece that holds in an interval is the one that does in its middle, or a little behind its begin.
+        middle = np.where(
+            np.isfinite(rows[:, 0]), 0.5 * (begins + rows[:, 0]), begins + _tick(begins, t_start)
+        )
+        columns = [rows, longest[:, None]]
         for x in pieces:
-            held = np.maximum(np.searchsorted(x.knots, inside, side="right") - 1, 0)
+            held = np.maximum(np.searchsorted(x.knots, middle, side="right") - 1, 0)
             columns += [x.knots[held][:, None], x.coefficients[held]]
         return np.concatenate(columns, axis=1)
 
 
-def _behind(t: np.ndarray, t_start: float) -> np.ndarray:
+def _tick(t: np.ndarray, t_start: float) -> np.ndarray:
     return _SAME_TIME * np.maximum(abs(t_start), np.abs(t))
+
+
+def _joined(stops: np.ndarray, t_start: float) -> np.ndarray:
+    """Make one of stops, in their order, that are too near to each other for a step."""
+    near = stops[1:, 0] <= stops[:-1, 1] + _tick(stops[1:, 0], t_start)
+    if not near.any():
+        return stops
+    kept = [stops[0]]
+    for stop in stops[1:]:
+        last = kept[-1]
+        if stop[0] <= last[1] + _tick(stop[0], t_start):
+            kept[-1] = np.array([last[0], max(last[1], stop[1]), max(last[2], stop[2])])
+        else:
+            kept.append(stop)
+    return np.array(kept)
