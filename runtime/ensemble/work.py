@@ -112,7 +112,7 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
     for k in failures:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
     _look_again(plan, first, verdicts)
-    for_single_runs = runs_alone(plan.system, plan.method)
+    for_single_runs = runs_alone(plan.system, plan.method, plan.single.max_steps)
     if for_single_runs:
         for k in np.flatnonzero(np.isin(verdicts.status, for_single_runs)):
             here = {name: float(values[k]) for name, values in varied.items()}
