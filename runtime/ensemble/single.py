@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from symgen.runtime.ensemble.slots import LEFT
+from symgen.runtime.ensemble.machine import IMPLICIT
+from symgen.runtime.ensemble.slots import LEFT, TOO_MANY_STEPS
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
 
@@ -22,9 +23,13 @@ simulation = Late("symgen.runtime.simulate")
 _SINGULAR = (at.PROJECTION_FAILED, at.SINGULAR_MATRIX)
 
 
-def runs_alone(system: System) -> tuple[int, ...]:
-    """Return the statuses with which members of a model leave lanes, for runs of their own."""
-    return (_SINGULAR if system.m else ()) + ((LEFT,) if system.events else ())
+def runs_alone(system: System, method: str, max_steps: int | None = None) -> tuple[int, ...]:
+    """Return the statuses with which members of a model leave lanes of a method, for runs of their own.
+
+    Where users give no limit of steps, very many may be a motion that never gets on: single runs watch for that.
+    """
+    leaving = (LEFT,) if system.events or method in IMPLICIT else ()
+    return (_SINGULAR if system.m else ()) + leaving + ((TOO_MANY_STEPS,) if max_steps is None else ())
 
 
 def run_single(
