@@ -305,9 +305,10 @@ class RunWriter:
     def __init__(self, path: Path, of: Quantities, settings: Settings, t: np.ndarray, y: np.ndarray):
         header = of.system.source.header
         self._of, self._settings, self._header = of, settings, header
-        self._rows = plot_rows(header, of.system.input_descriptions)
+        self._shows = settings.content == schema.ALL
+        self._rows = plot_rows(header, of.system.input_descriptions) if self._shows else ()
         self._plots = [curves for row in self._rows for curves in row.plots]
-        self._scene = Scene(header, of, settings.mesh_folder)
+        self._scene = Scene(header if self._shows else {"bodies": ()}, of, settings.mesh_folder)
         self._sha256, self._file_digest = hashlib.sha256(), schema.FileDigest(path)
         self._exchange = Exchange()
         self._low: dict[str, np.ndarray] = {}
@@ -342,16 +343,39 @@ class RunWriter:
             Of stops and frictions.
         """
         of, system = self._of, self._of.system
-        energies = of.evaluate("energy", t, y)
         multipliers = of.multipliers(t, y, settings)
         q, v, w = np.split(y, [system.nq, system.nq + system.nv], axis=1)
         state = {"t": t[:, None], "q": q, "v": v, "w": w, "lambda": multipliers, "settings": settings}
         self._sha256.update(schema.state_bytes(state))
-        self._rrd.times(t, np.arange(self.n_frames, self.n_frames + len(t)))
-        self._rrd.columns(schema.STATE, schema.STATE_ARCHETYPE, state)
+        if self._shows:
+            self._rrd.times(t, np.arange(self.n_frames, self.n_frames + len(t)))
+            self._rrd.columns(schema.STATE, schema.STATE_ARCHETYPE, state)
+            self._show(t, y, multipliers, energy_of_resets, settings)
+        else:  # a row of Rerun costs more than what it holds of a small model
+            self._rrd.times(t[:1], np.array([self.n_frames]))
+            chunk = {name: values.reshape(1, -1) for name, values in state.items()}
+            self._rrd.columns(schema.STATE, schema.CHUNK_ARCHETYPE, chunk)
+        if of.system.has_feedback:
+            self._inputs_at_frames.append((t, of.evaluate("inputs", t, y)))
+        if not self.n_frames:
+            self._rrd.layout(self._scene.layout(self._rows, done=False))
+        self.n_frames += len(t)
+        self._last_time = t[-1:]
+
+    def _show(
+        self,
+        t: np.ndarray,
+        y: np.ndarray,
+        multipliers: np.ndarray,
+        energy_of_resets: np.ndarray,
+        settings: np.ndarray,
+    ) -> None:
+        """Write curves and poses."""
+        of, system = self._of, self._of.system
+        energies = of.evaluate("energy", t, y)
         shown = {
-            "q": q,
-            "v": v,
+            "q": y[:, : system.nq],
+            "v": y[:, system.nq : system.nq + system.nv],
             "inputs": of.evaluate("inputs", t, y),
             "outputs": of.outputs(t, y, settings),
             "energy": np.column_stack([energies, energies.sum(axis=1)]),
@@ -364,12 +388,6 @@ class RunWriter:
             if curves.source != "step_size":
                 self._rrd.scalars(curves.path, shown[curves.source][:, curves.columns])
         self._scene.frames(self._rrd, t, y, multipliers)
-        if of.system.has_feedback:
-            self._inputs_at_frames.append((t, shown["inputs"]))
-        if not self.n_frames:
-            self._rrd.layout(self._scene.layout(self._rows, done=False))
-        self.n_frames += len(t)
-        self._last_time = t[-1:]
 
     def _widen(self, shown: dict[str, np.ndarray]) -> None:
         """Note the smallest and largest values of what is plotted."""
@@ -458,6 +476,7 @@ class RunWriter:
         self._rrd.property(schema.MODEL, {**names, **texts})
         run = {key: getattr(settings, key) for key in ("title", "method", "constraints", "rtol", "atol")}
         options = json.dumps(settings.options, sort_keys=True)
+        run |= {} if self._shows else {"content": self._settings.content}
         self._rrd.property(schema.RUN, {"format": schema.FORMAT, **run, "options": options})
         for name, quantities, values in (
             (schema.PARAMETERS, header["parameters"], self._of.p[:n]),
