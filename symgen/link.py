@@ -274,10 +274,13 @@ def _derived_text(
     if source is None:
         source = program.header["source"] = _hash(text.encode())
         text = text.replace('"source": ""', f'"source": "{source}"', 1)
-    _check_readable(text, description.name)
-    done = time.perf_counter()
-    seconds = {"check": 0.0, "derive": derived - checked, "emit": done - derived}
-    return _derived_model(program, text, seconds)
+    made = _derived_model(program, text, {"check": 0.0, "derive": derived - checked, "emit": 0.0})
+    del (
+        program
+    )  # of large models the graph takes more memory than anything else; reading the text needs much, too
+    _check_readable(text, made.name)
+    made.seconds["emit"] = time.perf_counter() - derived
+    return made
 
 
 def _check_readable(text: str, name: str) -> None:
