@@ -1,6 +1,7 @@
 """Scenes in absolute coordinates from 10 to 1000 bodies: seconds to derive and compile, time per evaluation and step.
 
     python benchmarks/scale.py [--json FILE] [--bodies 10 50 200 500 1000] [--scenes chain_absolute lattice bushings]
+        [--method radau5]
 
 A chain of pinned rods, whose cost grows with its length; a net of masses and bars, whose solve grows faster, as on any
 grid in the plane; and the same grid on stiff bushings, which `radau5` integrates with sparse matrices. Nothing comes
@@ -41,7 +42,7 @@ T_END = {EXPLICIT: 0.05, STIFF: 0.2}  # s
 TOLERANCES = {EXPLICIT: {}, STIFF: {"rtol": 1e-5, "atol": 1e-7}}
 
 
-def derive(scene: str, bodies: int) -> tuple[str, dict]:
+def derive(scene: str, bodies: int, method: str) -> tuple[str, dict]:
     """The module of one scene with nearly so many bodies, and figures of its derivation."""
     n = {"chain_absolute": bodies, "lattice": round(bodies**0.5)}.get(
         scene, round(0.5 + (bodies + 0.25) ** 0.5)
@@ -49,7 +50,7 @@ def derive(scene: str, bodies: int) -> tuple[str, dict]:
     start = time.process_time()
     model = load(HERE / "bushing_lattice.py" if scene == "bushings" else find(scene), {"N": str(n)})
     described = time.process_time()
-    derived = derive_text(model, on_demand=SCENES[scene] == EXPLICIT)  # as `symgen.load` does
+    derived = derive_text(model, on_demand=method == EXPLICIT)  # as `symgen.load` does
     done = time.process_time()
     return derived.text, {
         "model s": described - start, "derive s": done - described, "kB": len(derived.text) / 1e3
@@ -89,15 +90,15 @@ def _peak_megabytes() -> float:
     return int(status.split("VmHWM:")[1].split()[0]) / 1e3
 
 
-def measure(scene: str, bodies: int) -> dict:
+def measure(scene: str, bodies: int, method: str) -> dict:
     """Figures of one scene; its run is a process of its own."""
-    text, derivation = derive(scene, bodies)
+    text, derivation = derive(scene, bodies, method)
     with tempfile.TemporaryDirectory() as folder:
         module = Path(folder) / "scene.py"
         module.write_text(text)
-        command = [sys.executable, __file__, "--module", str(module), SCENES[scene]]
+        command = [sys.executable, __file__, "--module", str(module), method]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return {"scene": scene, **derivation, **json.loads(done.stdout)}
+    return {"scene": scene, "method": method, **derivation, **json.loads(done.stdout)}
 
 
 def main() -> None:
@@ -105,6 +106,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="write the figures to this file as well")
     parser.add_argument("--bodies", type=int, nargs="+", default=BODIES)
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES))
+    parser.add_argument("--method", choices=[EXPLICIT, STIFF], help="another than the scene's own")
     parser.add_argument("--module", nargs=2, metavar=("FILE", "METHOD"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.module:
@@ -114,7 +116,7 @@ def main() -> None:
     rows = []
     for scene in arguments.scenes:
         for n in arguments.bodies:
-            rows.append(measure(scene, n))
+            rows.append(measure(scene, n, arguments.method or SCENES[scene]))
             if arguments.json:  # by now: long ones take minutes
                 arguments.json.write_text(json.dumps(rows, indent=1))
     table = Table(*rows[0])

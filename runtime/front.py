@@ -645,6 +645,7 @@ class Solution(SolutionData):
         model_text: str = "",
         title: str = "",
         mesh_folder: str | os.PathLike[str] | None = None,
+        content: str = "all",
     ) -> None:
         """Write a recording (`.rrd`), for `symgen play` and `symgen verify`.
 
@@ -657,5 +658,9 @@ class Solution(SolutionData):
             The model's name otherwise.
         mesh_folder : path-like, optional
             The model's folder, below which its meshes lie.
+        content : {"all", "states"}
+            All that is shown, or states alone, a tenth of the size: poses and curves are worked out when it is played.
         """
-        saving.save_solution(self, path, model_text=model_text, title=title, mesh_folder=mesh_folder)
+        saving.save_solution(
+            self, path, model_text=model_text, title=title, mesh_folder=mesh_folder, content=content
+        )

@@ -79,6 +79,9 @@ class DerivedModel:
     is_part: bool = False
 
 
+_LARGE_TEXT = 1_000_000  # characters of a module whose derivation is worth a search for what it left behind
+
+
 def _uncollected(function: Callable[..., Any]) -> Callable[..., Any]:
     """Pause Python's collector meanwhile: its searches take a third of the time, and nodes are no cycles."""
 
@@ -275,10 +278,14 @@ def _derived_text(
     if source is None:
         source = program.header["source"] = _hash(text.encode())
         text = text.replace('"source": ""', f'"source": "{source}"', 1)
-    _check_readable(text, description.name)
-    done = time.perf_counter()
-    seconds = {"check": 0.0, "derive": derived - checked, "emit": done - derived}
-    return _derived_model(program, text, seconds)
+    made = _derived_model(program, text, {"check": 0.0, "derive": derived - checked, "emit": 0.0})
+    # Of large models the graph takes more memory than anything else, and reading the text needs much, too.
+    del program
+    if len(text) > _LARGE_TEXT:
+        gc.collect()  # the collector is paused meanwhile, and derivations refer to themselves
+    _check_readable(text, made.name)
+    made.seconds["emit"] = time.perf_counter() - derived
+    return made
 
 
 def _check_readable(text: str, name: str) -> None:

@@ -298,3 +298,25 @@ def test_extreme_eigenvalues_are_those_of_the_whole_jacobian(damping):
     assert found.real.min() == pytest.approx(expected.real.min(), rel=0.02)
     if damping < 1e3:
         assert np.abs(found.imag).max() == pytest.approx(np.abs(expected.imag).max(), rel=0.02)
+
+
+class TestNets:
+    """Multipliers have no diagonal until the coordinates of their constraints are eliminated."""
+
+    @pytest.mark.parametrize("model", ["chain", "lattice"])
+    def test_multipliers_come_after_their_coordinates(self, model, request):
+        system = runtime.load(request.getfixturevalue(model))
+        pattern, nv = newton_pattern(system), system.nv
+        place = np.argsort(pattern.order)
+        assert np.array_equal(np.sort(pattern.order), np.arange(nv + system.m))
+        column = np.repeat(np.arange(nv + system.m), np.diff(pattern.start))
+        own = (pattern.rows >= nv) & (column < nv)
+        assert own.any() and (place[pattern.rows[own]] > place[column[own]]).all()
+
+    def test_a_net_of_bars_runs_as_an_explicit_method_says(self, lattice):
+        """It found no room for its factors, at the first step and at however short ones."""
+        stiff = runtime.load(lattice).run(t_end=0.1, method="radau5", rtol=1e-6, atol=1e-8, fps=10.0)
+        explicit = runtime.load(lattice).run(t_end=0.1, method="dop853", rtol=1e-9, atol=1e-11, fps=10.0)
+        assert stiff.status == explicit.status == "success"
+        assert np.abs(stiff.q[-1] - explicit.q[-1]).max() < 1e-7
+        assert np.abs(stiff.v[-1] - explicit.v[-1]).max() < 1e-6

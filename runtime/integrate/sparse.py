@@ -16,6 +16,7 @@ from symgen.runtime.positions import Positions
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
+    from scipy.sparse.linalg import SuperLU
 
     from symgen.runtime.system import System
 
@@ -450,7 +451,7 @@ def _pattern(system: System) -> NewtonPattern:
     unique, slot = np.unique(keys, return_inverse=True)
     start = np.searchsorted(unique, np.arange(n + 1) * n)
     rows = unique % n
-    order, n_factor = _elimination(start, rows, n)
+    order, n_factor = _elimination(start, rows, n, nv)
     return NewtonPattern(
         *(np.ascontiguousarray(x, dtype=np.int64) for x in (kind, row, column, slot[: len(kind)], turns)),
         np.ascontiguousarray(start, dtype=np.int64),
@@ -486,15 +487,36 @@ def _entries(system: System) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
     return kind, np.concatenate([row, more[:, 0]]), np.concatenate([column, more[:, 1]]), table
 
 
-def _elimination(start: np.ndarray, rows: np.ndarray, n: int) -> tuple[np.ndarray, int]:
-    """An order of minimum degree on the graph of A + Aᵀ, and the entries of L with pivots on the diagonal.
+def _elimination(start: np.ndarray, rows: np.ndarray, n: int, nv: int) -> tuple[np.ndarray, int]:
+    """An order of small degree on the graph of A + Aᵀ, and the entries of L with pivots on the diagonal.
 
     SuperLU finds both where the diagonal is dominant (Liu, ACM TOMS 11 (1985) 141; Li, ACM TOMS 31 (2005) 302).
     """
     from scipy.sparse import csc_matrix, identity
-    from scipy.sparse.linalg import splu
 
     pattern: csc_matrix = csc_matrix((np.ones(len(rows)), rows, start), shape=(n, n))
     dominant = (pattern + pattern.T + _DOMINANT * n * identity(n)).tocsc()
-    factors = splu(dominant, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    return np.argsort(factors.perm_c).astype(np.int64), int(factors.L.nnz)
+    by_degree = np.argsort(_factors(dominant, "MMD_AT_PLUS_A").perm_c)
+    order = np.argsort(_after_their_coordinates(pattern, np.argsort(by_degree), nv), kind="stable")
+    n_factor = _factors(dominant[order][:, order].tocsc(), "NATURAL").L.nnz
+    return order.astype(np.int64), int(n_factor)
+
+
+def _factors(matrix: csc_matrix, order: str) -> SuperLU:
+    from scipy.sparse.linalg import splu
+
+    return splu(matrix, permc_spec=order, options={"SymmetricMode": True})
+
+
+def _after_their_coordinates(pattern: csc_matrix, place: np.ndarray, nv: int) -> np.ndarray:
+    """Places of all unknowns in an elimination, such that no multiplier comes before a coordinate of its constraint.
+
+    The diagonal is zero until these are eliminated. Orders by degree alone begin with multipliers; then their pivots
+    are elsewhere, and of a net of constraints the factors grow to many times their size.
+    """
+    entries = pattern.tocoo()
+    place = place.astype(float)
+    own = (entries.row >= nv) & (entries.col < nv)
+    last = np.full(len(place), -1.0)
+    np.maximum.at(last, entries.row[own], place[entries.col[own]])
+    return np.maximum(place, last + 0.5)

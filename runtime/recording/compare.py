@@ -15,6 +15,7 @@ from symgen.runtime.module import read_module
 from symgen.runtime.names import motion_records, rate_labels
 from symgen.runtime.recording.reader import blamed_on, check_fits
 from symgen.runtime.recording.schema import RecordingError
+from symgen.runtime.recording.states_alone import with_energies
 from symgen.runtime.system import System
 
 from .reader import read_recording
@@ -154,6 +155,7 @@ def _comparison(first: str | Path, second: str | Path, tolerance: float) -> Comp
     systems = _system(a), _system(b)
     for recording, system in ((a, systems[0]), (b, systems[1])):
         check_fits(recording, system)
+    a, b = with_energies(a, systems[0]), with_energies(b, systems[1])
     rows = _common_frames(a, b)
     t = a.t[rows[0]]
     named_a, named_b = _quantities(a, systems[0], rows[0]), _quantities(b, systems[1], rows[1])

@@ -113,7 +113,7 @@ class Layout:
     camera : Camera or None
         None: there are no bodies to look at.
     times : ndarray, shape (n,) [s]
-        Of the frames, at which the camera may move.
+        Of the frames at which the camera may move.
     grid : float
         Spacing of the grid [m].
     trails : tuple of (str, bool)
@@ -127,6 +127,8 @@ class Layout:
         Simulated seconds per second of playback.
     seconds : tuple of float [s]
         The simulated time that plots span.
+    every : int
+        Of how many frames the camera may move at one.
     """
 
     planar: bool
@@ -139,6 +141,7 @@ class Layout:
     rows: tuple[Row, ...]
     speed: float
     seconds: tuple[float, float]
+    every: int = 1
 
 
 def plot_rows(header: dict, over_time: Collection[str] = ()) -> tuple[Row, ...]:

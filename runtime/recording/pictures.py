@@ -18,6 +18,7 @@ from symgen.runtime.recording.layout import choose_speed
 from symgen.runtime.recording.play import viewer_command
 from symgen.runtime.recording.reader import read_times
 
+states_alone = Late("symgen.runtime.recording.states_alone")
 headless = Late("symgen.runtime.recording.rrd.headless")
 images = Late("PIL.Image")  # comes with the viewer
 
@@ -66,7 +67,8 @@ def image(recording: Path, file: Path, at: float | None = None, frame: Frame | N
         raise RuntimeModelError(
             f"{recording}: {moment:g} s is outside the run, which is from {t[0]:g} s to {t[-1]:g} s"
         )
-    (content,) = _painted(recording, [moment], frame)
+    with states_alone.whole(recording) as shown:
+        (content,) = _painted(shown, [moment], frame)
     _write_whole(file, lambda place: place.write_bytes(content))
 
 
@@ -104,12 +106,13 @@ def film(
         raise RuntimeModelError(
             f"{file}: would have {n} frames, and the most are {_LONGEST_FILM}; ask for fewer frames per second"
         )
-    paintings = _painted(recording, np.linspace(t[0], t[-1], n).tolist(), frame)
 
     def counted() -> Iterator[bytes]:
-        for done, content in enumerate(paintings, 1):
-            progress(done, n)
-            yield content
+        with states_alone.whole(recording) as shown:
+            paintings = _painted(shown, np.linspace(t[0], t[-1], n).tolist(), frame)
+            for done, content in enumerate(paintings, 1):
+                progress(done, n)
+                yield content
 
     if maker is None:
         _write_whole(file, lambda place: _as_gif(counted(), place, fps))

@@ -11,8 +11,11 @@ import sys
 from pathlib import Path
 
 from symgen.runtime.errors import RuntimeModelError
+from symgen.runtime.lazy import Late
 from symgen.runtime.recording.reader import read_times
 from symgen.runtime.recording.schema import RecordingError
+
+states_alone = Late("symgen.runtime.recording.states_alone")
 
 _GRACE = 3.0  # seconds between asking the viewer to end and ending it
 
@@ -51,7 +54,8 @@ def play(path: str | Path, web: bool = False) -> int:
     command = [*viewer_command(), "--bind", "127.0.0.1", "--port", "auto"]
     if web:
         command += ["--web-viewer", "--web-viewer-port", "0"]
-    return _run([*command, str(path)])
+    with states_alone.whole(path) as shown:
+        return _run([*command, str(shown)])
 
 
 def viewer_command() -> list[str]:

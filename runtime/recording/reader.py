@@ -66,6 +66,7 @@ def check_settings(recording: Recording) -> None:
         ("its method", recording.method, (_is_word, "the name of a method")),
         ("its form of constraints", recording.constraints, (_is_word, "the name of a form")),
         ("its status", recording.status, _TEXT),
+        ("its content", recording.content, _CONTENT),
         ("rtol", recording.rtol, _TOLERANCE),
         ("atol", recording.atol, _TOLERANCE),
         ("its options", recording.options, _TABLE),
@@ -130,6 +131,7 @@ def _is_list(fits: Callable[[Any], bool]) -> Callable[[Any], bool]:
 
 
 _TEXT = (lambda x: type(x) is str, "text")
+_CONTENT = (lambda x: x in schema.CONTENTS, " or ".join(schema.CONTENTS))
 _TABLE = (lambda x: type(x) is dict and all(type(key) is str for key in x), "a table")
 _TOLERANCE = (lambda x: _is_number(x) and x >= 0.0, "a number that is not negative")
 _TIME = (_is_number, "a time")
@@ -193,7 +195,7 @@ def _recording(
     if schema.STATE not in batches:
         raise RecordingError(f"{path}: holds no states; run the model again")
     try:
-        columns = _series(batches[schema.STATE], schema.STATE_ARCHETYPE, schema.STATE_COLUMNS)
+        columns = (_chunks if run.get("content") == schema.STATES else _states)(batches[schema.STATE])
         energy = _energies(batches)
     except ValueError as error:
         raise RecordingError(f"{path}: {error}; run the model again") from error
@@ -216,6 +218,7 @@ def _recording(
         parameters=_named_values(batches, schema.PARAMETERS),
         inputs=_named_values(batches, schema.INPUTS),
         inputs_over_time=json.loads(_property(batches, schema.INPUTS_OVER_TIME).get("pieces", "{}")),
+        content=run.get("content", schema.ALL),
         t=columns["t"][:, 0],
         q=columns["q"],
         v=columns["v"],
@@ -287,6 +290,18 @@ def read_times(path: str | Path) -> np.ndarray:
     return times
 
 
+def read_content(path: str | Path) -> str:
+    """Return what a recording holds: all that is shown, or states alone.
+
+    Raises
+    ------
+    RecordingError
+        It can not be read.
+    """
+    _, batches, _ = read.read_rrd(Path(path), [])
+    return _property(batches, schema.RUN).get("content", schema.ALL)
+
+
 def _property_values(batches: dict[str, list[pa.RecordBatch]], name: str) -> dict[str, list]:
     """Return the last values of each component of a property, under names without the archetype's."""
     values: dict[str, list] = {}
@@ -324,6 +339,52 @@ def _series(batches: list[pa.RecordBatch], archetype: str, names: tuple[str, ...
         column.flags.writeable = False
         columns[name] = column
     return columns
+
+
+def _states(batches: list[pa.RecordBatch]) -> dict[str, np.ndarray]:
+    return _series(batches, schema.STATE_ARCHETYPE, schema.STATE_COLUMNS)
+
+
+def _chunks(batches: list[pa.RecordBatch]) -> dict[str, np.ndarray]:
+    """Put the columns of states alone together, as `_states` does; a row holds all frames of a chunk, one by one."""
+    prefix = f"{schema.CHUNK_ARCHETYPE}:"
+    rows = sorted(
+        (
+            (first, batch, k)
+            for batch in batches
+            if f"{prefix}t" in batch.schema.names
+            for k, first in enumerate(batch.column(schema.FRAME).to_pylist())
+        ),
+        key=lambda row: row[0],
+    )
+    if not rows:
+        raise ValueError("it holds no states")
+    parts: dict[str, list[np.ndarray]] = {name: [] for name in schema.STATE_COLUMNS}
+    n_frames = 0
+    for first, batch, k in rows:
+        n = len(_row(batch, f"{prefix}t", k))
+        if first != n_frames or not n:
+            raise ValueError(f"frames are missing or double: {n_frames} before the one numbered {first}")
+        n_frames += n
+        for name, found in parts.items():
+            flat = _row(batch, prefix + name, k)
+            if len(flat) % n:
+                raise ValueError(f"the column {name!r} has gaps")
+            found.append(flat.reshape(n, -1))
+    columns = {name: np.concatenate(found) for name, found in parts.items()}
+    for column in columns.values():
+        column.flags.writeable = False
+    return columns
+
+
+def _row(batch: pa.RecordBatch, column: str, k: int) -> np.ndarray:
+    """The numbers in one row of a column of lists; none of a column that is not there."""
+    if column not in batch.schema.names:
+        return np.zeros(0)
+    values = batch.column(column)[k].values
+    if values is None or values.null_count:
+        raise ValueError(f"the column {column!r} has gaps")
+    return values.to_numpy(zero_copy_only=False).astype(float, copy=False)
 
 
 def _matrix(batch: pa.RecordBatch, column: str) -> np.ndarray:

@@ -20,6 +20,7 @@ import numpy as np
 
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
+from symgen.runtime.recording import schema
 from symgen.runtime.recording.recording import Quantities, Settings
 from symgen.runtime.uninterrupted import uninterrupted
 
@@ -120,6 +121,7 @@ class BackgroundWork:
 run_writer = Late("symgen.runtime.recording.run_writer")
 
 _CHUNK = 4000  # frames; a chunk costs as much as some hundred of its frames
+_CHUNK_OF_STATES = 16_000  # of states alone, whose frames cost less
 _EARLY_CHUNK = 50
 _MOST_WAITING = 1 << 23  # bytes of frames that wait for the chunk before them
 _MAX_WAIT = 0.5  # seconds of wall time between chunks, while frames come, and between checkpoints
@@ -155,6 +157,8 @@ class RunRecorder:
         Other settings of the run, as JSON can say them; `step` [s] for methods of fixed step size.
     mesh_folder : path-like, optional
         The model's folder, below which its meshes lie.
+    content : {"all", "states"}, optional
+        Whether to write all that is shown, or states alone: poses and curves are then worked out when somebody looks.
 
     Raises
     ------
@@ -177,6 +181,7 @@ class RunRecorder:
         title: str = "",
         options: dict[str, Any] | None = None,
         mesh_folder: str | os.PathLike[str] | None = None,
+        content: str = schema.ALL,
     ):
         self.path = writable(Path(path))
         self._of = Quantities(system, p)
@@ -185,6 +190,8 @@ class RunRecorder:
                 f"p has shape {self._of.p.shape}, but model {system.name!r} has {system.n_p} "
                 "parameters and inputs"
             )
+        if content not in schema.CONTENTS:
+            raise ValueError(f"content is {content!r}, not one of {', '.join(schema.CONTENTS)}")
         self._settings: dict[str, Any] = {
             "title": title or system.name,
             "method": method,
@@ -195,6 +202,7 @@ class RunRecorder:
             "model_text": model_text,
             "options": dict(options or {}),
             "mesh_folder": None if mesh_folder is None else Path(mesh_folder),
+            "content": content,
         }
         self._writer: RunWriter | None = None
         self._background = BackgroundWork()
@@ -239,7 +247,8 @@ class RunRecorder:
             t, y = t[1:], y[1:]
         if len(t):
             self._take(t, y)
-        enough = _CHUNK if self._begun else _EARLY_CHUNK
+        whole = _CHUNK if self._settings["content"] == schema.ALL else _CHUNK_OF_STATES
+        enough = whole if self._begun else _EARLY_CHUNK
         due = self._n_waiting >= enough or time.monotonic() - self._last_flush >= _MAX_WAIT
         may_wait = self._background.busy and 8 * self._of.system.ny * self._n_waiting < _MOST_WAITING
         if ((due or len(self._batches) > 1) and not may_wait) or self._background.failed:

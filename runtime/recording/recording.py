@@ -38,6 +38,7 @@ class Settings:
     model_text: str
     options: dict[str, Any]
     mesh_folder: Path | None
+    content: str = schema.ALL
 
 
 class Quantities:
@@ -148,11 +149,13 @@ class Recording:
         By name, in the order of the model.
     inputs_over_time : dict
         What `symgen.runtime.inputs.recorded` wrote about inputs that are not constant, by name.
+    content : {"all", "states"}
+        Whether it holds all that is shown, or states alone, of which the rest follows.
     t : ndarray, shape (n,) [s]
     q, v, w, multipliers, settings : ndarray, shape (n, …)
         `settings` say which stops are closed and which frictions stick.
     energy : ndarray, shape (n, 3)
-        T, V and T + V as they were written.
+        T, V and T + V as they were written; of states alone, (0, 3).
     events : tuple of RecordedEvent
     sha256 : str
         Of the states, as the closing record has it; empty if there is none.
@@ -182,6 +185,7 @@ class Recording:
     parameters: dict[str, float]
     inputs: dict[str, float]
     inputs_over_time: dict[str, Any]
+    content: str
     t: np.ndarray
     q: np.ndarray
     v: np.ndarray

@@ -44,6 +44,60 @@ _LAYER, _MOST_LAYERS = (
 _TRAIL_LONGEST = 1.5  # seconds of playback at most
 
 
+_MOST_KEPT = 20_000  # frames and boxes by which the camera is placed; between this and twice as many are kept
+
+
+class Seen:
+    """What the camera is placed by: of a run of any length, no more than `2 * _MOST_KEPT` frames and boxes.
+
+    Of longer runs every second frame is kept, then every fourth and so on, and neighbouring boxes are joined.
+
+    Attributes
+    ----------
+    every : int
+        Of how many frames one is kept.
+    """
+
+    def __init__(self) -> None:
+        self.every = 1
+        self._n_frames = 0
+        self._times: list[np.ndarray] = []
+        self._middles: list[np.ndarray] = []  # of the bodies
+        # Of some frames the boxes around all bodies, along the axes of the eye; where these frames are among all.
+        self._boxes: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+
+    def take(
+        self, t: np.ndarray, middles: np.ndarray, low: np.ndarray, high: np.ndarray, some: slice
+    ) -> None:
+        """Take frames: their times, shape (n,) [s], middles of the bodies, (n, 3) [m]; of `some`, corners of boxes."""
+        frames = self._n_frames + np.arange(len(t))
+        kept = frames % self.every == 0
+        self._times.append(t[kept])
+        self._middles.append(middles[kept].astype(np.float32))
+        self._boxes.append((low, high, frames[some].copy()))  # not all that they are a part of
+        self._n_frames += len(t)
+        while sum(map(len, self._times)) > 2 * _MOST_KEPT:
+            self._times, self._middles = (
+                [np.concatenate(part)[::2].copy()] for part in (self._times, self._middles)
+            )
+            self.every *= 2
+        while sum(len(low) for low, _, _ in self._boxes) > 2 * _MOST_KEPT:
+            lows, highs, numbers = self.boxes()
+            pairs = np.arange(0, len(lows), 2)
+            joined = np.minimum.reduceat(lows, pairs), np.maximum.reduceat(highs, pairs), numbers[::2].copy()
+            self._boxes = [joined]
+
+    def boxes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the corners of boxes, shape (n, 3) each [m], and the numbers of their frames."""
+        return tuple(np.concatenate(part) for part in zip(*self._boxes))
+
+    def path(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the times of the frames that are kept [s], and the middles of the bodies there [m]."""
+        if not self._times:
+            return np.zeros(0), np.zeros((0, 3))
+        return np.concatenate(self._times), np.concatenate(self._middles).astype(float)
+
+
 class Scene:
     """The bodies of one run.
 
@@ -68,10 +122,7 @@ class Scene:
         self._tethers: TetherWriter | None = None
         self._is_held = False
         self._diagonal = 1.0
-        # Of some frames the boxes around all bodies, along the axes of the eye; where these frames are among all.
-        self._boxes: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        self._middles: list[np.ndarray] = []  # of the bodies, of all frames
-        self._times: list[np.ndarray] = []
+        self._seen = Seen()
         self._t_first = self._t_last = 0.0
         self._last_position: np.ndarray | None = None
         self._mark_writer: MarkWriter | None = None
@@ -142,12 +193,10 @@ class Scene:
         positions, rotations = geometry.split_poses(self._of.evaluate("poses", t, y), len(self._bodies))
         some = slice(None, None, max(1, len(t) // _FRAMES_FOR_BOX))
         seen = positions[some] @ self._axes.T, self._axes @ rotations[some]
-        known = sum(map(len, self._times))
-        self._boxes.append((*geometry.drawn_boxes(self._primitives, *seen), known + np.arange(len(t))[some]))
-        self._middles.append(positions.mean(axis=1).astype(np.float32))
-        self._times.append(t)
+        boxes = geometry.drawn_boxes(self._primitives, *seen)
+        self._seen.take(t, positions.mean(axis=1), *boxes, some)
         path = np.concatenate([self._last_position[None], positions]).astype(np.float32)
-        self._last_position = positions[-1]
+        self._last_position = positions[-1].copy()
         turned = geometry.quaternions(rotations).astype(np.float32)
         trailing = {name for name, _ in self._trails}
         for i, body in enumerate(self._bodies):
@@ -179,7 +228,7 @@ class Scene:
 
     def box(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the corners, along the axes of the eye, of what holds all frames so far [m]."""
-        low, high, _ = (np.concatenate(part) for part in zip(*self._boxes))
+        low, high, _ = self._seen.boxes()
         low, high = geometry.scene_box(low.min(axis=0), high.max(axis=0))
         return np.minimum(low, self._marks.low), np.maximum(high, self._marks.high)
 
@@ -187,12 +236,12 @@ class Scene:
         """Return where all frames so far are seen from, and the diagonal of what is seen [m]."""
         if not self._bodies:
             return None, 1.0
-        low, high, frames = (np.concatenate(part) for part in zip(*self._boxes))
-        middles = np.concatenate(self._middles).astype(float)
+        low, high, frames = self._seen.boxes()
+        _, middles = self._seen.path()
         may_follow = done and not self._is_held and any(body["shape"] for body in self._bodies)
         path = layout.follow(middles, np.median(high - low, axis=0)) if may_follow else None
         if path is not None:
-            moved = path[frames] @ self._axes.T
+            moved = path[np.minimum(frames // self._seen.every, len(path) - 1)] @ self._axes.T
             low, high = (low - moved).min(axis=0), (high - moved).max(axis=0)
             room = (_ROOM if len(self._bodies) > 1 else _ROOM_OF_ONE) * (high - low)
             low, high = low - room, high + room
@@ -208,7 +257,8 @@ class Scene:
         return layout.Layout(
             planar=self.planar,
             camera=camera,
-            times=np.concatenate([np.zeros(0), *self._times]),
+            times=self._seen.path()[0],
+            every=self._seen.every,
             grid=layout.round_down(diagonal / 8),
             trails=self._trails,
             folders=((schema.LABELS, False), *self._marks.folders.items()),
@@ -305,9 +355,10 @@ class RunWriter:
     def __init__(self, path: Path, of: Quantities, settings: Settings, t: np.ndarray, y: np.ndarray):
         header = of.system.source.header
         self._of, self._settings, self._header = of, settings, header
-        self._rows = plot_rows(header, of.system.input_descriptions)
+        self._shows = settings.content == schema.ALL
+        self._rows = plot_rows(header, of.system.input_descriptions) if self._shows else ()
         self._plots = [curves for row in self._rows for curves in row.plots]
-        self._scene = Scene(header, of, settings.mesh_folder)
+        self._scene = Scene(header if self._shows else {"bodies": ()}, of, settings.mesh_folder)
         self._sha256, self._file_digest = hashlib.sha256(), schema.FileDigest(path)
         self._exchange = Exchange()
         self._low: dict[str, np.ndarray] = {}
@@ -342,16 +393,39 @@ class RunWriter:
             Of stops and frictions.
         """
         of, system = self._of, self._of.system
-        energies = of.evaluate("energy", t, y)
         multipliers = of.multipliers(t, y, settings)
         q, v, w = np.split(y, [system.nq, system.nq + system.nv], axis=1)
         state = {"t": t[:, None], "q": q, "v": v, "w": w, "lambda": multipliers, "settings": settings}
         self._sha256.update(schema.state_bytes(state))
-        self._rrd.times(t, np.arange(self.n_frames, self.n_frames + len(t)))
-        self._rrd.columns(schema.STATE, schema.STATE_ARCHETYPE, state)
+        if self._shows:
+            self._rrd.times(t, np.arange(self.n_frames, self.n_frames + len(t)))
+            self._rrd.columns(schema.STATE, schema.STATE_ARCHETYPE, state)
+            self._show(t, y, multipliers, energy_of_resets, settings)
+        else:  # a row of Rerun costs more than what it holds of a small model
+            self._rrd.times(t[:1], np.array([self.n_frames]))
+            chunk = {name: values.reshape(1, -1) for name, values in state.items()}
+            self._rrd.columns(schema.STATE, schema.CHUNK_ARCHETYPE, chunk)
+        if of.system.has_feedback:
+            self._inputs_at_frames.append((t, of.evaluate("inputs", t, y)))
+        if not self.n_frames:
+            self._rrd.layout(self._scene.layout(self._rows, done=False))
+        self.n_frames += len(t)
+        self._last_time = t[-1:].copy()
+
+    def _show(
+        self,
+        t: np.ndarray,
+        y: np.ndarray,
+        multipliers: np.ndarray,
+        energy_of_resets: np.ndarray,
+        settings: np.ndarray,
+    ) -> None:
+        """Write curves and poses."""
+        of, system = self._of, self._of.system
+        energies = of.evaluate("energy", t, y)
         shown = {
-            "q": q,
-            "v": v,
+            "q": y[:, : system.nq],
+            "v": y[:, system.nq : system.nq + system.nv],
             "inputs": of.evaluate("inputs", t, y),
             "outputs": of.outputs(t, y, settings),
             "energy": np.column_stack([energies, energies.sum(axis=1)]),
@@ -364,12 +438,6 @@ class RunWriter:
             if curves.source != "step_size":
                 self._rrd.scalars(curves.path, shown[curves.source][:, curves.columns])
         self._scene.frames(self._rrd, t, y, multipliers)
-        if of.system.has_feedback:
-            self._inputs_at_frames.append((t, shown["inputs"]))
-        if not self.n_frames:
-            self._rrd.layout(self._scene.layout(self._rows, done=False))
-        self.n_frames += len(t)
-        self._last_time = t[-1:]
 
     def _widen(self, shown: dict[str, np.ndarray]) -> None:
         """Note the smallest and largest values of what is plotted."""
@@ -396,7 +464,7 @@ class RunWriter:
         before_last = np.concatenate([self._last_step, lengths[:-1]])
         if len(before_last):
             self._widen({"step_size": before_last})
-        self._last_step = lengths[-1:]
+        self._last_step = lengths[-1:].copy()
 
     def _final_rows(self) -> tuple[layout.Row, ...]:
         """Return the plots as all values suggest: of equal steps the length stands in place of a flat line."""
@@ -458,6 +526,7 @@ class RunWriter:
         self._rrd.property(schema.MODEL, {**names, **texts})
         run = {key: getattr(settings, key) for key in ("title", "method", "constraints", "rtol", "atol")}
         options = json.dumps(settings.options, sort_keys=True)
+        run |= {} if self._shows else {"content": self._settings.content}
         self._rrd.property(schema.RUN, {"format": schema.FORMAT, **run, "options": options})
         for name, quantities, values in (
             (schema.PARAMETERS, header["parameters"], self._of.p[:n]),

@@ -14,6 +14,7 @@ import numpy as np
 from symgen.runtime.checks.health import health_of
 from symgen.runtime.graph.functions import IN_CODE
 from symgen.runtime.module import DECORATOR
+from symgen.runtime.recording import schema
 
 from .recorder import RunRecorder
 
@@ -32,6 +33,7 @@ def save_solution(
     model_text: str = "",
     title: str = "",
     mesh_folder=None,
+    content: str = schema.ALL,
 ) -> None:
     """Write a solution as a recording.
 
@@ -45,6 +47,8 @@ def save_solution(
         The model's name otherwise.
     mesh_folder : path-like, optional
         The model's folder, below which its meshes lie.
+    content : {"all", "states"}
+        As of `RunRecorder`.
     """
     system = solution.system
     recorder = RunRecorder(
@@ -60,6 +64,7 @@ def save_solution(
         title=title,
         options={"step": solution.step} if solution.step else {},
         mesh_folder=mesh_folder,
+        content=content,
     )
     places = [_frames_before(solution, event) for event in solution.events]
     states = np.hstack([solution.q, solution.v, _work(solution, places)[:, : system.nw]])

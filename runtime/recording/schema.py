@@ -56,6 +56,7 @@ STATE_COLUMNS = (
     "lambda",
     "settings",
 )  # settings: of stops and frictions, where there are such
+CHUNK_ARCHETYPE = "symgen.States"  # of states alone: the same columns, but a row holds all frames of a chunk
 EVENT_ARCHETYPE = "symgen.Event"
 CHECKPOINT = "checkpoint"
 CHECKPOINT_ARCHETYPE = "symgen.Checkpoint"
@@ -68,6 +69,7 @@ INPUTS = "inputs"
 INPUTS_OVER_TIME = "inputs_over_time"
 VERSIONS = "versions"
 MEMBERS = "members"  # of a recording of several members of an ensemble, which holds no states
+CONTENTS = ALL, STATES = ("all", "states")  # what a recording holds: all that is shown, or states alone
 RESULT = "result"  # written last: a recording without it is of a run that was cut short
 
 PALETTE = (

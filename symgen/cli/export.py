@@ -10,6 +10,7 @@ from symgen import runtime
 from symgen.cli.files import CarefulCommand, OutputFile, refuse_other_table, write_tables
 from symgen.cli.terminal import say
 from symgen.runtime.recording.reader import check_fits, read_recording
+from symgen.runtime.recording.states_alone import with_energies
 from symgen.runtime.tables import columns_of_recording
 
 
@@ -28,7 +29,7 @@ def command(recording: Path, csv_file: Path | None, parquet_file: Path | None) -
     read = read_recording(recording)
     system = runtime.load(read.module_text)
     check_fits(read, system)
-    columns = columns_of_recording(read, system)
+    columns = columns_of_recording(with_energies(read, system), system)
     refuse_other_table("--csv", csv_file, columns.names)
     refuse_other_table("--parquet", parquet_file, columns.names)
     write_tables(columns, csv_file, parquet_file)

@@ -39,7 +39,15 @@ def run_recorded(
 class Recorded:
     """Makes the recorder when the run begins, hands everything on, and counts the seconds that it takes."""
 
-    def __init__(self, path: Path, model: Path | None, module_text: str, model_text: str | None = None):
+    def __init__(
+        self,
+        path: Path,
+        model: Path | None,
+        module_text: str,
+        model_text: str | None = None,
+        content: str = "all",
+    ):
+        self._content = content
         self.path, self._model, self._module_text, self._model_text = path, model, module_text, model_text
         self._recorder: Any = None
         self.seconds = self.seconds_in_run = 0.0
@@ -55,6 +63,7 @@ class Recorded:
             module_text=self._module_text,
             model_text=model_text,
             mesh_folder=None if self._model is None else self._model.parent,
+            content=self._content,
             **settings,
         )
         self.seconds += time.perf_counter() - began

@@ -33,6 +33,7 @@ def resume_run(
     build_options: dict[str, str],
     given: dict[str, Any],
     log_file: Path | None,
+    log_states: bool,
     no_log: bool,
     show_progress: bool,
 ) -> tuple[Solution, Recorded | None, float]:
@@ -60,7 +61,8 @@ def resume_run(
     written = None
     if not no_log:
         partial = _unused(target.with_name(f"{target.stem}.resumed{target.suffix}"))
-        written = Recorded(partial, path, recording.module_text, recording.model_text)
+        content = "states" if log_states else recording.content
+        written = Recorded(partial, path, recording.module_text, recording.model_text, content)
     progress = Progress(t_end, sys.stderr.isatty()) if show_progress else None
     go_on = functools.partial(resumed.run, given["t_end"], at=given["at"], fps=given["fps"])
     solution = run_recorded(go_on, written, progress)

@@ -61,6 +61,11 @@ tables = Late("symgen.runtime.tables")
     help="Leave the rates of conservative models with constraints as they are, whatever energy the steps lose.",
 )
 @click.option("--no-split", is_flag=True, help="Integrate independent subsystems as one, with one step.")
+@click.option(
+    "--log-states",
+    is_flag=True,
+    help="Record states alone, at a fraction of the cost: poses and curves are worked out when they are looked at.",
+)
 @click.option("--no-log", is_flag=True, help="Record nothing.")
 @click.option(
     "--resume",
@@ -90,6 +95,7 @@ def command(
     log_file: Path | None,
     no_energy_scaling: bool,
     no_split: bool,
+    log_states: bool,
     no_log: bool,
     resume_file: Path | None,
     json_file: Path | None,
@@ -104,15 +110,16 @@ def command(
 
     The exit status is 1 when the run fails, 3 when a check says that its result is not to be trusted.
     """
-    if no_log and (log_file or play):
-        raise click.UsageError(f"--no-log and {'--log' if log_file else '--play'} contradict each other")
+    if no_log and (log_file or log_states or play):
+        other = "--log" if log_file else "--log-states" if log_states else "--play"
+        raise click.UsageError(f"--no-log and {other} contradict each other")
     if resume_file is None and model is None:
         raise click.UsageError("Missing argument 'MODEL'.")
     show_progress, build_options = not quiet, as_dict(options, "--option")
     if resume_file is not None:
         given |= {"--no-energy-scaling": no_energy_scaling, "--no-split": no_split}
         solution, recording, derived = resume.resume_run(
-            resume_file, model, build_options, given, log_file, no_log, show_progress
+            resume_file, model, build_options, given, log_file, log_states, no_log, show_progress
         )
     else:
         path = find_model(model)
@@ -125,7 +132,8 @@ def command(
         if no_split:
             asked = replace(asked, split=False)
         target = None if no_log else log_file or claim("the recording", Path(f"{system.name}.rrd"))
-        recording = target and Recorded(target, path, module.text)
+        content = "states" if log_states else "all"
+        recording = target and Recorded(target, path, module.text, content=content)
         progress = Progress(asked.t_end, sys.stderr.isatty()) if show_progress else None
         solution = run_recorded(functools.partial(_run, system, asked), recording, progress)
     seconds = _seconds(solution, derived, recording)

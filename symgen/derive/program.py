@@ -199,6 +199,10 @@ class Program:
 
     def all_counts(self) -> dict[str, tuple[int, int]]:
         """What `counts` says of every function in the module, those of the closed form included."""
+        return dict(self._all_counts)
+
+    @cached_property
+    def _all_counts(self) -> dict[str, tuple[int, int]]:
         closed = {} if self.closed is None else self.closed.all_counts()
         own = {name: self.counts(name) for name in self.names()}
         return own | {CLOSED_PREFIX + name: counts for name, counts in closed.items()}

@@ -52,12 +52,13 @@ class FunctionText(Shared):
         self.columns = program.own[name].columns if name in program.own else None
         if self.columns:
             self.target = self.new_name("w")
-        self.sections = list(self._sections(program, name))
+        self._written: list[Section] = list(self._sections(program, name))
         operations = sum(program.counts(name))
-        doc = max((s.function.doc for s in self.sections), key=len)
+        doc = max((s.function.doc for s in self._written), key=len)
         self.lines = ['@njit(error_model="numpy")', f"def {name}(t, y, p, out):"]
         self.lines += [f'    """{doc} {operations} operation{"s" * (operations != 1)}."""']
         self.lines += [f"    {line}" for line in self._body()]
+        self._written = []  # what they know of a long function takes much memory, and is not needed any more
 
     def _sections(self, program: Program, name: str) -> Iterator[Section]:
         for part in program.parts:
@@ -85,23 +86,23 @@ class FunctionText(Shared):
 
     def _body(self) -> Iterator[str]:
         self._note_shared_parameters()
-        for section in self.sections:
+        for section in self._written:
             section.print()
         self._note_shared_parameters()  # rolled sections know theirs once they are printed
         yield from (f"{self.names[args]} = p[{args[1]}]" for args in sorted(self.read_once))
-        for section in self.sections:
+        for section in self._written:
             yield from section.hoisted
         yield from (f"{name} = {START_VALUES[self.kinds[k]]}" for k, name in self.totals.items())
         if self.columns:
             yield from self.columns.beginning(self.target)
-        for section in self.sections:
+        for section in self._written:
             yield from section.text()
         if self.columns:
             yield from self.columns.end(self.target, OUT)
         yield from (f"out[{place}] = {name}" for place, name in self.totals.items())
 
     def _note_shared_parameters(self) -> None:
-        self.read_once.update(args for s in self.sections for args in s.shared_parameters())
+        self.read_once.update(args for s in self._written for args in s.shared_parameters())
 
 
 def emit(program: Program) -> str:

@@ -144,11 +144,18 @@ def _product(node: sympy.Mul, sizes: list[Size], decimals: frozenset) -> Size:
 
 
 def _is_pure(x: sympy.Basic, decimals: frozenset) -> bool:
-    if isinstance(x, sympy.NumberSymbol) or x in (1, -1):
-        return True
-    if not isinstance(x, sympy.Rational) or isinstance(x, sympy.Integer) or abs(x) in decimals:
-        return False
-    return abs(x.p) <= LARGEST_PURE and x.q <= LARGEST_PURE
+    if not isinstance(x, sympy.Rational):
+        return isinstance(x, sympy.NumberSymbol) or x in (1, -1)
+    p, q = abs(x.p), x.q
+    if q == 1:
+        return p == 1
+    return p <= LARGEST_PURE and q <= LARGEST_PURE and (p, q) not in _fractions(decimals)
+
+
+@functools.lru_cache(maxsize=16)
+def _fractions(numbers: frozenset) -> frozenset:
+    """Numerators and denominators: SymPy's numbers take long to make, to compare and to hash."""
+    return frozenset((x.p, x.q) for x in numbers)
 
 
 def _power(node: sympy.Basic, base: Size, exponent: Size) -> Size:

@@ -289,7 +289,7 @@ class RrdWriter:
         if camera.path is None:
             return self.static(path, lens, rr.Transform3D(translation=camera.eye, mat3x3=camera.axes.T))
         self.static(path, lens)
-        self.times(layout.times, np.arange(len(layout.times)))
+        self.times(layout.times, layout.every * np.arange(len(layout.times)))
         turned = np.tile(quaternions(camera.axes.T), (len(camera.path), 1))
         columns = [
             rr.ComponentColumn(
