@@ -96,7 +96,7 @@ class LoopArrays:
         method = suited_to_size(method, system)
         self.coefficients = method.coefficients(system)
         # Fixed steps run over jumps of forces, as they do over everything.
-        self.jumps = system.jumps if with_events and method.adaptive else []
+        self.jumps = list(system.jumps) if with_events and method.adaptive else []
         with_events = with_events and (method.adaptive or len(system.jumps) < len(system.events))
         self.n_events = len(system.events) if with_events else 0
         self._with_energy = bool(np.isfinite(energy_level))

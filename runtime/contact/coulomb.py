@@ -91,6 +91,7 @@ _MOST_PASSES = 50
 _CONVERGED = 1e-13
 _REGULAR = 1e-9  # of a minor without friction
 _DEPENDENT = 1e-10  # minors of rows scaled to 1: these stops depend on each other
+_MANY_IDLE = 8  # rows without forces that cost more than leaving them out
 _MOST_STOPS = 10  # 2^n minors are looked at
 
 
@@ -133,6 +134,14 @@ def coulomb_forces(
     """
     n, k = len(free), len(levels.fixed)
     n_stops = n - k
+    frictions = levels.pressed(acting[:n_stops])
+    if (
+        n - np.count_nonzero(acting[:n_stops]) - np.count_nonzero(frictions) > _MANY_IDLE
+    ):  # these have no forces
+        given = (here, free, acting, senses, levels, circles)
+        return _forces_of_some(
+            np.flatnonzero(acting[:n_stops]), np.flatnonzero(frictions), *given, driven=driven
+        )
     still = acting[n_stops:]
     if still[circles].any():
         law = ContactLaw(here, free, acting, senses, levels, circles, driven)
@@ -150,6 +159,30 @@ def coulomb_forces(
     else:
         raise Paradox
     return x, c + slope @ x
+
+
+def _forces_of_some(
+    stops: np.ndarray,
+    frictions: np.ndarray,
+    here: LocalDynamics,
+    free: np.ndarray,
+    acting: np.ndarray,
+    senses: np.ndarray,
+    levels: Levels,
+    circles: np.ndarray,
+    *,
+    driven: bool,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The forces where only some of the stops and frictions have any."""
+    n_stops = len(acting) - len(senses)
+    rows = np.concatenate([stops, n_stops + frictions])
+    number = np.zeros(len(senses), dtype=int)
+    number[frictions] = np.arange(len(frictions))
+    both = number[circles[np.isin(circles[:, 0], frictions)]]
+    own = (here.of(rows), free[rows], acting[rows], senses[frictions], levels.of(stops, frictions))
+    forces, level = np.zeros(len(free)), levels.fixed.copy()
+    forces[rows], level[frictions] = coulomb_forces(*own, circles=both, driven=driven)
+    return forces, level
 
 
 def _linear_forces(
@@ -202,6 +235,13 @@ def check_unique(
     n, n_stops = len(x), len(touching)
     sliding = np.where(stuck, 0.0, np.where(levels.coefficients > 0.0, senses, 0.0))
     if not sliding.any():
+        return
+    frictions = levels.pressed(touching)
+    if n - np.count_nonzero(touching) - np.count_nonzero(frictions) > _MANY_IDLE:
+        stops, frictions = np.flatnonzero(touching), np.flatnonzero(frictions)
+        rows = np.concatenate([stops, n_stops + frictions])
+        own = (here.of(rows), touching[stops], stuck[frictions], senses[frictions])
+        check_unique(*own, levels.of(stops, frictions), x[rows])
         return
     _, slope = levels.linear(here, x, 1.0)
     _check_answers(here, sliding, levels, n_stops)

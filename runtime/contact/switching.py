@@ -70,13 +70,6 @@ class Holding(Instant):
         self._check_unique(here, in_touch, kept[self.n_stops :], levels, forces)
         return self._with_aims(here, kept, levels, forces)
 
-    @property
-    def _in_circles(self) -> np.ndarray:
-        """Which frictions are directions of one that has two."""
-        found = np.zeros(self.n - self.n_stops, dtype=bool)
-        found[self.layout.circles] = True
-        return found
-
     def _far_from_limit(self, forces: np.ndarray, most: np.ndarray) -> np.ndarray:
         """Which frictions are to hold what several could: all, but those of two directions that can take no more."""
         return ~self._in_circles | (self.layout.together(np.abs(forces)) < _FAR * most)
@@ -285,7 +278,7 @@ class Holding(Instant):
         size = max(1.0, np.abs(here.state).max(initial=0.0))
         ahead = _AHEAD * (size / speed if speed > 0.0 else 1.0)
         state = np.concatenate([Positions(system).retract(q, ahead * v), v + ahead * change])
-        return LocalDynamics(system, self.arrays.p, here.t + ahead, state)
+        return self.equations.at(self.arrays.p, here.t + ahead, state)
 
     def _share(self, here: LocalDynamics, others: np.ndarray, forces: np.ndarray) -> None:
         """Let frictions whose motion others hold already keep the part of the force that they have."""
@@ -469,6 +462,7 @@ class Switching(Holding):
         RuntimeModelError
             A stop is violated.
         """
+        self._attend_to_all()
         gaps = self._watched()[0]
         for i in np.flatnonzero(gaps < -_VIOLATED * self._size()):
             raise RuntimeModelError(
@@ -492,6 +486,7 @@ class Switching(Holding):
             The indices of those that fired, or else of those that changed, and what became of each: impact, release,
             stick, slip or turn.
         """
+        self._attend_to_all()
         if not len(fired):
             self._last = None  # inputs have other values at the same time
         is_fired = np.zeros(self.n, dtype=bool)
@@ -554,6 +549,7 @@ class Switching(Holding):
         """Why there is no going on from here: reactions are not unique, or friction with them leaves no one motion."""
         if not self._coupled.any():
             return ""
+        self._attend_to_all()
         here = self._here()
         if here.has_dependent_constraints and self._directions(here)[self._coupled].any():
             return (
@@ -579,7 +575,7 @@ class Switching(Holding):
         h = float(arrays.control[at.H_LAST])
         y = arrays.y[:n].copy()
         y = Positions(self.system).retract(y[:nq], h * y[nq:]), y[nq:]
-        return LocalDynamics(self.system, arrays.p, arrays.t + h, np.concatenate(y))
+        return self.equations.at(arrays.p, arrays.t + h, np.concatenate(y))
 
     def _came_to_rest(self, here: LocalDynamics) -> np.ndarray:
         """Which frictions have no speed if they fired; those that follow reactions may have come to a paradox."""
@@ -608,10 +604,15 @@ class Switching(Holding):
         either, which would rub for nothing: a blow without restitution and what is pressed from there on are in sum
         what ever smaller rebounds are.
         """
+        self.equations.attended = np.concatenate([near, self._pressed(near)])
+        first = (near, struck, slow, aims, np.zeros(self.n_stops, dtype=bool))
+        if not self._coupled.any():
+            self._decide_once(*first)
+            return
         rates = slice(self.system.nq, self.system.nq + self.system.nv)
         before, settings = self.arrays.y[rates].copy(), self.settings
-        rebounds = self._decide_once(near, struck, slow, aims, np.zeros(self.n_stops, dtype=bool))
-        if rebounds.any() and self._coupled.any():
+        rebounds = self._decide_once(*first)
+        if rebounds.any():
             self.arrays.y[rates], self.settings = before, settings
             self._decide_once(near, struck, slow, aims, rebounds)
 
@@ -658,8 +659,12 @@ class Switching(Holding):
         """Let all that slides do so in the direction of its speed; an aim that the motion still has is kept."""
         speeds, sizes = here.speeds[self.n_stops :], self._sliding(here)
         circles = self._in_circles
-        along = here.turned(self.layout.turned(self.senses, self.aimed)).speeds[self.n_stops :]
         kept = self.aimed.copy()
+        along = (
+            self.layout.turned(self.senses, self.aimed)[self.n_stops :] @ here.speeds
+            if kept.any()
+            else speeds
+        )
         for i, j in self.layout.circles:
             is_set = aims is not None and aims[i]
             kept[[i, j]] &= is_set or (along[i] > 0.0 and abs(along[j]) <= _OFF_AIM * along[i])
