@@ -85,9 +85,8 @@ def test_frictions_without_forces_change_nothing(monkeypatch):
     levels = Levels(np.zeros(n_stops), random.uniform(0.1, 0.3, n_stops), normals)
     equations = local_dynamics.ContactEquations.__new__(local_dynamics.ContactEquations)
     equations.attended = np.ones(2 * n_stops, dtype=bool)
-    here = LocalDynamics(
-        place, equations, 0.0, np.zeros(nv), np.zeros(2 * n_stops), random.normal(size=nv), np.zeros(2 * n_stops), np.zeros(3)
-    )  # fmt: skip
+    none, forces = np.zeros(2 * n_stops), random.normal(size=nv)
+    here = LocalDynamics(place, equations, 0.0, np.zeros(nv), none, forces, none, np.zeros(3))
     acting, senses = np.zeros(2 * n_stops, dtype=bool), random.choice([-1.0, 1.0], n_stops)
     acting[[1, 4, 6, n_stops + 4]] = True
     free = np.where(acting, -np.abs(here.free), here.free)
@@ -97,3 +96,35 @@ def test_frictions_without_forces_change_nothing(monkeypatch):
     assert np.abs(all_[0]).max() > 0.0
     for some, every in zip(few, all_):
         np.testing.assert_allclose(some, every, rtol=1e-9, atol=1e-12 * np.abs(every).max())
+
+
+def test_corners_that_lift_off_do_not_leave_the_others_without_forces():
+    """A box that rocks about an edge: the accelerations of its turning cannot all be taken away by forces."""
+    corners = np.array([[0.05, 0.05], [0.05, -0.05], [-0.05, -0.05], [-0.05, 0.05]])
+    rows = np.zeros((12, 6))
+    for k, (cx, cy) in enumerate(corners):
+        r = np.array([cx, cy, -0.05])
+        for row, axis in ((k, 2), (4 + 2 * k, 0), (5 + 2 * k, 1)):
+            e = np.eye(3)[axis]
+            rows[row] = [*e, *np.cross(r, e)]
+    place = Place(np.diag([1.0] * 3 + [0.0017] * 3), np.zeros((0, 6)), rows)
+    equations = local_dynamics.ContactEquations.__new__(local_dynamics.ContactEquations)
+    equations.attended = np.ones(12, dtype=bool)
+    turning = np.zeros(12)
+    turning[4:] = 1e-7 * np.tile(np.array([1.0, 0.5]), 4) * np.sign(corners).ravel()
+    here = LocalDynamics(
+        place,
+        equations,
+        0.0,
+        np.zeros(6),
+        np.zeros(12),
+        np.array([0.3, 0.0, -9.81, 0, 0, 0]),
+        turning,
+        np.zeros(0),
+    )
+    levels = Levels(np.zeros(8), np.full(8, 0.5), [(k // 2, np.zeros(0, dtype=int)) for k in range(8)])
+    circles = np.array([(2 * k, 2 * k + 1) for k in range(4)])
+    forces, _ = coulomb.coulomb_forces(
+        here, here.free, np.ones(12, dtype=bool), np.zeros(8), levels, circles=circles
+    )
+    np.testing.assert_allclose(rows.T @ forces, [-0.3, 0.0, 9.81, 0.0, 0.0, 0.0], atol=1e-6)

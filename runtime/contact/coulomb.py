@@ -11,6 +11,9 @@ see `circles.py`.
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
+
 import numpy as np
 
 from symgen.runtime.contact.circles import ContactLaw, circle_forces
@@ -92,7 +95,7 @@ _CONVERGED = 1e-13
 _REGULAR = 1e-9  # of a minor without friction
 _DEPENDENT = 1e-10  # minors of rows scaled to 1: these stops depend on each other
 _MANY_IDLE = 8  # rows without forces that cost more than leaving them out
-_MOST_STOPS = 10  # 2^n minors are looked at
+_MOST_STOPS = 10  # of which all 2^n minors are looked at
 
 
 def coulomb_forces(
@@ -225,8 +228,9 @@ def check_unique(
     """Make sure that sliding frictions in proportion to reactions leave one motion.
 
     All principal minors of the matrix of stops, with what sticks held, must be positive in parts of those without
-    friction (Cottle, Pang, Stone, The Linear Complementarity Problem, theorem 3.3.7). Frictions that follow multipliers
-    must answer to a change of their level with a smaller one.
+    friction (Cottle, Pang, Stone, The Linear Complementarity Problem, theorem 3.3.7). Of many stops those of
+    `_looked_at` are, which is necessary. Frictions that follow multipliers must answer to a change of their level with
+    a smaller one.
 
     Raises
     ------
@@ -249,15 +253,21 @@ def check_unique(
     spread[n_stops + np.arange(len(sliding)), np.arange(len(sliding))] = sliding
     with_friction = here.compliance @ np.linalg.inv(np.eye(n) + spread @ slope)
     stops, held = np.flatnonzero(touching), n_stops + np.flatnonzero(stuck)
-    if len(stops) > _MOST_STOPS:
-        raise Paradox
     scale = 1.0 / np.sqrt(np.maximum(np.diag(here.compliance), 1e-300))
     scaled = [matrix * np.outer(scale, scale) for matrix in (with_friction, here.compliance)]
-    for chosen in range(1, 1 << len(stops)):
-        rows = np.concatenate([stops[[bool(chosen >> b & 1) for b in range(len(stops))]], held])
+    for chosen in _looked_at(stops, x):
+        rows = np.concatenate([np.array(chosen, dtype=int), held])
         minor, without = (np.linalg.det(matrix[np.ix_(rows, rows)]) for matrix in scaled)
         if without > _DEPENDENT and minor <= _REGULAR * without:
             raise Paradox
+
+
+def _looked_at(stops: np.ndarray, x: np.ndarray) -> Iterator[tuple[int, ...]]:
+    """All sets of some stops; of many each one, each two, and what bears."""
+    sizes = range(1, len(stops) + 1) if len(stops) <= _MOST_STOPS else (1, 2)
+    for size in sizes:
+        yield from itertools.combinations(stops, size)
+    yield tuple(stops[x[stops] > 0.0])
 
 
 def _check_answers(here: LocalDynamics, sliding: np.ndarray, levels: Levels, n_stops: int) -> None:

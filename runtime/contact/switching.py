@@ -31,6 +31,7 @@ _NEARLY = 100.0  # times the speed that is zero within the tolerances
 _FAR = 0.999  # of what a friction can take
 _ANY_ANGLE, _ANY_SPEED = 1e9, 1e150
 _CLEARLY, _AT_BOUND = 2.0, 1e-6  # times the speed from which on fixed steps let a friction turn
+_BROUGHT = 1e4  # times the absolute tolerance
 _OFF_AIM = 1e-6  # of the speed along an aim: what goes across beyond that has another direction
 
 
@@ -82,7 +83,8 @@ class Holding(Instant):
         An aim lasts until it would miss by what the tolerances allow: of a friction F whose direction turns at the rate
         w, sliding along a fixed one for φ/w makes an error of F φ³/(6 w) in the speed, where F/w is a speed of the
         motion. To fixed steps it is renewed until the friction no longer stops the sliding within one of them; and what
-        comes to rest within one keeps its direction.
+        comes to rest within one keeps its direction. So does, in adaptive steps, what is slower than `_BROUGHT` times
+        the absolute tolerance: a direction turns at a rate without bound there, and sliding would miss the rest.
         """
         if not len(self.layout.circles):
             return kept
@@ -102,14 +104,22 @@ class Holding(Instant):
         step, along = self.arrays.fixed_step, self.n_stops + rows
         angles = np.where(aimed, _WIDEST if step else min(angle, _WIDEST), 0.0)
         bounds = np.where(aimed, _ANY_SPEED, 0.0)
-        if step:
-            c, slope = levels.linear(here, forces, 1.0)
-            stopped = (c + slope @ forces)[rows] * np.diag(turned.compliance)[along] * step
-            rising = (turned.free + turned.compliance @ (turned.rotation @ forces))[along] > 0.0
-            angles = np.where(aimed & ~rising, _ANY_ANGLE, angles)
-            bounds = np.where(aimed, _CLEARLY * stopped, np.where(turns, stopped, 0.0))
+        rising = (turned.free + turned.compliance @ (turned.rotation @ forces))[along] > 0.0
+        c, slope = levels.linear(here, forces, 1.0)
+        stopped = (
+            (c + slope @ forces)[rows] * np.diag(turned.compliance)[along] * step * self.arrays.aimed_steps
+        )
+        slow = stopped if step else self._brought(here)[rows]
+        ending = aimed & ~rising
+        angles = np.where(ending, _ANY_ANGLE, angles)
+        bounds = np.where(ending | (aimed & (step > 0.0)), _CLEARLY * slow, np.where(turns, slow, bounds))
         self._aims = np.column_stack([angles, bounds])
         return kept
+
+    def _brought(self, here: LocalDynamics) -> np.ndarray:
+        """Sliding speeds below which adaptive steps keep the direction of what comes to rest."""
+        sizes = np.abs(here.rows).sum(axis=1)[self.n_stops :]
+        return self.layout.together(_BROUGHT * sizes * max(float(self.arrays.control[at.ATOL]), 1e-15))
 
     def _begin_about_a_point(self, here: LocalDynamics, circles: np.ndarray) -> bool:
         """Whether frictions that move each other begin to slide in directions that are not parallel."""
@@ -144,7 +154,7 @@ class Holding(Instant):
             if not fired[i]:
                 continue
             s = here.speeds[self.n_stops + np.array([i, j])]
-            if self.turning[i] and step and np.hypot(*s) <= bounds[k] * (1.0 + _AT_BOUND):
+            if self.turning[i] and np.hypot(*s) <= bounds[k] * (1.0 + _AT_BOUND):
                 self.senses[[i, j]], self.aimed[[i, j]], set_[[i, j]] = s / np.hypot(*s), True, True
             elif self.aimed[i] and step and self.senses[[i, j]] @ s < bounds[k] * (1.0 - _AT_BOUND):
                 across = self._forces_across() if across is None else across
@@ -448,6 +458,7 @@ def _adds_energy(here: LocalDynamics, x: np.ndarray) -> bool:
 
 _VIOLATED = 1e-6  # gap at the start, in parts of the coordinates' sizes, from which on it is an error
 _WITHIN_STEPS = 2.0  # the pull may grow while a gap opens
+_STEPS_BEFORE_REST = 1e3
 _AT_REST = 1e-6  # of what a sliding speed changes by in a step: at its event it is zero but for round-off
 
 
@@ -546,10 +557,30 @@ class Switching(Holding):
         return "" if on_its_way else "turn"
 
     def objection(self) -> str:
-        """Why there is no going on from here: reactions are not unique, or friction with them leaves no one motion."""
+        """Why there is no going on from here: what `_paradox` says, or a direction that turns too fast."""
+        self._attend_to_all()
+        return self._paradox() or self._turns_too_fast()
+
+    def _turns_too_fast(self) -> str:
+        """Which friction in a plane is so near to rest that its direction turns in the last steps."""
+        here = self._here()
+        rest = self._sliding(here) / np.maximum(
+            self.layout.together(np.abs(here.free[self.n_stops :])), 1e-300
+        )
+        near = self.turning & (rest <= _STEPS_BEFORE_REST * self.arrays.h_last)
+        if not near.any():
+            return ""
+        k = int(np.flatnonzero(near)[0])
+        name, t, speed = self.names[self.n_stops + k], self.arrays.t, self._sliding(here)[k]
+        return (
+            f"friction in two directions ({name}) is almost at rest at t = {t:.9g} s ({speed:.1e} in speed), where its "
+            "direction turns faster than steps follow: use dop853 or radau5, or a larger atol"
+        )
+
+    def _paradox(self) -> str:
+        """Why reactions are not unique, or friction with them leaves no one motion."""
         if not self._coupled.any():
             return ""
-        self._attend_to_all()
         here = self._here()
         if here.has_dependent_constraints and self._directions(here)[self._coupled].any():
             return (
