@@ -43,17 +43,17 @@ _RHS_FOR_RESIDUAL = 6
 _FULL_MATRICES = ("residual_jacobian", "mass_matrix", "constraint_jacobian")
 _INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 # An explicit step can follow about one radian of a motion at usual tolerances, and decay times step of about 6.
-_STIFFNESS_RATIO = 100.0
+STIFFNESS_RATIO = 100.0
 _MIN_DECAYS_OF_VIBRATION = 100.0  # a vibration that dies out is not worth following, one that lasts is
-_EXPLICIT_BELOW = 1e-10  # at tighter tolerances the high order wins even on stiff models
+EXPLICIT_BELOW = 1e-10  # at tighter tolerances the high order wins even on stiff models
 _ORDER_9_BELOW = 1e-7  # rtol from which on the longer steps of radau9 repay their larger Newton systems
 _FIRST_LOOK, _SCOUT_STEPS = 100, 400
 _COMPARED_STEPS = 40
 # A choice is made as for a long run, of so many radians of the fastest motion: a run does not depend on where it ends.
 _AHEAD = 1e7
 _VISIBLE = 1e-4  # of the fastest rate: slower ones may be round-off of the differences
-_FOLLOWED = 0.5  # radians of the fastest motion in an explicit step that it may be what limits
-_LIMITS = 1.0  # decay times in an explicit step from which on stability may be what limits it
+FOLLOWED = 0.5  # radians of the fastest motion in an explicit step that it may be what limits
+LIMITS = 1.0  # decay times in an explicit step from which on stability may be what limits it
 _COME_TO_REST = (
     1e-4  # of the fastest change met: what is left of the motion is nothing to choose a method for
 )
@@ -100,7 +100,7 @@ def choose_method(
     form, held, first = begins
     scales = time_scales(form, held, t, first[: system.nq], first[system.nq :])
     reason = stiff_at_start(scales, rtol)
-    if not reason and rtol >= _EXPLICIT_BELOW and scales.fastest > 0.0:
+    if not reason and rtol >= EXPLICIT_BELOW and scales.fastest > 0.0:
         reason = scout(form, held, t, first, t + _AHEAD / scales.fastest, rtol, atol)
     if reason:
         stiff = stiff_method(rtol)
@@ -119,15 +119,18 @@ def _other_name(name: str, method: Method) -> list[str]:
 
 def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float) -> str:
     """Return why Taylor series do not suit a model or its start; an empty string where they do."""
-    operations = system.operations.get("residual", 0)
-    if any(switch.get("normal") for switch in system.switches):
-        operations += system.operations.get("rhs", 0) // _RHS_FOR_RESIDUAL
-    if operations > (_LARGEST_FOR_SERIES if rtol >= _EXPLICIT_BELOW else _LARGEST_WHERE_TIGHT):
-        return f"Taylor series of a model of {operations} operations take long to compile"
+    if reason := _too_large_for_series(system, rtol):
+        return reason
+    operations = _size_for_series(system)
     gain = system.operations.get("rhs", 0) * (1e-2 / rtol) ** _GAIN_WITH_RTOL if rtol > 0.0 else np.inf
     if gain < _COST_OF_SERIES * operations - _FREE_FOR_SERIES:
         return f"Taylor series of a model of {operations} operations pay at tighter tolerances only"
-    if reason := _left_out(system, p, t, state):
+    return misfit_of_series(system, p, t, state, rtol)
+
+
+def misfit_of_series(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float) -> str:
+    """Return why Taylor series cannot be had, or not in time, whatever their steps cost; else an empty string."""
+    if reason := _too_large_for_series(system, rtol) or _left_out(system, p, t, state):
         return reason
     if system.m and not system.kernel("rhs")(t, state, p)[-1] >= _INDEPENDENT:
         return "constraints depend on each other at the start"
@@ -135,6 +138,21 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
         return "an inertia is tiny beside what constraints tie it to"
     refusal = METHODS[SERIES].refusal(system)
     return f"{SERIES} {refusal}" if refusal else ""
+
+
+def _size_for_series(system: System) -> int:
+    """Return the operations that tell how long series take to compile."""
+    operations = system.operations.get("residual", 0)
+    if any(switch.get("normal") for switch in system.switches):
+        operations += system.operations.get("rhs", 0) // _RHS_FOR_RESIDUAL
+    return operations
+
+
+def _too_large_for_series(system: System, rtol: float) -> str:
+    operations = _size_for_series(system)
+    if operations > (_LARGEST_FOR_SERIES if rtol >= EXPLICIT_BELOW else _LARGEST_WHERE_TIGHT):
+        return f"Taylor series of a model of {operations} operations take long to compile"
+    return ""
 
 
 def _left_out(system: System, p: np.ndarray, t: float, state: np.ndarray) -> str:
@@ -153,10 +171,10 @@ def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarr
 
 def stiff_at_start(scales: TimeScales, rtol: float) -> str:
     """Return why a run is stiff, judged by its start; an empty string where it is not, or only decays are seen."""
-    if rtol < _EXPLICIT_BELOW or not scales.decay > 0.0 or scales.motion < _VISIBLE * scales.decay:
+    if rtol < EXPLICIT_BELOW or not scales.decay > 0.0 or scales.motion < _VISIBLE * scales.decay:
         return ""
     ratio = scales.decay / scales.motion
-    if ratio < _STIFFNESS_RATIO:
+    if ratio < STIFFNESS_RATIO:
         return ""
     return (
         f"the fastest decay at the start, {scales.decay:.3g} 1/s, is {ratio:.3g} times as fast as the motion"
@@ -189,11 +207,11 @@ def scout(
         scales = time_scales(system, p, arrays.t, q, v)
         changes.append(float(change_rate(system, q, v)))
         slow = max(changes[-1], 1.0 / rest)
-        vibrates_fast = scales.fastest >= max(_STIFFNESS_RATIO * slow, _FOLLOWED / h)
+        vibrates_fast = scales.fastest >= max(STIFFNESS_RATIO * slow, FOLLOWED / h)
         # What falls off a hilltop has a decay that its growth hides.
         hidden = 2.0 * scales.eigenvalues.real.max(initial=0.0)
         decays = scales.damping > max(_MIN_DECAYS_OF_VIBRATION / rest, _VISIBLE * scales.fastest, hidden)
-        if not vibrates_fast and not (decays and scales.damping * h >= _LIMITS):
+        if not vibrates_fast and not (decays and scales.damping * h >= LIMITS):
             return ""
     limited = arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS
     says = f"stability limits the step of {EXPLICIT} to {h:.1e} s from t = {arrays.t:.3g} s on"

@@ -52,6 +52,8 @@ class BatchSettings:
     rtol, atol : float
     step : float [s]
         Of a fixed-step method.
+    order : int
+        Of series; 0: by the tolerance.
     projection_tol : float
         As `layout.PROJECTION_TOL`.
     longest : (float, float, float)
@@ -77,6 +79,7 @@ class BatchSettings:
     max_steps: int = 1 << 52
     lanes: int = LANES
     log_size: int = 0
+    order: int = 0
 
 
 @record
@@ -110,7 +113,12 @@ def order_of(costs: tuple[float, float, float], rtol: float) -> int:
         series = costs[0] + order * (costs[1] + order * costs[2])
         return (COST_OF_STEP + series) * math.exp(-left_out / (order - 1))
 
-    return min(range(LOWEST_ORDER, N_ROWS - 1), key=time)
+    return min(orders(), key=time)
+
+
+def orders() -> range:
+    """Return the orders that series can have."""
+    return range(LOWEST_ORDER, N_ROWS - 1)
 
 
 def one_evaluation(system: System, method: str) -> bool:
@@ -204,7 +212,7 @@ class LaneBatch:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""
         system, settings = self.system, self.settings
         address, costs = lane_series(system, settings.lanes)
-        order = order_of(costs, settings.rtol)
+        order = settings.order or order_of(costs, settings.rtol)
         has_tail = system.ny - system.nq > 1
         left_out = max(settings.rtol, 1e-17) * (1.0 if settings.rtol > ROUND_OFF_RTOL else 1e-3)
         turns = SHARE * max(settings.atol + settings.rtol, ROUND_OFF_RTOL)
@@ -215,6 +223,11 @@ class LaneBatch:
             creeps=max(CREEPS, min(CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF * math.sqrt(EPS / settings.rtol))),
         )
         return (order + 1) * system.ny
+
+    @property
+    def order(self) -> int:
+        """The order of series; 0 with other methods."""
+        return self.table.integer("order")
 
     @property
     def n_events_logged(self) -> int:

@@ -13,6 +13,13 @@ from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_m
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
+from symgen.runtime.ensemble.method_choice import (
+    Choice,
+    Sample,
+    choose_by_looks,
+    choose_once,
+    numbers_of_sample,
+)
 from symgen.runtime.ensemble.machine import IN_LANES, OVER_EVENTS
 from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import EnsembleOptions
@@ -73,6 +80,8 @@ class Plan:
         Inputs over time that are not the model's own, `Noise` among them, with plain numbers.
     own_inputs : frozenset of str
         Inputs over time that the model says.
+    choice : Choice or None
+        What was chosen for all members by a sample of them; None where the method was given, or the first member told.
     """
 
     system: System
@@ -91,6 +100,7 @@ class Plan:
     first_state: np.ndarray
     inputs: dict[Any, Any]
     own_inputs: frozenset[str]
+    choice: Choice | None = None
 
     @property
     def inputs_differ(self) -> bool:
@@ -111,8 +121,13 @@ class Plan:
         return {name: float(x) for name, x in zip(names, p, strict=False) if name not in left_out}
 
 
-def make_plan(system: System, options: EnsembleOptions) -> Plan:
+def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = None) -> Plan:
     """Check what is asked for, and choose how to do it.
+
+    Parameters
+    ----------
+    choice : Choice, optional
+        What was chosen for this ensemble before, by another process or for what a store holds.
 
     Raises
     ------
@@ -136,7 +151,7 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     rows[0] = starts.with_found(rows[0], first)
     state = starts.one(rows[0], first)
     refuse_negative_inertia(system, rows[0], single.t_start, state)
-    treatment, formed, notes = choose_constraints("auto", system, options.method)
+    treatment, _, notes = choose_constraints("auto", system, options.method)
     constant = {*fixed["parameters"], *(c.name for c in columns)}
     own = frozenset(
         r["name"] for r in system.inputs if ("table" in r or "polynomial" in r) and r["name"] not in constant
@@ -148,20 +163,26 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     objection = (
         "inputs over time are for single runs" if over_time else _objection(system, rows[0], state, single)
     )
-    method = formed
-    if formed is None:
-        chosen_for = system
-        if over_time:
-            chosen_for = drive.drive(system, over_time, rows[0], single.t_start, single.t_end)
+    chosen_for = system
+    if over_time:
+        chosen_for = drive.drive(system, over_time, rows[0], single.t_start, single.t_end)
+    if options.method != "auto":
+        choice = None
         method, more = choose_method(chosen_for, rows[0], state, single)
-        notes = [*notes, *more]
-        if options.device != "cpu" and method.name == SERIES:
-            method = METHODS[EXPLICIT]
-            notes.append(f"{EXPLICIT} on the device: series need too much memory for each thread")
+    else:
+        in_lanes = not objection and options.device == "cpu"
+        choice = choice or _choose(chosen_for, members, p, starts, single, in_lanes=in_lanes)
+        method, more = METHODS[choice.method], choice.notes
+    notes = [*notes, *more]
+    if options.method == "auto" and options.device != "cpu" and method.name == SERIES:
+        method = METHODS[EXPLICIT]
+        notes.append(f"{EXPLICIT} on the device: series need too much memory for each thread")
     frame_times = _frame_times(options, single)
     settings = None
     if not objection:
-        settings, method, objection, more = _settings(system, rows[0], state, single, method, frame_times)
+        settings, method, objection, more = _settings(
+            system, rows[0], state, single, method, frame_times, choice
+        )
         notes = [*notes, *more]
     if len(starts.redundant) > len(system.dependent) and not objection:
         settings, objection = None, "constraints follow from others at the start"
@@ -174,8 +195,32 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     drift = min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol))
     return Plan(
         system, options, members, p, starts, replace(single, method=method.name), method.name, treatment, settings,
-        frame_times, drift * starts.smallest_scale, notes, rows[0], state, moving, own,
+        frame_times, drift * starts.smallest_scale, notes, rows[0], state, moving, own, choice,
     )  # fmt: skip
+
+
+def _choose(
+    system: System, members: Members, p: np.ndarray, starts: Starts, single: RunOptions, *, in_lanes: bool
+) -> Choice:
+    """Choose method and order for all members by a sample of them."""
+    rows, states, varied = [], [], {}
+    for number in numbers_of_sample(members.n):
+        parameters, values = members.arrays(p, number, number + 1)
+        rows.append(parameters[0])
+        varied = {name: [*varied.get(name, []), *found] for name, found in values.items()}
+    rows = np.array(rows)
+    states, failures = starts.of(rows, {name: np.array(found) for name, found in varied.items()})
+    sound = [k for k in range(len(rows)) if k not in failures and np.isfinite(states[k]).all()]
+    sample = Sample(rows[sound], states[sound], members.n)
+    found = None
+    if in_lanes and sample.tells:
+
+        def settings_of(name: str) -> BatchSettings | None:
+            first = sample.parameters[0], sample.starts[0]
+            return _settings(system, *first, single, METHODS[name], np.zeros(0))[0]
+
+        found = choose_once(system, sample, single, settings_of)
+    return found or choose_by_looks(system, sample, single)
 
 
 def _inputs_of(
@@ -304,8 +349,9 @@ def _objection(system: System, p: np.ndarray, state: np.ndarray, single: RunOpti
 
 
 def _settings(
-    system: System, p: np.ndarray, state: np.ndarray, single: RunOptions, method: Any, frame_times: np.ndarray
-) -> tuple[BatchSettings | None, Any, str, list[str]]:
+    system: System, p: np.ndarray, state: np.ndarray, single: RunOptions, method: Any, frame_times: np.ndarray,
+    choice: Choice | None = None,
+) -> tuple[BatchSettings | None, Any, str, list[str]]:  # fmt: skip
     """Return settings for lanes with the method, or with the explicit one where a series cannot be had; or why not."""
     if method.name == SERIES and SERIES not in IN_LANES:
         if single.method != "auto":
@@ -326,6 +372,9 @@ def _settings(
         longest=(float(c[at.H_MAX]), float(c[at.H_BASE]), float(c[at.H_SHARE])),
         scale_energy=bool(np.isfinite(level)), max_steps=single.max_steps or _NO_LIMIT,
     )  # fmt: skip
+    if choice is not None and choice.method == method.name:
+        most = min(settings.max_steps, choice.most_steps or _NO_LIMIT)
+        settings = replace(settings, order=choice.order, max_steps=most)
     try:
         LaneBatch(system, settings)
     except (NoLanes, Refusal) as why:

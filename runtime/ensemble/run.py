@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from symgen.runtime.ensemble.method_choice import Choice
 from symgen.runtime.ensemble.chunk import (
     Chunk,
     Wanted,
@@ -51,7 +52,7 @@ def run_ensemble(system: System, options: EnsembleOptions) -> Ensemble:
     RuntimeModelError
         An option does not fit the model, or the first member has no start on the constraints.
     """
-    collected = Collector(make_plan(system, options))
+    collected = Collector(plan_for(system, options))
     try:
         for chunk in collected.run():
             collected.take(chunk)
@@ -60,6 +61,22 @@ def run_ensemble(system: System, options: EnsembleOptions) -> Ensemble:
             f"interrupted: {collected.n_done} of {collected.plan.members.n} members are done"
         )
     return collected.result()
+
+
+def plan_for(system: System, options: EnsembleOptions, stored: Stored | None = None) -> Plan:
+    """Return the plan of an ensemble, with the method and order that what it goes on with was made with.
+
+    Parameters
+    ----------
+    stored : Stored, optional
+        A file of NumPy to go on with; a store is that of the options.
+    """
+    about: Mapping[str, Any] = {}
+    if stored is not None:
+        about = stored.about
+    elif options.resume and ZarrStore.is_there(options.out):
+        about = ZarrStore.open(options.out).about
+    return make_plan(system, options, Choice.from_json(about.get("choice")))
 
 
 class Collector:

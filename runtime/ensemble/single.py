@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from symgen.runtime.ensemble.slots import LEFT
+from symgen.runtime.ensemble.slots import LEFT, TOO_MANY_STEPS
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
 
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
     from symgen.runtime.ensemble.plan import Plan
     from symgen.runtime.solution import Solution
-    from symgen.runtime.system import System
 
 simulation = Late("symgen.runtime.simulate")
 
@@ -22,15 +21,38 @@ simulation = Late("symgen.runtime.simulate")
 _SINGULAR = (at.PROJECTION_FAILED, at.SINGULAR_MATRIX)
 
 
-def runs_alone(system: System) -> tuple[int, ...]:
-    """Return the statuses with which members of a model leave lanes, for runs of their own."""
-    return (_SINGULAR if system.m else ()) + ((LEFT,) if system.events else ())
+# So does a method of their own, where the one that suits the ensemble does not suit a member.
+UNSUITED = (at.STEP_TOO_SMALL, at.NOT_FINITE)
+
+
+def runs_alone(plan: Plan) -> tuple[int, ...]:
+    """Return the statuses with which members leave lanes, for runs of their own."""
+    system, statuses = plan.system, ()
+    if system.m:
+        statuses += _SINGULAR
+    if system.events:
+        statuses += (LEFT,)
+    return statuses + _for_another_method(plan)
+
+
+def _for_another_method(plan: Plan) -> tuple[int, ...]:
+    """Return the statuses of members whose method was chosen for the ensemble and does not suit them."""
+    if plan.choice is None:
+        return ()
+    most, allowed = plan.choice.most_steps, plan.single.max_steps
+    is_limit = most and (allowed is None or most < allowed)
+    return (*UNSUITED, TOO_MANY_STEPS) if is_limit else UNSUITED
 
 
 def run_single(
-    plan: Plan, number: int, p: np.ndarray, varied: dict[str, float], t_eval: Any = None
+    plan: Plan, number: int, p: np.ndarray, varied: dict[str, float], t_eval: Any = None, status: int = 0
 ) -> Solution:
     """Run a member by itself, by its number, its parameters, and the starts that vary.
+
+    Parameters
+    ----------
+    status : int
+        With which it has left lanes.
 
     Raises
     ------
@@ -40,8 +62,11 @@ def run_single(
     system = plan.system
     start, rate = plan.starts.given(varied)
     times = plan.frame_times if t_eval is None else t_eval
+    chosen = plan.single
+    if status in _for_another_method(plan):
+        chosen = replace(chosen, method="auto", step=None)
     options = replace(
-        plan.single, parameters=plan.single_parameters(p), start=start, rate=rate,
+        chosen, parameters=plan.single_parameters(p), start=start, rate=rate,
         inputs=plan.inputs_of(number),
         t_eval=times if len(times) else (plan.single.t_end,), fps=None,
     )  # fmt: skip

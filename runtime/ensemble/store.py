@@ -71,6 +71,7 @@ def write_ensemble(e: Ensemble, path: str | os.PathLike[str]) -> None:
         "symgen": _FORMAT, "model": e.plan.system.name, "method": e.method, "n": e.n, "n_done": e.n_done,
         "shape": e.shape, "series": e.names, "varied": list(e.varied), "t_end": e.plan.single.t_end,
         "rtol": e.plan.single.rtol, "atol": e.plan.single.atol, "notes": e.notes, "identity": identity(e.plan),
+        "choice": e.plan.choice.to_json() if e.plan.choice else None,
         "messages": {str(k): said for k, said in e.messages.items()},
     }  # fmt: skip
     taken = {name for name in (*e.series, *e.varied) if name in _OWN}

@@ -123,6 +123,7 @@ class ZarrStore:
             "n": plan.members.n, "chunk": chunk, "n_times": len(plan.frame_times), "shape": plan.members.shape,
             "series": list(series), "varied": varied, "t_end": single.t_end, "rtol": single.rtol,
             "atol": single.atol, "notes": plan.notes, "identity": identity(plan),
+            "choice": plan.choice.to_json() if plan.choice else None,
         }  # fmt: skip
         try:
             group = zarr.create_group(path, zarr_format=3, attributes={_ABOUT: about})
