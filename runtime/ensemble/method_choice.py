@@ -59,7 +59,7 @@ _PROJECTIONS = 1.5  # of a step
 _OF_EVENTS, _OF_LOOKING = 200.0, 4.0  # and by numbers of dense output
 _STAGES, _DENSE = 12, 8  # of dop853
 # Of a step of an implicit method that runs by itself, and of its parts; and what a run takes besides.
-_ALONE_OPERATION, _ALONE_STEP, _ALONE_RUN, _ELIMINATION = 0.3, 1500.0, 5e4, 0.6
+_ALONE_OPERATION, _ALONE_STEP, _ALONE_RUN, _ELIMINATION = 0.3, 750.0, 5e4, 0.6
 _LANES_GAIN = 3.0
 _MEMBERS_FOR_A_LOOK = 40  # a look at a member takes as long as two run
 
@@ -102,7 +102,8 @@ class Choice:
         notes = stored.get("notes")
         said = isinstance(notes, list) and all(isinstance(x, str) and len(x) < 1000 for x in notes[:9])
         whole = all(type(x) is int and x >= 0 for x in (order, most))
-        if method not in METHODS or not (said and whole) or order not in (0, *orders()):
+        named = isinstance(method, str) and method in METHODS
+        if not (named and said and whole) or order not in (0, *orders()):
             return None
         return cls(method, order, min(most, _MOST_LEFT_LANES), tuple(notes[:9]))
 

@@ -13,6 +13,7 @@ from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_m
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
+from symgen.runtime.ensemble.machine import IN_LANES, OVER_EVENTS
 from symgen.runtime.ensemble.method_choice import (
     Choice,
     Sample,
@@ -20,7 +21,6 @@ from symgen.runtime.ensemble.method_choice import (
     choose_once,
     numbers_of_sample,
 )
-from symgen.runtime.ensemble.machine import IN_LANES, OVER_EVENTS
 from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping

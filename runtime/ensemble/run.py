@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symgen.runtime.ensemble.method_choice import Choice
 from symgen.runtime.ensemble.chunk import (
     Chunk,
     Wanted,
@@ -20,6 +19,7 @@ from symgen.runtime.ensemble.chunk import (
 )
 from symgen.runtime.ensemble.dispatch import run_chunks
 from symgen.runtime.ensemble.identity import refuse_another
+from symgen.runtime.ensemble.method_choice import Choice
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.ensemble.result import Ensemble, StoredVerdicts
