@@ -1,4 +1,4 @@
-"""Equal subsystems in the lanes of vector registers: each moves as by itself, rests, fails and is recorded as others."""
+"""Equal subsystems in the lanes of vector registers: each moves, rests, fails and is recorded as if by itself."""
 
 from __future__ import annotations
 

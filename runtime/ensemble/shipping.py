@@ -22,6 +22,7 @@ from symgen.runtime.code import cache, engine
 from symgen.runtime.ensemble.chunk import Chunk, Wanted, run_chunk
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
+from symgen.runtime.ensemble.sampling import named_beside
 from symgen.runtime.ensemble.version import fingerprint
 from symgen.runtime.ensemble.work import run_part
 from symgen.runtime.ensemble.zarr_store import StoreError, ZarrStore
@@ -131,7 +132,9 @@ def run_packed(content: bytes, first: int, last: int, gather: bool = False) -> C
         plan, wanted, first, last, None if gather else store, gather or (needed and store is None)
     )
     if chunk.columns:
-        chunk = replace(chunk, columns={**plan.members.values(first, last), **chunk.columns})
+        chunk = replace(
+            chunk, columns={**named_beside(plan.members.values(first, last), wanted.kept), **chunk.columns}
+        )
     return chunk
 
 

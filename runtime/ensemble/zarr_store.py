@@ -25,6 +25,7 @@ import numpy as np
 
 from symgen.runtime.ensemble.identity import identity, refuse_another
 from symgen.runtime.ensemble.packing import unpack
+from symgen.runtime.ensemble.sampling import named_beside
 from symgen.runtime.ensemble.tally import MOST_NAMED
 from symgen.runtime.ensemble.verdict import VERDICTS
 from symgen.runtime.errors import RuntimeModelError
@@ -113,7 +114,8 @@ class ZarrStore:
             raise StoreError(
                 f"{path} is there already: go on with it by resume (--resume), or give another name"
             )
-        single, varied = plan.single, [c.name for c in plan.members.columns]
+        single = plan.single
+        varied = [*named_beside({c.name: None for c in plan.members.columns}, series)]
         taken = sorted({*series, *varied} & {*VERDICTS, _TIMES, _MORE})
         wrong = taken or [name for name in (*series, *varied) if not _NAME.match(name)]
         if wrong:
