@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from symgen.runtime.ensemble.zarr_store import ZarrStore
 
 _DEFAULT_STATISTICS = ("mean", "std", "min", "max")
-_SMALLEST_PART, _PART = 64, 1024  # members
+_SMALLEST_PART, _PART = 64, 4096  # members
 _PARTS_AT_LEAST = 16  # so that several threads have something to do
-_PART_NUMBERS = 1 << 21  # of frames in a part
+_PART_NUMBERS = 1 << 19  # of frames in a part: 4 MB, which caches hold
 # A graphics processor is full with some hundred thousand threads.
 _DEVICE_PART, _DEVICE_PART_NUMBERS = 1 << 17, 1 << 24
 _ONE_BY_ONE = 64  # members of a part that run by themselves

@@ -207,9 +207,9 @@ def _best(trials: list[_Trial], n: int, single: RunOptions) -> Choice:
     others = {
         t.method: s / sums[best] for t, s in zip(trials, sums, strict=True) if t.method != chosen.method
     }
-    than = ", ".join(f"{x:.2g} times of it with {name}" for name, x in others.items())
+    than = " and ".join(f"{name} {ratio:.2g} times as long" for name, ratio in others.items())
     reason = f"by steps and operations of {k} of {n} members it takes the least time" + (
-        f" ({than})" if than else ""
+        f", {than}" if than else ""
     )
     limit = 0
     if chosen.method in IN_LANES:
