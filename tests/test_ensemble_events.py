@@ -17,7 +17,7 @@ from symgen.runtime.ensemble.plan import make_plan
 from symgen.runtime.ensemble.slots import LEFT
 from symgen.runtime.ensemble.work import runs_alone
 
-METHODS = ["dop853", "taylor"]
+METHODS = ("dop853", "taylor", "radau5")
 
 
 @functools.cache

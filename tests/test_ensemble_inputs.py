@@ -36,6 +36,17 @@ F = { unit = "N" }
 OWN = OSCILLATOR.replace(
     'F = { unit = "N" }', 'F = { unit = "N", table = [[0, 1, 2], [0, 5, 0]], kind = "linear" }'
 )
+KICKED = """
+[parameters]
+when = "1 s"
+[coordinates]
+x = { unit = "m" }
+[bodies.b]
+mass = "2 kg"
+com = ["x", "0"]
+[forces]
+x = "3*heaviside(t - when)"
+"""
 # y(x1, x2, x3) of Ishigami and Homma (1990) as an output of a model that stands still.
 ISHIGAMI = """
 [parameters]
@@ -76,6 +87,56 @@ def test_noise_is_a_members_own(model):
     run = system.run(1.0, inputs={"F": given}, parameters={"k": 50.0})
     assert abs(run["x"][-1] - e["x"][5]) < 1e-9
     assert system.ensemble(1.0, n=4, **{**asked, "seed": 4})["x"][0] != e["x"][0]
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5", "rk4", "verlet"])
+@pytest.mark.parametrize("kind", ["hold", "linear", "cubic"])
+def test_lanes_with_inputs_do_not_change_members(model, method, kind):
+    """Each has tables of its own; steps end where their pieces do."""
+    system, step = model("OSCILLATOR"), 1 / 173 if method in ("rk4", "verlet") else None
+    given = {"F": noise("3 N", "0.07 s", kind=kind)}
+    e = system.ensemble(
+        1.0, n=30, seed=3, inputs=given, method=method, step=step, parameters={"k": uniform(40, 60)},
+        frames=[0.0, 0.07, 0.3, 0.7, 1.0], keep=["x", "dot(x)", "dot(dot(x))"],
+    )  # fmt: skip
+    assert not e.verdicts.singly.any()
+    tolerance = {"rk4": 1e-6, "verlet": 1e-3}.get(method, 3e-7)
+    for k in range(30):
+        again = e.member(k, e.t)
+        rows = np.searchsorted(again.t, e.t)
+        for name in ("x", "dot(x)"):
+            assert again[name][rows].tobytes() == e[name][k].tobytes()
+        force = e.plan.inputs_of(k)["F"]
+        run = system.run(
+            1.0,
+            inputs={"F": force},
+            parameters={"k": float(e["k"][k])},
+            t_eval=e.t,
+            rtol=1e-10,
+            method="dop853",
+        )
+        assert np.abs(run["x"] - e["x"][k]).max() < tolerance
+        assert np.isclose(again.input_values[rows[1]], run.input_values[1], rtol=1e-12)
+        # The equation, with the force as the table has it: at breaks that of the piece that begins.
+        pieces = force.pieces()
+        at = [pieces.piece_at(t) for t in e.t]
+        value = [
+            np.polyval(pieces.coefficients[i][::-1], t - pieces.knots[i])
+            for i, t in zip(at, e.t, strict=True)
+        ]
+        expected = (np.array(value) - 0.8 * e["dot(x)"][k] - float(e["k"][k]) * e["x"][k]) / 2.0
+        assert np.allclose(e["dot(dot(x))"][k], expected, atol=1e-9)
+
+
+def test_members_are_at_times_of_their_own(model):
+    """A jump in time whose place varies: each lands on its own."""
+    system = model("KICKED")
+    e = system.ensemble(2.0, n=24, seed=1, parameters={"when": uniform(0.5, 1.5)}, rtol=1e-10, atol=1e-12)
+    assert not e.verdicts.singly.any(), e.notes
+    left = 2.0 - e["when"]
+    assert np.allclose(e["x"], 3.0 * left**2 / 2 / 2, rtol=1e-12)  # 3 N on 2 kg
+    assert all(e.member(k).states[-1][0] == e["x"][k] for k in (0, 23))
+    assert any(abs(e.member(0).step_log[:, 0] - e["when"][0]) < 1e-12)
 
 
 def test_noise_has_the_variance_of_the_equation(model):

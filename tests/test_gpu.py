@@ -350,7 +350,7 @@ def test_a_stopped_kernel_returns(imagined_device):
     [
         ("bouncing_ball", {"method": "dop853"}, "it has events, which run in the lanes"),
         ("door_stop", {}, "stops and frictions that stick are for single runs"),
-        ("stiff_bushing_pendulum", {"method": "radau5"}, "method radau5 is for single runs"),
+        ("stiff_bushing_pendulum", {"method": "radau5"}, "method radau5 is for processors"),
     ],
 )
 def test_what_a_device_cannot_do_is_refused(imagined_device, name, options, said):

@@ -7,9 +7,12 @@ import math
 import numpy as np
 
 from symgen.runtime.choose import SERIES
+from symgen.runtime.ensemble import radau
 from symgen.runtime.ensemble.arrays import Table, aligned
 from symgen.runtime.ensemble.events import N_BLOCKS, PLACES
-from symgen.runtime.ensemble.machine import lane_kernel, lane_loop, lane_series
+from symgen.runtime.ensemble.intervals import Breaks, one_interval
+from symgen.runtime.ensemble.lanes import DRIVEN, N_INTERVAL
+from symgen.runtime.ensemble.machine import IMPLICIT, lane_kernel, lane_loop, lane_series
 from symgen.runtime.ensemble.slots import COLUMNS
 from symgen.runtime.events_in_code import ACTIONS
 from symgen.runtime.integrate import layout as at
@@ -64,6 +67,8 @@ class BatchSettings:
     lanes : int
     log_size : int
         Of the log of steps, which one lane alone keeps.
+    breaks : Breaks, optional
+        Where steps have to end, and inputs over time; without them nothing stops members, and inputs are constant.
     """
 
     method: str
@@ -80,6 +85,7 @@ class BatchSettings:
     lanes: int = LANES
     log_size: int = 0
     order: int = 0
+    breaks: Breaks | None = None
 
 
 @record
@@ -121,10 +127,21 @@ def orders() -> range:
     return range(LOWEST_ORDER, N_ROWS - 1)
 
 
+def stage_tolerances(n_stages: int, rtol: float, atol: float) -> tuple[float, float, float]:
+    """The tolerances of a Radau method's error estimate, and of Newton's method, as `radau.error.set_tolerances`."""
+    power = (n_stages + 1.0) / (2.0 * n_stages)
+    own = 0.1 * rtol**power if rtol > 0.0 else 0.0
+    own_atol = atol * (own / rtol) if rtol > 0.0 else 0.1 * atol**power
+    return own, own_atol, max(10.0 * EPS / max(own, EPS), min(0.03, own ** (1.0 / power - 1.0)))
+
+
 def one_evaluation(system: System, method: str) -> bool:
     """Whether a step of Verlet's method evaluates the model once."""
     scheme = find_method(method).coefficients(system)
     return isinstance(scheme, SymplecticScheme) and bool(scheme.reuse)
+
+
+RESULTS = ("end", "columns", "frames")
 
 
 class LaneBatch:
@@ -156,7 +173,9 @@ class LaneBatch:
         names |= {"residual": "constraint_residual"} if system.m else {}
         names |= {"events": "events"} if system.events else {}
         table.set_integers(**{slot: lane_kernel(system, name, lanes) for slot, name in names.items()})
-        n_record, n_k = system.n_row, _N_STAGES * system.n_row
+        n_record, n_k, n_newton = system.n_row, _N_STAGES * system.n_row, 0
+        if settings.method in IMPLICIT:
+            n_newton = self._prepare_newton()
         if settings.method == SERIES:
             n_record, n_k = self._prepare_series(), N_ROWS * system.ny + 1
         self._n_record = n_record
@@ -168,6 +187,9 @@ class LaneBatch:
             log_size=settings.log_size, n_record=n_record, one_evaluation=int(one_evaluation(system, settings.method)),
             n_events=len(system.events), event_log_size=len(self.event_log),
         )  # fmt: skip
+        breaks = settings.breaks
+        driven = breaks.driven if breaks is not None else np.zeros((0, DRIVEN), dtype=np.int64)
+        table.set_integers(n_driven=len(driven), n_interval=N_INTERVAL + int((1 + driven[:, 2]).sum()))
         h_max, h_base, h_share = settings.longest
         table.set_numbers(
             t_start=settings.t_start, t_end=settings.t_end, rtol=settings.rtol, atol=settings.atol, h_max=h_max,
@@ -176,9 +198,10 @@ class LaneBatch:
         )  # fmt: skip
         rows = {
             "y": system.ny, "y_new": system.ny, "y_stage": system.ny, "k": n_k, "k_other": n_k, "lost": system.ny,
-            "p": system.n_precomputed, "projected": n_project, "energies": 2, "residuals": system.nh + system.m,
+            "p": breaks.n_long if breaks is not None else system.n_precomputed, "interval": N_INTERVAL,
+            "projected": n_project, "energies": 2, "residuals": system.nh + system.m,
             "dense": _N_DENSE * system.ny, "numbers": len(COLUMNS), "carry": system.ny, "slope": system.ny,
-            "y_before": n, "watched": N_BLOCKS * len(system.events),
+            "y_before": n, "watched": N_BLOCKS * len(system.events), "newton": n_newton,
         }  # fmt: skip
         table.set_arrays({name: aligned(length * lanes) for name, length in rows.items()})
         self.step_log = np.zeros((settings.log_size, 2))
@@ -188,6 +211,8 @@ class LaneBatch:
                 "frame_times": np.ascontiguousarray(settings.frame_times, dtype=float),
                 "member_of_lane": np.zeros(lanes, dtype=np.int64),
                 "frame_of_lane": np.zeros(lanes, dtype=np.int64),
+                "interval_of_lane": np.zeros(lanes, dtype=np.int64),
+                "driven": driven,
                 "step_log": self.step_log,
                 **self._events(),
             }
@@ -207,6 +232,17 @@ class LaneBatch:
             "actions": np.array([ACTIONS[event["action"]] for event in events], dtype=np.int64),
             "resets": np.array(resets, dtype=np.uint64),
         }
+
+    def _prepare_newton(self) -> int:
+        """Set what implicit methods need; returns how many rows they work in."""
+        system, settings = self.system, self.settings
+        n_stages = (find_method(settings.method).order + 1) // 2
+        rtol, atol, bound = stage_tolerances(n_stages, settings.rtol, settings.atol)
+        self.table.set_integers(
+            jacobian=lane_kernel(system, "residual_jacobian", settings.lanes), n_kept=len(radau.STATE)
+        )
+        self.table.set_numbers(stage_rtol=rtol, stage_atol=atol, newton_bound=bound)
+        return radau.work_length(n_stages, system.nq, system.nv, system.m, system.ny)
 
     def _prepare_series(self) -> int:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""
@@ -238,7 +274,9 @@ class LaneBatch:
         """Let `run`, in another thread, return at once; what it returns is of no use."""
         self.table.set_integers(stop=1)
 
-    def run(self, parameters: np.ndarray, start: np.ndarray) -> BatchResult:
+    def run(
+        self, parameters: np.ndarray, start: np.ndarray, numbers: np.ndarray | None = None
+    ) -> BatchResult:
         """Run members from their starts to the end.
 
         Parameters
@@ -246,8 +284,14 @@ class LaneBatch:
         parameters : ndarray, shape (n, n_p)
         start : ndarray, shape (n, nq + nv)
             Consistent with the constraints.
+        numbers : ndarray of int, shape (n,), optional
+            Those of the members, which say what noise they have; 0, 1, … by default.
         """
         system, n = self.system, len(start)
+        if self.settings.breaks is None:
+            intervals = one_interval(n, self.settings.longest[0])
+        else:
+            intervals = self.settings.breaks.of(np.arange(n) if numbers is None else numbers, parameters)
         states = np.zeros((n, system.ny))
         states[:, : start.shape[1]] = start
         given = np.ascontiguousarray(parameters, dtype=float)
@@ -259,7 +303,7 @@ class LaneBatch:
         held = {
             "start": states, "parameters": given, "precomputed": np.zeros((n, system.n_precomputed)),
             "derivative": np.zeros((n, self._n_record)), "results": result.columns, "end": result.end,
-            "frames": result.frames,
+            "frames": result.frames, "intervals": intervals.rows, "first_interval": intervals.first,
         }  # fmt: skip
         self.table.set_arrays(held)
         self.table.set_integers(n_members=n, next=0, n_logged=0, stop=0, n_events_logged=0)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
+from symgen.runtime.ensemble.breaks import follow
 from symgen.runtime.ensemble.events import act_on_events, arm, find_events
+from symgen.runtime.ensemble.first_step import choose_anew, first_step
 from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, evaluate_start, reach, write_frames
-from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
+from symgen.runtime.ensemble.writer import Rows, Value
 from symgen.runtime.integrate.explicit.dop853 import (
     DOP853_A,
     DOP853_C,
@@ -20,7 +22,6 @@ from symgen.runtime.integrate.step_control import EPS
 
 N_ROWS = 16  # of stage derivatives
 _NEW = 12  # the row of the new state
-_FARTHEST, _TRIALS = 100.0, 5  # as in `step_control.first_step`
 _SHRINK, _GROW = 0.333, 6.0
 _ORDER = 8
 
@@ -31,60 +32,9 @@ def _eighth_root(lanes: Lanes, a: Value) -> Value:
 
 
 def begin(lanes: Lanes) -> Value:
-    """Write what finds the derivative at the start and the length of the first step, as `step_control.first_step`."""
-    code = lanes.code
+    """Write what finds the derivative at the start and the length of the first step."""
     evaluate_start(lanes)
-    y, f = lanes.y, lanes.k
-    size_f, size_y = code.variable(0.0), code.variable(0.0)
-    with code.each(lanes.n) as i:
-        scale = lanes.scale(y[i], y[i])
-        a, b = f[i] / scale, y[i] / scale
-        size_f.value = size_f.value + a * a
-        size_y.value = size_y.value + b * b
-    told = (size_f.value > 1e-10) & (size_y.value > 1e-10) & code.finite(size_f.value)
-    t = code.as_kind(lanes.t_start, "lanes")
-    longest = lanes.longest_step(t)
-    ahead = code.smaller(longest, code.as_kind(lanes.t_end, "lanes") - t)
-    h = code.variable(code.select(told, code.root(size_y.value / size_f.value) * 0.01, code.all_lanes(1e-6)))
-    h.value = code.smaller(h.value, ahead)
-    found, going = code.variable(h.value), code.variable(code.flags(True))
-    trial = code.variable(0, INTEGER)
-    with code.forever() as leave:
-        leave(~code.any(going.value))
-        leave(trial.value >= _TRIALS)
-        step = h.value
-        steepest = _steepest(lanes, t, step)
-        lost = ~code.finite(steepest)
-        is_first = code.equal(trial.value, 0)
-        back = code.select(is_first, step, step / _FARTHEST)
-        suggested = code.select(
-            steepest <= 1e-15, code.larger(step * 1e-3, 1e-6), _eighth_root(lanes, 0.01 / steepest)
-        )
-        reached = (suggested <= step * _FARTHEST) | (step >= ahead)
-        chosen = code.larger(code.smaller(suggested, longest), code.as_kind(lanes.h_min, "lanes"))
-        result = code.select(lost, back, chosen)
-        ending = going.value & (lost | reached)
-        found.value = code.select(ending, result, found.value)
-        going.value = going.value & ~ending
-        h.value = code.select(going.value, code.smaller(step * _FARTHEST, ahead), step)
-        trial.value = trial.value + 1
-    return code.select(going.value, h.value, found.value)
-
-
-def _steepest(lanes: Lanes, t: Value, h: Value) -> Value:
-    """The larger of |y'| and |y''|, as an Euler step sees them, in units of tolerances."""
-    code = lanes.code
-    y, f, trial, row = lanes.y, lanes.k, lanes.y_stage, lanes.k.behind(lanes.n_row)
-    with code.each(lanes.ny) as i:
-        trial[i] = y[i] + h * f[i]
-    code.call_kernel(lanes.rhs, t + h, trial, lanes.p, row)
-    size, change = code.variable(0.0), code.variable(0.0)
-    with code.each(lanes.n) as i:
-        scale = lanes.scale(y[i], trial[i])
-        a, b = f[i] / scale, (row[i] - f[i]) / scale
-        size.value = size.value + a * a
-        change.value = change.value + b * b
-    return code.larger(code.root(change.value) / h, code.root(size.value))
+    return first_step(lanes, lanes.own("t"), lanes.k.behind(lanes.n_row), partial(_eighth_root, lanes))
 
 
 def attempt(lanes: Lanes, active: Value) -> Value:
@@ -92,7 +42,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     code = lanes.code
     arm(lanes, active)
     t, wanted = lanes.own("t"), lanes.own("h")
-    stop = code.as_kind(lanes.t_end, "lanes")
+    stop = lanes.next_stop()
     t1 = code.select(t + wanted * 1.01 >= stop, stop, t + wanted)
     h = t1 - t
     too_small = ~(wanted > code.larger(code.size(t) * (16.0 * EPS), code.as_kind(lanes.h_min, "lanes")))
@@ -100,7 +50,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     least = code.variable(float("inf"))
     for s in range(1, _NEW):
         _sum(lanes, DOP853_A[s], h, rows, lanes.y_stage)
-        code.call_kernel(lanes.rhs, t + h * DOP853_C[s], lanes.y_stage, lanes.p, rows[s])
+        lanes.call("rhs", t + h * DOP853_C[s], lanes.y_stage, rows[s])
         with code.when(lanes.m > 0):
             least.value = code.smaller(least.value, rows[s][lanes.n_row - 1])
     _sum(lanes, DOP853_A[_NEW], h, rows, lanes.y_new)
@@ -120,12 +70,17 @@ def attempt(lanes: Lanes, active: Value) -> Value:
             dense()
 
     write_frames(lanes, stopped.accepted, t, stopped.t, dense_of_frames, states_at, whole=h)
-    stopped = act_on_events(
-        lanes, stopped, lambda at: code.call_kernel(lanes.rhs, at, lanes.y_new, lanes.p, new)
-    )
+
+    def derive(at: Value) -> None:
+        lanes.call("rhs", at, lanes.y_new, new)
+
+    stopped = act_on_events(lanes, stopped, derive)
+    followed = follow(lanes, stopped.accepted, stopped.t, derive)
     end = replace(end, accepted=stopped.accepted, infinite=infinite)
     copy_rows(lanes, new, rows[0], lanes.ny, end.accepted)
-    return commit(lanes, active, end, stopped.t, stopped.t - t, small, stopped.leaving, stopped.ended)
+    done = commit(lanes, active, end, followed.t, stopped.t - t, small, stopped.leaving, stopped.ended)
+    choose_anew(lanes, followed, rows[1], partial(_eighth_root, lanes))
+    return done
 
 
 def _sum(lanes: Lanes, weights: dict[int, float], h: Value, rows: list[Rows], out: Rows) -> None:
@@ -179,7 +134,7 @@ def _dense(lanes: Lanes, t: Value, h: Value, rows: list[Rows]) -> None:
     code = lanes.code
     for s in range(_NEW + 1, N_ROWS):
         _sum(lanes, DOP853_A[s], h, rows, lanes.y_stage)
-        code.call_kernel(lanes.rhs, t + h * DOP853_C[s], lanes.y_stage, lanes.p, rows[s])
+        lanes.call("rhs", t + h * DOP853_C[s], lanes.y_stage, rows[s])
     ny = lanes.ny
     dense = [lanes.dense.behind(ny * r) for r in range(8)]
     with code.each(ny) as i:

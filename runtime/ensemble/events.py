@@ -74,7 +74,7 @@ class Stopped:
 
 
 def _evaluate(lanes: Lanes, t: Value, y: Rows, out: Rows) -> None:
-    lanes.code.call_kernel(lanes.events, t, y, lanes.p, out)
+    lanes.call("events", t, y, out)
 
 
 def _sign(a: Value) -> Value:

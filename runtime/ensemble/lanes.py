@@ -34,6 +34,7 @@ class Lanes:
 
     code: Code
     _known: dict[str, Value | Rows] = field(default_factory=dict)
+    with_breaks: bool = True  # else there is one interval, and inputs are constant
 
     def read(self, *names: str) -> None:
         """Read slots of the table, here."""
@@ -85,14 +86,35 @@ class Lanes:
         """As `step_control.longest_step`."""
         code = self.code
         return code.smaller(
-            code.as_kind(self.h_base, "lanes") + self.h_share * (t - self.t_start), self.h_max
+            code.as_kind(self.h_base, "lanes") + self.h_share * (t - self.t_start),
+            self.interval[INTERVAL_LONGEST],
         )
 
+    def next_stop(self) -> Value:
+        """Where the next step has to end at the latest."""
+        return self.code.smaller(self.interval[INTERVAL_END], self.code.as_kind(self.t_end, "lanes"))
 
-CODE = ("rhs", "project", "energy", "residual", "setup", "series", "events")
+    def call(self, kernel: str, t: Value, y: Rows, out: Rows) -> None:
+        """Call a function of the model for all lanes, with the inputs of the instant."""
+        if self.with_breaks:
+            self._set_inputs(t)
+        self.code.call_kernel(getattr(self, kernel), t, y, self.p, out)
+
+    def _set_inputs(self, t: Value) -> None:
+        code = self.code
+        with code.each(self.n_driven) as k:
+            place, knot, n = (self.driven[k * DRIVEN + j] for j in range(3))
+            since, piece = t - self.p[knot], self.p.behind(knot + 1)
+            total = code.variable(piece[n - 1])
+            with code.down(n - 2, 0) as j:
+                total.value = code.fused(total.value, since, piece[j])
+            self.p[place] = total.value
+
+
+CODE = ("rhs", "project", "energy", "residual", "setup", "series", "events", "jacobian")
 _ROWS = (
     "y", "y_new", "y_stage", "k", "p", "projected", "energies", "residuals", "dense", "numbers", "carry", "slope",
-    "k_other", "lost", "watched", "y_before",
+    "k_other", "lost", "watched", "y_before", "newton", "interval",
 )  # fmt: skip
 _PLAIN = (
     "start",
@@ -107,8 +129,17 @@ _PLAIN = (
     "event_log",
     "directions",
     "places",
+    "intervals",
 )
-_INTEGERS = ("quaternions", "member_of_lane", "frame_of_lane", "actions")
+_INTEGERS = (
+    "quaternions", "member_of_lane", "frame_of_lane", "actions", "first_interval", "interval_of_lane", "driven",
+)  # fmt: skip
+# Rows of `interval`, see `breaks`, and of `intervals`, where the polynomials of inputs come behind them.
+INTERVAL_END, INTERVAL_NEXT, INTERVAL_ANEW, INTERVAL_LONGEST = range(4)
+N_INTERVAL = 4
+DRIVEN = (
+    4  # numbers of `driven` for an input: its place in `p`, those of its knot, coefficients, place in a row
+)
 ALL = tuple(name for name in AT if name not in ("next", "n_logged", "stop", "n_events_logged"))
 
 
@@ -147,7 +178,7 @@ def project(lanes: Lanes, t: Value, y: Rows, wanted: Value, in_passing: Value) -
             length = code.root(w * w + a * a + b * b + c * c)
             for j, part in enumerate(parts):
                 y[first + j] = code.select(going.value, part / length, part)
-        code.call_kernel(lanes.project, t, y, lanes.p, lanes.projected)
+        lanes.call("project", t, y, lanes.projected)
         sound = finite_rows(lanes, lanes.projected, lanes.n_project)
         residual, total = code.variable(0.0), code.variable(0.0)
         with code.each(lanes.n_project, lanes.n) as i:
@@ -168,7 +199,7 @@ def project(lanes: Lanes, t: Value, y: Rows, wanted: Value, in_passing: Value) -
 def evaluate_energy(lanes: Lanes, t: Value, y: Rows) -> tuple[Value, Value, Value]:
     """Return T, V and the work done from outside."""
     code = lanes.code
-    code.call_kernel(lanes.energy, t, y, lanes.p, lanes.energies)
+    lanes.call("energy", t, y, lanes.energies)
     work = code.variable(0.0)
     with code.when(lanes.n < lanes.ny):
         work.value = y[lanes.n]
@@ -238,9 +269,26 @@ def function_load(lanes_wide: int) -> Code:
     carry = lanes.carry.single()
     with code.each(lanes.ny) as i:
         carry[i * code.lanes + lane] = code.number(0.0)
+    newton = lanes.newton.single()
+    with code.each(lanes.n_kept) as i:
+        newton[i * code.lanes + lane] = code.number(0.0)
     lanes.member_of_lane[lane] = member
     lanes.frame_of_lane[lane] = code.integer(0)
+    take_interval(lanes, lane, lanes.first_interval[member])
     return code
+
+
+def take_interval(lanes: Lanes, lane: Value, number: Value) -> None:
+    """Let a lane enter an interval of its member, see `breaks`."""
+    code, row = lanes.code, lanes.intervals.behind(number * lanes.n_interval)
+    interval, p = lanes.interval.single(), lanes.p.single()
+    for k in range(N_INTERVAL):
+        interval[lane + k * code.lanes] = row[k]
+    with code.each(lanes.n_driven) as k:
+        knot, n, first = (lanes.driven[k * DRIVEN + j] for j in range(1, DRIVEN))
+        with code.each(n + 1) as j:
+            p[(knot + j) * code.lanes + lane] = row[first + j]
+    lanes.interval_of_lane[lane] = number
 
 
 def function_store(lanes_wide: int) -> Code:
@@ -309,6 +357,7 @@ def _enter(lanes: Lanes, number: Value, lane: Value) -> None:
         y[i * code.lanes + lane] = start[i]
     with code.each(lanes.n_precomputed) as i:
         p[i * code.lanes + lane] = longer[i]
+    take_interval(lanes, lane, lanes.first_interval[member])
 
 
 def precompute(lanes: Lanes, member: Value) -> Rows:
@@ -339,7 +388,7 @@ def _leave(lanes: Lanes, number: Value, lane: Value) -> None:
 
 def evaluate_start(lanes: Lanes) -> None:
     """Work out the derivatives at the start, into the first row of `k`."""
-    lanes.code.call_kernel(lanes.rhs, lanes.own("t"), lanes.y, lanes.p, lanes.k)
+    lanes.call("rhs", lanes.own("t"), lanes.y, lanes.k)
     note_pivots(lanes, lanes.k, lanes.code.flags(True))
 
 
@@ -359,7 +408,7 @@ def note_residuals(lanes: Lanes, done: Value) -> None:
     """Take note of what is left of the constraints, in the lanes of `done`."""
     code = lanes.code
     with code.when(lanes.m > 0):
-        code.call_kernel(lanes.residual, lanes.own("t"), lanes.y, lanes.p, lanes.residuals)
+        lanes.call("residual", lanes.own("t"), lanes.y, lanes.residuals)
         for column, first, end in (
             ("position_residual", code.integer(0), lanes.nh),
             ("velocity_residual", lanes.nh, lanes.nh + lanes.m),
@@ -424,12 +473,15 @@ class Reached:
         Lanes in which it was; which are away from the constraints; which have numbers that are not finite.
     taken : Value
         What energy scaling took away.
+    unsolved : Value, optional
+        Lanes in which Newton's method has failed.
     """
 
     accepted: Value
     lost: Value
     infinite: Value
     taken: Value
+    unsolved: Value | None = None
 
 
 def reach(
@@ -446,7 +498,7 @@ def reach(
         on_constraints.value = project(lanes, t1, lanes.y_new, tried, passing)
         taken.value = keep_energy(lanes, t1, lanes.y_new, on_constraints.value)
     with code.when(code.flag(True) if evaluate is None else evaluate):
-        code.call_kernel(lanes.rhs, t1, lanes.y_new, lanes.p, new)
+        lanes.call("rhs", t1, lanes.y_new, new)
     sound = finite_rows(lanes, lanes.y_new, lanes.ny) & finite_rows(lanes, new, lanes.ny)
     accepted = on_constraints.value & sound
     note_pivots(lanes, new, accepted)
@@ -479,6 +531,7 @@ def commit(
         (spent, TOO_MANY_STEPS),
         (give_up, at.STEP_TOO_SMALL),
         (give_up & end.lost, at.PROJECTION_FAILED),
+        *(() if end.unsolved is None else ((give_up & end.unsolved, at.NEWTON_FAILED),)),
         (give_up & end.infinite, at.NOT_FINITE),
         (singular, at.SINGULAR_MATRIX),
         (arrived & ~singular, at.REACHED_STOP),

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symgen.runtime.code import engine
-from symgen.runtime.ensemble import dop853, runge_kutta, taylor, verlet
+from symgen.runtime.ensemble import dop853, radau, runge_kutta, taylor, verlet
 from symgen.runtime.ensemble.lanes import (
     BEGIN,
     MAP,
@@ -23,6 +23,7 @@ from symgen.runtime.ensemble.lanes import (
 )
 from symgen.runtime.errors import Refusal
 from symgen.runtime.integrate.methods.runge_kutta import rk4
+from symgen.runtime.integrate.radau.coefficients import NODES
 from symgen.runtime.lazy import Late
 from symgen.runtime.record import record
 from symgen.runtime.taylor.kernel import series_code, taylor_refusal
@@ -35,6 +36,11 @@ modules = Late("symgen.runtime.code.modules")
 _READ = (
     "explicit/dop853.py",
     "explicit/tableau.py",
+    "jacobian.py",
+    "newton.py",
+    "radau/coefficients.py",
+    "radau/loop.py",
+    "radau/newton.py",
     "taylor.py",
     "projection.py",
     "step_control.py",
@@ -57,9 +63,12 @@ METHODS = {
     "taylor": (taylor.begin, taylor.attempt),
     "rk4": (runge_kutta.begin, runge_kutta.attempt_of(rk4)),
     "verlet": (runge_kutta.begin, verlet.attempt),
+    **{f"radau{2 * n - 1}": (radau.begin_of(n), radau.attempt_of(n)) for n in NODES},
 }
 IN_LANES = tuple(METHODS)
-OVER_EVENTS = ("dop853", "taylor")
+IMPLICIT = tuple(name for name in IN_LANES if name.startswith("radau"))
+ON_DEVICES = tuple(name for name in IN_LANES if name not in IMPLICIT)
+OVER_EVENTS = ("dop853", "taylor", *IMPLICIT)
 
 
 @functools.lru_cache(maxsize=16)

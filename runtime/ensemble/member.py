@@ -24,9 +24,11 @@ from symgen.runtime.integrate import plain_events
 from symgen.runtime.integrate.methods import find_method
 from symgen.runtime.lazy import Late
 from symgen.runtime.solution import ConstraintResidual, Energy, Solution
+from symgen.runtime.timing.timetable import make_timetable
 
 if TYPE_CHECKING:
     from symgen.runtime.ensemble.plan import Plan
+    from symgen.runtime.system import System
 
 work_quadrature = Late("symgen.runtime.work_quadrature")
 
@@ -59,12 +61,12 @@ def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None)
         raise RuntimeModelError(failures[0])
     refuse_negative_inertia(plan.system, p, plan.single.t_start, starts[0])
     batch = LaneBatch(plan.system, alone(plan, times))
-    result = batch.run(parameters, starts)
+    result = batch.run(parameters, starts, np.array([number]))
     status = int(result.columns[0, COLUMN["status"]])
     if status in runs_alone(plan):
         return run_single(plan, number, p, here, times, status)
     seconds = {"prepare": 0.0, "compile": 0.0, "run": time.perf_counter() - began}
-    return _solution(plan, p, status, times, batch, result, seconds)
+    return _solution(plan, plan.system_of(number, p), p, status, times, batch, result, seconds)
 
 
 def _frames(plan: Plan, t_eval: Sequence[float] | None) -> np.ndarray:
@@ -77,10 +79,9 @@ def _frames(plan: Plan, t_eval: Sequence[float] | None) -> np.ndarray:
 
 
 def _solution(
-    plan: Plan, p: np.ndarray, status: int, times: np.ndarray, batch: LaneBatch, result: BatchResult,
+    plan: Plan, system: System, p: np.ndarray, status: int, times: np.ndarray, batch: LaneBatch, result: BatchResult,
     seconds: dict[str, float],
 ) -> Solution:  # fmt: skip
-    system = plan.system
     there = np.isfinite(result.frames[0]).all(axis=1) & (times <= result.column("t")[0])
     t, rows, stop = times[there], result.frames[0][there], result.column("t")
     if not len(t):
@@ -140,6 +141,7 @@ def _solution(
         constraints=plan.treatment, rtol=plan.single.rtol, atol=plan.single.atol, step=plan.single.step,
         t_start=plan.single.t_start, t_end=plan.single.t_end, seconds=seconds,
         min_pivot_ratio=float(result.column("pivot")[0]),
+        timetable=make_timetable(plan.system, p, find_method(plan.method), plan.single),
     )  # fmt: skip
 
 
@@ -154,5 +156,7 @@ def end_again(plan: Plan, numbers: np.ndarray, rtol: float) -> np.ndarray:
         parameters, varied = plan.members.arrays(plan.p, int(number), int(number) + 1)
         starts, _ = plan.starts.of(parameters, varied)
         found.append((parameters[0], starts[0]))
-    result = batch.run(np.array([p for p, _ in found]), np.array([start for _, start in found]))
+    result = batch.run(
+        np.array([p for p, _ in found]), np.array([start for _, start in found]), np.asarray(numbers)
+    )
     return np.where(result.column("status")[:, None] == at.REACHED_STOP, result.end, np.nan)

@@ -60,7 +60,7 @@ _OF_EVENTS, _OF_LOOKING = 200.0, 4.0  # and by numbers of dense output
 _STAGES, _DENSE = 12, 8  # of dop853
 # Of a step of an implicit method that runs by itself, and of its parts; and what a run takes besides.
 _ALONE_OPERATION, _ALONE_STEP, _ALONE_RUN, _ELIMINATION = 0.3, 750.0, 5e4, 0.6
-_LANES_GAIN = 3.0
+_LANES_GAIN = 4.5
 _MEMBERS_FOR_A_LOOK = 40  # a look at a member takes as long as two run
 
 
@@ -175,7 +175,7 @@ def choose_once(
         return None
     trials = [explicit, *_series(system, settings, settings_of, sample, single)]
     if single.rtol >= EXPLICIT_BELOW and _looks_stiff(system, sample, explicit, ends, single):
-        trials += _stiff(system, settings, sample, single, explicit)
+        trials += _stiff(system, settings, settings_of, sample, single, explicit)
     return _best(trials, sample.of, single)
 
 
@@ -323,8 +323,9 @@ def _looks_stiff(
 
 
 def _stiff(
-    system: System, settings: BatchSettings, sample: Sample, single: RunOptions, explicit: _Trial
-) -> list[_Trial]:
+    system: System, settings: BatchSettings, settings_of: Callable[[str], BatchSettings | None], sample: Sample,
+    single: RunOptions, explicit: _Trial,
+) -> list[_Trial]:  # fmt: skip
     """Return the trial of the method for stiff motion, member after member, as long as it costs less."""
     method = METHODS[stiff_method(single.rtol)]
     if method.refusal(system):
@@ -351,6 +352,6 @@ def _stiff(
         steps[k], costs[k] = n * longer, spent * longer + _ALONE_RUN
     if not np.isfinite(costs).any():
         return []
-    gain = _LANES_GAIN if method.name in IN_LANES else 1.0
+    gain = _LANES_GAIN if settings_of(method.name) is not None else 1.0
     each = float(np.nansum(costs) / np.nansum(steps)) / gain
     return [_Trial(method.name, 0, steps, each)]

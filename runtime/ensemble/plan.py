@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,8 @@ from symgen.runtime.choose import EXPLICIT, SERIES, choose_constraints, choose_m
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
-from symgen.runtime.ensemble.machine import IN_LANES, OVER_EVENTS
+from symgen.runtime.ensemble.intervals import Breaks
+from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS
 from symgen.runtime.ensemble.method_choice import (
     Choice,
     Sample,
@@ -28,6 +29,7 @@ from symgen.runtime.ensemble.starts import Starts
 from symgen.runtime.errors import Refusal, RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.events_in_code import ACTIONS, has_plain_events
 from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.large_models import suited_to_size
 from symgen.runtime.integrate.methods import METHODS
 from symgen.runtime.lazy import Late
 from symgen.runtime.loop_arrays import LoopArrays
@@ -37,12 +39,15 @@ from symgen.runtime.record import record
 from symgen.runtime.timing.timetable import make_timetable
 
 if TYPE_CHECKING:
+    from symgen.runtime.inputs.driven import DrivenSystem
+    from symgen.runtime.integrate.method import Method
     from symgen.runtime.system import System
 
 device = Late("symgen.runtime.ensemble.gpu.device")
 quantities = Late("symgen.runtime.quantities")
 drive = Late("symgen.runtime.inputs.drive")
 inputs_given = Late("symgen.runtime.inputs.given")
+search = Late("symgen.runtime.timing.search")
 
 # Of a constraint's scale, as in `checks/health.py`.
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
@@ -107,6 +112,14 @@ class Plan:
         """Whether members have inputs over time of their own."""
         return any(map(is_noise, self.inputs.values()))
 
+    def system_of(self, number: int, p: np.ndarray) -> System:
+        """Return the model with the inputs over time of a member."""
+        given = self.inputs_of(number) or {}
+        over_time = given | _said_by_model(self.system, self.own_inputs - {*given})
+        if not over_time:
+            return self.system
+        return drive.drive(self.system, over_time, p, self.single.t_start, self.single.t_end)
+
     def inputs_of(self, number: int) -> dict[Any, Any] | None:
         """Return the inputs over time of a member that the model does not say."""
         return (
@@ -157,21 +170,15 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
         r["name"] for r in system.inputs if ("table" in r or "polynomial" in r) and r["name"] not in constant
     )
     over_time = _inputs_of(moving, options.seed, 0, single.t_start, single.t_end)
-    over_time |= {
-        r["name"]: inputs_given.from_record(r) for r in system.inputs if r["name"] in own - {*moving}
-    }
-    objection = (
-        "inputs over time are for single runs" if over_time else _objection(system, rows[0], state, single)
-    )
-    chosen_for = system
-    if over_time:
-        chosen_for = drive.drive(system, over_time, rows[0], single.t_start, single.t_end)
+    over_time |= _said_by_model(system, own - {*moving})
+    driven = drive.drive(system, over_time, rows[0], single.t_start, single.t_end) if over_time else None
+    objection = _objection(system, driven)
     if options.method != "auto":
         choice = None
-        method, more = choose_method(chosen_for, rows[0], state, single)
+        method, more = choose_method(driven or system, rows[0], state, single)
     else:
-        in_lanes = not objection and options.device == "cpu"
-        choice = choice or _choose(chosen_for, members, p, starts, single, in_lanes=in_lanes)
+        in_lanes = not objection and driven is None and options.device == "cpu"
+        choice = choice or _choose(driven or system, members, p, starts, single, in_lanes=in_lanes)
         method, more = METHODS[choice.method], choice.notes
     notes = [*notes, *more]
     if options.method == "auto" and options.device != "cpu" and method.name == SERIES:
@@ -181,11 +188,21 @@ def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = 
     settings = None
     if not objection:
         settings, method, objection, more = _settings(
-            system, rows[0], state, single, method, frame_times, choice
+            driven or system, system, rows[0], state, single, method, frame_times, choice
         )
         notes = [*notes, *more]
+    if settings is not None:
+        breaks, objection = _breaks(
+            system, driven, rows[0], columns, starts, moving, single, method, settings, options
+        )
+        settings = None if objection else replace(settings, breaks=breaks)
     if len(starts.redundant) > len(system.dependent) and not objection:
         settings, objection = None, "constraints follow from others at the start"
+    if options.device != "cpu" and not objection:
+        if method.name not in ON_DEVICES:
+            settings, objection = None, f"method {method.name} is for processors"
+        elif settings.breaks is not None:
+            settings, objection = None, "inputs over time, and what steps have to land on, are for processors"
     if objection:
         notes.append(f"members run one after another, not in lanes: {objection}")
     if settings is not None:
@@ -217,7 +234,7 @@ def _choose(
 
         def settings_of(name: str) -> BatchSettings | None:
             first = sample.parameters[0], sample.starts[0]
-            return _settings(system, *first, single, METHODS[name], np.zeros(0))[0]
+            return _settings(system, system, *first, single, METHODS[name], np.zeros(0))[0]
 
         found = choose_once(system, sample, single, settings_of)
     return found or choose_by_looks(system, sample, single)
@@ -334,33 +351,73 @@ def _frame_times(options: EnsembleOptions, single: RunOptions) -> np.ndarray:
     return times
 
 
-def _objection(system: System, p: np.ndarray, state: np.ndarray, single: RunOptions) -> str:
+def _said_by_model(system: System, names: Iterable[str]) -> dict[str, Any]:
+    """Return inputs over time that the model says."""
+    return {r["name"]: inputs_given.from_record(r) for r in system.inputs if r["name"] in names}
+
+
+def _objection(system: System, driven: DrivenSystem | None) -> str:
     """Return what a model has that lanes cannot do; an empty string where there is nothing."""
+    if driven is not None and driven.controllers:
+        return "controllers are for single runs"
     if system.switches:
         return "stops and frictions that stick are for single runs"
     if system.events and not (
         has_plain_events(system) and all(e["action"] in ACTIONS for e in system.events)
     ):
         return "events other than resets, records and ends of free motion are for single runs"
-    if single.step is None and system.structure["time_dependent"]:
-        if make_timetable(system, p, METHODS[EXPLICIT], single) is not None:
-            return "steps have to keep to what time alone does"
     return ""
 
 
+def _breaks(
+    system: System, driven: DrivenSystem | None, p: np.ndarray, columns: Sequence[Column], starts: Starts,
+    moving: Mapping[Any, Any], single: RunOptions, method: Method, settings: BatchSettings, options: EnsembleOptions,
+) -> tuple[Breaks | None, str]:  # fmt: skip
+    """Return what steps of members land on, and their inputs over time; None where that is nothing; or why not."""
+    names = [record["name"] for record in system.inputs]
+    places = driven.places if driven is not None else None
+    noises = {
+        k: (names[place.number], moving[names[place.number]])
+        for k, place in enumerate(places.pieces if places else ()) if is_noise(moving.get(names[place.number]))
+    }  # fmt: skip
+    if noises and any(r.get("rate_of") in {name for name, _ in noises.values()} for r in system.inputs):
+        return None, "noise whose rate is an input as well is for single runs"
+    inputs = tuple(driven.all_pieces) if driven is not None else ()
+    breaks = Breaks(system, method, single, settings.longest[0], options.seed, places, inputs, noises)
+    table = make_timetable(system, p, method, single)
+    if table is not None and (table.stops[0] <= single.t_start).any():
+        return None, "something jumps with time where runs begin"
+    changing = {c.index for c in columns if c.place == "parameters"}
+    changing |= {system.place_of_parameter(name) for name in starts.sought}
+    varies = system.has("time_terms") and not changing.isdisjoint(search.TimeTerms(system, p).numbers_read())
+    return (breaks if table is not None or driven is not None or varies else None), ""
+
+
 def _settings(
-    system: System, p: np.ndarray, state: np.ndarray, single: RunOptions, method: Any, frame_times: np.ndarray,
+    driven: System,
+    system: System,
+    p: np.ndarray,
+    state: np.ndarray,
+    single: RunOptions,
+    method: Any,
+    frame_times: np.ndarray,
     choice: Choice | None = None,
-) -> tuple[BatchSettings | None, Any, str, list[str]]:  # fmt: skip
+) -> tuple[BatchSettings | None, Any, str, list[str]]:
     """Return settings for lanes with the method, or with the explicit one where a series cannot be had; or why not."""
     if method.name == SERIES and SERIES not in IN_LANES:
         if single.method != "auto":
             return None, method, f"{method.name} is for single runs", []
         method = METHODS[EXPLICIT]
+    if method.name == SERIES and driven is not system:
+        if single.method != "auto":
+            return None, method, f"method {SERIES} with inputs over time is for single runs", []
+        method = METHODS[EXPLICIT]
     if method.name not in IN_LANES or (system.events and method.name not in OVER_EVENTS):
         return None, method, f"method {method.name} is for single runs", []
-    step, notes = choose_step(method, system, p, state, single)
-    level = choose_energy_level(single.energy_scaling, system, method, p, single.t_start, state)
+    if method.name in IMPLICIT and (reason := _not_implicit(system, method)):
+        return None, method, reason, []
+    step, notes = choose_step(method, driven, p, state, single)
+    level = choose_energy_level(single.energy_scaling, driven, method, p, single.t_start, state)
     arrays = LoopArrays(
         system, method, p, single.t_start, state, frame_times=np.zeros(0), rtol=single.rtol, atol=single.atol,
         step=step, energy_level=level, log_length=1,
@@ -380,6 +437,17 @@ def _settings(
     except (NoLanes, Refusal) as why:
         return None, method, str(why), []
     return settings, method, "", notes
+
+
+def _not_implicit(system: System, method: Any) -> str:
+    """Return why an implicit method cannot run in lanes; an empty string where it can."""
+    if system.quaternions:
+        return f"method {method.name} over quaternions is for single runs"
+    if system.dependent:
+        return f"method {method.name} with constraints that follow from others is for single runs"
+    if suited_to_size(method, system) is not method:
+        return f"method {method.name} with sparse matrices is for single runs"
+    return ""
 
 
 def alone(plan: Plan, frame_times: np.ndarray) -> BatchSettings:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from symgen.runtime.ensemble.machine import IMPLICIT
 from symgen.runtime.ensemble.slots import LEFT, TOO_MANY_STEPS
 from symgen.runtime.integrate import layout as at
 from symgen.runtime.lazy import Late
@@ -30,7 +31,7 @@ def runs_alone(plan: Plan) -> tuple[int, ...]:
     system, statuses = plan.system, ()
     if system.m:
         statuses += _SINGULAR
-    if system.events:
+    if system.events or plan.method in IMPLICIT:
         statuses += (LEFT,)
     return statuses + _for_another_method(plan)
 

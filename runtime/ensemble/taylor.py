@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from functools import partial
 
+from symgen.runtime.ensemble.bits import exp2, log2
+from symgen.runtime.ensemble.breaks import follow
 from symgen.runtime.ensemble.events import act_on_events, arm, find_events
 from symgen.runtime.ensemble.lanes import (
     Lanes,
@@ -40,23 +42,6 @@ from symgen.runtime.integrate.taylor import (
     WINDOW,
 )
 from symgen.runtime.taylor.kernel import N_ROWS
-
-_OFFSET = 1022.957  # of a logarithm read from bits: its error is within 0.05
-_FARTHEST = 1000.0  # powers of two
-
-
-def _log2(a: Value) -> Value:
-    """The logarithm of positive numbers, to within 0.05."""
-    return a.code.bits_as_number(a) * 2.0**-52 - _OFFSET
-
-
-def _exp2(a: Value) -> Value:
-    """The inverse of `_log2`."""
-    code = a.code
-    low = code.select(a > -_FARTHEST, a, code.all_lanes(-_FARTHEST))
-    return code.number_of_bits(
-        (code.select(low < _FARTHEST, low, code.all_lanes(_FARTHEST)) + _OFFSET) * 2.0**52
-    )
 
 
 def _one_by(code: Code, n: Value) -> Value:
@@ -93,7 +78,7 @@ def begin(lanes: Lanes) -> Value:
         with code.each(lanes.n, lanes.nq) as i:
             largest.value = code.larger(largest.value, code.size(_row(lanes, s, k)[i]))
         there = (largest.value > 0.0) & (size.value > 0.0)
-        guess = _exp2((_log2(size.value) - _log2(largest.value)) * _one_by(code, k))
+        guess = exp2((log2(size.value) - log2(largest.value)) * _one_by(code, k))
         longest.value = code.select(there, code.smaller(longest.value, guess), longest.value)
     return longest.value * 0.1
 
@@ -121,12 +106,12 @@ def _reach(lanes: Lanes, s: Rows, h: Value, t: Value) -> Value:
             term.value = code.larger(term.value, weight * code.size(value))
     highest = code.variable(float("-inf"))
     for back, term in enumerate(terms):
-        size = _log2(term.value) * _one_by(code, last - back)
+        size = log2(term.value) * _one_by(code, last - back)
         highest.value = code.select(term.value > 0.0, code.larger(highest.value, size), highest.value)
     with code.when(code.any(~(highest.value > float("-inf")))):
         _look_below(lanes, s, h, tolerance, highest)
     known = highest.value > float("-inf")
-    reach = _exp2(lanes.log_left_out * _one_by(code, last) - highest.value)
+    reach = exp2(lanes.log_left_out * _one_by(code, last) - highest.value)
     reach = code.select(known, reach, lanes.longest_step(t))
     reach = code.select(~(h < float("inf")), lanes.longest_step(t), reach)
     return code.smaller(reach, _quaternion_reach(lanes, s)) + sound.value
@@ -141,7 +126,7 @@ def _look_below(lanes: Lanes, s: Rows, h: Value, tolerance: Value, highest) -> N
             size = code.size(_row(lanes, s, k)[i]) * tolerance / _tolerance(lanes, s, h, i)
             largest.value = code.larger(largest.value, size)
         found = (largest.value > 0.0) & ~(highest.value > float("-inf"))
-        highest.value = code.select(found, _log2(largest.value) / code.to_number(k), highest.value)
+        highest.value = code.select(found, log2(largest.value) / code.to_number(k), highest.value)
 
 
 def _quaternion_reach(lanes: Lanes, s: Rows) -> Value:
@@ -154,9 +139,9 @@ def _quaternion_reach(lanes: Lanes, s: Rows) -> Value:
             k = lanes.order - back
             for j in range(4):
                 size = code.size(_row(lanes, s, k)[first + j])
-                power = _log2(size) * _one_by(code, k)
+                power = log2(size) * _one_by(code, k)
                 highest.value = code.select(size > 0.0, code.larger(highest.value, power), highest.value)
-    reach = _exp2(lanes.log_of_turns * _one_by(code, lanes.order) - highest.value)
+    reach = exp2(lanes.log_of_turns * _one_by(code, lanes.order) - highest.value)
     return code.select(highest.value > float("-inf"), reach, code.all_lanes(float("inf")))
 
 
@@ -235,7 +220,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     code = lanes.code
     arm(lanes, active)
     s, following = (Rows(code, code.slot(AT[name], ADDRESS)) for name in ("k", "k_other"))
-    t, stop = lanes.own("t"), code.as_kind(lanes.t_end, "lanes")
+    t, stop = lanes.own("t"), lanes.next_stop()
     again = lanes.own("last_rejected") > 0.5
     wanted, creeping = _choose_step(lanes, s, t, stop, active, again)
     too_small = ~(wanted > code.larger(code.size(t) * (16.0 * EPS), code.as_kind(lanes.h_min, "lanes")))
@@ -250,10 +235,15 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     dense = (lambda: None), partial(_at, lanes, s, h)
     stopped = find_events(lanes, accepted, t, t1, *dense)
     write_frames(lanes, stopped.accepted, t, stopped.t, *dense, whole=h)
-    stopped = act_on_events(lanes, stopped, lambda at: _compute(lanes, at, lanes.y_new, following))
+
+    def derive(at: Value) -> None:
+        _compute(lanes, at, lanes.y_new, following)
+
+    stopped = act_on_events(lanes, stopped, derive)
     with code.when(code.any(stopped.happened)):
         with code.each(lanes.ny) as i:
             lanes.lost[i] = code.select(stopped.happened, code.all_lanes(0.0), lanes.lost[i])
+    followed = follow(lanes, stopped.accepted, stopped.t, derive)
     gone = active & ~accepted & (too_small | creeping)
     accepted = stopped.accepted
     lanes.set_own("pivot", code.smaller(lanes.own("pivot"), _ratio(lanes, following)), accepted)
@@ -265,7 +255,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
     # Single runs see singular configurations and change points through.
     has_constraints = code.all_flags(lanes.m > 0)
     end = Reached(accepted, end.lost | (gone & has_constraints), end.infinite & ~has_constraints, end.taken)
-    return commit(lanes, active, end, stopped.t, stopped.t - t, gone, stopped.leaving, stopped.ended)
+    return commit(lanes, active, end, followed.t, stopped.t - t, gone, stopped.leaving, stopped.ended)
 
 
 def _choose_step(
@@ -319,7 +309,7 @@ def _judge(lanes: Lanes, end: Reached, error: Value, wanted: Value, h: Value) ->
     lanes.set_own("round_off", error, end.accepted & round_off)
     accepted = end.accepted & (error <= code.larger(lanes.own("round_off") * ROUND_OFF_GAIN, DEFECT_LIMIT))
     too_far = end.accepted & ~accepted
-    part = _exp2(_log2(DEFECT_LIMIT / error) * _one_by(code, lanes.order - 1)) * 0.85
+    part = exp2(log2(DEFECT_LIMIT / error) * _one_by(code, lanes.order - 1)) * 0.85
     half = code.all_lanes(0.5)
     part = code.select(too_far & (part > 0.5), part, half)
     shorter = lanes.own("shorter")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symgen.runtime.ensemble.lanes import Lanes, commit, copy_rows, reach, write_frames
-from symgen.runtime.ensemble.runge_kutta import cubic_at, cubic_dense, grid_step
+from symgen.runtime.ensemble.runge_kutta import cubic_at, cubic_dense, grid_step, pass_grid
 from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
 
 
@@ -21,7 +21,7 @@ def attempt(lanes: Lanes, active: Value) -> Value:
         new[i] = code.fused(h, before[i], y[i])
     with code.each(lanes.ny, lanes.n) as i:
         new[i] = y[i]
-    code.call_kernel(lanes.rhs, t1, new, lanes.p, after)
+    lanes.call("rhs", t1, new, after)
     with code.each(lanes.n, lanes.nq) as i:
         new[i] = code.fused(half, before[i] + after[i], y[i])
     serves = code.compare("ne", lanes.one_evaluation, 0)
@@ -35,8 +35,9 @@ def attempt(lanes: Lanes, active: Value) -> Value:
         lanes, end.accepted, t, t1, lambda: cubic_dense(lanes, h, before, after),
         lambda theta, out: cubic_at(lanes, theta, out),
     )  # fmt: skip
+    following = pass_grid(lanes, end.accepted, t1, lambda at: lanes.call("rhs", at, new, after))
     copy_rows(lanes, after, before, lanes.ny, end.accepted)
-    return commit(lanes, active, end, t1, h, active & ~end.accepted)
+    return commit(lanes, active, end, following, h, active & ~end.accepted)
 
 
 def _retract(lanes: Lanes, h: Value, rates: Rows, out: Rows) -> None:

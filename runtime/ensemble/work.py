@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.runtime.ensemble import member
-from symgen.runtime.ensemble.batch import LaneBatch
+from symgen.runtime.ensemble.batch import RESULTS, BatchResult, LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
 from symgen.runtime.ensemble.single import UNSUITED, run_single, runs_alone
 from symgen.runtime.ensemble.starts import without_inertia
@@ -67,10 +67,31 @@ def run_part(plan: Plan, names: Sequence[str], first: int, last: int) -> Part:
     states, parameters, verdicts, messages = run_members(plan, first, last)
     states = np.where((verdicts.status == at.REACHED_STOP)[:, None, None], states, np.nan)
     times = plan.frame_times if len(plan.frame_times) else np.array([plan.single.t_end])
-    found = series(plan.system, names, parameters, times, states)
+    found = _series_over_inputs(plan, names, first, parameters, times, states)
     if not len(plan.frame_times):
         found = {name: values[:, 0] for name, values in found.items()}
     return Part(first, found, verdicts, messages)
+
+
+def _series_over_inputs(
+    plan: Plan, names: Sequence[str], first: int, parameters: np.ndarray, times: np.ndarray, states: np.ndarray
+) -> dict[str, np.ndarray]:  # fmt: skip
+    """Return `series` with the inputs of each instant, where lanes have them over time."""
+    breaks = plan.settings.breaks if plan.settings is not None else None
+    if breaks is None or breaks.places is None or all(is_state(plan.system, name) for name in names):
+        return series(plan.system, names, parameters, times, states)
+    numbers = np.arange(first, first + len(parameters))
+    found = [
+        series(
+            plan.system,
+            names,
+            breaks.values_at(t, numbers, parameters),
+            times[k : k + 1],
+            states[:, k : k + 1],
+        )
+        for k, t in enumerate(times)
+    ]
+    return {name: np.concatenate([part[name] for part in found], axis=1) for name in names}
 
 
 def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarray, Verdicts, dict[int, str]]:
@@ -84,7 +105,7 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
         massless = without_inertia(plan.system, plan.single.t_start, parameters, starts, sound)
         failures = {**massless, **failures}
         starts[list(massless)] = np.nan
-    result = _batch(plan).run(parameters, starts)
+    result = _run_in_lanes(plan, first, parameters, starts)
     states = result.frames if len(plan.frame_times) else result.end[:, None]
     verdicts = verdicts_of(plan, result.columns)
     messages = {first + k: message for k, message in failures.items()}
@@ -97,6 +118,19 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
             here = {name: float(values[k]) for name, values in varied.items()}
             messages |= _take_single(plan, first + int(k), parameters[k], here, states[k], verdicts, int(k))
     return states, parameters, verdicts, messages
+
+
+def _run_in_lanes(plan: Plan, first: int, parameters: np.ndarray, starts: np.ndarray) -> BatchResult:
+    batch, numbers = _batch(plan), np.arange(first, first + len(starts))
+    breaks = plan.settings.breaks
+    if breaks is None or plan.options.device != "cpu":
+        return batch.run(parameters, starts)
+    at_once = breaks.most_at_once
+    parts = [
+        batch.run(parameters[k : k + at_once], starts[k : k + at_once], numbers[k : k + at_once])
+        for k in range(0, len(starts), at_once)
+    ]
+    return BatchResult(*(np.concatenate([getattr(part, name) for part in parts]) for name in RESULTS))
 
 
 def _look_again(plan: Plan, first: int, verdicts: Verdicts) -> None:
@@ -243,6 +277,11 @@ def check_names(system: System, names: Sequence[str]) -> None:
             raise UnknownNameError(
                 f"model {system.name!r} has no series {name!r} that ensembles keep: {nearest(name, [*known, ENERGY])}"
             )
+
+
+def is_state(system: System, name: str) -> bool:
+    """Whether a series is a coordinate or a rate."""
+    return series_of(system).get(name, ("",))[0] in ("q", "v")
 
 
 def series(

@@ -113,6 +113,11 @@ class Timetable:
         k = bisect_right(self._before, t + _NEAR * math.ulp(t))
         return self._before[k] if k < len(self._before) else math.inf
 
+    @property
+    def stops(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return where steps end, where what comes begins [s], and 1 where it is another motion, else 0."""
+        return np.array(self._before), np.array(self._after), np.array(self._anew, dtype=float)
+
     def longest(self, t: float) -> float:
         """Return the longest step from a time on [s]."""
         k = bisect_right(self._begins, t + _NEAR * math.ulp(t)) - 1

@@ -272,7 +272,8 @@ def _collect(collected: Collector, out_file: Path | None, progress: Progress | N
 
 
 def _report(e: Ensemble, out_file: Path | None) -> list[str]:
-    lines = [f"{e.plan.system.name}: {e.n_done} of {e.n} members by {e.method}"]
+    where = ", in lanes" if e.plan.settings is not None else ""
+    lines = [f"{e.plan.system.name}: {e.n_done} of {e.n} members by {e.method}{where}"]
     if len(e.shape) > 1:
         lines.append("  members  " + " x ".join(f"{count} {name}" for name, count in e.shape.items()))
     lines += [f"  note     {note}" for note in e.notes]

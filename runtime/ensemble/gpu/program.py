@@ -10,6 +10,7 @@ from symgen.runtime.code.llvm_text import VECTOR_INTRINSICS
 from symgen.runtime.code.lower import NoLanes
 from symgen.runtime.ensemble.batch import one_evaluation
 from symgen.runtime.ensemble.gpu.thread import ARGUMENTS, MEMBER, function_member
+from symgen.runtime.ensemble.lanes import N_INTERVAL
 from symgen.runtime.ensemble.machine import METHODS
 from symgen.runtime.ensemble.slots import COLUMNS
 from symgen.runtime.errors import Refusal
@@ -110,7 +111,7 @@ def make_program(
         "k_other": n_k if method == SERIES else 1, "lost": system.ny, "p": system.n_precomputed,
         "projected": n_project, "energies": 2, "residuals": system.nh + system.m,
         "dense": system.ny * (_N_DENSE if with_frames and method != SERIES else 1), "numbers": len(COLUMNS),
-        "carry": system.ny, "slope": system.ny, "y_before": 1, "watched": 1,
+        "carry": system.ny, "slope": system.ny, "y_before": 1, "watched": 1, "interval": N_INTERVAL,
     }  # fmt: skip
     begin, attempt = METHODS[method]
     member = function_member(sizes, lengths, names, begin, attempt, unrolled=flat, with_frames=with_frames)

@@ -11,7 +11,7 @@ from symgen.runtime.ensemble.batch import LaneBatch
 from symgen.runtime.ensemble.gpu.batch import DeviceBatch
 from symgen.runtime.ensemble.gpu.choose import DeviceProgram, device_program, program_of, why_too_large
 from symgen.runtime.ensemble.gpu.sequential import SequentialKernel
-from symgen.runtime.ensemble.machine import IN_LANES
+from symgen.runtime.ensemble.machine import ON_DEVICES
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.errors import RuntimeModelError
@@ -20,7 +20,7 @@ from symgen.runtime.record import record
 if TYPE_CHECKING:
     from symgen.runtime.system import System
 
-METHODS = IN_LANES
+METHODS = ON_DEVICES
 _CHECKED_STEPS = 100
 
 

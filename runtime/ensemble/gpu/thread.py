@@ -12,7 +12,16 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from symgen.runtime.ensemble.lanes import CODE, Lanes, note_residuals, start_members
+from symgen.runtime.ensemble.lanes import (
+    CODE,
+    INTERVAL_ANEW,
+    INTERVAL_END,
+    INTERVAL_LONGEST,
+    INTERVAL_NEXT,
+    Lanes,
+    note_residuals,
+    start_members,
+)
 from symgen.runtime.ensemble.slots import COLUMN, COLUMNS, NAMES, NUMBERS
 from symgen.runtime.ensemble.writer import ADDRESS, INTEGER, LANES, NUMBER, Code, Rows, Value, Variable
 
@@ -190,7 +199,7 @@ def function_member(
     for name in ("member_of_lane", "frame_of_lane"):
         known[name] = Rows(code, code.array(1, INTEGER), INTEGER)
         known[name][0] = code.integer(0)
-    lanes = Lanes(code, known)
+    lanes = Lanes(code, known, with_breaks=False)
     _run(lanes, sizes, begin, attempt)
     return code
 
@@ -205,6 +214,11 @@ def _run(
     code = lanes.code
     _copy(lanes.start, lanes.y.single(), sizes["ny"])
     _copy(lanes.parameters, lanes.p.single(), sizes["n_precomputed"])
+    nowhere = float("inf")
+    for row, value in (
+        (INTERVAL_END, nowhere), (INTERVAL_NEXT, nowhere), (INTERVAL_ANEW, 0.0), (INTERVAL_LONGEST, lanes.h_max)
+    ):  # fmt: skip
+        lanes.interval[row] = value
     start_members(lanes, begin)
     with code.forever() as leave:
         done = attempt(lanes, lanes.own("active") > 0.5)

@@ -1,0 +1,612 @@
+"""Radau IIA methods in lanes: the steps of `integrate/radau/`, one for each member.
+
+Lanes take a step together, each of a length of its own: Newton's iteration goes on until it has ended in all of them,
+and changes nothing in those in which it has. Jacobians and factors are kept lane by lane, while they serve. What
+differs from single runs are some powers, read from bits, in the choice of steps; and configurations in which
+accelerations are not determined by the usual factors leave the lanes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import partial
+
+from symgen.runtime.ensemble import dense_lu
+from symgen.runtime.ensemble.bits import cube_root, power
+from symgen.runtime.ensemble.breaks import follow
+from symgen.runtime.ensemble.dense_lu import Complex, Real
+from symgen.runtime.ensemble.events import act_on_events, arm, find_events
+from symgen.runtime.ensemble.first_step import choose_anew, first_step
+from symgen.runtime.ensemble.lanes import (
+    Lanes,
+    commit,
+    copy_rows,
+    evaluate_start,
+    finite_rows,
+    note_pivots,
+    reach,
+    write_frames,
+)
+from symgen.runtime.ensemble.writer import INTEGER, Rows, Value
+from symgen.runtime.integrate.jacobian import TRUSTED_PIVOT_RATIO
+from symgen.runtime.integrate.newton import MAX_ITERATIONS
+from symgen.runtime.integrate.radau.coefficients import RadauIIA, radau
+from symgen.runtime.integrate.radau.loop import GROW, GROW_RATE, KEEP_JACOBIAN_RATE, KEEP_STEP, SHRINK
+from symgen.runtime.integrate.radau.newton import _FADING, ROUND_OFF
+from symgen.runtime.integrate.step_control import EPS, SAFETY
+
+# What lanes carry from step to step, zero where a member begins: whether they have a Jacobian, one of the present
+# state, factors, and the last step's polynomial; its length, for which steps factors are, the last error, what
+# Newton's rate of contraction leaves, and that rate.
+STATE = (
+    "jacobian",
+    "fresh",
+    "factors",
+    "history",
+    "h_last",
+    "factored_for",
+    "error_old",
+    "rest",
+    "last_rate",
+)
+
+
+def work_length(n_stages: int, nq: int, nv: int, m: int, ny: int) -> int:
+    """Rows of `newton` that a method works in; see `_Work`."""
+    pairs, rows = n_stages // 2, nv + m
+    linear = 2 * nv * nv + 2 * (1 + 2 * pairs) * nv * nv + 2 * (1 + pairs) * nv
+    stages = n_stages * ny + 2 * (1 + 2 * pairs) * nv + 4 * nv
+    equations = nq + nv + rows + rows * (nq + nv + rows) + rows * rows + rows + 2 * rows * nv
+    return len(STATE) + linear + stages + equations
+
+
+class _Work:
+    """Work arrays, one after another; the first are kept from step to step."""
+
+    def __init__(self, lanes: Lanes, method: RadauIIA) -> None:
+        self._rest = lanes.newton
+        nq, nv, rows = lanes.nq, lanes.n - lanes.nq, lanes.n - lanes.nq + lanes.m
+        self.nv, self.n_rows, self.n_columns = nv, rows, lanes.n + rows
+        square, pairs = nv * nv, range(len(method.nu))
+        take = self._take
+        self._state = take(len(STATE))
+        self.jacobian = take(square * 2)  # ∂a/∂q, ∂a/∂v, row by row
+        self.real, self.trial = Real(take(square)), Real(take(square))
+        self.complex = [Complex(take(square), take(square)) for _ in pairs]
+        self.complex_trial = [Complex(take(square), take(square)) for _ in pairs]
+        self.pivots = [take(nv) for _ in (0, *pairs)]
+        self.pivots_trial = [take(nv) for _ in (0, *pairs)]
+        self.stages = [take(lanes.ny) for _ in method.c]
+        # Transformed increments of v, and their corrections: a real row, then real and imaginary parts of each pair.
+        self.x, self.dx = [take(nv) for _ in method.c], [take(nv) for _ in method.c]
+        self.per_tolerance = take(nv * 2)  # of positions, then rates
+        self.error = take(nv * 2)
+        self.arguments = take(nq + nv + rows)
+        self.derivative = take(rows * self.n_columns)
+        self.block, self.block_pivots, self.right = (
+            Real(take(rows * rows)),
+            take(rows),
+            Real(take(rows * nv * 2)),
+        )
+
+    def _take(self, n: Value | int) -> Rows:
+        here, self._rest = self._rest, self._rest.behind(n)
+        return here
+
+    def own(self, name: str) -> Value:
+        """What each lane carries under a name of `STATE`."""
+        return self._state[STATE.index(name)]
+
+    def set_own(self, name: str, value: Value | float, where: Value) -> None:
+        place = STATE.index(name)
+        self._state[place] = where.code.select(where, value, self._state[place])
+
+
+@dataclass(eq=False)
+class _Step:
+    """A step that is being tried.
+
+    Attributes
+    ----------
+    t, h, per_h : Value
+        Its start, its length, and one over that.
+    rows : list of Rows
+        Derivatives at the start, at the end, and at the stages.
+    """
+
+    t: Value
+    h: Value
+    per_h: Value
+    rows: list[Rows]
+
+    @property
+    def stages(self) -> list[Rows]:
+        return self.rows[2:]
+
+
+@dataclass(eq=False)
+class _Solved:
+    """How Newton's iteration has ended.
+
+    Attributes
+    ----------
+    converged : Value
+        Lanes in which it did.
+    iterations, rate, overshoot : Value
+        How many; the rate of contraction, and by how much the last one allowed would have missed, see
+        `integrate/newton.py`.
+    infinite : Value
+        Lanes with derivatives that are not finite.
+    """
+
+    converged: Value
+    iterations: Value
+    rate: Value
+    overshoot: Value
+    infinite: Value
+
+
+def begin_of(n_stages: int) -> Callable[[Lanes], Value]:
+    """Return what writes how members begin: it finds the derivatives at the start, and returns the first step."""
+
+    def begin(lanes: Lanes) -> Value:
+        evaluate_start(lanes)
+        return first_step(
+            lanes, lanes.own("t"), lanes.k.behind(lanes.n_row), lambda a: _root(a, n_stages + 1)
+        )
+
+    return begin
+
+
+def attempt_of(n_stages: int) -> Callable[[Lanes, Value], Value]:
+    """Return what writes one step of all lanes with a method of so many stages; see `lanes.function_run`."""
+
+    def attempt(lanes: Lanes, active: Value) -> Value:
+        return _attempt(lanes, active, radau(n_stages))
+
+    return attempt
+
+
+def _root(a: Value, index: int) -> Value:
+    """The root of index 4, 6 or 8 of numbers that are not negative."""
+    code = a.code
+    return cube_root(code.root(a)) if index == 6 else _root_of_two(a, {4: 2, 8: 3}[index])
+
+
+def _root_of_two(a: Value, times: int) -> Value:
+    for _ in range(times):
+        a = a.code.root(a)
+    return a
+
+
+def _attempt(lanes: Lanes, active: Value, method: RadauIIA) -> Value:
+    code, w, n_stages = lanes.code, _Work(lanes, method), len(method.c)
+    arm(lanes, active)
+    t, wanted = lanes.own("t"), lanes.own("h")
+    stop = lanes.next_stop()
+    step = code.smaller(wanted, lanes.longest_step(t))
+    t1 = code.select(t + step * 1.01 >= stop, stop, t + step)
+    h = t1 - t
+    too_small = ~(wanted > code.larger(code.size(t) * (16.0 * EPS), code.as_kind(lanes.h_min, "lanes")))
+    s = _Step(t, h, 1.0 / h, [lanes.k.behind(lanes.n_row * k) for k in range(2 + n_stages)])
+    bound = _set_tolerances(lanes, n_stages, w)
+    undetermined = _renew_jacobian(lanes, active, s, w)
+    factored = _renew_factors(lanes, method, active & ~undetermined, s, w)
+    _predict(lanes, method, s, w)
+    solved = _solve_stages(lanes, method, factored, bound, s, w)
+    error = _estimate_error(lanes, method, solved.converged, s, w)
+    tried = solved.converged & (error < 1.0)
+    _find_end(lanes, method, s, w)
+    end = reach(lanes, tried, t1, s.rows[1], code.flags(False))
+    _choose_step(lanes, n_stages, active, end.accepted, solved, error, s, w)
+    infinite = end.infinite | (active & (solved.infinite | (solved.converged & ~code.finite(error))))
+    _make_dense(lanes, method, end.accepted, w)
+    states_at = partial(_at, lanes, n_stages)
+    stopped = find_events(lanes, end.accepted, t, t1, _nothing, states_at)
+    write_frames(lanes, stopped.accepted, t, stopped.t, _nothing, states_at, whole=h)
+
+    def derive(at: Value) -> None:
+        lanes.call("rhs", at, lanes.y_new, s.rows[1])
+
+    stopped = act_on_events(lanes, stopped, derive)
+    followed = follow(lanes, stopped.accepted, stopped.t, derive)
+    _forget(lanes, (end.accepted & ~stopped.accepted) | stopped.happened | followed.passed, w)
+    small = active & ~end.accepted & too_small
+    end = replace(end, accepted=stopped.accepted, infinite=infinite, unsolved=factored & ~solved.converged)
+    copy_rows(lanes, s.rows[1], s.rows[0], lanes.ny, end.accepted)
+    leaving = stopped.leaving | undetermined
+    done = commit(lanes, active, end, followed.t, stopped.t - t, small & ~leaving, leaving, stopped.ended)
+    choose_anew(lanes, followed, s.rows[1], lambda a: _root(a, n_stages + 1))
+    return done
+
+
+def _nothing() -> None:
+    """Dense output is there already: the next step begins from it."""
+
+
+def _set_tolerances(lanes: Lanes, n_stages: int, w: _Work) -> Value:
+    """Set one over the tolerance of every component, as `radau.error.set_tolerances`; returns Newton's."""
+    code, nq = lanes.code, lanes.nq
+    rtol, atol = lanes.stage_rtol, lanes.stage_atol
+    for source, target in ((lanes.y, w.per_tolerance), (lanes.y.behind(nq), w.per_tolerance.behind(w.nv))):
+        with code.each(w.nv) as i:
+            size = code.size(source[i])
+            target[i] = 1.0 / code.larger(atol + rtol * size, 4.0 * EPS * size + 1e-300)
+    return code.as_kind(lanes.newton_bound, "lanes")
+
+
+def _renew_jacobian(lanes: Lanes, active: Value, s: _Step, w: _Work) -> Value:
+    """Take the derivatives of accelerations in lanes that have none; returns those in which they are not determined."""
+    code = lanes.code
+    lost = code.variable(code.flags(False))
+    needed = active & (w.own("jacobian") < 0.5)
+    with code.when(code.any(needed)):
+        lost.value = needed & ~_differentiate(lanes, s, w)
+        copy_rows(lanes, w.right.rows, w.jacobian, w.nv * w.nv * 2, needed)
+        for name, value in (("jacobian", 1.0), ("fresh", 1.0), ("factors", 0.0)):
+            w.set_own(name, value, needed)
+    return lost.value
+
+
+def _differentiate(lanes: Lanes, s: _Step, w: _Work) -> Value:
+    """Write ∂a/∂(q, v) to the first rows of `w.right`, as `jacobian.acceleration_jacobian`; returns where it could."""
+    code, n, rows, f = lanes.code, lanes.n, w.n_rows, s.rows[0]
+    copy_rows(lanes, lanes.y, w.arguments, n)
+    copy_rows(lanes, f.behind(lanes.nq), w.arguments.behind(n), w.nv)
+    copy_rows(lanes, f.behind(lanes.ny), w.arguments.behind(n + w.nv), lanes.m)
+    with code.each(rows * w.n_columns) as i:  # structural zeros are not written
+        w.derivative[i] = 0.0
+    lanes.call("jacobian", s.t, w.arguments, w.derivative)
+    with code.each(rows) as i:
+        row = w.derivative.behind(i * w.n_columns)
+        with code.each(n) as j:
+            w.right.put(i * n + j, (-row[j],))
+        with code.each(rows) as j:
+            w.block.put(i * rows + j, (row[n + j],))
+    sound = dense_lu.factor(code, w.block, w.block_pivots, rows)
+    sound = sound & (dense_lu.pivot_ratio(code, w.block, rows) > TRUSTED_PIVOT_RATIO)
+    dense_lu.solve(code, w.block, w.block_pivots, rows, w.right, n)
+    return sound & finite_rows(lanes, w.right.rows, w.nv * n)
+
+
+def _renew_factors(lanes: Lanes, method: RadauIIA, active: Value, s: _Step, w: _Work) -> Value:
+    """Factor Newton's matrices in lanes whose factors do not serve; returns those that have some now."""
+    code = lanes.code
+    sound = code.variable(active)
+    off = code.size(s.h - w.own("factored_for")) > s.h * 1e-6
+    needed = active & ((w.own("factors") < 0.5) | off)
+    with code.when(code.any(needed)):
+        found = code.variable(code.flags(True))
+        _set_real_matrix(lanes, s.per_h * method.mu, w)
+        found.value = dense_lu.factor(code, w.trial, w.pivots_trial[0], w.nv)
+        for nu, matrix, pivots in zip(method.nu, w.complex_trial, w.pivots_trial[1:], strict=True):
+            _set_complex_matrix(lanes, s.per_h * float(nu.real), s.per_h * float(nu.imag), matrix, w)
+            found.value = found.value & dense_lu.factor(code, matrix, pivots, w.nv)
+        kept = [(w.trial.rows, w.real.rows)]
+        for trial, matrix in zip(w.complex_trial, w.complex, strict=True):
+            kept += [(trial.real, matrix.real), (trial.imag, matrix.imag)]
+        for trial, rows in kept:
+            copy_rows(lanes, trial, rows, w.nv * w.nv, needed)
+        for trial, rows in zip(w.pivots_trial, w.pivots, strict=True):
+            copy_rows(lanes, trial, rows, w.nv, needed)
+        sound.value = active & (~needed | found.value)
+        w.set_own("factors", 1.0, needed & found.value)
+        w.set_own("factors", 0.0, needed & ~found.value)
+        w.set_own("factored_for", s.h, needed)
+        w.set_own("rest", 1.0, needed)  # the rate of contraction of new factors is not known
+    return sound.value
+
+
+def _set_real_matrix(lanes: Lanes, shift: Value, w: _Work) -> None:
+    """Write g - B - A/g for a real shift g."""
+    code, nv, inverse = lanes.code, w.nv, 1.0 / shift
+    with code.each(nv) as i:
+        by_q, by_v = w.jacobian.behind(i * nv * 2), w.jacobian.behind(i * nv * 2 + nv)
+        with code.each(nv) as j:
+            w.trial.put(i * nv + j, (-code.fused(inverse, by_q[j], by_v[j]),))
+        w.trial.put(i * nv + i, (w.trial.get(i * nv + i)[0] + shift,))
+
+
+def _set_complex_matrix(lanes: Lanes, re: Value, im: Value, matrix: Complex, w: _Work) -> None:
+    """Write the same for a complex one."""
+    code, nv = lanes.code, w.nv
+    per_square = 1.0 / (re * re + im * im)
+    inverse_re, inverse_im = re * per_square, -(im * per_square)
+    with code.each(nv) as i:
+        by_q, by_v = w.jacobian.behind(i * nv * 2), w.jacobian.behind(i * nv * 2 + nv)
+        with code.each(nv) as j:
+            matrix.put(i * nv + j, (-code.fused(inverse_re, by_q[j], by_v[j]), -(inverse_im * by_q[j])))
+        diagonal = matrix.get(i * nv + i)
+        matrix.put(i * nv + i, (diagonal[0] + re, diagonal[1] + im))
+
+
+def _predict(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> None:
+    """Start Newton from the last step's polynomial, or from rates that do not change, as `stages.predict_stages`."""
+    code, nq, n_stages = lanes.code, lanes.nq, len(method.c)
+    known = w.own("history") > 0.5
+    ratio = code.select(known, s.h / w.own("h_last"), code.all_lanes(0.0))
+    dense = [lanes.dense.behind(lanes.ny * r) for r in range(n_stages + 1)]
+    theta = [code.fused(ratio, float(c), 1.0) for c in method.c]
+    with code.each(lanes.n, nq) as i:
+        for place, stage in zip(theta, w.stages, strict=True):
+            bend = dense[n_stages][i]
+            for j in range(n_stages - 1, 1, -1):
+                bend = code.fused(bend, place if j % 2 == 0 else 1.0 - place, dense[j][i])
+            moved = (place - 1.0) * (dense[1][i] - place * bend)
+            stage[i] = code.select(known, moved, code.all_lanes(0.0))
+    with code.each(w.nv) as i:
+        seen = [stage[nq + i] for stage in w.stages]
+        for weights, transformed in zip(method.from_stages, w.x, strict=True):
+            transformed[i] = _weighted(weights, seen)
+    _move_positions(lanes, method, s, w)
+
+
+def _weighted(weights: Iterable[float], values: list[Value]) -> Value:
+    """The sum of values, each times its weight."""
+    total: Value | None = None
+    for weight, value in zip(map(float, weights), values, strict=True):
+        if weight != 0.0:
+            total = value * weight if total is None else value.code.fused(value, weight, total)
+    return total
+
+
+def _move_positions(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> None:
+    """Set the stages' increments of q to the integral of v, as `stages.retract_positions`."""
+    code, nq = lanes.code, lanes.nq
+    with code.each(nq) as i:
+        rate, moved = lanes.y[nq + i], [stage[nq + i] for stage in w.stages]
+        for c, weights, stage in zip(method.c, method.a, w.stages, strict=True):
+            stage[i] = s.h * code.fused(rate, float(c), _weighted(weights, moved))
+
+
+def _solve_stages(lanes: Lanes, method: RadauIIA, wanted: Value, bound: Value, s: _Step, w: _Work) -> _Solved:
+    """Improve the stages by simplified Newton in the lanes of `wanted`, as `radau.newton.solve_stages`."""
+    code = lanes.code
+    going, infinite, converged = (code.variable(flags) for flags in (wanted, *[code.flags(False)] * 2))
+    rest = code.variable(power(code.larger(w.own("rest"), EPS), 0.8))
+    size_before, ratio, rate, second_rate, overshoot, iterations, size = (
+        code.variable(0.0) for _ in range(7)
+    )
+    turn = code.variable(0, INTEGER)
+    with code.forever() as leave:
+        leave(~code.any(going.value))
+        turn.value = turn.value + 1
+        is_first, is_second = code.equal(turn.value, 1), code.equal(turn.value, 2)
+        sound = _evaluate_stages(lanes, method, going.value, s, w)
+        lost = going.value & ~sound
+        infinite.value = infinite.value | lost
+        now = going.value & sound
+        found = _correct(lanes, method, now, s, w)
+        size.value = code.select(now, found, size.value)
+        iterations.value = code.select(now, iterations.value + 1.0, iterations.value)
+        # As `integrate/newton.judge_correction`.
+        ended = code.variable(lost | (now & ~code.finite(found)))
+        exact = now & code.compare("eq", found, 0.0)
+        settled = code.variable(exact)
+        with code.when(~is_first):
+            new_ratio = found / size_before.value
+            new_rate = code.select(is_second, new_ratio, code.root(new_ratio * ratio.value))
+            known = now & ~exact
+            ratio.value = code.select(known, new_ratio, ratio.value)
+            rate.value = code.select(known, new_rate, rate.value)
+            second_rate.value = code.select(known & code.all_flags(is_second), new_rate, second_rate.value)
+            slow = known & (new_rate >= 0.99)
+            settled.value = settled.value | (slow & (found <= bound))
+            ended.value = ended.value | slow
+            new_rest = new_rate / (1.0 - new_rate)
+            rest.value = code.select(known & ~slow, new_rest, rest.value)
+            reached = code.variable(1.0)
+            with code.each(MAX_ITERATIONS - 1 - turn.value):
+                reached.value = reached.value * new_rate
+            expected = new_rest * found * reached.value / bound
+            too_slow = known & ~slow & (expected >= 1.0)
+            overshoot.value = code.select(too_slow, expected, overshoot.value)
+            ended.value = ended.value | too_slow
+        size_before.value = code.select(now, code.larger(found, EPS), size_before.value)
+        near = now & ~ended.value & (rest.value * found <= bound)
+        settled.value = settled.value | near
+        last = now & code.all_flags(turn.value >= MAX_ITERATIONS)
+        converged.value = converged.value | settled.value
+        going.value = now & ~(ended.value | settled.value | last)
+    # Before round-off had a part in it, the rate of contraction was that of the second iteration.
+    rounded = wanted & ~converged.value & ~infinite.value & (iterations.value > 2.5)
+    rounded = rounded & (size.value <= _round_off(lanes, method, s, w) * ROUND_OFF)
+    rate.value = code.select(rounded, second_rate.value, rate.value)
+    found_rate = code.select(iterations.value > 1.5, rate.value, w.own("last_rate") * _FADING)
+    w.set_own("last_rate", found_rate, wanted & ~infinite.value)
+    w.set_own("rest", rest.value, wanted)
+    return _Solved(converged.value | rounded, iterations.value, rate.value, overshoot.value, infinite.value)
+
+
+def _evaluate_stages(lanes: Lanes, method: RadauIIA, where: Value, s: _Step, w: _Work) -> Value:
+    """Evaluate derivatives at all stages; returns where they are finite."""
+    code, sound = lanes.code, lanes.code.flags(True)
+    for c, stage, row in zip(method.c, w.stages, s.stages, strict=True):
+        with code.each(lanes.ny) as i:
+            lanes.y_stage[i] = lanes.y[i] + stage[i]
+        lanes.call("rhs", code.fused(s.h, float(c), s.t), lanes.y_stage, row)
+        sound = sound & finite_rows(lanes, row, lanes.ny)
+        note_pivots(lanes, row, where & sound)
+    return sound
+
+
+def _correct(lanes: Lanes, method: RadauIIA, where: Value, s: _Step, w: _Work) -> Value:
+    """Correct the stages in the lanes of `where`, as `stages.correct_stages`; returns the sizes of corrections."""
+    code, nq, nv = lanes.code, lanes.nq, w.nv
+    shifts = [s.per_h * float(part) for nu in method.nu for part in (nu.real, nu.imag)]
+    real_shift = s.per_h * method.mu
+    with code.each(nv) as i:
+        seen = [row[nq + i] for row in s.stages]
+        defects = [_weighted(weights, seen) for weights in method.from_stages]
+        w.dx[0][i] = defects[0] - real_shift * w.x[0][i]
+        for k in range(1, len(defects), 2):
+            re, im = dense_lu.minus_product(
+                (defects[k], defects[k + 1]), (shifts[k - 1], shifts[k]), (w.x[k][i], w.x[k + 1][i])
+            )
+            w.dx[k][i], w.dx[k + 1][i] = re, im
+    dense_lu.solve(code, w.real, w.pivots[0], nv, Real(w.dx[0]))
+    for k, (matrix, pivots) in enumerate(zip(w.complex, w.pivots[1:], strict=True)):
+        dense_lu.solve(code, matrix, pivots, nv, Complex(w.dx[2 * k + 1], w.dx[2 * k + 2]))
+    rates, positions = code.variable(0.0), code.variable(0.0)
+    squares = method.inverse_squares
+    with code.each(nv) as i:
+        moves = [row[i] for row in w.dx]
+        parts = [moves[0] * moves[0]]
+        parts += [re * re + im * im for re, im in zip(moves[1::2], moves[2::2], strict=True)]
+        per_v, per_q = w.per_tolerance[nv + i], w.per_tolerance[i]
+        rates.value = code.fused(_weighted([1.0] * len(parts), parts), per_v * per_v, rates.value)
+        positions.value = code.fused(_weighted(squares, parts), per_q * per_q, positions.value)
+        for row, move in zip(w.x, moves, strict=True):
+            row[i] = code.select(where, row[i] + move, row[i])
+        transformed = [row[i] for row in w.x]
+        for weights, stage in zip(method.to_stages, w.stages, strict=True):
+            stage[nq + i] = _weighted(weights, transformed)
+    _move_positions(lanes, method, s, w)
+    total = code.fused(s.h * s.h, positions.value, rates.value)
+    return code.root(total / (code.to_number(nv) * (2.0 * len(method.c))))
+
+
+def _round_off(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> Value:
+    """As `radau.newton.round_off`."""
+    code, total = lanes.code, lanes.code.variable(0.0)
+    with code.each(w.nv) as i:
+        part = lanes.y[i] * w.per_tolerance[w.nv + i]
+        total.value = code.fused(part, part, total.value)
+    size = code.root(total.value / (code.to_number(w.nv) * 2.0))
+    return s.per_h * (EPS * method.amplification * method.mu) * size
+
+
+def _estimate_error(lanes: Lanes, method: RadauIIA, solved: Value, s: _Step, w: _Work) -> Value:
+    """The error of the step in units of the tolerance, as `radau.error.estimate_error`."""
+    code, nq, nv = lanes.code, lanes.nq, w.nv
+    error = code.variable(_filter_error(lanes, method, s.rows[0], False, s, w))
+    begins = (w.own("history") < 0.5) | (lanes.own("last_rejected") > 0.5)
+    again = solved & begins & (error.value >= 1.0)
+    with code.when(code.any(again)):
+        copy_rows(lanes, lanes.y, lanes.y_stage, lanes.ny)
+        with code.each(nv) as i:
+            lanes.y_stage[i] = lanes.y[i] + w.error[i]
+            lanes.y_stage[nq + i] = lanes.y[nq + i] + w.error[nv + i]
+        lanes.call("rhs", s.t, lanes.y_stage, s.rows[1])
+        filtered = _filter_error(lanes, method, s.rows[1], True, s, w)
+        filtered = code.select(
+            finite_rows(lanes, s.rows[1], lanes.ny), filtered, code.all_lanes(float("inf"))
+        )
+        error.value = code.select(again, filtered, error.value)
+    return code.larger(error.value, 1e-10)
+
+
+def _filter_error(lanes: Lanes, method: RadauIIA, row: Rows, again: bool, s: _Step, w: _Work) -> Value:
+    """Write the filtered error, and return its norm, as `radau.error.filter_accelerations`."""
+    code, nq, nv = lanes.code, lanes.nq, w.nv
+    shift = s.h * (1.0 / method.mu)
+    by_q, by_v = w.error, w.error.behind(nv)
+    with code.each(nv) as i:
+        moved = [stage[nq + i] for stage in w.stages]
+        off = _weighted(method.error_a, moved)
+        by_q[i] = shift * (off + by_v[i] if again else off)
+    with code.each(nv) as i:
+        total = code.variable(
+            code.fused(_weighted(method.error, [stage[nq + i] for stage in w.stages]), s.per_h, row[nq + i])
+        )
+        derivative = w.jacobian.behind(i * nv * 2)
+        with code.each(nv) as k:
+            total.value = code.fused(derivative[k], by_q[k], total.value)
+        by_v[i] = total.value
+    dense_lu.solve(code, w.real, w.pivots[0], nv, Real(by_v))
+    total = code.variable(0.0)
+    with code.each(nv) as i:
+        by_q[i] = code.fused(shift, by_v[i], by_q[i])
+        for part in (by_q[i] * w.per_tolerance[i], by_v[i] * w.per_tolerance[nv + i]):
+            total.value = code.fused(part, part, total.value)
+    return code.root(total.value / (code.to_number(nv) * 2.0))
+
+
+def _find_end(lanes: Lanes, method: RadauIIA, s: _Step, w: _Work) -> None:
+    """Write the state at the last stage to `y_new`; work is a quadrature over the stages as they are in the end."""
+    code = lanes.code
+    with code.when(lanes.n < lanes.ny):
+        _evaluate_stages(lanes, method, code.flags(False), s, w)
+        power_of = [row[lanes.n] for row in s.stages]
+        for weights, stage in zip(method.a, w.stages, strict=True):
+            stage[lanes.n] = s.h * _weighted(weights, power_of)
+    with code.each(lanes.ny) as i:
+        lanes.y_new[i] = lanes.y[i] + w.stages[-1][i]
+
+
+def _quotient(solved: _Solved, error: Value, n_stages: int) -> Value:
+    """The present length over the next one, as `radau.loop.quotient`."""
+    code = error.code
+    shy = SAFETY * (1.0 + 2.0 * MAX_ITERATIONS) / (solved.iterations + 2.0 * MAX_ITERATIONS)
+    return _within(_root(error, n_stages + 1) / code.smaller(shy, SAFETY))
+
+
+def _within(factor: Value) -> Value:
+    code = factor.code
+    return code.larger(code.smaller(factor, 1.0 / SHRINK), 1.0 / GROW)
+
+
+def _choose_step(
+    lanes: Lanes, n_stages: int, active: Value, accepted: Value, solved: _Solved, error: Value, s: _Step, w: _Work
+) -> None:  # fmt: skip
+    """Set the next step and what is kept for it, as `accept_radau`, `reject_radau` and `shrink_step`."""
+    code, h, wanted = lanes.code, s.h, lanes.own("h")
+    known, one = w.own("history") > 0.5, code.all_lanes(1.0)
+    quotient = _quotient(solved, error, n_stages)
+    # After an accepted step.
+    predicted = _root(error * error / w.own("error_old"), n_stages + 1) * (w.own("h_last") / h) / SAFETY
+    slow = code.smaller(cube_root(w.own("last_rate") / GROW_RATE), 1.0)
+    factor = code.larger(code.larger(quotient, _within(predicted)), slow)
+    factor = code.select(known, factor, quotient)
+    longer = code.smaller(h / factor, lanes.longest_step(s.t))
+    longer = code.select(lanes.own("last_rejected") > 0.5, code.smaller(longer, h), longer)
+    keeps = solved.rate <= KEEP_JACOBIAN_RATE
+    longer = code.select(keeps & (h <= longer) & (longer <= h * KEEP_STEP), h, longer)
+    # A step that was cut says nothing against the one that was wanted.
+    longer = code.select(h < wanted, code.larger(longer, wanted), longer)
+    # After one with too large an error, or after Newton failed.
+    by_error = code.select(known, h / quotient, h * 0.1)
+    by_error = code.select(code.finite(error) & (error >= 1.0), by_error, h * SHRINK)
+    steps_left = 4.0 + MAX_ITERATIONS - 1.0 - solved.iterations
+    missed = code.larger(code.smaller(solved.overshoot, 20.0), 1e-4)
+    by_newton = h * code.select(solved.overshoot > 0.0, power(missed, -1.0 / steps_left) * 0.8, one * 0.5)
+    shorter = code.select(solved.converged, by_error, by_newton)
+    rejected = active & ~accepted
+    lanes.set_own("h", code.select(accepted, longer, shorter), active)
+    lanes.set_own("last_rejected", code.select(accepted, code.all_lanes(0.0), one), active)
+    w.set_own("error_old", code.larger(error, 1e-2), accepted)
+    w.set_own("h_last", h, accepted)
+    w.set_own("history", one, accepted)
+    stale = (accepted & ~keeps) | (rejected & (w.own("fresh") < 0.5))
+    w.set_own("jacobian", code.all_lanes(0.0), stale)
+    w.set_own("fresh", code.all_lanes(0.0), accepted)
+    w.set_own("factors", code.all_lanes(0.0), active & ~solved.converged)
+
+
+def _forget(lanes: Lanes, where: Value, w: _Work) -> None:
+    """Begin anew where the state has changed, or the step that was looked at does not stand."""
+    for name in ("jacobian", "fresh", "factors", "history", "last_rate"):
+        w.set_own(name, 0.0, where)
+
+
+def _make_dense(lanes: Lanes, method: RadauIIA, accepted: Value, w: _Work) -> None:
+    """Write the collocation polynomial of accepted steps, as `stages.radau_dense`."""
+    code, ny = lanes.code, lanes.ny
+    dense = [lanes.dense.behind(ny * r) for r in range(len(method.c) + 1)]
+    with code.each(ny) as i:
+        moved = [stage[i] for stage in w.stages]
+        values = [lanes.y[i], lanes.y_new[i] - lanes.y[i], *(_weighted(row, moved) for row in method.rows)]
+        for row, value in zip(dense, values, strict=True):
+            row[i] = code.select(accepted, value, row[i])
+
+
+def _at(lanes: Lanes, n_stages: int, theta: Value, out: Rows) -> None:
+    """Write the states at places of the step, as `dense.evaluate_dense`."""
+    code, other = lanes.code, 1.0 - theta
+    dense = [lanes.dense.behind(lanes.ny * r) for r in range(n_stages + 1)]
+    with code.each(lanes.ny) as i:
+        total = dense[n_stages][i]
+        for r in range(n_stages - 1, -1, -1):
+            total = code.fused(total, theta if r % 2 == 0 else other, dense[r][i])
+        out[i] = total
