@@ -255,6 +255,18 @@ def test_members_that_become_infinite_leave_the_others_alone():
     assert (found.column("status")[[3, 11]] < 0).all()
 
 
+def test_members_of_very_many_steps_run_alone(monkeypatch):
+    """Lanes would go on for ever with a motion that does not get on; a run of its own watches for that."""
+    monkeypatch.setattr("symgen.runtime.ensemble.plan._MANY_STEPS", 210)
+    asked = {"method": "dop853", "start": {"theta1": linspace(0.01, 3.0, 12)}, "rtol": 1e-7}
+    e = system_of("double_pendulum").ensemble(10, **asked)
+    assert not e.n_failed
+    assert 0 < e.verdicts.singly.sum() < 12
+    assert (e.verdicts.steps[e.verdicts.singly] > 150).all()
+    for k in np.flatnonzero(e.verdicts.singly)[:2]:
+        assert e.member(int(k)).states[-1].tobytes() == np.array([e[x][k] for x in e.names]).tobytes()
+
+
 def test_failed_members_are_told_and_have_no_numbers():
     """A negative mass makes a singular matrix at some place; a limit of steps is one, too."""
     system = system_of("double_pendulum")

@@ -51,7 +51,7 @@ search = Late("symgen.runtime.timing.search")
 
 # Of a constraint's scale, as in `checks/health.py`.
 _DRIFT_PER_RTOL, _LEAST_DRIFT, _LARGEST_DRIFT = 1e2, 1e-8, 1e-4
-_NO_LIMIT = 1 << 52
+_MANY_STEPS = 1 << 21  # of a member: whether more of them get on is for a run of its own to tell
 _LOG = 1 << 20  # steps that are kept of a member that is run again
 
 
@@ -427,10 +427,10 @@ def _settings(
         method.name, single.t_start, single.t_end, single.rtol, single.atol, frame_times, step=step,
         projection_tol=float(c[at.PROJECTION_TOL]),
         longest=(float(c[at.H_MAX]), float(c[at.H_BASE]), float(c[at.H_SHARE])),
-        scale_energy=bool(np.isfinite(level)), max_steps=single.max_steps or _NO_LIMIT,
+        scale_energy=bool(np.isfinite(level)), max_steps=single.max_steps or _MANY_STEPS,
     )  # fmt: skip
     if choice is not None and choice.method == method.name:
-        most = min(settings.max_steps, choice.most_steps or _NO_LIMIT)
+        most = min(settings.max_steps, choice.most_steps or settings.max_steps)
         settings = replace(settings, order=choice.order, max_steps=most)
     try:
         LaneBatch(system, settings)

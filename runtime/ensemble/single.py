@@ -27,12 +27,17 @@ UNSUITED = (at.STEP_TOO_SMALL, at.NOT_FINITE)
 
 
 def runs_alone(plan: Plan) -> tuple[int, ...]:
-    """Return the statuses with which members leave lanes, for runs of their own."""
+    """Return the statuses with which members leave lanes, for runs of their own.
+
+    Where users give no limit of steps, very many may be a motion that never gets on: single runs watch for that.
+    """
     system, statuses = plan.system, ()
     if system.m:
         statuses += _SINGULAR
     if system.events or plan.method in IMPLICIT:
         statuses += (LEFT,)
+    if plan.single.max_steps is None:
+        statuses += (TOO_MANY_STEPS,)
     return statuses + _for_another_method(plan)
 
 
