@@ -32,7 +32,7 @@ taylor_kernel = Late("symgen.runtime.taylor.kernel")
 CONSTRAINT_TREATMENTS = ("projection", "baumgarte", "ggl", "index3", "partition", "none", "auto")
 SERIES, EXPLICIT, STIFF, STIFF_TIGHT = "taylor", "dop853", "radau5", "radau9"
 # Operations of the residual: series of larger models take many seconds to compile, which tight tolerances repay sooner.
-_LARGEST_FOR_SERIES, _LARGEST_WHERE_TIGHT = 1500, 3000
+LARGEST_FOR_SERIES, _LARGEST_WHERE_TIGHT = 1500, 3000
 _DEARER = "Taylor series of a model of {} operations pay at tighter tolerances only"
 # How much longer series may take by a guess, or how much shorter, for it to be worth to make one and look.
 _CLEAR = 1.6
@@ -42,17 +42,17 @@ _RHS_FOR_RESIDUAL = 6
 _FULL_MATRICES = ("residual_jacobian", "mass_matrix", "constraint_jacobian")
 _INDEPENDENT = 1e-6  # ratio of pivots from which on constraints are independent
 # An explicit step can follow about one radian of a motion at usual tolerances, and decay times step of about 6.
-_STIFFNESS_RATIO = 100.0
+STIFFNESS_RATIO = 100.0
 _MIN_DECAYS_OF_VIBRATION = 100.0  # a vibration that dies out is not worth following, one that lasts is
-_EXPLICIT_BELOW = 3e-11  # at tighter tolerances the high order wins even on stiff models
+EXPLICIT_BELOW = 3e-11  # at tighter tolerances the high order wins even on stiff models
 _ORDER_9_BELOW = 3e-5  # rtol from which on the longer steps of radau9 repay their larger Newton systems
 _FIRST_LOOK, _SCOUT_STEPS = 100, 400
 _STEPS_TO_GROW, _COMPARED_STEPS = 20, 20
 # A choice is made as for a long run, of so many radians of the fastest motion: a run does not depend on where it ends.
 _AHEAD = 1e7
 _VISIBLE = 1e-4  # of the fastest rate: slower ones may be round-off of the differences
-_FOLLOWED = 0.25  # radians of the fastest motion in an explicit step that it may be what limits
-_LIMITS = 1.0  # decay times in an explicit step from which on stability may be what limits it
+FOLLOWED = 0.25  # radians of the fastest motion in an explicit step that it may be what limits
+LIMITS = 1.0  # decay times in an explicit step from which on stability may be what limits it
 _COME_TO_REST = (
     1e-4  # of the fastest change met: what is left of the motion is nothing to choose a method for
 )
@@ -100,7 +100,7 @@ def choose_method(
     form, held, first = begins
     scales = time_scales(form, held, t, first[: system.nq], first[system.nq :])
     reason = stiff_at_start(scales, rtol)
-    if not reason and rtol >= _EXPLICIT_BELOW and scales.fastest > 0.0:
+    if not reason and rtol >= EXPLICIT_BELOW and scales.fastest > 0.0:
         reason = scout(form, held, t, first, t + _AHEAD / scales.fastest, rtol, atol)
     if reason:
         stiff = stiff_method(rtol)
@@ -119,15 +119,26 @@ def _other_name(name: str, method: Method) -> list[str]:
 
 def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float) -> str:
     """Return why Taylor series do not suit a model or its start; an empty string where they do."""
-    operations = system.operations.get("residual", 0)
-    if any(switch.get("normal") for switch in system.switches):
-        operations += system.operations.get("rhs", 0) // _RHS_FOR_RESIDUAL
-    if operations > (_LARGEST_FOR_SERIES if rtol >= _EXPLICIT_BELOW else _LARGEST_WHERE_TIGHT):
-        return f"Taylor series of a model of {operations} operations take long to compile"
+    if reason := _too_large_for_series(system, rtol):
+        return reason
+    operations = _size_for_series(system)
     guess = step_costs.time_ratio(system, rtol)
     if guess > _CLEAR:
         return _DEARER.format(operations)
-    if reason := _left_out(system, p, t, state):
+    if reason := misfit_of_series(system, p, t, state, rtol):
+        return reason
+    if guess > 1.0 / _CLEAR and step_costs.time_ratio(system, rtol, _costs_of_series(system)) > 1.0:
+        return _DEARER.format(operations)
+    return ""
+
+
+def _costs_of_series(system: System) -> step_costs.Costs:
+    return taylor_kernel.taylor_addresses(system)[2:]
+
+
+def misfit_of_series(system: System, p: np.ndarray, t: float, state: np.ndarray, rtol: float) -> str:
+    """Return why Taylor series cannot be had, or not in time, whatever their steps cost; else an empty string."""
+    if reason := _too_large_for_series(system, rtol) or _left_out(system, p, t, state):
         return reason
     if system.m and not system.kernel("rhs")(t, state, p)[-1] >= _INDEPENDENT:
         return "constraints depend on each other at the start"
@@ -135,11 +146,21 @@ def objection_to_series(system: System, p: np.ndarray, t: float, state: np.ndarr
         return "an inertia is tiny beside what constraints tie it to"
     if refusal := METHODS[SERIES].refusal(system):
         return f"{SERIES} {refusal}"
-    if (
-        guess > 1.0 / _CLEAR
-        and step_costs.time_ratio(system, rtol, taylor_kernel.taylor_addresses(system)[2:]) > 1.0
-    ):
-        return _DEARER.format(operations)
+    return ""
+
+
+def _size_for_series(system: System) -> int:
+    """Return the operations that tell how long series take to compile."""
+    operations = system.operations.get("residual", 0)
+    if any(switch.get("normal") for switch in system.switches):
+        operations += system.operations.get("rhs", 0) // _RHS_FOR_RESIDUAL
+    return operations
+
+
+def _too_large_for_series(system: System, rtol: float) -> str:
+    operations = _size_for_series(system)
+    if operations > (LARGEST_FOR_SERIES if rtol >= EXPLICIT_BELOW else _LARGEST_WHERE_TIGHT):
+        return f"Taylor series of a model of {operations} operations take long to compile"
     return ""
 
 
@@ -159,10 +180,10 @@ def _is_ill_conditioned(system: System, p: np.ndarray, t: float, state: np.ndarr
 
 def stiff_at_start(scales: TimeScales, rtol: float) -> str:
     """Return why a run is stiff, judged by its start; an empty string where it is not, or only decays are seen."""
-    if rtol < _EXPLICIT_BELOW or not scales.decay > 0.0 or scales.motion < _VISIBLE * scales.decay:
+    if rtol < EXPLICIT_BELOW or not scales.decay > 0.0 or scales.motion < _VISIBLE * scales.decay:
         return ""
     ratio = scales.decay / scales.motion
-    if ratio < _STIFFNESS_RATIO:
+    if ratio < STIFFNESS_RATIO:
         return ""
     return (
         f"the fastest decay at the start, {scales.decay:.3g} 1/s, is {ratio:.3g} times as fast as the motion"
@@ -195,11 +216,11 @@ def scout(
         scales = time_scales(system, p, arrays.t, q, v)
         changes.append(float(change_rate(system, q, v)))
         slow = max(changes[-1], 1.0 / rest)
-        vibrates_fast = scales.fastest >= max(_STIFFNESS_RATIO * slow, _FOLLOWED / h)
+        vibrates_fast = scales.fastest >= max(STIFFNESS_RATIO * slow, FOLLOWED / h)
         # What falls off a hilltop has a decay that its growth hides.
         hidden = 2.0 * scales.eigenvalues.real.max(initial=0.0)
         decays = scales.damping > max(_MIN_DECAYS_OF_VIBRATION / rest, _VISIBLE * scales.fastest, hidden)
-        if not vibrates_fast and not (decays and scales.damping * h >= _LIMITS):
+        if not vibrates_fast and not (decays and scales.damping * h >= LIMITS):
             return ""
     limited = arrays.counters[at.STIFF_COUNT] >= _STIFF_SIGNS
     if not limited and changes[-1] < _COME_TO_REST * max(changes):

@@ -43,7 +43,12 @@ def order_of(costs: Costs, rtol: float) -> int:
     def time(order: int) -> float:
         return (series.COST_OF_STEP + _operations(costs, order)) * math.exp(-left_out / (order - 1))
 
-    return min(range(series.LOWEST_ORDER, kernel.N_ROWS - 1), key=time)
+    return min(orders(), key=time)
+
+
+def orders() -> range:
+    """Return the orders that series can have."""
+    return range(series.LOWEST_ORDER, kernel.N_ROWS - 1)
 
 
 def time_ratio(system: System, rtol: float, costs: Costs | None = None) -> float:

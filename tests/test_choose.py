@@ -82,7 +82,7 @@ def test_dependent_constraints_are_for_the_explicit_method(monkeypatch):
 
 # Of a system that has run before, the choice is kept.
 def test_large_models_are_for_the_explicit_method(monkeypatch):
-    monkeypatch.setattr(choose, "_LARGEST_FOR_SERIES", 20)
+    monkeypatch.setattr(choose, "LARGEST_FOR_SERIES", 20)
     solution = derived.__wrapped__("double_pendulum").run(t_end=0.5)
     assert solution.method == "dop853"
     assert "take long to compile" in chosen_note(solution)

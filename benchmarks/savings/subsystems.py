@@ -48,20 +48,20 @@ def own_steps() -> Iterator[Row]:
     )
 
 
-def side_by_side() -> Iterator[Row]:
-    """Equal subsystems of like speed integrated eight at a time, with common steps."""
+def in_lanes() -> Iterator[Row]:
+    """Equal subsystems in the lanes of vector registers, each with steps of its own."""
     system = bundled("pendulum_field", n="1000")
     for method in ("taylor", "dop853"):
         options = {"t_end": 10.0, "fps": 6.0, "method": method, "split": True}
 
         def alone(options=options):
-            with replaced(apart, in_groups=lambda found, span: list(found)):
+            with replaced(apart, grouped=lambda found, settings: list(found)):
                 return solve(system, **options)
 
-        grouped = solve(system, **options)
+        together = solve(system, **options)
         seconds = by_turns(lambda o=options: solve(system, **o), alone, repeats=3)
-        same = compared(grouped, alone())
-        yield Row(f"pendulum_field, 1000, {method}", "eight subsystems side by side", *seconds, same)
+        same = compared(together, alone())
+        yield Row(f"pendulum_field, 1000, {method}", "equal subsystems in lanes", *seconds, same)
 
 
 def twins() -> Iterator[Row]:
@@ -105,4 +105,4 @@ def asleep() -> Iterator[Row]:
     )
 
 
-CASES = (equal_subsystems, own_steps, side_by_side, twins, asleep)
+CASES = (equal_subsystems, own_steps, in_lanes, twins, asleep)

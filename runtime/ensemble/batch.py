@@ -52,6 +52,8 @@ class BatchSettings:
     rtol, atol : float
     step : float [s]
         Of a fixed-step method.
+    order : int
+        Of series; 0: by the tolerance.
     projection_tol : float
         As `layout.PROJECTION_TOL`.
     longest : (float, float, float)
@@ -79,6 +81,7 @@ class BatchSettings:
     max_steps: int = 1 << 52
     lanes: int = LANES
     log_size: int = 0
+    order: int = 0
     breaks: Breaks | None = None
 
 
@@ -226,7 +229,7 @@ class LaneBatch:
         """Set what Taylor series need; returns how many numbers of each member's first series are kept."""
         system, settings = self.system, self.settings
         address, costs = lane_series(system, settings.lanes)
-        order = order_of(costs, settings.rtol)
+        order = settings.order or order_of(costs, settings.rtol)
         has_tail = system.ny - system.nq > 1
         left_out = max(settings.rtol, 1e-17) * (1.0 if settings.rtol > ROUND_OFF_RTOL else 1e-3)
         turns = SHARE * max(settings.atol + settings.rtol, ROUND_OFF_RTOL)
@@ -237,6 +240,11 @@ class LaneBatch:
             creeps=max(CREEPS, min(CREEPS_AT_MOST, CREEPS_OF_ROUND_OFF * math.sqrt(EPS / settings.rtol))),
         )
         return (order + 1) * system.ny
+
+    @property
+    def order(self) -> int:
+        """The order of series; 0 with other methods."""
+        return self.table.integer("order")
 
     @property
     def n_events_logged(self) -> int:

@@ -14,6 +14,7 @@ import numpy as np
 
 from symgen.runtime.ensemble.packing import pack, unpack
 from symgen.runtime.ensemble.reduction import Reduction
+from symgen.runtime.ensemble.sampling import named_beside
 from symgen.runtime.ensemble.tally import Tally
 from symgen.runtime.ensemble.verdict import VERDICTS, Verdicts
 from symgen.runtime.ensemble.work import Part, run_part
@@ -26,9 +27,9 @@ if TYPE_CHECKING:
     from symgen.runtime.ensemble.zarr_store import ZarrStore
 
 _DEFAULT_STATISTICS = ("mean", "std", "min", "max")
-_SMALLEST_PART, _PART = 64, 1024  # members
+_SMALLEST_PART, _PART = 64, 4096  # members
 _PARTS_AT_LEAST = 16  # so that several threads have something to do
-_PART_NUMBERS = 1 << 21  # of frames in a part
+_PART_NUMBERS = 1 << 19  # of frames in a part: 4 MB, which caches hold
 # A graphics processor is full with some hundred thousand threads.
 _DEVICE_PART, _DEVICE_PART_NUMBERS = 1 << 17, 1 << 24
 _ONE_BY_ONE = 64  # members of a part that run by themselves
@@ -142,7 +143,8 @@ def run_chunk(
         name: np.concatenate([piece[name] for piece in pieces]) for name in (pieces[0] if pieces else ())
     }
     if store is not None:
-        store.write(first, {**plan.members.values(first, last), **columns}, pack(tally.messages, blocks))
+        varied = named_beside(plan.members.values(first, last), wanted.kept)
+        store.write(first, {**varied, **columns}, pack(tally.messages, blocks))
         columns = {}
     return Chunk(first, last, tally, blocks, columns)
 
@@ -204,7 +206,8 @@ def reduced(plan: Plan, wanted: Wanted, part: Part) -> list[Reduction]:
 
 def _worked_out(plan: Plan, name: str, function: Callable[..., Any], part: Part) -> np.ndarray:
     n = len(part.verdicts.status)
-    given = {**part.series, **plan.members.values(part.first, part.first + n)}
+    varied = plan.members.values(part.first, part.first + n)
+    given = {**part.series, **named_beside(varied, part.series)}
     values = np.asarray(function(given), dtype=float)
     if values.ndim < 1 or len(values) != n:
         raise RuntimeModelError(

@@ -23,7 +23,8 @@ def identity(plan: Plan) -> dict[str, str]:
     said = {
         "model": f"{plan.system.name} ({plan.system.source.text_hash[:12]})",
         "version of symgen": fingerprint(),
-        "method": plan.method, "treatment of constraints": plan.treatment,
+        "method": plan.method, "order of series": settings.order if settings else 0,
+        "steps in lanes at most": settings.max_steps if settings else 0, "treatment of constraints": plan.treatment,
         "number of members": plan.members.n, "seed": plan.members.seed, "design": options.design,
         "what varies": [(c.name, c.place, _plain(c.values)) for c in plan.members.columns],
         "parameters": plan.p.tolist(), "inputs": {k: _plain(x) for k, x in (options.inputs or {}).items()},

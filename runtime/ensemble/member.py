@@ -63,8 +63,8 @@ def member_again(plan: Plan, number: int, t_eval: Sequence[float] | None = None)
     batch = LaneBatch(plan.system, alone(plan, times))
     result = batch.run(parameters, starts, np.array([number]))
     status = int(result.columns[0, COLUMN["status"]])
-    if status in runs_alone(plan.system, plan.method, plan.single.max_steps):
-        return run_single(plan, number, p, here, times)
+    if status in runs_alone(plan):
+        return run_single(plan, number, p, here, times, status)
     seconds = {"prepare": 0.0, "compile": 0.0, "run": time.perf_counter() - began}
     return _solution(plan, plan.system_of(number, p), p, status, times, batch, result, seconds)
 

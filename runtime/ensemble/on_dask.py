@@ -16,6 +16,7 @@ import numpy as np
 from distributed import KilledWorker, WorkerPlugin
 
 from symgen.runtime.ensemble.chunk import Chunk, Wanted, block_size
+from symgen.runtime.ensemble.sampling import named_beside
 from symgen.runtime.ensemble.shipping import AHEAD, in_order, n_places, packed, run_packed, what_remains
 from symgen.runtime.ensemble.tally import Tally
 from symgen.runtime.ensemble.verdict import CAUSES, VERDICTS, WORKER_LOST, Verdicts
@@ -145,7 +146,8 @@ def _lost(plan: Plan, wanted: Wanted, first: int, last: int) -> Chunk:
     n, shape = last - first, (last - first, *((len(plan.frame_times),) if len(plan.frame_times) else ()))
     verdicts = Verdicts.empty(n)
     verdicts.status[:] = WORKER_LOST
-    columns = {**plan.members.values(first, last), **{name: np.full(shape, np.nan) for name in wanted.kept}}
+    columns = named_beside(plan.members.values(first, last), wanted.kept)
+    columns |= {name: np.full(shape, np.nan) for name in wanted.kept}
     columns |= {name: getattr(verdicts, name) for name in VERDICTS}
     tally = Tally.of(first, verdicts, {first: CAUSES[WORKER_LOST]})
     return Chunk(first, last, tally, [wanted.empty()], columns)

@@ -31,8 +31,8 @@ class EnsembleOptions:
         `grid`), of which every value goes with every one of the others; an array, row by row. A DataFrame's columns
         are arrays. Inputs stand among the parameters.
     method : str
-        "auto", "dop853", "taylor", "radau5", "radau9", "radau13", "rk4", "verlet" in lanes; all others run one member
-        after another.
+        "auto" chooses once for all members, by a sample of them. "dop853", "taylor", "radau5", "radau9", "radau13",
+        "rk4", "verlet" run in lanes, all others one member after another.
     rtol, atol : float
     step : float or str, optional [s]
         Of fixed-step methods.

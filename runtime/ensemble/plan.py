@@ -15,6 +15,13 @@ from symgen.runtime.constraints.energy_level import choose_energy_level
 from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
 from symgen.runtime.ensemble.intervals import Breaks
 from symgen.runtime.ensemble.machine import IMPLICIT, IN_LANES, ON_DEVICES, OVER_EVENTS
+from symgen.runtime.ensemble.method_choice import (
+    Choice,
+    Sample,
+    choose_by_looks,
+    choose_once,
+    numbers_of_sample,
+)
 from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.sampling import Column, Grid, Members, Sampler, as_mapping
@@ -79,6 +86,8 @@ class Plan:
         Inputs over time that are not the model's own, `Noise` among them, with plain numbers.
     own_inputs : frozenset of str
         Inputs over time that the model says.
+    choice : Choice or None
+        What was chosen for all members by a sample of them; None where the method was given, or the first member told.
     """
 
     system: System
@@ -97,6 +106,7 @@ class Plan:
     first_state: np.ndarray
     inputs: dict[Any, Any]
     own_inputs: frozenset[str]
+    choice: Choice | None = None
 
     @property
     def inputs_differ(self) -> bool:
@@ -125,8 +135,13 @@ class Plan:
         return {name: float(x) for name, x in zip(names, p, strict=False) if name not in left_out}
 
 
-def make_plan(system: System, options: EnsembleOptions) -> Plan:
+def make_plan(system: System, options: EnsembleOptions, choice: Choice | None = None) -> Plan:
     """Check what is asked for, and choose how to do it.
+
+    Parameters
+    ----------
+    choice : Choice, optional
+        What was chosen for this ensemble before, by another process or for what a store holds.
 
     Raises
     ------
@@ -144,7 +159,7 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     ).for_model(system)  # fmt: skip
     p = system.parameter_values(fixed["parameters"])
     rows, starts, state = _first_that_begins(system, members, p, single.t_start, fixed, columns)
-    treatment, formed, notes = choose_constraints("auto", system, options.method)
+    treatment, _, notes = choose_constraints("auto", system, options.method)
     constant = {*fixed["parameters"], *(c.name for c in columns)}
     own = frozenset(
         r["name"] for r in system.inputs if ("table" in r or "polynomial" in r) and r["name"] not in constant
@@ -153,18 +168,22 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     over_time |= _said_by_model(system, own - {*moving})
     driven = drive.drive(system, over_time, rows[0], single.t_start, single.t_end) if over_time else None
     objection = _objection(system, driven)
-    method = formed
-    if formed is None:
+    if options.method != "auto":
+        choice = None
         method, more = choose_method(driven or system, rows[0], state, single)
-        notes = [*notes, *more]
-        if options.device != "cpu" and method.name == SERIES:
-            method = METHODS[EXPLICIT]
-            notes.append(f"{EXPLICIT} on the device: series need too much memory for each thread")
+    else:
+        in_lanes = not objection and driven is None and options.device == "cpu"
+        choice = choice or _choose(driven or system, members, p, starts, single, in_lanes=in_lanes)
+        method, more = METHODS[choice.method], choice.notes
+    notes = [*notes, *more]
+    if options.method == "auto" and options.device != "cpu" and method.name == SERIES:
+        method = METHODS[EXPLICIT]
+        notes.append(f"{EXPLICIT} on the device: series need too much memory for each thread")
     frame_times = _frame_times(options, single)
     settings = None
     if not objection:
         settings, method, objection, more = _settings(
-            driven or system, system, rows[0], state, single, method, frame_times
+            driven or system, system, rows[0], state, single, method, frame_times, choice
         )
         notes = [*notes, *more]
     if settings is not None:
@@ -188,8 +207,32 @@ def make_plan(system: System, options: EnsembleOptions) -> Plan:
     drift = min(_LARGEST_DRIFT, max(_LEAST_DRIFT, _DRIFT_PER_RTOL * rtol))
     return Plan(
         system, options, members, p, starts, replace(single, method=method.name), method.name, treatment, settings,
-        frame_times, drift * starts.smallest_scale, notes, rows[0], state, moving, own,
+        frame_times, drift * starts.smallest_scale, notes, rows[0], state, moving, own, choice,
     )  # fmt: skip
+
+
+def _choose(
+    system: System, members: Members, p: np.ndarray, starts: Starts, single: RunOptions, *, in_lanes: bool
+) -> Choice:
+    """Choose method and order for all members by a sample of them."""
+    rows, states, varied = [], [], {}
+    for number in numbers_of_sample(members.n):
+        parameters, values = members.arrays(p, number, number + 1)
+        rows.append(parameters[0])
+        varied = {name: [*varied.get(name, []), *found] for name, found in values.items()}
+    rows = np.array(rows)
+    states, failures = starts.of(rows, {name: np.array(found) for name, found in varied.items()})
+    sound = [k for k in range(len(rows)) if k not in failures and np.isfinite(states[k]).all()]
+    sample = Sample(rows[sound], states[sound], members.n)
+    found = None
+    if in_lanes and sample.tells:
+
+        def settings_of(name: str) -> BatchSettings | None:
+            first = sample.parameters[0], sample.starts[0]
+            return _settings(system, system, *first, single, METHODS[name], np.zeros(0))[0]
+
+        found = choose_once(system, sample, single, settings_of)
+    return found or choose_by_looks(system, sample, single)
 
 
 def _inputs_of(
@@ -391,6 +434,7 @@ def _settings(
     single: RunOptions,
     method: Any,
     frame_times: np.ndarray,
+    choice: Choice | None = None,
 ) -> tuple[BatchSettings | None, Any, str, list[str]]:
     """Return settings for lanes with the method, or with the explicit one where a series cannot be had; or why not."""
     if method.name == SERIES and SERIES not in IN_LANES:
@@ -418,6 +462,9 @@ def _settings(
         longest=(float(c[at.H_MAX]), float(c[at.H_BASE]), float(c[at.H_SHARE])),
         scale_energy=bool(np.isfinite(level)), max_steps=single.max_steps or _MANY_STEPS,
     )  # fmt: skip
+    if choice is not None and choice.method == method.name:
+        most = min(settings.max_steps, choice.most_steps or settings.max_steps)
+        settings = replace(settings, order=choice.order, max_steps=most)
     try:
         LaneBatch(system, settings)
     except (NoLanes, Refusal) as why:

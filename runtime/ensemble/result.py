@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.ensemble.member import end_again, member_again
+from symgen.runtime.ensemble.sampling import named_beside
 from symgen.runtime.ensemble.verdict import CAUSES, VERDICTS, Verdicts
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
 from symgen.runtime.lazy import Late
@@ -180,10 +181,11 @@ class Ensemble:
         """Return a series that is kept, or what varies between members, by name."""
         if name in self.names:
             return self.series[name] if self.store is None else self.store.read(name)
-        if name in self.varied:
-            return self.varied[name]
+        varied = named_beside(self.varied, self.names)
+        if name in varied:
+            return varied[name]
         raise UnknownNameError(
-            f"the ensemble has kept no {name!r}: {nearest(name, [*self.names, *self.varied])}; `keep` says what is"
+            f"the ensemble has kept no {name!r}: {nearest(name, [*self.names, *varied])}; `keep` says what is"
         )
 
     @cached_property
@@ -326,7 +328,7 @@ class Ensemble:
         v = self.verdicts
         known = {"status": v.status, "ok": v.ok, "steps": v.steps, "energy_error": v.energy_error}
         return {
-            **self.varied,
+            **named_beside(self.varied, self.names),
             **{name: self[name] for name in self.names},
             **(known if len(v.status) else {}),
         }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from symgen.runtime.ensemble.chunk import (
 )
 from symgen.runtime.ensemble.dispatch import run_chunks
 from symgen.runtime.ensemble.identity import refuse_another
+from symgen.runtime.ensemble.method_choice import Choice
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
 from symgen.runtime.ensemble.result import Ensemble, StoredVerdicts
@@ -54,7 +55,7 @@ def run_ensemble(system: System, options: EnsembleOptions) -> Ensemble:
     RuntimeModelError
         An option does not fit the model, or the first member has no start on the constraints.
     """
-    collected = Collector(make_plan(system, options))
+    collected = Collector(plan_for(system, options))
     try:
         for chunk in collected.run():
             collected.take(chunk)
@@ -63,6 +64,22 @@ def run_ensemble(system: System, options: EnsembleOptions) -> Ensemble:
             f"interrupted: {collected.n_done} of {collected.plan.members.n} members are done"
         )
     return collected.result()
+
+
+def plan_for(system: System, options: EnsembleOptions, stored: Stored | None = None) -> Plan:
+    """Return the plan of an ensemble, with the method and order that what it goes on with was made with.
+
+    Parameters
+    ----------
+    stored : Stored, optional
+        A file of NumPy to go on with; a store is that of the options.
+    """
+    about: Mapping[str, Any] = {}
+    if stored is not None:
+        about = stored.about
+    elif options.resume and ZarrStore.is_there(options.out):
+        about = ZarrStore.open(options.out).about
+    return make_plan(system, options, Choice.from_json(about.get("choice")))
 
 
 class Collector:

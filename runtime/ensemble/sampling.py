@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -431,6 +431,11 @@ class Members:
             here = blocks == block
             found[here] = values[draws[here] - block * _BLOCK]
         return found
+
+
+def named_beside(varied: Mapping[str, Any], series: Collection[str]) -> dict[str, Any]:
+    """Return what varies by names that no series has: a start that is kept as a series, too, is `start(name)`."""
+    return {f"start({name})" if name in series else name: values for name, values in varied.items()}
 
 
 def as_mapping(given: Any) -> Mapping[str, Any]:

@@ -22,6 +22,7 @@ from symgen.runtime.code import cache, engine
 from symgen.runtime.ensemble.chunk import Chunk, Wanted, run_chunk
 from symgen.runtime.ensemble.options import EnsembleOptions
 from symgen.runtime.ensemble.plan import Plan, make_plan
+from symgen.runtime.ensemble.sampling import named_beside
 from symgen.runtime.ensemble.version import fingerprint
 from symgen.runtime.ensemble.work import run_part
 from symgen.runtime.ensemble.zarr_store import StoreError, ZarrStore
@@ -80,11 +81,11 @@ def packed(
     """
     fields = plan.options.__dataclass_fields__
     given = {name: getattr(plan.options, name) for name in fields if name not in _NOT_SENT}
-    # What was chosen for the ensemble is not chosen again.
-    given |= {"method": plan.method, "step": plan.single.step}
+    given |= {"step": plan.single.step}
     place = None if store is None else (os.path.abspath(store.path), store.about["token"])
     code = _machine_code(plan, wanted) if with_code else {}
-    content = plan.system, given, wanted, place, gather or store is not None, code
+    # What was chosen for the ensemble is not chosen again.
+    content = plan.system, given, plan.choice, wanted, place, gather or store is not None, code
     return pickle.dumps((fingerprint(), _pickled(content)))
 
 
@@ -105,11 +106,11 @@ def _pickled(content: Any) -> bytes:
 def _machine_code(plan: Plan, wanted: Wanted) -> dict[str, bytes]:
     """Return the object code that members of this plan run through, by its key: a few of them run on a copy of it."""
     fresh = pickle.loads(pickle.dumps(plan.system))
-    options = replace(plan.options, executor=None, progress=None, method=plan.method, step=plan.single.step)
+    options = replace(plan.options, executor=None, progress=None, step=plan.single.step)
     for known in (machine.lane_loop, machine.lane_map):
         known.cache_clear()  # what is held already would not be asked for
     with engine.noted() as keys:
-        other = make_plan(fresh, options)
+        other = make_plan(fresh, options, plan.choice)
         run_part(other, wanted.names, 0, 1)
     found = {key: cache.fetch(folder / f"{key}.o") for key, folder in keys.items()}
     return {key: code for key, code in found.items() if code is not None}
@@ -131,7 +132,9 @@ def run_packed(content: bytes, first: int, last: int, gather: bool = False) -> C
         plan, wanted, first, last, None if gather else store, gather or (needed and store is None)
     )
     if chunk.columns:
-        chunk = replace(chunk, columns={**plan.members.values(first, last), **chunk.columns})
+        chunk = replace(
+            chunk, columns={**named_beside(plan.members.values(first, last), wanted.kept), **chunk.columns}
+        )
     return chunk
 
 
@@ -143,12 +146,12 @@ def _unpacked(content: bytes) -> tuple[Plan, Wanted, ZarrStore | None, bool]:
             f"the worker on {socket.gethostname()} has symgen {fingerprint()}, but the ensemble comes from symgen "
             f"{made_by}: members would not be the same; install one version everywhere"
         )
-    system, given, wanted, place, needed, code = pickle.loads(inner)
+    system, given, choice, wanted, place, needed, code = pickle.loads(inner)
     folder = cache.cache_folder("kernels")
     for key, content_of in code.items():
         if not (folder / f"{key}.o").exists():
             cache.store(folder / f"{key}.o", content_of)
-    plan = make_plan(system, EnsembleOptions(**given))
+    plan = make_plan(system, EnsembleOptions(**given), choice)
     return plan, wanted, None if place is None else _store_at(*place), needed
 
 

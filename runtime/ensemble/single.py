@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from symgen.runtime.ensemble.plan import Plan
     from symgen.runtime.solution import Solution
-    from symgen.runtime.system import System
 
 simulation = Late("symgen.runtime.simulate")
 
@@ -23,19 +22,43 @@ simulation = Late("symgen.runtime.simulate")
 _SINGULAR = (at.PROJECTION_FAILED, at.SINGULAR_MATRIX)
 
 
-def runs_alone(system: System, method: str, max_steps: int | None = None) -> tuple[int, ...]:
-    """Return the statuses with which members of a model leave lanes of a method, for runs of their own.
+# So does a method of their own, where the one that suits the ensemble does not suit a member.
+UNSUITED = (at.STEP_TOO_SMALL, at.NOT_FINITE)
+
+
+def runs_alone(plan: Plan) -> tuple[int, ...]:
+    """Return the statuses with which members leave lanes, for runs of their own.
 
     Where users give no limit of steps, very many may be a motion that never gets on: single runs watch for that.
     """
-    leaving = (LEFT,) if system.events or method in IMPLICIT else ()
-    return (_SINGULAR if system.m else ()) + leaving + ((TOO_MANY_STEPS,) if max_steps is None else ())
+    system, statuses = plan.system, ()
+    if system.m:
+        statuses += _SINGULAR
+    if system.events or plan.method in IMPLICIT:
+        statuses += (LEFT,)
+    if plan.single.max_steps is None:
+        statuses += (TOO_MANY_STEPS,)
+    return statuses + _for_another_method(plan)
+
+
+def _for_another_method(plan: Plan) -> tuple[int, ...]:
+    """Return the statuses of members whose method was chosen for the ensemble and does not suit them."""
+    if plan.choice is None:
+        return ()
+    most, allowed = plan.choice.most_steps, plan.single.max_steps
+    is_limit = most and (allowed is None or most < allowed)
+    return (*UNSUITED, TOO_MANY_STEPS) if is_limit else UNSUITED
 
 
 def run_single(
-    plan: Plan, number: int, p: np.ndarray, varied: dict[str, float], t_eval: Any = None
+    plan: Plan, number: int, p: np.ndarray, varied: dict[str, float], t_eval: Any = None, status: int = 0
 ) -> Solution:
     """Run a member by itself, by its number, its parameters, and the starts that vary.
+
+    Parameters
+    ----------
+    status : int
+        With which it has left lanes.
 
     Raises
     ------
@@ -45,8 +68,11 @@ def run_single(
     system = plan.system
     start, rate = plan.starts.given(varied)
     times = plan.frame_times if t_eval is None else t_eval
+    chosen = plan.single
+    if status in _for_another_method(plan):
+        chosen = replace(chosen, method="auto", step=None)
     options = replace(
-        plan.single, parameters=plan.single_parameters(p), start=start, rate=rate,
+        chosen, parameters=plan.single_parameters(p), start=start, rate=rate,
         inputs=plan.inputs_of(number),
         t_eval=times if len(times) else (plan.single.t_end,), fps=None,
     )  # fmt: skip

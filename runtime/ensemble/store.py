@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symgen.runtime.ensemble.identity import identity
+from symgen.runtime.ensemble.sampling import named_beside
 from symgen.runtime.ensemble.zarr_store import ZarrStore
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.record import record
@@ -68,19 +69,21 @@ class Stored:
 def write_ensemble(e: Ensemble, path: str | os.PathLike[str]) -> None:
     """Write an ensemble, in one step: a file that is there before is whole until then."""
     path, v = Path(path), e.verdicts
+    varied = named_beside(e.varied, e.names)
     about = {
         "symgen": _FORMAT, "model": e.plan.system.name, "method": e.method, "n": e.n, "n_done": e.n_done,
-        "shape": e.shape, "series": e.names, "varied": list(e.varied), "t_end": e.plan.single.t_end,
+        "shape": e.shape, "series": e.names, "varied": list(varied), "t_end": e.plan.single.t_end,
         "rtol": e.plan.single.rtol, "atol": e.plan.single.atol, "notes": e.notes, "identity": identity(e.plan),
+        "choice": e.plan.choice.to_json() if e.plan.choice else None,
         "messages": {str(k): said for k, said in e.messages.items()},
     }  # fmt: skip
-    taken = {name for name in (*e.series, *e.varied) if name in _OWN}
+    taken = {name for name in (*e.series, *varied) if name in _OWN}
     if taken:
         raise RuntimeModelError(
             f"a file of members has names of its own: {', '.join(sorted(taken))} cannot be kept"
         )
     arrays = {
-        **e.varied, **e.series, "t": e.t, "status": v.status, "ok": v.ok, "steps": v.steps,
+        **varied, **e.series, "t": e.t, "status": v.status, "ok": v.ok, "steps": v.steps,
         "energy_error": v.energy_error, "constraint_residual": v.constraint_residual, "singly": v.singly,
         _ABOUT: np.array(json.dumps(about)),
     }  # fmt: skip

@@ -13,7 +13,7 @@ import numpy as np
 from symgen.runtime.ensemble import member
 from symgen.runtime.ensemble.batch import RESULTS, BatchResult, LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
-from symgen.runtime.ensemble.single import run_single, runs_alone
+from symgen.runtime.ensemble.single import UNSUITED, run_single, runs_alone
 from symgen.runtime.ensemble.starts import without_inertia
 from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verdicts_of
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
@@ -112,7 +112,7 @@ def run_members(plan: Plan, first: int, last: int) -> tuple[np.ndarray, np.ndarr
     for k in failures:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
     _look_again(plan, first, verdicts)
-    for_single_runs = runs_alone(plan.system, plan.method, plan.single.max_steps)
+    for_single_runs = runs_alone(plan)
     if for_single_runs:
         for k in np.flatnonzero(np.isin(verdicts.status, for_single_runs)):
             here = {name: float(values[k]) for name, values in varied.items()}
@@ -232,9 +232,9 @@ def _take_single(
     plan: Plan, number: int, p: np.ndarray, varied: dict[str, float], states: np.ndarray, verdicts: Verdicts, k: int
 ) -> dict[int, str]:  # fmt: skip
     """Run a member by itself, and fill in its states and verdict; returns why it failed, by its number."""
-    verdicts.singly[k] = True
+    verdicts.singly[k], left_with = True, int(verdicts.status[k])
     try:
-        solution = run_single(plan, number, p, varied)
+        solution = run_single(plan, number, p, varied, status=left_with)
     except RuntimeModelError as error:
         verdicts.status[k], verdicts.ok[k] = NO_START, False
         return {number: str(error)}
@@ -243,7 +243,8 @@ def _take_single(
     verdicts.energy_error[k] = solution.energy.unscaled_error
     verdicts.constraint_residual[k] = solution.constraint_residual.max_position
     if solution.status not in ("success", "terminated"):
-        verdicts.status[k], verdicts.ok[k] = RUN_FAILED, False
+        verdicts.status[k] = left_with if left_with in UNSUITED else RUN_FAILED  # what lanes say is as true
+        verdicts.ok[k] = False
         return {number: solution.message}
     verdicts.status[k] = at.REACHED_STOP
     verdicts.ok[k] = not _objects(solution)

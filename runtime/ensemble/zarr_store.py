@@ -25,6 +25,7 @@ import numpy as np
 
 from symgen.runtime.ensemble.identity import identity, refuse_another
 from symgen.runtime.ensemble.packing import unpack
+from symgen.runtime.ensemble.sampling import named_beside
 from symgen.runtime.ensemble.tally import MOST_NAMED
 from symgen.runtime.ensemble.verdict import VERDICTS
 from symgen.runtime.errors import RuntimeModelError
@@ -117,7 +118,8 @@ class ZarrStore:
             raise StoreError(
                 f"{path} is there already: go on with it by resume (--resume), or give another name"
             )
-        single, varied = plan.single, [c.name for c in plan.members.columns]
+        single = plan.single
+        varied = [*named_beside({c.name: None for c in plan.members.columns}, series)]
         taken = sorted({*series, *varied} & {*VERDICTS, _TIMES, _MORE})
         wrong = taken or [name for name in (*series, *varied) if not _NAME.match(name)]
         if wrong:
@@ -127,6 +129,7 @@ class ZarrStore:
             "n": plan.members.n, "chunk": chunk, "n_times": len(plan.frame_times), "shape": plan.members.shape,
             "series": list(series), "varied": varied, "t_end": single.t_end, "rtol": single.rtol,
             "atol": single.atol, "notes": plan.notes, "identity": identity(plan),
+            "choice": plan.choice.to_json() if plan.choice else None,
         }  # fmt: skip
         try:
             group = zarr.create_group(path, zarr_format=3, attributes={_ABOUT: about})

@@ -142,7 +142,7 @@ class Joined:
         frames, rows, work = self.arrays.frames, slice(self.n_frames, n), self.system.nq + self.system.nv
         for subsystem in self._found:
             run = subsystem.run
-            own = run.arrays.frames[rows]
+            own = subsystem.frames(rows)
             for columns in subsystem.columns:
                 frames[rows, columns] = own[:, : len(columns)]
                 if run.system.nw:

@@ -89,8 +89,8 @@ def simulate_subsystems(
         return why_not
     step_limits = step_limits_of(system, p, options.t_start, options.t_end)
     settings = Settings(options, treatment, redundant, *options.frame_times(), step_limits)
-    found = grouped(subsystems(system, kinds, p, state, settings))
-    if options.split is None and not pays(found):
+    found = grouped(subsystems(system, kinds, p, state, settings), settings)
+    if options.split is None and not pays(system, found, options.rtol):
         return "common steps cost less, as none is much faster than all others"
     method = Counter(s.choice.method.name for s in found for _ in s.titles).most_common(1)[0][0]
     step = min(s.choice.step for s in found if s.choice.method.name == method)
@@ -184,7 +184,7 @@ def _run_all_to(
 
 def notes_on(found: Sequence[Subsystem], n_kinds: int) -> Iterator[str]:
     """Yield the notes on a run of `n_kinds` kinds of subsystems."""
-    n, steps = sum(len(s.titles) for s in found), [s.run.n_steps for s in found]
+    n, steps = sum(len(s.titles) for s in found), [n for s in found for n in s.steps_of_each()]
     yield (
         f"subsystems: {n} of {n_kinds} kind{'s' * (n_kinds > 1)}, each integrated by itself with its own steps, "
         f"{min(steps)} to {max(steps)} of them"
@@ -193,14 +193,10 @@ def notes_on(found: Sequence[Subsystem], n_kinds: int) -> Iterator[str]:
     twins = sum(len(s.columns) - 1 for s in found)
     if twins:
         yield f"subsystems: {twins} of {n} start and move as others do, and took no steps of their own"
-    groups = [s for s in found if len(s.titles) > len(s.columns)]
-    if groups:
-        joined = sum(len(s.titles) for s in groups)
-        yield (
-            f"subsystems: {joined} of {n} in {len(groups)} groups of equal ones side by side, each with the steps of "
-            "its fastest"
-        )
-    asleep = [s.run.asleep_from for s in found for _ in s.titles if np.isfinite(s.run.asleep_from)]
+    in_lanes = sum(len(s.titles) for s in found if len(s.titles) > len(s.columns))
+    if in_lanes:
+        yield f"subsystems: {in_lanes} of {n} in lanes of vector registers, as members of an ensemble"
+    asleep = [t for s in found for t in s.rests_from() if np.isfinite(t)]
     if asleep:
         yield f"asleep: {len(asleep)} of {n} subsystems at rest, the first from t = {min(asleep):.6g} s on"
     own = [f"{s.name}: {note}" for s in found for note in s.run.notes]

@@ -234,11 +234,7 @@ class MemberRun(Run):
     ----------
     asleep_from : float [s]
         When it came to rest; inf if it did not.
-    tolerance_after : float
-        What the method that takes over, where one does, makes of the tolerances.
     """
-
-    tolerance_after = 1.0
 
     def __init__(self, *arguments: Any, **options: Any):
         super().__init__(*arguments, **options)
@@ -280,10 +276,6 @@ class MemberRun(Run):
             self._sleep()
         return self.n_frames >= self._until
 
-    def _fall_back(self) -> None:
-        super()._fall_back()
-        self.arrays.control[[at.RTOL, at.ATOL]] *= self.tolerance_after
-
     def _is_at_rest(self) -> bool:
         arrays, system = self.arrays, self.system
         state = arrays.y[: system.nq + system.nv]
@@ -322,13 +314,9 @@ class Subsystem:
         Its parameters and inputs, and its start.
     is_asleep : bool
         Whether it rests from the start on.
-    tolerance : float
-        What it makes of the tolerances asked for.
     run : MemberRun
         Once it was prepared.
     """
-
-    tolerance = 1.0
 
     def __init__(
         self,
@@ -350,6 +338,18 @@ class Subsystem:
         """What it is called."""
         return self.titles[0]
 
+    def steps_of_each(self) -> list[int]:
+        """Return the steps that were taken for it, in a list; those of each of its members where it has some."""
+        return [self.run.n_steps]
+
+    def rests_from(self) -> list[float]:
+        """Return when it, and each of its twins, came to rest [s]; inf where it did not."""
+        return [self.run.asleep_from] * len(self.titles)
+
+    def frames(self, rows: slice) -> np.ndarray:
+        """Return its states, and the work done, at some frames."""
+        return self.run.arrays.frames[rows]
+
     def prepare(
         self, times: np.ndarray, shown: np.ndarray, stops: Sequence[float], settings: Settings
     ) -> None:
@@ -360,8 +360,8 @@ class Subsystem:
             wanted = settings.options.energy_scaling
             level = choose_energy_level(wanted, system, method, self.p, t, self.state)
         arrays = LoopArrays(
-            system, method, self.p, t, self.state, frame_times=times, rtol=self.tolerance * settings.options.rtol,
-            atol=self.tolerance * settings.options.atol, step=self.choice.step, energy_level=level,
+            system, method, self.p, t, self.state, frame_times=times, rtol=settings.options.rtol,
+            atol=settings.options.atol, step=self.choice.step, energy_level=level,
             log_length=_STEPS_LOGGED,
         )  # fmt: skip
         self.run = MemberRun(

@@ -31,10 +31,9 @@ from symgen.cli.settings import input_tables, load_system
 from symgen.cli.terminal import say
 from symgen.runtime.ensemble.noises import is_noise
 from symgen.runtime.ensemble.options import DESIGNS, EnsembleOptions
-from symgen.runtime.ensemble.plan import make_plan
 from symgen.runtime.ensemble.reduction import Reduction
 from symgen.runtime.ensemble.result import Ensemble
-from symgen.runtime.ensemble.run import Collector
+from symgen.runtime.ensemble.run import Collector, plan_for
 from symgen.runtime.ensemble.sampling import read_variation
 from symgen.runtime.ensemble.store import Stored, open_members, read_ensemble, write_ensemble
 from symgen.runtime.ensemble.zarr_store import ZarrStore
@@ -158,9 +157,11 @@ def command(
     places = {"out": out_file, "resume": resume} if to_store else {}
     asked = _options(path, system, vary, keep, {**given, **places})
     with _cluster(dask_address) as executor:
-        collected = Collector(make_plan(system, replace(asked, executor=executor)))
-        if resume and not to_store and out_file.exists():
-            collected.go_on_from(read_ensemble(out_file))
+        goes_on = resume and not to_store and out_file.exists()
+        stored = read_ensemble(out_file) if goes_on else None
+        collected = Collector(plan_for(system, replace(asked, executor=executor), stored))
+        if stored is not None:
+            collected.go_on_from(stored)
         npz = None if to_store else out_file
         progress = None if quiet else Progress(sys.stderr.isatty())
         e, interrupted = _collect(collected, npz, progress)

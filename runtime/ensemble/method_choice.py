@@ -1,0 +1,358 @@
+"""The method and order of an ensemble, chosen once for all its members: by steps and operations of a sample.
+
+Some members, spread evenly over the ensemble, run the first part of their time with each method that lanes have. What
+a method costs a member is its steps times what one step takes, which follows from operations that are counted. So a
+choice is the same on every machine, for any number of threads, and again; processor time enters nowhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symgen.runtime.checks.time_scales import change_rate, time_scales
+from symgen.runtime.choose import (
+    EXPLICIT,
+    EXPLICIT_BELOW,
+    FOLLOWED,
+    LIMITS,
+    SERIES,
+    STIFFNESS_RATIO,
+    choose_method,
+    misfit_of_series,
+    stiff_method,
+)
+from symgen.runtime.ensemble.batch import BatchSettings, LaneBatch
+from symgen.runtime.ensemble.events import PLACES
+from symgen.runtime.ensemble.machine import IN_LANES, lane_series
+from symgen.runtime.ensemble.slots import TOO_MANY_STEPS
+from symgen.runtime.integrate import layout as at
+from symgen.runtime.integrate.methods import METHODS
+from symgen.runtime.loop_arrays import LoopArrays
+from symgen.runtime.record import record
+from symgen.runtime.step_costs import orders
+
+if TYPE_CHECKING:
+    from symgen.runtime.options import RunOptions
+    from symgen.runtime.system import System
+
+_FEWEST = 64  # members from which on a sample is worth its runs
+_SAMPLE = 8  # members: those of one turn of the lanes
+_SHARE = 0.05  # of the ensemble's work, for all trials together
+_TRIALS = 3
+_LONGEST_TRIAL = 20_000  # steps of a member
+_FEWEST_STEPS = 4.0  # of which a mean says something
+_ORDERS_APART = 4
+_CLEARLY = 1.05  # times less work before the explicit method gives way to a series, which has to be compiled
+# A member that takes so many times the steps of the sample's mean, and so many at least, is another kind of motion.
+_TOO_LONG, _LONG_AT_LEAST = 100, 20_000
+_MOST_LEFT_LANES = 1 << 52
+# Nanoseconds of a step on one core, fitted to a dozen models of 4 to 36 numbers and 4 to 1068 operations within a fifth
+# (AMD Zen 4); only their ratios count. What a series needs grows faster than its operations, as it leaves the caches.
+_OF_OPERATION, _OF_NUMBER, _OF_STEP = 0.039, 10.3, 3.3
+_OF_SERIES, _GROWS, _OF_SQUARES = 4.3e-4, 1.44, 0.27
+_BESIDE_SERIES, _NUMBER_BESIDE_SERIES = 0.217, 8.6
+_PROJECTIONS = 1.5  # of a step
+_OF_EVENTS, _OF_LOOKING = 200.0, 4.0  # and by numbers of dense output
+_STAGES, _DENSE = 12, 8  # of dop853
+# Of a step of an implicit method that runs by itself, and of its parts; and what a run takes besides.
+_ALONE_OPERATION, _ALONE_STEP, _ALONE_RUN, _ELIMINATION = 0.3, 750.0, 5e4, 0.6
+_LANES_GAIN = 4.5
+_MEMBERS_FOR_A_LOOK = 40  # a look at a member takes as long as two run
+
+
+@record
+class Choice:
+    """How all members of an ensemble are integrated.
+
+    Attributes
+    ----------
+    method : str
+    order : int
+        Of series; 0: by the tolerance.
+    most_steps : int
+        A member that takes more in lanes is left to a run of its own, which chooses for itself; 0: there is no limit.
+    notes : tuple of str
+        Why.
+    """
+
+    method: str
+    order: int = 0
+    most_steps: int = 0
+    notes: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what a file keeps of it."""
+        return {
+            "method": self.method,
+            "order": self.order,
+            "most_steps": self.most_steps,
+            "notes": list(self.notes),
+        }
+
+    @classmethod
+    def from_json(cls, stored: Any) -> Choice | None:
+        """Return what a file says was chosen; None where it says nothing that makes sense."""
+        if not isinstance(stored, Mapping):
+            return None
+        method, order, most = (stored.get(key) for key in ("method", "order", "most_steps"))
+        notes = stored.get("notes")
+        said = isinstance(notes, list) and all(isinstance(x, str) and len(x) < 1000 for x in notes[:9])
+        whole = all(type(x) is int and x >= 0 for x in (order, most))
+        named = isinstance(method, str) and method in METHODS
+        if not (named and said and whole) or order not in (0, *orders()):
+            return None
+        return cls(method, order, min(most, _MOST_LEFT_LANES), tuple(notes[:9]))
+
+
+@record(eq=False)
+class Sample:
+    """Members on which methods are tried.
+
+    Attributes
+    ----------
+    parameters, starts : ndarray, shape (k, n_p), (k, nq + nv)
+    of : int
+        Members of the ensemble.
+    """
+
+    parameters: np.ndarray
+    starts: np.ndarray
+    of: int
+
+    @property
+    def tells(self) -> bool:
+        """Whether trials are worth their time."""
+        return self.of >= _FEWEST and len(self.starts) > 0
+
+
+@record(eq=False)
+class _Trial:
+    """What a method costs the members of a sample [ns]; not a number where it fails."""
+
+    method: str
+    order: int
+    steps: np.ndarray  # of a member to the end of its run, by those of the trial
+    each: float  # ns of a step
+
+    @property
+    def cost(self) -> np.ndarray:
+        return self.steps * self.each
+
+
+def numbers_of_sample(n: int) -> list[int]:
+    """Return which members of `n` are a sample: in the middles of parts of equal length."""
+    k = min(_SAMPLE, n)
+    return sorted({int((i + 0.5) * n / k) for i in range(k)})
+
+
+def choose_once(
+    system: System, sample: Sample, single: RunOptions, settings_of: Callable[[str], BatchSettings | None]
+) -> Choice | None:
+    """Choose for an ensemble by the members of a sample; None where these do not tell.
+
+    Parameters
+    ----------
+    settings_of : callable
+        Settings for lanes with a method; None where lanes cannot have it.
+    """
+    settings = settings_of(EXPLICIT)
+    if settings is None:
+        return None
+    # All trials together take no more than their share, if trials with other methods take as long as the first one.
+    span = (single.t_end - single.t_start) * min(1.0, _SHARE * sample.of / (_TRIALS * len(sample.starts)))
+    settings = replace(
+        settings,
+        t_end=single.t_start + span,
+        frame_times=np.zeros(0),
+        max_steps=min(settings.max_steps, _LONGEST_TRIAL),
+    )
+    explicit, ends = _tried(system, settings, sample, _step_of_explicit(system), single.t_end)
+    if not np.isfinite(explicit.cost).any():
+        return None
+    trials = [explicit, *_series(system, settings, settings_of, sample, single)]
+    if single.rtol >= EXPLICIT_BELOW and _looks_stiff(system, sample, explicit, ends, single):
+        trials += _stiff(system, settings, settings_of, sample, single, explicit)
+    return _best(trials, sample.of, single)
+
+
+def choose_by_looks(system: System, sample: Sample, single: RunOptions) -> Choice:
+    """Choose as single runs do, for some members of a sample: what most of them want, the stiffer one of equals."""
+    looks = max(1, min(len(sample.starts), sample.of // _MEMBERS_FOR_A_LOOK))
+    wanted: dict[str, list[list[str]]] = {}
+    for k in range(looks):
+        method, why = choose_method(system, sample.parameters[k], sample.starts[k], single)
+        wanted.setdefault(method.name, []).append(why)
+    name = max(wanted, key=lambda name: (len(wanted[name]), METHODS[name].stiff))
+    why = wanted[name][0]
+    if len(wanted) > 1:
+        why = [f"{why[0]} ({len(wanted[name])} of {looks} members that were looked at)", *why[1:]]
+    return Choice(name, notes=tuple(why))
+
+
+def _best(trials: list[_Trial], n: int, single: RunOptions) -> Choice:
+    """Return the method whose sum over the sample is least; a member that one fails costs a run by itself."""
+    dearest = np.nanmax([np.where(np.isfinite(t.cost), t.cost, np.nan) for t in trials], axis=0)
+    dearest = np.where(np.isfinite(dearest), dearest, 0.0)
+    alone = 2.0 * _LANES_GAIN * dearest + _ALONE_RUN
+    sums = [float(np.where(np.isfinite(t.cost), t.cost, alone).sum()) for t in trials]
+    best = min(
+        range(len(trials)), key=lambda k: sums[k] * (1.0 if trials[k].method == EXPLICIT else _CLEARLY)
+    )
+    chosen, k = trials[best], len(trials[0].steps)
+    said = f"{chosen.method} of order {chosen.order}" if chosen.order else chosen.method
+    others = {
+        t.method: s / sums[best] for t, s in zip(trials, sums, strict=True) if t.method != chosen.method
+    }
+    than = " and ".join(f"{name} {ratio:.2g} times as long" for name, ratio in others.items())
+    reason = f"by steps and operations of {k} of {n} members it takes the least time" + (
+        f", {than}" if than else ""
+    )
+    limit = 0
+    if chosen.method in IN_LANES:
+        mean = float(np.nanmean(np.where(np.isfinite(chosen.steps), chosen.steps, np.nan)))
+        limit = int(max(_LONG_AT_LEAST, _TOO_LONG * mean))
+    return Choice(
+        chosen.method, chosen.order, limit, (f"method auto: {said} for all members, because {reason}",)
+    )
+
+
+def _tried(
+    system: System, settings: BatchSettings, sample: Sample, each: float, t_end: float
+) -> tuple[_Trial, np.ndarray]:
+    """Run the sample in lanes; returns what it costs, and (t, q, v) where the members came to."""
+    result = LaneBatch(system, settings).run(sample.parameters, sample.starts)
+    t, status = result.column("t"), result.column("status")
+    steps = result.column("steps") + result.column("rejected")
+    went = np.isin(status, (at.REACHED_STOP, TOO_MANY_STEPS)) & (t > settings.t_start)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        per_second = np.maximum(steps, 1.0) / (t - settings.t_start)
+        # An event may have ended the member before the end of the trial, and then for good.
+        ended = (status == at.REACHED_STOP) & (t < settings.t_end)
+        whole = np.where(ended, np.maximum(steps, 1.0), per_second * (t_end - settings.t_start))
+    trial = _Trial(settings.method, settings.order, np.where(went, whole, np.nan), each)
+    return trial, np.hstack([t[:, None], result.end])
+
+
+def _events_of_step(system: System, numbers: int) -> float:
+    """Nanoseconds of a step for what looks for events by so many numbers of dense output."""
+    if not system.events:
+        return 0.0
+    looked = len(PLACES) * (system.operations.get("events", 0) + numbers)
+    return _OF_EVENTS + _OF_LOOKING * numbers + _OF_OPERATION * looked
+
+
+def _beside(system: System) -> float:
+    """Operations of a step for energies and constraints."""
+    return system.operations.get("energy", 0) + _PROJECTIONS * system.operations.get("project", 0)
+
+
+def _step_of_explicit(system: System) -> float:
+    operations = _STAGES * system.operations.get("rhs", 0) + _beside(system)
+    own = _OF_OPERATION * operations + _OF_NUMBER * system.ny + _OF_STEP
+    return own + _events_of_step(system, _DENSE * system.ny)
+
+
+def _step_of_series(system: System, costs: tuple[float, float, float], order: int) -> float:
+    start, linear, square = costs
+    series = start + order * (linear + _OF_SQUARES * order * square)
+    own = _OF_SERIES * series**_GROWS + _BESIDE_SERIES * _beside(system) + _NUMBER_BESIDE_SERIES * system.ny
+    return own + _events_of_step(system, order * system.ny)
+
+
+def _series(
+    system: System, explicit: BatchSettings, settings_of: Callable[[str], BatchSettings | None], sample: Sample,
+    single: RunOptions,
+) -> list[_Trial]:  # fmt: skip
+    """Return the trial of series of the best order: two orders tell how steps grow with it."""
+    p, state = sample.parameters[0], sample.starts[0]
+    if misfit_of_series(system, p, single.t_start, state, single.rtol):
+        return []
+    settings = settings_of(SERIES)
+    if settings is None or settings.method != SERIES:
+        return []
+    settings = replace(
+        settings, t_end=explicit.t_end, frame_times=explicit.frame_times, max_steps=explicit.max_steps
+    )
+    costs = lane_series(system, settings.lanes)[1]
+    usual = LaneBatch(system, settings).order
+    low = max(min(usual, orders()[-1] - _ORDERS_APART), orders()[0])
+    pair = [
+        _tried(
+            system,
+            replace(settings, order=order),
+            sample,
+            _step_of_series(system, costs, order),
+            single.t_end,
+        )[0]
+        for order in (low, low + _ORDERS_APART)
+    ]
+    means = [float(np.nanmean(trial.steps)) if np.isfinite(trial.steps).any() else np.nan for trial in pair]
+    if not np.isfinite(means).all():
+        return [trial for trial in pair if np.isfinite(trial.cost).any()]
+    # Of steps that are left out h^p is a given share: log(steps) = a + b / (p - 1).
+    span = 1.0 / (low - 1) - 1.0 / (low + _ORDERS_APART - 1)
+    slope = max(math.log(means[0] / means[1]) / span, 0.0)
+
+    def growth(order: int) -> float:
+        return math.exp(slope * (1.0 / (order - 1) - 1.0 / (low - 1)))
+
+    best = min(orders(), key=lambda order: growth(order) * _step_of_series(system, costs, order))
+    return [_Trial(SERIES, best, pair[0].steps * growth(best), _step_of_series(system, costs, best))]
+
+
+def _looks_stiff(
+    system: System, sample: Sample, explicit: _Trial, ends: np.ndarray, single: RunOptions
+) -> bool:
+    """Whether the member with most steps, or one in the middle, has motions that limit explicit steps."""
+    order = np.argsort(np.where(np.isfinite(explicit.steps), explicit.steps, -1.0))
+    for k in {int(order[-1]), int(order[len(order) // 2])}:
+        t, steps = ends[k, 0], explicit.steps[k]
+        q, v = ends[k, 1 : 1 + system.nq], ends[k, 1 + system.nq : 1 + system.nq + system.nv]
+        if not (np.isfinite(steps) and np.isfinite(q).all() and np.isfinite(v).all()):
+            continue
+        h = (single.t_end - single.t_start) / steps
+        scales = time_scales(system, sample.parameters[k], t, q, v)
+        slow = max(float(change_rate(system, q, v)), 1.0 / (single.t_end - single.t_start))
+        if scales.damping * h >= LIMITS or scales.fastest >= max(STIFFNESS_RATIO * slow, FOLLOWED / h):
+            return True
+    return False
+
+
+def _stiff(
+    system: System, settings: BatchSettings, settings_of: Callable[[str], BatchSettings | None], sample: Sample,
+    single: RunOptions, explicit: _Trial,
+) -> list[_Trial]:  # fmt: skip
+    """Return the trial of the method for stiff motion, member after member, as long as it costs less."""
+    method = METHODS[stiff_method(single.rtol)]
+    if method.refusal(system):
+        return []
+    operations, start = system.operations, settings.t_start
+    share = (settings.t_end - start) / (single.t_end - start)
+    steps, costs = np.full((2, len(sample.starts)), np.nan)
+    for k, (p, state) in enumerate(zip(sample.parameters, sample.starts, strict=True)):
+        # More steps than the explicit method's do not pay.
+        most = share * explicit.steps[k] if np.isfinite(explicit.steps[k]) else _LONGEST_TRIAL
+        arrays = LoopArrays(
+            system, method, p, start, state, frame_times=np.zeros(0), rtol=single.rtol, atol=single.atol,
+            with_events=False, log_length=_LONGEST_TRIAL,
+        )  # fmt: skip
+        status = arrays.advance(settings.t_end, max(int(min(most, _LONGEST_TRIAL)), 1))
+        if status < 0 or not arrays.t > start:
+            continue
+        counts = arrays.counters
+        n = counts[at.STEPS] + counts[at.REJECTED]
+        spent = _ALONE_STEP * n + counts[at.FACTORISATIONS] * _ELIMINATION * (system.nv + system.m) ** 3
+        for function, count in (("rhs", at.RHS_CALLS), ("residual_jacobian", at.JACOBIANS)):
+            spent += _ALONE_OPERATION * counts[count] * operations.get(function, 0)
+        longer = (single.t_end - start) / (arrays.t - start)
+        steps[k], costs[k] = n * longer, spent * longer + _ALONE_RUN
+    if not np.isfinite(costs).any():
+        return []
+    gain = _LANES_GAIN if settings_of(method.name) is not None else 1.0
+    each = float(np.nansum(costs) / np.nansum(steps)) / gain
+    return [_Trial(method.name, 0, steps, each)]
