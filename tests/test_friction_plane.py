@@ -174,7 +174,9 @@ def test_where_a_direction_turns_too_fast_the_run_says_so(systems, monkeypatch):
 
 def test_a_table_that_slides_on_twelve_feet_is_no_paradox():
     m = Model("twelve")
-    x, y, z = (m.coordinate(name, start=0.0, rate=rate) for name, rate in (("x", 0.8), ("y", 0.6), ("z", 0.0)))
+    x, y, z = (
+        m.coordinate(name, start=0.0, rate=rate) for name, rate in (("x", 0.8), ("y", 0.6), ("z", 0.0))
+    )
     a, b = m.coordinate("a", start=0.0), m.coordinate("b", start=0.0)
     m.body("table", mass=2.0, inertia=[0.02, 0.03, 0.04], com=(x, y, z + 0.05), rotation=[["x", a], ["y", b]])
     m.force(z, -2.0 * G)
