@@ -47,7 +47,7 @@ MODEL = {
         {"name": "tension_right", "unit": "N"},
     ],
     "events": [
-        {"name": "jump_0", "direction": "both", "action": "jump", "says": "min(buffer_y^2 + buffer_z^2 + (buffer_x - 31/10)^2, (1/2)^2) in the potential"},
+        {"name": "jump_0", "direction": "both", "action": "jump", "says": "min(buffer_y^2 + buffer_z^2 + (-31/10 + buffer_x)^2, (1/2)^2) in the potential"},
         {"name": "jump_1", "direction": "both", "action": "jump", "says": "max((hook_x - left_x)^2 + (hook_y - left_y)^2 + (hook_z - left_z)^2, l^2) in the potential"},
         {"name": "jump_2", "direction": "both", "action": "jump", "says": "max((hook_x - right_x)^2 + (hook_y - right_y)^2 + (hook_z - right_z)^2, l^2) in the potential"},
         {"name": "jump_3", "direction": "both", "action": "jump", "says": "5000*dot(stop_length) < -200000*(-1/2 + stop_length) in the dissipation"},

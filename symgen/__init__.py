@@ -10,8 +10,8 @@ if TYPE_CHECKING:
 
     from .front import Model
     from .link import load, robot
-    from .model.from_sympy import where
-    from .model.functions import dot, floor, heaviside, maximum, minimum, mod, sensor, smoothstep, t
+    from .model.from_sympy import mod, smoothstep, where
+    from .model.sympy_functions import dot, floor, heaviside, maximum, minimum, sensor, t
     from .version import __version__ as __version__
 
 __all__ = [
@@ -51,10 +51,10 @@ _OWN = {
     "robot": ".link",
     "__version__": ".version",
     **dict.fromkeys(
-        ("dot", "floor", "heaviside", "minimum", "maximum", "mod", "sensor", "smoothstep", "t"),
-        ".model.functions",
+        ("dot", "floor", "heaviside", "minimum", "maximum", "sensor", "t"),
+        ".model.sympy_functions",
     ),
-    "where": ".model.from_sympy",
+    **dict.fromkeys(("mod", "smoothstep", "where"), ".model.from_sympy"),
 }
 
 

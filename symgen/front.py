@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from . import equations, link
+from .model import algebra, model, toml_reader
 from .model import lagrangian as lagrangians
-from .model import model, toml_reader
 from .robots.build import EARTH, import_urdf
 from .robots.mjcf import import_mjcf
 from .robots.pictures import Pictures
@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 
 class Model(model.Model):
     __doc__ = model.Model.__doc__
+
+    @staticmethod
+    def _symbol(name: str) -> sympy.Symbol:
+        from .model.from_sympy import to_sympy  # who takes symbols writes expressions with SymPy
+
+        return to_sympy(algebra.Symbol(name))
 
     def derive(self, jacobian: bool = False) -> System:
         """Derive the equations of motion and load them, ready to run.

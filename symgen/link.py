@@ -356,7 +356,7 @@ def module_for(
     """The generated module of a model file, from the user's cache or derived now.
 
     A module is found by the content of the model file, its options and the generator's own sources, so it is
-    never stale; SymPy is imported only when there is something to derive.
+    never stale.
 
     Parameters
     ----------

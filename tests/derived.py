@@ -12,7 +12,8 @@ from symgen.derive.pipeline import derive
 from symgen.derive.program import Program
 from symgen.emit.module import emit
 from symgen.model.description import Constraint, Coordinate, Description, Input, Parameter
-from symgen.model.functions import dot, maximum, minimum
+from symgen.model.from_sympy import taken_over
+from symgen.model.sympy_functions import dot, maximum, minimum
 
 WORDS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt sign pi"
 FUNCTIONS = {"dot": dot, "minimum": minimum, "maximum": maximum, "abs": sympy.Abs}
@@ -27,11 +28,11 @@ class Names(dict):
 
 
 def expr(text):
-    """A SymPy expression of a trusted text (tests only); sequences give tuples."""
+    """A model's expression of a trusted text (tests only); sequences give tuples."""
     if isinstance(text, (tuple, list)):
         return tuple(expr(x) for x in text)
-    return sympy.sympify(
-        eval(text, {"__builtins__": {}}, Names(FUNCTIONS)) if isinstance(text, str) else text
+    return taken_over(
+        sympy.sympify(eval(text, {"__builtins__": {}}, Names(FUNCTIONS)) if isinstance(text, str) else text)
     )
 
 

@@ -10,7 +10,7 @@ import sympy
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
 from symgen.model.description import Description
-from symgen.model.functions import dot, maximum, minimum
+from symgen.model.sympy_functions import dot, maximum, minimum
 
 
 class Reference:

@@ -23,7 +23,7 @@ SYMGEN = [f for f in FILES if f.startswith("symgen/")]
 DOORS = {"symgen/link.py", "symgen/equations.py"}
 RECORDING_DOOR = "runtime/recording/rrd/"
 # Knows neither SymPy nor text; its own imports are tested below.
-SHARED = "symgen.runtime.graph"
+SHARED = ("symgen.runtime.graph", "symgen.runtime.lazy")
 NEEDED = {
     re.match(r"[\w-]+", requirement)[0].removesuffix("-sdk")
     for requirement in tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
@@ -50,8 +50,10 @@ DECLARED = {
 EXECUTES = {"symgen/model/library.py", "runtime/code/function_text.py"}
 # Own modules that functions import: which library keeps them from the top of the file.
 INSIDE_FUNCTIONS = {
-    ("symgen.model.library", "symgen.model.model"): "sympy",
-    ("symgen.model.library", "symgen.model.toml_reader"): "sympy",
+    ("symgen.front", "symgen.model.from_sympy"): "sympy",
+    ("symgen.model.surfaces", "symgen.model.slopes"): "sympy",
+    ("symgen.model.curves", "symgen.model.from_sympy"): "sympy",
+    ("symgen.model.given", "symgen.model.from_sympy"): "sympy",
     ("symgen.runtime.code.bridge", "symgen.runtime.code.bridge_numba"): "numba",
     ("symgen.runtime.inputs.controller", "symgen.runtime.inputs.memory"): "numba",
 }

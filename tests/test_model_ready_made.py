@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from symgen import Model, cos, t
 from symgen.errors import ModelError
+from symgen.model.from_sympy import to_sympy
 from symgen.model.toml_reader import read_text
 
 BODIES = """
@@ -100,7 +101,7 @@ class Poses:
         for axis in self.description.axes:
             world = self.rotation[axis.body] @ np.array(axis.direction, float)
             values |= {f"{axis.name}_{c}": x for c, x in zip("xyz", world, strict=True)}
-        return np.array([float(c.expression.subs(values)) for c in self.description.constraints])
+        return np.array([float(to_sympy(c.expression).subs(values)) for c in self.description.constraints])
 
     def shift(self, point, offset):
         """Move the body of a point so that the point moves by `offset`."""

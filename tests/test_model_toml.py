@@ -8,6 +8,7 @@ import sympy
 
 from symgen import Model, atan2, cos, dot, maximum, minimum, pi, sin, sqrt, t
 from symgen.errors import ModelError
+from symgen.model import algebra, functions
 from symgen.model.evaluate import evaluate
 from symgen.model.library import bundled
 from symgen.model.toml_reader import read_file, read_text
@@ -204,7 +205,8 @@ def _values(d, values):
     from symgen.model.items import definition_items, items
 
     for item in (*definition_items(d), *items(d)):
-        rates = {node: sympy.Symbol("x") * 3 + sympy.Symbol("a") for node in item.expression.atoms(dot)}
+        x, a = algebra.Symbol("x"), algebra.Symbol("a")
+        rates = {node: x * 3 + a for node in item.expression.atoms(functions.dot)}
         yield evaluate(item.expression.xreplace(rates), values)
 
 

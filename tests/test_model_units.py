@@ -12,7 +12,8 @@ from symgen import Model
 from symgen.errors import ModelError
 from symgen.model.dimensions import NUMBER, infer
 from symgen.model.expressions import parse
-from symgen.model.functions import dot
+from symgen.model.from_sympy import taken_over
+from symgen.model.sympy_functions import dot
 from symgen.model.units import DIMENSIONLESS, dimension, dimension_text, parse_unit
 
 
@@ -182,7 +183,7 @@ def test_mismatch(text):
 
 def test_floats_of_python_fit_like_decimals():
     x, k = sympy.symbols("x k")
-    assert infer(k * x - 0.5 * dot(x), NAMES) == N
+    assert infer(taken_over(k * x - 0.5 * dot(x)), NAMES) == N
 
 
 def test_model_without_units_is_not_checked():

@@ -8,6 +8,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+import sympy
 from click.testing import CliRunner
 from trees import GRAVITY, humanoid, random_body, seven_dof_arm
 
@@ -243,8 +244,8 @@ def four_bar(motors: tuple[str, ...]) -> Model:
         m.body(f"b{k}", mass=1.0 + k, com=(0.2, 0, 0), inertia=(0.01, 0.02, 0.02))
         m.joint(f"j{k}", "revolute", f"b{k}", parent, {"xyz": (at, 0, 0)}, axis=(0, -1, 0))
     m.point("end", "b2", (0.5, 0, 0))
-    m.constraint("closes_x", symgen.model.expressions.sympy.Symbol("end_x") - 0.6)
-    m.constraint("closes_z", symgen.model.expressions.sympy.Symbol("end_z"))
+    m.constraint("closes_x", sympy.Symbol("end_x") - 0.6)
+    m.constraint("closes_z", sympy.Symbol("end_z"))
     for name in motors:
         m.force(name, m.input(f"{name}_torque", unit="N*m"))
     return m
@@ -355,7 +356,7 @@ def test_actuators_that_cannot_hold_it():
         robot_of(by_hand(), "equilibrium_torques")
     model = by_hand()
     model.force("theta", 0.0 * model.input("none"))
-    model.force("theta", model.input("M") * symgen.sin(symgen.model.expressions.sympy.Symbol("theta")))
+    model.force("theta", model.input("M") * symgen.sin(sympy.Symbol("theta")))
     robot = robot_of(model, actuators=["F", "M"])
     close(robot.equilibrium_torques([0.0, 0.3]), [0.0, 0.3 * 9.81 * 0.5])
     with pytest.raises(RuntimeModelError, match="cannot hold it at rest there"):

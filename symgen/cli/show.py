@@ -23,7 +23,8 @@ from symgen.equations import (
 )
 from symgen.errors import ModelError
 from symgen.link import module_for
-from symgen.model.from_sympy import taken_over
+from symgen.model import algebra
+from symgen.model.from_sympy import taken_over, to_sympy
 from symgen.model.functions import dot
 from symgen.model.library import load
 from symgen.model.printing import to_text
@@ -53,7 +54,7 @@ class Notation(Protocol):
 
     spin: str
 
-    def __call__(self, expression: sympy.Expr) -> str: ...
+    def __call__(self, expression: algebra.Expr | sympy.Expr) -> str: ...
 
     def name(self, name: str) -> str: ...
 
@@ -65,9 +66,9 @@ class Text:
 
     spin = "1/2*omega.I.omega"
 
-    def __call__(self, expression: sympy.Expr) -> str:
+    def __call__(self, expression: algebra.Expr | sympy.Expr) -> str:
         try:
-            return to_text(expression, _LONGEST_TEXT)
+            return to_text(taken_over(expression), _LONGEST_TEXT)
         except ModelError:
             return _TOO_LONG
 
@@ -84,9 +85,9 @@ class Latex:
 
     spin = r"$\tfrac{1}{2} \omega^{T} I\, \omega$"
 
-    def __call__(self, expression: sympy.Expr) -> str:
-        long = expression.count_ops() > _MOST_OPERATIONS
-        return _TOO_LONG if long else latex.to_latex(expression)
+    def __call__(self, expression: algebra.Expr | sympy.Expr) -> str:
+        written = to_sympy(taken_over(expression))
+        return _TOO_LONG if written.count_ops() > _MOST_OPERATIONS else latex.to_latex(written)
 
     def name(self, name: str) -> str:
         return f"${latex.name(name)}$"
@@ -154,7 +155,7 @@ def mechanism(d: Description, show: Notation) -> list[Section]:
     ]
 
 
-def _places(vectors: tuple[tuple[sympy.Expr, ...], ...], show: Notation) -> str:
+def _places(vectors: tuple[tuple[algebra.Expr, ...], ...], show: Notation) -> str:
     return ", ".join(f"({', '.join(map(show, vector))})" for vector in vectors)
 
 
@@ -257,7 +258,7 @@ def _orientation(body: Body, show: Notation) -> str:
 
 
 def _terms(d: Description, show: Notation) -> list[Section]:
-    def point(name: str, parts: tuple[sympy.Expr, ...]) -> str:
+    def point(name: str, parts: tuple[algebra.Expr, ...]) -> str:
         return f"{name} ({', '.join(map(show, parts))})"
 
     children, states = {j.child for j in d.joints}, {s.name for s in d.states}
@@ -316,7 +317,7 @@ def _sliding(f: Friction, show: Notation) -> str:
 
 
 def _kinetic_energy(body: Body, show: Notation) -> str:
-    energy = sympy.Integer(0)
+    energy = algebra.ZERO
     if body.mass is not None:
         energy += body.mass * sum(dot(x) ** 2 for x in body.com if not x.is_number) / 2
     if body.planar and body.inertia and body.angle is not None:
@@ -326,14 +327,14 @@ def _kinetic_energy(body: Body, show: Notation) -> str:
 
 def _jointed_kinetic(body: Body, show: Notation) -> str:
     """In short where joints place the body: written out, it is too long to be read."""
-    moving = [show(body.mass * sympy.Symbol("v.v") / 2)] if body.mass is not None else []
+    moving = [show(body.mass * algebra.Symbol("v.v") / 2)] if body.mass is not None else []
     turning = [show.spin] if body.inertia else []
     return " + ".join(moving + turning)
 
 
-def _weight(body: Body, gravity: tuple[sympy.Expr, ...], is_child: bool, show: Notation) -> str:
+def _weight(body: Body, gravity: tuple[algebra.Expr, ...], is_child: bool, show: Notation) -> str:
     if is_child:
-        return f"{show(-body.mass * sympy.Symbol('gravity.r'))}, gravity ({', '.join(map(show, gravity))})"
+        return f"{show(-body.mass * algebra.Symbol('gravity.r'))}, gravity ({', '.join(map(show, gravity))})"
     return show(-body.mass * sum(g * x for g, x in zip(gravity, body.com)))
 
 
@@ -346,9 +347,9 @@ def _equations(system: System, show: Notation) -> list[Section]:
         says = f"{operations} operations: too long to be read; `symgen derive` writes them to a file"
         return [Section(head, [(says,)])]
     choices = Choices(system)
-    rows = [(show.element(element), show(taken_over(value))) for element, value in _elements(system, choices)]
+    rows = [(show.element(element), show(value)) for element, value in _elements(system, choices)]
     first_order = _first_order(system, show, choices)
-    chosen = [(show.name(str(name)), show(taken_over(value))) for name, value in choices.named]
+    chosen = [(show.name(str(name)), show(value)) for name, value in choices.named]
     if len(chosen) > _MOST_CHOICES:
         names = f"{chosen[0][0]} to {chosen[-1][0]}"
         says = f"{names}, of curves and switches: too long to be read; `symgen derive` writes them to a file"
@@ -390,7 +391,7 @@ def _first_order(system: System, show: Notation, choices: Choices) -> list[Secti
     else:
         names = acceleration_labels(system.coordinates, system.rates)
         values = shortened(dict(enumerate(solved))).values()
-        rows += [(show.name(name), show(taken_over(value))) for name, value in zip(names, values)]
+        rows += [(show.name(name), show(value)) for name, value in zip(names, values)]
     sums = [tuple(" + ".join(map(show.element, side)) or "0" for side in sides) for sides in elements]
     title = f"first-order form, of x = ({', '.join(map(show.name, states))})"
     found = section(title, rows, equations=True)

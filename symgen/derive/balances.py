@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import sympy
 
 from ..errors import ModelError
+from ..model import algebra
 from ..model.description import Constraint, Description
 from .dynamics import inverse_dynamics, mass_matrix, mechanics
 from .graph.differentiate import sparse_jacobian
@@ -28,9 +28,9 @@ from .variables import variables, with_rates
 _PLACES, _DEPENDENT = 3, 1e-9  # where ranks are looked at, and what is none
 
 
-def balance_symbol(name: str) -> sympy.Symbol:
+def balance_symbol(name: str) -> algebra.Symbol:
     """What stands for the force on a coordinate; no name of a model has a space in it."""
-    return sympy.Symbol(f"{name} balance")
+    return algebra.Symbol(f"{name} balance")
 
 
 def with_balances(description: Description) -> Description:

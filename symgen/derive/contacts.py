@@ -37,10 +37,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import sympy
-
 from symgen.runtime.graph.layouts import settings_of
 
+from ..model import algebra
 from ..model.contact_laws import creep_share, smooth_friction
 from ..model.description import Constraint, Description, Event, Friction, Input, Stop
 from ..model.expression_tree import uses
@@ -176,9 +175,9 @@ def eliminate(g: Graph, rows: list[list[int]], right: list[int]) -> list[int]:
 SWITCHED = (
     "rhs", "residual", "residual_jacobian", "constraint_residual", "constraint_jacobian", "gamma", "project", "events",
 )  # fmt: skip
-_NOTHING = sympy.Float(1e-150)
-_NO_SPEED = sympy.Float(1e-140)  # in the direction of an expected motion: keeps directions finite at rest
-_OPPOSITE = sympy.Float(0.57)  # cosine of the angle about -e in which sliding goes on as it was
+_NOTHING = algebra.Float(1e-150)
+_NO_SPEED = algebra.Float(1e-140)  # in the direction of an expected motion: keeps directions finite at rest
+_OPPOSITE = algebra.Float(0.57)  # cosine of the angle about -e in which sliding goes on as it was
 
 
 def has_switches(d: Description) -> bool:
@@ -186,8 +185,8 @@ def has_switches(d: Description) -> bool:
     return bool(d.stops or d.frictions)
 
 
-def _symbol(name: str, key: str) -> sympy.Symbol:
-    return sympy.Symbol(f"{key} {name}")  # no name of a model has a space in it
+def _symbol(name: str, key: str) -> algebra.Symbol:
+    return algebra.Symbol(f"{key} {name}")  # no name of a model has a space in it
 
 
 @dataclass(frozen=True)
@@ -265,7 +264,7 @@ class Switches:
         return replace(
             d,
             inputs=(*d.inputs, *settings),
-            dissipation=sympy.Add(*dissipation) if dissipation else None,
+            dissipation=algebra.Add(*dissipation) if dissipation else None,
             rubbing=(
                 *d.rubbing,
                 *(
@@ -302,13 +301,13 @@ class Switches:
             for name, when in zip(f.rows, self._going_on(f), strict=True):
                 yield Event(name, when, "falling", "friction")
 
-    def _going_on(self, f: Friction) -> tuple[sympy.Expr, ...]:
+    def _going_on(self, f: Friction) -> tuple[algebra.Expr, ...]:
         """What falls to zero where sliding ends, or where it comes to have no solution."""
-        others = () if f.across is None else (sympy.S.One,)
+        others = () if f.across is None else (algebra.ONE,)
         if f.across is not None and f.smooth is None:
-            others = (_either(_setting(f, "turns"), _norm(f.speeds) - _setting(f, "bound"), sympy.S.One),)
+            others = (_either(_setting(f, "turns"), _norm(f.speeds) - _setting(f, "bound"), algebra.ONE),)
         if f.normal and f not in self._acting():
-            return (sympy.S.One, *others)
+            return (algebra.ONE, *others)
         sliding, margin = _onward(f), _symbol(f.name, "margin")
         if f.normal:
             sliding = minimum(sliding, margin) if f.smooth is None else margin
@@ -324,16 +323,16 @@ class Switches:
         for f in self.frictions:
             for event, when in zip([next(rest) for _ in f.rows], self._holding(f), strict=True):
                 if self._on_stop(f):  # nothing happens to it while that is open
-                    when = _either(_symbol(f.normal[0], "closed"), when, sympy.S.One)
+                    when = _either(_symbol(f.normal[0], "closed"), when, algebra.ONE)
                 yield replace(event, when=when)
 
-    def _holding(self, f: Friction) -> tuple[sympy.Expr, ...]:
+    def _holding(self, f: Friction) -> tuple[algebra.Expr, ...]:
         """What falls to zero where sliding ends, or where what sticks would have to be larger than it can."""
         sliding = self._going_on(f)
         if f.smooth is not None:
             return sliding
         if f.across is None:
-            margin = self._most(f) - sympy.Abs(_symbol(f.name, "force"))
+            margin = self._most(f) - algebra.Abs(_symbol(f.name, "force"))
             return (_either(_symbol(f.name, "stuck"), margin, sliding[0]),)
         turns, aimed, angle = (_setting(f, key) for key in ("turns", "aimed", "angle"))
         moves = turns + aimed
@@ -341,7 +340,7 @@ class Switches:
         shares = [(1 - moves) * sense * self._normal(f) * f.level for sense in _senses(f)]
         forces = [_symbol(name, "force") - share for name, share in zip(f.rows, shares, strict=True)]
         margin = self._most(f) - _norm(forces)
-        across = angle * f.level * self._normal(f) - sympy.Abs(_symbol(f.rows[1], "force"))
+        across = angle * f.level * self._normal(f) - algebra.Abs(_symbol(f.rows[1], "force"))
         bound = _setting(f, "bound")
         aims = minimum(across, bound - _in_axes_of(f)[0])
         slowing = _norm(f.speeds) - bound
@@ -349,14 +348,14 @@ class Switches:
             turns, slowing, margin
         )
 
-    def _normal(self, f: Friction) -> sympy.Expr:
+    def _normal(self, f: Friction) -> algebra.Expr:
         """The force that a coefficient of friction multiplies; 1 where there is none."""
         forces = [_symbol(name, "force") for name in f.normal]
         if not f.normal:
-            return sympy.S.One
-        return forces[0] if self._on_stop(f) else sympy.sqrt(sympy.Add(*(x**2 for x in forces)))
+            return algebra.ONE
+        return forces[0] if self._on_stop(f) else algebra.sqrt(algebra.Add(*(x**2 for x in forces)))
 
-    def _most(self, f: Friction) -> sympy.Expr:
+    def _most(self, f: Friction) -> algebra.Expr:
         """What a friction can take while it sticks."""
         return _static(f) * self._normal(f)
 
@@ -372,10 +371,10 @@ class Switches:
                 reactions.append(Reaction(level, loader.load(f.level), rows, not self._on_stop(f)))
         return Levels(loader.g, tuple(reactions))
 
-    def sliding(self, f: Friction) -> tuple[sympy.Expr, ...]:
+    def sliding(self, f: Friction) -> tuple[algebra.Expr, ...]:
         """What a friction that slides exerts against each of its speeds."""
         if f not in self._acting():
-            return (sympy.S.Zero,) * len(f.rows)
+            return (algebra.ZERO,) * len(f.rows)
         return tuple(_sliding(f) * x for x in _direction(f))
 
     def corner(self, loader: Loader, d: Description) -> dict[int, int]:
@@ -427,50 +426,50 @@ class Switches:
         }
 
 
-def _either(switch: sympy.Symbol, on: sympy.Expr, off: sympy.Expr) -> sympy.Expr:
+def _either(switch: algebra.Symbol, on: algebra.Expr, off: algebra.Expr) -> algebra.Expr:
     return switch * on + (1 - switch) * off
 
 
-def _setting(f: Friction, key: str) -> sympy.Symbol:
+def _setting(f: Friction, key: str) -> algebra.Symbol:
     """One of the settings of a friction with two directions, which are some of its first, some of its second row."""
     return _symbol(f.rows[key != "turns"], key)
 
 
-def _senses(f: Friction) -> list[sympy.Symbol]:
+def _senses(f: Friction) -> list[algebra.Symbol]:
     return [_symbol(name, "sense") for name in f.rows]
 
 
-def _norm(vector: Sequence[sympy.Expr]) -> sympy.Expr:
-    return sympy.sqrt(sympy.Add(*(x**2 for x in vector)) + _NO_SPEED**2)
+def _norm(vector: Sequence[algebra.Expr]) -> algebra.Expr:
+    return algebra.sqrt(algebra.Add(*(x**2 for x in vector)) + _NO_SPEED**2)
 
 
-def _in_axes_of(f: Friction) -> tuple[sympy.Expr, sympy.Expr]:
+def _in_axes_of(f: Friction) -> tuple[algebra.Expr, algebra.Expr]:
     """The sliding speed along the direction that the senses give, and across."""
     (s1, s2), (e1, e2) = f.speeds, _senses(f)
     return e1 * s1 + e2 * s2, e1 * s2 - e2 * s1
 
 
-def _held(f: Friction) -> tuple[sympy.Expr, ...]:
+def _held(f: Friction) -> tuple[algebra.Expr, ...]:
     """What is held at zero where the rows of a friction are switched on: its speeds, or the one across its aim."""
     if f.across is None:
         return f.speeds
     return f.speed, _either(_setting(f, "aimed"), _in_axes_of(f)[1], f.across)
 
 
-def _onward(f: Friction) -> sympy.Expr:
+def _onward(f: Friction) -> algebra.Expr:
     """What falls to zero where a sliding motion ends; of two speeds also where it has turned by 45°."""
     if f.across is None:
         return _symbol(f.name, "sense") * f.speed
     along, across = _in_axes_of(f)
-    return along - _setting(f, "turns") * sympy.Abs(across)
+    return along - _setting(f, "turns") * algebra.Abs(across)
 
 
-def _direction(f: Friction) -> tuple[sympy.Expr, ...]:
+def _direction(f: Friction) -> tuple[algebra.Expr, ...]:
     """How much of the size of a friction acts against each of its speeds."""
     if f.creeps:
         return tuple(creep_share(f.speeds, f.smooth) * s for s in f.speeds)
     if f.smooth is not None:
-        width = sympy.sqrt(sympy.Add(*(s**2 for s in f.speeds)) + f.smooth**2)
+        width = algebra.sqrt(algebra.Add(*(s**2 for s in f.speeds)) + f.smooth**2)
         return tuple(s / width for s in f.speeds)
     senses = _senses(f)
     if f.across is None:
@@ -479,24 +478,24 @@ def _direction(f: Friction) -> tuple[sympy.Expr, ...]:
     # What does not turn has no speed here: the series of a direction would grow without bound at rest.
     moved = [turns * s + (1 - turns + _NO_SPEED) * e for s, e in zip(f.speeds, senses, strict=True)]
     size = _norm(moved)
-    side = sympy.Add(*(e * s for e, s in zip(senses, moved, strict=True))) + _OPPOSITE * size
-    onward = side / sympy.sqrt(side**2 + _NOTHING**2)  # 1 or -1: a choice would have no series
+    side = algebra.Add(*(e * s for e, s in zip(senses, moved, strict=True))) + _OPPOSITE * size
+    onward = side / algebra.sqrt(side**2 + _NOTHING**2)  # 1 or -1: a choice would have no series
     return tuple(_either(turns, onward * s / size, e) for s, e in zip(moved, senses, strict=True))
 
 
-def _loss(f: Friction) -> sympy.Expr:
+def _loss(f: Friction) -> algebra.Expr:
     """The Rayleigh function of a friction that does not stick."""
     if f.smooth is None:
         return _symbol(f.name, "sense") * _sliding(f) * f.speed
     return smooth_friction(_sliding(f), f.speeds, f.smooth)
 
 
-def _sliding(f: Friction) -> sympy.Expr:
+def _sliding(f: Friction) -> algebra.Expr:
     """How large a friction is while it slides."""
     return _symbol(f.name, "level") if f.normal else f.level
 
 
-def _static(f: Friction) -> sympy.Expr:
+def _static(f: Friction) -> algebra.Expr:
     """The level, or coefficient, while a friction sticks."""
     return f.level if f.static is None else f.static
 

@@ -16,9 +16,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import sympy
-
 from ..errors import ModelError
+from ..model import algebra
 from ..model.description import Description, Event, Sensor
 from ..model.sensors import acting
 from .contacts import eliminate
@@ -159,7 +158,7 @@ def with_margins(
         while name in taken:
             name += "_"
         says = f"{sensor.name} and the force that follows it make each other grow"
-        symbol = sympy.Symbol(f"margin of {name}")
+        symbol = algebra.Symbol(f"margin of {name}")
         made.append(Event(name, symbol, "falling", "terminate", says=says))
     n = len(own.events)
     events = (*description.events[:n], *made, *description.events[n:])

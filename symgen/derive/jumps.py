@@ -18,9 +18,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-import sympy
-
+from ..errors import ModelError
+from ..model import algebra
 from ..model.description import Description, Event, Input, Load
+from ..model.expression_tree import kind
 from ..model.functions import (
     INTEGRAL,
     PIECE,
@@ -36,12 +37,12 @@ from ..model.functions import (
     tabulated,
     where,
 )
-from ..model.printing import shortened
+from ..model.printing import to_text
 
 ACTION = "jump"
-_BEYOND = sympy.Float(1e300)  # any argument
-_STEPS = (sympy.sign, heaviside, floor, less, at_most)
-_KINKS = (sympy.Abs, minimum, maximum)
+_BEYOND = algebra.Float(1e300)  # any argument
+_STEPS = (algebra.sign, heaviside, floor, less, at_most)
+_KINKS = (algebra.Abs, minimum, maximum)
 _KINDS = (*_STEPS, *_KINKS)
 _LONGEST_NAME = 80
 # Kinks to powers above this one make no kink of the forces that follow from the energy.
@@ -85,12 +86,12 @@ class _Branches:
     def __init__(self, d: Description):
         self.events: list[Event] = []
         self.settings: list[str] = []
-        self._known: dict[sympy.Expr, sympy.Symbol] = {}
-        self._memo: dict[tuple[sympy.Expr, bool, bool], sympy.Expr] = {}
+        self._known: dict[algebra.Expr, algebra.Symbol] = {}
+        self._memo: dict[tuple[algebra.Expr, bool, bool], algebra.Expr] = {}
         self._under_root = False
         self._names = {x.name for x in (*d.events, *d.stops, *d.frictions)}
         self._definitions = dict(d.definitions)
-        self._done: dict[str, sympy.Expr] = {}
+        self._done: dict[str, algebra.Expr] = {}
         self._rooted = _under_roots(d)
         self._still = {x.name for x in (*d.parameters, *d.constants)} | {"t"}
         self._where = ""
@@ -118,37 +119,37 @@ class _Branches:
         )
         return replace(load, force=force, torque=torque)
 
-    def _inside(self, expression: sympy.Expr | None, where: str, smooth_from: float) -> sympy.Expr | None:
+    def _inside(self, expression: algebra.Expr | None, where: str, smooth_from: float) -> algebra.Expr | None:
         """The expression with branches; kinks to a power above `smooth_from` leave forces smooth."""
         if expression is None:
             return None
         self._where = where
         return self._rewritten(expression, 1.0 / smooth_from)
 
-    def _rewritten(self, e: sympy.Expr, power: float) -> sympy.Expr:
+    def _rewritten(self, e: algebra.Expr, power: float) -> algebra.Expr:
         key = (e, power > 1.0, self._under_root)
         if key not in self._memo:
             self._memo[key] = self._built(e, power)
         return self._memo[key]
 
-    def _built(self, e: sympy.Expr, power: float) -> sympy.Expr:
-        if isinstance(e, sympy.Symbol):
+    def _built(self, e: algebra.Expr, power: float) -> algebra.Expr:
+        if isinstance(e, algebra.Symbol):
             self._define(e.name, power)
             return e
         if not e.args:
             return e
         if e.func is where and any(self._lacks_values(x) for x in e.args[1:]):
             return where(self._watched(e.args[0]), *(self._rewritten(x, power) for x in e.args[1:]))
-        if isinstance(e, sympy.Pow):
+        if isinstance(e, algebra.Pow):
             outside, self._under_root = self._under_root, self._under_root or not e.exp.is_Integer
             base = self._rewritten(e.base, power * (max(1.0, float(e.exp)) if e.exp.is_Number else 1.0))
             self._under_root = outside
             exponent = self._rewritten(e.exp, power)
-            return e if (base, exponent) == e.args else sympy.Pow(base, exponent, evaluate=False)
+            return e if (base, exponent) == e.args else algebra.Pow(base, exponent, evaluate=False)
         if isinstance(e, Tabulated):
             return self._piece(e, [self._rewritten(x, 1.0) for x in e.args])
         args = [self._rewritten(x, power) for x in e.args]
-        same = tuple(args) == e.args  # SymPy makes equal symbols anew where its cache is full
+        same = tuple(args) == e.args
         if e.func not in _KINDS or (e.func in _KINKS and power > 1.0):
             return e if same else e.func(*args)
         argument = e.args[0] if len(e.args) == 1 else e.args[0] - e.args[1]
@@ -156,7 +157,7 @@ class _Branches:
             return e if same else e.func(*args)
         return self._branch(e, args, argument)
 
-    def _watched(self, condition: sympy.Expr) -> sympy.Expr:
+    def _watched(self, condition: algebra.Expr) -> algebra.Expr:
         """A condition that steps end at, but that is looked at as it is: what it chooses has no value elsewhere."""
         if condition.func not in (less, at_most):
             return condition.func(*map(self._watched, condition.args))
@@ -165,53 +166,53 @@ class _Branches:
             self._side(-argument if argument.could_extract_minus_sign() else argument, condition)
         return condition.func(*(self._rewritten(x, 1.0) for x in condition.args))
 
-    def _lacks_values(self, expression: sympy.Expr) -> bool:
+    def _lacks_values(self, expression: algebra.Expr) -> bool:
         """Whether an expression has a root or a logarithm of what moves and may be negative."""
         stack, seen = [expression], set()
         while stack:
             e = stack.pop()
-            if isinstance(e, sympy.Symbol) and e.name in self._definitions and e.name not in seen:
+            if isinstance(e, algebra.Symbol) and e.name in self._definitions and e.name not in seen:
                 seen.add(e.name)
                 stack.append(self._definitions[e.name])
-            is_root = isinstance(e, sympy.Pow) and not e.exp.is_Integer
-            bounded = is_root or e.func in (sympy.log, sympy.asin, sympy.acos)
+            is_root = isinstance(e, algebra.Pow) and not e.exp.is_Integer
+            bounded = is_root or e.func in (algebra.log, algebra.asin, algebra.acos)
             if bounded and self._moves(e.args[0]) and not self._is_never_negative(e.args[0]):
                 return True
             stack += e.args
         return False
 
-    def _is_never_negative(self, e: sympy.Expr) -> bool:
+    def _is_never_negative(self, e: algebra.Expr) -> bool:
         """Whether an expression is seen to be no negative number: squares, their sums, as in distances."""
-        if isinstance(e, sympy.Symbol) and e.name in self._definitions:
+        if isinstance(e, algebra.Symbol) and e.name in self._definitions:
             return self._is_never_negative(self._definitions[e.name])
-        if isinstance(e, (sympy.Add, sympy.Mul)):
+        if isinstance(e, (algebra.Add, algebra.Mul)):
             return all(map(self._is_never_negative, e.args))
-        if isinstance(e, sympy.Pow):
-            is_even = e.exp.is_Integer and e.exp % 2 == 0
+        if isinstance(e, algebra.Pow):
+            is_even = e.exp.is_Integer and e.exp.p % 2 == 0
             return is_even or not e.exp.is_Integer or self._is_never_negative(e.base)
-        return e.func in (sympy.exp, sympy.cosh) or bool(e.is_Number and e >= 0)
+        return e.func in (algebra.exp, algebra.cosh) or bool(e.is_Number and e >= 0)
 
-    def _branch(self, e: sympy.Expr, args: list[sympy.Expr], argument: sympy.Expr) -> sympy.Expr:
+    def _branch(self, e: algebra.Expr, args: list[algebra.Expr], argument: algebra.Expr) -> algebra.Expr:
         if e.func is floor:
             return self._held_floor(e, e.args[0], *args)
         flipped = argument.could_extract_minus_sign()
         side = self._side(-argument if flipped else argument, e)
-        if self._under_root and e.func in _KINKS and (e.func is sympy.Abs or sympy.S.Zero in e.args):
+        if self._under_root and e.func in _KINKS and (e.func is algebra.Abs or algebra.ZERO in e.args):
             return e.func(*args)  # held, it would go on below zero
         inner = args[0] if len(args) == 1 else args[0] - args[1]
         chosen = inner + (-_BEYOND if flipped else _BEYOND) * side
         if e.func in (less, at_most):
-            return e.func(chosen, sympy.S.Zero)
+            return e.func(chosen, algebra.ZERO)
         if e.func in _STEPS:
             return e.func(chosen, evaluate=False)
         below, above = {
-            sympy.Abs: lambda: (-args[0], args[0]),
+            algebra.Abs: lambda: (-args[0], args[0]),
             minimum: lambda: (args[0], args[1]),
             maximum: lambda: (args[1], args[0]),
         }[e.func]()
         return branch(chosen, below, above)
 
-    def _piece(self, e: Tabulated, args: list[sympy.Expr]) -> sympy.Expr:
+    def _piece(self, e: Tabulated, args: list[algebra.Expr]) -> algebra.Expr:
         """A table whose pieces are held: the number of one is the whole part of a place in it."""
         n = len(args)
         if not any(map(self._moves, e.args)):
@@ -225,25 +226,28 @@ class _Branches:
         role = PIECE + INTEGRAL if e.func.role == INTEGRAL else PIECE
         return tabulated(e.func.table, role, 2 * n)(*args, *numbers)
 
-    def _held_floor(self, e: sympy.Expr, argument: sympy.Expr, u: sympy.Expr) -> sympy.Expr:
+    def _held_floor(self, e: algebra.Expr, argument: algebra.Expr, u: algebra.Expr) -> algebra.Expr:
         """floor(u) where three sides hold it, of which each whole number turns one around (a Gray code of period 8)."""
         s, c, d = (
             self._side(
-                wave(sympy.Mul(sympy.pi, argument, sympy.Rational(1, n), evaluate=False), evaluate=False), e
+                wave(
+                    algebra.Mul(algebra.pi, argument, algebra.Rational(1, n), evaluate=False), evaluate=False
+                ),
+                e,
             )
-            for wave, n in ((sympy.sin, 4), (sympy.cos, 4), (sympy.cos, 2))
+            for wave, n in ((algebra.sin, 4), (algebra.cos, 4), (algebra.cos, 2))
         )
-        place = sympy.Rational(7, 2) - 2 * s - s * c - s * c * d / 2  # floor(u) modulo 8
-        held = place + 8 * floor((u - place) / 8 + sympy.Rational(7, 16))
+        place = algebra.Rational(7, 2) - 2 * s - s * c - s * c * d / 2  # floor(u) modulo 8
+        held = place + 8 * floor((u - place) / 8 + algebra.Rational(7, 16))
         return branch(s * c * d, held, branch(-s * c * d, held, floor(u)))
 
-    def _side(self, argument: sympy.Expr, e: sympy.Expr) -> sympy.Symbol:
+    def _side(self, argument: algebra.Expr, e: algebra.Expr) -> algebra.Symbol:
         """The setting of an argument; its event says where it stands."""
         if argument not in self._known:
             name = f"jump_{len(self.settings)}"
             while name in self._names:
                 name += "_"
-            self._known[argument] = sympy.Symbol(f"branch {len(self.settings)}")
+            self._known[argument] = algebra.Symbol(f"branch {len(self.settings)}")
             self.settings.append(self._known[argument].name)
             self.events.append(Event(name, argument, "both", ACTION, says=f"{_shown(e)} in {self._where}"))
         return self._known[argument]
@@ -256,7 +260,7 @@ class _Branches:
             self._done[name] = self._rewritten(self._definitions[name], min(power, 1.0))
             self._under_root = outside
 
-    def _moves(self, expression: sympy.Expr) -> bool:
+    def _moves(self, expression: algebra.Expr) -> bool:
         """Whether an expression depends on the state or on inputs."""
         for symbol in expression.free_symbols:
             if symbol.name in self._definitions:
@@ -267,7 +271,7 @@ class _Branches:
         return False
 
 
-def _expressions(d: Description) -> Iterator[sympy.Expr]:
+def _expressions(d: Description) -> Iterator[algebra.Expr]:
     yield from (x for x in (d.kinetic, d.potential, d.dissipation) if x is not None)
     yield from (x for _, x in (*d.forces, *d.definitions))
     for load in d.loads:
@@ -284,15 +288,15 @@ def _under_roots(d: Description) -> set[str]:
         if (e, under_root) in seen:
             continue
         seen.add((e, under_root))
-        if under_root and isinstance(e, sympy.Symbol) and e.name in definitions:
+        if under_root and isinstance(e, algebra.Symbol) and e.name in definitions:
             found.add(e.name)
             stack.append((definitions[e.name], True))
-        is_root = isinstance(e, sympy.Pow) and not e.exp.is_Integer
+        is_root = isinstance(e, algebra.Pow) and not e.exp.is_Integer
         stack += ((x, under_root or is_root) for x in e.args)
     return found
 
 
-def _has(expression: sympy.Expr) -> bool:
+def _has(expression: algebra.Expr) -> bool:
     """Whether a choice stands anywhere in an expression; quick, since nearly all have none."""
     seen, stack = set(), [expression]
     while stack:
@@ -305,11 +309,9 @@ def _has(expression: sympy.Expr) -> bool:
     return False
 
 
-def _shown(e: sympy.Expr) -> str:
-    """An expression as model files write it, cut."""
-    if e.func not in (sympy.sign, *_KINKS):
-        return shortened(e, _LONGEST_NAME)
-    words = {sympy.sign: "sign", sympy.Abs: "abs", minimum: "min", maximum: "max"}
-    inside = ", ".join(str(x) for x in e.args) if len(e.args[0].args) < 12 else "..."
-    text = f"{words[e.func]}({inside})".replace("**", "^").replace("imum(", "(")
-    return text if len(text) <= _LONGEST_NAME else text[: _LONGEST_NAME - 3] + "..."
+def _shown(e: algebra.Expr) -> str:
+    """An expression as model files write it, or what kind it is where it is long."""
+    try:
+        return to_text(e, _LONGEST_NAME)
+    except ModelError:
+        return f"{kind(e)}(...)"

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import sympy
-
 from ..errors import ModelError
+from ..model import algebra
 from ..model.description import Axis, Body, Description, Point
 from .graph.nodes import Q, V
 from .graph.vectors import Matrix, Vector, cross, plus, product, times, transposed_times, zeros
@@ -91,7 +90,7 @@ class Scene:
                     self.loader.define(name, expressions[name])
                 waiting.remove(item)
 
-    def _placing(self, base: str) -> list[sympy.Expr]:
+    def _placing(self, base: str) -> list[algebra.Expr]:
         """The expressions that place a base, the tree on it, and the points and axes there."""
         result = [e for p in self.d.points if self._base_of.get(p.body, p.body) == base for e in p.at]
         result += [e for a in self.d.axes if self._base_of.get(a.body, a.body) == base for e in a.direction]
@@ -124,7 +123,7 @@ class Scene:
             if self._base_of.get(axis.body, axis.body) == base:
                 self._name(axis.name, axis, axis.direction)
 
-    def _name(self, name: str, what: Point | Axis, components: Iterable[sympy.Expr]) -> None:
+    def _name(self, name: str, what: Point | Axis, components: Iterable[algebra.Expr]) -> None:
         local = [self.loader.load(e) for e in components]
         local += [self.g.zero] * (3 - len(local))
         tree = self._tree_of.get(what.body)
@@ -208,22 +207,22 @@ def _mark(tree: Tree, body: str, local: Vector, is_point: bool) -> Mark:
     return Mark(components, times(g, rotation, velocity), acceleration)
 
 
-def _placing_by_hand(body: Body) -> list[sympy.Expr]:
+def _placing_by_hand(body: Body) -> list[algebra.Expr]:
     """The expressions that place a body by hand."""
     angles = [angle for _, angle in body.rotation]
     return [*body.com, *angles, *([body.angle] if body.angle is not None else [])]
 
 
-def _names(expressions: Iterable[sympy.Expr]) -> set[str]:
+def _names(expressions: Iterable[algebra.Expr]) -> set[str]:
     """Names of the symbols in expressions, each shared part visited once."""
-    seen: set[sympy.Basic] = set()
+    seen: set[algebra.Expr] = set()
     stack = list(expressions)
     while stack:
         e = stack.pop()
         if e not in seen:
             seen.add(e)
             stack.extend(e.args)
-    return {e.name for e in seen if isinstance(e, sympy.Symbol)}
+    return {e.name for e in seen if isinstance(e, algebra.Symbol)}
 
 
 def time_derivative(loader: Loader, nodes: list[int]) -> list[int]:

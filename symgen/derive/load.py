@@ -1,16 +1,15 @@
-"""SymPy expressions onto the operation graph, iteratively and by object identity, so that shared parts stay shared."""
+"""Expressions onto the operation graph, iteratively and by object identity, so that shared parts stay shared."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
-import sympy
-from sympy.core.function import AppliedUndef
-
 from ..errors import ModelError
+from ..model import algebra
 from ..model.description import Description, Table
 from ..model.functions import OF_CLASS, Tabulated, branch, dot
+from ..model.printing import shortened
 from ..model.sensors import acting
 from .graph.differentiate import Tangents, forward
 from .graph.graph import Graph
@@ -20,7 +19,7 @@ from .variables import Variables
 
 
 class Loader:
-    """Turns SymPy expressions into nodes of one graph.
+    """Turns expressions into nodes of one graph.
 
     Parameters
     ----------
@@ -40,15 +39,15 @@ class Loader:
         self.symbols = symbols
         self.rates = rates
         self.exact: set[int] = set(rates.values())  # nodes that are time derivatives of functions of q and t
-        self._memo: dict[sympy.Basic, int] = {}
+        self._memo: dict[algebra.Expr, int] = {}
         self._moving, self._n_rates = Tangents(g, rates), len(rates)
-        self._frequency: Counter[sympy.Basic] = Counter()
-        self._counted: set[sympy.Basic] = set()
+        self._frequency: Counter[algebra.Expr] = Counter()
+        self._counted: set[algebra.Expr] = set()
 
-    def count_terms(self, expressions: Iterable[sympy.Expr]) -> None:
+    def count_terms(self, expressions: Iterable[algebra.Expr]) -> None:
         """Learn how often each term occurs in sums and products, so that common prefixes are shared.
 
-        SymPy flattens sums: x1, x1 + x2, x1 + x2 + x3 share nothing there. Adding the most frequent terms first
+        Sums are flat: x1, x1 + x2, x1 + x2 + x3 share nothing there. Adding the most frequent terms first
         restores the sharing.
         """
         stack = list(expressions)
@@ -57,15 +56,15 @@ class Loader:
             if expression in self._counted:
                 continue
             self._counted.add(expression)
-            if isinstance(expression, (sympy.Add, sympy.Mul)):
+            if isinstance(expression, (algebra.Add, algebra.Mul)):
                 self._frequency.update(expression.args)
             stack.extend(expression.args)
 
-    def define(self, name: str, expression: sympy.Expr) -> None:
+    def define(self, name: str, expression: algebra.Expr) -> None:
         """Make `name` stand for an expression in what is loaded later."""
         self.symbols[name] = self.load(expression)
 
-    def load(self, expression: sympy.Expr) -> int:
+    def load(self, expression: algebra.Expr) -> int:
         """The node of an expression."""
         memo = self._memo
         stack = [expression]
@@ -86,27 +85,27 @@ class Loader:
         return memo[expression]
 
     @staticmethod
-    def _children(expression: sympy.Expr) -> tuple:
-        if isinstance(expression, sympy.Pow) and expression.exp.is_Number:
+    def _children(expression: algebra.Expr) -> tuple:
+        if isinstance(expression, algebra.Pow) and expression.exp.is_Number:
             return (expression.base,)
         return expression.args
 
-    def _build(self, e: sympy.Expr) -> int:
+    def _build(self, e: algebra.Expr) -> int:
         g, memo = self.g, self._memo
-        if isinstance(e, sympy.Symbol):
+        if isinstance(e, algebra.Symbol):
             if e.name not in self.symbols:
                 raise ModelError(f"the name '{e.name}' is not declared")
             return self.symbols[e.name]
         if e.is_Number or e.is_NumberSymbol:
             return g.const(float(e))
-        if isinstance(e, sympy.Add):
+        if isinstance(e, algebra.Add):
             return self._sum(e)
-        if isinstance(e, sympy.Mul):
+        if isinstance(e, algebra.Mul):
             return self._product(e)
-        if isinstance(e, sympy.Pow):
+        if isinstance(e, algebra.Pow):
             if e.exp.is_Number:
                 return g.power(memo[e.base], float(e.exp))
-            return g.call("exp", memo[e.exp]) if e.base is sympy.E else g.pow(memo[e.base], memo[e.exp])
+            return g.call("exp", memo[e.exp]) if e.base is algebra.E else g.pow(memo[e.base], memo[e.exp])
         if isinstance(e, dot):
             return self._total_derivative(memo[e.args[0]])
         if isinstance(e, branch):
@@ -118,12 +117,12 @@ class Loader:
         if function is not None:
             args = [memo[x] for x in e.args]
             return function.build(g, *args) if function.build else g.call(function.code, *args)
-        if e.func is sympy.cot:  # SymPy writes tan(x + pi/2) as -cot(x)
+        if e.func is algebra.cot:  # SymPy writes tan(x + pi/2) as -cot(x)
             return g.div(g.one, g.call("tan", memo[e.args[0]]))
-        if e.func in (sympy.re, sympy.conjugate):  # and |exp(x)| as exp(re(x)); everything here is real
+        if e.func in (algebra.re, algebra.conjugate):  # and |exp(x)| as exp(re(x)); everything here is real
             return memo[e.args[0]]
         raise ModelError(
-            f"{_what(e)} cannot be used in a model: {_shorten(e)}",
+            f"{_shorten(e)} cannot be used in a model",
             hint="write it with the functions of the reference page",
         )
 
@@ -140,14 +139,14 @@ class Loader:
         self.exact.add(result)
         return result
 
-    def _ordered(self, args: tuple[sympy.Expr, ...]) -> list[sympy.Expr]:
+    def _ordered(self, args: tuple[algebra.Expr, ...]) -> list[algebra.Expr]:
         position = {x: k for k, x in enumerate(args)}
         return sorted(args, key=lambda x: (-self._frequency[x], position[x]))
 
-    def _sum(self, e: sympy.Add) -> int:
+    def _sum(self, e: algebra.Add) -> int:
         return self.g.sum(self._memo[x] for x in self._ordered(e.args))
 
-    def _product(self, e: sympy.Mul) -> int:
+    def _product(self, e: algebra.Mul) -> int:
         """Numerator over denominator, so that a*b/(c*d) costs one division."""
         g = self.g
         top, bottom = g.one, g.one
@@ -157,9 +156,9 @@ class Loader:
             top = g.product(g.product(self._memo[x] for x in group) for group in shared)
             factors = [x for x in factors if not any(x in group for group in shared)]
         for x in factors:
-            if isinstance(x, sympy.Pow) and x.exp.is_Number and x.exp.is_negative:
+            if isinstance(x, algebra.Pow) and x.exp.is_Number and x.exp.is_negative:
                 bottom = g.mul(bottom, g.power(self._memo[x.base], -float(x.exp)))
-            elif isinstance(x, sympy.Rational) and x.q != 1 and x.p in (1, -1):
+            elif isinstance(x, algebra.Rational) and x.q != 1 and x.p in (1, -1):
                 top = g.mul(top, g.const(float(x)))
             else:
                 top = g.mul(top, self._memo[x])
@@ -186,7 +185,7 @@ def make_loader(g: Graph, d: Description, x: Variables) -> Loader:
     return loader
 
 
-def _expressions(d: Description) -> Iterator[sympy.Expr]:
+def _expressions(d: Description) -> Iterator[algebra.Expr]:
     """All expressions that end up in positions and energies."""
     for _, expression in d.definitions:
         yield expression
@@ -199,12 +198,14 @@ def _expressions(d: Description) -> Iterator[sympy.Expr]:
         yield constraint.expression
 
 
-def _with_roots(factors: Sequence[sympy.Expr]) -> list[list[sympy.Expr]]:
+def _with_roots(factors: Sequence[algebra.Expr]) -> list[list[algebra.Expr]]:
     """Factors that are powers of one base, at least one of them not a whole one."""
-    groups: dict[sympy.Expr, list[sympy.Expr]] = {}
+    groups: dict[algebra.Expr, list[algebra.Expr]] = {}
     roots = set()
     for x in factors:
-        base, exponent = (x.base, x.exp) if isinstance(x, sympy.Pow) and x.exp.is_Number else (x, sympy.S.One)
+        base, exponent = (
+            (x.base, x.exp) if isinstance(x, algebra.Pow) and x.exp.is_Number else (x, algebra.ONE)
+        )
         if exponent.is_positive and not base.is_Number:
             groups.setdefault(base, []).append(x)
             if not exponent.is_Integer:
@@ -212,19 +213,10 @@ def _with_roots(factors: Sequence[sympy.Expr]) -> list[list[sympy.Expr]]:
     return [group for base, group in groups.items() if base in roots and len(group) > 1]
 
 
-def _what(e: sympy.Basic) -> str:
-    if isinstance(e, AppliedUndef):
-        return f"the function of time {e.func.__name__} (declare a coordinate and use its symbol)"
-    return f"the SymPy object {type(e).__name__}"
-
-
-def _shorten(e: sympy.Basic, limit: int = 120) -> str:
+def _shorten(e: algebra.Expr) -> str:
     """A part of an expression for an error message; printing all of a deep one could take for ever."""
-    text = type(e).__name__ if len(e.args) > 8 else str(e) if not e.args or _shallow(e) else type(e).__name__
-    return text if len(text) <= limit else text[: limit - 1] + "…"
+    return shortened(e, 120) if _shallow(e) else type(e).__name__
 
 
-def _shallow(e: sympy.Basic, depth: int = 4) -> bool:
-    if depth == 0:
-        return False
-    return len(e.args) <= 8 and all(_shallow(x, depth - 1) for x in e.args)
+def _shallow(e: algebra.Expr, depth: int = 4) -> bool:
+    return depth > 0 and len(e.args) <= 8 and all(_shallow(x, depth - 1) for x in e.args)

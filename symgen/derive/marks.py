@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import sympy
-
+from ..model import algebra
 from ..model.description import Description, Joint, Loop, Point
 from ..model.joint_types import TYPES
 from ..model.orientation import Matrix, rotation
@@ -19,9 +18,9 @@ from .structure import Movement
 
 WORLD = "world"
 MOST_BODIES = 200  # with more of them, marks would hide the picture
-Vector = tuple[sympy.Expr, ...]
-ZERO = (sympy.S.Zero,) * 3
-OUT_OF_PLANE = (sympy.S.Zero, sympy.S.Zero, sympy.S.One)
+Vector = tuple[algebra.Expr, ...]
+ZERO = (algebra.ZERO,) * 3
+OUT_OF_PLANE = (algebra.ZERO, algebra.ZERO, algebra.ONE)
 
 
 @dataclass(frozen=True)
@@ -102,7 +101,7 @@ class _Finder:
                 if on == "axis":
                     yield Mark(kind, j.name, home, (*here, *_times(turn, j.axis)))
                 elif on == "axis2":
-                    second = (*self.local(j.child, ZERO), *map(sympy.Float, j.axis2))
+                    second = (*self.local(j.child, ZERO), *map(algebra.Float, j.axis2))
                     yield Mark(kind, f"{j.name}_2", j.child, second)
                 elif self._stands(j):
                     yield Mark(kind, j.name, home, here)
@@ -168,7 +167,7 @@ class _Finder:
             for j, radius in zip(
                 (a, b), _pitch_radii(a, b, ratio_of(arguments.get("ratio"), arguments.get("teeth")))
             ):
-                axis = tuple(map(sympy.Float, j.axis))
+                axis = tuple(map(algebra.Float, j.axis))
                 yield Mark("gear", j.name, j.child, (*self.local(j.child, ZERO), *axis, radius))
 
     def rotors(self) -> Iterator[Mark]:
@@ -176,7 +175,7 @@ class _Finder:
         for r in self.d.rotors:
             if r.body != WORLD:
                 place = self.local(r.body, tuple(r.at)) if r.at else ZERO
-                yield Mark("pin", r.name, r.body, (*place, *map(sympy.Float, r.axis or (0.0, 0.0, 1.0))))
+                yield Mark("pin", r.name, r.body, (*place, *map(algebra.Float, r.axis or (0.0, 0.0, 1.0))))
 
     def points(self) -> Iterator[Mark]:
         """Named points that no constraint uses."""
@@ -186,7 +185,7 @@ class _Finder:
                 yield Mark("point", p.name, p.body, self.local(p.body, tuple(p.at)))
 
 
-def _pitch_radii(a: Joint, b: Joint, ratio: sympy.Expr) -> Vector:
+def _pitch_radii(a: Joint, b: Joint, ratio: algebra.Expr) -> Vector:
     """Radii of the gears of two hinges with q_a = ratio q_b; none where their axes are not parallel, or are one.
 
     r_b = |ratio| r_a, and the circles touch: from outside where they turn against each other, else from inside.
@@ -197,13 +196,13 @@ def _pitch_radii(a: Joint, b: Joint, ratio: sympy.Expr) -> Vector:
     elif any(x != y for x, y in zip(first, second, strict=True)):
         return ()
     apart = [x - y for x, y in zip(a.xyz, b.xyz, strict=True)]
-    along = sympy.Add(*(x * n for x, n in zip(apart, first, strict=True)))
+    along = algebra.Add(*(x * n for x, n in zip(apart, first, strict=True)))
     across = [(x - along * n) ** 2 for x, n in zip(apart, first, strict=True)]
-    distance = sympy.sqrt(sympy.Add(*across))
+    distance = algebra.sqrt(algebra.Add(*across))
     if distance.is_zero or (ratio - 1).is_zero:  # a float is equal to no integer
         return ()
-    radius = distance / sympy.Abs(ratio - 1)
-    return radius, sympy.Abs(ratio) * radius
+    radius = distance / algebra.Abs(ratio - 1)
+    return radius, algebra.Abs(ratio) * radius
 
 
 def mark_function(loader: Loader, found: list[Mark]) -> Iterator[Function]:
@@ -230,7 +229,7 @@ def _points_of(loop: Loop) -> list[str]:
 
 
 def _symbols(point: str) -> Vector:
-    return tuple(sympy.Symbol(f"{point}_{c}") for c in "xyz")
+    return tuple(algebra.Symbol(f"{point}_{c}") for c in "xyz")
 
 
 def rods(d: Description) -> Iterator[Mark]:
@@ -269,6 +268,6 @@ def _three(vector: Vector) -> Vector:
     return (*vector, *ZERO)[:3]
 
 
-def _times(matrix: Matrix, vector: tuple[float, ...]) -> list[sympy.Expr]:
-    numbers = [sympy.Integer(int(x)) if x == int(x) else sympy.Float(x) for x in vector]
-    return [sympy.Add(*(a * b for a, b in zip(row, numbers, strict=True))) for row in matrix]
+def _times(matrix: Matrix, vector: tuple[float, ...]) -> list[algebra.Expr]:
+    numbers = [algebra.Integer(int(x)) if x == int(x) else algebra.Float(x) for x in vector]
+    return [algebra.Add(*(a * b for a, b in zip(row, numbers, strict=True))) for row in matrix]

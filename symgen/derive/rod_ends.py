@@ -12,8 +12,7 @@ import random
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import sympy
-
+from ..model import algebra
 from ..model.description import Body, Description
 from ..model.evaluate import NotFinite, evaluate
 
@@ -21,7 +20,7 @@ RODS = ("capsule", "cylinder")
 MOST_RODS = 60  # more would take longer to compare than they help
 N_STATES = 3  # two with the same parameters, which tell what stands still, and one with others
 AGREE = 1e-9  # relative to the places' size
-Vector = tuple[sympy.Expr, ...]
+Vector = tuple[algebra.Expr, ...]
 Values = tuple[tuple[float, ...], ...]  # components in each of the states
 
 
@@ -57,20 +56,20 @@ def rod_ends(d: Description) -> list[RodEnd]:
         [(end, found) for end, found in ends if found],
         [(b, found) for b, found in centres if found],
         [_values((c.expression,), states) for c in d.constraints],
-        {b.name: _values((b.angle or sympy.S.Zero,), states) for b in by_hand if b.planar},
+        {b.name: _values((b.angle or algebra.ZERO,), states) for b in by_hand if b.planar},
     ).pinned()
     return [replace(end, place=_without_motion(d, end.place)) if end.fixed else end for end in found]
 
 
 def _without_motion(d: Description, place: Vector) -> Vector:
     """A place that stands still as an expression of parameters, where expanding shows that it is one."""
-    moving = {sympy.Symbol(c.name) for c in d.coordinates}
+    moving = {algebra.Symbol(c.name) for c in d.coordinates}
     result = []
     for component in place:
         plain = component
         for name, expression in reversed(d.definitions):
-            plain = plain.xreplace({sympy.Symbol(name): expression})
-        plain = sympy.expand(plain)
+            plain = plain.xreplace({algebra.Symbol(name): expression})
+        plain = algebra.expand(plain)
         result.append(component if plain.free_symbols & moving else plain)
     return tuple(result)
 
@@ -200,7 +199,7 @@ def _ends(rod: Body) -> Iterator[RodEnd]:
     half = rod.shape.sizes[1] / 2
     for which, sign in enumerate((-1, 1), 1):
         reach = sign * half
-        local = (reach, sympy.S.Zero, sympy.S.Zero) if rod.planar else (sympy.S.Zero, sympy.S.Zero, reach)
+        local = (reach, algebra.ZERO, algebra.ZERO) if rod.planar else (algebra.ZERO, algebra.ZERO, reach)
         turned = _turned(rod, local)
         place = tuple(a + b for a, b in zip(_three(rod.com), turned, strict=True))
         yield RodEnd(f"{rod.name}_{which}", rod, local, place)
@@ -212,13 +211,13 @@ def _turned(rod: Body, local: Vector) -> Vector:
     vector = list(local)
     for axis, angle in reversed(steps):
         i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
-        c, s = sympy.cos(angle), sympy.sin(angle)
+        c, s = algebra.cos(angle), algebra.sin(angle)
         vector[i], vector[j] = c * vector[i] - s * vector[j], s * vector[i] + c * vector[j]
     return tuple(vector)
 
 
 def _three(vector: Vector) -> Vector:
-    return (*vector, sympy.S.Zero)[:3]
+    return (*vector, algebra.ZERO)[:3]
 
 
 def _states(d: Description) -> list[dict[str, float]]:
@@ -236,7 +235,7 @@ def _states(d: Description) -> list[dict[str, float]]:
     return result
 
 
-def _value(expression: sympy.Expr, values: dict[str, float]) -> float | None:
+def _value(expression: algebra.Expr, values: dict[str, float]) -> float | None:
     try:
         return evaluate(expression, values)
     except NotFinite:

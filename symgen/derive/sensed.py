@@ -15,8 +15,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
 
-import sympy
-
+from ..model import algebra
 from ..model.description import Body, Coordinate, Description, Friction, Joint, Rate, Sensor
 from ..model.sensors import acting, late_definitions, without_sensed
 from .constraints import constraint_forces, constraints
@@ -30,7 +29,7 @@ from .load import Loader, make_loader
 from .variables import Variables, variables
 
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_ZERO = (sympy.S.Zero,) * 3
+_ZERO = (algebra.ZERO,) * 3
 
 
 @dataclass(frozen=True)
@@ -120,7 +119,7 @@ class Sensed:
         """Nodes as functions of (q, v, a, λ) and the forces of stops and frictions."""
         return self.g.substitute(nodes, self.derivation.settled.measured) if self.followed else nodes
 
-    def event(self, expression: sympy.Expr) -> int:
+    def event(self, expression: algebra.Expr) -> int:
         """An expression as a function of (q, v), with what the equations of this form give."""
         solution = self.solution() | self.derivation.settled.values
         return self.g.substitute([self.derivation.loader.load(expression)], solution)[0]

@@ -8,9 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-import sympy
-
 from ..errors import ModelError
+from ..model import algebra
 from ..model.description import Description, StartConditions
 from ..model.expression_tree import names_in
 from ..model.sensors import acting, late_definitions
@@ -29,7 +28,7 @@ def has_formulas(d: Description) -> bool:
     return any(x.formula is not None for x in (*d.coordinates, *with_rates(d).rates))
 
 
-def formulas(d: Description) -> list[sympy.Expr]:
+def formulas(d: Description) -> list[algebra.Expr]:
     """The expressions of starts, guesses and rates that have one."""
     return [x.formula.expression for x in (*d.coordinates, *with_rates(d).rates) if x.formula is not None]
 

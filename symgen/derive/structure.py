@@ -17,10 +17,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import sympy
 
-from symgen.model.expression_tree import postorder
+from symgen.model.algebra import postorder
 
+from ..model import algebra
 from ..model.description import Description
 from .dynamics import applied_forces
 from .graph.evaluate import evaluate
@@ -168,7 +168,7 @@ class Movement:
             if not self.of([expression]):
                 self._fixed.add(name)
 
-    def of(self, expressions: Iterable[sympy.Expr]) -> bool:
+    def of(self, expressions: Iterable[algebra.Expr]) -> bool:
         """Whether one of the expressions depends on more than parameters and constants."""
         nodes = postorder(expressions)
-        return any(isinstance(x, sympy.Symbol) and x.name not in self._fixed for x in nodes)
+        return any(isinstance(x, algebra.Symbol) and x.name not in self._fixed for x in nodes)

@@ -15,9 +15,9 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import PurePosixPath
 from typing import Any
 
-import sympy
-
 from ..errors import ModelError, nearest
+from . import algebra
+from .algebra import postorder
 from .curves import TableFunction
 from .declared import Declared
 from .description import (
@@ -56,8 +56,9 @@ from .description import (
     Table,
     Use,
 )
-from .expression_tree import names_in, postorder
+from .expression_tree import names_in
 from .functions import Tabulated, sensor, tabulated
+from .given import is_symbol
 from .gravity import HERE
 from .items import drawing_key
 from .names import LONGEST_NAME, name_fault
@@ -211,7 +212,7 @@ def _given(
             )
         value = given.get(p.name)
         if value is None and model._kinds.get(p.name) in ("parameter", "constant"):
-            value = sympy.Symbol(p.name)
+            value = algebra.Symbol(p.name)
             sources.take_over(table, p.name, Source(value))
             yield Given(p.name, "parameter", value, p.unit, said=False)
         elif value is not None and sources.is_formula(value):
@@ -223,7 +224,7 @@ def _given(
     for name in assembly._free:
         value = given.get(name)
         if value is None:
-            yield Given(name, "free", sympy.Symbol(name), said=False)
+            yield Given(name, "free", algebra.Symbol(name), said=False)
         elif sources.is_formula(value):
             yield Given(name, "parameter", sources.expression(value, table, name))
         else:
@@ -236,12 +237,12 @@ def _connected(model: Declared, table: str, port: Port, value: Any) -> Given:
     sources = model._sources
     if port.kind == "value":
         return Given(port.name, port.kind, sources.expression(value, table, port.name), port.unit)
-    if isinstance(value, tuple) and len(value) == 3 and all(isinstance(x, sympy.Symbol) for x in value):
+    if isinstance(value, tuple) and len(value) == 3 and all(map(is_symbol, value)):
         value = value[0].name.removesuffix("_x")  # what `point` and `frame` return
     named = model._named_in(value, table, port.name)
     if port.kind not in NAMES_OF_VALUES:
         return Given(port.name, port.kind, named)
-    return Given(port.name, port.kind, sources.expression(sympy.Symbol(named), table, port.name), port.unit)
+    return Given(port.name, port.kind, sources.expression(algebra.Symbol(named), table, port.name), port.unit)
 
 
 def _places(model: Declared, table: str, given: Mapping[str, Any]) -> Iterator[Given]:
@@ -274,19 +275,21 @@ class _Taken:
         self.world = WORLD if self.place is None else f"{prefix}.{WORLD}"
         self.elements = {g.key: g.value for g in self.use.given if isinstance(g.value, str)}
         self.names = self.assembly._kinds | dict.fromkeys(self.assembly._free, "parameter")
-        self.symbols: dict[str, sympy.Expr] = {name: sympy.Symbol(f"{prefix}.{name}") for name in self.names}
+        self.symbols: dict[str, algebra.Expr] = {
+            name: algebra.Symbol(f"{prefix}.{name}") for name in self.names
+        }
         for g in self.use.given:
             if g.kind in ("coordinate", "input", "free") or (g.kind == "parameter" and not g.said):
                 self.symbols[g.key] = g.value
             elif g.kind in ("frame", "point"):
                 for c in "xyz":
-                    self.symbols[f"{g.key}_{c}"] = sympy.Symbol(f"{g.value}_{c}")
+                    self.symbols[f"{g.key}_{c}"] = algebra.Symbol(f"{g.value}_{c}")
         for name, symbol in self.assembly._aliases.items():
             self.symbols[name] = self.symbols[symbol.name]
         # In expressions, what is read of points and axes in world axes is turned back.
         self.read = dict(self.symbols)
         self.points: dict[
-            int, tuple[list[sympy.Expr], list[sympy.Expr]]
+            int, tuple[list[algebra.Expr], list[algebra.Expr]]
         ] = {}  # turned back, and in the world
         if self.place is not None:
             for name, kind in self.assembly._kinds.items():
@@ -301,8 +304,8 @@ class _Taken:
         self.tables = {x.name for x in self.assembly._tables}
         self.children = {j.child for j in self.assembly._joints.values()}
         # Of expressions, by identity: as they act, and as they are said, which units are checked of.
-        self._acting: dict[int, sympy.Basic] = {}
-        self._said: dict[int, sympy.Basic] = self._acting if self.place is None else {}
+        self._acting: dict[int, algebra.Expr] = {}
+        self._said: dict[int, algebra.Expr] = self._acting if self.place is None else {}
 
     def take(self) -> None:
         """Take all of it over into the model."""
@@ -349,7 +352,7 @@ class _Taken:
         given = {g.key: g for g in self.use.given}
         for name, kind in self.names.items():
             full = f"{prefix}.{name}"
-            if self.symbols[name] != sympy.Symbol(full):
+            if self.symbols[name] != algebra.Symbol(full):
                 model._aliases[full] = self.symbols[name]
                 continue
             what = given.get(name)
@@ -436,7 +439,7 @@ class _Taken:
                     )
                     raise self.assembly._sources.error("start", f"{key}[{k}]", message, hint=hint)
         for name in start.find:
-            if name in formulas and self.symbols[name] == sympy.Symbol(f"{self.use.name}.{name}"):
+            if name in formulas and self.symbols[name] == algebra.Symbol(f"{self.use.name}.{name}"):
                 message = f"the start of the assembly seeks '{name}', which is given a formula here"
                 raise self.model._sources.error(
                     f"use.{self.use.name}", name, message, hint="give it a number, or leave it out"
@@ -509,7 +512,7 @@ class _Taken:
         return Loop(self._element(loop.name), loop.kind, tuple(arguments))
 
     def _value(self, value: Any) -> Any:
-        if isinstance(value, sympy.Basic):
+        if isinstance(value, algebra.Expr):
             return self._expression(value)
         if isinstance(value, tuple):
             return tuple(map(self._value, value))
@@ -524,18 +527,18 @@ class _Taken:
         folder = os.path.relpath(self.assembly.folder.resolve(), self.model.folder.resolve())
         return str(PurePosixPath(*PurePosixPath(folder.replace(os.sep, "/")).parts, file))
 
-    def _expression(self, root: sympy.Basic) -> sympy.Basic:
+    def _expression(self, root: algebra.Expr) -> algebra.Expr:
         """An expression as it acts in the model."""
         return self._rewritten(root, self.read, self._acting)
 
     def _rewritten(
-        self, root: sympy.Basic, names: Mapping[str, sympy.Expr], memo: dict[int, sympy.Basic]
-    ) -> sympy.Basic:
-        """An expression with other names, built as it was: SymPy evaluates nothing."""
+        self, root: algebra.Expr, names: Mapping[str, algebra.Expr], memo: dict[int, algebra.Expr]
+    ) -> algebra.Expr:
+        """An expression with other names, built as it was: nothing is evaluated."""
         for node in postorder([root]):
             if id(node) in memo:
                 continue
-            if isinstance(node, sympy.Symbol):
+            if isinstance(node, algebra.Symbol):
                 memo[id(node)] = self._read(node.name, names)
                 continue
             args = [memo[id(x)] for x in node.args]
@@ -549,15 +552,15 @@ class _Taken:
                 memo[id(node)] = node.func(*args, evaluate=False)
         return memo[id(root)]
 
-    def _read(self, name: str, names: Mapping[str, sympy.Expr]) -> sympy.Expr:
+    def _read(self, name: str, names: Mapping[str, algebra.Expr]) -> algebra.Expr:
         if name in names:
             return names[name]
         if name == "t" or name in HERE:
-            return sympy.Symbol(name)
+            return algebra.Symbol(name)
         call = sensor_call(name)
-        return sympy.Symbol(f"{self.use.name}.{name}") if call is None else self._sensor(*call)
+        return algebra.Symbol(f"{self.use.name}.{name}") if call is None else self._sensor(*call)
 
-    def _sensor(self, kind: str, names: tuple[str, ...]) -> sympy.Symbol:
+    def _sensor(self, kind: str, names: tuple[str, ...]) -> algebra.Symbol:
         """A sensor by the model's names; what is measured along world axes is, along those of the assembly."""
         first, *more = names
         first = self.symbols[first].name if kind == "acceleration" and not more else self._element(first)
@@ -601,7 +604,7 @@ class _Taken:
             if not self.place.in_plane:
                 message = f"the body is planar, and '{self.use.name}' is placed out of the x-y plane"
                 raise self._error(body, "bodies", "", message, "give 'offset' and 'angle'")
-            com = self.place.point((*body.com, sympy.S.Zero))[:2]
+            com = self.place.point((*body.com, algebra.ZERO))[:2]
             turns = body.angle is not None or body.shape is not None or bool(body.solids)
             angle = self.place.yaw_more(body.angle) if turns else None
             return replace(body, com=tuple(com), angle=angle)
@@ -679,7 +682,7 @@ class _Taken:
         if n == 2 and not self.place.in_plane:
             message = f"two components are in the plane, and '{self.use.name}' is placed out of it"
             raise self.model._sources.error(f"use.{self.use.name}", "", message, hint="write three there")
-        return vector if n < 2 else tuple(move((*vector, sympy.S.Zero)[:3])[:n])
+        return vector if n < 2 else tuple(move((*vector, algebra.ZERO)[:3])[:n])
 
     def _placed_closure(self, closure: Closure) -> Closure:
         return self._in_frames(closure, closure.frames)
@@ -750,7 +753,7 @@ class Used:
         if table is not None:
             return TableFunction(table)
         if full in model._kinds or full in model._aliases:
-            return sympy.Symbol(full)
+            return algebra.Symbol(full)
         if any(full in getattr(model, attribute) for attribute in MAPPINGS):
             return full
         if any(use.name == full for use in (*model._uses.values(), *model._inner_uses)):

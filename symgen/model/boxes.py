@@ -15,19 +15,18 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 
-import sympy
-
+from . import algebra
 from .elements import Vector, scalar_product
 from .functions import branch, smooth_minimum
 from .ready_made import HALF
 from .surfaces import moved
 from .unevaluated import difference, negated, product, squared, total
 
-_PARALLEL = sympy.Float(1e-6)  # square of the sine of the angle between edges that are no pair
+_PARALLEL = algebra.Float(1e-6)  # square of the sine of the angle between edges that are no pair
 # By which part of the least half edge boxes that are rigid may be in each other, and by which those that give way.
-RIGID_SHARE, SOFT_SHARE = sympy.Float(1e-3), sympy.Float(0.05)
+RIGID_SHARE, SOFT_SHARE = algebra.Float(1e-3), algebra.Float(0.05)
 
-Define = Callable[[sympy.Expr], sympy.Expr]
+Define = Callable[[algebra.Expr], algebra.Expr]
 
 
 @dataclass(frozen=True)
@@ -36,11 +35,11 @@ class Block:
 
     place: Vector
     axes: list[Vector]
-    halves: list[sympy.Expr]
+    halves: list[algebra.Expr]
 
-    def corners(self) -> Iterator[tuple[Vector, tuple[sympy.Expr, ...]]]:
+    def corners(self) -> Iterator[tuple[Vector, tuple[algebra.Expr, ...]]]:
         """Its corners, and on which sides they are."""
-        for sides in itertools.product((sympy.S.NegativeOne, sympy.S.One), repeat=len(self.halves)):
+        for sides in itertools.product((algebra.NEGATIVE_ONE, algebra.ONE), repeat=len(self.halves)):
             place = self.place
             for side, axis, half in zip(sides, self.axes, self.halves, strict=True):
                 place = moved(place, axis, product([side, half]))
@@ -51,7 +50,7 @@ class Block:
 class Meeting:
     """One place where two boxes may touch: the gap, where, and the directions along the surface."""
 
-    gap: sympy.Expr
+    gap: algebra.Expr
     place: Vector
     tangents: list[Vector]
 
@@ -93,7 +92,7 @@ class Boxes:
                 gap = reduce(_larger, outside)
                 yield Meeting(gap, place, self._along_sides(outside, other.axes))
 
-    def crossed(self, gaps: Sequence[sympy.Expr], share: sympy.Expr) -> sympy.Expr:
+    def crossed(self, gaps: Sequence[algebra.Expr], share: algebra.Expr) -> algebra.Expr:
         """What falls to zero where the boxes are deeper in each other than their corners are.
 
         `gaps` are those of the corners; what the two may differ by is a `share` of the least half edge.
@@ -102,10 +101,10 @@ class Boxes:
         if len(self.a.halves) == 3:
             apart = _larger(apart, self._edges())
         least = reduce(_smaller, (*self.a.halves, *self.b.halves))
-        pressed = negated(reduce(_smaller, gaps, sympy.S.Zero))
+        pressed = negated(reduce(_smaller, gaps, algebra.ZERO))
         return total([apart, pressed, product([share, least])])
 
-    def _sides(self) -> sympy.Expr:
+    def _sides(self) -> algebra.Expr:
         """How far the boxes are apart along the normals of both."""
         columns = zip(*self.cosines)
         distances = [
@@ -124,15 +123,15 @@ class Boxes:
         ]
         return self.define(reduce(_larger, distances))
 
-    def _edges(self) -> sympy.Expr:
+    def _edges(self) -> algebra.Expr:
         """How far the boxes are apart along the cross product of two edges that says most."""
         found = []
         for i, j in itertools.product(range(3), repeat=2):
             reach, square = self._between(i, j)
-            found.append(self.define(product([reach, sympy.Pow(square, -HALF, evaluate=False)])))
+            found.append(self.define(product([reach, algebra.Pow(square, -HALF, evaluate=False)])))
         return self.define(reduce(_larger, found))
 
-    def _between(self, i: int, j: int) -> tuple[sympy.Expr, sympy.Expr]:
+    def _between(self, i: int, j: int) -> tuple[algebra.Expr, algebra.Expr]:
         """How far the boxes are apart along the cross product of two edges, times its length, and that squared."""
         (k, m), (l, n) = ([(x + 1) % 3, (x + 2) % 3] for x in (i, j))
         c, a, b = self.cosines, self.a.halves, self.b.halves
@@ -144,11 +143,11 @@ class Boxes:
             for h, x in ((a[k], c[m][j]), (a[m], c[k][j]), (b[l], c[i][n]), (b[n], c[i][l]))
         ]
         raw = self.define(total([self._size(offset), *map(negated, reach)]))
-        square = self.define(difference(sympy.S.One, squared(c[i][j])))
+        square = self.define(difference(algebra.ONE, squared(c[i][j])))
         none = self.define(negated(total([*a, *b])))
-        return tuple(self._chosen(difference(square, _PARALLEL), [none, sympy.S.One], [raw, square]))
+        return tuple(self._chosen(difference(square, _PARALLEL), [none, algebra.ONE], [raw, square]))
 
-    def _along_sides(self, outside: Sequence[sympy.Expr], axes: Sequence[Vector]) -> list[Vector]:
+    def _along_sides(self, outside: Sequence[algebra.Expr], axes: Sequence[Vector]) -> list[Vector]:
         """The directions along the side that is the nearest one."""
         if len(axes) == 2:
             x, y = axes
@@ -164,23 +163,23 @@ class Boxes:
             for k in range(2)
         ]
 
-    def _chosen(self, x: sympy.Expr, below: Vector, above: Vector) -> Vector:
+    def _chosen(self, x: algebra.Expr, below: Vector, above: Vector) -> Vector:
         return [
             p if p == q else self.define(branch(x, p, q, evaluate=False))
             for p, q in zip(below, above, strict=True)
         ]
 
-    def _sign(self, x: sympy.Expr) -> sympy.Expr:
-        return self.define(branch(x, sympy.S.NegativeOne, sympy.S.One, evaluate=False))
+    def _sign(self, x: algebra.Expr) -> algebra.Expr:
+        return self.define(branch(x, algebra.NEGATIVE_ONE, algebra.ONE, evaluate=False))
 
-    def _size(self, x: sympy.Expr) -> sympy.Expr:
+    def _size(self, x: algebra.Expr) -> algebra.Expr:
         """The magnitude of a number, at whose kink nothing happens."""
         return self.define(_larger(x, negated(x)))
 
 
-def _smaller(x: sympy.Expr, y: sympy.Expr) -> sympy.Expr:
+def _smaller(x: algebra.Expr, y: algebra.Expr) -> algebra.Expr:
     return smooth_minimum(x, y, evaluate=False)
 
 
-def _larger(x: sympy.Expr, y: sympy.Expr) -> sympy.Expr:
+def _larger(x: algebra.Expr, y: algebra.Expr) -> algebra.Expr:
     return negated(_smaller(negated(x), negated(y)))

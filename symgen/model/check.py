@@ -10,12 +10,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-import sympy
-
 from symgen.model import dimensions
 
 from ..errors import nearest
-from . import check_values
+from . import algebra, check_values
 from .check_tree import LoopChecker, check_tree
 from .check_values import check_contacts, check_velocity_constraints, is_massless
 from .closures import check_closures
@@ -310,7 +308,7 @@ def with_definitions_in_order(d: Description, sources: Sources) -> Description:
     """
     expressions = dict(d.definitions)
     used = {name: names_in(x) & expressions.keys() for name, x in d.definitions}
-    ordered: dict[str, sympy.Expr] = {}
+    ordered: dict[str, algebra.Expr] = {}
     for first in expressions:
         chain: dict[str, Iterator[str]] = {} if first in ordered else {first: iter(sorted(used[first]))}
         while chain:
@@ -357,7 +355,7 @@ def _with_starts(d: Description) -> Description:
     return replace(d, coordinates=tuple(coordinates), rates=tuple(rates.values()))
 
 
-def _value_of(expression: sympy.Expr, values: Mapping[str, float | None]) -> float | None:
+def _value_of(expression: algebra.Expr, values: Mapping[str, float | None]) -> float | None:
     try:
         return evaluate(expression, values)
     except NotFinite:
@@ -390,7 +388,7 @@ class _Checker:
         self.moved: dict[str, frozenset[str]] = {}  # name of a point's or axis' body: coordinates
         self.coordinates = _coordinates_of(d)  # of each name that stands for coordinates or their rates
         # Of expressions, by identity; they are kept, lest it be reused.
-        self._known: dict[int, tuple[sympy.Expr, Dependence]] = {}
+        self._known: dict[int, tuple[algebra.Expr, Dependence]] = {}
 
     def check_springs(self) -> None:
         """Whether the names that springs use are declared: their definitions have no place in the file."""
@@ -445,7 +443,7 @@ class _Checker:
     def _dependence(self, item: Item) -> Dependence:
         found = uses(item.expression)
         if found.foreign is not None:
-            kind = type(found.foreign).__name__
+            kind = found.foreign.kind
             message = f"'{shortened(found.foreign)}' (SymPy's {kind}) has no place in a model"
             raise self.sources.error(item.table, item.key, message, hint=_foreign_hint(kind))
         for name in sorted(found.names):

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import sympy
-
+from . import algebra
+from .algebra import postorder
 from .description import Body, Bristle, Description, Joint
 from .evaluate import NotFinite, evaluate
-from .expression_tree import kind, postorder
+from .expression_tree import kind
 from .items import Item, definition_items, items
 from .printing import shortened
 from .sources import Address, Sources
@@ -44,12 +44,12 @@ def own_degrees(d: Description) -> dict[str, int]:
     return {r.name: 1 for r in d.rates if r.coordinate != r.name and not r.state}
 
 
-def rate_degree(root: sympy.Expr, definitions: Mapping[str, int]) -> int:
+def rate_degree(root: algebra.Expr, definitions: Mapping[str, int]) -> int:
     """Degree of an expression in the rates: 0 without any, 1 linear, 2 anything else.
 
     Parameters
     ----------
-    root : sympy.Expr
+    root : algebra.Expr
     definitions : mapping of str to int
         Degrees of the names that it may use, where they are not 0: definitions, and rates with names of their own.
     """

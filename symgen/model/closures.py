@@ -11,9 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import sympy
-
 from ..errors import nearest
+from . import algebra
 from .closure_types import CLOSURES, ClosureType
 from .declared import Declared
 from .description import Closure, Constraint, Coordinate, Description, Drawing, Friction
@@ -151,11 +150,11 @@ class _Joined:
         """World components of a direction in a frame."""
         return self.writer.direction(self.closure.frames[k], numbers)
 
-    def held(self) -> list[tuple[str, sympy.Expr]]:
+    def held(self) -> list[tuple[str, algebra.Expr]]:
         """Suffixes and expressions of the constraints: of places first."""
         return [*self._places(), *self._turns()]
 
-    def _places(self) -> list[tuple[str, sympy.Expr]]:
+    def _places(self) -> list[tuple[str, algebra.Expr]]:
         if self.kind.place == "one":
             return list(zip(("_x", "_y", "_z"), self.apart[: 2 if self.planar else 3]))
         if self.kind.place == "plane":
@@ -166,7 +165,7 @@ class _Joined:
         across = perpendiculars(self.axis)
         return [(f"_off_{k}", scalar_product(self.apart, self.side(0, n))) for k, n in enumerate(across, 1)]
 
-    def _turns(self) -> list[tuple[str, sympy.Expr]]:
+    def _turns(self) -> list[tuple[str, algebra.Expr]]:
         if self.kind.turn == "" or (self.planar and self.kind.turn == "axis"):
             return []
         if self.planar:
@@ -181,39 +180,39 @@ class _Joined:
             rows.append(scalar_product(self.side(0, second), self.side(1, first)))
         return [(f"_turn_{k}", row) for k, row in enumerate(rows, 1)]
 
-    def _cosine_and_sine(self) -> tuple[sympy.Expr, sympy.Expr]:
+    def _cosine_and_sine(self) -> tuple[algebra.Expr, algebra.Expr]:
         """Of the angle by which the second frame is turned against the first one, about the axis."""
         first, second = perpendiculars(self.axis)
         turned = self.side(1, first)
         return scalar_product(self.side(0, first), turned), scalar_product(self.side(0, second), turned)
 
-    def slide(self) -> sympy.Expr:
+    def slide(self) -> algebra.Expr:
         """How far the second frame is along the axis of the first."""
         return scalar_product(self.apart, self.side(0, self.axis))
 
-    def speed(self) -> sympy.Expr:
+    def speed(self) -> algebra.Expr:
         """How fast it slides or turns, linear in the rates."""
         if self.kind.moves == "slide":
             return dot(self.slide())
         c, s = self._cosine_and_sine()
         return difference(product([c, dot(s)]), product([s, dot(c)]))
 
-    def measured(self) -> list[tuple[str, sympy.Expr]]:
+    def measured(self) -> list[tuple[str, algebra.Expr]]:
         """The constraints by which a closure's coordinate follows what the bodies do: an angle counts whole turns."""
         if self.closure.coordinate is None:
             return []
-        q = sympy.Symbol(self.closure.coordinate)
-        made: list[tuple[str, sympy.Expr]] = []
+        q = algebra.Symbol(self.closure.coordinate)
+        made: list[tuple[str, algebra.Expr]] = []
         if self.kind.moves != "slide":
             c, s = self._cosine_and_sine()
-            cos, sin = sympy.cos(q, evaluate=False), sympy.sin(q, evaluate=False)
+            cos, sin = algebra.cos(q, evaluate=False), algebra.sin(q, evaluate=False)
             y = difference(product([s, cos]), product([c, sin]))
             x = total([product([c, cos]), product([s, sin])])
-            made.append(("_angle", sympy.atan2(y, x, evaluate=False)))
+            made.append(("_angle", algebra.atan2(y, x, evaluate=False)))
         else:
             made.append(("_slide", difference(self.slide(), q)))
         if self.kind.moves == "screw":
-            lead = product([self.closure.pitch, HALF, inverted(sympy.pi), q])
+            lead = product([self.closure.pitch, HALF, inverted(algebra.pi), q])
             made.append(("_lead", difference(self.slide(), lead)))
         return made
 
@@ -245,7 +244,7 @@ def write_closures(writer: Writer, d: Description, sources: Sources) -> Written:
         forces = [suffix for suffix, _ in held if not suffix.startswith("_turn")]
         written.parts[c.name] = tuple(c.name + suffix for suffix in forces or (s for s, _ in held))
         if c.stiffness is not None:
-            q = sympy.Symbol(c.coordinate)
+            q = algebra.Symbol(c.coordinate)
             stretch = q if c.rest is None else difference(q, c.rest)
             writer.terms["potential"].append(product([HALF, c.stiffness, squared(stretch)]))
         if c.damping is not None:

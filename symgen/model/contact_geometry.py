@@ -16,9 +16,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import sympy
-
 from ..errors import ModelError
+from . import algebra
 from .boxes import RIGID_SHARE, SOFT_SHARE, Block, Boxes, Meeting
 from .contact_pairs import solids_of
 from .description import Body, Contact, ContactPair, Description, Event, Friction, Solid, Stop
@@ -41,7 +40,7 @@ class Ball:
     """A point of a body with a radius, which may be zero: its world coordinates."""
 
     place: Vector
-    radius: sympy.Expr
+    radius: algebra.Expr
 
 
 @dataclass(frozen=True)
@@ -50,8 +49,8 @@ class Rod:
 
     place: Vector
     along: Vector
-    half: sympy.Expr
-    radius: sympy.Expr
+    half: algebra.Expr
+    radius: algebra.Expr
 
     @property
     def ends(self) -> list[Ball]:
@@ -61,7 +60,7 @@ class Rod:
                 [total([p, product([side, self.half, a])]) for p, a in zip(self.place, self.along)],
                 self.radius,
             )
-            for side in (sympy.S.NegativeOne, sympy.S.One)
+            for side in (algebra.NEGATIVE_ONE, algebra.ONE)
         ]
 
 
@@ -72,7 +71,7 @@ class Written:
     stops: list[Stop] = field(default_factory=list)
     frictions: list[Friction] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
-    definitions: list[tuple[str, sympy.Expr]] = field(default_factory=list)
+    definitions: list[tuple[str, algebra.Expr]] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
 
 
@@ -100,7 +99,7 @@ def write_pairs(writer: Writer, d: Description, sources: Sources) -> Written:
 
 def _write(writer: Writer, pair: ContactPair, name: str, touch: Meeting, made: Written) -> None:
     """One point that touches, as a stop with friction, or as a compliant contact."""
-    speeds: list[sympy.Expr | None] = [None, None]
+    speeds: list[algebra.Expr | None] = [None, None]
     if pair.friction is not None:
         against = pair.other or writer.body_of(pair.plane)
         pairs = zip(*(_velocity(writer, body, touch.place) for body in (pair.body, against)), strict=True)
@@ -120,9 +119,9 @@ def _write(writer: Writer, pair: ContactPair, name: str, touch: Meeting, made: W
 def _velocity(writer: Writer, body: str, place: Vector) -> Vector:
     """The velocity of the point of a body that is at a place."""
     if body == WORLD:
-        return [sympy.S.Zero] * 3
+        return [algebra.ZERO] * 3
     b, centre = writer.body[body], writer.centre(body)
-    moving = [sympy.S.Zero if x.is_Number else dot(x) for x in centre]
+    moving = [algebra.ZERO if x.is_Number else dot(x) for x in centre]
     if not (body in writer.children or b.angle is not None or b.rotation):
         return moving
     arm = [difference(x, y) for x, y in zip(place, centre, strict=True)]
@@ -139,12 +138,12 @@ class _Geometry:
         d: Description,
         pair: ContactPair,
         sources: Sources,
-        definitions: list[tuple[str, sympy.Expr]],
+        definitions: list[tuple[str, algebra.Expr]],
     ) -> None:
         self.writer, self.d, self.pair, self.sources = writer, d, pair, sources
         self.definitions = definitions
         self.planar = writer.body[pair.body].planar
-        self.crossed: list[sympy.Expr] = []  # what falls to zero where edges of boxes cross
+        self.crossed: list[algebra.Expr] = []  # what falls to zero where edges of boxes cross
 
     def touches(self) -> list[Meeting]:
         """All of them."""
@@ -175,25 +174,25 @@ class _Geometry:
     def _parts(self, body: str, own: tuple[Solid, ...], key: str) -> list[Any]:
         b = self.writer.body[body]
         solids = own or solids_of(b)
-        shift = (sympy.S.Zero,) * 3 if own else _origin_of_shapes(b, body in self.writer.children)
+        shift = (algebra.ZERO,) * 3 if own else _origin_of_shapes(b, body in self.writer.children)
         return [part for solid in solids for part in self._part(body, solid, shift, key)]
 
     def _part(self, body: str, solid: Solid, shift: Expressions, key: str) -> list[Any]:
         """A solid as a ball, a rod, a block, or corners."""
         writer, planar = self.writer, self.planar
-        offset = (*solid.offset, *(sympy.S.Zero,) * 3)[:3]
+        offset = (*solid.offset, *(algebra.ZERO,) * 3)[:3]
         middle = [total([x, y]) for x, y in zip(offset, shift, strict=True)]
 
-        def point(at: Sequence[sympy.Expr]) -> Vector:
+        def point(at: Sequence[algebra.Expr]) -> Vector:
             place = writer.point(body, tuple(at))
-            return [*place[:2], sympy.S.Zero] if planar else place
+            return [*place[:2], algebra.ZERO] if planar else place
 
         if solid.kind == "sphere":
             return [Ball(point(middle), solid.sizes[0])]
         if solid.kind == "mesh":
             corners = self._hull(solid, key)
             return [
-                Ball(point([total([x, c]) for x, c in zip(middle, corner)]), sympy.S.Zero)
+                Ball(point([total([x, c]) for x, c in zip(middle, corner)]), algebra.ZERO)
                 for corner in corners
             ]
         turn = turned(replace(solid, planar=planar))
@@ -204,7 +203,7 @@ class _Geometry:
         halves = [product([HALF, x]) for x in solid.sizes][: 2 if planar else 3]
         return [Block(point(middle), [self._direction(body, axis) for axis in axes[: len(halves)]], halves)]
 
-    def _direction(self, body: str, numbers: Sequence[sympy.Expr]) -> Vector:
+    def _direction(self, body: str, numbers: Sequence[algebra.Expr]) -> Vector:
         """World components of a direction in a body's axes."""
         axes = self.writer.directions(body)
         return [total([product([x, e[k]]) for x, e in zip(numbers, axes, strict=True)]) for k in range(3)]
@@ -215,7 +214,7 @@ class _Geometry:
         except ModelError as error:
             raise self.sources.locate(error, f"contacts.{self.pair.name}", key) from None
         self._bound(len(corners))
-        return [tuple(map(sympy.Float, corner)) for corner in corners]
+        return [tuple(map(algebra.Float, corner)) for corner in corners]
 
     def _plane(self) -> tuple[Vector, list[Vector], Vector]:
         """Origin, the directions along the plane, and the normal."""
@@ -265,18 +264,18 @@ class _Geometry:
         self.crossed.append(boxes.crossed([corner.gap for corner in corners], share))
         yield from corners
 
-    def _define(self, expression: sympy.Expr) -> sympy.Expr:
+    def _define(self, expression: algebra.Expr) -> algebra.Expr:
         return define(self.writer, self.pair.name, self.definitions, expression)
 
     def _has_corners(self, a: Any, b: Any) -> bool:
         return any(isinstance(x, Ball) and x.radius.is_zero for x in (a, b))
 
-    def _apart(self, place: Vector, other: Vector, a: Any, radius: sympy.Expr) -> Meeting:
+    def _apart(self, place: Vector, other: Vector, a: Any, radius: algebra.Expr) -> Meeting:
         """The gap between the nearest places of the cores of two shapes, less both radii."""
         apart = [difference(x, y) for x, y in zip(place, other, strict=True)]
-        distance = sympy.Pow(total(map(squared, apart)), HALF, evaluate=False)
+        distance = algebra.Pow(total(map(squared, apart)), HALF, evaluate=False)
         normal = [product([x, inverted(distance)]) for x in apart]
-        own = sympy.S.Zero if isinstance(a, Block) else a.radius
+        own = algebra.ZERO if isinstance(a, Block) else a.radius
         touch = moved(place, normal, negated(own))
         return Meeting(difference(distance, radius), touch, self._tangents(normal))
 
@@ -288,19 +287,19 @@ class _Geometry:
         """
         x, y, z = normal
         if self.planar:
-            return [[y, negated(x), sympy.S.Zero]]
-        up = sympy.Add(sympy.sign(z), sympy.Float(1e-300), evaluate=False)  # not zero
+            return [[y, negated(x), algebra.ZERO]]
+        up = algebra.Add(algebra.sign(z), algebra.Float(1e-300), evaluate=False)  # not zero
         a = negated(inverted(total([up, z])))
         b = product([x, y, a])
         return [
-            [total([sympy.S.One, product([up, squared(x), a])]), product([up, b]), negated(product([up, x]))],
+            [total([algebra.ONE, product([up, squared(x), a])]), product([up, b]), negated(product([up, x]))],
             [b, total([up, product([squared(y), a])]), negated(y)],
         ]
 
 
 def _origin_of_shapes(body: Body, is_child: bool) -> Expressions:
     """Where the origin that the offsets of a body's own shapes count from lies in its frame; see `expand`."""
-    none = (sympy.S.Zero,) * 3
+    none = (algebra.ZERO,) * 3
     made = together(body.solids) if body.solids else None
     com = (*body.com, *none)[:3] if is_child else none
     if made is not None:
@@ -316,7 +315,7 @@ def _balls(part: Any) -> list[Ball]:
         return [part]
     if isinstance(part, Rod):
         return part.ends
-    return [Ball(place, sympy.S.Zero) for place, _ in part.corners()]
+    return [Ball(place, algebra.ZERO) for place, _ in part.corners()]
 
 
 def _named(part: Any) -> str:
@@ -325,14 +324,14 @@ def _named(part: Any) -> str:
     return "a capsule" if isinstance(part, Rod) else "a box"
 
 
-def _within(x: sympy.Expr, half: sympy.Expr) -> sympy.Expr:
+def _within(x: algebra.Expr, half: algebra.Expr) -> algebra.Expr:
     """A number, or the nearest one from -half to half: what is made of it has no kink, nor has its slope one."""
     upper = smooth_minimum(x, half, evaluate=False)
     return negated(smooth_minimum(negated(upper), half, evaluate=False))
 
 
 Nearest = Iterator[
-    tuple[Vector, Vector, sympy.Expr]
+    tuple[Vector, Vector, algebra.Expr]
 ]  # places on the cores of both shapes, and what is around them
 
 

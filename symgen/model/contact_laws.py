@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-import sympy
-
 from ..errors import nearest
+from . import algebra
 from .description import Bristle, Contact, Description, Friction, Stop
 from .functions import dot, maximum, minimum, smooth_minimum
 from .ready_made import HALF
@@ -15,7 +14,7 @@ from .sources import Sources
 from .unevaluated import difference, inverted, negated, product, squared, total
 
 # Of a contact that is open [m]: derivatives of δ^1.5 divide by δ. What it makes of a force is nothing.
-NO_DEPTH = sympy.Float(1e-60)
+NO_DEPTH = algebra.Float(1e-60)
 
 
 def with_contact_laws(d: Description, sources: Sources) -> Description:
@@ -31,7 +30,7 @@ def with_contact_laws(d: Description, sources: Sources) -> Description:
         d,
         potential=_sum(potential),
         dissipation=_sum(dissipation),
-        rubbing=(*d.rubbing, *creeping, *((b.speed, negated(sympy.Symbol(b.made[1]))) for b in d.bristles)),
+        rubbing=(*d.rubbing, *creeping, *((b.speed, negated(algebra.Symbol(b.made[1]))) for b in d.bristles)),
         contacts=(),
         frictions=tuple(f for f in d.frictions if f not in smooth),
         stops=(*d.stops, *_limit_stops(d, sources)),
@@ -65,65 +64,65 @@ def with_normals(d: Description, parts: Mapping[str, tuple[str, ...]], sources: 
     return replace(d, frictions=tuple(frictions))
 
 
-def smooth_friction(level: sympy.Expr, speeds: Sequence[sympy.Expr], width: sympy.Expr) -> sympy.Expr:
+def smooth_friction(level: algebra.Expr, speeds: Sequence[algebra.Expr], width: algebra.Expr) -> algebra.Expr:
     """Rayleigh function of the friction level*s/sqrt(s^2 + width^2): no overflow, and no exponentials as with tanh."""
     squares = [squared(s) for s in (*speeds, width)]
-    return product([level, sympy.sqrt(total(squares), evaluate=False)])
+    return product([level, algebra.sqrt(total(squares), evaluate=False)])
 
 
-def creep_share(speeds: Sequence[sympy.Expr], width: sympy.Expr) -> sympy.Expr:
+def creep_share(speeds: Sequence[algebra.Expr], width: algebra.Expr) -> algebra.Expr:
     """What makes of speeds the part of a friction that acts against each: (1 - (1 - s/w)³)/s, and 1/s from w on.
 
     The force begins in proportion to the speed s and is whole, on Coulomb's circle, at w: Vermeulen, Johnson, Contact
     of nonspherical elastic bodies transmitting tangential forces, J. Appl. Mech. 31 (1964), with Kalker's coefficient
     for the slope 3/w at the beginning (Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990, ch. 2).
     """
-    size = sympy.sqrt(sympy.Add(*(s**2 for s in speeds)) + NO_DEPTH**2)
-    part = minimum(size / width, sympy.S.One)
+    size = algebra.sqrt(algebra.Add(*(s**2 for s in speeds)) + NO_DEPTH**2)
+    part = minimum(size / width, algebra.ONE)
     # (1 - (1 - x)³)/x, of which the limit at 0 is 3.
     return (3 - 3 * part + part**2) / maximum(size, width)
 
 
-def _creep_force(f: Friction, speed: sympy.Expr) -> sympy.Expr:
+def _creep_force(f: Friction, speed: algebra.Expr) -> algebra.Expr:
     return negated(product([f.level, creep_share(f.speeds, f.smooth), speed]))
 
 
-def bristle_laws(b: Bristle) -> tuple[sympy.Expr, sympy.Expr]:
+def bristle_laws(b: Bristle) -> tuple[algebra.Expr, algebra.Expr]:
     """The rate of the deflection of bristles, and the force.
 
     dz/dt = v - σ0 |v| z/g, F = σ0 z + σ1 dz/dt + σ2 v with g = Fc + (Fs - Fc) exp(-(v/vs)²): Canudas de Wit, Olsson,
     Åström, Lischinsky, A new model for control of systems with friction, IEEE Trans. Automat. Contr. 40 (1995), eqs.
     2, 3 and 5.
     """
-    z, (rate, _) = sympy.Symbol(b.name), b.made
+    z, (rate, _) = algebra.Symbol(b.name), b.made
     level = b.coulomb
     if b.static is not None:
-        bump = sympy.exp(negated(squared(product([b.speed, inverted(b.stribeck)]))), evaluate=False)
+        bump = algebra.exp(negated(squared(product([b.speed, inverted(b.stribeck)]))), evaluate=False)
         level = total([level, product([difference(b.static, b.coulomb), bump])])
-    slipping = product([b.stiffness, sympy.Abs(b.speed), z, inverted(level)])
+    slipping = product([b.stiffness, algebra.Abs(b.speed), z, inverted(level)])
     force = [
         product([b.stiffness, z]),
-        product([b.damping, sympy.Symbol(rate)]),
+        product([b.damping, algebra.Symbol(rate)]),
         product([b.viscous, b.speed]),
     ]
     return difference(b.speed, slipping), total(force)
 
 
-def _depth(c: Contact) -> sympy.Expr:
+def _depth(c: Contact) -> algebra.Expr:
     return maximum(negated(c.gap), NO_DEPTH)
 
 
-def _elastic_force(c: Contact) -> sympy.Expr:
-    return product([c.stiffness, sympy.Pow(_depth(c), c.exponent, evaluate=False)])
+def _elastic_force(c: Contact) -> algebra.Expr:
+    return product([c.stiffness, algebra.Pow(_depth(c), c.exponent, evaluate=False)])
 
 
-def _elastic_energy(c: Contact) -> sympy.Expr:
+def _elastic_energy(c: Contact) -> algebra.Expr:
     """The integral of k δ^n: k δ^(n+1)/(n+1)."""
     power = c.exponent + 1
-    return product([c.stiffness, sympy.Pow(_depth(c), power, evaluate=False), inverted(power)])
+    return product([c.stiffness, algebra.Pow(_depth(c), power, evaluate=False), inverted(power)])
 
 
-def _contact_losses(c: Contact) -> Iterator[sympy.Expr]:
+def _contact_losses(c: Contact) -> Iterator[algebra.Expr]:
     """Rayleigh functions of the hysteresis, 3/2 c k δ^n dδ/dt as far as the whole does not pull, and of friction.
 
     Hunt, Crossley: Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42 (1975),
@@ -132,7 +131,7 @@ def _contact_losses(c: Contact) -> Iterator[sympy.Expr]:
     """
     elastic = _elastic_force(c)
     if c.damping is not None and c.damping != 0:
-        beta, rate = product([sympy.Rational(3, 2), c.damping]), dot(c.gap)
+        beta, rate = product([algebra.Rational(3, 2), c.damping]), dot(c.gap)
         y = smooth_minimum(rate, inverted(beta))
         yield product([elastic, beta, y, difference(rate, product([HALF, y]))])
     if c.friction is not None:
@@ -144,7 +143,7 @@ def _limit_stops(d: Description, sources: Sources) -> Iterator[Stop]:
     for j in d.joints:
         if j.restitution is None:
             continue
-        q = sympy.Symbol(j.coordinates[0])
+        q = algebra.Symbol(j.coordinates[0])
         for side, gap in (("lower", difference(q, j.limits[0])), ("upper", difference(j.limits[1], q))):
             name = f"{j.name}_{side}"
             if name in taken:
@@ -153,6 +152,6 @@ def _limit_stops(d: Description, sources: Sources) -> Iterator[Stop]:
             yield Stop(name, gap, j.restitution)
 
 
-def _sum(terms: list[sympy.Expr | None]) -> sympy.Expr | None:
+def _sum(terms: list[algebra.Expr | None]) -> algebra.Expr | None:
     given = [x for x in terms if x is not None]
     return total(given) if given else None

@@ -10,8 +10,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-import sympy
-
 from ..errors import ModelError, nearest
 from .description import Table
 from .functions import VALUE, tabulated
@@ -21,6 +19,8 @@ from .table_file import read_columns
 from .units import Unit
 
 if TYPE_CHECKING:
+    import sympy
+
     from .declared import Declared
 
 TABLE_KEYS = ("columns", "file", "kind", "outside", "units")
@@ -46,13 +46,14 @@ class TableFunction:
         return self._applied("integral", (argument,))
 
     def _applied(self, role: str, arguments: Sequence[Any]) -> sympy.Expr:
+        from .from_sympy import to_sympy  # who calls this writes with SymPy
+
         if len(arguments) != self.n_arguments:
             raise TypeError(
                 f"the table {self.name!r} takes {self.n_arguments}, not {len(arguments)} arguments"
             )
-        return tabulated(self.name, role, self.n_arguments)(
-            *(read(x).expression for x in arguments), evaluate=False
-        )
+        table = tabulated(self.name, role, self.n_arguments)
+        return to_sympy(table(*(read(x).expression for x in arguments), evaluate=False))
 
 
 def make_table(model: Declared, name: str, given: dict[str, Any]) -> Table:

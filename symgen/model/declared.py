@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-
-import sympy
 
 from symgen.runtime.graph.spelling import spelled
 
 from ..errors import nearest
+from . import algebra
 from .description import (
     Axis,
     Constant,
@@ -26,6 +25,7 @@ from .description import (
     Table,
     Use,
 )
+from .given import is_listed
 from .names import name_fault, reference_fault
 from .sources import Sources
 from .units import TIME, Unit, over
@@ -49,8 +49,8 @@ class Declared:
         self._constants: list[Constant] = []
         self._coordinates: list[Coordinate] = []
         self._inputs: list[Input] = []
-        self._definitions: list[tuple[str, sympy.Expr]] = []
-        self._outputs: list[tuple[str, sympy.Expr]] = []
+        self._definitions: list[tuple[str, algebra.Expr]] = []
+        self._outputs: list[tuple[str, algebra.Expr]] = []
         self._tables: list[Table] = []
         self._states: list[State] = []
         self._integrals: list[Coordinate] = []  # of states over time
@@ -147,7 +147,7 @@ class Declared:
             raise self._sources.error(table, str(name)[:60], fault, hint="choose another name")
 
     def _vector(self, values: Any, table: str, key: str, lengths: tuple[int, ...]) -> list[Any]:
-        if isinstance(values, str) or not isinstance(values, (Sequence, sympy.MatrixBase)):
+        if not is_listed(values):
             raise self._sources.error(
                 table,
                 key,
@@ -163,13 +163,13 @@ class Declared:
             )
         return list(values)
 
-    def _components(self, values: Any, table: str, key: str) -> tuple[sympy.Expr, ...]:
+    def _components(self, values: Any, table: str, key: str) -> tuple[algebra.Expr, ...]:
         """Three expressions; the third may be left out, as it is zero in the plane."""
         given = self._vector(values, table, key, (2, 3))
         found = [self._sources.expression(x, table, f"{key}[{k}]") for k, x in enumerate(given)]
-        return (*found, sympy.S.Zero)[:3]
+        return (*found, algebra.ZERO)[:3]
 
-    def _place(self, value: Any, table: str, key: str) -> tuple[sympy.Expr, ...]:
+    def _place(self, value: Any, table: str, key: str) -> tuple[algebra.Expr, ...]:
         """Three components: those of a point by its name, or two or three expressions in world axes."""
         if isinstance(value, str):
             fault = reference_fault(value)

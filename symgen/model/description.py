@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from sympy import Expr
+from .algebra import Expr
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class Joint:
 
     The joint frame stands at `xyz` [m] in the parent's frame, turned by `rpy` [rad] as in URDF:
     R = Rz(yaw) Ry(pitch) Rx(roll); both of parameters and constants only, and multiples of pi/2 in `rpy` are
-    exact multiples of SymPy's pi. At zero coordinates the child's frame is the joint frame. `axis` is a unit vector
+    exact multiples of pi. At zero coordinates the child's frame is the joint frame. `axis` is a unit vector
     in the joint frame; `axis2`, of universal joints only, one in the frame that the first rotation has turned.
 
     `stiffness`, `damping`, `armature` and `rest` are empty, one for all coordinates (rates), or one for each;
@@ -642,7 +642,7 @@ class Use:
 class Description:
     """A mechanical system as the user described it.
 
-    Expressions are SymPy objects over plain `Symbol(name)` (parameters, constants, coordinates, inputs,
+    Expressions are trees (`algebra.py`) over plain `Symbol(name)` (parameters, constants, coordinates, inputs,
     definitions, `t`) and the opaque functions of `symgen.model.functions` (`dot`, `minimum`, `maximum`).
     A definition's symbol stands for its expression; definitions come in an order in which each uses
     only those before it; they may use the names of points and axes. `gravity` is an acceleration vector; `field` is a

@@ -15,14 +15,14 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from types import MappingProxyType
 
-import sympy
-
 from symgen.runtime.graph.functions import CONDITIONS, IN_MODELS
 
 from ..errors import ModelError
+from . import algebra
+from .algebra import postorder
 from .description import Constraint, Coordinate, Description
 from .exact import python_number
-from .expression_tree import TABLE, kind, postorder
+from .expression_tree import TABLE, kind
 from .functions import VALUE
 from .gravity import HERE
 from .items import Item, definition_items, items, unit_dimension
@@ -49,15 +49,15 @@ Size = Dimension | str | None  # None: not known, fits any dimension too
 LARGEST_PURE = 100  # numerator and denominator of a ratio such as 2/5 or 1/12
 
 
-def infer(root: sympy.Expr, names: Mapping[str, Size], decimals: frozenset = frozenset()) -> Size:
+def infer(root: algebra.Expr, names: Mapping[str, Size], decimals: frozenset = frozenset()) -> Size:
     """The dimension of an expression.
 
     Parameters
     ----------
-    root : sympy.Expr
+    root : algebra.Expr
     names : mapping of str to Size
         Dimensions of the names, definitions included.
-    decimals : frozenset of sympy.Rational
+    decimals : frozenset of algebra.Rational
         Numbers that were written as decimals.
 
     Raises
@@ -65,7 +65,7 @@ def infer(root: sympy.Expr, names: Mapping[str, Size], decimals: frozenset = fro
     ModelError
         If two known, different dimensions are added or compared, or a function takes a dimension.
     """
-    if isinstance(root, sympy.Symbol):
+    if isinstance(root, algebra.Symbol):
         return names.get(root.name)
     memo: dict[int, Size] = {}
     for node in postorder([root]):
@@ -75,7 +75,7 @@ def infer(root: sympy.Expr, names: Mapping[str, Size], decimals: frozenset = fro
 
 
 def _size(
-    node: sympy.Basic, what: str | None, sizes: list[Size], names: Mapping[str, Size], decimals: frozenset
+    node: algebra.Expr, what: str | None, sizes: list[Size], names: Mapping[str, Size], decimals: frozenset
 ) -> Size:
     if what == "symbol":
         return names.get(node.name)
@@ -103,7 +103,7 @@ def _size(
     return DIMENSIONLESS if rule == "any" else _function(node, what, sizes[0])
 
 
-def _of_table(node: sympy.Basic, sizes: list[Size], names: Mapping[str, Size]) -> Size:
+def _of_table(node: algebra.Expr, sizes: list[Size], names: Mapping[str, Size]) -> Size:
     *wanted, value = names.get(f"{node.func.table}(", (None,))
     for size, expected, argument in zip(sizes, wanted, node.args, strict=False):
         if isinstance(size, tuple) and expected is not None and size != expected:
@@ -117,7 +117,7 @@ def _of_table(node: sympy.Basic, sizes: list[Size], names: Mapping[str, Size]) -
     return times(value, wanted[0])
 
 
-def _same(parts: Sequence[sympy.Basic], sizes: list[Size], verb: str) -> Size:
+def _same(parts: Sequence[algebra.Expr], sizes: list[Size], verb: str) -> Size:
     known = [(size, x) for size, x in zip(sizes, parts, strict=True) if isinstance(size, tuple)]
     if not known:
         return NUMBER if all(size == NUMBER for size in sizes) else None
@@ -132,7 +132,7 @@ def _same(parts: Sequence[sympy.Basic], sizes: list[Size], verb: str) -> Size:
     return first
 
 
-def _product(node: sympy.Mul, sizes: list[Size], decimals: frozenset) -> Size:
+def _product(node: algebra.Mul, sizes: list[Size], decimals: frozenset) -> Size:
     if None in sizes:
         return None
     known = [size for size in sizes if isinstance(size, tuple)]
@@ -143,9 +143,9 @@ def _product(node: sympy.Mul, sizes: list[Size], decimals: frozenset) -> Size:
     return result if all(_is_pure(x, decimals) for x in carriers) else None
 
 
-def _is_pure(x: sympy.Basic, decimals: frozenset) -> bool:
-    if not isinstance(x, sympy.Rational):
-        return isinstance(x, sympy.NumberSymbol) or x in (1, -1)
+def _is_pure(x: algebra.Expr, decimals: frozenset) -> bool:
+    if not isinstance(x, algebra.Rational):
+        return isinstance(x, algebra.NumberSymbol) or x in (1, -1)
     p, q = abs(x.p), x.q
     if q == 1:
         return p == 1
@@ -158,7 +158,7 @@ def _fractions(numbers: frozenset) -> frozenset:
     return frozenset((x.p, x.q) for x in numbers)
 
 
-def _power(node: sympy.Basic, base: Size, exponent: Size) -> Size:
+def _power(node: algebra.Expr, base: Size, exponent: Size) -> Size:
     if isinstance(exponent, tuple) and exponent != DIMENSIONLESS:
         raise ModelError(
             f"the exponent '{shortened(node.exp)}' has a unit: {dimension_text(exponent)}",
@@ -171,7 +171,7 @@ def _power(node: sympy.Basic, base: Size, exponent: Size) -> Size:
     return to_power(base, Fraction(python_number(node.exp)).limit_denominator(1000))
 
 
-def _function(node: sympy.Basic, what: str, size: Size) -> Size:
+def _function(node: algebra.Expr, what: str, size: Size) -> Size:
     # sin(t) and exp(-t) leave out a rate of 1/s, as bare numbers leave out their units.
     if isinstance(size, tuple) and size not in (DIMENSIONLESS, TIME):
         raise ModelError(

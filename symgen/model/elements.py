@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import sympy
-
 from ..errors import nearest
+from . import algebra
 from .declared import Declared
 from .description import Axis, Bushing, Description, Drawing, Load, Point, Spring
 from .functions import dot, less, maximum, minimum, where
@@ -21,8 +20,8 @@ from .unevaluated import difference, negated, product, squared, total
 SPRING_KEYS = ("points", "angle", "stiffness", "length", "rest", "damping", "preload", "mass", "acts")
 BUSHING_KEYS = ("frames", "stiffness", "damping")
 ACTS = ("both", "pull", "push")
-SIXTH = sympy.Rational(1, 6)
-Vector = list[sympy.Expr]
+SIXTH = algebra.Rational(1, 6)
+Vector = list[algebra.Expr]
 
 
 def make_spring(model: Declared, name: str, given: Mapping[str, Any]) -> Spring:
@@ -62,7 +61,7 @@ def make_spring(model: Declared, name: str, given: Mapping[str, Any]) -> Spring:
         raise error(
             "mass", "a spring of an angle has no 'mass'", "inertia is that of bodies, or armature of joints"
         )
-    places: tuple[tuple[sympy.Expr, ...], ...] = ()
+    places: tuple[tuple[algebra.Expr, ...], ...] = ()
     if not turns:
         two = model._vector(given["points"], table, "points", (2,))
         places = tuple(model._place(x, table, f"points[{k}]") for k, x in enumerate(two))
@@ -76,52 +75,52 @@ def make_spring(model: Declared, name: str, given: Mapping[str, Any]) -> Spring:
     return Spring(name, places, acts="" if acts == "both" else acts, **found)
 
 
-def measures(spring: Spring) -> list[tuple[str, sympy.Expr]]:
+def measures(spring: Spring) -> list[tuple[str, algebra.Expr]]:
     """The definitions that a spring makes: its length or angle, and the force or torque that it exerts.
 
     A rope that is slack is as long as at rest, and so is a buffer that nothing touches.
     """
     bound = {"pull": maximum, "push": minimum}.get(spring.acts)
-    rest = sympy.S.Zero if spring.rest is None else spring.rest
+    rest = algebra.ZERO if spring.rest is None else spring.rest
     if spring.angle is not None:
         length = spring.angle if bound is None else bound(spring.angle, rest, evaluate=False)
     else:
         square = _squared_distance(spring)
         square = square if bound is None else bound(square, squared(rest), evaluate=False)
-        length = sympy.Pow(square, HALF, evaluate=False)
+        length = algebra.Pow(square, HALF, evaluate=False)
     force = total([_elastic(spring), _viscous(spring), *([] if spring.preload is None else [spring.preload])])
     if bound is not None:
-        force = bound(force, sympy.S.Zero, evaluate=False)
+        force = bound(force, algebra.ZERO, evaluate=False)
     return [(spring.measured, length), (spring.exerted, force)]
 
 
-def _ends(s: Spring) -> tuple[tuple[sympy.Expr, ...], ...]:
+def _ends(s: Spring) -> tuple[tuple[algebra.Expr, ...], ...]:
     """Between which places it is drawn: a buffer stands at the second, and is no longer than at rest."""
     if s.acts != "push":
         return s.places
     first, second = s.places
-    share = product([sympy.Symbol(s.measured), sympy.Pow(_squared_distance(s), -HALF, evaluate=False)])
+    share = product([algebra.Symbol(s.measured), algebra.Pow(_squared_distance(s), -HALF, evaluate=False)])
     tip = tuple(total([b, product([difference(a, b), share])]) for a, b in zip(first, second, strict=True))
     return tip, second
 
 
-def _squared_distance(spring: Spring) -> sympy.Expr:
+def _squared_distance(spring: Spring) -> algebra.Expr:
     a, b = spring.places
     return total([squared(difference(x, y)) for x, y in zip(a, b, strict=True)])
 
 
-def _stretch(spring: Spring) -> sympy.Expr:
-    q = sympy.Symbol(spring.measured)
+def _stretch(spring: Spring) -> algebra.Expr:
+    q = algebra.Symbol(spring.measured)
     return q if spring.rest is None else difference(q, spring.rest)
 
 
-def _elastic(spring: Spring) -> sympy.Expr:
-    return sympy.S.Zero if spring.stiffness is None else product([spring.stiffness, _stretch(spring)])
+def _elastic(spring: Spring) -> algebra.Expr:
+    return algebra.ZERO if spring.stiffness is None else product([spring.stiffness, _stretch(spring)])
 
 
-def _viscous(spring: Spring) -> sympy.Expr:
-    rate = dot(sympy.Symbol(spring.measured))
-    return sympy.S.Zero if spring.damping is None else product([spring.damping, rate])
+def _viscous(spring: Spring) -> algebra.Expr:
+    rate = dot(algebra.Symbol(spring.measured))
+    return algebra.ZERO if spring.damping is None else product([spring.damping, rate])
 
 
 def make_bushing(model: Declared, name: str, given: Mapping[str, Any]) -> Bushing:
@@ -216,17 +215,17 @@ class Writer:
     def origin(self, frame: str) -> Vector:
         """World coordinates of the origin of a frame, or of that of a body."""
         if frame == WORLD:
-            return [sympy.S.Zero] * 3
+            return [algebra.ZERO] * 3
         if frame in self.frames:
             return _symbols(frame)
-        return self.point(frame, (sympy.S.Zero,) * 3)
+        return self.point(frame, (algebra.ZERO,) * 3)
 
     def centre(self, body: str) -> Vector:
         """World coordinates of a body's centre of mass."""
-        com = (*self.body[body].com, sympy.S.Zero)[:3]
+        com = (*self.body[body].com, algebra.ZERO)[:3]
         return self.point(body, com) if body in self.children else list(com)
 
-    def point(self, body: str, at: tuple[sympy.Expr, ...]) -> Vector:
+    def point(self, body: str, at: tuple[algebra.Expr, ...]) -> Vector:
         """World coordinates of a point of a body."""
         made = next((p for p in self.points if (p.body, p.at) == (body, at)), None)
         if made is None:
@@ -238,7 +237,7 @@ class Writer:
         """World components of the three axes of a frame or body."""
         if frame not in self._directions:
             body = self.body_of(frame)
-            turn = rotation(self.frames[frame].rpy if frame in self.frames else (sympy.S.Zero,) * 3)
+            turn = rotation(self.frames[frame].rpy if frame in self.frames else (algebra.ZERO,) * 3)
             columns = [[row[k] for row in turn] for k in range(3)]
             if body != WORLD:
                 columns = [
@@ -252,7 +251,7 @@ class Writer:
 
     def direction(self, frame: str, numbers: Sequence[float]) -> Vector:
         """World components of a direction in the axes of a frame or body."""
-        exact = [sympy.Integer(int(x)) if x == int(x) else sympy.Float(x) for x in numbers]
+        exact = [algebra.Integer(int(x)) if x == int(x) else algebra.Float(x) for x in numbers]
         axes = self.directions(frame)
         return [total([product([n, e[k]]) for n, e in zip(exact, axes, strict=True)]) for k in range(3)]
 
@@ -263,7 +262,7 @@ class Writer:
 
     def spring(self, s: Spring) -> None:
         """Its energies, and its picture."""
-        stretch, rate = _stretch(s), dot(sympy.Symbol(s.measured))
+        stretch, rate = _stretch(s), dot(algebra.Symbol(s.measured))
         if s.stiffness is not None:
             bare = s.places and s.rest.is_zero and not s.acts  # no root: smooth where the places meet
             square = _squared_distance(s) if bare else squared(stretch)
@@ -298,7 +297,7 @@ class Writer:
         along = [scalar_product(apart, axis) for axis in first]
         if len(b.stiffness) == 3:
             x, y = scalar_product(first[0], second[0]), scalar_product(first[1], second[0])
-            measured = [*along[:2], sympy.atan2(y, x, evaluate=False)]
+            measured = [*along[:2], algebra.atan2(y, x, evaluate=False)]
         else:
             measured = [*along, *cardan(first, second)]
         for factors, key in ((b.stiffness, "potential"), (b.damping, "dissipation")):
@@ -321,7 +320,7 @@ class Writer:
             return [plain, Load(name, body=body, torque=tuple(map(negated, plain.torque)))]
         return [plain, *self._opposite(name, body, plain)]
 
-    def _turned(self, load: Load, vector: tuple[sympy.Expr, ...]) -> tuple[sympy.Expr, ...]:
+    def _turned(self, load: Load, vector: tuple[algebra.Expr, ...]) -> tuple[algebra.Expr, ...]:
         if len(vector) < 2:  # a planar torque is about z everywhere
             return vector
         axes = self.directions(load.frame)
@@ -340,7 +339,7 @@ class Writer:
         x, y, *z = zip(arm, force, strict=True)
         torque = [difference(product([x[0], y[1]]), product([y[0], x[1]]))]
         if not b.planar:
-            (w,) = z or ((negated(centre[2]), sympy.S.Zero),)
+            (w,) = z or ((negated(centre[2]), algebra.ZERO),)
             torque = [
                 difference(product([y[0], w[1]]), product([w[0], y[1]])),
                 difference(product([w[0], x[1]]), product([x[0], w[1]])),
@@ -349,7 +348,7 @@ class Writer:
         return [*found, Load(f"{name}_moment", body=body, torque=tuple(torque))]
 
 
-def _one_way(s: Spring, plain: sympy.Expr, rate: sympy.Expr) -> sympy.Expr:
+def _one_way(s: Spring, plain: algebra.Expr, rate: algebra.Expr) -> algebra.Expr:
     """The dissipation of what acts one way: its force never turns round, however fast it is let go.
 
     Where the damping would make a rope push, the whole force is zero: its dissipative part is then the opposite of the
@@ -363,17 +362,17 @@ def _one_way(s: Spring, plain: sympy.Expr, rate: sympy.Expr) -> sympy.Expr:
 def cardan(first: list[Vector], second: list[Vector]) -> Vector:
     """Angles of the rotation Rx Ry Rz from the first axes to the second ones."""
 
-    def entry(i: int, j: int) -> sympy.Expr:
+    def entry(i: int, j: int) -> algebra.Expr:
         return scalar_product(first[i], second[j])
 
     return [
-        sympy.atan2(negated(entry(1, 2)), entry(2, 2), evaluate=False),
-        sympy.asin(entry(0, 2), evaluate=False),
-        sympy.atan2(negated(entry(0, 1)), entry(0, 0), evaluate=False),
+        algebra.atan2(negated(entry(1, 2)), entry(2, 2), evaluate=False),
+        algebra.asin(entry(0, 2), evaluate=False),
+        algebra.atan2(negated(entry(0, 1)), entry(0, 0), evaluate=False),
     ]
 
 
-def scalar_product(a: Sequence[sympy.Expr], b: Sequence[sympy.Expr]) -> sympy.Expr:
+def scalar_product(a: Sequence[algebra.Expr], b: Sequence[algebra.Expr]) -> algebra.Expr:
     """The scalar product of two vectors."""
     return total([product(pair) for pair in zip(a, b, strict=True)])
 
@@ -388,4 +387,4 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 
 def _symbols(name: str) -> Vector:
-    return [sympy.Symbol(f"{name}_{c}") for c in "xyz"]
+    return [algebra.Symbol(f"{name}_{c}") for c in "xyz"]

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-
-import sympy
+from fractions import Fraction
 
 from symgen.runtime.graph.functions import CONDITIONS
 
-from . import exact
-from .expression_tree import TABLE, kind, postorder
+from . import algebra, exact
+from .algebra import postorder
+from .expression_tree import TABLE, kind
 
 OPERATIONS = (
     exact.MATH
@@ -25,7 +25,7 @@ OPERATIONS = (
 class NotFinite(Exception):
     """A part of an expression has no finite real value; `node` is that part."""
 
-    def __init__(self, node: sympy.Basic) -> None:
+    def __init__(self, node: algebra.Expr) -> None:
         super().__init__(node)
         self.node = node
 
@@ -33,7 +33,7 @@ class NotFinite(Exception):
 Value = float | None | NotFinite
 
 
-def evaluate(root: sympy.Expr, values: Mapping[str, float | None]) -> float | None:
+def evaluate(root: algebra.Expr, values: Mapping[str, float | None]) -> float | None:
     """The value of an expression where names have `values`; None where it depends on an unknown one.
 
     Raises
@@ -41,7 +41,7 @@ def evaluate(root: sympy.Expr, values: Mapping[str, float | None]) -> float | No
     NotFinite
         If a part whose operands are known is infinite or not real.
     """
-    if isinstance(root, sympy.Symbol):
+    if isinstance(root, algebra.Symbol):
         return values.get(root.name)
     memo: dict[int, Value] = {}
     for node in postorder([root]):
@@ -52,7 +52,7 @@ def evaluate(root: sympy.Expr, values: Mapping[str, float | None]) -> float | No
     return value
 
 
-def _value(node: sympy.Basic, operands: list[Value], values: Mapping[str, float | None]) -> Value:
+def _value(node: algebra.Expr, operands: list[Value], values: Mapping[str, float | None]) -> Value:
     what = kind(node)
     if what == "symbol":
         return values.get(node.name)
@@ -69,7 +69,7 @@ def _value(node: sympy.Basic, operands: list[Value], values: Mapping[str, float 
         return found
 
 
-def _finite(node: sympy.Basic, what: str | None, operands: list[float]) -> float:
+def _finite(node: algebra.Expr, what: str | None, operands: list[float]) -> float:
     try:
         value = _apply(node, what, operands)
     except (OverflowError, ValueError, ZeroDivisionError):
@@ -79,7 +79,7 @@ def _finite(node: sympy.Basic, what: str | None, operands: list[float]) -> float
     return value
 
 
-def _apply(node: sympy.Basic, what: str | None, operands: list[float]) -> float:
+def _apply(node: algebra.Expr, what: str | None, operands: list[float]) -> float:
     if what in ("number", "constant"):
         return float(node)
     if what == "sum":
@@ -91,6 +91,29 @@ def _apply(node: sympy.Basic, what: str | None, operands: list[float]) -> float:
     if what is None:
         raise ValueError(node)
     return OPERATIONS[what](*operands)
+
+
+_PI = Fraction("3.14159265358979323846264338327950288419716939937510")
+
+
+def nearest_double(x: algebra.Expr) -> float:
+    """The value of an expression of numbers alone; where these are sums, products and pi, rounded once."""
+    exact_value = _exact_value(x)
+    return evaluate(x, {}) if exact_value is None else float(exact_value)
+
+
+def _exact_value(x: algebra.Expr) -> Fraction | None:
+    if x.is_Number:
+        return Fraction(float(x)) if isinstance(x, algebra.Float) else Fraction(x.p, x.q)
+    if x is algebra.pi:
+        return _PI
+    if isinstance(x, algebra.Pow):
+        base = _exact_value(x.base)
+        return None if base is None or not x.exp.is_Integer or not base else base**x.exp.p
+    parts = [_exact_value(a) for a in x.args] if isinstance(x, (algebra.Add, algebra.Mul)) else [None]
+    if None in parts:
+        return None
+    return sum(parts) if isinstance(x, algebra.Add) else math.prod(parts, start=Fraction(1))
 
 
 Direction = tuple[float, float, float]
@@ -134,10 +157,10 @@ def perpendiculars(axis: Direction) -> tuple[Direction, Direction]:
     return first, tuple(x + 0.0 for x in cross_product(axis, first))
 
 
-def exact_angle(angle: sympy.Expr, constants: Mapping[str, float]) -> sympy.Expr:
+def exact_angle(angle: algebra.Expr, constants: Mapping[str, float]) -> algebra.Expr:
     """An angle whose sine and cosine vanish exactly where they are meant to.
 
-    A number within `QUARTER_TURN_TOLERANCE` of a multiple of pi/2 becomes that multiple of SymPy's pi, as robots'
+    A number within `QUARTER_TURN_TOLERANCE` of a multiple of pi/2 becomes that multiple of pi, as robots'
     descriptions write right angles with few digits; any other expression is returned as it is.
     """
     try:
@@ -145,7 +168,7 @@ def exact_angle(angle: sympy.Expr, constants: Mapping[str, float]) -> sympy.Expr
     except NotFinite:  # the check of values says where
         return angle
     turns = None if value is None else quarter_turns(value)
-    return angle if turns is None else sympy.Rational(turns, 2) * sympy.pi
+    return angle if turns is None else algebra.Rational(turns, 2) * algebra.pi
 
 
 def quarter_turns(angle: float) -> int | None:

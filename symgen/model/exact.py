@@ -6,18 +6,17 @@ import math
 from collections.abc import Callable
 from fractions import Fraction
 
-import sympy
-
 from symgen.runtime.graph.functions import IN_MODELS
 
 from ..errors import ModelError
+from . import algebra
 
 MOST_DIGITS = 100
 LARGEST_DECIMAL_EXPONENT = 400
 MOST_EXACT_BITS = 1024
 LARGEST_EXPONENT = 1000  # of a power whose base is not a number
 
-Number = sympy.Rational | sympy.Float
+Number = algebra.Rational | algebra.Float
 
 MATH: dict[str, Callable[..., float]] = {
     **{name: function.value for name, function in IN_MODELS.items()},
@@ -59,7 +58,7 @@ def to_double(value: Fraction | int, shown: str = "") -> float:
 
 
 def number(value: Fraction | int | float) -> Number:
-    """A SymPy number: exact if its size allows, a double otherwise.
+    """A number of an expression: exact if its size allows, a double otherwise.
 
     Raises
     ------
@@ -69,16 +68,16 @@ def number(value: Fraction | int | float) -> Number:
     if isinstance(value, float):
         if not math.isfinite(value):
             raise ModelError("the value of a constant part is not finite", hint="look at the numbers in it")
-        return sympy.Float(value)
+        return algebra.Float(value)
     bits = value.numerator.bit_length() + value.denominator.bit_length()
     if bits > MOST_EXACT_BITS:
-        return sympy.Float(to_double(value))
-    return sympy.Rational(value.numerator, value.denominator)
+        return algebra.Float(to_double(value))
+    return algebra.Rational(value.numerator, value.denominator)
 
 
 def python_number(value: Number) -> Fraction | float:
-    """A SymPy number as an exact fraction, or as a double."""
-    if isinstance(value, sympy.Rational):
+    """A number of an expression as an exact fraction, or as a double."""
+    if isinstance(value, algebra.Rational):
         return Fraction(int(value.p), int(value.q))
     return float(value)
 
@@ -92,8 +91,8 @@ def add(a: Number, b: Number) -> Number:
 
 def multiply(a: Number, b: Number) -> Number:
     """a b."""
-    if a is sympy.S.One or b is sympy.S.One:
-        return b if a is sympy.S.One else a
+    if a is algebra.ONE or b is algebra.ONE:
+        return b if a is algebra.ONE else a
     return number(_mixed(a, b, lambda x, y: x * y))
 
 

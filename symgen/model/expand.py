@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
-import sympy
-
-from . import elements
+from . import algebra, elements
+from .algebra import postorder
 from .closures import write_closures
 from .contact_geometry import write_pairs
 from .contact_laws import with_contact_laws, with_normals
 from .description import Axis, Body, Constraint, Description, Drawing, Event, Friction, Joint, Reset, Shape
-from .expression_tree import names_in, postorder
+from .expression_tree import names_in
 from .functions import Tabulated, dot, minimum
 from .gravity import write_gravity
 from .joint_tree import parents_first, with_axes
@@ -75,7 +74,7 @@ def _ends_of_tables(d: Description, sources: Sources) -> Iterator[Event]:
     if not refusing:
         return
     taken = {e.name for e in d.events} | {s.name for s in d.stops} | {f.name for f in d.frictions}
-    watched: set[tuple[str, int, sympy.Expr]] = set()
+    watched: set[tuple[str, int, algebra.Expr]] = set()
     for e in postorder(_acting(d)):
         if not isinstance(e, Tabulated) or e.func.table not in refusing:
             continue
@@ -89,14 +88,14 @@ def _ends_of_tables(d: Description, sources: Sources) -> Iterator[Event]:
                 event += "_"
             taken.add(event)
             inside = (
-                difference(argument, sympy.Float(knots[0])),
-                difference(sympy.Float(knots[-1]), argument),
+                difference(argument, algebra.Float(knots[0])),
+                difference(algebra.Float(knots[-1]), argument),
             )
             says = f"{shortened(argument)} leaves the table {name}"
             yield Event(event, minimum(*inside, evaluate=False), "falling", "terminate", says=says)
 
 
-def _acting(d: Description) -> list[sympy.Expr]:
+def _acting(d: Description) -> list[algebra.Expr]:
     """The expressions that the motion depends on."""
     found = [x for x in (d.kinetic, d.potential, d.dissipation) if x is not None]
     found += [x for _, x in d.forces] + [s.derivative for s in d.states]
@@ -113,7 +112,7 @@ def _acting(d: Description) -> list[sympy.Expr]:
 
 
 def _with_com(body: Body) -> Body:
-    return body if body.com else replace(body, com=(sympy.S.Zero,) * (2 if body.planar else 3))
+    return body if body.com else replace(body, com=(algebra.ZERO,) * (2 if body.planar else 3))
 
 
 def _with_shape(body: Body, is_child: bool) -> Body:
@@ -124,11 +123,11 @@ def _with_shape(body: Body, is_child: bool) -> Body:
     unmoved = not (first.offset or first.axis or first.rpy or first.cut or first.mesh)
     if len(body.solids) == 1 and unmoved and first.kind in DRAWN:
         return replace(body, shape=Shape(first.kind, first.sizes))
-    origin: tuple[sympy.Expr, ...] = (sympy.S.Zero,) * 3
+    origin: tuple[algebra.Expr, ...] = (algebra.ZERO,) * 3
     if made is not None:
         origin = tuple(negated(x) for x in made.centre)
     elif is_child and any(solid.offset for solid in body.solids):
-        origin = tuple(negated(x) for x in (*body.com, sympy.S.Zero)[:3])
+        origin = tuple(negated(x) for x in (*body.com, algebra.ZERO)[:3])
     return replace(body, shape=picture(body.solids, origin))
 
 
@@ -144,7 +143,7 @@ def _with_elements(
     writer.terms["potential"] += write_gravity(writer)
     for attractor in d.attractors:
         writer.drawings.append(Drawing(attractor.name, "pin", (attractor.at,)))
-    surfaces: list[tuple[str, sympy.Expr]] = []
+    surfaces: list[tuple[str, algebra.Expr]] = []
     rolling = [(r, c) for r in d.rolling for c in write_rolling(writer, r, sources, surfaces)]
     writer.terms["kinetic"] += [write_rotor(writer, r) for r in d.rotors]
     closed = write_closures(writer, d, sources)
@@ -175,18 +174,18 @@ def _with_elements(
     return full, closed.parts
 
 
-def _energies(d: Description, joints: Iterable[Joint]) -> dict[str, sympy.Expr | None]:
+def _energies(d: Description, joints: Iterable[Joint]) -> dict[str, algebra.Expr | None]:
     """The energies with those of the joints' springs, dampers and rotors."""
     energies = {"kinetic": d.kinetic, "potential": d.potential, "dissipation": d.dissipation}
-    terms: dict[str, list[sympy.Expr]] = {key: [] for key in energies}
+    terms: dict[str, list[algebra.Expr]] = {key: [] for key in energies}
     for j in joints:
-        names = map(sympy.Symbol, j.coordinates)
+        names = map(algebra.Symbol, j.coordinates)
         if TYPES[j.type].quaternion:
-            rates = list(map(sympy.Symbol, j.rates))
+            rates = list(map(algebra.Symbol, j.rates))
         else:
             coordinates = list(names)
             rates = list(map(dot, coordinates))
-            rests = _to_length(j.rest or (sympy.S.Zero,), len(coordinates))
+            rests = _to_length(j.rest or (algebra.ZERO,), len(coordinates))
             stretched = [difference(q, rest) for q, rest in zip(coordinates, rests, strict=True)]
             terms["potential"] += _quadratic(j.stiffness, stretched)
             terms["kinetic"] += _quadratic(j.armature, rates)
@@ -196,7 +195,7 @@ def _energies(d: Description, joints: Iterable[Joint]) -> dict[str, sympy.Expr |
     return {key: _added(energies[key], terms[key]) for key in energies}
 
 
-def _without_inputs(d: Description) -> tuple[sympy.Expr | None, list[sympy.Expr]]:
+def _without_inputs(d: Description) -> tuple[algebra.Expr | None, list[algebra.Expr]]:
     """The terms of the potential that are energy, and those with inputs, whose forces do work instead.
 
     What an input does over time is not known, so that such a term is no stored energy. The rate of a term is linear in
@@ -206,7 +205,7 @@ def _without_inputs(d: Description) -> tuple[sympy.Expr | None, list[sympy.Expr]
     for name, expression in d.definitions if given else ():
         if not given.isdisjoint(names_in(expression)):
             given.add(name)
-    parts = () if d.potential is None else sympy.Add.make_args(d.potential)
+    parts = () if d.potential is None else algebra.Add.make_args(d.potential)
     driven = [x for x in parts if not given.isdisjoint(names_in(x))]
     if not driven:
         return d.potential, []
@@ -214,18 +213,18 @@ def _without_inputs(d: Description) -> tuple[sympy.Expr | None, list[sympy.Expr]
     return total(stored) if stored else None, [dot(x) for x in driven]
 
 
-def _quadratic(factors: tuple[sympy.Expr, ...], values: list[sympy.Expr]) -> list[sympy.Expr]:
+def _quadratic(factors: tuple[algebra.Expr, ...], values: list[algebra.Expr]) -> list[algebra.Expr]:
     if not factors:
         return []
     pairs = zip(_to_length(factors, len(values)), values, strict=True)
     return [product([HALF, factor, squared(value)]) for factor, value in pairs]
 
 
-def _to_length(values: tuple[sympy.Expr, ...], count: int) -> tuple[sympy.Expr, ...]:
+def _to_length(values: tuple[algebra.Expr, ...], count: int) -> tuple[algebra.Expr, ...]:
     return values * count if len(values) == 1 else values
 
 
-def _added(energy: sympy.Expr | None, terms: list[sympy.Expr]) -> sympy.Expr | None:
+def _added(energy: algebra.Expr | None, terms: list[algebra.Expr]) -> algebra.Expr | None:
     terms = [x for x in terms if not x.is_zero]
     if not terms:
         return energy
@@ -292,4 +291,4 @@ def _limits(d: Description, sources: Sources) -> Iterator[Event]:
                     f"joints.{j.name}", "limits", message, hint="choose another name for the event"
                 )
             taken.add(name)
-            yield Event(name, difference(sympy.Symbol(j.coordinates[0]), limit), direction)
+            yield Event(name, difference(algebra.Symbol(j.coordinates[0]), limit), direction)

@@ -1,67 +1,39 @@
-"""Walks over SymPy expressions: by object identity, as much is shared, and in loops, as they can be deep."""
+"""What an expression is made of, and what it mentions."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
-import sympy
-
+from . import algebra
+from .algebra import postorder
 from .functions import CLASSES, CONDITION_CLASSES, Tabulated, dot, smooth_minimum
 
-# SymPy makes the last three of others: tan(x + pi/2), |exp(x)|.
+# SymPy, with which users write, makes the last three of others: tan(x + pi/2), |exp(x)|.
 FUNCTIONS: dict[type, str] = {kind: name for name, kind in (CLASSES | CONDITION_CLASSES).items()} | {
     dot: "dot",
     smooth_minimum: "min",
-    sympy.cot: "cot",
-    sympy.re: "real",
-    sympy.conjugate: "real",
+    algebra.cot: "cot",
+    algebra.re: "real",
+    algebra.conjugate: "real",
 }
 
 
 TABLE = "table"
 
 
-def postorder(roots: Iterable[sympy.Basic], seen: set[int] | None = None) -> list[sympy.Basic]:
-    """Every object below the roots once, arguments before what they are arguments of.
-
-    Parameters
-    ----------
-    roots : iterable of sympy.Basic
-    seen : set of int, optional
-        Identities that are left out; grows by those returned.
-    """
-    seen = set() if seen is None else seen
-    order: list[sympy.Basic] = []
-    stack: list[tuple[sympy.Basic, bool]] = [(root, False) for root in reversed(list(roots))]
-    while stack:
-        node, done = stack.pop()
-        if done:
-            order.append(node)
-        elif id(node) not in seen:
-            seen.add(id(node))
-            arguments = node.args
-            if arguments:
-                stack.append((node, True))
-                stack += [(x, False) for x in reversed(arguments) if id(x) not in seen]
-            else:
-                order.append(node)
-    return order
-
-
-def kind(node: sympy.Basic) -> str | None:
+def kind(node: algebra.Expr) -> str | None:
     """What a node is: symbol, number, constant (pi), sum, product, power, a function; None if unknown."""
-    if isinstance(node, sympy.Symbol):
+    if isinstance(node, algebra.Symbol):
         return "symbol"
-    if isinstance(node, sympy.Number):
+    if isinstance(node, algebra.Number):
         return "number" if node.is_finite else None
-    if isinstance(node, sympy.NumberSymbol):
+    if isinstance(node, algebra.NumberSymbol):
         return "constant"
-    if isinstance(node, sympy.Add):
+    if isinstance(node, algebra.Add):
         return "sum"
-    if isinstance(node, sympy.Mul):
+    if isinstance(node, algebra.Mul):
         return "product"
-    if isinstance(node, sympy.Pow):
+    if isinstance(node, algebra.Pow):
         return "power"
     return TABLE if isinstance(node, Tabulated) else FUNCTIONS.get(node.func)
 
@@ -78,11 +50,11 @@ class Uses:
     dotted: frozenset[str]
     has_dot: bool
     nested: bool
-    foreign: sympy.Basic | None
+    foreign: algebra.Expr | None
     tables: frozenset[tuple[str, int]] = frozenset()
 
 
-def uses(root: sympy.Basic) -> Uses:
+def uses(root: algebra.Expr) -> Uses:
     """What an expression mentions."""
     order = postorder([root])
     dots = [node for node in order if isinstance(node, dot)]
@@ -97,10 +69,10 @@ def uses(root: sympy.Basic) -> Uses:
     )
 
 
-def names_in(root: sympy.Basic) -> frozenset[str]:
+def names_in(root: algebra.Expr) -> frozenset[str]:
     """The names in an expression."""
     return _names(postorder([root]))
 
 
-def _names(nodes: list[sympy.Basic]) -> frozenset[str]:
-    return frozenset(node.name for node in nodes if isinstance(node, sympy.Symbol))
+def _names(nodes: list[algebra.Expr]) -> frozenset[str]:
+    return frozenset(node.name for node in nodes if isinstance(node, algebra.Symbol))

@@ -1,4 +1,4 @@
-"""Expressions from text to SymPy objects by a whitelist over Python's `ast`; no text is evaluated."""
+"""Expressions from text to trees by a whitelist over Python's `ast`; no text is evaluated."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-import sympy
-
 from ..errors import ModelError
-from . import exact
+from . import algebra, exact
 from .evaluate import NotFinite, evaluate
 from .functions import (
     ABBREVIATIONS,
@@ -29,7 +27,7 @@ from .tokens import LONGEST_TEXT, Token, check_grammar, tokenise
 from .unevaluated import build, inverted, negated, split_product
 from .units import Unit, parse_unit
 
-DEEPEST_TREE = 120  # SymPy's hash recurses
+DEEPEST_TREE = 120  # what reads and prints a tree recurses
 QUANTITY = re.compile(
     r"(?P<number>[+-]?\s*+(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?+)"
     r"(?P<unit>\s*+[A-Za-z].*|\s++1\s*+/.*)",
@@ -46,10 +44,10 @@ class Parsed:
     numbers that were written with a decimal point or exponent, or come from such: a unit may be meant.
     """
 
-    expression: sympy.Expr
+    expression: algebra.Expr
     text: str
     unit: Unit | None = None
-    decimals: frozenset[sympy.Rational] = frozenset()
+    decimals: frozenset[algebra.Rational] = frozenset()
 
 
 @functools.lru_cache(maxsize=1024)  # a scene of many bodies gives sizes and masses many times
@@ -66,7 +64,7 @@ def parse(text: str, tables: tuple[tuple[str, int], ...] = ()) -> Parsed:
     Returns
     -------
     Parsed
-        Names become plain `sympy.Symbol`s; whether they are declared is checked elsewhere.
+        Names become plain `algebra.Symbol`s; whether they are declared is checked elsewhere.
 
     Raises
     ------
@@ -119,11 +117,11 @@ def _parse_quantity(text: str, match: re.Match) -> Parsed:
 
 
 class _Builder:
-    """One expression's way from tokens through `ast` to SymPy."""
+    """One expression's way from tokens through `ast` to a tree."""
 
     def __init__(self, tokens: list[Token], tables: Mapping[str, int]) -> None:
         self.tables = tables
-        self.decimals: set[sympy.Rational] = set()
+        self.decimals: set[algebra.Rational] = set()
         source: list[str] = []
         self.token_at: dict[int, Token] = {}
         position = 0
@@ -135,7 +133,7 @@ class _Builder:
             position += len(part) + 1
         self.source = " ".join(source)
 
-    def build(self) -> sympy.Expr:
+    def build(self) -> algebra.Expr:
         try:
             tree = ast.parse(self.source, mode="eval")
         except (SyntaxError, ValueError) as error:
@@ -158,13 +156,13 @@ class _Builder:
     def _token(self, node: ast.expr) -> Token:
         return self.token_at[node.col_offset]
 
-    def _convert(self, node: ast.expr, depth: int) -> sympy.Expr:
+    def _convert(self, node: ast.expr, depth: int) -> algebra.Expr:
         if depth > DEEPEST_TREE:
             raise ModelError("the expression is nested too deeply", hint="name its parts in [definitions]")
         if isinstance(node, ast.Name):
-            return sympy.pi if node.id == "pi" else sympy.Symbol(node.id)
+            return algebra.pi if node.id == "pi" else algebra.Symbol(node.id)
         if isinstance(node, ast.Attribute):
-            return sympy.Symbol(_dotted(node))
+            return algebra.Symbol(_dotted(node))
         if isinstance(node, ast.Constant):
             return self._number(self._token(node))
         if (
@@ -192,7 +190,7 @@ class _Builder:
             hint="it takes numbers, names, + - * / ^, parentheses and functions",
         )
 
-    def _number(self, token: Token) -> sympy.Expr:
+    def _number(self, token: Token) -> algebra.Expr:
         try:
             value = exact.number(exact.decimal_fraction(token.text))
         except ModelError as error:
@@ -201,7 +199,7 @@ class _Builder:
             self.decimals.add(abs(value))
         return value
 
-    def _condition(self, node: ast.expr, depth: int) -> sympy.Basic:
+    def _condition(self, node: ast.expr, depth: int) -> algebra.Expr:
         """The condition of `where`."""
         if isinstance(node, ast.BoolOp):
             joined = CONDITION_CLASSES["and" if isinstance(node.op, ast.And) else "or"]
@@ -218,14 +216,14 @@ class _Builder:
             hint="a comparison such as x < 0, or several joined by and, or, not",
         )
 
-    def _where(self, node: ast.Call, depth: int) -> sympy.Expr:
+    def _where(self, node: ast.Call, depth: int) -> algebra.Expr:
         condition = self._condition(node.args[0], depth + 1)
         then, otherwise = (self._convert(a, depth + 1) for a in node.args[1:])
         if then.is_Number and otherwise.is_Number and not condition.free_symbols:
             return then if evaluate(condition, {}) else otherwise
         return CLASSES["where"](condition, then, otherwise, evaluate=False)
 
-    def _call(self, node: ast.Call, depth: int) -> sympy.Expr:
+    def _call(self, node: ast.Call, depth: int) -> algebra.Expr:
         name = _dotted(node.func)
         if name == "where":
             return self._where(node, depth)
@@ -241,7 +239,7 @@ class _Builder:
         if all(a.is_Number for a in arguments):
             return self._folded(self._token(node.func), lambda: exact.call(name, arguments), arguments)
         if name == "sqrt":
-            return sympy.Pow(arguments[0], sympy.S.Half, evaluate=False)
+            return algebra.Pow(arguments[0], algebra.HALF, evaluate=False)
         if name in ("min", "max"):
             return nested(CLASSES[name], arguments)
         if name == "dot" and isinstance(arguments[0], dot):
@@ -252,16 +250,16 @@ class _Builder:
             )
         return SYMPY_FUNCTIONS[name](*arguments, evaluate=False)
 
-    def _abbreviated(self, name: str, arguments: list[sympy.Expr], place: Token) -> sympy.Expr:
+    def _abbreviated(self, name: str, arguments: list[algebra.Expr], place: Token) -> algebra.Expr:
         if not all(a.is_Number for a in arguments):
             return ABBREVIATIONS[name](*arguments)
         try:
-            return exact.number(evaluate(ABBREVIATIONS[name](*map(sympy.Float, arguments)), {}))
+            return exact.number(evaluate(ABBREVIATIONS[name](*map(algebra.Float, arguments)), {}))
         except NotFinite:
             message, hint = f"'{name}' has no value here", "look for a division by zero"
             raise ModelError(message, column=place.column, hint=hint) from None
 
-    def _power(self, node: ast.BinOp, depth: int) -> sympy.Expr:
+    def _power(self, node: ast.BinOp, depth: int) -> algebra.Expr:
         base, exponent = self._convert(node.left, depth + 1), self._convert(node.right, depth + 1)
         place = self._first_token(node.right)
         if base.is_Number and exponent.is_Number:
@@ -274,12 +272,12 @@ class _Builder:
                     hint="choose a smaller one",
                 )
             if exponent in (0, 1):
-                return base if exponent == 1 else sympy.S.One
-        return sympy.Pow(base, exponent, evaluate=False)
+                return base if exponent == 1 else algebra.ONE
+        return algebra.Pow(base, exponent, evaluate=False)
 
-    def _product(self, node: ast.expr, depth: int) -> sympy.Expr:
-        coefficient: sympy.Expr = sympy.S.One
-        factors: list[sympy.Expr] = []
+    def _product(self, node: ast.expr, depth: int) -> algebra.Expr:
+        coefficient: algebra.Expr = algebra.ONE
+        factors: list[algebra.Expr] = []
         one_written = False
         for operand, inverse, negative in _product_operands(node):
             if negative:
@@ -298,26 +296,26 @@ class _Builder:
             )
             factors += rest
         if one_written and coefficient in (1, -1) and factors:  # as 2.0 would, it may carry a unit
-            coefficient = sympy.Float(coefficient)
-        return build(sympy.Mul, coefficient, sympy.S.One, factors)
+            coefficient = algebra.Float(coefficient)
+        return build(algebra.Mul, coefficient, algebra.ONE, factors)
 
     def _is_decimal_one(self, node: ast.expr) -> bool:
         text = self._token(node).text if isinstance(node, ast.Constant) else "1"
         return not text.isdigit() and float(text) == 1.0
 
-    def _reciprocal(self, number: sympy.Expr, operand: ast.expr) -> sympy.Expr:
-        if number is sympy.S.One:
+    def _reciprocal(self, number: algebra.Expr, operand: ast.expr) -> algebra.Expr:
+        if number is algebra.ONE:
             return number
         return self._folded(
-            self._first_token(operand), lambda: exact.power(number, sympy.S.NegativeOne), (number,)
+            self._first_token(operand), lambda: exact.power(number, algebra.NEGATIVE_ONE), (number,)
         )
 
-    def _sum(self, node: ast.expr, depth: int) -> sympy.Expr:
-        constant: sympy.Expr = sympy.S.Zero
-        terms: list[sympy.Expr] = []
+    def _sum(self, node: ast.expr, depth: int) -> algebra.Expr:
+        constant: algebra.Expr = algebra.ZERO
+        terms: list[algebra.Expr] = []
         for operand, negative in _sum_operands(node):
             value = self._convert(operand, depth + 1)
-            parts = value.args if isinstance(value, sympy.Add) else (value,)
+            parts = value.args if isinstance(value, algebra.Add) else (value,)
             for part in parts:
                 part = negated(part) if negative else part
                 if part.is_Number:
@@ -328,9 +326,9 @@ class _Builder:
                     )
                 else:
                     terms.append(part)
-        return build(sympy.Add, constant, sympy.S.Zero, terms)
+        return build(algebra.Add, constant, algebra.ZERO, terms)
 
-    def _folded(self, place: Token | None, compute, operands: Iterable[sympy.Expr]) -> sympy.Expr:
+    def _folded(self, place: Token | None, compute, operands: Iterable[algebra.Expr]) -> algebra.Expr:
         try:
             result = compute()
         except ModelError as error:
@@ -357,7 +355,7 @@ def _is_condition(node: ast.expr) -> bool:
     return is_not or isinstance(node, (ast.Compare, ast.BoolOp))
 
 
-def _comparison(op: ast.cmpop, a: sympy.Expr, b: sympy.Expr) -> sympy.Basic:
+def _comparison(op: ast.cmpop, a: algebra.Expr, b: algebra.Expr) -> algebra.Expr:
     if isinstance(op, (ast.Gt, ast.GtE)):
         a, b = b, a
     return CONDITION_CLASSES["<" if isinstance(op, (ast.Lt, ast.Gt)) else "<="](a, b, evaluate=False)

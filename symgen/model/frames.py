@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import sympy
 
+from . import algebra
 from .declared import Declared
 from .description import Frame
 from .evaluate import NotFinite, X, Y, Z, dot_product, evaluate, exact_angle, normalised
@@ -21,7 +21,7 @@ from .placing import angles_of
 WAYS = ("rpy", "axis", "quaternion", "x")  # each by itself; `angle` goes with `axis`, `y` with `x`
 PARALLEL = 1e-6  # sine of the angle between two directions that are meant to differ
 NORM_TOLERANCE = 1e-3  # of a quaternion that is meant to be of unit length
-ZERO = (sympy.S.Zero,) * 3
+ZERO = (algebra.ZERO,) * 3
 
 
 def make_frame(model: Declared, name: str, body: str, at: Expressions, given: dict[str, Any]) -> Frame:
@@ -56,7 +56,7 @@ def _about(model: Declared, table: str, given: dict[str, Any]) -> Expressions:
     for k, unit in enumerate((X, Y, Z)):
         along = dot_product(axis, unit)
         if abs(along) == 1.0:
-            return tuple(angle * int(along) if i == k else sympy.S.Zero for i in range(3))
+            return tuple(angle * int(along) if i == k else algebra.ZERO for i in range(3))
     value = _number(model, table, "angle", angle, "about an axis other than x, y and z")
     c, s = math.cos(value), math.sin(value)
     skew = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
@@ -120,10 +120,10 @@ def _towards(
 
 def _angles(model: Declared, matrix: np.ndarray) -> Expressions:
     """Roll, pitch and yaw of a rotation matrix."""
-    return tuple(exact_angle(sympy.Float(x), _constants(model)) for x in angles_of(matrix))
+    return tuple(exact_angle(algebra.Float(x), _constants(model)) for x in angles_of(matrix))
 
 
-def _number(model: Declared, table: str, key: str, expression: sympy.Expr, where: str) -> float:
+def _number(model: Declared, table: str, key: str, expression: algebra.Expr, where: str) -> float:
     try:
         value = evaluate(expression, _constants(model))
     except NotFinite:

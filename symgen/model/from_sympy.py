@@ -1,32 +1,75 @@
-"""What users write with SymPy's own classes: `Max`, `Min`, `Heaviside`, `floor`, `Mod`, `Piecewise`, relations."""
+"""SymPy's expressions as a model's own, and back.
+
+What users write with SymPy's own classes is taken over: `Max`, `Min`, `Heaviside`, `floor`, `Mod`, `Piecewise`,
+relations.
+"""
 
 from __future__ import annotations
 
 import numbers
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
 import sympy
 from sympy.core.relational import Relational
+from sympy.core.sympify import converter
 from sympy.functions.elementary.piecewise import ExprCondPair
 
 from ..errors import ModelError
-from . import functions
-from .expression_tree import postorder
-from .functions import (
-    at_most,
-    both,
-    either,
-    floor,
-    heaviside,
-    is_condition,
-    less,
-    maximum,
-    minimum,
-    mod,
-    nested,
-    opposite,
-)
+from . import algebra, functions
+from . import sympy_functions as own
+from .algebra import postorder
+from .functions import both, either, floor, heaviside, is_condition, maximum, minimum, nested, opposite
+
+_ELEMENTARY = (
+    "sin", "cos", "tan", "cot", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "erf", "Abs",
+    "sign", "re", "conjugate",
+)  # fmt: skip
+_OWN = (
+    "dot", "minimum", "maximum", "floor", "heaviside", "less", "at_most", "both", "either", "opposite", "where",
+    "branch", "smooth_minimum",
+)  # fmt: skip
+# SymPy's class for each of a model's.
+_SYMPY: dict[type, type] = {
+    algebra.Add: sympy.Add,
+    algebra.Mul: sympy.Mul,
+    algebra.Pow: sympy.Pow,
+    **{getattr(algebra, name): getattr(sympy, name) for name in _ELEMENTARY},
+    **{getattr(functions, name): getattr(own, name) for name in _OWN},
+}
+_MODELS = {theirs: ours for ours, theirs in _SYMPY.items()}
+_RELATIONS = {
+    own.less: sympy.StrictLessThan, own.at_most: sympy.LessThan, own.both: sympy.And, own.either: sympy.Or,
+    own.opposite: sympy.Not,
+}  # fmt: skip
+
+
+class Foreign(algebra.Expr):
+    """A SymPy object that no model can have, to be named in an error.
+
+    Attributes
+    ----------
+    given : sympy.Basic
+    kind : str
+        The class of what in it is foreign.
+    """
+
+    def __init__(self, given: sympy.Basic, inner: Foreign | None = None) -> None:
+        self.given = given
+        self.kind = type(given).__name__ if inner is None else inner.kind
+        self._hash = hash(given)
+
+    def _same(self, other: Foreign) -> bool:
+        return self.given == other.given
+
+    @property
+    def sort_key(self) -> tuple:
+        return "", 0, str(self.given)
+
+    @property
+    def free_symbols(self) -> frozenset[algebra.Symbol]:
+        return frozenset(algebra.Symbol(x.name) for x in self.given.free_symbols)
 
 
 def where(condition: Any, then: Any, otherwise: Any) -> sympy.Expr:
@@ -61,15 +104,31 @@ def where(condition: Any, then: Any, otherwise: Any) -> sympy.Expr:
     parts = _value(then), _value(otherwise)
     if condition in (True, False):
         return parts[0 if condition else 1]
-    return functions.where(as_condition(condition), *parts)
+    return own.where(to_sympy(as_condition(condition)), *parts)
+
+
+def mod(x: Any, divisor: Any) -> sympy.Expr:
+    """What is left of `x` when as many whole divisors as fit are taken away, with the divisor's sign, as in Python."""
+    return _written_with(functions.mod, x, divisor)
+
+
+def smoothstep(low: Any, high: Any, x: Any) -> sympy.Expr:
+    """0 below `low`, 1 above `high`, and s^2 (3 - 2 s) between, where s goes evenly from 0 to 1."""
+    return _written_with(functions.smoothstep, low, high, x)
+
+
+def _written_with(function: Callable[..., algebra.Expr], *arguments: Any) -> sympy.Expr:
+    return to_sympy(function(*(taken_over(_value(x)) for x in arguments)))
 
 
 def _value(x: Any) -> sympy.Expr:
     if isinstance(x, sympy.Expr):
         return x
+    if isinstance(x, algebra.Expr):
+        return to_sympy(x)
     if isinstance(x, bool) or not isinstance(x, numbers.Real):
         raise ModelError(
-            f"where(condition, a, b) chooses between expressions or numbers, not {x!r:.60}",
+            f"an expression or a number is expected here, as in where(condition, a, b), not {x!r:.60}",
             hint="text is read as a whole: write the whole expression as text",
         )
     return sympy.Integer(int(x)) if isinstance(x, numbers.Integral) else sympy.Float(float(x))
@@ -83,11 +142,11 @@ def as_piecewise(choice: sympy.Function) -> sympy.Piecewise:
 
 
 def _relation(condition: sympy.Basic) -> sympy.Basic:
-    args = [_relation(x) if is_condition(x) else x for x in condition.args]
-    return _SYMPY[condition.func](*args, evaluate=False)
+    args = [_relation(x) if x.func in _RELATIONS else x for x in condition.args]
+    return _RELATIONS[condition.func](*args, evaluate=False)
 
 
-def as_condition(x: Any) -> sympy.Basic:
+def as_condition(x: Any) -> algebra.Expr:
     """A condition of SymPy's relations, or of `functions.py`, in those of `functions.py`.
 
     Raises
@@ -109,8 +168,8 @@ def _max_or_min(function: type) -> Callable:
     return lambda *values: nested(function, values)
 
 
-def _heaviside(x: sympy.Expr, at_zero: sympy.Expr = sympy.S.Half) -> sympy.Expr:
-    if at_zero != sympy.S.Half:
+def _heaviside(x: algebra.Expr, at_zero: algebra.Expr = algebra.HALF) -> algebra.Expr:
+    if at_zero != algebra.HALF:
         raise ModelError(
             f"Heaviside(x, {at_zero}) is not 1/2 at zero, as heaviside is in models",
             hint="write where(x < 0, 0, 1), or Heaviside(x)",
@@ -118,34 +177,37 @@ def _heaviside(x: sympy.Expr, at_zero: sympy.Expr = sympy.S.Half) -> sympy.Expr:
     return heaviside(x)
 
 
-def _piecewise(*pieces: tuple[sympy.Expr, sympy.Basic]) -> sympy.Expr:
+def _piecewise(*pieces: tuple[algebra.Expr, Any]) -> algebra.Expr:
     (*pieces, (value, last)) = pieces
-    if last is not sympy.true:
+    if last is not True:
         raise ModelError(
             "a Piecewise has no value where none of its conditions holds", hint="end it with (value, True)"
         )
     for piece, condition in reversed(pieces):
-        value = where(condition, piece, value)
+        value = functions.where(_condition(condition), piece, value)
     return value
 
 
-_SYMPY = {
-    less: sympy.StrictLessThan, at_most: sympy.LessThan, both: sympy.And, either: sympy.Or, opposite: sympy.Not,
-}  # fmt: skip
+def _condition(x: Any) -> algebra.Expr:
+    if isinstance(x, bool):
+        return functions.at_most(algebra.ZERO, algebra.ONE if x else algebra.NEGATIVE_ONE)
+    return x
+
+
 # What SymPy's own classes are here, made of their arguments.
 _RULES: dict[type, Callable] = {
     sympy.Max: _max_or_min(maximum),
     sympy.Min: _max_or_min(minimum),
     sympy.floor: floor,
     sympy.ceiling: lambda x: -floor(-x),
-    sympy.Mod: mod,
+    sympy.Mod: functions.mod,
     sympy.Heaviside: _heaviside,
     sympy.Piecewise: _piecewise,
     ExprCondPair: lambda value, condition: (value, condition),
-    sympy.StrictLessThan: less,
-    sympy.LessThan: at_most,
-    sympy.StrictGreaterThan: lambda x, y: less(y, x),
-    sympy.GreaterThan: lambda x, y: at_most(y, x),
+    sympy.StrictLessThan: functions.less,
+    sympy.LessThan: functions.at_most,
+    sympy.StrictGreaterThan: lambda x, y: functions.less(y, x),
+    sympy.GreaterThan: lambda x, y: functions.at_most(y, x),
     sympy.And: lambda *conditions: nested(both, conditions),
     sympy.Or: lambda *conditions: nested(either, conditions),
     sympy.Not: opposite,
@@ -155,26 +217,67 @@ _RULES: dict[type, Callable] = {
 }
 
 
-def taken_over(root: sympy.Basic) -> sympy.Basic:
-    """An expression with the functions of `functions.py` for those of SymPy that say the same.
+def taken_over(root: sympy.Basic) -> algebra.Expr:
+    """An expression of SymPy as one of a model; what no model can have is `Foreign`.
 
     Raises
     ------
     ModelError
         SymPy's function says something that no model can have.
     """
-    order = postorder([root])
-    if not any(x.func in _RULES for x in order):
+    if isinstance(root, algebra.Expr):
         return root
     done: dict[int, Any] = {}
-    for x in order:
-        args = [done[id(a)] for a in x.args]
-        if x.func in _RULES:
-            done[id(x)] = _RULES[x.func](*args)
-        elif isinstance(x, Relational):
-            raise ModelError(
-                f"'{x!s:.60}' is no condition of a model", hint="comparisons are by <, <=, > and >="
-            )
-        else:
-            done[id(x)] = x if all(a is b for a, b in zip(args, x.args, strict=True)) else x.func(*args)
+    rewritten: set[int] = set()
+    for x in postorder([root]):
+        if x.func in _RULES or any(id(a) in rewritten for a in x.args):
+            rewritten.add(id(x))
+        done[id(x)] = _taken_over(x, [done[id(a)] for a in x.args], id(x) in rewritten)
     return done[id(root)]
+
+
+def _taken_over(x: sympy.Basic, args: list[Any], is_rewritten: bool) -> Any:
+    """One node, of arguments that are taken over; it is simplified and put in order where they were rewritten."""
+    if isinstance(x, sympy.Symbol):
+        return algebra.Symbol(x.name)
+    if isinstance(x, sympy.Number) and x.is_finite:
+        return algebra.Rational(Fraction(int(x.p), int(x.q))) if x.is_Rational else algebra.Float(float(x))
+    if isinstance(x, sympy.NumberSymbol):
+        return {sympy.pi: algebra.pi, sympy.E: algebra.E}.get(x) or algebra.Float(float(x))
+    if x in (sympy.true, sympy.false):
+        return bool(x)
+    foreign = next((a for a in args if isinstance(a, Foreign)), None)
+    if foreign is not None:
+        return Foreign(x, foreign)
+    if x.func in _RULES:
+        return _RULES[x.func](*args)
+    if isinstance(x, Relational):
+        raise ModelError(f"'{x!s:.60}' is no condition of a model", hint="comparisons are by <, <=, > and >=")
+    kind = x.func.kind if isinstance(x, own.Tabulated) else _MODELS.get(x.func)
+    return Foreign(x) if kind is None else kind(*args, evaluate=is_rewritten)
+
+
+def to_sympy(root: algebra.Expr) -> sympy.Basic:
+    """An expression of a model as one of SymPy, which evaluates nothing in it."""
+    done: dict[int, sympy.Basic] = {}
+    for x in postorder([root]):
+        done[id(x)] = _to_sympy(x, [done[id(a)] for a in x.args])
+    return done[id(root)]
+
+
+def _to_sympy(x: algebra.Expr, args: list[sympy.Basic]) -> sympy.Basic:
+    if isinstance(x, algebra.Symbol):
+        return sympy.Symbol(x.name)
+    if isinstance(x, algebra.Float):
+        return sympy.Float(float(x))
+    if isinstance(x, algebra.Rational):
+        return sympy.Rational(x.p, x.q)
+    if isinstance(x, algebra.NumberSymbol):
+        return sympy.pi if x is algebra.pi else sympy.E
+    if isinstance(x, Foreign):
+        return x.given
+    kind = own.tabulated(x.func, len(args)) if isinstance(x, functions.Tabulated) else _SYMPY[x.func]
+    return kind(*args, evaluate=False)
+
+
+converter[algebra.Expr] = to_sympy  # what SymPy calls where it meets one

@@ -1,7 +1,4 @@
-"""Opaque SymPy functions of model expressions: SymPy must neither evaluate nor differentiate them.
-
-Conditions are such functions too: SymPy's own relations compare and combine what they are made of.
-"""
+"""Functions of model expressions that stay as they are written: rates, choices, conditions, tables."""
 
 from __future__ import annotations
 
@@ -9,91 +6,67 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import sympy
-
 from symgen.runtime.graph.functions import CONDITIONS, IN_MODELS
 
+from . import algebra
 
-class dot(sympy.Function):
+
+class dot(algebra.Function):
     """Total time derivative of an expression of coordinates, definitions and `t`.
 
     Left unevaluated: the derivation differentiates on the operation graph, where shared parts stay shared.
     """
 
-    nargs = 1
+
+class minimum(algebra.Function):
+    """Smaller of two values."""
 
 
-class minimum(sympy.Function):
-    """Smaller of two values; unlike `sympy.Min` it does not try to compare its arguments."""
-
-    nargs = 2
+class maximum(algebra.Function):
+    """Larger of two values."""
 
 
-class maximum(sympy.Function):
-    """Larger of two values; unlike `sympy.Max` it does not try to compare its arguments."""
-
-    nargs = 2
+class floor(algebra.Function):
+    """Largest whole number that is not above a value; unlike `algebra.floor` it stays as it is written."""
 
 
-class floor(sympy.Function):
-    """Largest whole number that is not above a value; unlike `sympy.floor` it stays as it is written."""
-
-    nargs = 1
-
-
-class heaviside(sympy.Function):
+class heaviside(algebra.Function):
     """0 below zero, 1 above, 1/2 at zero."""
 
-    nargs = 1
 
-
-class less(sympy.Function):
+class less(algebra.Function):
     """The condition that the first value is below the second."""
 
-    nargs = 2
 
-
-class at_most(sympy.Function):
+class at_most(algebra.Function):
     """The condition that the first value is not above the second."""
 
-    nargs = 2
 
-
-class both(sympy.Function):
+class both(algebra.Function):
     """The condition that two conditions hold."""
 
-    nargs = 2
 
-
-class either(sympy.Function):
+class either(algebra.Function):
     """The condition that one of two conditions holds, or both."""
 
-    nargs = 2
 
-
-class opposite(sympy.Function):
+class opposite(algebra.Function):
     """The condition that a condition does not hold."""
 
-    nargs = 1
 
-
-class where(sympy.Function):
+class where(algebra.Function):
     """The second argument where the first, a condition, holds; else the third."""
 
-    nargs = 3
 
-
-class branch(sympy.Function):
+class branch(algebra.Function):
     """The second argument where the first is below zero, else the third."""
-
-    nargs = 3
 
 
 class smooth_minimum(minimum):
     """Smaller of two values where it stands in a sum or product that has no kink."""
 
 
-class Tabulated(sympy.Function):
+class Tabulated(algebra.Function):
     """A table of a model, of one or two arguments; `tabulated` makes a class for each.
 
     `role` says what of it: VALUE, INTEGRAL; PIECE or PIECE + INTEGRAL with numbers of the held piece behind the
@@ -113,19 +86,19 @@ VALUE, INTEGRAL, PIECE, PLACE, SLOPE = "value", "integral", "piece ", "place", "
 def tabulated(table: str, role: str, n_arguments: int, axis: int = 0) -> type[Tabulated]:
     """The class of a table's function; it has the table's name, or that with `_integral`."""
     names = {VALUE: table, INTEGRAL: f"{table}_integral"}
-    own = {"table": table, "role": role, "axis": axis, "nargs": n_arguments, "__module__": __name__}
+    own = {"table": table, "role": role, "axis": axis, "__module__": __name__}
     return type(Tabulated)(names.get(role, f"{table} {role}{axis}"), (Tabulated,), own)
 
 
-t = sympy.Symbol("t")  # the time
+t = algebra.Symbol("t")  # the time
 
 _OWN = {"min": minimum, "max": maximum, "floor": floor, "heaviside": heaviside, "where": where}
 CONDITION_CLASSES: dict[str, type] = {
     "<": less, "<=": at_most, "and": both, "or": either, "not": opposite,
 }  # fmt: skip
-# What stands for each function of model files in SymPy; a square root is a power there.
+# What stands for each function of model files in expressions; a square root is a power there.
 CLASSES: dict[str, type] = {
-    name: _OWN.get(name) or getattr(sympy, function.sympy)
+    name: _OWN.get(name) or getattr(algebra, function.sympy)
     for name, function in IN_MODELS.items()
     if name in _OWN or function.sympy
 }
@@ -136,30 +109,30 @@ OF_CLASS = (
 )
 
 
-def mod(x: sympy.Expr, divisor: sympy.Expr) -> sympy.Expr:
+def mod(x: algebra.Expr, divisor: algebra.Expr) -> algebra.Expr:
     """What is left of `x` when as many whole divisors as fit are taken away, with the divisor's sign, as in Python."""
-    quotient = floor(sympy.Mul(x, sympy.Pow(divisor, -1, evaluate=False), evaluate=False), evaluate=False)
-    taken = sympy.Mul(sympy.S.NegativeOne, divisor, quotient, evaluate=False)
-    return sympy.Add(x, taken, evaluate=False)
+    quotient = floor(algebra.Mul(x, algebra.Pow(divisor, -1, evaluate=False), evaluate=False), evaluate=False)
+    taken = algebra.Mul(algebra.NEGATIVE_ONE, divisor, quotient, evaluate=False)
+    return algebra.Add(x, taken, evaluate=False)
 
 
-def smoothstep(low: sympy.Expr, high: sympy.Expr, x: sympy.Expr) -> sympy.Expr:
+def smoothstep(low: algebra.Expr, high: algebra.Expr, x: algebra.Expr) -> algebra.Expr:
     """0 below `low`, 1 above `high`, and s^2 (3 - 2 s) between, where s goes evenly from 0 to 1."""
-    width = sympy.Add(high, sympy.Mul(-1, low, evaluate=False), evaluate=False)
-    above = sympy.Add(x, sympy.Mul(-1, low, evaluate=False), evaluate=False)
-    share = sympy.Mul(above, sympy.Pow(width, -1, evaluate=False), evaluate=False)
-    s = maximum(minimum(share, sympy.S.One, evaluate=False), sympy.S.Zero, evaluate=False)
-    back = sympy.Mul(
-        sympy.S.NegativeOne, s, evaluate=False
+    width = algebra.Add(high, algebra.Mul(-1, low, evaluate=False), evaluate=False)
+    above = algebra.Add(x, algebra.Mul(-1, low, evaluate=False), evaluate=False)
+    share = algebra.Mul(above, algebra.Pow(width, -1, evaluate=False), evaluate=False)
+    s = maximum(minimum(share, algebra.ONE, evaluate=False), algebra.ZERO, evaluate=False)
+    back = algebra.Mul(
+        algebra.NEGATIVE_ONE, s, evaluate=False
     )  # twice: a factor of 2 may be meant to carry a unit
-    slope = sympy.Add(sympy.Integer(3), back, back, evaluate=False)
-    return sympy.Mul(sympy.Pow(s, 2, evaluate=False), slope, evaluate=False)
+    slope = algebra.Add(algebra.Integer(3), back, back, evaluate=False)
+    return algebra.Mul(algebra.Pow(s, 2, evaluate=False), slope, evaluate=False)
 
 
 ABBREVIATIONS = {"mod": mod, "smoothstep": smoothstep}  # functions that are written with others
 
 
-def sensor(kind: str, *names: str) -> sympy.Symbol:
+def sensor(kind: str, *names: str) -> algebra.Symbol:
     """What is measured of a mechanism: `sensor("velocity", "tip", "x")` is `velocity("tip", "x")` of model files.
 
     Parameters
@@ -170,7 +143,7 @@ def sensor(kind: str, *names: str) -> sympy.Symbol:
         Of what is measured; then of axis and frame.
     """
     quoted = ", ".join('"' + name + '"' for name in names)
-    return sympy.Symbol(f"{kind}({quoted})")
+    return algebra.Symbol(f"{kind}({quoted})")
 
 
 def is_condition(x: Any) -> bool:
@@ -178,7 +151,7 @@ def is_condition(x: Any) -> bool:
     return isinstance(x, tuple(CONDITION_CLASSES.values()))
 
 
-def nested(function: Callable, arguments: Sequence[sympy.Basic]) -> sympy.Basic:
+def nested(function: Callable, arguments: Sequence[algebra.Expr]) -> algebra.Expr:
     """A function of two arguments over many, as a tree as shallow as can be."""
     arguments = list(arguments)
     while len(arguments) > 1:

@@ -10,8 +10,7 @@ from collections.abc import Mapping
 from itertools import combinations
 from typing import Any
 
-import sympy
-
+from . import algebra
 from .declared import Declared
 from .description import Attractor, Body, Description
 from .elements import Vector, Writer
@@ -59,7 +58,7 @@ def check_attractors(d: Description, sources: Sources) -> None:
             raise sources.error("gravity", f"attractors.{attractor.name}.gradient", message, hint=hint)
 
 
-def write_gravity(writer: Writer) -> list[sympy.Expr]:
+def write_gravity(writer: Writer) -> list[algebra.Expr]:
     """The potential energies of gravity that is not uniform."""
     d, terms = writer.description, []
     if d.field is None and d.gravitation is None and not d.attractors:
@@ -73,7 +72,7 @@ def write_gravity(writer: Writer) -> list[sympy.Expr]:
     ]
     for mass, place, body in masses:
         if d.field is not None:
-            here = dict(zip(map(sympy.Symbol, HERE), place, strict=True))
+            here = dict(zip(map(algebra.Symbol, HERE), place, strict=True))
             terms.append(product([mass, d.field.xreplace(here)]))
         for attractor in d.attractors:
             if body is None or body.name != attractor.body:
@@ -86,22 +85,22 @@ def write_gravity(writer: Writer) -> list[sympy.Expr]:
     return terms
 
 
-def _distance(a: Vector, b: Vector) -> sympy.Expr:
+def _distance(a: Vector, b: Vector) -> algebra.Expr:
     square = total([squared(difference(x, y)) for x, y in zip(a, b, strict=True)])
-    return sympy.Pow(square, HALF, evaluate=False)
+    return algebra.Pow(square, HALF, evaluate=False)
 
 
-def _gradient(writer: Writer, body: Body, place: Vector, attractor: Attractor) -> list[sympy.Expr]:
+def _gradient(writer: Writer, body: Body, place: Vector, attractor: Attractor) -> list[algebra.Expr]:
     """-mu/(2 r^3) (tr I - 3 u I u), with the direction u to the attractor in the body's axes."""
     apart = [difference(x, y) for x, y in zip(place, attractor.at, strict=True)]
     axes = writer.directions(body.name)
     along = [total([product(pair) for pair in zip(apart, axis, strict=True)]) for axis in axes]
-    xx, yy, zz, xy, xz, yz = (*body.inertia, *(sympy.S.Zero,) * 3)[:6]
+    xx, yy, zz, xy, xz, yz = (*body.inertia, *(algebra.ZERO,) * 3)[:6]
     pairs = ((xx, 0, 0, 1), (yy, 1, 1, 1), (zz, 2, 2, 1), (xy, 0, 1, 2), (xz, 0, 2, 2), (yz, 1, 2, 2))
-    quadratic = total([product([sympy.Integer(k), i, along[p], along[q]]) for i, p, q, k in pairs])
+    quadratic = total([product([algebra.Integer(k), i, along[p], along[q]]) for i, p, q, k in pairs])
     distance = _distance(place, attractor.at)
-    cube, fifth = (sympy.Pow(distance, -n, evaluate=False) for n in (3, 5))
+    cube, fifth = (algebra.Pow(distance, -n, evaluate=False) for n in (3, 5))
     return [
         negated(product([HALF, attractor.mu, total([xx, yy, zz]), cube])),
-        product([sympy.Rational(3, 2), attractor.mu, quadratic, fifth]),
+        product([algebra.Rational(3, 2), attractor.mu, quadratic, fifth]),
     ]

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-import sympy
-
+from . import algebra
 from .closure_types import CLOSURES
 from .description import (
     Body,
@@ -138,7 +137,7 @@ class Item(NamedTuple):
 
     table: str
     key: str
-    expression: sympy.Expr
+    expression: algebra.Expr
     role: Role
     dimension: Dimension | None = None
 
@@ -331,7 +330,7 @@ def _load_items(load: Load) -> Iterator[Item]:
 
 
 def _vector_items(
-    table: str, key: str, values: tuple[sympy.Expr, ...], role: Role, dimension: Dimension | None = None
+    table: str, key: str, values: tuple[algebra.Expr, ...], role: Role, dimension: Dimension | None = None
 ) -> Iterator[Item]:
     for k, value in enumerate(values):
         yield Item(table, f"{key}[{k}]", value, role, dimension)

@@ -6,12 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import sympy
-
 from ..errors import nearest
+from . import algebra
 from .declared import Declared
 from .description import Coordinate, Joint, Rate
 from .evaluate import Direction, NotFinite, dot_product, evaluate, normalised, perpendicular
+from .given import given_name, is_symbol
 from .joint_types import ANGULAR_VELOCITY, TYPES, JointType
 from .names import name_fault, reference_fault
 from .orientation import roll_pitch_yaw
@@ -111,7 +111,7 @@ def _check_keys(model: Declared, table: str, type: str, given: Mapping[str, Any]
 
 def _origin(
     model: Declared, table: str, origin: Any
-) -> tuple[tuple[sympy.Expr, ...], tuple[sympy.Expr, ...]]:
+) -> tuple[tuple[algebra.Expr, ...], tuple[algebra.Expr, ...]]:
     sources = model._sources
     if not isinstance(origin, Mapping):
         message = f"an origin is a table of 'xyz' and 'rpy', not {origin!r:.60}"
@@ -180,9 +180,9 @@ def direction(model: Declared, table: str, key: str, values: Any) -> Direction:
     return unit
 
 
-def _each(model: Declared, table: str, key: str, value: Any, count: int) -> tuple[sympy.Expr, ...]:
+def _each(model: Declared, table: str, key: str, value: Any, count: int) -> tuple[algebra.Expr, ...]:
     """One expression for all coordinates of a joint, or one for each."""
-    if isinstance(value, (str, sympy.Expr)) or not isinstance(value, Sequence):
+    if isinstance(value, (str, algebra.Expr)) or not isinstance(value, Sequence):
         return (model._sources.expression(value, table, key),)
     if len(value) != count:
         message = f"one number, or {count} of them, are expected here; {len(value)} are given"
@@ -226,14 +226,14 @@ def _coordinate_names(
 ) -> tuple[str, ...]:
     if given is None:
         return kind.coordinate_names(joint)
-    if isinstance(given, (str, sympy.Symbol)):
+    if isinstance(given, str) or is_symbol(given):
         given = (given,)
     if not isinstance(given, Sequence) or len(given) != kind.nq:
         count = len(given) if isinstance(given, Sequence) else 0
         message = f"the joint has {kind.nq} coordinate{'s' * (kind.nq != 1)}; {count} names are given"
         hint = f"by default they are {', '.join(kind.coordinate_names(joint))}"
         raise model._sources.error(table, "coordinate", message, hint=hint)
-    names = tuple(x.name if isinstance(x, sympy.Symbol) else x for x in given)
+    names = tuple(map(given_name, given))
     for k, name in enumerate(names):
         of_a_use = isinstance(name, str) and "." in name and name in model._kinds
         fault = None if of_a_use else name_fault(name)
@@ -273,7 +273,7 @@ def _state_numbers(
         if key not in given:
             continue
         count, values = kind.nv if key.startswith("rate") else kind.nq, given[key]
-        if count == 1 and (isinstance(values, (str, sympy.Expr)) or not isinstance(values, Sequence)):
+        if count == 1 and (isinstance(values, (str, algebra.Expr)) or not isinstance(values, Sequence)):
             values = [values]
         state[key] = model._vector(values, table, key, (count,))
     return state

@@ -10,11 +10,12 @@ import sympy
 from sympy.core.function import AppliedUndef
 
 from ..errors import ModelError
-from .functions import dot, t
+from .from_sympy import to_sympy
 from .kane import Mechanics
 from .model import Model
 from .names import name_fault
 from .sources import read
+from .sympy_functions import dot, t
 
 Make = Callable[[str], Model]
 _NONE: Mapping[Any, Any] = MappingProxyType({})
@@ -157,7 +158,7 @@ class _Names:
 
     def parameters(self, expressions: Iterable[Any]) -> list[sympy.Symbol]:
         """The symbols of expressions, by name, without the time."""
-        found = set().union(*(read(x).expression.free_symbols for x in expressions)) - {self.time}
+        found = set().union(*(_in_sympy(x).free_symbols for x in expressions)) - {self.time}
         return sorted(found, key=lambda symbol: symbol.name)
 
     def taken_over(self, expression: sympy.Expr) -> sympy.Expr:
@@ -170,7 +171,7 @@ class _Names:
         """
         plain = {x: sympy.Symbol(x.name) for x in self.parameters([expression])}
         known = {**self.rates, **self.symbols, **self.inputs, self.time: t, **plain}
-        own = read(expression).expression.doit().xreplace(known)
+        own = _in_sympy(expression).doit().xreplace(known)
         left = own.atoms(AppliedUndef, sympy.Derivative) - own.atoms(dot)
         left = {x for x in left if isinstance(x, sympy.Derivative) or x.args == (t,)}
         if left:
@@ -179,3 +180,8 @@ class _Names:
                 hint="name all dynamicsymbols as coordinates or inputs; accelerations cannot stand in a model",
             )
         return own
+
+
+def _in_sympy(value: Any) -> sympy.Expr:
+    """What the user gave, an expression, a number or text, in SymPy, with its functions of time."""
+    return value if isinstance(value, sympy.Expr) else to_sympy(read(value).expression)

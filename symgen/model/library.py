@@ -9,11 +9,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from symgen.runtime.lazy import Late
+
 from ..errors import ModelError, SymgenError, nearest
 from .files import read_plain
 
 if TYPE_CHECKING:
     from .model import Model
+
+builder = Late("symgen.model.model")
+toml_reader = Late("symgen.model.toml_reader")
 
 SUFFIXES = (".toml", ".py")
 
@@ -128,9 +133,7 @@ def load(path: str | Path, options: Mapping[str, str] | None = None) -> Model:
             file=str(path),
             hint="parameters are set with --set NAME=VALUE",
         )
-    from .toml_reader import read_file
-
-    return read_file(path)
+    return toml_reader.read_file(path)
 
 
 def run_function(path: Path, name: str, *arguments: Any) -> Any:
@@ -153,8 +156,6 @@ def option_value(text: str) -> Any:
 
 
 def _build(path: Path, options: dict[str, str]) -> Model:
-    from .model import Model
-
     module = _execute(path)
     build = getattr(module, "build", None)
     if not callable(build):
@@ -167,7 +168,7 @@ def _build(path: Path, options: dict[str, str]) -> Model:
         model = build(**arguments)
     except (Exception, SystemExit) as error:
         raise _author_error(path, error) from error
-    if not isinstance(model, Model):
+    if not isinstance(model, builder.Model):
         raise ModelError(
             f"'build' returned {type(model).__name__}, not a Model",
             file=str(path),

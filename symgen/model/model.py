@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import functools
 from collections import ChainMap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
-
-import sympy
+from typing import TYPE_CHECKING, Any
 
 from ..errors import nearest
-from . import assemblies, parts, run_defaults, toml_writer
+from . import algebra, assemblies, parts, run_defaults, toml_writer
 from .assemblies import check_uses
 from .check import finished
 from .closures import make_closure
@@ -57,6 +56,7 @@ from .elements import make_bushing, make_spring, measures
 from .expression_tree import names_in
 from .frames import make_frame
 from .functions import dot
+from .given import given_name, is_symbol
 from .gravity import make_attractor
 from .joints import direction as unit_vector
 from .joints import make_joint
@@ -68,6 +68,9 @@ from .shelf import Shelf
 from .sources import Sources
 from .starts import make_start, together
 from .tyres import Tyre, add_tyre, without_made, without_pushes
+
+if TYPE_CHECKING:
+    import sympy
 
 IMPACTS = ("simultaneous", "sequential")
 
@@ -99,6 +102,9 @@ class Model(Declared):
     >>> m.body("bob", mass=mass, com=(l * sympy.sin(theta), -l * sympy.cos(theta)))
     """
 
+    # What users get of a name that they declare: SymPy's symbol in the Python interface.
+    _symbol: Callable[[str], Any] = staticmethod(algebra.Symbol)
+
     def __init__(
         self,
         name: str,
@@ -128,14 +134,14 @@ class Model(Declared):
         self.description = description
         self.impacts = impacts
         self.folder = None if folder is None else Path(folder)
-        self._gravity: tuple[sympy.Expr, ...] | None = None
-        self._field: sympy.Expr | None = None
-        self._gravitation: sympy.Expr | None = None
+        self._gravity: tuple[algebra.Expr, ...] | None = None
+        self._field: algebra.Expr | None = None
+        self._gravitation: algebra.Expr | None = None
         self._attractors: dict[str, Attractor] = {}
         self._bodies: dict[str, Body] = {}
-        # Terms, added up at last: SymPy sorts a sum at each +.
-        self._energies: dict[str, list[sympy.Expr]] = {}
-        self._forces: dict[str, list[sympy.Expr]] = {}
+        # Terms, added up at last: a sum is sorted at each +.
+        self._energies: dict[str, list[algebra.Expr]] = {}
+        self._forces: dict[str, list[algebra.Expr]] = {}
         self._loads: dict[str, Load] = {}
         self._springs: dict[str, Spring] = {}
         self._bushings: dict[str, Bushing] = {}
@@ -155,15 +161,26 @@ class Model(Declared):
         self._run: dict[str, Any] = {}
         self._ports: dict[str, Port] = {}
         self._shelf = Shelf()
-        self._aliases: dict[str, sympy.Symbol] = {}  # what uses of assemblies call the model's own names
+        self._aliases: dict[str, algebra.Symbol] = {}  # what uses of assemblies call the model's own names
         self._inner_uses: list[Use] = []  # those inside of assemblies
-        self._used_energies: dict[str, list[sympy.Expr]] = {}
-        self._used_forces: dict[str, list[sympy.Expr]] = {}
+        self._used_energies: dict[str, list[algebra.Expr]] = {}
+        self._used_forces: dict[str, list[algebra.Expr]] = {}
         self._used_starts: list[StartConditions] = []
         self._placed: dict[str, str] = {}  # bodies by hand that a use places
         self._start: StartConditions | None = None
         if gravity is not None:
             self.gravity(*self._vector(gravity, "gravity", "", (2, 3)))
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """While nobody but the model itself takes the symbols that its methods return, as where a file is read."""
+        before = self.__dict__.get("_symbol")
+        self._symbol = algebra.Symbol
+        try:
+            yield
+        finally:
+            if before is None:
+                del self._symbol
 
     def coordinate(
         self,
@@ -191,7 +208,7 @@ class Model(Declared):
         numbers = {"start": start, "guess": guess, "rate": rate, "rate_guess": rate_guess}
         values, size = self._initial("coordinates", f"{name}.{{}}", size, numbers)
         self._coordinates.append(Coordinate(name, None if size is None else size.coherent, **values))
-        return sympy.Symbol(name)
+        return self._symbol(name)
 
     def state(
         self,
@@ -229,7 +246,7 @@ class Model(Declared):
         self._state_rates.append(
             Rate(name, coherent, enforced, moved, integral_name(name), formula, state=True)
         )
-        return sympy.Symbol(name)
+        return self._symbol(name)
 
     def table(
         self,
@@ -292,7 +309,7 @@ class Model(Declared):
         value, unit, doc = self._unpacked("parameters", name, value, unit, doc)
         si, size = self._number("parameters", name, value, unit)
         self._parameters.append(Parameter(name, si, size and size.coherent, doc))
-        return sympy.Symbol(name)
+        return self._symbol(name)
 
     def parameters(self, **values: Any) -> Any:
         """Declare several parameters; returns their symbols in order, or the symbol if there is only one."""
@@ -304,7 +321,7 @@ class Model(Declared):
         value, unit, _ = self._unpacked("constants", name, value, unit, "")
         si, size = self._number("constants", name, value, unit)
         self._constants.append(Constant(name, si, size and size.coherent))
-        return sympy.Symbol(name)
+        return self._symbol(name)
 
     def constants(self, **values: Any) -> Any:
         """Declare several constants; returns their symbols in order, or the symbol if there is only one."""
@@ -341,13 +358,13 @@ class Model(Declared):
         value, size = self._sources.number(default, size, "inputs", f"{name}.default")
         over_time = read_over_time(self, name, size, table, kind, polynomial)
         self._inputs.append(Input(name, size and size.coherent, value, **over_time))
-        return sympy.Symbol(name)
+        return self._symbol(name)
 
     def definition(self, name: str, expression: Any) -> sympy.Symbol:
         """Name an expression; later expressions share it through the symbol."""
         self._declare(name, "definition", "definitions")
         self._definitions.append((name, self._sources.expression(expression, "definitions", name)))
-        return sympy.Symbol(name)
+        return self._symbol(name)
 
     def output(self, name: str, expression: Any) -> None:
         """Declare a sensor: an expression that is computed, logged and plotted."""
@@ -517,7 +534,7 @@ class Model(Declared):
         )  # fmt: skip
         made = make_joint(self, name, type, parent, child, options)
         self._joints[name] = made
-        symbols = tuple(map(sympy.Symbol, made.coordinates))
+        symbols = tuple(map(self._symbol, made.coordinates))
         return symbols[0] if len(symbols) == 1 else symbols
 
     def point(
@@ -656,7 +673,7 @@ class Model(Declared):
         }  # fmt: skip
         self._new_element(name, "rotors", ChainMap(self._rotors, self._closures, self._joints))
         self._rotors[name] = make_rotor(self, name, given)
-        return sympy.Symbol(name) if angle is None else None
+        return self._symbol(name) if angle is None else None
 
     def spring(
         self,
@@ -706,7 +723,7 @@ class Model(Declared):
         made = self._springs[name] = make_spring(self, name, given)
         for defined in (made.measured, made.exerted):
             self._declare_made(defined, "definition", f"springs.{name}", "spring")
-        return sympy.Symbol(made.measured), sympy.Symbol(made.exerted)
+        return self._symbol(made.measured), self._symbol(made.exerted)
 
     def bushing(
         self,
@@ -751,7 +768,7 @@ class Model(Declared):
         expression : expression
             [J per unit of the coordinate]
         """
-        name = coordinate.name if isinstance(coordinate, sympy.Symbol) else coordinate
+        name = given_name(coordinate)
         if not isinstance(name, str):
             raise self._sources.error(
                 "forces",
@@ -968,7 +985,7 @@ class Model(Declared):
     def _shafts(self, name: Any, key: str, given: Sequence[Any]) -> tuple[str, ...]:
         return tuple(self._named(name, f"{key}[{k}]", x) for k, x in enumerate(given))
 
-    def _pair(self, name: Any, key: str, values: Any) -> tuple[sympy.Expr, ...]:
+    def _pair(self, name: Any, key: str, values: Any) -> tuple[algebra.Expr, ...]:
         two = self._vector(values, f"constraints.{name!s:.60}", key, (2,))
         return tuple(self._argument(name, f"{key}[{k}]", x) for k, x in enumerate(two))
 
@@ -1142,7 +1159,8 @@ class Model(Declared):
             By how much the wheel leans to the side that its axle points to, where that is not what its body does.
         """
         given = {key: value for key, value in locals().items() if key not in ("self", "name")}
-        self._tyres[name] = add_tyre(self, name, given)
+        with self._reading():
+            self._tyres[name] = add_tyre(self, name, given)
 
     def stop(self, name: str, gap: Any = None, restitution: Any = 0) -> None:
         """Keep an expression of the coordinates (and `t`) from falling below zero.
@@ -1180,7 +1198,7 @@ class Model(Declared):
         restitution : expression
             See `stop`.
         """
-        q = sympy.Symbol(coordinate) if isinstance(coordinate, str) else coordinate
+        q = algebra.Symbol(coordinate) if isinstance(coordinate, str) else coordinate
         for side, sign, bound in (("lower", 1, lower), ("upper", -1, upper)):
             if bound is not None:
                 table = f"stops.{name!s:.60}_{side}"
@@ -1269,7 +1287,7 @@ class Model(Declared):
 
     def _sliding_speeds(
         self, table: str, coordinate: Any, speed: Any, coordinates: Any, speeds: Any
-    ) -> list[sympy.Expr]:
+    ) -> list[algebra.Expr]:
         """The speeds that friction acts against, one or two; one of the arguments is given."""
         sources = self._sources
         for key, several in (("coordinates", coordinates), ("speeds", speeds)):
@@ -1285,7 +1303,7 @@ class Model(Declared):
         for k, x in enumerate([coordinate] if plain else coordinates):
             key = "coordinate" if plain else f"coordinates[{k}]"
             given = sources.expression(x, table, key)
-            if not isinstance(given, sympy.Symbol):
+            if not isinstance(given, algebra.Symbol):
                 hint = "for others give 'speed'" if plain else "for others give 'speeds'"
                 raise sources.error(table, key, "a coordinate's name is expected here", hint=hint)
             found.append(dot(given))
@@ -1348,7 +1366,7 @@ class Model(Declared):
         needed = {"stiffness": stiffness, "coulomb": coulomb}
         values |= {key: self._required(table, key, x) for key, x in needed.items()}
         made = Bristle(name, sliding, **values)
-        z = self.state(name, sympy.Symbol(made.made[0]), start, unit)
+        z = self.state(name, algebra.Symbol(made.made[0]), start, unit)
         for own, law in zip(made.made, bristle_laws(made), strict=True):
             self.definition(own, law)
         self._bristles[name] = made
@@ -1505,7 +1523,7 @@ class Model(Declared):
         """
         made = self._ports[name] = assemblies.make_port(self, name, kind, unit)
         if kind in assemblies.NAMES_OF_VALUES:
-            return sympy.Symbol(made.name)
+            return self._symbol(made.name)
         return name if kind == "body" else self._world_components(name)
 
     def assembly(self, name: str, description: str = "") -> Model:
@@ -1644,8 +1662,8 @@ class Model(Declared):
 
     def _description(
         self,
-        energies: dict[str, list[sympy.Expr]] | None = None,
-        forces: dict[str, list[sympy.Expr]] | None = None,
+        energies: dict[str, list[algebra.Expr]] | None = None,
+        forces: dict[str, list[algebra.Expr]] | None = None,
     ) -> Description:
         """What was said; all energies and forces, or only some of them."""
         start = self._start if energies is not None else self._whole_start()
@@ -1666,8 +1684,8 @@ class Model(Declared):
             ),
             bodies=tuple(self._bodies.values()),
             gravity=self._gravity,
-            **{key: sympy.Add(*terms) for key, terms in energies.items()},
-            forces=tuple((name, sympy.Add(*terms)) for name, terms in forces.items()),
+            **{key: algebra.Add(*terms) for key, terms in energies.items()},
+            forces=tuple((name, algebra.Add(*terms)) for name, terms in forces.items()),
             loads=tuple(self._loads.values()),
             constraints=tuple(c for c in held if c.kind == "holonomic"),
             velocity_constraints=tuple(c for c in held if c.kind == "velocity"),
@@ -1706,7 +1724,7 @@ class Model(Declared):
         """What holds where a run begins: what the model says, and what its uses of assemblies do."""
         return together(self._start, self._used_starts)
 
-    def _mentioned_aliases(self) -> Iterator[tuple[str, sympy.Symbol]]:
+    def _mentioned_aliases(self) -> Iterator[tuple[str, algebra.Symbol]]:
         """What the model's own expressions call by the name that it has in a use, `c1.m` for a mass that all share."""
         if self._aliases:
             given = [source.expression for _, source in self._sources.everything() if not source.use]
@@ -1745,7 +1763,7 @@ class Model(Declared):
 
     def _fixed_vector(
         self, table: str, what: str, name: Any, body: Any, taken: Mapping[str, Any], values: Any, key: str
-    ) -> tuple[sympy.Expr, ...]:
+    ) -> tuple[algebra.Expr, ...]:
         self._new_element(name, table, taken)
         place = f"{table}.{name}"
         if reference_fault(body) is not None:
@@ -1759,9 +1777,8 @@ class Model(Declared):
             self._declare_made(f"{name}_{component}", f"{what} component", place, what)
         return self._components(values, place, key)
 
-    @staticmethod
-    def _world_components(name: str) -> tuple[sympy.Symbol, ...]:
-        return tuple(sympy.Symbol(f"{name}_{component}") for component in "xyz")
+    def _world_components(self, name: str) -> tuple[sympy.Symbol, ...]:
+        return tuple(self._symbol(f"{name}_{component}") for component in "xyz")
 
     def _constrain(self, table: str, name: Any, expression: Any, kind: str) -> None:
         self._new_element(name, table, ChainMap(self._constraints, self._loops))
@@ -1771,7 +1788,7 @@ class Model(Declared):
         self._new_element(name, "constraints", ChainMap(self._constraints, self._loops))
         self._loops[name] = Loop(name, kind, tuple(arguments.items()))
 
-    def _argument(self, name: Any, key: str, value: Any) -> sympy.Expr:
+    def _argument(self, name: Any, key: str, value: Any) -> algebra.Expr:
         return self._sources.expression(value, f"constraints.{name!s:.60}", key)
 
     def _named(self, name: Any, key: str, value: Any) -> str:
@@ -1779,10 +1796,9 @@ class Model(Declared):
         return self._named_in(value, f"constraints.{name!s:.60}", key)
 
     def _named_in(self, value: Any, table: str, key: str) -> str:
-        if isinstance(value, tuple) and len(value) == 3 and all(isinstance(x, sympy.Symbol) for x in value):
+        if isinstance(value, tuple) and len(value) == 3 and all(map(is_symbol, value)):
             value = value[0].name.removesuffix("_x")
-        if isinstance(value, sympy.Symbol):
-            value = value.name
+        value = given_name(value)
         fault = reference_fault(value)
         if fault is not None:
             raise self._sources.error(table, key, fault, hint="name what the model has")
@@ -1820,7 +1836,7 @@ class Model(Declared):
             raise sources.error(table, "normal", message)
         return tuple(names)
 
-    def _required(self, table: str, key: str, value: Any) -> sympy.Expr:
+    def _required(self, table: str, key: str, value: Any) -> algebra.Expr:
         if value is None:
             raise self._sources.error(table, key, f"the key '{key}' is missing", hint="add it")
         return self._sources.expression(value, table, key)
@@ -1828,15 +1844,15 @@ class Model(Declared):
     def _touching_names(self) -> ChainMap:
         return ChainMap(self._stops, self._frictions, self._contacts, self._pairs)
 
-    def _add(self, table: str, key: str, expression: Any, into: dict[str, list[sympy.Expr]]) -> None:
+    def _add(self, table: str, key: str, expression: Any, into: dict[str, list[algebra.Expr]]) -> None:
         into.setdefault(key, []).append(self._sources.expression(expression, table, key))
 
 
 def _joined(
-    own: dict[str, list[sympy.Expr]], used: dict[str, list[sympy.Expr]]
-) -> dict[str, list[sympy.Expr]]:
+    own: dict[str, list[algebra.Expr]], used: dict[str, list[algebra.Expr]]
+) -> dict[str, list[algebra.Expr]]:
     return {key: [*own.get(key, ()), *used.get(key, ())] for key in dict.fromkeys((*own, *used))}
 
 
-def _one_or_all(symbols: list[sympy.Symbol]) -> Any:
+def _one_or_all(symbols: list[algebra.Symbol]) -> Any:
     return symbols[0] if len(symbols) == 1 else tuple(symbols)

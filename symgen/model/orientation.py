@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import sympy
-
+from . import algebra
 from .declared import Declared
 from .evaluate import exact_angle
 
-Expressions = tuple[sympy.Expr, ...]
+Expressions = tuple[algebra.Expr, ...]
 Matrix = tuple[Expressions, ...]  # by rows
 
 
@@ -23,7 +22,7 @@ def roll_pitch_yaw(model: Declared, table: str, key: str, angles: Any) -> Expres
 
 def rotation(rpy: Expressions) -> Matrix:
     """URDF's rotation Rz(yaw) Ry(pitch) Rx(roll), by rows."""
-    (cx, sx), (cy, sy), (cz, sz) = ((sympy.cos(x), sympy.sin(x)) for x in rpy)
+    (cx, sx), (cy, sy), (cz, sz) = ((algebra.cos(x), algebra.sin(x)) for x in rpy)
     return (
         (cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx),
         (sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx),

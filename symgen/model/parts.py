@@ -7,13 +7,13 @@ from dataclasses import replace
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any
 
-import sympy
-
 from ..errors import ModelError, nearest
+from . import algebra
 from .colours import without_colour
 from .declared import Declared
 from .description import NOTHING, Body, Drawing, Event, Load, Reset, Shape, Solid
 from .functions import dot
+from .given import given_expression, is_listed, is_symbol
 from .items import DRAWINGS, drawing_key
 from .mesh import volume_of
 from .names import reference_fault
@@ -23,7 +23,7 @@ from .sources import Sources
 DRAWN = ("box", "sphere", "cylinder", "capsule")  # what viewers have themselves
 SHAPES = (*FORMS, "mesh")
 
-Expressions = tuple[sympy.Expr, ...]
+Expressions = tuple[algebra.Expr, ...]
 DIRECTIONS = ("rising", "falling", "both")
 ACTIONS = ("terminate", "record", "reset")
 
@@ -75,7 +75,7 @@ def make_body(
     elif made is not None:
         planar = all(solid.planar for solid in solids)
     else:
-        planar = inertia is not None and (not _is_list(inertia) or len(inertia) == 1)
+        planar = inertia is not None and (not is_listed(inertia) or len(inertia) == 1)
     body = Body(
         name=name,
         com=position,
@@ -130,7 +130,7 @@ def _expressions(model: Declared, values: Any, table: str, key: str, lengths: tu
 def _inertia(model: Declared, table: str, planar: bool, inertia: Any) -> Expressions:
     if inertia is None:
         return ()
-    is_list = _is_list(inertia)
+    is_list = is_listed(inertia)
     if planar:
         if is_list and len(inertia) != 1:
             raise model._sources.error(
@@ -150,11 +150,7 @@ def _inertia(model: Declared, table: str, planar: bool, inertia: Any) -> Express
     return _expressions(model, inertia, table, "inertia", (3, 6))
 
 
-def _is_list(inertia: Any) -> bool:
-    return isinstance(inertia, (Sequence, sympy.MatrixBase)) and not isinstance(inertia, str)
-
-
-def _rotation(model: Declared, table: str, rotation: Any) -> tuple[tuple[str, sympy.Expr], ...]:
+def _rotation(model: Declared, table: str, rotation: Any) -> tuple[tuple[str, algebra.Expr], ...]:
     steps = []
     for k, step in enumerate(() if rotation is None else rotation):
         if (
@@ -362,9 +358,10 @@ def _action(sources: Sources, table: str, then: Any) -> tuple[str, tuple[Reset, 
 
 
 def _reset(sources: Sources, table: str, key: Any, value: Any) -> Reset:
-    is_rate = isinstance(key, dot)
-    name = key.args[0] if is_rate else key
-    name = name.name if isinstance(name, sympy.Symbol) else str(name).strip()
+    given = given_expression(key)
+    is_rate = isinstance(given, dot)
+    name = given.args[0] if is_rate else key
+    name = name.name if is_symbol(name) else str(name).strip()
     if name.startswith("dot(") and name.endswith(")"):
         is_rate, name = True, name[4:-1].strip()
     shown = f"dot({name})" if is_rate else name

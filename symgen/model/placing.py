@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import sympy
 
+from . import algebra
 from .evaluate import NotFinite, evaluate, exact_angle, normalised
 from .orientation import Expressions, Matrix, rotation
 from .unevaluated import difference, product, total
 
-ZERO = (sympy.S.Zero,) * 3
-Vector = Sequence[sympy.Expr]
+ZERO = (algebra.ZERO,) * 3
+Vector = Sequence[algebra.Expr]
 
 
 @dataclass(frozen=True)
@@ -25,12 +25,12 @@ class Placing:
     rpy: Expressions
 
     @classmethod
-    def of(cls, given: Mapping[str, sympy.Expr], constants: Mapping[str, float]) -> Placing | None:
+    def of(cls, given: Mapping[str, algebra.Expr], constants: Mapping[str, float]) -> Placing | None:
         """The place that `offset`, `angle`, `xyz`, `rpy` (their components by keys) say; None where none is given."""
         if not given:
             return None
         parts = {
-            key: [given.get(f"{key}[{k}]", sympy.S.Zero) for k in range(3)]
+            key: [given.get(f"{key}[{k}]", algebra.ZERO) for k in range(3)]
             for key in ("offset", "xyz", "rpy")
         }
         shift = tuple(a if b.is_zero else b for a, b in zip(parts["offset"], parts["xyz"], strict=True))
@@ -42,31 +42,31 @@ class Placing:
         """Whether the x-y plane stays where it is."""
         return bool(self.rpy[0].is_zero and self.rpy[1].is_zero and self.shift[2].is_zero)
 
-    def vector(self, v: Vector) -> list[sympy.Expr]:
+    def vector(self, v: Vector) -> list[algebra.Expr]:
         """World components of a vector."""
         return [_scalar_product(row, v) for row in self._rows()]
 
-    def vector_back(self, v: Vector) -> list[sympy.Expr]:
+    def vector_back(self, v: Vector) -> list[algebra.Expr]:
         """Own components of a vector in world axes."""
         return [_scalar_product(column, v) for column in zip(*self._rows(), strict=True)]
 
-    def point(self, v: Vector) -> list[sympy.Expr]:
+    def point(self, v: Vector) -> list[algebra.Expr]:
         """World coordinates of a point."""
         return [total([a, b]) for a, b in zip(self.shift, self.vector(v), strict=True)]
 
-    def point_back(self, v: Vector) -> list[sympy.Expr]:
+    def point_back(self, v: Vector) -> list[algebra.Expr]:
         """Own coordinates of a point by those in the world."""
         return self.vector_back([difference(a, b) for a, b in zip(v, self.shift, strict=True)])
 
-    def yaw_more(self, angle: sympy.Expr | None) -> sympy.Expr:
+    def yaw_more(self, angle: algebra.Expr | None) -> algebra.Expr:
         """The angle about z of what is turned by an angle here."""
-        return total([self.rpy[2], sympy.S.Zero if angle is None else angle])
+        return total([self.rpy[2], algebra.ZERO if angle is None else angle])
 
     def _rows(self) -> Matrix:
         return rotation(self.rpy)
 
 
-def _scalar_product(a: Vector, b: Vector) -> sympy.Expr:
+def _scalar_product(a: Vector, b: Vector) -> algebra.Expr:
     return total([product(pair) for pair in zip(a, b, strict=True)])
 
 
@@ -84,7 +84,7 @@ def composed_angles(
     if any(x is None for x in matrices):
         return None
     made = angles_of(matrices[0] @ matrices[1])
-    return tuple(exact_angle(sympy.Float(x), constants) for x in made)
+    return tuple(exact_angle(algebra.Float(x), constants) for x in made)
 
 
 def turned_numbers(

@@ -1,13 +1,13 @@
-"""SymPy expressions to text that the expression parser reads back."""
+"""Expressions to text that the expression parser reads back."""
 
 from __future__ import annotations
-
-import sympy
 
 from symgen.runtime.graph.functions import CONDITIONS
 
 from ..errors import ModelError
-from .expression_tree import TABLE, kind, postorder
+from . import algebra
+from .algebra import postorder
+from .expression_tree import TABLE, kind
 from .tokens import LONGEST_TEXT
 
 # How tightly the outermost operation of a text binds.
@@ -15,7 +15,7 @@ JOINED, COMPARISON, SUM, PRODUCT, POWER, ATOM = range(6)
 Piece = tuple[str, int]
 
 
-def to_text(root: sympy.Expr, limit: int = LONGEST_TEXT) -> str:
+def to_text(root: algebra.Expr, limit: int = LONGEST_TEXT) -> str:
     """Print an expression.
 
     Raises
@@ -35,7 +35,7 @@ def to_text(root: sympy.Expr, limit: int = LONGEST_TEXT) -> str:
     return memo[id(root)][0]
 
 
-def shortened(root: sympy.Basic, limit: int = 80) -> str:
+def shortened(root: algebra.Expr, limit: int = 80) -> str:
     """An expression for an error message, or what kind of thing it is where it is long."""
     try:
         return to_text(root, limit)
@@ -43,16 +43,16 @@ def shortened(root: sympy.Basic, limit: int = 80) -> str:
         return f"a {kind(root) or type(root).__name__}"
 
 
-def _print(node: sympy.Basic, args: list[Piece]) -> Piece:
+def _print(node: algebra.Expr, args: list[Piece]) -> Piece:
     what = kind(node)
     if what == "symbol":
         return node.name, ATOM
     if what == "number":
         return _number(node)
     if what == "constant":
-        if node is sympy.E:
+        if node is algebra.E:
             return "exp(1)", ATOM
-        return ("pi", ATOM) if node is sympy.pi else (repr(float(node)), ATOM)
+        return ("pi", ATOM) if node is algebra.pi else (repr(float(node)), ATOM)
     if what == "sum":
         return _sum(args), SUM
     if what == "product":
@@ -79,10 +79,10 @@ def _condition(sign: str, args: list[Piece]) -> Piece:
     return f" {sign} ".join(inside) if len(inside) > 1 else f"{sign} {inside[0]}", JOINED
 
 
-def _number(node: sympy.Number) -> Piece:
-    if isinstance(node, sympy.Integer):
+def _number(node: algebra.Number) -> Piece:
+    if isinstance(node, algebra.Integer):
         text, level = str(int(node.p)), ATOM
-    elif isinstance(node, sympy.Rational):
+    elif isinstance(node, algebra.Rational):
         text, level = f"{int(node.p)}/{int(node.q)}", PRODUCT
     else:
         text, level = repr(float(node)), ATOM
@@ -101,17 +101,17 @@ def _sum(args: list[Piece]) -> str:
     return text
 
 
-def _product(node: sympy.Mul, args: list[Piece]) -> Piece:
+def _product(node: algebra.Mul, args: list[Piece]) -> Piece:
     above, below, sign = [], [], ""
     for x, piece in zip(node.args, args, strict=True):
-        if isinstance(x, sympy.Rational):
+        if isinstance(x, algebra.Rational):
             sign = "" if (x.p < 0) == bool(sign) else "-"
             above += [str(abs(int(x.p)))] if abs(x.p) != 1 else []
             below += [str(int(x.q))] if x.q != 1 else []
-        elif isinstance(x, sympy.Float) and x < 0:
+        elif isinstance(x, algebra.Float) and x < 0:
             sign = "" if sign else "-"
             above.append(repr(-float(x)))
-        elif isinstance(x, sympy.Pow) and x.exp.is_Number and x.exp.is_negative:
+        elif isinstance(x, algebra.Pow) and x.exp.is_Number and x.exp.is_negative:
             below.append(_wrapped(_inverse(piece), POWER))
         else:
             above.append(_wrapped(piece, POWER))
@@ -125,14 +125,14 @@ def _inverse(piece: Piece) -> Piece:
     return (text[2:], POWER) if text.startswith("1/") else (text, PRODUCT)
 
 
-def _power(node: sympy.Basic, args: list[Piece]) -> Piece:
+def _power(node: algebra.Expr, args: list[Piece]) -> Piece:
     base, exponent = args
-    if node.exp == sympy.S.Half:
+    if node.exp == algebra.HALF:
         return f"sqrt({base[0]})", ATOM
     if node.exp.is_Number and node.exp.is_negative:
         positive = _number(-node.exp)
         inverse = _wrapped(base, ATOM)
-        if node.exp == -sympy.S.Half:
+        if node.exp == -algebra.HALF:
             inverse = f"sqrt({base[0]})"
         elif node.exp != -1:
             inverse += f"^{_wrapped(positive, ATOM)}"

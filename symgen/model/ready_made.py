@@ -6,15 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import sympy
-
+from . import algebra
 from .description import Axis, Description, Friction, Loop
 from .evaluate import Direction, perpendiculars
 from .functions import dot
 from .unevaluated import difference, inverted, negated, product, squared, total
 
-HALF = sympy.Rational(1, 2)
-Named = list[tuple[str, sympy.Expr]]  # what is appended to the constraint's name, and what is held at zero
+HALF = algebra.Rational(1, 2)
+Named = list[tuple[str, algebra.Expr]]  # what is appended to the constraint's name, and what is held at zero
 WORLD = "world"
 
 
@@ -37,9 +36,9 @@ class Writer:
         """Two points are one."""
         return list(zip(("_x", "_y", "_z"), self.between(*points)))
 
-    def distance(self, name: str, points: tuple[str, str], length: sympy.Expr) -> Named:
+    def distance(self, name: str, points: tuple[str, str], length: algebra.Expr) -> Named:
         """In units of length, so that tolerances mean the same as in other constraints."""
-        inverse = sympy.Pow(length, -1, evaluate=False) if not length.is_Number else 1 / length
+        inverse = algebra.Pow(length, -1, evaluate=False) if not length.is_Number else 1 / length
         excess = total([*map(squared, self.between(*points)), negated(squared(length))])
         return [("", product([HALF, inverse, excess]))]
 
@@ -82,13 +81,13 @@ class Writer:
         self,
         name: str,
         coordinates: tuple[str, str],
-        offset: sympy.Expr = sympy.S.Zero,
-        ratio: sympy.Expr | None = None,
-        teeth: tuple[sympy.Expr, sympy.Expr] | None = None,
-        efficiency: sympy.Expr | None = None,
+        offset: algebra.Expr = algebra.ZERO,
+        ratio: algebra.Expr | None = None,
+        teeth: tuple[algebra.Expr, algebra.Expr] | None = None,
+        efficiency: algebra.Expr | None = None,
     ) -> Named:
         """One coordinate is a multiple of another, and an offset."""
-        first, second = map(sympy.Symbol, coordinates)
+        first, second = map(algebra.Symbol, coordinates)
         ratio = ratio_of(ratio, teeth)
         return [("", total([first, negated(product([ratio, second])), negated(offset)]))]
 
@@ -96,9 +95,9 @@ class Writer:
         self,
         name: str,
         coordinates: tuple[str, str],
-        radius: sympy.Expr,
-        offset: sympy.Expr = sympy.S.Zero,
-        efficiency: sympy.Expr | None = None,
+        radius: algebra.Expr,
+        offset: algebra.Expr = algebra.ZERO,
+        efficiency: algebra.Expr | None = None,
     ) -> Named:
         """A rack moves as the circumference of its pinion does."""
         return self.gear(name, coordinates[::-1], offset, radius)
@@ -107,65 +106,65 @@ class Writer:
         self,
         name: str,
         coordinates: tuple[str, str],
-        radii: tuple[sympy.Expr, sympy.Expr],
+        radii: tuple[algebra.Expr, algebra.Expr],
         crossed: bool = False,
-        offset: sympy.Expr = sympy.S.Zero,
+        offset: algebra.Expr = algebra.ZERO,
     ) -> Named:
         """The circumferences of two pulleys move alike, or against each other; in units of length."""
-        first, second = (product([r, sympy.Symbol(q)]) for r, q in zip(radii, coordinates, strict=True))
+        first, second = (product([r, algebra.Symbol(q)]) for r, q in zip(radii, coordinates, strict=True))
         return [("", total([first, second if crossed else negated(second), negated(offset)]))]
 
     def planetary(
-        self, name: str, sun: str, ring: str, carrier: str, teeth: tuple[sympy.Expr, sympy.Expr]
+        self, name: str, sun: str, ring: str, carrier: str, teeth: tuple[algebra.Expr, algebra.Expr]
     ) -> Named:
         """As seen from the carrier, sun and ring turn against each other, in proportion to their teeth (Willis)."""
-        s, r, c = map(sympy.Symbol, (sun, ring, carrier))
+        s, r, c = map(algebra.Symbol, (sun, ring, carrier))
         ratio = product([teeth[1], inverted(teeth[0])]) if not teeth[0].is_Number else teeth[1] / teeth[0]
         return [("", total([difference(s, c), product([ratio, difference(r, c)])]))]
 
     def differential(
-        self, name: str, input: str, outputs: tuple[str, str], ratio: sympy.Expr = sympy.S.One
+        self, name: str, input: str, outputs: tuple[str, str], ratio: algebra.Expr = algebra.ONE
     ) -> Named:
         """The cage turns as the mean of both outputs, the input by a ratio faster."""
-        first, second = map(sympy.Symbol, outputs)
-        return [("", difference(sympy.Symbol(input), product([ratio, HALF, total([first, second])])))]
+        first, second = map(algebra.Symbol, outputs)
+        return [("", difference(algebra.Symbol(input), product([ratio, HALF, total([first, second])])))]
 
-    def couple(self, name: str, expression: sympy.Expr) -> Named:
+    def couple(self, name: str, expression: algebra.Expr) -> Named:
         """An expression is zero."""
         return [("", expression)]
 
-    def motion(self, name: str, coordinate: str, follows: sympy.Expr) -> Named:
+    def motion(self, name: str, coordinate: str, follows: algebra.Expr) -> Named:
         """A coordinate follows a prescribed motion."""
-        return [("", difference(sympy.Symbol(coordinate), follows))]
+        return [("", difference(algebra.Symbol(coordinate), follows))]
 
     def in_plane(self, body: str) -> bool:
         """Whether a body stays in the x-y plane."""
         return body == WORLD or self.planar[body]
 
-    def between(self, a: str, b: str) -> list[sympy.Expr]:
+    def between(self, a: str, b: str) -> list[algebra.Expr]:
         """From point b to point a; two components where both are in the x-y plane."""
         return _components(
             a, b, 2 if self.in_plane(self.body_of[a]) and self.in_plane(self.body_of[b]) else 3
         )
 
-    def fixed(self, name: str, body: str, direction: Direction) -> list[sympy.Expr]:
+    def fixed(self, name: str, body: str, direction: Direction) -> list[algebra.Expr]:
         """World components of a body-fixed vector: numbers, or the names of a new axis."""
-        numbers = tuple(sympy.Integer(int(x)) if x == int(x) else sympy.Float(x) for x in direction)
+        numbers = tuple(algebra.Integer(int(x)) if x == int(x) else algebra.Float(x) for x in direction)
         if body == WORLD:
             return list(numbers)
         self.axes.append(Axis(name, body, numbers))
-        return [sympy.Symbol(f"{name}_{c}") for c in "xyz"]
+        return [algebra.Symbol(f"{name}_{c}") for c in "xyz"]
 
 
-def _components(a: str, b: str, count: int) -> list[sympy.Expr]:
-    return [difference(sympy.Symbol(f"{a}_{c}"), sympy.Symbol(f"{b}_{c}")) for c in "xyz"[:count]]
+def _components(a: str, b: str, count: int) -> list[algebra.Expr]:
+    return [difference(algebra.Symbol(f"{a}_{c}"), algebra.Symbol(f"{b}_{c}")) for c in "xyz"[:count]]
 
 
-def _scalar_product(a: list[sympy.Expr], b: list[sympy.Expr]) -> sympy.Expr:
+def _scalar_product(a: list[algebra.Expr], b: list[algebra.Expr]) -> algebra.Expr:
     return total([product(pair) for pair in zip(a, b)])
 
 
-def ratio_of(ratio: sympy.Expr | None, teeth: tuple[sympy.Expr, sympy.Expr] | None) -> sympy.Expr:
+def ratio_of(ratio: algebra.Expr | None, teeth: tuple[algebra.Expr, algebra.Expr] | None) -> algebra.Expr:
     """The ratio of a gear, which is given, or follows from teeth of wheels that mesh from outside."""
     if ratio is not None:
         return ratio
@@ -182,10 +181,10 @@ def loss_of(loop: Loop) -> Friction | None:
     arguments = dict(loop.arguments)
     if arguments.get("efficiency") is None:
         return None
-    level = difference(inverted(arguments["efficiency"]), sympy.S.One)
+    level = difference(inverted(arguments["efficiency"]), algebra.ONE)
     if "radius" in arguments:  # the force of a rack, which is a torque on its pinion
         level = product([arguments["radius"], level])
-    speed = dot(sympy.Symbol(arguments["coordinates"][0]))
+    speed = dot(algebra.Symbol(arguments["coordinates"][0]))
     return Friction(loop.name, speed, level, normal=(loop.name,))
 
 

@@ -10,9 +10,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import sympy
-
 from ..errors import nearest
+from . import algebra
 from .declared import Declared
 from .description import Body, Constraint, Description, Rolling, Shape, Solid
 from .elements import Vector, Writer, cross, scalar_product
@@ -30,7 +29,7 @@ from .unevaluated import difference, inverted, negated, product, squared, total
 ROLLING_KEYS = ("body", "ball", "wheel", "knife", "axis", "at", "plane", "height", "holds")
 KINDS = ("ball", "wheel", "knife")
 HELD = ("gap", "along", "across")  # what stays off or on the plane; along the way and across it
-TREAD = sympy.Rational(1, 5)  # width of a wheel without a shape, in radii
+TREAD = algebra.Rational(1, 5)  # width of a wheel without a shape, in radii
 
 
 def make_rolling(model: Declared, name: str, given: Mapping[str, Any]) -> Rolling:
@@ -137,24 +136,24 @@ def drawn(d: Description) -> tuple[Body, ...]:
         else:
             axis = r.axis or (0.0, 0.0, 1.0)
             disc = Solid("cylinder", (r.radius, product([TREAD, r.radius])), False, "", axis=axis)
-            result.append(replace(b, shape=picture((disc,), (sympy.S.Zero,) * 3)))
+            result.append(replace(b, shape=picture((disc,), (algebra.ZERO,) * 3)))
     return tuple(result)
 
 
 def write_rolling(
-    writer: Writer, r: Rolling, sources: Sources, definitions: list[tuple[str, sympy.Expr]]
+    writer: Writer, r: Rolling, sources: Sources, definitions: list[tuple[str, algebra.Expr]]
 ) -> list[Constraint]:
     """The constraints of something that rolls; `definitions` grow by the definitions of a surface."""
     body = writer.body[r.body]
     origin, plane = writer.origin(r.plane), writer.directions(r.plane)
     if body.planar and r.kind == "knife":  # seen from above: the plane is that of the model
-        origin, normal, first = None, [sympy.S.Zero, sympy.S.Zero, sympy.S.One], plane[0]
+        origin, normal, first = None, [algebra.ZERO, algebra.ZERO, algebra.ONE], plane[0]
     else:
         first, normal = plane[0], plane[1 if body.planar else 2]
     centre = writer.point(r.body, r.at) if r.at else writer.centre(r.body)
     made: dict[str, Constraint] = {}
 
-    def hold(which: str, expression: sympy.Expr, kind: str = "velocity") -> None:
+    def hold(which: str, expression: algebra.Expr, kind: str = "velocity") -> None:
         made[which] = Constraint(f"{r.name}_{which}", expression, kind)
 
     height = (
@@ -191,13 +190,13 @@ def write_rolling(
 
 def _tread(
     writer: Writer, r: Rolling, body: Body, normal: Vector, first: Vector
-) -> tuple[Vector, Vector, Vector, sympy.Expr]:
+) -> tuple[Vector, Vector, Vector, algebra.Expr]:
     """The directions along the way and across it, that from the centre to what touches, and how far down it reaches."""
     if r.kind == "ball" or body.planar:
-        return first, cross(normal, first), [negated(x) for x in normal], sympy.S.One
+        return first, cross(normal, first), [negated(x) for x in normal], algebra.ONE
     axle = writer.direction(r.body, r.axis or (0.0, 0.0, 1.0))
     upright = scalar_product(normal, axle)  # sine of the lean; 1 for a wheel that lies flat
-    reach = sympy.Pow(difference(sympy.S.One, squared(upright)), HALF, evaluate=False)
+    reach = algebra.Pow(difference(algebra.ONE, squared(upright)), HALF, evaluate=False)
     along = [product([x, inverted(reach)]) for x in cross(axle, normal)]
     down = [
         product([difference(product([upright, a]), n), inverted(reach)])
@@ -208,7 +207,7 @@ def _tread(
 
 def _on_surface(
     writer: Writer, r: Rolling, body: Body, surface: Surface, centre: Vector, down: Vector, side: Vector
-) -> tuple[sympy.Expr, Vector, Vector, Vector]:
+) -> tuple[algebra.Expr, Vector, Vector, Vector]:
     """The gap, the arm from the centre to what touches, the directions along the way and across it."""
     if r.kind == "ball" or body.planar:
         foot = surface.ball(centre, r.radius, signed=True)
@@ -219,9 +218,9 @@ def _on_surface(
     return foot.away, arm, along, across
 
 
-def velocity_by_turning(writer: Writer, body: str, arm: Vector) -> list[list[sympy.Expr]]:
+def velocity_by_turning(writer: Writer, body: str, arm: Vector) -> list[list[algebra.Expr]]:
     """What the turning of a body adds to the velocity at the end of an arm, by components, as terms."""
-    terms: list[list[sympy.Expr]] = [[], [], []]
+    terms: list[list[algebra.Expr]] = [[], [], []]
     for axis in writer.directions(body):
         reach = scalar_product(axis, arm)
         for k, x in enumerate(axis):
@@ -233,14 +232,14 @@ def velocity_by_turning(writer: Writer, body: str, arm: Vector) -> list[list[sym
 def _of_plane(writer: Writer, plane: str, place: Vector, origin: Vector | None) -> Vector:
     """The velocity of the point of a plane that is at a place."""
     if origin is None or writer.body_of(plane) == WORLD:
-        return [sympy.S.Zero] * 3
+        return [algebra.ZERO] * 3
     apart = [difference(x, y) for x, y in zip(place, origin, strict=True)]
     turning = velocity_by_turning(writer, plane, apart)
     return [
-        total([sympy.S.Zero if x.is_Number else dot(x), *more])
+        total([algebra.ZERO if x.is_Number else dot(x), *more])
         for x, more in zip(origin, turning, strict=True)
     ]
 
 
-def _length(a: Vector) -> sympy.Expr:
-    return sympy.Pow(total([squared(x) for x in a]), HALF, evaluate=False)
+def _length(a: Vector) -> algebra.Expr:
+    return algebra.Pow(total([squared(x) for x in a]), HALF, evaluate=False)

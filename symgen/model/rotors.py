@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import sympy
-
 from ..errors import nearest
+from . import algebra
 from .declared import Declared
 from .description import Coordinate, Description, Rotor
 from .elements import Writer, scalar_product
@@ -89,9 +88,9 @@ def check_rotors(d: Description, sources: Sources) -> None:
             sources.refuse_two_components(table, "axis", r.body)
 
 
-def write_rotor(writer: Writer, r: Rotor) -> sympy.Expr:
+def write_rotor(writer: Writer, r: Rotor) -> algebra.Expr:
     """The kinetic energy of a rotor."""
-    angle = sympy.Symbol(r.name) if r.angle is None else r.angle
+    angle = algebra.Symbol(r.name) if r.angle is None else r.angle
     speed = [dot(angle)]
     if r.body != WORLD and r.gyroscopic:
         body = writer.body[r.body]
@@ -99,6 +98,6 @@ def write_rotor(writer: Writer, r: Rotor) -> sympy.Expr:
             speed.append(dot(body.angle))
         else:
             first, second = (writer.direction(r.body, n) for n in perpendiculars(r.axis or Z))
-            turning = [sympy.S.Zero if x.is_Number else dot(x) for x in first]
+            turning = [algebra.ZERO if x.is_Number else dot(x) for x in first]
             speed.append(scalar_product(second, turning))
     return product([HALF, r.inertia, squared(total(speed))])

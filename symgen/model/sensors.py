@@ -12,9 +12,8 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import sympy
-
 from ..errors import ModelError, nearest
+from . import algebra
 from .description import Description, Frame, Sensor
 from .elements import Vector, Writer, cardan, scalar_product
 from .expression_tree import names_in
@@ -131,7 +130,7 @@ def without_sensed(d: Description) -> Description:
     return replace(d, definitions=tuple(x for x in d.definitions if x[0] not in late)) if late else d
 
 
-def late_definitions(d: Description, sensed: Collection[str] | None = None) -> dict[str, sympy.Expr]:
+def late_definitions(d: Description, sensed: Collection[str] | None = None) -> dict[str, algebra.Expr]:
     """The definitions that depend on sensors of the solved equations, on all or on some `sensed`, in order."""
     known = {s.name for s in d.sensors} if sensed is None else set(sensed)
     late = {}
@@ -161,7 +160,7 @@ def acting(d: Description) -> dict[str, int]:
     return {s.name: k for k, s in enumerate(d.sensors) if s.name in found}
 
 
-def acting_expressions(d: Description) -> Iterator[sympy.Expr]:
+def acting_expressions(d: Description) -> Iterator[algebra.Expr]:
     """The expressions that may follow sensors of the solved equations: forces, loads, derivatives of states."""
     yield from (x for _, x in d.forces)
     yield from (s.derivative for s in d.states)
@@ -212,12 +211,12 @@ class _Sensors:
     d: Description
     sources: Sources
     taken: set[str]
-    definitions: dict[str, sympy.Expr] = field(default_factory=dict)
+    definitions: dict[str, algebra.Expr] = field(default_factory=dict)
     solved: dict[str, Sensor] = field(default_factory=dict)
     item: Item | None = None
 
     def __post_init__(self) -> None:
-        bodies = tuple(b if b.com else replace(b, com=(sympy.S.Zero,) * 3) for b in self.d.bodies)
+        bodies = tuple(b if b.com else replace(b, com=(algebra.ZERO,) * 3) for b in self.d.bodies)
         self.writer = Writer(replace(self.d, bodies=bodies), self.taken)
         self.bodies = {b.name: b for b in self.d.bodies}
         self.points = {p.name: p.body for p in self.d.points}
@@ -251,9 +250,9 @@ class _Sensors:
     def _place(self, name: str) -> Vector:
         """World coordinates of a point, a frame's origin, or a body's centre of mass."""
         if name in self.points:
-            return [sympy.Symbol(f"{name}_{c}") for c in AXES]
+            return [algebra.Symbol(f"{name}_{c}") for c in AXES]
         self._known(name, {**self.points, **self.bodies}, "point, frame or body")
-        return [*self.writer.centre(name), sympy.S.Zero][:3]
+        return [*self.writer.centre(name), algebra.ZERO][:3]
 
     def _frame(self, name: str | None) -> list[Vector] | None:
         """World components of the axes of a frame or body; None stands for the world's."""
@@ -264,16 +263,16 @@ class _Sensors:
         )
 
     @staticmethod
-    def _seen(vector: Vector, k: int, axes: list[Vector] | None) -> sympy.Expr:
+    def _seen(vector: Vector, k: int, axes: list[Vector] | None) -> algebra.Expr:
         return vector[k] if axes is None else scalar_product(vector, axes[k])
 
-    def _position(self, place: str, axis: str, frame: str | None = None) -> sympy.Expr:
+    def _position(self, place: str, axis: str, frame: str | None = None) -> algebra.Expr:
         k, axes, at = self._axis_number(axis), self._frame(frame), self._place(place)
         if axes is None:
             return at[k]
         return scalar_product([difference(x, o) for x, o in zip(at, self.writer.origin(frame))], axes[k])
 
-    def _velocity(self, place: str, axis: str, frame: str | None = None) -> sympy.Expr:
+    def _velocity(self, place: str, axis: str, frame: str | None = None) -> algebra.Expr:
         k, axes = self._axis_number(axis), self._frame(frame)
         return self._seen([_rate(x) for x in self._place(place)], k, axes)
 
@@ -282,35 +281,35 @@ class _Sensors:
         self._known(name, {**self.bodies, **self.frames}, "body or frame")
         body = self.bodies.get(self.writer.body_of(name))
         if body is None:
-            return [sympy.S.Zero] * 3
+            return [algebra.ZERO] * 3
         if body.planar and body.angle is not None:
-            return [sympy.S.Zero, sympy.S.Zero, _rate(body.angle)]
+            return [algebra.ZERO, algebra.ZERO, _rate(body.angle)]
         axes = self.writer.directions(body.name)
         if body.planar:
-            return [sympy.S.Zero, sympy.S.Zero, _cross(axes[0], [_rate(x) for x in axes[0]])[2]]
+            return [algebra.ZERO, algebra.ZERO, _cross(axes[0], [_rate(x) for x in axes[0]])[2]]
         terms = [_cross(e, [_rate(x) for x in e]) for e in axes]
         return [product([HALF, total(parts)]) for parts in zip(*terms)]
 
-    def _angular_velocity(self, body: str, axis: str, frame: str | None = None) -> sympy.Expr:
+    def _angular_velocity(self, body: str, axis: str, frame: str | None = None) -> algebra.Expr:
         return self._seen(self._turning(body), self._axis_number(axis), self._frame(frame))
 
-    def _distance(self, a: str, b: str) -> sympy.Expr:
+    def _distance(self, a: str, b: str) -> algebra.Expr:
         squares = [squared(difference(x, y)) for x, y in zip(self._place(a), self._place(b))]
-        return sympy.Pow(total(squares), HALF, evaluate=False)
+        return algebra.Pow(total(squares), HALF, evaluate=False)
 
-    def _angle(self, a: str, b: str, axis: str | None = None) -> sympy.Expr:
+    def _angle(self, a: str, b: str, axis: str | None = None) -> algebra.Expr:
         if a in self.axes and b in self.axes and axis is None:
-            first, second = ([sympy.Symbol(f"{n}_{c}") for c in AXES] for n in (a, b))
+            first, second = ([algebra.Symbol(f"{n}_{c}") for c in AXES] for n in (a, b))
             across = total(squared(x) for x in _cross(first, second))
             along = scalar_product(first, second)
-            return sympy.atan2(sympy.Pow(across, HALF, evaluate=False), along, evaluate=False)
+            return algebra.atan2(algebra.Pow(across, HALF, evaluate=False), along, evaluate=False)
         first, second = (self._frame(x) or _UNITY for x in (a, b))
         bodies = [self.bodies.get(self.writer.body_of(x)) for x in (a, b)]
         if all(body is None or body.planar for body in bodies):
             if axis not in (None, "z"):
                 raise self._error("planar bodies turn about z", "leave the axis out")
             x, y = scalar_product(first[0], second[0]), scalar_product(first[1], second[0])
-            return sympy.atan2(y, x, evaluate=False)
+            return algebra.atan2(y, x, evaluate=False)
         if axis is None:
             message = f"the angle between '{a}' and '{b}' in space has an axis"
             raise self._error(message, "x, y or z of successive rotations about these; or name two of [axes]")
@@ -318,7 +317,7 @@ class _Sensors:
 
     # What force elements do.
 
-    def _power(self, name: str) -> sympy.Expr:
+    def _power(self, name: str) -> algebra.Expr:
         found = [
             (what, x)
             for what, elements in (
@@ -339,17 +338,17 @@ class _Sensors:
         return getattr(self, f"_power_of_{what}")(element)
 
     @staticmethod
-    def _power_of_spring(s) -> sympy.Expr:
-        return negated(product([sympy.Symbol(s.exerted), dot(sympy.Symbol(s.measured))]))
+    def _power_of_spring(s) -> algebra.Expr:
+        return negated(product([algebra.Symbol(s.exerted), dot(algebra.Symbol(s.measured))]))
 
-    def _power_of_bushing(self, b) -> sympy.Expr:
+    def _power_of_bushing(self, b) -> algebra.Expr:
         self.writer.bushing(b)
         stored, lost = ([*self.writer.terms[key]] for key in ("potential", "dissipation"))
         for terms in (*self.writer.terms.values(), self.writer.drawings):
             terms.clear()
         return negated(total([*(dot(x) for x in stored), *lost, *lost]))
 
-    def _power_of_load(self, load) -> sympy.Expr:
+    def _power_of_load(self, load) -> algebra.Expr:
         powers = []
         for plain in self.writer.load(load):
             if plain.force:
@@ -361,16 +360,16 @@ class _Sensors:
                 powers += [product(pair) for pair in zip(torque, turning)]
         return total(powers)
 
-    def _power_of_joint(self, j) -> sympy.Expr:
+    def _power_of_joint(self, j) -> algebra.Expr:
         if not (j.stiffness or j.damping):
             raise self._error(f"the joint '{j.name}' has no spring and no damper", "name one that has")
         quaternion = TYPES[j.type].quaternion
-        rates = [sympy.Symbol(x) if quaternion else dot(sympy.Symbol(x)) for x in j.rates]
+        rates = [algebra.Symbol(x) if quaternion else dot(algebra.Symbol(x)) for x in j.rates]
         lost = [product([c, squared(v)]) for c, v in zip(_each(j.damping, len(rates)), rates)]
         if j.stiffness:
             stretch = [
-                difference(sympy.Symbol(q), rest)
-                for q, rest in zip(j.coordinates, _each(j.rest or (sympy.S.Zero,), len(rates)))
+                difference(algebra.Symbol(q), rest)
+                for q, rest in zip(j.coordinates, _each(j.rest or (algebra.ZERO,), len(rates)))
             ]
             lost += [
                 product(factors)
@@ -385,7 +384,7 @@ class _Sensors:
 
     def _solved(
         self, vector: Vector, kind: str, name: str, k: int, axes: list[Vector] | None
-    ) -> Sensor | sympy.Expr:
+    ) -> Sensor | algebra.Expr:
         """The derivative of a vector's component, or that of the vector along an axis of a frame."""
         if axes is None:
             return self._sensor(derivative=vector[k])
@@ -398,7 +397,7 @@ class _Sensors:
 
     def _acceleration(
         self, name: str, axis: str | None = None, frame: str | None = None
-    ) -> Sensor | sympy.Expr:
+    ) -> Sensor | algebra.Expr:
         if axis is not None:
             k, axes = self._axis_number(axis), self._frame(frame)
             return self._solved([_rate(x) for x in self._place(name)], "acceleration", name, k, axes)
@@ -406,7 +405,7 @@ class _Sensors:
         own = {r.name for r in self.d.rates if r.coordinate != r.name}
         definitions = dict(self.d.definitions)
         if name in own:
-            return self._sensor(derivative=sympy.Symbol(name))
+            return self._sensor(derivative=algebra.Symbol(name))
         if name in self.points or name in self.bodies:
             raise self._error(
                 f"the acceleration of '{name}' has an axis", f'for example acceleration("{name}", "x")'
@@ -419,13 +418,15 @@ class _Sensors:
             raise self._error(
                 f"'{name}' is an element of a quaternion", f"'{joint}_wx' is an angular velocity"
             )
-        return self._sensor(derivative=dot(sympy.Symbol(name)))
+        return self._sensor(derivative=dot(algebra.Symbol(name)))
 
-    def _angular_acceleration(self, body: str, axis: str, frame: str | None = None) -> Sensor | sympy.Expr:
+    def _angular_acceleration(self, body: str, axis: str, frame: str | None = None) -> Sensor | algebra.Expr:
         k, axes = self._axis_number(axis), self._frame(frame)
         return self._solved(self._turning(body), "angular_acceleration", body, k, axes)
 
-    def _reaction(self, name: str, axis: str | None = None, frame: str | None = None) -> Sensor | sympy.Expr:
+    def _reaction(
+        self, name: str, axis: str | None = None, frame: str | None = None
+    ) -> Sensor | algebra.Expr:
         if name not in self.joints:
             if frame is not None:
                 raise self._error(f"'{name}' is no joint", "forces of constraints have no axes")
@@ -457,11 +458,11 @@ class _Sensors:
         return total(terms)
 
 
-_UNITY = [[sympy.Integer(int(i == k)) for i in range(3)] for k in range(3)]
+_UNITY = [[algebra.Integer(int(i == k)) for i in range(3)] for k in range(3)]
 
 
-def _rate(x: sympy.Expr) -> sympy.Expr:
-    return sympy.S.Zero if x.is_Number else dot(x)
+def _rate(x: algebra.Expr) -> algebra.Expr:
+    return algebra.ZERO if x.is_Number else dot(x)
 
 
 def _cross(a: Vector, b: Vector) -> Vector:
@@ -469,5 +470,5 @@ def _cross(a: Vector, b: Vector) -> Vector:
     return [difference(product([a[i], b[j]]), product([a[j], b[i]])) for i, j in pairs]
 
 
-def _each(values: tuple[sympy.Expr, ...], count: int) -> Iterator[sympy.Expr]:
+def _each(values: tuple[algebra.Expr, ...], count: int) -> Iterator[algebra.Expr]:
     return iter(values * count if len(values) == 1 else values)

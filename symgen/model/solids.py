@@ -10,12 +10,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import sympy
-
 from ..errors import nearest
+from . import algebra
 from .declared import Declared
 from .description import Shape, Solid
-from .evaluate import X, Z, perpendicular
+from .evaluate import X, Z, nearest_double, perpendicular
 from .evaluate import cross_product as cross
 from .joints import direction
 from .orientation import Expressions, Matrix, roll_pitch_yaw, rotation
@@ -45,26 +44,26 @@ class Form:
 
     takes: str
     count: int
-    volume: Callable[..., sympy.Expr]
+    volume: Callable[..., algebra.Expr]
     gyration: Callable[..., Expressions]
     round: bool = True
-    rise: Callable[..., sympy.Expr] = lambda *sizes: sympy.S.Zero
+    rise: Callable[..., algebra.Expr] = lambda *sizes: algebra.ZERO
 
 
-def _ratio(p: int, q: int) -> sympy.Rational:
-    return sympy.Rational(p, q)
+def _ratio(p: int, q: int) -> algebra.Rational:
+    return algebra.Rational(p, q)
 
 
-def _of_revolution(across: sympy.Expr, along: sympy.Expr) -> Expressions:
+def _of_revolution(across: algebra.Expr, along: algebra.Expr) -> Expressions:
     return across, across, along
 
 
-def _tube_gyration(outer: sympy.Expr, inner: sympy.Expr, length: sympy.Expr) -> Expressions:
+def _tube_gyration(outer: algebra.Expr, inner: algebra.Expr, length: algebra.Expr) -> Expressions:
     squares = outer**2 + inner**2
     return _of_revolution(squares / 4 + length**2 / 12, squares / 2)
 
 
-def _capsule_gyration(r: sympy.Expr, length: sympy.Expr) -> Expressions:
+def _capsule_gyration(r: algebra.Expr, length: algebra.Expr) -> Expressions:
     rod, caps = length, _ratio(4, 3) * r  # volumes in parts of pi r^2
     across = rod * (r**2 / 4 + length**2 / 12)
     across += caps * (_ratio(2, 5) * r**2 + length**2 / 4 + _ratio(3, 8) * r * length)
@@ -77,27 +76,27 @@ FORMS: dict[str, Form] = {
         lambda x, y, z: ((y**2 + z**2) / 12, (x**2 + z**2) / 12, (x**2 + y**2) / 12), round=False,
     ),
     "ellipsoid": Form(
-        "[x, y, z], half its axes", 3, lambda x, y, z: _ratio(4, 3) * sympy.pi * x * y * z,
+        "[x, y, z], half its axes", 3, lambda x, y, z: _ratio(4, 3) * algebra.pi * x * y * z,
         lambda x, y, z: ((y**2 + z**2) / 5, (x**2 + z**2) / 5, (x**2 + y**2) / 5), round=False,
     ),
     "sphere": Form(
-        "[radius]", 1, lambda r: _ratio(4, 3) * sympy.pi * r**3, lambda r: (_ratio(2, 5) * r**2,) * 3,
+        "[radius]", 1, lambda r: _ratio(4, 3) * algebra.pi * r**3, lambda r: (_ratio(2, 5) * r**2,) * 3,
     ),
     "cylinder": Form(
-        "[radius, length]", 2, lambda r, length: sympy.pi * r**2 * length,
+        "[radius, length]", 2, lambda r, length: algebra.pi * r**2 * length,
         lambda r, length: _of_revolution(r**2 / 4 + length**2 / 12, r**2 / 2),
     ),
     "tube": Form(
         "[outer radius, inner radius, length]", 3,
-        lambda outer, inner, length: sympy.pi * (outer**2 - inner**2) * length, _tube_gyration,
+        lambda outer, inner, length: algebra.pi * (outer**2 - inner**2) * length, _tube_gyration,
     ),
     "cone": Form(
-        "[radius, height]", 2, lambda r, h: sympy.pi * r**2 * h / 3,
+        "[radius, height]", 2, lambda r, h: algebra.pi * r**2 * h / 3,
         lambda r, h: _of_revolution(_ratio(3, 20) * r**2 + _ratio(3, 80) * h**2, _ratio(3, 10) * r**2),
         rise=lambda r, h: -h / 4,
     ),
     "capsule": Form(
-        "[radius, length]", 2, lambda r, length: sympy.pi * r**2 * (length + _ratio(4, 3) * r), _capsule_gyration,
+        "[radius, length]", 2, lambda r, length: algebra.pi * r**2 * (length + _ratio(4, 3) * r), _capsule_gyration,
     ),
 }  # fmt: skip
 
@@ -106,7 +105,7 @@ FORMS: dict[str, Form] = {
 class Inertia:
     """What several solids make together: mass [kg], centre of mass [m] and tensor about it [kg m^2], in body axes."""
 
-    mass: sympy.Expr
+    mass: algebra.Expr
     centre: Expressions
     tensor: Expressions  # xx, yy, zz, xy, xz, yz
 
@@ -144,7 +143,7 @@ def make_solids(
 
 
 def _solid(
-    model: Declared, table: str, place: str, shape: Any, common: sympy.Expr | None, planar: bool
+    model: Declared, table: str, place: str, shape: Any, common: algebra.Expr | None, planar: bool
 ) -> Solid:
     sources = model._sources
     if not isinstance(shape, Mapping):
@@ -193,7 +192,7 @@ def _solid(
 def given_sizes(model: Declared, table: str, key: str, kind: str, sizes: Any) -> Expressions:
     """The sizes of a shape, as many as its kind has."""
     form = FORMS[kind]
-    if isinstance(sizes, (str, sympy.Expr)) or not isinstance(sizes, Sequence) or len(sizes) != form.count:
+    if isinstance(sizes, str) or not isinstance(sizes, Sequence) or len(sizes) != form.count:
         message = f"the sizes of a {kind} are {form.takes}"
         raise model._sources.error(table, key, message, hint="give as many numbers above zero")
     return tuple(model._sources.expression(x, table, f"{key}[{k}]") for k, x in enumerate(sizes))
@@ -206,14 +205,14 @@ def turned(solid: Solid) -> Matrix:
     default = X if solid.planar else Z
     axis = solid.axis or (default if FORMS[solid.kind].round else Z)
     if axis == Z:
-        return tuple(tuple(map(sympy.Integer, row)) for row in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
+        return tuple(tuple(map(algebra.Integer, row)) for row in ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
     first = perpendicular(axis)
     columns = (first, cross(axis, first), axis)
     return tuple(tuple(_exact(column[i]) for column in columns) for i in range(3))
 
 
-def _exact(x: float) -> sympy.Expr:
-    return sympy.Integer(int(x)) if x == int(x) else sympy.Float(x)
+def _exact(x: float) -> algebra.Expr:
+    return algebra.Integer(int(x)) if x == int(x) else algebra.Float(x)
 
 
 def together(solids: Iterable[Solid]) -> Inertia | None:
@@ -222,53 +221,53 @@ def together(solids: Iterable[Solid]) -> Inertia | None:
     if not heavy:
         return None
     if heavy[0].mesh:  # stands alone
-        volume, *rest = map(sympy.Float, heavy[0].holds)
+        volume, *rest = map(algebra.Float, heavy[0].holds)
         return Inertia(
             heavy[0].density * volume, tuple(rest[:3]), tuple(heavy[0].density * x for x in rest[3:])
         )
     same = all(s.density == heavy[0].density for s in heavy)
-    density = heavy[0].density if same else sympy.S.One  # common to all: the centre does not depend on it
+    density = heavy[0].density if same else algebra.ONE  # common to all: the centre does not depend on it
     masses = [
-        (sympy.S.One if same else s.density) * FORMS[s.kind].volume(*s.sizes) * (-1 if s.cut else 1)
+        (algebra.ONE if same else s.density) * FORMS[s.kind].volume(*s.sizes) * (-1 if s.cut else 1)
         for s in heavy
     ]
     turns = [turned(s) for s in heavy]
     places = [_centre(s, turn) for s, turn in zip(heavy, turns, strict=True)]
-    mass = sympy.Add(*masses)
+    mass = algebra.Add(*masses)
     if len(heavy) == 1 or mass.is_zero:  # of no mass at all: refused, or drawn only
         centre = places[0]
     else:
         centre = tuple(
-            sympy.Add(*(m * place[i] for m, place in zip(masses, places, strict=True))) / mass
+            algebra.Add(*(m * place[i] for m, place in zip(masses, places, strict=True))) / mass
             for i in range(3)
         )
-    tensor = [sympy.S.Zero] * 6
+    tensor = [algebra.ZERO] * 6
     for s, m, turn, place in zip(heavy, masses, turns, places, strict=True):
         away = [a - b for a, b in zip(place, centre, strict=True)]
         squares = FORMS[s.kind].gyration(*s.sizes)
         for k, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
-            own = sympy.Add(*(turn[i][n] * turn[j][n] * squares[n] for n in range(3)))
+            own = algebra.Add(*(turn[i][n] * turn[j][n] * squares[n] for n in range(3)))
             if FORMS[
                 s.kind
             ].round:  # two equal radii: no directions across the axis, whose rounding would show
                 own = (turn[i][2] * turn[j][2]) * (squares[2] - squares[0]) + (squares[0] if i == j else 0)
             apart = -away[i] * away[j]
             if i == j:
-                apart += sympy.Add(*(x**2 for x in away))
+                apart += algebra.Add(*(x**2 for x in away))
             tensor[k] += m * (own + apart)
     return Inertia(
         density * _short(mass), tuple(map(_short, centre)), tuple(density * _short(x) for x in tensor)
     )
 
 
-def _short(x: sympy.Expr) -> sympy.Expr:
+def _short(x: algebra.Expr) -> algebra.Expr:
     """An expression of numbers alone as one number."""
-    return x if x.free_symbols or x.is_Integer else _exact(float(x))
+    return x if x.free_symbols or x.is_Integer else _exact(nearest_double(x))
 
 
 def _centre(solid: Solid, turn: Matrix) -> Expressions:
     rise = FORMS[solid.kind].rise(*solid.sizes)
-    middle = (*solid.offset, *(sympy.S.Zero,) * 3)[:3]
+    middle = (*solid.offset, *(algebra.ZERO,) * 3)[:3]
     return tuple(x + row[2] * rise for x, row in zip(middle, turn, strict=True))
 
 
@@ -282,14 +281,14 @@ def picture(solids: Sequence[Solid], from_centre: Expressions) -> Shape | None:
         Where the origin that their offsets count from lies, from the body's centre of mass.
     """
     if solids[0].mesh:
-        middle = (*solids[0].offset, *(sympy.S.Zero,) * 3)[:3]
+        middle = (*solids[0].offset, *(algebra.ZERO,) * 3)[:3]
         place = tuple(a + b for a, b in zip(middle, from_centre, strict=True))
         return Shape("mesh", place, solids[0].mesh)
-    numbers: list[sympy.Expr] = []
+    numbers: list[algebra.Expr] = []
     shown = [s for s in solids if not s.cut]
     for s in shown:
         turn = turned(s)
-        middle = (*s.offset, *(sympy.S.Zero,) * 3)[:3]
+        middle = (*s.offset, *(algebra.ZERO,) * 3)[:3]
         place = [a + b for a, b in zip(middle, from_centre, strict=True)]
         numbers += [*s.sizes, *place, *(row[0] for row in turn), *(row[2] for row in turn)]
     return Shape("solids", tuple(numbers), parts=tuple(s.kind for s in shown)) if shown else None

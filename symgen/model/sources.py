@@ -9,13 +9,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import sympy
-
 from ..errors import ModelError
+from . import algebra
 from .description import StartEquation
 from .evaluate import NotFinite, evaluate
 from .expressions import parse, quantity_value
-from .from_sympy import taken_over
+from .given import given_expression
 from .printing import shortened
 from .unevaluated import difference
 from .units import Unit, parse_unit
@@ -68,10 +67,10 @@ _WITH_QUANTITY = re.compile(r"(.+?)(=\s*[-+]?|[-+])\s*(\d[\d.]*(?:[eE][-+]?\d+)?
 class Source:
     """An expression as the user gave it; see `expressions.Parsed` for `text`, `unit` and `decimals`."""
 
-    expression: sympy.Expr
+    expression: algebra.Expr
     text: str | None = None
     unit: Unit | None = None
-    decimals: frozenset[sympy.Rational] = frozenset()
+    decimals: frozenset[algebra.Rational] = frozenset()
     use: str = ""  # the use of an assembly that it comes through
 
 
@@ -173,8 +172,8 @@ class Sources:
                 return self.locate(error, table, key, source)
         return self.error(table, key, message, hint=hint)
 
-    def expression(self, value: Any, table: str, key: str) -> sympy.Expr:
-        """Take an expression (SymPy object, number, text) for an address; adds to what is there already."""
+    def expression(self, value: Any, table: str, key: str) -> algebra.Expr:
+        """Take an expression (one of SymPy too, number, text) for an address; adds to what is there already."""
         try:
             source = read(value, tuple(self.tables.items()))
         except ModelError as error:
@@ -197,7 +196,7 @@ class Sources:
             if ends is not None:
                 number, unit = quantity_value(ends[3].strip())
                 left = read(ends[1], tables)
-                value = sympy.Float(-number if "".join(ends[2].split()) in ("+", "=-") else number)
+                value = algebra.Float(-number if "".join(ends[2].split()) in ("+", "=-") else number)
                 expression = difference(left.expression, value)
             elif text.count("=") == 1 and not re.search(r"[<>!]=", text):
                 left, right = (read(side, tables) for side in text.split("="))
@@ -218,7 +217,11 @@ class Sources:
                 value = parse(value, tuple(self.tables.items())).expression
             except ModelError:  # the reader of numbers says what is wrong
                 return False
-        return isinstance(value, sympy.Expr) and bool(value.free_symbols)
+        try:
+            expression = given_expression(value)
+        except ModelError:  # so does the reader of numbers with this
+            return False
+        return expression is not None and bool(expression.free_symbols)
 
     def number(self, value: Any, unit: Unit | None, table: str, key: str) -> tuple[float, Unit | None]:
         """Take a number (in `unit`) or a quantity (which must fit `unit`); returns its SI value and unit."""
@@ -278,27 +281,23 @@ def _call(table: str, key: str) -> Address:
 
 
 def read(value: Any, tables: tuple[tuple[str, int], ...] = ()) -> Source:
-    """An expression from a SymPy object, a number, or text; `tables` as of `expressions.parse`."""
+    """An expression from one, of SymPy too, a number, or text; `tables` as of `expressions.parse`."""
     if isinstance(value, str):
         parsed = parse(value, tables)
         return Source(parsed.expression, parsed.text, parsed.unit, parsed.decimals)
-    if isinstance(value, sympy.Expr):
-        return Source(taken_over(value))
-    return Source(_sympy_number(value))
+    expression = given_expression(value)
+    return Source(_exact_number(value) if expression is None else expression)
 
 
 def read_number(value: Any) -> tuple[float, Unit | None]:
-    """The SI value of a number, a quantity, or a SymPy number, and its unit."""
+    """The SI value of a number, a quantity, or a number of SymPy, and its unit."""
     if isinstance(value, str):
-        result, unit = quantity_value(value)
-    elif isinstance(value, sympy.Expr):
-        result, unit = _constant(taken_over(value)), None
-    else:
-        result, unit = _double(value), None
-    return result, unit
+        return quantity_value(value)
+    expression = given_expression(value)
+    return (_double(value) if expression is None else _constant(expression)), None
 
 
-def _constant(value: sympy.Expr) -> float:
+def _constant(value: algebra.Expr) -> float:
     try:
         result = evaluate(value, {})
     except NotFinite:
@@ -308,9 +307,9 @@ def _constant(value: sympy.Expr) -> float:
     return result
 
 
-def _sympy_number(value: Any) -> sympy.Number:
+def _exact_number(value: Any) -> algebra.Number:
     double = _double(value)
-    return sympy.Integer(int(value)) if isinstance(value, numbers.Integral) else sympy.Float(double)
+    return algebra.Integer(int(value)) if isinstance(value, numbers.Integral) else algebra.Float(double)
 
 
 def _double(value: Any) -> float:
@@ -327,7 +326,7 @@ def _double(value: Any) -> float:
         raise ModelError(
             "a number here is finite, and within the range of double precision", hint="give a smaller one"
         )
-    return double + 0.0  # zero has no sign here, nor in SymPy
+    return double + 0.0  # zero has no sign here
 
 
 def _what(value: Any) -> str:

@@ -6,10 +6,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import sympy
-
 from ..errors import nearest
 from .description import Description, StartConditions
+from .given import given_name, is_listed, is_symbol
 from .sources import Sources
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ def make_start(model: Declared, before: StartConditions | None, given: dict[str,
     start, sources = before or StartConditions(), model._sources
     first = len(start.equations)
     texts = given["equations"]
-    if isinstance(texts, str) or not isinstance(texts, (Sequence, sympy.MatrixBase)):
+    if not is_listed(texts):
         message = "a list of expressions that are zero at the start is expected here"
         raise sources.error("start", "equations", message, hint='for example ["tip_x - 0.3"]')
     if first + len(texts) > MOST_EQUATIONS:
@@ -61,10 +60,10 @@ def together(own: StartConditions | None, used: Sequence[StartConditions]) -> St
 
 
 def _names(sources: Sources, key: str, given: Any, of: str) -> tuple[str, ...]:
-    values = (given,) if isinstance(given, (str, sympy.Symbol)) else given
+    values = (given,) if isinstance(given, str) or is_symbol(given) else given
     if not isinstance(values, (list, tuple)):
         raise sources.error("start", key, f"the names of {of} are expected here, not {given!r:.60}")
-    names = tuple(x.name if isinstance(x, sympy.Symbol) else x for x in values)
+    names = tuple(map(given_name, values))
     seen: set[str] = set()
     for k, name in enumerate(names):
         if not isinstance(name, str):

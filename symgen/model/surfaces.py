@@ -13,26 +13,24 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 
-import sympy
-
 from ..errors import ModelError
+from . import algebra
 from .elements import Vector, Writer, cross, scalar_product
 from .functions import Tabulated, smooth_minimum
 from .gravity import HERE
 from .ready_made import HALF
-from .slopes import slope
 from .sources import Sources
 from .unevaluated import difference, inverted, negated, product, squared, total
 
 NEWTON_STEPS = 4
-NEAR = sympy.Integer(2)  # radii over a surface, within which Newton's steps know how it bends
+NEAR = algebra.Integer(2)  # radii over a surface, within which Newton's steps know how it bends
 
 
 @dataclass(frozen=True)
 class Foot:
     """What is nearest on a surface: its distance, the unit normal there, and the directions along the surface."""
 
-    away: sympy.Expr
+    away: algebra.Expr
     normal: Vector
     tangents: list[Vector]
 
@@ -59,11 +57,11 @@ class Surface:
         self,
         writer: Writer,
         sources: Sources,
-        made: list[tuple[str, sympy.Expr]],
+        made: list[tuple[str, algebra.Expr]],
         table: str,
         name: str,
         plane: str,
-        height: sympy.Expr,
+        height: algebra.Expr,
         planar: bool,
     ) -> None:
         self.writer, self.sources, self.made, self.table, self.name = writer, sources, made, table, name
@@ -79,7 +77,7 @@ class Surface:
         unit, normal, tangents = self._directions(slopes)
         return Foot(product([unit, difference(height, surface)]), normal, tangents)
 
-    def ball(self, place: Vector, radius: sympy.Expr, signed: bool = False) -> Foot:
+    def ball(self, place: Vector, radius: algebra.Expr, signed: bool = False) -> Foot:
         """Below the middle of a ball.
 
         The distance is that to the foot, which is positive on both sides. Where the ball is held on the surface
@@ -94,16 +92,16 @@ class Surface:
         if signed:
             along = [negated(product([s, x])) for s, x in zip(slopes, aside)]
             return Foot(product([unit, total([above, *along])]), normal, tangents)
-        away = sympy.Pow(total([*map(squared, aside), squared(above)]), HALF, evaluate=False)
+        away = algebra.Pow(total([*map(squared, aside), squared(above)]), HALF, evaluate=False)
         return Foot(away, normal, tangents)
 
-    def rim(self, centre: Vector, radius: sympy.Expr, down: Vector, side: Vector) -> tuple[Vector, Foot]:
+    def rim(self, centre: Vector, radius: algebra.Expr, down: Vector, side: Vector) -> tuple[Vector, Foot]:
         """The arm from a wheel's centre to what touches, and what is below that.
 
         `down` and `side` are unit vectors in the wheel's plane: to what is deepest over the plane, and along it.
         """
         self._refuse_tables("a wheel")
-        angle: sympy.Expr = sympy.S.Zero
+        angle: algebra.Expr = algebra.ZERO
         for _ in range(NEWTON_STEPS):
             outward, onward = self._turned(down, side, angle)
             here, _ = self._over(self._moved(centre, outward, radius))
@@ -122,22 +120,24 @@ class Surface:
         arm = [product([radius, x]) for x in outward]
         return arm, self.point(self._moved(centre, outward, radius))
 
-    def define(self, expression: sympy.Expr) -> sympy.Expr:
+    def define(self, expression: algebra.Expr) -> algebra.Expr:
         """An expression by a name, that it may stand in many places."""
         return define(self.writer, self.name, self.made, expression)
 
-    def _over(self, place: Vector) -> tuple[Vector, sympy.Expr]:
+    def _over(self, place: Vector) -> tuple[Vector, algebra.Expr]:
         """Where over the plane a place is, and how high."""
         apart = [difference(p, o) for p, o in zip(place, self.origin, strict=True)]
         here = [self.define(scalar_product(apart, axis)) for axis in self.axes]
         return here, self.define(scalar_product(apart, self.up))
 
-    def _at(self, place: Vector) -> tuple[sympy.Expr, Vector, list[Vector]]:
+    def _at(self, place: Vector) -> tuple[algebra.Expr, Vector, list[Vector]]:
         """The height, its slopes and how they change at a place."""
-        names = [sympy.Symbol(x) for x in HERE[: len(place)]]
+        from .slopes import slope  # SymPy takes longer to import than most models
+
+        names = [algebra.Symbol(x) for x in HERE[: len(place)]]
         there = dict(zip(names, place, strict=True))
 
-        def at(expression: sympy.Expr) -> sympy.Expr:
+        def at(expression: algebra.Expr) -> algebra.Expr:
             return self.define(expression.xreplace(there))
 
         try:
@@ -147,7 +147,7 @@ class Surface:
             raise self.sources.locate(error, self.table, "height") from None
         return at(self.height), [at(s) for s in slopes], [[at(b) for b in row] for row in bends]
 
-    def _directions(self, slopes: Vector) -> tuple[sympy.Expr, Vector, list[Vector]]:
+    def _directions(self, slopes: Vector) -> tuple[algebra.Expr, Vector, list[Vector]]:
         """How much of what is upright is along the normal, the normal, and the tangents."""
         axes, up = self.axes, self.up
         unit = self._upright(slopes)
@@ -160,12 +160,12 @@ class Surface:
             tangents.append(cross(normal, tangents[0]))
         return unit, normal, tangents
 
-    def _upright(self, slopes: Vector) -> sympy.Expr:
+    def _upright(self, slopes: Vector) -> algebra.Expr:
         """How much of the normal is upright."""
-        steep = total([sympy.S.One, *map(squared, slopes)])
-        return self.define(sympy.Pow(steep, -HALF, evaluate=False))
+        steep = total([algebra.ONE, *map(squared, slopes)])
+        return self.define(algebra.Pow(steep, -HALF, evaluate=False))
 
-    def _foot(self, here: Vector, height: sympy.Expr, radius: sympy.Expr, held: bool) -> Vector:
+    def _foot(self, here: Vector, height: algebra.Expr, radius: algebra.Expr, held: bool) -> Vector:
         """Where the perpendicular from a place meets the surface: Newton's method for (f - x) + (h - z) dh/df = 0."""
         self._refuse_tables("a sphere or capsule")
         foot = here
@@ -184,7 +184,7 @@ class Surface:
             matrix = [
                 [
                     self.define(
-                        total([sympy.S.One if i == j else sympy.S.Zero, product([slopes[i], slopes[j]]),
+                        total([algebra.ONE if i == j else algebra.ZERO, product([slopes[i], slopes[j]]),
                                product([near, bends[i][j]])])
                     )
                     for j in range(len(here))
@@ -212,24 +212,24 @@ class Surface:
             hint = "write a formula, or let points touch: { sphere = [0] }, a box, a mesh"
             raise self.sources.error(self.table, "height", message, hint=hint)
 
-    def _turned(self, down: Vector, side: Vector, angle: sympy.Expr) -> tuple[Vector, Vector]:
+    def _turned(self, down: Vector, side: Vector, angle: algebra.Expr) -> tuple[Vector, Vector]:
         """The direction at an angle from `down` to `side`, and that in which it turns."""
         if angle.is_zero:
             return down, side
-        c, s = (self.define(f(angle, evaluate=False)) for f in (sympy.cos, sympy.sin))
+        c, s = (self.define(f(angle, evaluate=False)) for f in (algebra.cos, algebra.sin))
         outward = [total([product([c, d]), product([s, x])]) for d, x in zip(down, side)]
         onward = [difference(product([c, x]), product([s, d])) for d, x in zip(down, side)]
         return [self.define(x) for x in outward], [self.define(x) for x in onward]
 
-    def _moved(self, place: Vector, along: Vector, by: sympy.Expr) -> Vector:
+    def _moved(self, place: Vector, along: Vector, by: algebra.Expr) -> Vector:
         return [self.define(x) for x in moved(place, along, by)]
 
 
 def define(
-    writer: Writer, name: str, made: list[tuple[str, sympy.Expr]], expression: sympy.Expr
-) -> sympy.Expr:
+    writer: Writer, name: str, made: list[tuple[str, algebra.Expr]], expression: algebra.Expr
+) -> algebra.Expr:
     """An expression by a name that begins with `name`, one of `made`, that it may stand in many places."""
-    if expression.is_Number or isinstance(expression, sympy.Symbol):
+    if expression.is_Number or isinstance(expression, algebra.Symbol):
         return expression
     known = next((name for name, x in made if x == expression), None)
     if known is None:
@@ -237,15 +237,15 @@ def define(
         known = next(x for k in number if (x := f"{name}_surface{k}") not in writer.taken)
         writer.taken.add(known)
         made.append((known, expression))
-    return sympy.Symbol(known)
+    return algebra.Symbol(known)
 
 
-def moved(place: Vector, along: Vector, by: sympy.Expr) -> Vector:
+def moved(place: Vector, along: Vector, by: algebra.Expr) -> Vector:
     """A place that is moved along a direction."""
     return [total([p, product([by, a])]) for p, a in zip(place, along, strict=True)]
 
 
 def normalised(vector: Vector) -> Vector:
     """A vector over its length."""
-    length = sympy.Pow(total(map(squared, vector)), -HALF, evaluate=False)
+    length = algebra.Pow(total(map(squared, vector)), -HALF, evaluate=False)
     return [product([length, x]) for x in vector]

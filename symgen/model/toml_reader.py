@@ -139,12 +139,16 @@ def _read(
     )  # fmt: skip
     model._shelf = shelf
     place = folder / Path(file).name if folder is not None else None
-    if place is None or assembly:
-        _fill(model, document, TOP_KEYS)
-    else:  # a file that names itself is one too many
-        shelf.opened(
-            place.resolve(), f"the file '{place.name}'", lambda: _fill(model, document, TOP_KEYS), ModelError
-        )
+    with model._reading():
+        if place is None or assembly:
+            _fill(model, document, TOP_KEYS)
+        else:  # a file that names itself is one too many
+            shelf.opened(
+                place.resolve(),
+                f"the file '{place.name}'",
+                lambda: _fill(model, document, TOP_KEYS),
+                ModelError,
+            )
     return model
 
 

@@ -7,9 +7,8 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-import sympy
-
 from ..errors import ModelError
+from . import algebra
 from .description import (
     NOTHING,
     Body,
@@ -148,8 +147,8 @@ class _Writer:
             yield self.fixed(f"axes.{axis.name}", axis.body, "direction", axis.direction)
         fields = [(k, x) for k, x in (("potential", d.field), ("constant", d.gravitation)) if x is not None]
         if d.gravity is not None:
-            axes = [(a, x) for a, x in zip("xyz", d.gravity, strict=True) if x is not sympy.S.Zero]
-            fields = [*(axes or [("x", sympy.S.Zero)]), *fields]
+            axes = [(a, x) for a, x in zip("xyz", d.gravity, strict=True) if x is not algebra.ZERO]
+            fields = [*(axes or [("x", algebra.ZERO)]), *fields]
         yield ["[gravity]", *self.entries("gravity", fields)]
         for a in d.attractors:
             key = f"attractors.{a.name}"
@@ -194,16 +193,16 @@ class _Writer:
             yield self.drawing(drawing)
         yield ["[run]", *(f"{key} = {_literal(value)}" for key, value in d.run.items())]
 
-    def entries(self, table: str, pairs: Iterable[tuple[str, sympy.Expr]]) -> list[str]:
+    def entries(self, table: str, pairs: Iterable[tuple[str, algebra.Expr]]) -> list[str]:
         return [f"{key} = {self.value(table, key, x)}" for key, x in pairs]
 
-    def value(self, table: str, key: str, expression: sympy.Expr) -> str:
+    def value(self, table: str, key: str, expression: algebra.Expr) -> str:
         given = [x for x in self.sources.of(table, key) if not x.use]
         if len(given) == 1 and given[0].text is not None:
             return _quoted(given[0].text)
-        if isinstance(expression, sympy.Integer):
+        if isinstance(expression, algebra.Integer):
             return str(int(expression)) if abs(expression) < 2**53 else repr(float(expression))
-        if isinstance(expression, sympy.Float):
+        if isinstance(expression, algebra.Float):
             return repr(float(expression))
         try:
             return _quoted(to_text(expression))
@@ -212,13 +211,13 @@ class _Writer:
 
     def given(self, table: str, key: str, value: Any) -> str:
         """An argument as it was given: text, a number, an expression, or several of these."""
-        if isinstance(value, sympy.Basic):
+        if isinstance(value, algebra.Expr):
             return self.value(table, key, value)
         if isinstance(value, (list, tuple)):
             return f"[{', '.join(self.given(table, f'{key}[{k}]', x) for k, x in enumerate(value))}]"
         return _literal(value)
 
-    def array(self, table: str, key: str, values: tuple[sympy.Expr, ...]) -> str:
+    def array(self, table: str, key: str, values: tuple[algebra.Expr, ...]) -> str:
         return "[" + ", ".join(self.value(table, f"{key}[{k}]", x) for k, x in enumerate(values)) + "]"
 
     def body(self, body: Body) -> list[str]:
@@ -285,7 +284,7 @@ class _Writer:
         origin = [
             f"{key} = {self.array(table, f'origin.{key}', values)}"
             for key, values in (("xyz", joint.xyz), ("rpy", joint.rpy))
-            if any(x is not sympy.S.Zero for x in values)
+            if any(x is not algebra.ZERO for x in values)
         ]
         if origin:
             lines.append(f"origin = {{ {', '.join(origin)} }}")
@@ -307,7 +306,7 @@ class _Writer:
             lines.append(f"pitch = {self.value(table, 'pitch', joint.pitch)}")
         return [f"[{table}]", *lines]
 
-    def fixed(self, table: str, body: str, key: str, vector: tuple[sympy.Expr, ...]) -> list[str]:
+    def fixed(self, table: str, body: str, key: str, vector: tuple[algebra.Expr, ...]) -> list[str]:
         return [f"[{table}]", f"body = {_quoted(body)}", f"{key} = {self.array(table, key, vector)}"]
 
     def loop(self, loop: Loop) -> list[str]:
@@ -317,18 +316,18 @@ class _Writer:
         pairs = [
             f"{key} = {self.argument(table, f'{loop.kind}.{key}', x)}"
             for key, x in arguments.items()
-            if not (key == "offset" and x is sympy.S.Zero)
+            if not (key == "offset" and x is algebra.ZERO)
         ]
         return [f"[{table}]", f"{loop.kind} = {{ {', '.join(pairs)} }}"]
 
     def argument(self, table: str, key: str, x: Any) -> str:
-        if isinstance(x, sympy.Expr):
+        if isinstance(x, algebra.Expr):
             return self.value(table, key, x)
-        several = isinstance(x, tuple) and all(isinstance(part, sympy.Expr) for part in x)
+        several = isinstance(x, tuple) and all(isinstance(part, algebra.Expr) for part in x)
         return self.array(table, key, x) if several else _literal(x)
 
     def table(
-        self, table: str, entries: Iterable[tuple[str, sympy.Expr | tuple[str, ...] | _Written]]
+        self, table: str, entries: Iterable[tuple[str, algebra.Expr | tuple[str, ...] | _Written]]
     ) -> list[str]:
         lines = [f"[{table}]"]
         for key, value in entries:
@@ -565,7 +564,7 @@ def _quoted(text: str) -> str:
 
 def _contact_tables(
     d: Description, writer: _Writer
-) -> Iterator[tuple[str, list[tuple[str, sympy.Expr | tuple[str, ...] | _Written]]]]:
+) -> Iterator[tuple[str, list[tuple[str, algebra.Expr | tuple[str, ...] | _Written]]]]:
     """The tables of a model file that state these elements, with their keys and expressions, or names."""
     for stop in d.stops:
         yield f"stops.{stop.name}", [("gap", stop.gap), ("restitution", stop.restitution)]
@@ -595,11 +594,11 @@ def _contact_tables(
 
 
 def _sliding(
-    writer: _Writer, table: str, speeds: tuple[sympy.Expr, ...]
-) -> tuple[str, sympy.Expr | tuple[sympy.Expr, ...] | tuple[str, ...]]:
+    writer: _Writer, table: str, speeds: tuple[algebra.Expr, ...]
+) -> tuple[str, algebra.Expr | tuple[algebra.Expr, ...] | tuple[str, ...]]:
     """The speeds of a friction, or the coordinates whose rates they are, as they were given."""
     names = tuple(
-        x.args[0].name for x in speeds if isinstance(x, dot) and isinstance(x.args[0], sympy.Symbol)
+        x.args[0].name for x in speeds if isinstance(x, dot) and isinstance(x.args[0], algebra.Symbol)
     )
     if len(speeds) == 1:
         return ("coordinate", names) if writer.sources.of(table, "coordinate") else ("speed", speeds[0])

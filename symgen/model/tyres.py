@@ -17,11 +17,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import sympy
-
+from . import algebra
 from .description import Description
 from .evaluate import NotFinite, evaluate, normalised
-from .functions import dot, maximum, sensor, where
+from .functions import dot, less, maximum, sensor, where
 from .names import reference_fault
 
 TYRE_KEYS = (
@@ -29,17 +28,19 @@ TYRE_KEYS = (
     "magic", "table", "relaxation", "camber_stiffness", "magic_camber", "inclination",
 )  # fmt: skip
 _AXES = ("x", "y", "z")
-_LEAST = sympy.Float(1e-12)  # square of a slip: what it is divided by; and of a camber whose magnitude counts
+_LEAST = algebra.Float(
+    1e-12
+)  # square of a slip: what it is divided by; and of a camber whose magnitude counts
 
 
 @dataclass(frozen=True)
 class Camber:
     """What leaning makes of a law: factors on the peak and on the slope at no slip, more slip, more force per load."""
 
-    peak: sympy.Expr = sympy.S.One
-    slope: sympy.Expr = sympy.S.One
-    slip: sympy.Expr = sympy.S.Zero
-    push: sympy.Expr = sympy.S.Zero
+    peak: algebra.Expr = algebra.ONE
+    slope: algebra.Expr = algebra.ONE
+    slip: algebra.Expr = algebra.ZERO
+    push: algebra.Expr = algebra.ZERO
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Tyre:
     name: str
     given: Mapping[str, Any]
     made: Mapping[str, frozenset[str]]
-    pushes: tuple[str, sympy.Expr] | None
+    pushes: tuple[str, algebra.Expr] | None
 
 
 def without_made(d: Description, tyres: Iterable[Tyre]) -> Description:
@@ -69,8 +70,8 @@ def without_made(d: Description, tyres: Iterable[Tyre]) -> Description:
 
 
 def without_pushes(
-    forces: Mapping[str, list[sympy.Expr]], tyres: Iterable[Tyre]
-) -> dict[str, list[sympy.Expr]]:
+    forces: Mapping[str, list[algebra.Expr]], tyres: Iterable[Tyre]
+) -> dict[str, list[algebra.Expr]]:
     """Forces by coordinate, as lists of terms, without those of tyres."""
     left = {name: list(terms) for name, terms in forces.items()}
     for name, term in (tyre.pushes for tyre in tyres if tyre.pushes is not None):
@@ -113,14 +114,14 @@ def _parts(model: Any) -> dict[str, set[str]]:
     }
 
 
-def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str, sympy.Expr] | None:
+def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str, algebra.Expr] | None:
     """Add the parts of a tyre; returns the force on the coordinate by which its wheel turns, if there is one."""
     table, sources = f"tyres.{name}", model._sources
 
     def error(key: str, message: str, hint: str):
         return sources.error(table, key, message, hint=hint)
 
-    def expression(key: str) -> sympy.Expr | None:
+    def expression(key: str) -> algebra.Expr | None:
         return sources.expression(given[key], table, key) if key in given else None
 
     body = given.get("body")
@@ -154,13 +155,13 @@ def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str,
     if "at" in given:
         model.point(f"{name}_centre", body, given["at"])
         place = f"{name}_centre"
-        centre = [sympy.Symbol(f"{name}_centre_{c}") for c in _AXES]
+        centre = [algebra.Symbol(f"{name}_centre_{c}") for c in _AXES]
     else:
         place = body
         centre = [model.definition(f"{name}_centre_{c}", sensor("position", body, c)) for c in _AXES]
     velocity = [sensor("velocity", place, c) for c in _AXES]
 
-    reach = sympy.sqrt(1 - a[2] ** 2)
+    reach = algebra.sqrt(1 - a[2] ** 2)
     along = (a[1] / reach, -a[0] / reach)
     across = (a[0] / reach, a[1] / reach)
     down = [(a[2] * a[0]) / reach, (a[2] * a[1]) / reach, -reach]
@@ -168,7 +169,7 @@ def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str,
     spinning = None
     if "spin" in given:
         spinning = sources.expression(given["spin"], table, "spin")
-        if not isinstance(spinning, sympy.Symbol):
+        if not isinstance(spinning, algebra.Symbol):
             raise error("spin", "the name of a coordinate is expected here", "that of a rotor or a joint")
     if planar and spinning is None:
         turning = None
@@ -183,13 +184,13 @@ def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str,
     if "load" in given:
         load = model.definition(f"{name}_load", expression("load"))
     else:
-        ground = expression("ground") if "ground" in given else sympy.S.Zero
+        ground = expression("ground") if "ground" in given else algebra.ZERO
         depth = model.definition(f"{name}_depth", radius * reach - centre[2] + ground)
         pressed = expression("stiffness") * depth
         if "damping" in given:
             pressed += expression("damping") * dot(depth)
         load = model.definition(
-            f"{name}_load", where(depth > 0, maximum(pressed, sympy.S.Zero), sympy.S.Zero)
+            f"{name}_load", where(less(algebra.ZERO, depth), maximum(pressed, algebra.ZERO), algebra.ZERO)
         )
     speed = model.definition(f"{name}_speed", velocity[0] * along[0] + velocity[1] * along[1])
 
@@ -197,21 +198,21 @@ def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str,
     ways = [("alpha", across)] if turning is None else [("kappa", along), ("alpha", across)]
     for key, way in ways:
         slip = model.definition(f"{name}_{key}_speed", slipping[0] * way[0] + slipping[1] * way[1])
-        state = sympy.Symbol(f"{name}_{key}")
-        derivative = -(slip + sympy.Abs(speed) * state) / relaxation
+        state = algebra.Symbol(f"{name}_{key}")
+        derivative = -(slip + algebra.Abs(speed) * state) / relaxation
         slips.append((model.state(f"{name}_{key}", derivative=derivative), way))
 
-    def factors(key: str) -> list[sympy.Expr]:
+    def factors(key: str) -> list[algebra.Expr]:
         return [sources.expression(x, table, f"{key}[{k}]") for k, x in enumerate(given[key])]
 
     law = _law_of(error, given)
     camber = Camber()
     if _leans(error, given, law, planar):
-        lean = expression("inclination") if "inclination" in given else -sympy.asin(a[2])
+        lean = expression("inclination") if "inclination" in given else -algebra.asin(a[2])
         lean = model.definition(f"{name}_camber", lean)
         camber = _camber(expression, factors, given, law, lean)
         slips[-1] = (slips[-1][0] + camber.slip, slips[-1][1])
-    size = sympy.sqrt(sum(s**2 for s, _ in slips) + _LEAST)
+    size = algebra.sqrt(sum(s**2 for s, _ in slips) + _LEAST)
     slip = model.definition(f"{name}_slip", size)
 
     per_slip = load * _per_slip(expression, factors, law, camber, slip)
@@ -224,13 +225,13 @@ def _put_together(model: Any, name: str, given: Mapping[str, Any]) -> tuple[str,
     if planar:
         model.load(name, point=centre[:2], force=push)
     else:
-        push.append(load if "load" not in given else sympy.S.Zero)
+        push.append(load if "load" not in given else algebra.ZERO)
         torque = _cross(arm, push)
         model.load(name, point=centre, force=push)
         model.load(f"{name}_turning", body=body, torque=torque)
     if spinning is None:
         return None
-    torque = _cross(arm, [*push, sympy.S.Zero][:3])
+    torque = _cross(arm, [*push, algebra.ZERO][:3])
     model.force(spinning, sum(x * y for x, y in zip(torque, a)))
     return spinning.name, model._forces[spinning.name][-1]
 
@@ -274,11 +275,11 @@ def _leans(error, given: Mapping[str, Any], law: str, planar: bool) -> bool:
     return bool(keys)
 
 
-def _camber(expression, factors, given: Mapping[str, Any], law: str, lean: sympy.Symbol) -> Camber:
+def _camber(expression, factors, given: Mapping[str, Any], law: str, lean: algebra.Symbol) -> Camber:
     """What leaning makes of a law."""
     if "magic_camber" in given:
         peak, slope, slip, push = factors("magic_camber")
-        size = sympy.sqrt(lean**2 + _LEAST)
+        size = algebra.sqrt(lean**2 + _LEAST)
         return Camber(1 - peak * lean**2, 1 - slope * size, slip * lean, push * lean)
     per_lean = expression("camber_stiffness")
     if law == "table":  # its slope is not known
@@ -289,7 +290,7 @@ def _camber(expression, factors, given: Mapping[str, Any], law: str, lean: sympy
     return Camber(slip=per_lean / expression("slip_stiffness") * lean)
 
 
-def _per_slip(expression, factors, law: str, camber: Camber, slip: sympy.Symbol) -> sympy.Expr:
+def _per_slip(expression, factors, law: str, camber: Camber, slip: algebra.Symbol) -> algebra.Expr:
     """Force per load and slip."""
     if law == "table":
         return expression("table") / slip
@@ -298,19 +299,19 @@ def _per_slip(expression, factors, law: str, camber: Camber, slip: sympy.Symbol)
         B, C, E = factors("magic")
         peak = friction * camber.peak
         x = B * camber.slope / camber.peak * slip
-        return peak * sympy.sin(C * sympy.atan(x - E * (x - sympy.atan(x)))) / slip
+        return peak * algebra.sin(C * algebra.atan(x - E * (x - algebra.atan(x)))) / slip
     c = expression("slip_stiffness")
     if friction is None:
         return c
     z = c * slip / (3 * friction)
-    return where(z < 1, c * (1 - z + z**2 / 3), friction / slip)
+    return where(less(z, algebra.ONE), c * (1 - z + z**2 / 3), friction / slip)
 
 
 def _has(value: Any, count: int) -> bool:
     return isinstance(value, (list, tuple)) and len(value) == count
 
 
-def _value(expression: sympy.Expr, known: Mapping[str, float | None]) -> float | None:
+def _value(expression: algebra.Expr, known: Mapping[str, float | None]) -> float | None:
     """The value that parameters and constants give it; what has none is refused where all values are checked."""
     try:
         return evaluate(expression, known)
@@ -319,8 +320,8 @@ def _value(expression: sympy.Expr, known: Mapping[str, float | None]) -> float |
 
 
 def _unit_vector(
-    vector: Sequence[sympy.Expr], known: Mapping[str, float | None]
-) -> Sequence[sympy.Expr] | None:
+    vector: Sequence[algebra.Expr], known: Mapping[str, float | None]
+) -> Sequence[algebra.Expr] | None:
     """The direction of a vector, as it is where its length is 1; None of zeros."""
     values = [_value(x, known) for x in vector]
     if None in values:
@@ -328,9 +329,9 @@ def _unit_vector(
     unit = normalised(values)
     if unit is None or all(x.is_number for x in vector):
         return unit if unit is None or unit != tuple(values) else vector
-    length = sympy.sqrt(sympy.trigsimp(sum(x**2 for x in vector)))
+    length = algebra.sqrt(algebra.by_pythagoras(sum(x**2 for x in vector)))
     return vector if length == 1 else [x / length for x in vector]
 
 
-def _cross(a, b) -> list[sympy.Expr]:
+def _cross(a, b) -> list[algebra.Expr]:
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]

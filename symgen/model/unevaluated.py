@@ -1,72 +1,69 @@
-"""Sums, products and quotients as SymPy objects in SymPy's own order, but not evaluated."""
+"""Sums, products and quotients in the order that expressions have, but not evaluated."""
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable
 
-import sympy
-
-ARGUMENT_ORDER = functools.cmp_to_key(sympy.Basic.compare)
+from . import algebra
 
 
-def split_product(value: sympy.Expr) -> tuple[sympy.Expr, list[sympy.Expr]]:
+def split_product(value: algebra.Expr) -> tuple[algebra.Expr, list[algebra.Expr]]:
     """The number in a product, and its other factors."""
     if value.is_Number:
         return value, []
-    if isinstance(value, sympy.Mul):
+    if isinstance(value, algebra.Mul):
         if value.args[0].is_Number:
             return value.args[0], list(value.args[1:])
-        return sympy.S.One, list(value.args)
-    return sympy.S.One, [value]
+        return algebra.ONE, list(value.args)
+    return algebra.ONE, [value]
 
 
-def inverted(x: sympy.Expr) -> sympy.Expr:
+def inverted(x: algebra.Expr) -> algebra.Expr:
     """1/x."""
-    if isinstance(x, sympy.Pow) and x.exp.is_Number:
+    if isinstance(x, algebra.Pow) and x.exp.is_Number:
         exponent = -x.exp
-        return x.base if exponent == 1 else sympy.Pow(x.base, exponent, evaluate=False)
-    return sympy.Pow(x, sympy.S.NegativeOne, evaluate=False)
+        return x.base if exponent == 1 else algebra.Pow(x.base, exponent, evaluate=False)
+    return algebra.Pow(x, algebra.NEGATIVE_ONE, evaluate=False)
 
 
-def negated(x: sympy.Expr) -> sympy.Expr:
+def negated(x: algebra.Expr) -> algebra.Expr:
     """-x."""
     number, rest = split_product(x)
-    return build(sympy.Mul, -number, sympy.S.One, rest)
+    return build(algebra.Mul, -number, algebra.ONE, rest)
 
 
-def build(cls: type, number: sympy.Expr, neutral: sympy.Expr, rest: list[sympy.Expr]) -> sympy.Expr:
-    """A sum or product in SymPy's own order but not evaluated.
+def build(cls: type, number: algebra.Expr, neutral: algebra.Expr, rest: list[algebra.Expr]) -> algebra.Expr:
+    """A sum or product in the usual order but not evaluated.
 
-    SymPy combines powers of equal base, and 2^x*2^(10^9 - x) would then be computed.
+    Powers of equal base would be combined, and 2^x*2^(10^9 - x) would then be computed.
     """
-    args = sorted(rest, key=ARGUMENT_ORDER)
+    args = sorted(rest, key=algebra.sort_key)
     if number != neutral or not args:
         args.insert(0, number)
     return args[0] if len(args) == 1 else cls(*args, evaluate=False)
 
 
-def total(terms: Iterable[sympy.Expr]) -> sympy.Expr:
+def total(terms: Iterable[algebra.Expr]) -> algebra.Expr:
     """A sum."""
     rest = [x for x in terms if not (x.is_Number and x == 0)]
-    return build(sympy.Add, sympy.S.Zero, sympy.S.Zero, rest)
+    return build(algebra.Add, algebra.ZERO, algebra.ZERO, rest)
 
 
-def difference(a: sympy.Expr, b: sympy.Expr) -> sympy.Expr:
+def difference(a: algebra.Expr, b: algebra.Expr) -> algebra.Expr:
     """a - b."""
     return total([a, negated(b)])
 
 
-def product(factors: Iterable[sympy.Expr]) -> sympy.Expr:
+def product(factors: Iterable[algebra.Expr]) -> algebra.Expr:
     """A product."""
-    number, rest = sympy.S.One, []
+    number, rest = algebra.ONE, []
     for x in factors:
         coefficient, others = split_product(x)
         number *= coefficient
         rest += others
-    return sympy.S.Zero if number == 0 else build(sympy.Mul, number, sympy.S.One, rest)
+    return algebra.ZERO if number == 0 else build(algebra.Mul, number, algebra.ONE, rest)
 
 
-def squared(x: sympy.Expr) -> sympy.Expr:
+def squared(x: algebra.Expr) -> algebra.Expr:
     """x^2."""
-    return sympy.Pow(x, sympy.Integer(2), evaluate=False)
+    return algebra.Pow(x, algebra.Integer(2), evaluate=False)

@@ -79,7 +79,9 @@ def import_urdf(
     """
     if base not in BASES:
         raise ModelError(f"the base is not {base!r:.60}", key="base", hint=nearest(str(base)[:60], BASES))
-    return _Builder(read_urdf(path), base, expose, motors, gravity, make, pictures, start).build()
+    builder = _Builder(read_urdf(path), base, expose, motors, gravity, make, pictures, start)
+    with builder.model._reading():
+        return builder.build()
 
 
 class _Builder:
@@ -100,7 +102,7 @@ class _Builder:
         folder = Path(robot.file).parent
         if pictures is not None and pictures.folder is not None:
             folder = pictures.folder.parent
-        self._model = make(identifier(robot.name), described, gravity=gravity, folder=folder)
+        self._model = self.model = make(identifier(robot.name), described, gravity=gravity, folder=folder)
         self._naming = Naming(self._model, robot.file, expose)
         self._name, self._number = self._naming.name, self._naming.number
         self._result = Import(robot, base, self._model)

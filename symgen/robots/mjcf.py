@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import sympy
 
 from ..errors import ModelError, nearest
+from ..model import algebra
 from ..model.description import NOTHING
 from ..model.evaluate import perpendiculars
 from ..model.functions import dot, maximum, minimum
@@ -111,7 +111,9 @@ def import_mjcf(
         raise ModelError(f"the robot has {compiled.nv} rates, more than {MOST_RATES}", file=str(path))
     if compiled.nv == 0:
         raise ModelError("nothing moves: no body has a joint", file=str(path))
-    result = _Builder(mujoco, path, compiled, expose, keyframe, make, pictures or Pictures()).build()
+    builder = _Builder(mujoco, path, compiled, expose, keyframe, make, pictures or Pictures())
+    with builder.model._reading():
+        result = builder.build()
     result.notes += [f"MuJoCo says: {' '.join(text.split())[:200]}" for text in dict.fromkeys(warnings)]
     return result
 
@@ -133,7 +135,7 @@ class _Builder:
         if compiled.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY):
             gravity = [0.0, 0.0, 0.0]
         described = f"Robot {stem!r:.60}, from {path.name!r:.60}"
-        self._model = make(
+        self._model = self.model = make(
             identifier(stem),
             described,
             gravity=[f"{x!r} m/s^2" if x else 0 for x in gravity],
@@ -144,11 +146,11 @@ class _Builder:
         self._has_equalities = False
         self._start, self._speed = self._keyframe(keyframe)
         self._sites: dict[int, str] = {}
-        self._lengths: dict[int, sympy.Expr] = {}
+        self._lengths: dict[int, algebra.Expr] = {}
         # Forces of actuators, by joints, and by tendons that bound what these make together.
-        self._on_joints: dict[int, list[sympy.Expr]] = {}
-        self._on_tendons: dict[int, list[sympy.Expr]] = {}
-        self._unity: sympy.Expr | None = None
+        self._on_joints: dict[int, list[algebra.Expr]] = {}
+        self._on_tendons: dict[int, list[algebra.Expr]] = {}
+        self._unity: algebra.Expr | None = None
 
     def build(self) -> MjcfImport:
         m = self._m
@@ -415,15 +417,15 @@ class _Builder:
             self._sites[s] = name
         return self._sites[s]
 
-    def _angle(self, j: int) -> sympy.Expr:
+    def _angle(self, j: int) -> algebra.Expr:
         """MuJoCo's coordinate of a hinge or slide: it counts from `ref`."""
-        return sympy.Symbol(self._result.joints[j]) + _number(self._m.qpos0[self._m.jnt_qposadr[j]])
+        return algebra.Symbol(self._result.joints[j]) + _number(self._m.qpos0[self._m.jnt_qposadr[j]])
 
     def _tendon(self, t: int) -> None:
         m, source = self._m, self._named("TENDON", t, f"tendon{t}")
         wraps = range(m.tendon_adr[t], m.tendon_adr[t] + m.tendon_num[t])
         kinds = [self._mj.mjtWrap(m.wrap_type[w]).name for w in wraps]
-        length = sympy.S.Zero
+        length = algebra.ZERO
         if all(kind == "mjWRAP_JOINT" for kind in kinds):
             for w in wraps:
                 length += self._coefficient(m.wrap_prm[w]) * self._angle(int(m.wrap_objid[w]))
@@ -433,10 +435,10 @@ class _Builder:
                 if kind == "mjWRAP_PULLEY":
                     divisor, before = float(m.wrap_prm[w]), None
                     continue
-                here = [sympy.Symbol(f"{self._site(int(m.wrap_objid[w]))}_{c}") for c in "xyz"]
+                here = [algebra.Symbol(f"{self._site(int(m.wrap_objid[w]))}_{c}") for c in "xyz"]
                 if before is not None:
                     apart = sum((a - b) ** 2 for a, b in zip(here, before, strict=True))
-                    length += sympy.sqrt(apart) / _number(divisor)
+                    length += algebra.sqrt(apart) / _number(divisor)
                 before = here
         else:
             self._note(
@@ -480,9 +482,9 @@ class _Builder:
             if (kind == "tendon") and not {first, second} - {-1} <= self._lengths.keys():
                 self._note(f"the equality {source!r:.60} is left out with its tendon")
                 return
-            change = measure(second) - _number(base(second)) if second >= 0 else sympy.S.Zero
+            change = measure(second) - _number(base(second)) if second >= 0 else algebra.ZERO
             follows = sum(
-                (self._coefficient(c) * change**i for i, c in enumerate(data[:5]) if c), sympy.S.Zero
+                (self._coefficient(c) * change**i for i, c in enumerate(data[:5]) if c), algebra.ZERO
             )
             self._model.couple(name, measure(first) - _number(base(first)) - follows)
         elif kind == "connect":
@@ -611,7 +613,9 @@ class _Builder:
                 activation = self._naming.name(f"{name}_activation")
                 self._result.activations[int(m.actuator_actadr[k])] = activation
                 if dynamics != "integrator":
-                    rate = (control - sympy.Symbol(activation)) / _number(max(m.actuator_dynprm[k][0], 1e-15))
+                    rate = (control - algebra.Symbol(activation)) / _number(
+                        max(m.actuator_dynprm[k][0], 1e-15)
+                    )
                 self._naming.name(f"{activation}_integral")
                 control = self._model.state(activation, rate)
                 if m.actuator_actlimited[k]:
@@ -637,7 +641,7 @@ class _Builder:
             return "it is a plugin"
         return ""
 
-    def _affine(self, prm: np.ndarray, length: sympy.Expr) -> sympy.Expr:
+    def _affine(self, prm: np.ndarray, length: algebra.Expr) -> algebra.Expr:
         result = _number(prm[0])
         if prm[1]:
             result += self._coefficient(prm[1]) * length
@@ -645,7 +649,7 @@ class _Builder:
             result += self._coefficient(prm[2]) * dot(length)
         return result
 
-    def _coefficient(self, value: float) -> sympy.Expr:
+    def _coefficient(self, value: float) -> algebra.Expr:
         """A number that carries a unit, which the file does not say: it goes with a constant that fits any."""
         if self._unity is None:
             self._unity = self._model.constant(self._naming.name("one"), 1)
@@ -666,7 +670,7 @@ class _Builder:
             return ratio * length, lambda _, force: forces.append(ratio * force)
         if through == "site" and m.actuator_trnid[k][1] < 0:
             frame = self._site(target)
-            return sympy.S.Zero, lambda name, force: self._wrench(name, frame, gear, force)
+            return algebra.ZERO, lambda name, force: self._wrench(name, frame, gear, force)
         return None
 
     def _apply_forces(self) -> None:
@@ -674,14 +678,14 @@ class _Builder:
         m = self._m
         for j, forces in self._on_joints.items():
             if m.jnt_actfrclimited[j]:
-                forces = [_within(sum(forces, sympy.S.Zero), m.jnt_actfrcrange[j])]
+                forces = [_within(sum(forces, algebra.ZERO), m.jnt_actfrcrange[j])]
             for force in forces:
                 self._model.force(self._result.joints[j], force)
         for t, forces in self._on_tendons.items():
-            force = _within(sum(forces, sympy.S.Zero), m.tendon_actfrcrange[t])
+            force = _within(sum(forces, algebra.ZERO), m.tendon_actfrcrange[t])
             self._pull(t, self._named("TENDON", t, f"tendon{t}"), force)
 
-    def _pull(self, t: int, name: str, force: sympy.Expr) -> None:
+    def _pull(self, t: int, name: str, force: algebra.Expr) -> None:
         """A force along a tendon: on joints by their coefficients, at sites along its straight parts."""
         m, divisor, before = self._m, 1.0, None
         label = self._model.definition(self._naming.name(f"{name}_force"), force)
@@ -694,15 +698,15 @@ class _Builder:
             else:
                 site = self._site(target)
                 if before is not None:
-                    here, there = ([sympy.Symbol(f"{s}_{c}") for c in "xyz"] for s in (site, before))
+                    here, there = ([algebra.Symbol(f"{s}_{c}") for c in "xyz"] for s in (site, before))
                     apart = [a - b for a, b in zip(here, there, strict=True)]
-                    factor = label / (_number(divisor) * sympy.sqrt(sum(x**2 for x in apart)))
+                    factor = label / (_number(divisor) * algebra.sqrt(sum(x**2 for x in apart)))
                     for at, sign in ((site, 1), (before, -1)):
                         load = self._naming.name(f"{name}_on_{at}")
                         self._model.load(load, point=at, force=[sign * factor * x for x in apart])
                 before = site
 
-    def _wrench(self, name: str, frame: str, gear: np.ndarray, force: sympy.Expr) -> None:
+    def _wrench(self, name: str, frame: str, gear: np.ndarray, force: algebra.Expr) -> None:
         if gear[:3].any():
             self._model.load(
                 self._naming.name(f"{name}_at_{frame}"),
@@ -737,7 +741,7 @@ class _Builder:
         for kind, count in left.items():
             self._note(f"{count} sensor{'s' * (count > 1)} of the kind {kind} left out")
 
-    def _measured(self, kind: str, s: int, target: int) -> list[tuple[str, sympy.Expr]] | None:
+    def _measured(self, kind: str, s: int, target: int) -> list[tuple[str, algebra.Expr]] | None:
         """What a sensor says, by ends of its name; None for one that is not known here."""
         m, mj = self._m, self._mj
         if kind in ("jointpos", "jointvel") and self._types[target] in ("revolute", "prismatic"):
@@ -750,7 +754,7 @@ class _Builder:
             and m.sensor_refid[s] < 0
             and m.sensor_objtype[s] == mj.mjtObj.mjOBJ_SITE
         ):
-            place = [sympy.Symbol(f"{self._site(target)}_{c}") for c in "xyz"]
+            place = [algebra.Symbol(f"{self._site(target)}_{c}") for c in "xyz"]
             return [(f"_{c}", x if kind == "framepos" else dot(x)) for c, x in zip("xyz", place, strict=True)]
         return None
 
@@ -774,19 +778,19 @@ class _Builder:
             self._note("springs or dampers are switched off in the file, and act here")
 
 
-def _number(value: float) -> sympy.Expr:
+def _number(value: float) -> algebra.Expr:
     """A number as people write it."""
     value = float(value)
-    return sympy.Integer(int(value)) if value == int(value) and abs(value) < 1e9 else sympy.Float(value, 17)
+    return algebra.Integer(int(value)) if value == int(value) and abs(value) < 1e9 else algebra.Float(value)
 
 
-def _within(value: sympy.Expr, bounds: np.ndarray) -> sympy.Expr:
+def _within(value: algebra.Expr, bounds: np.ndarray) -> algebra.Expr:
     low, high = bounds
     return minimum(maximum(value, _number(low)), _number(high))
 
 
-def _symbol(value: float | str) -> sympy.Expr:
-    return sympy.Symbol(value) if isinstance(value, str) else _number(value)
+def _symbol(value: float | str) -> algebra.Expr:
+    return algebra.Symbol(value) if isinstance(value, str) else _number(value)
 
 
 def _rotated(quaternion: np.ndarray, vector: np.ndarray) -> np.ndarray:

@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 from itertools import accumulate
 from typing import Any
 
-import sympy
+from symgen.model.algebra import postorder
 
-from symgen.model.expression_tree import postorder
-
+from ...model import algebra
 from ...model.description import Description
 from ..program import Places
 
@@ -35,8 +34,8 @@ class Canonical:
     def __init__(self, constants: Mapping[str, float]) -> None:
         self._constants = constants
         self._numbers: dict[tuple, int] = {}  # each structure of an expression has a number
-        # Those of SymPy's numbers, by identity; they are kept, lest it be reused.
-        self._literals: dict[int, tuple[sympy.Basic, int]] = {}
+        # Those of numbers, by identity; they are kept, lest it be reused.
+        self._literals: dict[int, tuple[algebra.Expr, int]] = {}
 
     def signature(self, d: Description) -> tuple:
         """What a description says, its names replaced by the places where they are declared."""
@@ -55,10 +54,10 @@ class Canonical:
         bodies = {"world": -1, **{b.name: k for k, b in enumerate(d.bodies)}}
         number = _Numbering(self._numbers, self._literals, names).of
 
-        def all_of(expressions: Iterable[sympy.Expr]) -> tuple[int, ...]:
+        def all_of(expressions: Iterable[algebra.Expr]) -> tuple[int, ...]:
             return tuple(number(x) for x in expressions)
 
-        def one(expression: sympy.Expr | None) -> int | None:
+        def one(expression: algebra.Expr | None) -> int | None:
             return None if expression is None else number(expression)
 
         return (
@@ -99,13 +98,13 @@ class _Numbering:
     def __init__(
         self,
         numbers: dict[tuple, int],
-        literals: dict[int, tuple[sympy.Basic, int]],
+        literals: dict[int, tuple[algebra.Expr, int]],
         names: Mapping[str, str],
     ) -> None:
         self._numbers, self._literals, self._names = numbers, literals, names
         self._memo: dict[int, int] = {}  # by identity, as the walk goes by it
 
-    def of(self, expression: sympy.Expr) -> int:
+    def of(self, expression: algebra.Expr) -> int:
         """The number of an expression."""
         memo = self._memo
         if id(expression) not in memo:
@@ -114,17 +113,17 @@ class _Numbering:
                     memo[id(node)] = self._number(node)
         return memo[id(expression)]
 
-    def _number(self, node: sympy.Basic) -> int:
-        if isinstance(node, sympy.Symbol):
+    def _number(self, node: algebra.Expr) -> int:
+        if isinstance(node, algebra.Symbol):
             return self._numbered(("name", self._names[node.name]))
         if not node.args:
             known = self._literals.get(id(node))
             if known is None:
-                number = self._numbered((type(node).__name__, sympy.srepr(node)))
+                number = self._numbered((type(node).__name__, repr(node)))
                 known = self._literals[id(node)] = node, number
             return known[1]
         parts = [self._memo[id(x)] for x in node.args]
-        if isinstance(node, (sympy.Add, sympy.Mul)):
+        if isinstance(node, (algebra.Add, algebra.Mul)):
             parts.sort()
         return self._numbered((type(node).__name__, *parts))
 
@@ -149,7 +148,7 @@ class _Element:
     index: int
     item: Any
     owners: tuple[str, ...]  # coordinates and bodies, beyond those in its expressions
-    expressions: tuple[sympy.Expr, ...]
+    expressions: tuple[algebra.Expr, ...]
 
 
 def split(d: Description) -> list[list[Component]]:
@@ -203,7 +202,7 @@ def _elements(d: Description) -> Iterator[_Element]:
         yield _Element("joints", k, j, (*j.coordinates, *bodies), (*j.xyz, *j.rpy))
     for table in ENERGIES:
         energy = getattr(d, table)
-        for k, term in enumerate(sympy.Add.make_args(energy) if energy is not None else ()):
+        for k, term in enumerate(algebra.Add.make_args(energy) if energy is not None else ()):
             yield _Element(table, k, term, (), (term,))
     rates = {r.name: r for r in d.rates}
     for k, (name, force) in enumerate(d.forces):
@@ -247,7 +246,7 @@ class _Names:
                 self.owner[name] = () if item.body == WORLD else (_body(item.body),)
                 self.support[name] = item.name
         self.size_bounds = [0, *accumulate(len(b.shape.sizes) if b.shape else 0 for b in d.bodies)]
-        self._memo: dict[sympy.Basic, frozenset[str]] = {}
+        self._memo: dict[algebra.Expr, frozenset[str]] = {}
         self.definitions = dict(d.definitions)
         self.index = {
             "parameters": {p.name: k for k, p in enumerate(d.parameters)},
@@ -273,15 +272,15 @@ class _Names:
         index = self.index[table]
         return sorted(index[name] for name in names if name in index)
 
-    def mentioned(self, expression: sympy.Basic) -> frozenset[str]:
+    def mentioned(self, expression: algebra.Expr) -> frozenset[str]:
         """The names in an expression."""
         found = self._memo.get(expression)
         if found is None:
             nodes = postorder([expression])
-            found = self._memo[expression] = frozenset(n.name for n in nodes if isinstance(n, sympy.Symbol))
+            found = self._memo[expression] = frozenset(n.name for n in nodes if isinstance(n, algebra.Symbol))
         return found
 
-    def owners(self, expressions: Iterable[sympy.Basic]) -> list[str]:
+    def owners(self, expressions: Iterable[algebra.Expr]) -> list[str]:
         """The coordinates and bodies that expressions depend on, through definitions too."""
         found: dict[str, None] = {}
         for expression in expressions:
@@ -289,7 +288,7 @@ class _Names:
                 found |= dict.fromkeys(self.owner.get(name, ()))
         return list(found)
 
-    def closure(self, expressions: Iterable[sympy.Basic]) -> set[str]:
+    def closure(self, expressions: Iterable[algebra.Expr]) -> set[str]:
         """All names that expressions need, through definitions too."""
         found: set[str] = set()
         waiting = list(expressions)
@@ -363,7 +362,7 @@ class _Part:
             events=(),
             **{table: self._items(table) for table in ("bodies", "joints", "forces", "loads")},
             **{table: self._items(table) for table in ("constraints", "velocity_constraints")},
-            **{table: sympy.Add(*self._items(table)) if self.tables[table] else None for table in ENERGIES},
+            **{table: algebra.Add(*self._items(table)) if self.tables[table] else None for table in ENERGIES},
         )
         return Component(own, self._places(parameters, inputs), canonical.signature(own))
 

@@ -8,12 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-import sympy
-
-from symgen.model.expression_tree import postorder
+from symgen.model.algebra import postorder
 from symgen.runtime.graph.layouts import LATE
 from symgen.runtime.graph.spelling import reset_function
 
+from ...model import algebra
 from ...model.description import Description
 from .. import pipeline, sensitivity
 from ..contacts import has_switches
@@ -96,8 +95,8 @@ def _needed(d: Description, marks: list[Mark]) -> set[str]:
     return found
 
 
-def _names(roots: Iterable[sympy.Basic]) -> set[str]:
-    return {node.name for node in postorder(roots) if isinstance(node, sympy.Symbol)}
+def _names(roots: Iterable[algebra.Expr]) -> set[str]:
+    return {node.name for node in postorder(roots) if isinstance(node, algebra.Symbol)}
 
 
 def _components(d: Description) -> list[str]:
