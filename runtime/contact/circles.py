@@ -104,7 +104,8 @@ def circle_forces(law: ContactLaw) -> tuple[np.ndarray, np.ndarray]:
     x, rows = np.zeros(len(law.free)), np.flatnonzero(law.acting)
     held = law.here.compliance[np.ix_(rows, rows)]
     x[rows] = -np.linalg.lstsq(held, law.free[rows], rcond=_REDUNDANT)[0]
-    law = _without_turning(law, rows, x)
+    if law.driven:  # what a blow leaves of speeds would be closing still
+        law = _without_turning(law, rows, x)
     for _ in range(_ROUNDS):
         found = _newton(law, x)
         if found is not None:

@@ -19,6 +19,7 @@ from symgen.runtime.ensemble.shipping import (
     run_packed,
     what_remains,
 )
+from symgen.runtime.ensemble.single import give_up
 from symgen.runtime.ensemble.work import stop_all
 from symgen.runtime.errors import RuntimeModelError
 from symgen.runtime.lazy import Late
@@ -55,6 +56,7 @@ def _in_threads(
     plan: Plan, wanted: Wanted, chunks: Sequence[tuple[int, int]], store: ZarrStore | None, gather: bool
 ) -> Iterator[Chunk]:
     n = n_places(plan.options)
+    give_up(plan, again=True)
     # The main thread waits beside them, so that Ctrl-C has an answer at once.
     with ThreadPoolExecutor(n) as executor:
         try:
@@ -63,7 +65,7 @@ def _in_threads(
                 chunks, AHEAD * n,
             )  # fmt: skip
         except BaseException:
-            stop_all()
+            stop_all(plan)
             raise
 
 

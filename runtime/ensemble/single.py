@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import weakref
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -50,6 +52,27 @@ def _for_another_method(plan: Plan) -> tuple[int, ...]:
     return (*UNSUITED, TOO_MANY_STEPS) if is_limit else UNSUITED
 
 
+_given_up: weakref.WeakSet[Plan] = weakref.WeakSet()
+
+
+def give_up(plan: Plan, *, again: bool = False) -> None:
+    """Let members of a plan that run by themselves in threads end where they are; or let them run `again`."""
+    if again:
+        _given_up.discard(plan)
+    else:
+        _given_up.add(plan)
+
+
+def _unless_given_up(plan: Plan) -> Callable[[float, int], None]:
+    """What a run calls while it goes on: only the main thread gets signals."""
+
+    def look(_t: float, _n_steps: int) -> None:
+        if plan in _given_up:
+            raise KeyboardInterrupt
+
+    return look
+
+
 def run_single(
     plan: Plan, number: int, p: np.ndarray, varied: dict[str, float], t_eval: Any = None, status: int = 0
 ) -> Solution:
@@ -74,6 +97,6 @@ def run_single(
     options = replace(
         chosen, parameters=plan.single_parameters(p), start=start, rate=rate,
         inputs=plan.inputs_of(number),
-        t_eval=times if len(times) else (plan.single.t_end,), fps=None,
+        t_eval=times if len(times) else (plan.single.t_end,), fps=None, progress=_unless_given_up(plan),
     )  # fmt: skip
     return simulation.simulate(system, options)

@@ -13,7 +13,7 @@ import numpy as np
 from symgen.runtime.ensemble import member
 from symgen.runtime.ensemble.batch import RESULTS, BatchResult, LaneBatch
 from symgen.runtime.ensemble.evaluate import evaluate_members
-from symgen.runtime.ensemble.single import UNSUITED, run_single, runs_alone
+from symgen.runtime.ensemble.single import UNSUITED, give_up, run_single, runs_alone
 from symgen.runtime.ensemble.starts import without_inertia
 from symgen.runtime.ensemble.verdict import NO_START, RUN_FAILED, Verdicts, verdicts_of
 from symgen.runtime.errors import RuntimeModelError, UnknownNameError, nearest
@@ -166,8 +166,9 @@ def _batch(plan: Plan) -> LaneBatch | DeviceBatch:
     return _own.batch
 
 
-def stop_all() -> None:
-    """Let all members that are under way in lanes be given up."""
+def stop_all(plan: Plan) -> None:
+    """Let all members that are under way be given up: those in lanes, and those of a plan that run by themselves."""
+    give_up(plan)
     for batch in list(_running):
         batch.stop()
 
