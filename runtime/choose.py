@@ -230,29 +230,36 @@ def scout(
     # derivatives of what stiff springs carry are large. And what stability limits may be slower still to follow: the
     # step of a method for stiff motion shows all that.
     stiff = METHODS[stiff_method(rtol)]
-    longer = _usual_step(system, stiff, p, arrays, until, rtol, atol)
-    if longer < (_WORTH_IMPLICIT if limited and decays else _WORTH_UNSEEN) * h:
+    saved = _steps_for_one(system, stiff, p, arrays, until, rtol, atol)
+    if saved < (_WORTH_IMPLICIT if limited and decays else _WORTH_UNSEEN):
         return ""
     if limited and decays:
         return f"stability limits the step of {EXPLICIT} to {h:.1e} s from t = {arrays.t:.3g} s on"
-    return (
-        f"{EXPLICIT} takes steps of {h:.1e} s at t = {arrays.t:.3g} s where {stiff.name} takes {longer:.1e} s"
-    )
+    return f"{EXPLICIT} takes steps of {h:.1e} s at t = {arrays.t:.3g} s, {saved:.0f} for each that {stiff.name} takes there"
 
 
-def _usual_step(
+def _steps_for_one(
     system: System, method: Method, p: np.ndarray, there: LoopArrays, until: float, rtol: float, atol: float
 ) -> float:
-    """Return how long steps of a method are from a state on, once they have grown [s]."""
+    """Return how many explicit steps go into one of a method from a state on, once its steps have grown.
+
+    Over the same time: what limits explicit steps, as friction that sticks, need not be the same all along.
+    """
+    state = there.y[: system.nq + system.nv]
+    options = {"frame_times": np.zeros(0), "rtol": rtol, "atol": atol, "with_events": False}
     arrays = LoopArrays(
-        system, method, p, there.t, there.y[: system.nq + system.nv], frame_times=np.zeros(0), rtol=rtol, atol=atol,
-        with_events=False, log_length=_STEPS_TO_GROW + _COMPARED_STEPS,
-    )  # fmt: skip
+        system, method, p, there.t, state, log_length=_STEPS_TO_GROW + _COMPARED_STEPS, **options
+    )
     began, n_steps = there.t, 0
     if arrays.advance(until, _STEPS_TO_GROW) != at.REACHED_STOP:
         began, n_steps = arrays.t, int(arrays.counters[at.STEPS])
         arrays.advance(until, _COMPARED_STEPS)
-    return (arrays.t - began) / max(int(arrays.counters[at.STEPS]) - n_steps, 1)
+    usual = (arrays.t - began) / max(int(arrays.counters[at.STEPS]) - n_steps, 1)
+    most = int(_WORTH_UNSEEN * (_STEPS_TO_GROW + _COMPARED_STEPS))
+    explicit = LoopArrays(system, METHODS[EXPLICIT], p, there.t, state, log_length=most, **options)
+    explicit.advance(arrays.t, most)
+    taken = (explicit.t - there.t) / max(int(explicit.counters[at.STEPS]), 1)
+    return usual / taken if taken > 0.0 else np.inf
 
 
 def stiff_method(rtol: float) -> str:

@@ -154,8 +154,8 @@ def _is_pure(x: algebra.Expr, decimals: frozenset) -> bool:
 
 @functools.lru_cache(maxsize=16)
 def _fractions(numbers: frozenset) -> frozenset:
-    """Numerators and denominators: SymPy's numbers take long to make, to compare and to hash."""
-    return frozenset((x.p, x.q) for x in numbers)
+    """Numerators and denominators, which take less time to compare and to hash than numbers."""
+    return frozenset((x.p, x.q) for x in numbers if isinstance(x, algebra.Rational))
 
 
 def _power(node: algebra.Expr, base: Size, exponent: Size) -> Size:
